@@ -1,0 +1,123 @@
+//! What can go wrong with a picture file, in plain words.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::Format;
+
+/// Why a picture could not be read or written. Its text names the file and is fit to be shown to the user.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ImageError {
+    /// The path to write to has an extension that stands for no format, or has none.
+    #[error("unknown picture format `{}`: lookat writes {}", extension(path), Format::NAMES)]
+    UnknownFormat {
+        /// The path as it was given.
+        path: PathBuf,
+    },
+    /// The file system refused, or the picture does not fit the format. The target is as it was before.
+    #[error("cannot write {}: {reason}", path.display())]
+    Write {
+        /// The path as it was given.
+        path: PathBuf,
+        /// Lower case, or the words of the operating system; no full stop.
+        reason: String,
+    },
+    /// The file system refused, or the file is of a kind that lookat does not read.
+    #[error("cannot read {}: {reason}", path.display())]
+    Read {
+        /// The path as it was given.
+        path: PathBuf,
+        /// Lower case, or the words of the operating system; no full stop.
+        reason: String,
+    },
+    /// The contents are not of the format that the extension claims.
+    #[error("{} is not {}", path.display(), format.noun())]
+    NotThatFormat {
+        /// The path as it was given.
+        path: PathBuf,
+        /// What the extension claims.
+        format: Format,
+    },
+    /// The contents begin like the format and then break off or contradict themselves.
+    #[error("{} is damaged: {reason}", path.display())]
+    Damaged {
+        /// The path as it was given.
+        path: PathBuf,
+        /// Lower case, no full stop.
+        reason: String,
+    },
+}
+
+impl ImageError {
+    pub(crate) fn writing(path: &Path, fault: Fault) -> Self {
+        ImageError::Write { path: path.into(), reason: fault.reason() }
+    }
+
+    pub(crate) fn reading(path: &Path, format: Format, fault: Fault) -> Self {
+        let path = path.into();
+        match fault {
+            Fault::Foreign => ImageError::NotThatFormat { path, format },
+            Fault::Damaged(reason) => ImageError::Damaged { path, reason },
+            Fault::Io(_) | Fault::Unfit(_) => ImageError::Read { path, reason: fault.reason() },
+        }
+    }
+}
+
+/// What the code of one format reports: an error that does not know its path yet.
+#[derive(Debug)]
+pub(crate) enum Fault {
+    /// The file system refused.
+    Io(io::Error),
+    /// The file does not begin as the format does.
+    Foreign,
+    /// The file begins as the format does, but cannot be right.
+    Damaged(String),
+    /// The format cannot hold the picture, or the picture is beyond what lookat handles.
+    Unfit(String),
+}
+
+impl Fault {
+    fn reason(self) -> String {
+        match self {
+            Fault::Io(error) => plain(&error),
+            Fault::Foreign => "the format is wrong".into(),
+            Fault::Damaged(reason) | Fault::Unfit(reason) => reason,
+        }
+    }
+}
+
+impl From<io::Error> for Fault {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::UnexpectedEof => Fault::Damaged("the file ends too early".into()),
+            _ => Fault::Io(error),
+        }
+    }
+}
+
+/// The number of pixels of a picture to be read. The limit keeps a few hostile bytes from claiming all
+/// memory.
+pub(crate) fn pixel_count(width: u64, height: u64) -> Result<usize, Fault> {
+    const LIMIT: u64 = 1 << 28;
+    match width.checked_mul(height) {
+        Some(0) => Err(Fault::Damaged("it has no pixels".into())),
+        Some(count @ ..=LIMIT) => Ok(count as usize),
+        _ => Err(Fault::Unfit(format!(
+            "{width} x {height} pixels are more than the {LIMIT} that lookat reads"
+        ))),
+    }
+}
+
+/// The words of the operating system without its number for them.
+fn plain(error: &io::Error) -> String {
+    let text = error.to_string();
+    text.split_once(" (os error").map_or(text.as_str(), |(words, _)| words).to_string()
+}
+
+/// The extension with its dot, or else the whole path.
+fn extension(path: &Path) -> String {
+    match path.extension() {
+        Some(extension) => format!(".{}", extension.display()),
+        None => path.display().to_string(),
+    }
+}

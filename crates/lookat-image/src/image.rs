@@ -1,0 +1,272 @@
+//! The picture in memory, and how it becomes a file.
+
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Write};
+use std::path::Path;
+
+use crate::error::{Fault, ImageError};
+use crate::{Format, eightbit, exr, pfm};
+
+/// A rectangle of pixels; y points down and the origin is at the top left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// The leftmost column.
+    pub x: i32,
+    /// The topmost row.
+    pub y: i32,
+    /// The number of columns; at least 1 for a data window.
+    pub width: u32,
+    /// The number of rows; at least 1 for a data window.
+    pub height: u32,
+}
+
+impl Window {
+    /// The number of pixels inside.
+    pub fn area(self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+}
+
+/// One named plane of numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Channel {
+    /// As in an EXR file: "R", "G" and "B" are linear color, "Y" is gray; any other name has the meaning its
+    /// user gives it. Distinct within an image, not empty, without NUL.
+    pub name: String,
+    /// One value for each pixel of the data window, row by row, top row first. Any float, NaN and infinity
+    /// included.
+    pub samples: Vec<f32>,
+}
+
+/// A picture: the channels over the data window, which is the part of the display window that was computed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// Where the samples lie, in pixels.
+    pub data_window: Window,
+    /// The whole picture, in pixels. The data window may be smaller, larger or beside it.
+    pub display_window: Window,
+    /// At least one, each with [`Window::area`] samples of the data window. In any order; a file may change
+    /// it.
+    pub channels: Vec<Channel>,
+    /// A JSON text that goes along in EXR and PNG, under the name "lookat"; TGA and PFM have no place for it.
+    /// It is not parsed here.
+    pub metadata: Option<String>,
+}
+
+impl Image {
+    /// A color picture without metadata. `pixels` are linear red, green and blue over the data window, row by
+    /// row, top row first.
+    pub fn from_rgb(data_window: Window, display_window: Window, pixels: &[[f32; 3]]) -> Self {
+        let plane = |i: usize| pixels.iter().map(|pixel| pixel[i]).collect();
+        let channels = ["R", "G", "B"]
+            .iter()
+            .enumerate()
+            .map(|(i, name)| Channel { name: name.to_string(), samples: plane(i) });
+        Image { data_window, display_window, channels: channels.collect(), metadata: None }
+    }
+
+    /// The samples of the channel with this name; case counts.
+    pub fn channel(&self, name: &str) -> Option<&[f32]> {
+        self.channels.iter().find(|channel| channel.name == name).map(|channel| channel.samples.as_slice())
+    }
+
+    /// Linear red, green and blue of each pixel of the data window: the channels R, G and B, or else Y three
+    /// times. `None` if the picture has neither.
+    pub fn rgb(&self) -> Option<Vec<[f32; 3]>> {
+        let (r, g, b) = match self.color_planes() {
+            Some([r, g, b]) => (r, g, b),
+            None => (self.channel("Y")?, self.channel("Y")?, self.channel("Y")?),
+        };
+        Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect())
+    }
+
+    /// Writes the file in the format that its extension names.
+    ///
+    /// - EXR: all channels in 32-bit float, ZIP compression, both windows and the metadata. The same picture
+    ///   gives the same bytes.
+    /// - PFM: 32-bit float; R, G and B, or else Y, or else the only channel.
+    /// - PNG and TGA: the same choice of channels in 8-bit sRGB, clamped to 0..1, NaN as 0. PNG has the
+    ///   metadata.
+    ///
+    /// The last three hold only the pixels of the data window and do not say where it lies.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::UnknownFormat`] for another extension, [`ImageError::Write`] if the file system refuses
+    /// or the picture does not fit. The file appears whole or not at all, and what was there before stays
+    /// until then.
+    pub fn write(&self, path: &Path) -> Result<(), ImageError> {
+        let format =
+            Format::from_path(path).ok_or_else(|| ImageError::UnknownFormat { path: path.into() })?;
+        self.write_as(format, path).map_err(|fault| ImageError::writing(path, fault))
+    }
+
+    /// Reads an EXR or a PFM file, as its extension says.
+    ///
+    /// Of an EXR file it takes the first layer that has R, G and B or Y, or else the first one, with all its
+    /// channels as 32-bit float. A PFM file gives R, G and B or Y; its scale is multiplied in.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::Read`] if the file system refuses, the format is another one, the picture claims more than
+    /// 2^28 pixels, or an EXR file has deep data, subsampled channels or DWA compression;
+    /// [`ImageError::NotThatFormat`] and [`ImageError::Damaged`] for contents that are not right.
+    pub fn read(path: &Path) -> Result<Image, ImageError> {
+        let unreadable = || ImageError::Read { path: path.into(), reason: "lookat reads exr and pfm".into() };
+        let format = Format::from_path(path).ok_or_else(unreadable)?;
+        let open = || File::open(path).map(BufReader::new);
+        let result = match format {
+            Format::Exr => open().map_err(Fault::from).and_then(exr::read),
+            Format::Pfm => open().map_err(Fault::from).and_then(pfm::read),
+            Format::Png | Format::Tga => return Err(unreadable()),
+        };
+        result.map_err(|fault| ImageError::reading(path, format, fault))
+    }
+
+    fn write_as(&self, format: Format, path: &Path) -> Result<(), Fault> {
+        self.check()?;
+        let directory = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        // Made by `create_new` and not by tempfile, so that the picture gets the permissions of any other
+        // file.
+        let mut file =
+            tempfile::Builder::new().prefix(".lookat-").make_in(directory, |path| File::create_new(path))?;
+        let mut out = BufWriter::new(file.as_file_mut());
+        match format {
+            Format::Exr => exr::write(self, &mut out)?,
+            Format::Png => eightbit::write_png(self, &mut out)?,
+            Format::Pfm => pfm::write(self, &mut out)?,
+            Format::Tga => eightbit::write_tga(self, &mut out)?,
+        }
+        out.flush()?;
+        drop(out);
+        file.persist(path).map_err(|refused| refused.error)?;
+        Ok(())
+    }
+
+    /// Whether the public fields agree with each other.
+    fn check(&self) -> Result<(), Fault> {
+        let Window { width, height, .. } = self.data_window;
+        if self.data_window.area() == 0 || self.channels.is_empty() {
+            return Err(Fault::Unfit("the picture is empty".into()));
+        }
+        let mut names = HashSet::new();
+        for Channel { name, samples } in &self.channels {
+            if samples.len() as u64 != self.data_window.area() {
+                let count = samples.len();
+                return Err(Fault::Unfit(format!(
+                    "channel `{name}` has {count} samples for {width} x {height} pixels"
+                )));
+            }
+            if name.is_empty() || name.contains('\0') || !names.insert(name) {
+                return Err(Fault::Unfit(format!(
+                    "the channel name {name:?} is empty, not text or used twice"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn color_planes(&self) -> Option<[&[f32]; 3]> {
+        Some([self.channel("R")?, self.channel("G")?, self.channel("B")?])
+    }
+
+    /// What a format without channel names shows: R, G and B, or else one plane, Y or the only channel.
+    pub(crate) fn visible_planes(&self) -> Result<Vec<&[f32]>, Fault> {
+        if let Some(planes) = self.color_planes() {
+            return Ok(planes.to_vec());
+        }
+        match (self.channel("Y"), self.channels.as_slice()) {
+            (Some(gray), _) => Ok(vec![gray]),
+            (None, [only]) => Ok(vec![only.samples.as_slice()]),
+            _ => Err(Fault::Unfit("the picture has several channels, but neither R, G and B nor Y".into())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ONE: Window = Window { x: 0, y: 0, width: 1, height: 1 };
+
+    fn names(directory: &Path) -> Vec<String> {
+        let entries = std::fs::read_dir(directory).unwrap();
+        entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect()
+    }
+
+    #[test]
+    fn a_refused_picture_leaves_nothing_behind() {
+        let directory = tempfile::tempdir().unwrap();
+        let image = Image::from_rgb(ONE, ONE, &[[1.0; 3]]);
+        let check = |image: &Image, path: &Path, expected: &str| {
+            let error = image.write(path).unwrap_err().to_string();
+            assert_eq!(error, expected.replace('@', &path.display().to_string()));
+        };
+
+        check(
+            &image,
+            Path::new("x.gif"),
+            "unknown picture format `.gif`: lookat writes exr, png, pfm and tga",
+        );
+        check(&image, Path::new("x"), "unknown picture format `x`: lookat writes exr, png, pfm and tga");
+        check(&image, &directory.path().join("none/x.exr"), "cannot write @: No such file or directory");
+
+        // A directory in the way is found only when the finished file is to take its place.
+        let occupied = directory.path().join("x.exr");
+        std::fs::create_dir(&occupied).unwrap();
+        check(&image, &occupied, "cannot write @: Is a directory");
+
+        // Faults that the formats find in the middle of writing.
+        let wide = Window { width: 70_000, ..ONE };
+        let wide = Image::from_rgb(wide, wide, &[[0.0; 3]; 70_000]);
+        check(
+            &wide,
+            &directory.path().join("x.tga"),
+            "cannot write @: a TGA file is at most 65535 pixels wide and high",
+        );
+        let far = Image { data_window: Window { x: i32::MAX, ..ONE }, ..image.clone() };
+        check(&far, &directory.path().join("y.exr"), "cannot write @: window size exceeding integer maximum");
+        let short = Image { data_window: wide.data_window, ..image.clone() };
+        let expected = "cannot write @: channel `R` has 1 samples for 70000 x 1 pixels";
+        check(&short, &directory.path().join("x.png"), expected);
+        let mut twice = image.clone();
+        twice.channels[1].name = "R".into();
+        check(
+            &twice,
+            &directory.path().join("x.pfm"),
+            "cannot write @: the channel name \"R\" is empty, not text or used twice",
+        );
+        assert_eq!(names(directory.path()), ["x.exr"]);
+
+        // What was there before stays.
+        let path = directory.path().join("kept.png");
+        image.write(&path).unwrap();
+        let before = std::fs::read(&path).unwrap();
+        twice.write(&path).unwrap_err();
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+    }
+
+    #[test]
+    fn rgb_comes_from_color_or_gray() {
+        let mut image = Image::from_rgb(ONE, ONE, &[[1.0, 2.0, 3.0]]);
+        assert_eq!(image.rgb(), Some(vec![[1.0, 2.0, 3.0]]));
+        image.channels.truncate(1);
+        assert_eq!(image.rgb(), None);
+        image.channels[0].name = "Y".into();
+        assert_eq!(image.rgb(), Some(vec![[1.0; 3]]));
+    }
+
+    #[test]
+    fn unreadable_paths_say_why() {
+        let check = |path: &str, expected: &str| {
+            assert_eq!(Image::read(Path::new(path)).unwrap_err().to_string(), expected);
+        };
+        check("none.exr", "cannot read none.exr: No such file or directory");
+        check("none.png", "cannot read none.png: lookat reads exr and pfm");
+        check("none", "cannot read none: lookat reads exr and pfm");
+    }
+}

@@ -1,0 +1,126 @@
+//! Portable FloatMap files: three lines of text, then the numbers, bottom row first.
+
+use std::io::{BufRead, Read, Write};
+
+use crate::error::{Fault, pixel_count};
+use crate::{Channel, Image, Window};
+
+/// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").
+pub(crate) fn write(image: &Image, out: &mut impl Write) -> Result<(), Fault> {
+    let planes = image.visible_planes()?;
+    let Window { width, height, .. } = image.data_window;
+    let kind = if planes.len() == 3 { "PF" } else { "Pf" };
+    // The sign of the scale says little-endian.
+    write!(out, "{kind}\n{width} {height}\n-1.0\n")?;
+    let width = width as usize;
+    for y in (0..height as usize).rev() {
+        for i in y * width..(y + 1) * width {
+            for plane in &planes {
+                out.write_all(&plane[i].to_le_bytes())?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Reads either kind and either byte order. The absolute value of the scale is multiplied in, as pbrt does.
+pub(crate) fn read(mut file: impl BufRead) -> Result<Image, Fault> {
+    let names: &[&str] = match word(&mut file)?.as_str() {
+        "PF" => &["R", "G", "B"],
+        "Pf" => &["Y"],
+        _ => return Err(Fault::Foreign),
+    };
+    let width: u32 = number(&mut file, "width")?;
+    let height: u32 = number(&mut file, "height")?;
+    let scale: f32 = number(&mut file, "scale")?;
+    if !scale.is_finite() || scale == 0.0 {
+        return Err(Fault::Damaged(format!("its scale is {scale}")));
+    }
+    let bytes = 4 * names.len() * pixel_count(width.into(), height.into())?;
+
+    // Grows with what is there, not with what the header claims.
+    let mut data = Vec::new();
+    file.take(bytes as u64).read_to_end(&mut data)?;
+    if data.len() < bytes {
+        return Err(Fault::Damaged("the file ends too early".into()));
+    }
+    let decode = if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
+    let values: Vec<f32> = data.as_chunks().0.iter().map(|&four| decode(four) * scale.abs()).collect();
+
+    let rows = values.rchunks_exact(width as usize * names.len());
+    let channel = |(i, name): (usize, &&str)| {
+        let samples = rows.clone().flat_map(|row| row.iter().skip(i).step_by(names.len()).copied()).collect();
+        Channel { name: name.to_string(), samples }
+    };
+    let window = Window { x: 0, y: 0, width, height };
+    let channels = names.iter().enumerate().map(channel).collect();
+    Ok(Image { data_window: window, display_window: window, channels, metadata: None })
+}
+
+/// The characters up to the next white space, which is passed over.
+fn word(file: &mut impl BufRead) -> Result<String, Fault> {
+    // No word of a header is longer; a file of another kind may go on without any white space.
+    const LONGEST: usize = 32;
+    let mut word = String::new();
+    for byte in file.bytes().take(LONGEST) {
+        match byte? {
+            byte if byte.is_ascii_whitespace() => return Ok(word),
+            byte => word.push(char::from(byte)),
+        }
+    }
+    Ok(word)
+}
+
+fn number<T: std::str::FromStr>(file: &mut impl BufRead, what: &str) -> Result<T, Fault> {
+    let word = word(file)?;
+    word.parse().map_err(|_| Fault::Damaged(format!("its {what} is {word:?}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_bytes(bytes: &[u8]) -> Result<Image, String> {
+        read(bytes).map_err(|fault| format!("{fault:?}"))
+    }
+
+    #[test]
+    fn keeps_the_bits() {
+        let window = Window { x: 0, y: 0, width: 2, height: 2 };
+        let pixels = [[0.0, -1.5, 1e-40], [f32::MAX, f32::INFINITY, 0.1], [1.0, 2.0, 3.0], [4.0, 5.0, 6.0]];
+        let color = Image::from_rgb(window, window, &pixels);
+        let mut gray = color.clone();
+        gray.channels.truncate(1);
+        gray.channels[0].name = "Y".into();
+        for (image, start) in [(color, "PF\n2 2\n-1.0\n"), (gray, "Pf\n2 2\n-1.0\n")] {
+            let mut bytes = Vec::new();
+            write(&image, &mut bytes).unwrap();
+            assert!(bytes.starts_with(start.as_bytes()));
+            assert_eq!(read_bytes(&bytes).unwrap(), image);
+        }
+    }
+
+    #[test]
+    fn begins_with_the_bottom_row() {
+        let bytes = [b"Pf 1 2 2.0\n".as_slice(), &3.0f32.to_be_bytes(), &5.0f32.to_be_bytes()].concat();
+        assert_eq!(read_bytes(&bytes).unwrap().channel("Y"), Some([10.0, 6.0].as_slice()));
+    }
+
+    #[test]
+    fn refuses_what_it_cannot_trust() {
+        let check = |bytes: &[u8], expected: &str| {
+            let error = read_bytes(bytes).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        };
+        check(b"", "Foreign");
+        check(b"P6\n1 1\n255\n...", "Foreign");
+        check(&[0xff; 100], "Foreign");
+        check(b"PF\n", "its width is");
+        check(b"PF\n-1 1\n-1\n", "its width is");
+        check(b"PF\n1 1\n0\n", "its scale is");
+        check(b"PF\n0 1\n-1\n", "no pixels");
+        check(b"PF\n4294967295 4294967295\n-1\n", "more than");
+        check(b"PF\n16384 16384\n-1\n1234", "ends too early");
+        check(b"Pf\n1 1\n-1\n123", "ends too early");
+    }
+}

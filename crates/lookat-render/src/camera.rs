@@ -1,0 +1,196 @@
+//! Camera rays: from a place on the film and the lens to a ray, in closed form and `f64`.
+
+use glam::{DMat3, DVec2, DVec3};
+use lookat_scene::{Camera, Film, Lens, Projection};
+
+use crate::ray::Ray;
+use crate::warp::square_to_disk;
+
+/// A camera, prepared to make rays. Its rays are relative to the eye.
+#[derive(Debug)]
+pub(crate) struct CameraRays {
+    world_from_camera: DMat3,
+    /// The place of the left top corner of the film in camera space, on the plane z = 1 of a perspective camera and
+    /// relative to the eye of an orthographic one; and the steps to the next pixel.
+    corner: DVec2,
+    step: DVec2,
+    /// The eye in camera space.
+    middle: DVec2,
+    projection: Projection,
+    lens: Option<Lens>,
+}
+
+impl CameraRays {
+    /// The point in the world that rays are relative to: the position of a perspective camera, the middle of the window
+    /// of an orthographic one.
+    pub fn eye(camera: &Camera) -> DVec3 {
+        camera.world_from_camera.point(eye_in_camera(camera).extend(0.0))
+    }
+
+    pub fn new(camera: &Camera, film: &Film) -> Self {
+        let screen = &camera.screen;
+        let middle = eye_in_camera(camera);
+        let scale = match camera.projection {
+            Projection::Perspective { fov } => (fov * 0.5).tan(),
+            Projection::Orthographic { .. } => 1.0,
+        };
+        // Raster space has y down, from the top edge of the screen.
+        let corner = (DVec2::new(screen.min.x, screen.max.y) - middle) * scale;
+        let extent = DVec2::new(screen.max.x - screen.min.x, screen.min.y - screen.max.y) * scale;
+        let resolution = DVec2::new(f64::from(film.resolution[0]), f64::from(film.resolution[1]));
+        CameraRays {
+            world_from_camera: DMat3::from_mat4(camera.world_from_camera.m),
+            corner,
+            step: extent / resolution,
+            middle,
+            projection: camera.projection,
+            lens: camera.lens,
+        }
+    }
+
+    /// Whether rays need a point on the lens.
+    pub fn has_lens(&self) -> bool {
+        self.lens.is_some()
+    }
+
+    /// The ray through `film`, in pixels from the top left corner; `u` chooses the point on the lens (PBR 6.2.3).
+    pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
+        let p = self.corner + self.step * film;
+        let (o, d) = match (self.projection, self.lens) {
+            (Projection::Perspective { .. }, None) => (DVec3::ZERO, p.extend(1.0)),
+            (Projection::Perspective { .. }, Some(lens)) => through_lens(DVec2::ZERO, p, lens, u),
+            (Projection::Orthographic { .. }, None) => (p.extend(0.0), DVec3::Z),
+            (Projection::Orthographic { telecentric: true }, Some(lens)) => {
+                through_lens(p, DVec2::ZERO, lens, u)
+            }
+            // pbrt-v3: the ray starts on the lens around the origin of camera space, not around its pixel.
+            (Projection::Orthographic { telecentric: false }, Some(lens)) => {
+                through_lens(-self.middle, (p + self.middle) / lens.focal_distance, lens, u)
+            }
+        };
+        Ray::new(self.world_from_camera * o, (self.world_from_camera * d).normalize())
+    }
+}
+
+fn eye_in_camera(camera: &Camera) -> DVec2 {
+    match camera.projection {
+        Projection::Perspective { .. } => DVec2::ZERO,
+        Projection::Orthographic { .. } => (camera.screen.min + camera.screen.max) * 0.5,
+    }
+}
+
+/// A ray that starts on the lens around `center` and passes where the line from `center` along `(slope, 1)` meets the
+/// plane of focus.
+fn through_lens(center: DVec2, slope: DVec2, lens: Lens, u: DVec2) -> (DVec3, DVec3) {
+    let offset = square_to_disk(u) * lens.radius;
+    // Scaled by the smaller of the two lengths, so that neither overflows: any focal distance is exact.
+    let d = if lens.focal_distance >= lens.radius {
+        (slope - offset / lens.focal_distance).extend(1.0)
+    } else {
+        (slope * lens.focal_distance - offset).extend(lens.focal_distance)
+    };
+    ((center + offset).extend(0.0), d)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat4, DVec4};
+    use lookat_scene::{PixelBounds, ScreenWindow, Transform};
+
+    use super::*;
+
+    fn film() -> Film {
+        let crop = PixelBounds { x0: 0, y0: 0, x1: 200, y1: 120 };
+        Film {
+            resolution: [200, 120],
+            crop,
+            scale: 1.0,
+            max_sample_luminance: f64::INFINITY,
+            file: "x.exr".into(),
+        }
+    }
+
+    fn camera(projection: Projection, lens: Option<Lens>) -> Camera {
+        let eye = DVec3::new(-3.0, 1.5, -3.0);
+        let look_at = Transform::look_at(eye, DVec3::ZERO, DVec3::new(0.2, 1.0, 0.0)).unwrap();
+        let mirrored = Transform::scale(DVec3::new(-1.0, 1.0, 1.0)).unwrap() * look_at;
+        let screen = ScreenWindow { min: DVec2::new(-0.5, -0.3), max: DVec2::new(1.25, 0.9) };
+        Camera { world_from_camera: mirrored.inverse(), projection, screen, lens }
+    }
+
+    /// The chain of PBR 6.1 and 6.2, matrix by matrix: camera, screen, NDC and raster space.
+    fn book(camera: &Camera, film: DVec2, u: DVec2) -> (DVec3, DVec3) {
+        let window = &camera.screen;
+        let size = DVec2::new(200.0, 120.0);
+        let raster_from_screen = DMat4::from_scale(DVec3::new(size.x, size.y, 1.0))
+            * DMat4::from_scale(DVec3::new(
+                1.0 / (window.max.x - window.min.x),
+                1.0 / (window.min.y - window.max.y),
+                1.0,
+            ))
+            * DMat4::from_translation(DVec3::new(-window.min.x, -window.max.y, 0.0));
+        let screen_from_camera = match camera.projection {
+            Projection::Perspective { fov } => {
+                let (n, f) = (1e-2, 1000.0);
+                let project = DMat4::from_cols(
+                    DVec4::X,
+                    DVec4::Y,
+                    DVec4::new(0.0, 0.0, f / (f - n), 1.0),
+                    DVec4::new(0.0, 0.0, -f * n / (f - n), 0.0),
+                );
+                DMat4::from_scale(DVec3::new(1.0 / (fov / 2.0).tan(), 1.0 / (fov / 2.0).tan(), 1.0)) * project
+            }
+            Projection::Orthographic { .. } => DMat4::IDENTITY,
+        };
+        let camera_from_raster = screen_from_camera.inverse() * raster_from_screen.inverse();
+        let p = camera_from_raster.project_point3(film.extend(0.0));
+        let (mut o, mut d) = match camera.projection {
+            Projection::Perspective { .. } => (DVec3::ZERO, p.normalize()),
+            Projection::Orthographic { .. } => (p, DVec3::Z),
+        };
+        if let Some(lens) = camera.lens {
+            let on_lens = (square_to_disk(u) * lens.radius).extend(0.0);
+            let focus = o + d * (lens.focal_distance / d.z);
+            o = match camera.projection {
+                Projection::Orthographic { telecentric: true } => o + on_lens,
+                _ => on_lens,
+            };
+            d = focus - o;
+        }
+        (camera.world_from_camera.point(o), camera.world_from_camera.vector(d).normalize())
+    }
+
+    #[test]
+    fn rays_are_those_of_the_matrices_of_the_book() {
+        let lens = Some(Lens { radius: 0.3, focal_distance: 3.0 });
+        let perspective = Projection::Perspective { fov: 1.2 };
+        let cases = [
+            camera(perspective, None),
+            camera(perspective, lens),
+            camera(perspective, Some(Lens { radius: 0.3, focal_distance: 0.1 })),
+            camera(Projection::Orthographic { telecentric: false }, None),
+            camera(Projection::Orthographic { telecentric: false }, lens),
+            camera(Projection::Orthographic { telecentric: true }, lens),
+        ];
+        for camera in cases {
+            let rays = CameraRays::new(&camera, &film());
+            for (x, y) in [(0.0, 0.0), (100.0, 60.0), (200.0, 0.0), (37.25, 111.5)] {
+                let (film, u) = (DVec2::new(x, y), DVec2::new(0.2, 0.9));
+                let ray = rays.ray(film, u);
+                let (o, d) = book(&camera, film, u);
+                assert!((ray.o + CameraRays::eye(&camera) - o).length() < 1e-13, "{camera:?} {film}");
+                assert!((ray.d - d).length() < 1e-12, "{camera:?} {film}: {} {d}", ray.d);
+            }
+        }
+    }
+
+    #[test]
+    fn any_focal_distance_gives_a_direction() {
+        for focal_distance in [1e-300, 1e-30, 1.0, 1e30, 1e300] {
+            let lens = Some(Lens { radius: 1.0, focal_distance });
+            let camera = camera(Projection::Perspective { fov: 1.0 }, lens);
+            let ray = CameraRays::new(&camera, &film()).ray(DVec2::new(3.0, 4.0), DVec2::new(0.9, 0.3));
+            assert!((ray.d.length() - 1.0).abs() < 1e-14, "{focal_distance}");
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! The film: sums of samples, pixel by pixel.
+
+use glam::{DVec3, Vec3};
+use lookat_image::{Image, Window};
+use lookat_scene::{Film, PixelBounds};
+
+use crate::light::luminance;
+
+/// The samples of one pixel.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Pixel {
+    /// Sum of the samples.
+    sum: DVec3,
+    /// Sum of the samples, those where the filter is negative subtracted.
+    signed: DVec3,
+    count: u32,
+    negative: u32,
+}
+
+impl Pixel {
+    /// Adds a sample.
+    pub fn add(&mut self, radiance: Vec3, negative: bool) {
+        let radiance = radiance.as_dvec3();
+        self.sum += radiance;
+        self.signed += if negative { -radiance } else { radiance };
+        self.count += 1;
+        self.negative += u32::from(negative);
+    }
+
+    /// The filtered value. `weight` is the integral of the filter's absolute value over its integral.
+    ///
+    /// The plain estimate is `weight * signed / count`. For a filter that is partly negative it is noisy even where the
+    /// picture is flat; so the noise of the weights alone, which is known, is taken out of it, scaled by the mean. Where
+    /// the filter is nowhere negative the mean is left.
+    fn value(&self, weight: f64) -> DVec3 {
+        if self.count == 0 {
+            return DVec3::ZERO;
+        }
+        let count = f64::from(self.count);
+        let mean_weight = weight * (count - 2.0 * f64::from(self.negative)) / count;
+        self.signed * (weight / count) - self.sum / count * (mean_weight - 1.0)
+    }
+}
+
+/// A sample no brighter than the film allows.
+pub(crate) fn limited(radiance: Vec3, film: &Film) -> Vec3 {
+    let brightness = luminance(radiance);
+    if brightness <= film.max_sample_luminance {
+        return radiance;
+    }
+    radiance * (film.max_sample_luminance / brightness) as f32
+}
+
+/// A rectangle of the picture that one thread renders at a time.
+#[derive(Debug)]
+pub(crate) struct Tile {
+    pub bounds: PixelBounds,
+    /// Row by row.
+    pub pixels: Vec<Pixel>,
+}
+
+/// Pixels on a side of a tile.
+const TILE: u32 = 16;
+
+/// Cuts the crop window into tiles.
+pub(crate) fn tiles(crop: PixelBounds) -> Vec<Tile> {
+    let starts = |from: u32, to: u32| (from..to).step_by(TILE as usize);
+    starts(crop.y0, crop.y1)
+        .flat_map(|y0| starts(crop.x0, crop.x1).map(move |x0| (x0, y0)))
+        .map(|(x0, y0)| {
+            let bounds = PixelBounds { x0, y0, x1: (x0 + TILE).min(crop.x1), y1: (y0 + TILE).min(crop.y1) };
+            Tile { bounds, pixels: vec![Pixel::default(); bounds.area() as usize] }
+        })
+        .collect()
+}
+
+/// The picture that the tiles make.
+pub(crate) fn develop(tiles: &[Tile], film: &Film, weight: f64) -> Image {
+    let crop = film.crop;
+    let mut pixels = vec![[0.0; 3]; crop.area() as usize];
+    for tile in tiles {
+        let places = (tile.bounds.y0..tile.bounds.y1)
+            .flat_map(|y| (tile.bounds.x0..tile.bounds.x1).map(move |x| (x, y)));
+        for (pixel, (x, y)) in tile.pixels.iter().zip(places) {
+            let at = (y - crop.y0) as usize * crop.width() as usize + (x - crop.x0) as usize;
+            pixels[at] = (pixel.value(weight) * film.scale).as_vec3().to_array();
+        }
+    }
+    let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
+    let data = window(crop.x0, crop.y0, crop.width(), crop.height());
+    Image::from_rgb(data, window(0, 0, film.resolution[0], film.resolution[1]), &pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flat_picture_is_flat_under_any_filter() {
+        let mut pixel = Pixel::default();
+        for negative in [false, true, false, true, false, false, true, false] {
+            pixel.add(Vec3::splat(0.75), negative);
+        }
+        assert!((pixel.value(1.3) - DVec3::splat(0.75)).length() < 1e-12);
+    }
+
+    #[test]
+    fn tiles_cover_the_crop_window_once() {
+        let crop = PixelBounds { x0: 5, y0: 7, x1: 70, y1: 24 };
+        let area: u64 = tiles(crop).iter().map(|tile| tile.bounds.area()).sum();
+        assert_eq!(area, crop.area());
+    }
+}

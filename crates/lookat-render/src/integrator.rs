@@ -1,0 +1,53 @@
+//! What all integrators share: tracing with a count of rays, and multiple importance sampling.
+
+pub(crate) mod ambient;
+pub(crate) mod direct;
+pub(crate) mod path;
+
+use lookat_scene::Primitive;
+
+use crate::light::LightTable;
+use crate::prepare::Traceable;
+use crate::ray::Ray;
+use crate::surface::Surface;
+
+/// Traces rays and counts them.
+pub(crate) struct Tracer<'t, 's> {
+    scene: &'t Traceable<'s>,
+    pub rays: u64,
+}
+
+impl<'t, 's> Tracer<'t, 's> {
+    pub fn new(scene: &'t Traceable<'s>) -> Self {
+        Tracer { scene, rays: 0 }
+    }
+
+    pub fn lights(&self) -> &'t LightTable {
+        &self.scene.lights
+    }
+
+    pub fn primitives(&self) -> &'t [&'s Primitive] {
+        &self.scene.primitives
+    }
+
+    /// The nearest surface.
+    pub fn nearest(&mut self, ray: &Ray) -> Option<Surface<'s>> {
+        self.rays += 1;
+        let hit = self.scene.nearest(ray)?;
+        Some(Surface::new(self.scene, ray, &hit))
+    }
+
+    /// Whether something is in the way of a shadow ray.
+    pub fn occluded(&mut self, ray: &Ray) -> bool {
+        self.rays += 1;
+        self.scene.occluded(ray)
+    }
+}
+
+/// The weight of a sample that was drawn with density `a`, where another way would have drawn it with density `b`: Veach's
+/// power heuristic with exponent 2 (PBR 13.10.1). Densities are multiplied by the number of samples of each way.
+pub(crate) fn power_heuristic(a: f64, b: f64) -> f32 {
+    // As a ratio, so that no square overflows.
+    let ratio = b / a;
+    (1.0 / (1.0 + ratio * ratio)) as f32
+}

@@ -1,0 +1,41 @@
+//! Ambient occlusion, as pbrt-v3's AOIntegrator.
+
+use std::f64::consts::PI;
+
+use glam::Vec3;
+
+use super::Tracer;
+use crate::ray::Ray;
+use crate::sampler::SampleStream;
+use crate::warp::{Frame, square_to_cosine_hemisphere, square_to_uniform_hemisphere};
+
+/// Pi times the share of the sky that the surface sees, weighed by the cosine.
+pub(crate) fn li(
+    tracer: &mut Tracer,
+    ray: Ray,
+    stream: &mut SampleStream,
+    cosine: bool,
+    samples: u32,
+) -> Vec3 {
+    let mut ray = ray;
+    let surface = loop {
+        let Some(surface) = tracer.nearest(&ray) else { return Vec3::ZERO };
+        if surface.bsdf().is_some() {
+            break surface;
+        }
+        ray = surface.leave(ray.d);
+    };
+    let n = if surface.n.dot(ray.d) > 0.0 { -surface.n } else { surface.n };
+    let frame = Frame::from_z(n);
+    let mut sum = 0.0;
+    for k in 0..samples {
+        let u = stream.nested(samples, k).next_2d();
+        let local = if cosine { square_to_cosine_hemisphere(u) } else { square_to_uniform_hemisphere(u) };
+        // The cosine over the density by solid angle.
+        let value = if cosine { PI } else { local.z * 2.0 * PI };
+        if !tracer.occluded(&surface.leave(frame.to_world(local))) {
+            sum += value;
+        }
+    }
+    Vec3::splat((sum / f64::from(samples)) as f32)
+}

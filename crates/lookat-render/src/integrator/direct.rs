@@ -1,0 +1,120 @@
+//! Direct lighting (PBR 14.3).
+
+use glam::{DVec3, Vec3};
+use lookat_scene::LightChoice;
+
+use super::{Tracer, power_heuristic};
+use crate::bsdf::Bsdf;
+use crate::ray::Ray;
+use crate::sampler::SampleStream;
+use crate::surface::Surface;
+
+/// The radiance along a camera ray from lights that are seen, and from lights that the surface sees.
+pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, all_lights: bool) -> Vec3 {
+    let mut ray = ray;
+    let mut radiance = Vec3::ZERO;
+    loop {
+        let Some(surface) = tracer.nearest(&ray) else { return radiance + tracer.lights().background() };
+        let wo = -ray.d;
+        let Some(bsdf) = surface.bsdf() else {
+            // pbrt-v3 looks through a surface without a material, and does not see it glow.
+            ray = surface.leave(ray.d);
+            continue;
+        };
+        radiance += surface.le(wo);
+        let count = tracer.lights().len();
+        if all_lights {
+            return radiance + lights(tracer, &surface, &bsdf, wo, stream, 0..count);
+        }
+        let chosen = tracer.lights().choose(LightChoice::Uniform, stream.next_1d());
+        let Some((light, probability)) = chosen else { return radiance };
+        return radiance + lights(tracer, &surface, &bsdf, wo, stream, light..light + 1) / probability as f32;
+    }
+}
+
+/// Light that comes straight to the surface from a range of lights.
+fn lights(
+    tracer: &mut Tracer,
+    surface: &Surface,
+    bsdf: &Bsdf,
+    wo: DVec3,
+    stream: &mut SampleStream,
+    range: std::ops::Range<usize>,
+) -> Vec3 {
+    let table = tracer.lights();
+    // As many directions from the BSDF as the most that a light asks for: one direction serves all lights.
+    let scattered = range.clone().map(|light| table.samples(light)).max().unwrap_or(0);
+    let mut sum = Vec3::ZERO;
+    for light in range.clone() {
+        let samples = table.samples(light);
+        for k in 0..samples {
+            let u = stream.nested(samples, k).next_2d();
+            sum += sampled_light(tracer, surface, bsdf, wo, (light, samples, scattered), u) / samples as f32;
+        }
+        stream.skip(2);
+    }
+    if range.clone().all(|light| table.is_delta(light)) {
+        return sum;
+    }
+    for k in 0..scattered {
+        let Some(sample) = bsdf.sample(wo, stream.nested(scattered, k).next_2d()) else { continue };
+        let found = found_light(
+            tracer,
+            surface,
+            wo,
+            &surface.leave(sample.wi),
+            sample.pdf * f64::from(scattered),
+            &range,
+        );
+        sum += sample.f_cos * found / (sample.pdf as f32 * scattered as f32);
+    }
+    sum
+}
+
+/// One sample of a light: its number, how many samples it has, and how many directions the BSDF.
+fn sampled_light(
+    tracer: &mut Tracer,
+    surface: &Surface,
+    bsdf: &Bsdf,
+    wo: DVec3,
+    (light, samples, scattered): (usize, u32, u32),
+    u: glam::DVec2,
+) -> Vec3 {
+    let Some(sample) = tracer.lights().sample(light, surface, wo, tracer.primitives(), u) else {
+        return Vec3::ZERO;
+    };
+    let f_cos = bsdf.f_cos(wo, sample.shadow.d);
+    if f_cos == Vec3::ZERO || tracer.occluded(&sample.shadow) {
+        return Vec3::ZERO;
+    }
+    let Some(pdf) = sample.pdf else { return f_cos * sample.li };
+    let other = bsdf.pdf(wo, sample.shadow.d) * f64::from(scattered);
+    f_cos * sample.li * power_heuristic(pdf * f64::from(samples), other) / pdf as f32
+}
+
+/// Light that a direction from the BSDF finds, weighed against light sampling.
+fn found_light(
+    tracer: &mut Tracer,
+    from: &Surface,
+    wo: DVec3,
+    ray: &Ray,
+    pdf: f64,
+    range: &std::ops::Range<usize>,
+) -> Vec3 {
+    let table = tracer.lights();
+    let Some(hit) = tracer.nearest(ray) else {
+        let infinite = table.infinite(from, wo, ray.d).filter(|(light, ..)| range.contains(light));
+        return infinite
+            .map(|(light, radiance, other)| {
+                radiance * power_heuristic(pdf, other * f64::from(table.samples(light)))
+            })
+            .sum();
+    };
+    match table.of_surface(&hit).filter(|light| range.contains(light)) {
+        Some(light) => {
+            let other = table.surface_pdf(light, from, &hit) * f64::from(table.samples(light));
+            hit.le(-ray.d) * power_heuristic(pdf, other)
+        }
+        None => Vec3::ZERO,
+    }
+}

@@ -1,0 +1,131 @@
+//! Path tracing (PBR 14.5).
+
+use glam::{DVec3, Vec3};
+use lookat_scene::LightChoice;
+
+use super::{Tracer, power_heuristic};
+use crate::bsdf::Bsdf;
+use crate::ray::Ray;
+use crate::sampler::SampleStream;
+use crate::surface::Surface;
+
+/// What the path integrator is set to.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Settings {
+    pub max_depth: u32,
+    pub roulette_threshold: f64,
+    pub light_choice: LightChoice,
+}
+
+/// How emission that a ray finds counts.
+enum Emission<'s> {
+    /// In full: the ray comes from the camera.
+    Full,
+    /// Weighed against light sampling at the surface that the ray left.
+    Weighed { from: Surface<'s>, wo: DVec3, pdf: f64 },
+    /// Not at all: pbrt-v3 sees no light through a surface without a material, except from the camera.
+    Hidden,
+}
+
+/// The radiance along a camera ray.
+///
+/// pbrt-v3 draws two directions from the BSDF at each surface, one for direct light and one to go on; here one serves
+/// both, at the same mean.
+pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, settings: &Settings) -> Vec3 {
+    let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
+    let mut emission = Emission::Full;
+    let mut ray = ray;
+    let mut bounces = 0;
+    loop {
+        let Some(surface) = tracer.nearest(&ray) else {
+            return radiance + beta * background(tracer, &emission, ray.d, settings.light_choice);
+        };
+        let wo = -ray.d;
+        radiance += beta * emitted(tracer, &emission, &surface, wo, settings.light_choice);
+        if bounces >= settings.max_depth {
+            return radiance;
+        }
+        let Some(bsdf) = surface.bsdf() else {
+            ray = surface.leave(ray.d);
+            if !matches!(emission, Emission::Full) {
+                emission = Emission::Hidden;
+            }
+            continue;
+        };
+        radiance += beta * one_light(tracer, &surface, &bsdf, wo, stream, settings.light_choice);
+        let Some(sample) = bsdf.sample(wo, stream.next_2d()) else { return radiance };
+        beta *= sample.f_cos / sample.pdf as f32;
+        ray = surface.leave(sample.wi);
+        emission = Emission::Weighed { from: surface, wo, pdf: sample.pdf };
+        // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
+        let roulette = stream.next_1d();
+        let strength = f64::from(beta.max_element());
+        if bounces > 3 && strength < settings.roulette_threshold {
+            let end = (1.0 - strength).max(0.05);
+            if roulette < end {
+                return radiance;
+            }
+            beta /= (1.0 - end) as f32;
+        }
+        bounces += 1;
+    }
+}
+
+/// Light that comes straight to a surface from one light, chosen at random.
+fn one_light(
+    tracer: &mut Tracer,
+    surface: &Surface,
+    bsdf: &Bsdf,
+    wo: DVec3,
+    stream: &mut SampleStream,
+    choice: LightChoice,
+) -> Vec3 {
+    let (chooser, u) = (stream.next_1d(), stream.next_2d());
+    let Some((light, probability)) = tracer.lights().choose(choice, chooser) else { return Vec3::ZERO };
+    let Some(sample) = tracer.lights().sample(light, surface, wo, tracer.primitives(), u) else {
+        return Vec3::ZERO;
+    };
+    let f_cos = bsdf.f_cos(wo, sample.shadow.d);
+    if f_cos == Vec3::ZERO || tracer.occluded(&sample.shadow) {
+        return Vec3::ZERO;
+    }
+    let direct = f_cos * sample.li / probability as f32;
+    match sample.pdf {
+        None => direct,
+        Some(pdf) => {
+            let weight = power_heuristic(pdf * probability, bsdf.pdf(wo, sample.shadow.d));
+            direct * weight / pdf as f32
+        }
+    }
+}
+
+/// The emission of a surface that the path has found.
+fn emitted(tracer: &Tracer, emission: &Emission, surface: &Surface, wo: DVec3, choice: LightChoice) -> Vec3 {
+    let le = surface.le(wo);
+    match emission {
+        _ if le == Vec3::ZERO => le,
+        Emission::Full => le,
+        Emission::Hidden => Vec3::ZERO,
+        Emission::Weighed { from, pdf, .. } => {
+            let lights = tracer.lights();
+            let Some(light) = lights.of_surface(surface) else { return Vec3::ZERO };
+            let other = lights.surface_pdf(light, from, surface) * lights.probability(choice, light);
+            le * power_heuristic(*pdf, other)
+        }
+    }
+}
+
+/// The radiance from where there is nothing.
+fn background(tracer: &Tracer, emission: &Emission, d: DVec3, choice: LightChoice) -> Vec3 {
+    let lights = tracer.lights();
+    match emission {
+        Emission::Full => lights.background(),
+        Emission::Hidden => Vec3::ZERO,
+        Emission::Weighed { from, wo, pdf } => lights
+            .infinite(from, *wo, d)
+            .map(|(light, radiance, other)| {
+                radiance * power_heuristic(*pdf, other * lights.probability(choice, light))
+            })
+            .sum(),
+    }
+}

@@ -1,0 +1,45 @@
+//! Renders [`Scene`]s.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! let text = r#"
+//!     LookAt 0 0 -4  0 0 0  0 1 0
+//!     Camera "perspective" "float fov" 40
+//!     Film "image" "integer xresolution" 32 "integer yresolution" 32
+//!     Sampler "sobol" "integer pixelsamples" 16
+//!     Integrator "directlighting"
+//!     WorldBegin
+//!     LightSource "infinite"
+//!     Material "matte" "rgb Kd" [0.5 0.5 0.5]
+//!     Shape "sphere"
+//!     WorldEnd
+//! "#;
+//! let scene = lookat_scene::load(Path::new("demo.pbrt"), &|_| Ok(text.into()), &Default::default()).scene.unwrap();
+//! let rendered = lookat_render::render(&scene, &Default::default(), &|_| std::ops::ControlFlow::Continue(()));
+//! // Half of the light of a white sky comes back from a grey sphere.
+//! let middle = rendered.image.rgb().unwrap()[16 * 32 + 16];
+//! assert!((middle[0] - 0.5).abs() < 0.01);
+//! ```
+
+mod bounds;
+mod bsdf;
+mod bvh;
+mod camera;
+mod film;
+mod filter;
+mod integrator;
+mod light;
+mod prepare;
+mod ray;
+mod render;
+mod sampler;
+mod sphere;
+mod surface;
+mod triangle;
+mod warp;
+
+pub use lookat_image as image;
+pub use lookat_scene as scene;
+pub use lookat_scene::Scene;
+pub use render::{Progress, Rendered, Settings, Statistics, render};

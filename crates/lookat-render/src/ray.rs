@@ -1,0 +1,66 @@
+//! Rays, and the names of what they meet.
+
+use glam::DVec3;
+
+/// A ray in the eye-relative world, or in the space of an object.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ray {
+    /// Origin.
+    pub o: DVec3,
+    /// Direction; of length one in the world.
+    pub d: DVec3,
+    /// Hits beyond this distance, in lengths of `d`, do not count.
+    pub t_max: f64,
+    /// The element that the ray leaves: it is not hit again where it is flat or convex.
+    pub leaving: ElementId,
+    /// The element that a shadow ray goes to: it does not block.
+    pub target: ElementId,
+}
+
+impl Ray {
+    /// An unlimited ray that starts in free space.
+    pub fn new(o: DVec3, d: DVec3) -> Self {
+        Ray { o, d, t_max: f64::INFINITY, leaving: ElementId::NONE, target: ElementId::NONE }
+    }
+
+    pub fn at(&self, t: f64) -> DVec3 {
+        self.o + self.d * t
+    }
+}
+
+/// Names one triangle or curved shape of the scene, the same however the scene is sorted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct ElementId {
+    /// Which instance it belongs to, or [`ElementId::WORLD`].
+    pub instance: u32,
+    /// Which primitive.
+    pub primitive: u32,
+    /// Which triangle of a mesh; 0 for other shapes.
+    pub index: u32,
+}
+
+impl ElementId {
+    /// The instance number of what stands in the world itself.
+    pub const WORLD: u32 = u32::MAX;
+    /// No element.
+    pub const NONE: ElementId = ElementId { instance: u32::MAX, primitive: u32::MAX, index: u32::MAX };
+}
+
+/// The nearest hit of a ray so far.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Hit {
+    /// Distance in lengths of the ray's direction.
+    pub t: f64,
+    /// What is hit.
+    pub element: ElementId,
+    /// Weights of the first two vertices of a triangle, 0 for other shapes.
+    pub barycentric: [f64; 2],
+}
+
+impl Hit {
+    /// Whether a hit of `element` at `t` replaces this one: nearer, or as near and named earlier, so that the order of
+    /// traversal does not matter.
+    pub fn yields_to(&self, t: f64, element: ElementId) -> bool {
+        t < self.t || (t == self.t && element < self.element)
+    }
+}

@@ -1,0 +1,178 @@
+//! From a scene to a picture: passes over tiles, on all threads.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use glam::{DVec2, Vec3};
+use lookat_image::Image;
+use lookat_scene::{Integrator, Scene};
+use rayon::prelude::*;
+
+use crate::camera::CameraRays;
+use crate::film::{Tile, develop, limited, tiles};
+use crate::filter::FilterSampler;
+use crate::integrator::{Tracer, ambient, direct, path};
+use crate::prepare::Traceable;
+use crate::ray::Ray;
+use crate::sampler::SampleStream;
+
+/// How to render, apart from what the scene says.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Settings {
+    /// Chooses the random numbers. The same scene, seed and version give the same picture. Default 0.
+    pub seed: u64,
+    /// Threads; 0, the default, is one for each processor. They do not change the picture.
+    pub threads: usize,
+}
+
+/// How far a rendering is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Progress {
+    /// Camera samples done.
+    pub done: u64,
+    /// Camera samples in all.
+    pub total: u64,
+}
+
+/// What [`render`] gives.
+#[derive(Debug)]
+pub struct Rendered {
+    /// The picture: linear RGB, with the film's crop window as data window.
+    pub image: Image,
+    /// What it took.
+    pub statistics: Statistics,
+    /// Whether all samples were taken; not so after the callback broke off.
+    pub complete: bool,
+}
+
+/// Counts of a rendering.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Statistics {
+    /// Camera samples.
+    pub samples: u64,
+    /// Rays of all kinds.
+    pub rays: u64,
+    /// Samples that were infinite or not a number, and counted as black.
+    pub rejected: u64,
+}
+
+/// Renders a scene. `progress` is called from any thread every now and then; when it breaks, the rendering ends soon and
+/// gives what there is: every pixel with the samples that it has so far.
+pub fn render(
+    scene: &Scene,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Rendered {
+    let run = || run(scene, settings.seed, progress);
+    match rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build() {
+        Ok(pool) => pool.install(run),
+        // No threads of our own: those of the caller.
+        Err(_) => run(),
+    }
+}
+
+fn run(scene: &Scene, seed: u64, progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Rendered {
+    let traceable = Traceable::new(scene);
+    // The integrator is chosen here, once, so that the loop over samples is compiled for it.
+    match scene.integrator {
+        Integrator::DirectLighting { all_lights, .. } => {
+            passes(scene, &traceable, seed, progress, |tracer, ray, stream| {
+                direct::li(tracer, ray, stream, all_lights)
+            })
+        }
+        Integrator::Path { max_depth, roulette_threshold, light_choice } => {
+            let settings = path::Settings { max_depth, roulette_threshold, light_choice };
+            passes(scene, &traceable, seed, progress, |tracer, ray, stream| {
+                path::li(tracer, ray, stream, &settings)
+            })
+        }
+        Integrator::AmbientOcclusion { cosine, samples } => {
+            passes(scene, &traceable, seed, progress, |tracer, ray, stream| {
+                ambient::li(tracer, ray, stream, cosine, samples)
+            })
+        }
+    }
+}
+
+/// What every sample needs.
+struct Context<'a, 's> {
+    scene: &'a Scene,
+    traceable: &'a Traceable<'s>,
+    camera: CameraRays,
+    filter: FilterSampler,
+    seed: u64,
+}
+
+/// Renders in passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole
+/// picture. Samples are added up in their order, whatever the passes, so they do not change the picture.
+fn passes<F>(
+    scene: &Scene,
+    traceable: &Traceable,
+    seed: u64,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    li: F,
+) -> Rendered
+where
+    F: Fn(&mut Tracer, Ray, &mut SampleStream) -> Vec3 + Sync,
+{
+    let (camera, filter) = (CameraRays::new(&scene.camera, &scene.film), FilterSampler::new(&scene.filter));
+    let context = Context { scene, traceable, camera, filter, seed };
+    let mut tiles = tiles(scene.film.crop);
+    let samples = scene.sampler.samples_per_pixel;
+    let total = scene.film.crop.area() * u64::from(samples);
+    let stopped = AtomicBool::new(false);
+    let (done, rays, rejected) = (AtomicU64::new(0), AtomicU64::new(0), AtomicU64::new(0));
+    let mut from = 0;
+    while from < samples && !stopped.load(Ordering::Relaxed) {
+        let to = from.saturating_mul(2).clamp(1, samples);
+        tiles.par_iter_mut().for_each(|tile| {
+            if stopped.load(Ordering::Relaxed) {
+                return;
+            }
+            let counts = render_tile(&context, tile, from..to, &li);
+            rays.fetch_add(counts.rays, Ordering::Relaxed);
+            rejected.fetch_add(counts.rejected, Ordering::Relaxed);
+            let done = done.fetch_add(counts.samples, Ordering::Relaxed) + counts.samples;
+            if progress(Progress { done, total }).is_break() {
+                stopped.store(true, Ordering::Relaxed);
+            }
+        });
+        from = to;
+    }
+    let statistics =
+        Statistics { samples: done.into_inner(), rays: rays.into_inner(), rejected: rejected.into_inner() };
+    Rendered {
+        image: develop(&tiles, &scene.film, context.filter.weight()),
+        statistics,
+        complete: statistics.samples == total,
+    }
+}
+
+fn render_tile<F>(context: &Context, tile: &mut Tile, samples: std::ops::Range<u32>, li: &F) -> Statistics
+where
+    F: Fn(&mut Tracer, Ray, &mut SampleStream) -> Vec3,
+{
+    let scene = context.scene;
+    let mut tracer = Tracer::new(context.traceable);
+    let mut counts = Statistics::default();
+    let bounds = tile.bounds;
+    let places = (bounds.y0..bounds.y1).flat_map(|y| (bounds.x0..bounds.x1).map(move |x| [x, y]));
+    for (pixel, place) in tile.pixels.iter_mut().zip(places) {
+        let center = DVec2::new(f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5);
+        for index in samples.clone() {
+            let mut stream = SampleStream::new(&scene.sampler, context.seed, place, index);
+            let (offset, negative) = context.filter.sample(stream.next_2d());
+            let on_lens = if context.camera.has_lens() { stream.next_2d() } else { DVec2::ZERO };
+            let ray = context.camera.ray(center + offset, on_lens);
+            let mut radiance = li(&mut tracer, ray, &mut stream);
+            if !radiance.is_finite() {
+                debug_assert!(false, "radiance {radiance} in pixel {place:?}, sample {index}");
+                counts.rejected += 1;
+                radiance = Vec3::ZERO;
+            }
+            pixel.add(limited(radiance, &scene.film), negative);
+            counts.samples += 1;
+        }
+    }
+    Statistics { rays: tracer.rays, ..counts }
+}

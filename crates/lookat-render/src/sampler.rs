@@ -1,0 +1,296 @@
+//! Where samples lie: for each pixel and sample a stream of numbers from 0 to 1, that depends on nothing else.
+
+use glam::DVec2;
+use lookat_scene::{Sampler, SamplerKind};
+use rand::Rng;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+/// Numbers for one camera sample. Each call takes the next dimensions of the pattern.
+#[derive(Debug, Clone)]
+pub(crate) struct SampleStream {
+    pattern: Pattern,
+    /// Different for each pixel.
+    seed: u64,
+    /// Which of the samples of the pixel this is, and of how many.
+    index: u32,
+    count: u32,
+    dimension: u32,
+}
+
+#[derive(Debug, Clone)]
+enum Pattern {
+    Random(Pcg64Mcg),
+    Stratified { cells: [u32; 2], jitter: bool },
+    Halton { pixel_center: bool },
+    Sobol { set: u32, numbers: [f32; 4] },
+}
+
+impl SampleStream {
+    /// The stream of sample `index` of a pixel.
+    pub fn new(sampler: &Sampler, seed: u64, pixel: [u32; 2], index: u32) -> Self {
+        let seed = mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ (u64::from(pixel[0]) | u64::from(pixel[1]) << 32));
+        let pattern = match sampler.kind {
+            SamplerKind::Random => Pattern::Random(Pcg64Mcg::seed_from_u64(mix(seed ^ u64::from(index)))),
+            SamplerKind::Stratified { cells, jitter } => Pattern::Stratified { cells, jitter },
+            SamplerKind::Halton { pixel_center } => Pattern::Halton { pixel_center },
+            SamplerKind::Sobol => Pattern::Sobol { set: u32::MAX, numbers: [0.0; 4] },
+        };
+        SampleStream { pattern, seed, index, count: sampler.samples_per_pixel, dimension: 0 }
+    }
+
+    /// The stream from here on for the `k`-th of `count` samples that are nested in this one: together they are as well
+    /// distributed as `count` times as many samples of the pixel.
+    pub fn nested(&self, count: u32, k: u32) -> Self {
+        let mut nested = self.clone();
+        nested.index = self.index.wrapping_mul(count).wrapping_add(k);
+        nested.count = self.count.saturating_mul(count);
+        match &mut nested.pattern {
+            Pattern::Random(random) => {
+                *random = Pcg64Mcg::seed_from_u64(mix(self.hash(self.dimension) ^ u64::from(k)));
+            }
+            Pattern::Stratified { cells, .. } => cells[0] = cells[0].saturating_mul(count),
+            Pattern::Sobol { set, .. } => *set = u32::MAX,
+            Pattern::Halton { .. } => {}
+        }
+        nested
+    }
+
+    /// Leaves dimensions for what [`SampleStream::nested`] streams take.
+    pub fn skip(&mut self, dimensions: u32) {
+        self.dimension += dimensions;
+    }
+
+    /// One number.
+    pub fn next_1d(&mut self) -> f64 {
+        self.dimension += 1;
+        self.number(self.dimension - 1)
+    }
+
+    /// A point of the unit square.
+    pub fn next_2d(&mut self) -> DVec2 {
+        self.dimension += 2;
+        let at = self.dimension - 2;
+        if let Pattern::Stratified { cells, jitter } = self.pattern {
+            return self.stratified(cells, jitter, at);
+        }
+        if matches!(self.pattern, Pattern::Halton { pixel_center: true }) && at == 0 {
+            return DVec2::splat(0.5);
+        }
+        DVec2::new(self.number(at), self.number(at + 1))
+    }
+
+    fn number(&mut self, dimension: u32) -> f64 {
+        let hash = self.hash(dimension);
+        match &mut self.pattern {
+            Pattern::Random(random) => unit(random.next_u64()),
+            Pattern::Stratified { jitter, .. } => {
+                let stratum = permute(self.index, self.count, hash as u32);
+                let within = if *jitter { unit(mix(hash ^ u64::from(self.index) << 32)) } else { 0.5 };
+                (f64::from(stratum) + within) / f64::from(self.count)
+            }
+            Pattern::Halton { .. } => match PRIMES.get(dimension as usize) {
+                Some(base) => scrambled_radical_inverse(*base, self.index, self.count, hash),
+                None => unit(mix(hash ^ u64::from(self.index) << 32)),
+            },
+            Pattern::Sobol { set, numbers } => {
+                if *set != dimension / 4 {
+                    *set = dimension / 4;
+                    *numbers = sobol(self.index, *set, self.seed);
+                }
+                f64::from(numbers[dimension as usize % 4])
+            }
+        }
+    }
+
+    fn stratified(&self, [across, down]: [u32; 2], jitter: bool, dimension: u32) -> DVec2 {
+        let hash = self.hash(dimension);
+        let cell = permute(self.index % (across * down).max(1), across * down, hash as u32);
+        let random = mix(hash ^ u64::from(self.index) << 32);
+        let within = if jitter { DVec2::new(unit(random), unit(mix(random))) } else { DVec2::splat(0.5) };
+        (DVec2::new(f64::from(cell % across), f64::from(cell / across)) + within)
+            / DVec2::new(f64::from(across), f64::from(down))
+    }
+
+    fn hash(&self, dimension: u32) -> u64 {
+        mix(self.seed ^ (u64::from(dimension) << 32 | 0x5bd1))
+    }
+}
+
+/// Four dimensions of Owen-scrambled Sobol. The sequence has 2^16 points and 256 dimensions; beyond them others, scrambled
+/// on their own, take over.
+fn sobol(index: u32, set: u32, seed: u64) -> [f32; 4] {
+    let sets = sobol_burley::NUM_DIMENSION_SETS_4D;
+    let (round, within) = (index >> 16, index & 0xffff);
+    let scramble = mix(seed ^ (u64::from(round) << 32 | u64::from(set / sets)));
+    sobol_burley::sample_4d(within, set % sets, scramble as u32)
+}
+
+/// The radical inverse of `index` with its digits permuted after Owen: each by the digits before it. Digits beyond those
+/// that tell `count` indices apart are random.
+fn scrambled_radical_inverse(base: u32, index: u32, count: u32, hash: u64) -> f64 {
+    let (mut rest, mut told_apart) = (index, 1_u64);
+    let (mut prefix, mut scale, mut value) = (0_u64, 1.0, 0.0);
+    while told_apart < u64::from(count) {
+        let digit = permute(rest % base, base, mix(hash ^ prefix) as u32);
+        rest /= base;
+        told_apart *= u64::from(base);
+        // Counted from 1, so that prefixes of different lengths differ.
+        prefix = prefix.wrapping_mul(u64::from(base)).wrapping_add(u64::from(digit) + 1);
+        scale /= f64::from(base);
+        value += f64::from(digit) * scale;
+    }
+    (value + unit(mix(hash ^ prefix ^ 0x1234_5678_9abc_def0)) * scale).min(BELOW_ONE)
+}
+
+/// The image of `i` under a permutation of `0..n` that `seed` chooses (Kensler, "Correlated Multi-Jittered Sampling",
+/// 2013).
+fn permute(mut i: u32, n: u32, seed: u32) -> u32 {
+    if n <= 1 {
+        return 0;
+    }
+    let mask = n.next_power_of_two().wrapping_sub(1);
+    loop {
+        i ^= seed;
+        i = i.wrapping_mul(0xe170_893d);
+        i ^= seed >> 16;
+        i ^= (i & mask) >> 4;
+        i ^= seed >> 8;
+        i = i.wrapping_mul(0x0929_eb3f);
+        i ^= seed >> 23;
+        i ^= (i & mask) >> 1;
+        i = i.wrapping_mul(1 | seed >> 27);
+        i = i.wrapping_mul(0x6935_fa69);
+        i ^= (i & mask) >> 11;
+        i = i.wrapping_mul(0x74dc_b303);
+        i ^= (i & mask) >> 2;
+        i = i.wrapping_mul(0x9e50_1cc3);
+        i ^= (i & mask) >> 2;
+        i = i.wrapping_mul(0xc860_a3df);
+        i &= mask;
+        i ^= i >> 5;
+        if i < n {
+            return i.wrapping_add(seed) % n;
+        }
+    }
+}
+
+/// The largest number below one.
+const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
+/// 53 bits as a number from 0 to below 1.
+fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 * (0.5 / (1_u64 << 52) as f64)
+}
+
+/// Spreads every bit over all bits (Stafford's variant 13 of the finaliser of MurmurHash3).
+fn mix(mut x: u64) -> u64 {
+    x ^= x >> 30;
+    x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x ^= x >> 27;
+    x = x.wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// The bases of the Halton sequence. Dimensions beyond them are random.
+const PRIMES: [u32; 128] = primes();
+
+const fn primes() -> [u32; 128] {
+    let mut primes = [2; 128];
+    let (mut found, mut candidate) = (1, 3);
+    while found < primes.len() {
+        let mut at = 0;
+        while at < found && candidate % primes[at] != 0 {
+            at += 1;
+        }
+        if at == found {
+            primes[found] = candidate;
+            found += 1;
+        }
+        candidate += 2;
+    }
+    primes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const KINDS: [SamplerKind; 4] = [
+        SamplerKind::Random,
+        SamplerKind::Stratified { cells: [8, 8], jitter: true },
+        SamplerKind::Halton { pixel_center: false },
+        SamplerKind::Sobol,
+    ];
+
+    fn streams(kind: SamplerKind, count: u32, pixel: [u32; 2]) -> impl Iterator<Item = SampleStream> {
+        let sampler = Sampler { kind, samples_per_pixel: count };
+        (0..count).map(move |index| SampleStream::new(&sampler, 7, pixel, index))
+    }
+
+    #[test]
+    fn numbers_lie_in_the_unit_interval_and_repeat() {
+        for kind in KINDS {
+            for mut stream in streams(kind, 64, [3, 4]) {
+                let mut again = stream.clone();
+                for _ in 0..300 {
+                    let x = stream.next_1d();
+                    assert!((0.0..1.0).contains(&x), "{kind:?}");
+                    assert_eq!(x, again.next_1d());
+                }
+            }
+        }
+    }
+
+    /// Every stratum of a well distributed pattern holds one sample.
+    #[test]
+    fn first_dimensions_are_stratified() {
+        let occupied = |kind, base: u32, dimension| {
+            let mut cells = vec![0; 64];
+            for mut stream in streams(kind, 64, [1, 2]) {
+                let numbers: Vec<f64> = (0..4).map(|_| stream.next_1d()).collect();
+                cells[(numbers[dimension] * f64::from(base)) as usize] += 1;
+            }
+            cells[..base as usize].iter().filter(|count| **count > 0).count()
+        };
+        assert_eq!(occupied(KINDS[1], 64, 0), 64);
+        assert_eq!(occupied(KINDS[2], 64, 0), 64);
+        assert_eq!(occupied(KINDS[2], 27, 1), 27);
+        assert_eq!(occupied(KINDS[3], 64, 0), 64);
+        assert_eq!(occupied(KINDS[3], 64, 3), 64);
+    }
+
+    /// The errors of estimates in neighbouring pixels, and of different dimensions in one pixel, have nothing in common.
+    #[test]
+    fn errors_of_neighbours_are_not_correlated() {
+        let pixels = 2000;
+        for kind in KINDS {
+            // The share of 16 samples that fall below a threshold, less its mean.
+            let error = |pixel: [u32; 2], dimension: usize| -> f64 {
+                let number = |mut stream: SampleStream| (0..=dimension).map(|_| stream.next_1d()).last();
+                let below = streams(kind, 16, pixel).filter_map(number).filter(|x| *x < 0.37).count();
+                below as f64 / 16.0 - 0.37
+            };
+            let errors = |step: [u32; 2], dimension| -> Vec<f64> {
+                (0..pixels).map(|x| error([x + step[0], step[1]], dimension)).collect()
+            };
+            let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+            let here = errors([0, 0], 0);
+            for (step, dimension) in [([1, 0], 0), ([0, 1], 0), ([0, 0], 1), ([0, 0], 7)] {
+                let there = errors(step, dimension);
+                let r = product(&here, &there) / (product(&here, &here) * product(&there, &there)).sqrt();
+                // Four standard deviations.
+                assert!(r.abs() < 4.0 / f64::from(pixels).sqrt(), "{kind:?} {step:?} {dimension}: {r}");
+            }
+        }
+    }
+
+    #[test]
+    fn permutations_are_permutations() {
+        for n in [1, 2, 3, 10, 64, 100] {
+            let mut image: Vec<u32> = (0..n).map(|i| permute(i, n, 12345)).collect();
+            image.sort_unstable();
+            assert_eq!(image, (0..n).collect::<Vec<_>>());
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The point of a surface that a ray has hit.
+
+use glam::{DVec3, Vec3};
+use lookat_scene::{Mesh, Primitive, Shape};
+
+use crate::bsdf::Bsdf;
+use crate::prepare::{Traceable, corners};
+use crate::ray::{ElementId, Hit, Ray};
+
+/// A point of a surface, relative to the eye. Normals have length one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Surface<'s> {
+    /// Position.
+    pub p: DVec3,
+    /// The geometric normal, on the side that pbrt-v3 gives it.
+    pub n: DVec3,
+    /// The shading normal.
+    pub ns: DVec3,
+    /// The side that emits light.
+    pub emitting: DVec3,
+    /// What was hit.
+    pub element: ElementId,
+    /// The shape with its material.
+    pub primitive: &'s Primitive,
+}
+
+impl<'s> Surface<'s> {
+    /// The surface at a hit of `ray`.
+    pub fn new(scene: &Traceable<'s>, ray: &Ray, hit: &Hit) -> Self {
+        let primitive = scene.primitives[hit.element.primitive as usize];
+        let instance = scene.instance(hit.element.instance);
+        let surface = match &primitive.shape {
+            Shape::Sphere(_) => {
+                let place = match instance {
+                    Some(instance) => instance.to_object(ray.at(hit.t)),
+                    None => ray.at(hit.t),
+                };
+                // The hit is as exact as its distance; the sphere is exacter.
+                let (p, outward) = match scene.sphere(hit.element.primitive) {
+                    Some(sphere) => sphere.project(place),
+                    None => (place, DVec3::Z),
+                };
+                let n = if primitive.flip_normal { -outward } else { outward };
+                Surface {
+                    p,
+                    n,
+                    ns: n,
+                    emitting: emitting_side(primitive, outward),
+                    element: hit.element,
+                    primitive,
+                }
+            }
+            Shape::TriangleMesh(mesh) => {
+                let eye = if instance.is_some() { DVec3::ZERO } else { scene.eye };
+                let [b0, b1] = hit.barycentric;
+                on_triangle(primitive, mesh, hit.element, [b0, b1, 1.0 - b0 - b1], eye)
+            }
+        };
+        match instance {
+            Some(instance) => Surface {
+                p: instance.to_world(surface.p),
+                n: instance.normal_to_world(surface.n),
+                ns: instance.normal_to_world(surface.ns),
+                emitting: instance.normal_to_world(surface.emitting),
+                ..surface
+            },
+            None => surface,
+        }
+    }
+
+    /// The radiance that the surface emits towards `wo`.
+    pub fn le(&self, wo: DVec3) -> Vec3 {
+        match &self.primitive.emission {
+            Some(emission) if emission.two_sided || self.emitting.dot(wo) > 0.0 => emission.radiance,
+            _ => Vec3::ZERO,
+        }
+    }
+
+    /// How it scatters light; `None` where light passes.
+    pub fn bsdf(&self) -> Option<Bsdf> {
+        Bsdf::new(&self.primitive.material, self.n, self.ns)
+    }
+
+    /// A ray that leaves the surface in direction `d`, unlimited.
+    ///
+    /// The element itself is not met again. Others that touch it here are told from it by an offset of 2^-40 of the
+    /// coordinates, thousands of times their rounding and less than any gap in a scene.
+    pub fn leave(&self, d: DVec3) -> Ray {
+        let offset = self.n * (self.p.abs().max_element() * OFFSET).copysign(self.n.dot(d));
+        Ray { leaving: self.element, ..Ray::new(self.p + offset, d) }
+    }
+}
+
+/// 2^-40.
+const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// The point of a triangle with the given weights of its corners.
+pub(crate) fn on_triangle<'s>(
+    primitive: &'s Primitive,
+    mesh: &Mesh,
+    element: ElementId,
+    [b0, b1, b2]: [f64; 3],
+    eye: DVec3,
+) -> Surface<'s> {
+    let index = element.index as usize;
+    let [p0, p1, p2] = corners(mesh, index, eye);
+    let p = p0 * b0 + p1 * b1 + p2 * b2;
+    // Scaled, so that the product of edges of any length neither vanishes nor overflows.
+    let (e1, e2) = (p1 - p0, p2 - p0);
+    let size = e1.abs().max_element().max(e2.abs().max_element());
+    let winding = (e1 / size).cross(e2 / size).normalize_or(DVec3::Z);
+    // The side of the winding order in the mesh's own space.
+    let own = if mesh.mirrored { -winding } else { winding };
+    let interpolated = |normals: &[[f64; 3]]| {
+        let [n0, n1, n2] = mesh.triangle(index).map(|vertex| DVec3::from(normals[vertex]));
+        (n0 * b0 + n1 * b1 + n2 * b2).try_normalize()
+    };
+    let smooth = if mesh.normals.is_empty() { None } else { interpolated(&mesh.normals) };
+    match smooth {
+        // pbrt-v3: normals of the file decide the sides, whatever ReverseOrientation says; and mirroring flips them.
+        Some(smooth) => {
+            let ns = if mesh.mirrored { -smooth } else { smooth };
+            let facing = |n: DVec3| if winding.dot(n) < 0.0 { -winding } else { winding };
+            Surface { p, n: facing(ns), ns, emitting: facing(smooth), element, primitive }
+        }
+        None => {
+            let n = if primitive.flip_normal { -winding } else { winding };
+            Surface { p, n, ns: n, emitting: emitting_side(primitive, own), element, primitive }
+        }
+    }
+}
+
+/// The side that emits, given that of the shape's own normal.
+pub(crate) fn emitting_side(primitive: &Primitive, own: DVec3) -> DVec3 {
+    if primitive.emission.is_some_and(|emission| emission.reversed) { -own } else { own }
+}

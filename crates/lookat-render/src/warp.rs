@@ -1,0 +1,92 @@
+//! From the unit square to other domains, with the densities that result.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+/// Uniform on the unit disk (Shirley and Chiu's concentric map; PBR 13.6.2).
+pub(crate) fn square_to_disk(u: DVec2) -> DVec2 {
+    let p = 2.0 * u - DVec2::ONE;
+    if p == DVec2::ZERO {
+        return p;
+    }
+    let (radius, angle) = if p.x.abs() > p.y.abs() {
+        (p.x, FRAC_PI_4 * (p.y / p.x))
+    } else {
+        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
+    };
+    DVec2::from_angle(angle) * radius
+}
+
+/// Directions around +z in proportion to their cosine (PBR 13.6.3).
+pub(crate) fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
+    let disk = square_to_disk(u);
+    disk.extend((1.0 - disk.length_squared()).max(0.0).sqrt())
+}
+
+/// Density of [`square_to_cosine_hemisphere`] by solid angle.
+pub(crate) fn square_to_cosine_hemisphere_pdf(cos_theta: f64) -> f64 {
+    cos_theta.max(0.0) / PI
+}
+
+/// Directions around +z, all alike (PBR 13.6.1).
+pub(crate) fn square_to_uniform_hemisphere(u: DVec2) -> DVec3 {
+    let sin_theta = (1.0 - u.x * u.x).max(0.0).sqrt();
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    DVec3::new(cos * sin_theta, sin * sin_theta, u.x)
+}
+
+/// Points of the unit sphere, all alike (PBR 13.6.1).
+pub(crate) fn square_to_uniform_sphere(u: DVec2) -> DVec3 {
+    let z = 1.0 - 2.0 * u.x;
+    let sin_theta = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    DVec3::new(cos * sin_theta, sin * sin_theta, z)
+}
+
+/// Directions within a cone around +z, given `1 - cos` of its half angle, which small cones need for accuracy.
+pub(crate) fn square_to_uniform_cone(u: DVec2, one_minus_cos_max: f64) -> DVec3 {
+    let one_minus_cos = u.x * one_minus_cos_max;
+    let sin_theta = (one_minus_cos * (2.0 - one_minus_cos)).max(0.0).sqrt();
+    let (sin, cos) = (TAU * u.y).sin_cos();
+    DVec3::new(cos * sin_theta, sin * sin_theta, 1.0 - one_minus_cos)
+}
+
+/// Density of [`square_to_uniform_cone`] by solid angle.
+pub(crate) fn square_to_uniform_cone_pdf(one_minus_cos_max: f64) -> f64 {
+    1.0 / (TAU * one_minus_cos_max)
+}
+
+/// Weights of the first two corners of a triangle, for points all alike (PBR 13.6.5).
+pub(crate) fn square_to_triangle(u: DVec2) -> [f64; 2] {
+    let root = u.x.sqrt();
+    [1.0 - root, u.y * root]
+}
+
+/// An orthonormal frame with `n`, of length one, as its z axis (Duff et al., "Building an Orthonormal Basis,
+/// Revisited", JCGT 6(1), 2017).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frame {
+    pub x: DVec3,
+    pub y: DVec3,
+    pub z: DVec3,
+}
+
+impl Frame {
+    pub fn from_z(z: DVec3) -> Self {
+        let sign = 1.0_f64.copysign(z.z);
+        let a = -1.0 / (sign + z.z);
+        let b = z.x * z.y * a;
+        let x = DVec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x);
+        let y = DVec3::new(b, sign + z.y * z.y * a, -z.y);
+        Frame { x, y, z }
+    }
+
+    pub fn to_world(self, v: DVec3) -> DVec3 {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+
+    pub fn to_local(self, v: DVec3) -> DVec3 {
+        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+}

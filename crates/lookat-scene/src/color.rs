@@ -1,0 +1,140 @@
+//! Colors: everything becomes linear RGB, as in pbrt-v3's default build.
+
+use glam::{DMat3, DVec3, Vec3};
+use lookat_syntax::{Diagnostic, Param, ParamType, Span, Text, Values};
+
+use crate::cie;
+use crate::files::{Files, reason};
+
+/// The color that a parameter gives. A list of several is cut to the first.
+pub(crate) fn from_param(param: &Param, files: &Files) -> Result<Vec3, Diagnostic> {
+    let at = param.values.span;
+    Ok(match (&param.values.value, param.ty) {
+        (Values::Triples(values), ParamType::Xyz) => from_xyz(values[0].into()),
+        (Values::Triples(values), _) => DVec3::from(values[0]).as_vec3(),
+        (Values::Pairs(values), _) => from_blackbody(values[0][0], values[0][1]),
+        (Values::Numbers(values), _) => from_samples(values, at)?,
+        (Values::Strings(names), _) => from_file(names, at, files)?,
+        _ => Vec3::ZERO,
+    })
+}
+
+/// pbrt-v3's XYZToRGB: the primaries of ITU-R BT.709.
+fn from_xyz(xyz: DVec3) -> Vec3 {
+    let rgb_from_xyz = DMat3::from_cols_array(&[
+        3.240479, -0.969256, 0.055648, //
+        -1.537150, 1.875991, -0.204043, //
+        -0.498535, 0.041556, 1.057311,
+    ]);
+    (rgb_from_xyz * xyz).as_vec3()
+}
+
+/// The color of light with the given spectral radiance at the wavelengths of the CIE table (pbrt-v3's
+/// RGBSpectrum::FromSampled). A constant 1 has a luminance of 1.
+fn from_spectrum(radiance: impl Fn(f64) -> f64) -> Vec3 {
+    let mut xyz = DVec3::ZERO;
+    for (index, response) in cie::XYZ.iter().enumerate() {
+        xyz += Vec3::from(*response).as_dvec3() * radiance(cie::FIRST + index as f64);
+    }
+    // pbrt-v3 divides by the number of samples, not of the steps between them.
+    let samples = cie::XYZ.len() as f64;
+    from_xyz(xyz * (samples - 1.0) / (cie::Y_INTEGRAL * samples))
+}
+
+/// A black body of the given temperature in kelvin, scaled so that its peak over wavelength is `scale`.
+fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
+    if kelvin <= 0.0 {
+        return Vec3::ZERO;
+    }
+    // Planck's law without its constant factor, which the normalisation takes out.
+    let planck = |nanometres: f64| {
+        let metres = nanometres * 1e-9;
+        // h c / k, CODATA 2010, as pbrt-v3.
+        let exponent = 6.626_069_57e-34 * 299_792_458.0 / 1.380_648_8e-23 / (metres * kelvin);
+        metres.powi(-5) / exponent.exp_m1()
+    };
+    // Wien's displacement law.
+    let peak = planck(2.897_772_1e-3 / kelvin * 1e9);
+    from_spectrum(|nanometres| planck(nanometres) / peak) * scale as f32
+}
+
+/// A spectrum given as wavelength and value by turns, in any order of wavelengths.
+fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Diagnostic> {
+    if flat.is_empty() || !flat.len().is_multiple_of(2) {
+        let message = format!("a spectrum is pairs of wavelength and value; {} numbers given", flat.len());
+        return Err(Diagnostic::error(at, message));
+    }
+    let mut samples: Vec<(f64, f64)> = flat.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(from_spectrum(|nanometres| interpolate(&samples, nanometres)))
+}
+
+/// Linear between samples, constant beyond them.
+fn interpolate(samples: &[(f64, f64)], at: f64) -> f64 {
+    let after = samples.partition_point(|(wavelength, _)| *wavelength <= at);
+    match (after.checked_sub(1).map(|before| samples[before]), samples.get(after)) {
+        (Some((x0, y0)), Some((x1, y1))) => y0 + (y1 - y0) * (at - x0) / (x1 - x0),
+        (Some((_, y)), None) | (None, Some(&(_, y))) => y,
+        (None, None) => 0.0,
+    }
+}
+
+/// A spectrum from a file of numbers; `#` starts a comment.
+fn from_file(names: &[Text], at: Span, files: &Files) -> Result<Vec3, Diagnostic> {
+    let Some(name) = names.first() else {
+        return Err(Diagnostic::error(at, "a spectrum needs the name of a file"));
+    };
+    let (path, bytes) = files.read_named(&name.value, name.span).map_err(|(path, error)| {
+        Diagnostic::error(name.span, format!("cannot read {}: {}", path.display(), reason(&error)))
+    })?;
+    let text = String::from_utf8_lossy(&bytes);
+    let mut numbers = Vec::new();
+    for (index, line) in text.lines().enumerate() {
+        for word in
+            line.split('#').next().unwrap_or("").split([' ', '\t', ',']).filter(|word| !word.is_empty())
+        {
+            match word.parse::<f64>() {
+                Ok(number) if number.is_finite() => numbers.push(number),
+                _ => {
+                    let message = format!("{} line {}: `{word}` is not a number", path.display(), index + 1);
+                    return Err(Diagnostic::error(name.span, message));
+                }
+            }
+        }
+    }
+    if numbers.len() % 2 == 1 {
+        numbers.pop();
+    }
+    from_samples(&numbers, name.span)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: Vec3, b: [f32; 3]) {
+        assert!((a - Vec3::from(b)).abs().max_element() < 2e-3, "{a} {b:?}");
+    }
+
+    #[test]
+    fn equal_energy_is_nearly_white() {
+        // pbrt-v3 prints these for Spectrum::FromSampled of a constant 1.
+        near(from_spectrum(|_| 1.0), [1.2022, 0.9465, 0.9068]);
+    }
+
+    #[test]
+    fn hot_bodies_are_blue_and_cool_ones_red() {
+        let (hot, cool) = (from_blackbody(10000.0, 1.0), from_blackbody(2700.0, 1.0));
+        assert!(hot.z > hot.x && cool.x > 3.0 * cool.z, "{hot} {cool}");
+        assert_eq!(from_blackbody(0.0, 1.0), Vec3::ZERO);
+    }
+
+    #[test]
+    fn spectra_are_interpolated_between_their_samples() {
+        let samples = [(400.0, 1.0), (500.0, 3.0)];
+        assert_eq!(
+            [300.0, 400.0, 450.0, 500.0, 600.0].map(|at| interpolate(&samples, at)),
+            [1.0, 1.0, 2.0, 3.0, 3.0]
+        );
+    }
+}

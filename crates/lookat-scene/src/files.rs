@@ -1,0 +1,98 @@
+//! Reads files through the function that the caller gives.
+
+use std::io;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+use lookat_syntax::{FileId, Span};
+
+use crate::sources::{Source, Sources};
+
+/// Reads a whole file. Tests need no disk, and programs decide what `-` means.
+pub type Read<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
+
+/// The files of a scene, and how to read more.
+pub(crate) struct Files<'a> {
+    pub sources: Sources,
+    read: &'a Read<'a>,
+    /// The directory of the scene file.
+    root: PathBuf,
+}
+
+impl<'a> Files<'a> {
+    pub fn new(scene: &Path, read: &'a Read<'a>) -> Self {
+        Files { sources: Sources::default(), read, root: parent(scene) }
+    }
+
+    /// Reads a scene file or an included one.
+    pub fn open(&mut self, path: PathBuf, included_at: Option<Span>) -> io::Result<FileId> {
+        let text: Arc<[u8]> = (self.read)(&path)?.into();
+        Ok(self.add(path, text, included_at))
+    }
+
+    /// Adds a file whose text is known already.
+    pub fn add(&mut self, path: PathBuf, text: Arc<[u8]>, included_at: Option<Span>) -> FileId {
+        self.sources.files.push(Source { path, text, included_at });
+        FileId(self.sources.files.len() as u32 - 1)
+    }
+
+    /// Reads the file that is named at `span`: relative to the file that names it, or else to the scene file, which is
+    /// pbrt-v3's rule. Gives the path that was found, or the one tried first with the reason why not.
+    pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Vec<u8>), (PathBuf, io::Error)> {
+        let beside = normal(&parent(&self.sources.file(span.file).path).join(name));
+        let error = match (self.read)(&beside) {
+            Ok(bytes) => return Ok((beside, bytes)),
+            Err(error) => error,
+        };
+        let from_root = normal(&self.root.join(name));
+        if from_root != beside
+            && let Ok(bytes) = (self.read)(&from_root)
+        {
+            return Ok((from_root, bytes));
+        }
+        Err((beside, error))
+    }
+}
+
+fn parent(path: &Path) -> PathBuf {
+    path.parent().unwrap_or(Path::new("")).to_owned()
+}
+
+/// The path without `.` and without `..` that can be taken back, so that a file has one name.
+fn normal(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(out.components().next_back(), Some(Component::Normal(_))) => {
+                out.pop();
+            }
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+/// Why a file cannot be read, in plain words.
+pub(crate) fn reason(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file".into(),
+        io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
+        io::ErrorKind::IsADirectory => "it is a directory".into(),
+        _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_have_one_name() {
+        let check = |path, expected| assert_eq!(normal(Path::new(path)), Path::new(expected));
+        check("a/./b/../c.pbrt", "a/c.pbrt");
+        check("../a.pbrt", "../a.pbrt");
+        check("a/../../b", "../b");
+        check("/x/../y", "/y");
+    }
+}

@@ -1,0 +1,145 @@
+//! `Film`: the size of the picture and where it goes.
+
+use std::path::PathBuf;
+
+use crate::Overrides;
+use crate::params::Params;
+
+/// The film.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Film {
+    /// Width and height of the full picture in pixels, at least 1 (`xresolution`, default 1280, and `yresolution`,
+    /// default 720).
+    pub resolution: [u32; 2],
+    /// The pixels that are rendered (`cropwindow`, default all), never empty.
+    pub crop: PixelBounds,
+    /// Factor on every pixel (`scale`, default 1).
+    pub scale: f64,
+    /// Samples brighter than this luminance are dimmed to it (`maxsampleluminance`, default infinite).
+    pub max_sample_luminance: f64,
+    /// Where the picture goes (`filename`, default `pbrt.exr`).
+    pub file: PathBuf,
+}
+
+/// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PixelBounds {
+    /// First column.
+    pub x0: u32,
+    /// First row.
+    pub y0: u32,
+    /// The column after the last.
+    pub x1: u32,
+    /// The row after the last.
+    pub y1: u32,
+}
+
+impl PixelBounds {
+    /// Columns.
+    pub fn width(self) -> u32 {
+        self.x1 - self.x0
+    }
+
+    /// Rows.
+    pub fn height(self) -> u32 {
+        self.y1 - self.y0
+    }
+
+    /// Pixels.
+    pub fn area(self) -> u64 {
+        u64::from(self.width()) * u64::from(self.height())
+    }
+}
+
+impl Film {
+    /// What pbrt-v3 uses where there is no Film.
+    pub(crate) fn pbrt_default() -> Self {
+        let [x1, y1] = [1280, 720];
+        Film {
+            resolution: [x1, y1],
+            crop: PixelBounds { x0: 0, y0: 0, x1, y1 },
+            scale: 1.0,
+            max_sample_luminance: f64::INFINITY,
+            file: "pbrt.exr".into(),
+        }
+    }
+}
+
+/// The longest side of a film. Beyond it lies a slip, not a picture.
+const MAX_SIDE: i32 = 1_000_000;
+/// The most pixels that one run renders: about 5 GB of sums.
+const MAX_PIXELS: u64 = 100_000_000;
+
+pub(crate) const NAMES: &[&str] = &["image"];
+
+/// pbrt-v3's CreateFilm.
+pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Option<Film> {
+    if params.kind() != "image" {
+        return params.unknown_kind(NAMES);
+    }
+    let resolution = resolution(params, overrides);
+    let crop = crop(params, overrides, resolution);
+    let scale = params.float("scale", 1.0);
+    let max_sample_luminance = params.float("maxsampleluminance", f64::INFINITY);
+    if max_sample_luminance <= 0.0 {
+        params.reject("maxsampleluminance", "maxsampleluminance is more than 0", None);
+    }
+    // Only the realistic camera asks for the size of the sensor.
+    params.float("diagonal", 35.0);
+    let file = params.string("filename").map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
+    params.finish().then_some(Film { resolution, crop, scale, max_sample_luminance, file })
+}
+
+fn resolution(params: &mut Params, overrides: &Overrides) -> [u32; 2] {
+    let mut side = |name: &'static str, default: i32| {
+        let pixels = params.integer(name, default);
+        if (1..=MAX_SIDE).contains(&pixels) {
+            return pixels as u32;
+        }
+        params.reject(name, format!("{name} is from 1 to {MAX_SIDE} pixels"), None);
+        1
+    };
+    let own = [side("xresolution", 1280), side("yresolution", 720)];
+    match overrides.resolution {
+        Some(resolution) => resolution,
+        None if overrides.quick => own.map(|side| (side / 4).max(1)),
+        None => own,
+    }
+}
+
+/// The bounds of pbrt-v3's Film, by `ceil` in `f32`, so that they are the same pixels.
+fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> PixelBounds {
+    let given = params.floats("cropwindow");
+    let mut edges = [0.0, 1.0, 0.0, 1.0];
+    if let Some(given) = given {
+        match <[f64; 4]>::try_from(given) {
+            Ok(four) => edges = four,
+            Err(other) => {
+                let message = format!("cropwindow takes 4 values, not {}", other.len());
+                params.reject("cropwindow", message, Some("they are xmin xmax ymin ymax, from 0 to 1"));
+            }
+        }
+    }
+    let edges = overrides.crop.unwrap_or(edges);
+    let pixel = |edge: f64, side: u32| (side as f32 * edge.clamp(0.0, 1.0) as f32).ceil() as u32;
+    let [x0, x1, y0, y1] = edges;
+    let mut bounds = PixelBounds {
+        x0: pixel(x0.min(x1), resolution[0]),
+        x1: pixel(x0.max(x1), resolution[0]),
+        y0: pixel(y0.min(y1), resolution[1]),
+        y1: pixel(y0.max(y1), resolution[1]),
+    };
+    if bounds.area() == 0 {
+        params.reject(
+            "cropwindow",
+            "the crop window holds no pixel",
+            Some("it is xmin xmax ymin ymax, from 0 to 1"),
+        );
+        bounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
+    }
+    if bounds.area() > MAX_PIXELS {
+        let message = format!("a picture of {} pixels; one run renders at most {MAX_PIXELS}", bounds.area());
+        params.reject("xresolution", message, Some("render parts of it with cropwindow"));
+    }
+    bounds
+}

@@ -1,0 +1,81 @@
+//! `PixelFilter`: how samples are weighed into pixels.
+
+use glam::DVec2;
+
+use crate::params::Params;
+
+/// A reconstruction filter: a product of the same function of x and of y, zero beyond its radius (`xwidth`, `ywidth`, in
+/// pixels, more than 0).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Filter {
+    /// Half the width along x and y, in pixels.
+    pub radius: DVec2,
+    /// The function.
+    pub kind: FilterKind,
+}
+
+/// The function of a filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FilterKind {
+    /// Constant. Default radius 0.5; pbrt-v3's default filter.
+    Box,
+    /// Falls linearly. Default radius 2.
+    Triangle,
+    /// `exp(-alpha x^2) - exp(-alpha radius^2)`. Default radius 2.
+    Gaussian {
+        /// Rate of falloff, default 2.
+        alpha: f64,
+    },
+    /// Mitchell and Netravali's, 1988. Default radius 2.
+    Mitchell {
+        /// Blur, default 1/3.
+        b: f64,
+        /// Ringing, default 1/3.
+        c: f64,
+    },
+    /// Sinc windowed by Lanczos. Default radius 4.
+    Sinc {
+        /// Cycles of the sinc, default 3.
+        tau: f64,
+    },
+}
+
+impl Filter {
+    /// pbrt-v3's default.
+    pub const BOX: Filter = Filter { radius: DVec2::splat(0.5), kind: FilterKind::Box };
+}
+
+pub(crate) const NAMES: &[&str] = &["box", "triangle", "gaussian", "mitchell", "sinc"];
+
+pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
+    let (width, kind) = match params.kind() {
+        "box" => (0.5, FilterKind::Box),
+        "triangle" => (2.0, FilterKind::Triangle),
+        "gaussian" => (2.0, FilterKind::Gaussian { alpha: params.float("alpha", 2.0) }),
+        "mitchell" => {
+            let (b, c) = (params.float("B", 1.0 / 3.0), params.float("C", 1.0 / 3.0));
+            (2.0, FilterKind::Mitchell { b, c })
+        }
+        "sinc" => (4.0, FilterKind::Sinc { tau: params.float("tau", 3.0) }),
+        _ => return params.unknown_kind(NAMES),
+    };
+    if let FilterKind::Gaussian { alpha } = kind
+        && alpha <= 0.0
+    {
+        params.reject("alpha", "alpha is more than 0", None);
+    }
+    if let FilterKind::Sinc { tau } = kind
+        && tau <= 0.0
+    {
+        params.reject("tau", "tau is more than 0", None);
+    }
+    let mut side = |name| {
+        let radius = params.float(name, width);
+        if !(radius > 0.0 && radius <= 100.0) {
+            params.reject(name, format!("{name} is more than 0 and at most 100 pixels"), None);
+        }
+        radius
+    };
+    let radius = DVec2::new(side("xwidth"), side("ywidth"));
+    params.finish().then_some(Filter { radius, kind })
+}

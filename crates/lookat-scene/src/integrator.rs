@@ -1,0 +1,115 @@
+//! `Integrator`: how light is computed.
+
+use crate::params::Params;
+
+/// The method that computes the light along camera rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Integrator {
+    /// Light that comes straight from lights, or by way of mirrors and glass.
+    DirectLighting {
+        /// Sample every light at each point (`strategy` "all", the default), else one of them ("one").
+        all_lights: bool,
+        /// How many surfaces light is followed over (`maxdepth`, default 5).
+        max_depth: u32,
+    },
+    /// Light over any surfaces, by path tracing. pbrt-v3's default.
+    Path {
+        /// How many surfaces light is followed over (`maxdepth`, default 5).
+        max_depth: u32,
+        /// Paths that carry less than this may end early (`rrthreshold`, default 1).
+        roulette_threshold: f64,
+        /// How a light is chosen (`lightsamplestrategy`).
+        light_choice: LightChoice,
+    },
+    /// How much of the sky each point sees. White is pi, as in pbrt-v3.
+    AmbientOcclusion {
+        /// Rays follow the cosine to the normal, else are uniform (`cossample`, default true).
+        cosine: bool,
+        /// Rays per camera sample (`nsamples`, default 64).
+        samples: u32,
+    },
+}
+
+/// How a path chooses the light that it samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LightChoice {
+    /// All alike.
+    Uniform,
+    /// By emitted power. It stands in for pbrt-v3's default, "spatial", too.
+    Power,
+}
+
+impl Integrator {
+    /// What pbrt-v3 uses where there is no Integrator.
+    pub(crate) const PBRT_DEFAULT: Integrator =
+        Integrator::Path { max_depth: 5, roulette_threshold: 1.0, light_choice: LightChoice::Power };
+}
+
+pub(crate) const NAMES: &[&str] =
+    &["path", "directlighting", "whitted", "ambientocclusion", "bdpt", "mlt", "sppm", "volpath"];
+
+pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
+    let integrator = match params.kind() {
+        "directlighting" => {
+            let all_lights = choice(params, "strategy", "all", &["all", "one"]) == "all";
+            Integrator::DirectLighting { all_lights, max_depth: depth(params) }
+        }
+        // The same light by one sample of each light.
+        "whitted" => Integrator::DirectLighting { all_lights: true, max_depth: depth(params) },
+        "path" => path(params),
+        "ambientocclusion" => {
+            let cosine = params.bool("cossample", true);
+            let samples = params.integer("nsamples", 64);
+            if samples < 1 {
+                params.reject("nsamples", "nsamples is at least 1", None);
+            }
+            Integrator::AmbientOcclusion { cosine, samples: samples.max(1) as u32 }
+        }
+        "bdpt" | "mlt" | "sppm" | "volpath" => {
+            let message = format!("Integrator \"{}\" is rendered with \"path\"", params.kind());
+            params.unsupported(message);
+            let integrator = path(params);
+            params.ignore_rest();
+            integrator
+        }
+        _ => return params.unknown_kind(NAMES),
+    };
+    if params.given("pixelbounds") {
+        params.integers("pixelbounds");
+        params.warn(
+            "pixelbounds",
+            "pixelbounds is ignored",
+            "use the Film's cropwindow to render a part of the picture",
+        );
+    }
+    params.finish().then_some(integrator)
+}
+
+fn path(params: &mut Params) -> Integrator {
+    let roulette_threshold = params.float("rrthreshold", 1.0);
+    let strategy = choice(params, "lightsamplestrategy", "spatial", &["spatial", "power", "uniform"]);
+    let light_choice = if strategy == "uniform" { LightChoice::Uniform } else { LightChoice::Power };
+    Integrator::Path { max_depth: depth(params), roulette_threshold, light_choice }
+}
+
+fn depth(params: &mut Params) -> u32 {
+    let depth = params.integer("maxdepth", 5);
+    if depth < 0 {
+        params.reject("maxdepth", "maxdepth is at least 0", None);
+    }
+    depth.max(0) as u32
+}
+
+/// A string parameter with a closed list of values. pbrt-v3 warns and uses the default for others.
+fn choice(params: &mut Params, name: &'static str, default: &str, known: &[&str]) -> String {
+    let value = params.string(name).map_or_else(|| default.to_owned(), |text| text.value);
+    if known.contains(&value.as_str()) {
+        return value;
+    }
+    params.reject(
+        name,
+        format!("unknown {name} \"{value}\""),
+        Some(&format!("the choices are {}", known.join(", "))),
+    );
+    default.to_owned()
+}

@@ -1,0 +1,67 @@
+//! The meaning of pbrt-v3 scene files.
+//!
+//! [`load`] reads a scene file with everything that it includes and gives a [`Scene`], a plain value in which every name,
+//! default, unit and transformation is settled, and the list of what is wrong with the files. Files are read through a
+//! function of the caller's, so that a scene can come from anywhere:
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! let text = r#"
+//!     LookAt 0 0 -4  0 0 0  0 1 0
+//!     Camera "perspective" "float fov" 40
+//!     Film "image" "integer xresolution" 64 "integer yresolution" 48
+//!     Sampler "sobol" Integrator "path"
+//!     WorldBegin
+//!     LightSource "infinite"
+//!     Shape "sphere" "float raduis" 1
+//!     WorldEnd
+//! "#;
+//! let loaded = lookat_scene::load(Path::new("demo.pbrt"), &|_| Ok(text.into()), &Default::default());
+//! assert_eq!(loaded.scene.unwrap().film.resolution, [64, 48]);
+//! assert_eq!(loaded.diagnostics[0].help.as_deref(), Some("did you mean \"radius\"?"));
+//! assert_eq!(loaded.sources.location(loaded.diagnostics[0].span()).line, 8);
+//! ```
+//!
+//! A scene promises the renderer: indices are in range, transformations can be inverted, every length that must be
+//! positive is, and no number is infinite or not a number, except an unlimited `max_sample_luminance`.
+
+mod camera;
+mod cie;
+mod color;
+mod files;
+mod film;
+mod filter;
+mod integrator;
+mod light;
+mod load;
+mod material;
+mod mesh;
+mod options;
+mod params;
+mod ply;
+mod report;
+mod resolve;
+mod sampler;
+mod scene;
+mod shape;
+mod sources;
+mod state;
+mod texture;
+mod transform;
+
+pub use camera::{Camera, Lens, Projection, ScreenWindow};
+pub use files::Read;
+pub use film::{Film, PixelBounds};
+pub use filter::{Filter, FilterKind};
+pub use integrator::{Integrator, LightChoice};
+pub use light::Light;
+pub use load::{Loaded, Overrides, load};
+pub use lookat_syntax as syntax;
+pub use material::Material;
+pub use mesh::Mesh;
+pub use sampler::{Sampler, SamplerKind};
+pub use scene::{Emission, Instance, Object, Primitive, Scene};
+pub use shape::{Shape, Sphere};
+pub use sources::{Location, Source, Sources};
+pub use transform::{LookAtFault, Transform};

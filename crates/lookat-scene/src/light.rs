@@ -1,0 +1,148 @@
+//! `LightSource` and `AreaLightSource`: where light comes from.
+
+use glam::{DMat3, DVec3, Vec3};
+
+use crate::params::Params;
+use crate::{Emission, Transform};
+
+/// A light without a shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Light {
+    /// From a point, alike in all directions (`point`).
+    Point {
+        /// World position (`from`, default the origin).
+        position: DVec3,
+        /// Radiant intensity (`I` times `scale`).
+        intensity: Vec3,
+    },
+    /// From a point, within a cone (`spot`).
+    Spot {
+        /// World position (`from`, default the origin).
+        position: DVec3,
+        /// Takes world directions to light space, where the axis is +z (from `from` to `to`, default +z).
+        light_from_world: DMat3,
+        /// Radiant intensity along the axis (`I` times `scale`).
+        intensity: Vec3,
+        /// Cosine of the angle at which the light ends (`coneangle`, default 30 degrees).
+        cos_total_width: f64,
+        /// Cosine of the angle at which it starts to fall (`conedeltaangle`, default 5 degrees, inside the cone).
+        cos_falloff_start: f64,
+    },
+    /// Parallel light from infinitely far (`distant`).
+    Distant {
+        /// Towards the light, of length one (from `to` to `from`, default -z).
+        direction: DVec3,
+        /// Irradiance on a surface that faces it (`L` times `scale`).
+        radiance: Vec3,
+    },
+    /// The same radiance from everywhere around the scene (`infinite`).
+    Infinite {
+        /// Radiance (`L` times `scale`).
+        radiance: Vec3,
+        /// Samples of direct light per camera sample, for the direct lighting integrator (`nsamples`, default 1).
+        samples: u32,
+    },
+}
+
+pub(crate) const NAMES: &[&str] = &["point", "spot", "goniometric", "projection", "distant", "infinite"];
+
+/// pbrt-v3's MakeLight.
+pub(crate) fn light(params: &mut Params, world_from_light: Transform) -> Option<Light> {
+    let light = match params.kind() {
+        "point" => point(params, world_from_light),
+        "spot" => spot(params, world_from_light)?,
+        "distant" => distant(params, world_from_light)?,
+        "infinite" | "exinfinite" => infinite(params),
+        "goniometric" | "projection" => {
+            let message = format!("LightSource \"{}\" is not rendered yet; it gives no light", params.kind());
+            params.unsupported(message);
+            return None;
+        }
+        _ => return params.unknown_kind(NAMES),
+    };
+    params.finish().then_some(light)
+}
+
+fn point(params: &mut Params, world_from_light: Transform) -> Light {
+    let intensity = scaled(params, "I");
+    let from = params.point("from", DVec3::ZERO);
+    Light::Point { position: world_from_light.point(from), intensity }
+}
+
+fn distant(params: &mut Params, world_from_light: Transform) -> Option<Light> {
+    let radiance = scaled(params, "L");
+    let to_light = params.point("from", DVec3::ZERO) - params.point("to", DVec3::Z);
+    let Some(direction) = world_from_light.vector(to_light).try_normalize() else {
+        return same_points(params);
+    };
+    Some(Light::Distant { direction, radiance })
+}
+
+fn same_points<T>(params: &mut Params) -> Option<T> {
+    params.reject("to", "from and to are the same point: the light has no direction", None);
+    params.finish();
+    None
+}
+
+fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
+    let intensity = scaled(params, "I");
+    let cone = params.float("coneangle", 30.0);
+    let delta = params.float("conedeltaangle", 5.0);
+    if !(cone > 0.0 && cone <= 180.0) {
+        params.reject("coneangle", "coneangle is more than 0 and at most 180 degrees", None);
+    }
+    let from = params.point("from", DVec3::ZERO);
+    let to = params.point("to", DVec3::Z);
+    let Some(axis) = (to - from).try_normalize() else { return same_points(params) };
+    // pbrt-v3's CreateSpotLight: any frame around the axis, except that a light space that is not uniformly scaled shows
+    // which; so it is pbrt's frame.
+    let (x, y) = coordinate_system(axis);
+    let axes_from_frame = DMat3::from_cols(x, y, axis);
+    Some(Light::Spot {
+        position: world_from_light.point(from),
+        light_from_world: axes_from_frame.transpose() * DMat3::from_mat4(world_from_light.inv),
+        intensity,
+        cos_total_width: cone.to_radians().cos(),
+        cos_falloff_start: (cone - delta).to_radians().cos(),
+    })
+}
+
+/// Two directions that make a frame with `v`, of length one (pbrt-v3's CoordinateSystem).
+fn coordinate_system(v: DVec3) -> (DVec3, DVec3) {
+    let x = if v.x.abs() > v.y.abs() { DVec3::new(-v.z, 0.0, v.x) } else { DVec3::new(0.0, v.z, -v.y) }
+        .normalize();
+    (x, v.cross(x))
+}
+
+fn infinite(params: &mut Params) -> Light {
+    let radiance = scaled(params, "L");
+    let samples = samples(params);
+    if params.given("mapname") {
+        params.string("mapname");
+        params.unsupported("the map of LightSource \"infinite\" is not rendered yet; L alone is".into());
+    }
+    Light::Infinite { radiance, samples }
+}
+
+fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
+    params.spectrum(name, Vec3::ONE) * params.spectrum("scale", Vec3::ONE)
+}
+
+/// `samples` is the old name, and wins in pbrt-v3.
+fn samples(params: &mut Params) -> u32 {
+    let samples = params.integer("nsamples", 1);
+    params.integer("samples", samples).max(1) as u32
+}
+
+pub(crate) const AREA_NAMES: &[&str] = &["diffuse", "area"];
+
+/// pbrt-v3's CreateDiffuseAreaLight.
+pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
+    if !AREA_NAMES.contains(&params.kind()) {
+        return params.unknown_kind(AREA_NAMES);
+    }
+    let radiance = scaled(params, "L");
+    let two_sided = params.bool("twosided", false);
+    let samples = samples(params);
+    params.finish().then_some(Emission { radiance, two_sided, reversed: false, samples })
+}

@@ -1,0 +1,130 @@
+//! From a path to a scene: reads files, follows `Include`, and hands every directive to the resolver.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
+
+use crate::files::{Files, Read, reason};
+use crate::resolve::Resolver;
+use crate::{Scene, Sources};
+
+/// What the caller changes of a scene, as the command line does.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Overrides {
+    /// Samples per pixel, at least 1.
+    pub samples_per_pixel: Option<u32>,
+    /// Width and height of the full picture, each at least 1.
+    pub resolution: Option<[u32; 2]>,
+    /// The crop window: xmin, xmax, ymin, ymax from 0 to 1.
+    pub crop: Option<[f64; 4]>,
+    /// A draft, as pbrt-v3's: a quarter of the resolution each way and one sample per pixel.
+    pub quick: bool,
+    /// Leave out directives that are in error and make a scene of the others.
+    pub keep_going: bool,
+}
+
+/// What [`load`] found.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The files that were read; diagnostics point into them.
+    pub sources: Sources,
+    /// The scene. There is one exactly when no diagnostic is an error, or when errors are to be left out.
+    pub scene: Option<Scene>,
+    /// What is wrong, in the order in which the scene is read.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// At most this many files are included: beyond it, files include each other over and over.
+const MAX_INCLUDES: usize = 10_000;
+
+/// Reads a scene file and everything that it names through `read`.
+///
+/// Included files and other files are looked for beside the file that names them, then beside the scene file.
+pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
+    let mut loader = Loader {
+        resolver: Resolver::new(Files::new(path, read), overrides),
+        open: Vec::new(),
+        texts: HashMap::new(),
+    };
+    match loader.resolver.files.open(path.to_owned(), None) {
+        Ok(file) => {
+            loader.file(file, Vec::new());
+            loader.resolver.finish(file)
+        }
+        Err(error) => {
+            let file = loader.resolver.files.add(path.to_owned(), Arc::from([]), None);
+            let at = Span { file, start: 0, end: 0 };
+            let message = format!("cannot read {}: {}", path.display(), reason(&error));
+            let diagnostics = vec![Diagnostic::error(at, message)];
+            Loaded { sources: loader.resolver.files.sources, scene: None, diagnostics }
+        }
+    }
+}
+
+struct Loader<'a> {
+    resolver: Resolver<'a>,
+    /// The files that are being read, each included by the one before it.
+    open: Vec<PathBuf>,
+    /// Texts of included files: what is included often is kept once.
+    texts: HashMap<PathBuf, Arc<[u8]>>,
+}
+
+impl Loader<'_> {
+    /// Resolves a file; `rest` goes to its last directive.
+    fn file(&mut self, id: FileId, rest: Vec<Param>) {
+        let source = self.resolver.files.sources.file(id);
+        self.open.push(source.path.clone());
+        let mut parsed = parse(id, &source.text);
+        self.resolver.report.extend(parsed.diagnostics);
+        if let Some(first) = rest.first() {
+            let at = first.span();
+            match parsed.statements.last_mut().and_then(|last| last.directive.params_mut()) {
+                Some(params) => params.extend(rest),
+                None => {
+                    self.resolver
+                        .report
+                        .push(Diagnostic::error(at, "parameters that belong to no directive").help(
+                        "parameters after an Include go to the last directive of that file; it takes none",
+                    ))
+                }
+            }
+        }
+        for statement in parsed.statements {
+            match statement.directive {
+                Directive::Include { file, rest } => self.include(file, rest, statement.span),
+                directive => self.resolver.apply(Statement { directive, ..statement }),
+            }
+        }
+        self.open.pop();
+    }
+
+    fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
+        if self.resolver.files.sources.files.len() > MAX_INCLUDES {
+            let message = format!("more than {MAX_INCLUDES} files are included");
+            self.resolver.report.once(Diagnostic::error(name.span, message));
+            return;
+        }
+        let (path, bytes) = match self.resolver.files.read_named(&name.value, name.span) {
+            Ok(found) => found,
+            Err((path, error)) => {
+                let message = format!("cannot include {}: {}", path.display(), reason(&error));
+                let help = "the name is relative to the file that includes it";
+                self.resolver.report.push(Diagnostic::error(name.span, message).help(help));
+                return;
+            }
+        };
+        if let Some(from) = self.open.iter().position(|open| *open == path) {
+            let chain: Vec<String> =
+                self.open[from..].iter().map(|path| path.display().to_string()).collect();
+            let message = format!("{} includes itself", path.display());
+            let help = format!("the chain is {} -> {}", chain.join(" -> "), path.display());
+            self.resolver.report.push(Diagnostic::error(name.span, message).help(help));
+            return;
+        }
+        let text = self.texts.entry(path.clone()).or_insert_with(|| bytes.into()).clone();
+        let file = self.resolver.files.add(path, text, Some(at));
+        self.file(file, rest);
+    }
+}

@@ -1,0 +1,77 @@
+//! `Material`: what surfaces are made of.
+
+use glam::Vec3;
+
+use crate::params::Params;
+
+/// A material.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Material {
+    /// Diffuse, by Lambert or, where `sigma` is not zero, by Oren and Nayar.
+    Matte {
+        /// Reflected share of light, linear RGB, at least 0 (`Kd`, default 0.5).
+        kd: Vec3,
+        /// Spread of the slopes of the facets, in degrees from 0 to 90 (`sigma`, default 0).
+        sigma: f64,
+    },
+    /// Nothing: light passes through, and shadow rays stop, as in pbrt-v3 (`"none"` and `""`).
+    None,
+}
+
+impl Material {
+    /// The material of shapes before any `Material` directive.
+    pub const DEFAULT: Material = Material::Matte { kd: Vec3::splat(0.5), sigma: 0.0 };
+}
+
+pub(crate) const NAMES: &[&str] = &[
+    "matte",
+    "plastic",
+    "translucent",
+    "glass",
+    "mirror",
+    "hair",
+    "disney",
+    "mix",
+    "metal",
+    "substrate",
+    "uber",
+    "subsurface",
+    "kdsubsurface",
+    "fourier",
+    "none",
+    "",
+];
+
+/// pbrt-v3's MakeMaterial. An unknown type is an error; the material is then matte, as in pbrt-v3.
+pub(crate) fn material(params: &mut Params) -> Material {
+    let material = match params.kind() {
+        "matte" => matte(params),
+        "none" | "" => Material::None,
+        kind if NAMES.contains(&kind) => {
+            let message =
+                format!("Material \"{kind}\" is not rendered yet; matte with its Kd stands in for it");
+            params.unsupported(message);
+            let kd = params.spectrum_texture("Kd", Vec3::splat(0.5));
+            params.ignore_rest();
+            Material::Matte { kd, sigma: 0.0 }
+        }
+        _ => {
+            params.unknown_kind::<()>(NAMES);
+            params.ignore_rest();
+            Material::DEFAULT
+        }
+    };
+    params.finish();
+    material
+}
+
+fn matte(params: &mut Params) -> Material {
+    let kd = params.spectrum_texture("Kd", Vec3::splat(0.5));
+    let sigma = params.float_texture("sigma", 0.0);
+    if params.given("bumpmap") {
+        params.texture("bumpmap");
+        params.float("bumpmap", 0.0);
+        params.unsupported("bumpmap is not rendered yet".into());
+    }
+    Material::Matte { kd: kd.max(Vec3::ZERO), sigma: sigma.clamp(0.0, 90.0) }
+}

@@ -1,0 +1,180 @@
+//! `Shape "trianglemesh"` and `Shape "plymesh"`.
+
+use glam::DVec3;
+use lookat_syntax::{Diagnostic, ParamType};
+
+use crate::params::Params;
+use crate::{Transform, ply};
+
+/// Triangles that share vertices. Arrays other than `positions` and `indices` are empty where the mesh has no such data.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions, in the space of the world or of the object that the mesh is part of, finite (`P`).
+    pub positions: Vec<[f64; 3]>,
+    /// Three vertices for each triangle, each at least 0 and less than the number of positions (`indices`).
+    pub indices: Vec<i32>,
+    /// A shading normal for each vertex, of any length (`N`).
+    pub normals: Vec<[f64; 3]>,
+    /// A shading tangent for each vertex, of any length (`S`).
+    pub tangents: Vec<[f64; 3]>,
+    /// Texture coordinates for each vertex (`uv` or `st`).
+    pub uvs: Vec<[f64; 2]>,
+    /// The transformation from the mesh's own space mirrors.
+    pub mirrored: bool,
+}
+
+impl Mesh {
+    /// Number of triangles.
+    pub fn triangles(&self) -> usize {
+        self.indices.len() / 3
+    }
+
+    /// The three vertices of a triangle.
+    pub fn triangle(&self, index: usize) -> [usize; 3] {
+        [0, 1, 2].map(|corner| self.indices[3 * index + corner] as usize)
+    }
+
+    /// Brings the arrays from the mesh's own space to that of the world, in place.
+    fn place(mut self, transform: Transform) -> Self {
+        if transform != Transform::IDENTITY {
+            self.positions.iter_mut().for_each(|p| *p = transform.point(DVec3::from(*p)).into());
+            self.normals.iter_mut().for_each(|n| *n = transform.normal(DVec3::from(*n)).into());
+            self.tangents.iter_mut().for_each(|s| *s = transform.vector(DVec3::from(*s)).into());
+        }
+        self.mirrored = transform.swaps_handedness();
+        self
+    }
+}
+
+/// pbrt-v3's CreateTriangleMeshShape.
+pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
+    let indices = params.integers("indices");
+    let positions = params.triples("P", ParamType::Point3);
+    let mut mesh = Mesh {
+        normals: params.triples("N", ParamType::Normal).unwrap_or_default(),
+        tangents: params.triples("S", ParamType::Vector3).unwrap_or_default(),
+        uvs: texture_coordinates(params),
+        ..Mesh::default()
+    };
+    // For Ptex alone, which is not rendered.
+    params.integers("faceIndices");
+    alpha(params);
+    match (indices, positions) {
+        (Some(indices), Some(positions)) => {
+            (mesh.indices, mesh.positions) = (indices, positions);
+            check_indices(params, &mesh);
+            check_lengths(params, &mesh);
+        }
+        (indices, _) => {
+            let (name, meaning) = if indices.is_none() {
+                ("indices", "three vertices for each triangle")
+            } else {
+                ("P", "the vertices")
+            };
+            let declaration = if name == "P" { "\"point P\" [...]" } else { "\"integer indices\" [...]" };
+            params.reject(
+                "",
+                format!("a trianglemesh needs {name}"),
+                Some(&format!("{declaration} gives {meaning}")),
+            );
+        }
+    }
+    finish(params, mesh, world_from_object)
+}
+
+/// pbrt-v3's CreatePLYMesh.
+pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
+    alpha(params);
+    let Some(name) = params.string("filename") else {
+        params.reject("", "a plymesh needs a file", Some("\"string filename\" \"mesh.ply\" names it"));
+        return None;
+    };
+    let bytes = params.file(&name)?;
+    let mesh = match ply::read(&bytes) {
+        Ok(mesh) => mesh,
+        Err(error) => {
+            params.error(Diagnostic::error(name.span, format!("{}: {error}", name.value)));
+            return None;
+        }
+    };
+    if mesh.other_faces > 0 {
+        let message = format!(
+            "{} faces of {} have neither 3 nor 4 corners; they are left out",
+            mesh.other_faces, name.value
+        );
+        params.warn("filename", &message, "split them into triangles; pbrt-v3 leaves them out too");
+    }
+    let mesh = Mesh {
+        positions: mesh.positions,
+        indices: mesh.indices,
+        normals: mesh.normals,
+        uvs: mesh.uvs,
+        ..Mesh::default()
+    };
+    finish(params, mesh, world_from_object)
+}
+
+fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
+    if !params.usable() {
+        return None;
+    }
+    let mesh = mesh.place(world_from_object);
+    if !mesh.positions.as_flattened().iter().all(|x| x.is_finite()) {
+        params.reject("P", "the transformation takes vertices beyond the largest number", None);
+        return None;
+    }
+    Some(mesh)
+}
+
+/// Texture coordinates come under two names and two types, in this order in pbrt-v3.
+fn texture_coordinates(params: &mut Params) -> Vec<[f64; 2]> {
+    let pairs = params.pairs("uv").or_else(|| params.pairs("st"));
+    let floats = params.floats("uv").or_else(|| params.floats("st"));
+    pairs
+        .or_else(|| floats.map(|flat| flat.chunks_exact(2).map(|uv| [uv[0], uv[1]]).collect()))
+        .unwrap_or_default()
+}
+
+fn alpha(params: &mut Params) {
+    for name in ["alpha", "shadowalpha"] {
+        if params.texture(name).is_some() || params.float(name, 1.0) == 0.0 {
+            params.unsupported(format!("{name} of meshes is not rendered yet; they are opaque"));
+        }
+    }
+}
+
+fn check_indices(params: &mut Params, mesh: &Mesh) {
+    let vertices = mesh.positions.len();
+    if !mesh.indices.len().is_multiple_of(3) {
+        let message = format!("a triangle has 3 vertices, but there are {} indices", mesh.indices.len());
+        params.reject("indices", message, None);
+    }
+    if let Some(at) = mesh.indices.iter().position(|index| *index < 0 || *index as usize >= vertices) {
+        let message = format!("index {} of {vertices} vertices", mesh.indices[at]);
+        let error = Diagnostic::error(params.value_place("indices", at), message).help(if vertices == 0 {
+            "P is empty".into()
+        } else {
+            format!("indices are from 0 to {}", vertices - 1)
+        });
+        params.error(error);
+    }
+}
+
+fn check_lengths(params: &mut Params, mesh: &Mesh) {
+    let vertices = mesh.positions.len();
+    let mut check = |name: &str, length: usize| {
+        if length != 0 && length != vertices {
+            params.reject(
+                name,
+                format!("{length} values of {name} for {vertices} vertices"),
+                Some("each vertex has one"),
+            );
+        }
+    };
+    check("N", mesh.normals.len());
+    check("S", mesh.tangents.len());
+    // pbrt-v3 takes more texture coordinates than it needs, and says so.
+    if mesh.uvs.len() < vertices {
+        check("uv", mesh.uvs.len());
+    }
+}

@@ -1,0 +1,140 @@
+//! The directives before `WorldBegin`: kept as they come, settled together, because `Camera` needs the `Film` and either
+//! may come first.
+
+use lookat_syntax::{Diagnostic, Entity, EntityKind, Span, Spanned};
+
+use crate::camera::{self, Camera};
+use crate::files::Files;
+use crate::film::{self, Film};
+use crate::filter::{self, Filter};
+use crate::integrator::{self, Integrator};
+use crate::params::Params;
+use crate::report::Report;
+use crate::sampler::{self, Sampler};
+use crate::{Overrides, Transform};
+
+/// The options as written, the last of each kind.
+#[derive(Default)]
+pub(crate) struct Options {
+    camera: Option<(Given, Transform)>,
+    film: Option<Given>,
+    filter: Option<Given>,
+    sampler: Option<Given>,
+    integrator: Option<Given>,
+    accelerator: Option<Given>,
+}
+
+struct Given {
+    entity: Entity,
+    at: Span,
+}
+
+/// The options, settled.
+pub(crate) struct Settled {
+    pub camera: Camera,
+    pub film: Film,
+    pub filter: Filter,
+    pub sampler: Sampler,
+    pub integrator: Integrator,
+}
+
+impl Options {
+    /// Keeps an option. Of several the last counts.
+    pub fn set(
+        &mut self,
+        kind: EntityKind,
+        entity: Entity,
+        at: Span,
+        world_from_camera: Transform,
+        report: &mut Report,
+    ) {
+        let given = Given { entity, at };
+        let before = match kind {
+            EntityKind::Camera => self.camera.replace((given, world_from_camera)).map(|(given, _)| given),
+            EntityKind::Film => self.film.replace(given),
+            EntityKind::PixelFilter => self.filter.replace(given),
+            EntityKind::Sampler => self.sampler.replace(given),
+            EntityKind::Integrator => self.integrator.replace(given),
+            _ => self.accelerator.replace(given),
+        };
+        if let Some(before) = before {
+            let warning =
+                Diagnostic::warning(at, format!("a second {}; the last one counts", kind.keyword()))
+                    .related(before.at, "this one is dropped");
+            report.push(warning);
+        }
+    }
+
+    pub fn camera_is_set(&self) -> bool {
+        self.camera.is_some()
+    }
+
+    /// Gives each option its meaning. An option in error is reported and replaced by the default.
+    pub fn settle(
+        self,
+        world_begin: Span,
+        overrides: &Overrides,
+        files: &Files,
+        report: &mut Report,
+    ) -> Settled {
+        self.warn_missing(world_begin, report);
+        let entity = |given: Option<Given>, default: &str| match given {
+            Some(given) => given.entity,
+            None => Entity { name: Spanned { value: default.into(), span: world_begin }, params: Vec::new() },
+        };
+        let film = film::film(&mut Params::new("Film", entity(self.film, "image"), files, report), overrides);
+        let film = film.unwrap_or_else(Film::pbrt_default);
+        let filter =
+            filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
+        let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
+        let sampler = sampler::sampler(params, overrides);
+        let params = &mut Params::new("Integrator", entity(self.integrator, "path"), files, report);
+        let integrator = integrator::integrator(params);
+        accelerator(self.accelerator, files, report);
+        let (given, world_from_camera) = match self.camera {
+            Some((given, world_from_camera)) => (Some(given), world_from_camera),
+            None => (None, Transform::IDENTITY),
+        };
+        let params = &mut Params::new("Camera", entity(given, "perspective"), files, report);
+        let camera = camera::camera(params, world_from_camera, &film);
+        Settled {
+            camera: camera.unwrap_or_else(|| Camera::pbrt_default(world_from_camera, &film)),
+            film,
+            filter: filter.unwrap_or(Filter::BOX),
+            sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),
+            integrator: integrator.unwrap_or(Integrator::PBRT_DEFAULT),
+        }
+    }
+
+    fn warn_missing(&self, world_begin: Span, report: &mut Report) {
+        let missing = [
+            (
+                self.camera.is_none(),
+                "Camera",
+                "a perspective camera at the origin that looks along +z, fov 90",
+            ),
+            (self.film.is_none(), "Film", "1280 x 720 pixels into pbrt.exr"),
+            (self.sampler.is_none(), "Sampler", "halton with 16 samples"),
+            (self.integrator.is_none(), "Integrator", "path with maxdepth 5"),
+        ];
+        let missing: Vec<_> = missing.iter().filter(|(missing, ..)| *missing).collect();
+        if missing.is_empty() {
+            return;
+        }
+        let names: Vec<_> = missing.iter().map(|(_, name, _)| *name).collect();
+        let defaults: Vec<_> = missing.iter().map(|(.., default)| *default).collect();
+        let warning =
+            Diagnostic::warning(world_begin, format!("no {} before WorldBegin", names.join(", no ")))
+                .help(format!("the default is used: {}", defaults.join("; ")));
+        report.push(warning);
+    }
+}
+
+/// lookat has one way to find shapes. A misspelt accelerator is still worth a word.
+fn accelerator(given: Option<Given>, files: &Files, report: &mut Report) {
+    let Some(given) = given else { return };
+    let params = &mut Params::new("Accelerator", given.entity, files, report);
+    if !["bvh", "kdtree"].contains(&params.kind()) {
+        params.unknown_kind::<()>(&["bvh", "kdtree"]);
+    }
+}

@@ -1,0 +1,288 @@
+//! The header of a PLY file: which elements the body holds, in which order and encoding.
+
+use super::{PlyError, quote};
+
+/// How the body is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    Ascii,
+    /// Least significant byte first.
+    BinaryLittleEndian,
+    /// Most significant byte first.
+    BinaryBigEndian,
+}
+
+/// The type of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    /// The type with this name, of which PLY has two generations.
+    fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Scalar::I8,
+            "uchar" | "uint8" => Scalar::U8,
+            "short" | "int16" => Scalar::I16,
+            "ushort" | "uint16" => Scalar::U16,
+            "int" | "int32" => Scalar::I32,
+            "uint" | "uint32" => Scalar::U32,
+            "float" | "float32" => Scalar::F32,
+            "double" | "float64" => Scalar::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes per number in a binary body.
+    pub fn size(self) -> usize {
+        match self {
+            Scalar::I8 | Scalar::U8 => 1,
+            Scalar::I16 | Scalar::U16 => 2,
+            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
+            Scalar::F64 => 8,
+        }
+    }
+
+    /// Whether it can count and index.
+    pub fn is_integer(self) -> bool {
+        !matches!(self, Scalar::F32 | Scalar::F64)
+    }
+}
+
+/// What a property holds in each row of its element.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A number.
+    One(Scalar),
+    /// A count, which has an integer type, and that many items.
+    List { count: Scalar, item: Scalar },
+}
+
+/// A column of an element.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Property {
+    pub name: String,
+    pub kind: Kind,
+}
+
+/// A table of the body: `count` rows, each with all `properties`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Element {
+    pub name: String,
+    pub count: u64,
+    pub properties: Vec<Property>,
+}
+
+impl Element {
+    /// The place of the first property with this name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.properties.iter().position(|property| property.name == name)
+    }
+
+    /// The bytes of a row in a binary body whose lists are all empty.
+    pub fn binary_size(&self) -> usize {
+        let size = |property: &Property| match property.kind {
+            Kind::One(scalar) => scalar.size(),
+            Kind::List { count, .. } => count.size(),
+        };
+        self.properties.iter().map(size).sum()
+    }
+
+    /// What to call one row in a message.
+    pub fn noun(&self) -> String {
+        match self.name.as_str() {
+            name @ ("vertex" | "face") => name.to_owned(),
+            name => quote(name.as_bytes()),
+        }
+    }
+
+    /// What to call several rows in a message.
+    pub fn plural(&self) -> String {
+        match self.name.as_str() {
+            "vertex" => "vertices".to_owned(),
+            "face" => "faces".to_owned(),
+            name => format!("rows of {}", quote(name.as_bytes())),
+        }
+    }
+}
+
+/// All that the header says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Header {
+    pub format: Format,
+    /// In the order of the body.
+    pub elements: Vec<Element>,
+    /// Bytes before the body.
+    pub size: usize,
+}
+
+/// Reads the lines up to `end_header`. Lines may end in LF or CR LF.
+pub fn parse(bytes: &[u8]) -> Result<Header, PlyError> {
+    let mut format = None;
+    let mut elements = Vec::new();
+    let mut size = 0;
+    for (index, line) in bytes.split_inclusive(|&byte| byte == b'\n').enumerate() {
+        size += line.len();
+        let line = String::from_utf8_lossy(line);
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        if index == 0 {
+            if words != ["ply"] {
+                break;
+            }
+        } else if words == ["end_header"] {
+            let format = format.ok_or_else(|| PlyError("the header has no `format` line".into()))?;
+            return Ok(Header { format, elements, size });
+        } else {
+            read_line(&words, &mut format, &mut elements)
+                .map_err(|message| PlyError(format!("line {}: {message}", index + 1)))?;
+        }
+    }
+    Err(PlyError(match bytes.strip_prefix(b"ply") {
+        Some([b'\r' | b'\n' | b' ' | b'\t', ..]) => "the header has no `end_header` line".into(),
+        _ => "line 1: this is not a PLY file, which begins with a line `ply`".into(),
+    }))
+}
+
+/// Takes in one line between the first and the last.
+fn read_line(words: &[&str], format: &mut Option<Format>, elements: &mut Vec<Element>) -> Result<(), String> {
+    match words {
+        [] | ["comment" | "obj_info", ..] => {}
+        ["format", ..] if format.is_some() => return Err("a second `format` line".into()),
+        ["format", name, version] => *format = Some(read_format(name, version)?),
+        ["element", name, count] => elements.push(new_element(name, count, elements)?),
+        ["property", rest @ ..] => match elements.last_mut() {
+            Some(element) => element.properties.push(read_property(rest)?),
+            None => return Err("a property before the first element".into()),
+        },
+        ["format", ..] => return Err("a format is `format`, a name and a version".into()),
+        ["element", ..] => return Err("an element is `element`, a name and a count".into()),
+        [word, ..] => return Err(format!("unknown keyword {}", quote(word.as_bytes()))),
+    }
+    Ok(())
+}
+
+fn read_format(name: &str, version: &str) -> Result<Format, String> {
+    if version != "1.0" {
+        return Err(format!("unknown PLY version {}; only 1.0 exists", quote(version.as_bytes())));
+    }
+    match name {
+        "ascii" => Ok(Format::Ascii),
+        "binary_little_endian" => Ok(Format::BinaryLittleEndian),
+        "binary_big_endian" => Ok(Format::BinaryBigEndian),
+        _ => Err(format!("unknown format {}", quote(name.as_bytes()))),
+    }
+}
+
+fn new_element(name: &str, count: &str, before: &[Element]) -> Result<Element, String> {
+    // Which of two tables of vertices the faces mean would be a guess.
+    if matches!(name, "vertex" | "face") && before.iter().any(|element| element.name == name) {
+        return Err(format!("a second element `{name}`"));
+    }
+    let count = count.parse().map_err(|_| format!("{} is not a count", quote(count.as_bytes())))?;
+    Ok(Element { name: name.to_owned(), count, properties: Vec::new() })
+}
+
+/// Reads what follows the word `property`.
+fn read_property(words: &[&str]) -> Result<Property, String> {
+    let (name, kind) = match words {
+        ["list", count, item, name] => {
+            let (count, item) = (read_scalar(count)?, read_scalar(item)?);
+            (name, Kind::List { count, item })
+        }
+        ["list", ..] => return Err("a list is `property list`, two types and a name".into()),
+        [scalar, name] => (name, Kind::One(read_scalar(scalar)?)),
+        _ => return Err("a property is `property`, a type and a name".into()),
+    };
+    match kind {
+        Kind::List { count, .. } if !count.is_integer() => {
+            Err(format!("the count of the list {} has no integer type", quote(name.as_bytes())))
+        }
+        _ => Ok(Property { name: (*name).to_owned(), kind }),
+    }
+}
+
+fn read_scalar(name: &str) -> Result<Scalar, String> {
+    Scalar::from_name(name).ok_or_else(|| format!("unknown property type {}", quote(name.as_bytes())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The error for a header with `lines` from its second line on.
+    #[track_caller]
+    fn check_error(lines: &str, expected: &str) {
+        let text = format!("ply\n{lines}\nend_header\n");
+        assert_eq!(parse(text.as_bytes()), Err(PlyError(expected.into())));
+    }
+
+    #[test]
+    fn headers_with_comments_blank_lines_and_crlf() {
+        let text = "ply\r\ncomment \u{fc} x\r\nformat ascii 1.0\r\n\r\nobj_info y\r\nelement vertex 7\r\n\
+                    comment z\r\nproperty float32 x\r\nproperty list uchar uint l\r\nend_header\r\n";
+        let property = |name: &str, kind| Property { name: name.into(), kind };
+        let properties = vec![
+            property("x", Kind::One(Scalar::F32)),
+            property("l", Kind::List { count: Scalar::U8, item: Scalar::U32 }),
+        ];
+        let elements = vec![Element { name: "vertex".into(), count: 7, properties }];
+        let expected = Ok(Header { format: Format::Ascii, elements, size: text.len() });
+        assert_eq!(parse(format!("{text}\n1 2 3").as_bytes()), expected);
+    }
+
+    #[test]
+    fn comments_need_not_be_utf8() {
+        assert!(parse(b"ply\ncomment \xff\xfe\nformat ascii 1.0\nend_header\n").is_ok());
+    }
+
+    #[test]
+    fn every_type_has_two_names() {
+        let old = ["char", "uchar", "short", "ushort", "int", "uint", "float", "double"];
+        let new = ["int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64"];
+        for (old, new) in old.into_iter().zip(new) {
+            let scalar = Scalar::from_name(old);
+            assert!(scalar.is_some());
+            assert_eq!(scalar, Scalar::from_name(new));
+        }
+    }
+
+    #[test]
+    fn files_that_are_not_ply() {
+        for bytes in [&b""[..], b"pl", b"plymouth\n", b"solid cube\n", b"\xff\xd8\xff\xe0\n", b"ply ply\n"] {
+            let error = parse(bytes).unwrap_err().0;
+            assert!(error.starts_with("line 1: ") || error.contains("end_header"), "{error}");
+        }
+        let expected = PlyError("the header has no `end_header` line".into());
+        assert_eq!(parse(b"ply\nformat ascii 1.0\nelement vertex 1"), Err(expected));
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        let format = "format ascii 1.0\n";
+        check_error("", "the header has no `format` line");
+        check_error("format ascii 1.1", "line 2: unknown PLY version `1.1`; only 1.0 exists");
+        check_error("format binary 1.0", "line 2: unknown format `binary`");
+        check_error("format ascii", "line 2: a format is `format`, a name and a version");
+        check_error(&format!("{format}{format}"), "line 3: a second `format` line");
+        check_error("property int x", "line 2: a property before the first element");
+        check_error("element face -1", "line 2: `-1` is not a count");
+        check_error("element face", "line 2: an element is `element`, a name and a count");
+        check_error("element face 1\nelement face 1", "line 3: a second element `face`");
+        check_error("elephant", "line 2: unknown keyword `elephant`");
+        check_error(&"e".repeat(99), "line 2: unknown keyword `eeeeeeeeeeeeeeeeeeeeeeeeeeeeeeee...`");
+        let property = |text: &str, expected: &str| check_error(&format!("element e 1\n\n{text}"), expected);
+        property("property flot x", "line 4: unknown property type `flot`");
+        property("property list uchar", "line 4: a list is `property list`, two types and a name");
+        property("property list uchar in x", "line 4: unknown property type `in`");
+        property("property list float int x", "line 4: the count of the list `x` has no integer type");
+        property("property int", "line 4: a property is `property`, a type and a name");
+    }
+}

@@ -1,0 +1,71 @@
+//! The files that a scene was read from.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use lookat_syntax::{FileId, Span, value_span};
+
+/// All files of a scene, in the order in which they were read. A file that is included twice is listed twice.
+#[derive(Debug, Default)]
+pub struct Sources {
+    /// The files; a [`FileId`] is an index into them.
+    pub files: Vec<Source>,
+}
+
+/// One file.
+#[derive(Debug)]
+pub struct Source {
+    /// Its path, as it was opened.
+    pub path: PathBuf,
+    /// What it holds.
+    pub text: Arc<[u8]>,
+    /// The `Include` that named it; none for the scene file itself.
+    pub included_at: Option<Span>,
+}
+
+/// A place as people read it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Location<'a> {
+    /// The file.
+    pub path: &'a Path,
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+impl Sources {
+    /// The file of a span.
+    pub fn file(&self, id: FileId) -> &Source {
+        &self.files[id.0 as usize]
+    }
+
+    /// Line and column of the first byte of a span.
+    pub fn location(&self, span: Span) -> Location<'_> {
+        let source = self.file(span.file);
+        let before = &source.text[..(span.start as usize).min(source.text.len())];
+        let line_start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+        let line = before[..line_start].iter().filter(|byte| **byte == b'\n').count() + 1;
+        // Bytes that continue a UTF-8 character start no column; nor does a byte-order mark.
+        let text = before[line_start..].strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&before[line_start..]);
+        let column = text.iter().filter(|byte| **byte & 0xC0 != 0x80).count() + 1;
+        Location { path: &source.path, line, column }
+    }
+
+    /// The place of one number or string of a list of values.
+    pub(crate) fn value_span(&self, list: Span, index: usize) -> Span {
+        value_span(&self.file(list.file).text, list, index)
+    }
+
+    /// Sorts in the order in which the scene is read: a place in an included file comes at its `Include`.
+    pub(crate) fn reading_order(&self, span: Span) -> Vec<u32> {
+        let mut key = vec![span.start];
+        let mut at = self.file(span.file).included_at;
+        while let Some(include) = at {
+            key.push(include.start);
+            at = self.file(include.file).included_at;
+        }
+        key.reverse();
+        key
+    }
+}

@@ -1,0 +1,235 @@
+//! Transformations between spaces, composed and inverted in `f64`.
+
+use std::ops::Mul;
+
+use glam::{DMat3, DMat4, DVec3, DVec4};
+
+/// An affine transformation together with its inverse, as pbrt keeps it: what is placed by exact numbers, such as the
+/// eye of a `LookAt`, comes back exactly.
+///
+/// `a * b` first applies `b`; the name `b_from_a` of a value tells both spaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transform {
+    /// The matrix, for column vectors.
+    pub m: DMat4,
+    /// Its inverse.
+    pub inv: DMat4,
+}
+
+/// Why a `LookAt` has no meaning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LookAtFault {
+    /// The eye is the point looked at.
+    EyeAtLook,
+    /// The up vector has length zero.
+    ZeroUp,
+    /// The up vector is parallel to the view.
+    UpParallel,
+}
+
+impl Transform {
+    /// Changes nothing.
+    pub const IDENTITY: Transform = Transform { m: DMat4::IDENTITY, inv: DMat4::IDENTITY };
+
+    /// Moves by `by`.
+    pub fn translate(by: DVec3) -> Self {
+        Transform { m: DMat4::from_translation(by), inv: DMat4::from_translation(-by) }
+    }
+
+    /// Scales along the axes. `None` where a factor is zero, or too small or large to invert.
+    pub fn scale(by: DVec3) -> Option<Self> {
+        let inv = by.recip();
+        (by.is_finite() && inv.is_finite())
+            .then(|| Transform { m: DMat4::from_scale(by), inv: DMat4::from_scale(inv) })
+    }
+
+    /// Turns by `degrees` about `axis`, counter-clockwise as seen with the axis pointing at the viewer of a
+    /// right-handed system (pbrt's left-handed one turns clockwise). `None` for an axis of length zero.
+    pub fn rotate(degrees: f64, axis: DVec3) -> Option<Self> {
+        // Scaled first, so that the length of no finite axis overflows or vanishes.
+        let axis = (axis / axis.abs().max_element()).try_normalize()?;
+        let (sin, cos) = sin_cos_degrees(degrees);
+        let along = |v: DVec3| {
+            let parallel = axis * v.dot(axis);
+            (parallel + (v - parallel) * cos + axis.cross(v) * sin).extend(0.0)
+        };
+        let m = DMat4::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z), DVec4::W);
+        Some(Transform { m, inv: m.transpose() })
+    }
+
+    /// The viewing transformation of pbrt's `LookAt`: camera space from world space, left-handed, +z forward, +y up.
+    ///
+    /// The side vector is `cross(up, look - eye)`, with each difference of products rounded once and normalised last:
+    /// full accuracy however near to the view `up` is.
+    pub fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Result<Self, LookAtFault> {
+        let view = look - eye;
+        if view == DVec3::ZERO {
+            return Err(LookAtFault::EyeAtLook);
+        }
+        if up == DVec3::ZERO {
+            return Err(LookAtFault::ZeroUp);
+        }
+        let (view, up) = (view / view.abs().max_element(), up / up.abs().max_element());
+        let side = cross_exact(up, view);
+        if side.length() <= 4e-16 * up.length() * view.length() {
+            return Err(LookAtFault::UpParallel);
+        }
+        let (right, forward) = (side.normalize(), view.normalize());
+        let up = cross_exact(forward, right).normalize();
+        let rotation = DMat3::from_cols(right, up, forward);
+        let to_camera = rotation.transpose();
+        let columns = |r: DMat3, t: DVec3| {
+            DMat4::from_cols(r.x_axis.extend(0.0), r.y_axis.extend(0.0), r.z_axis.extend(0.0), t.extend(1.0))
+        };
+        Ok(Transform { m: columns(to_camera, -(to_camera * eye)), inv: columns(rotation, eye) })
+    }
+
+    /// From a matrix. `None` where it cannot be inverted or is not affine.
+    pub fn from_matrix(m: DMat4) -> Option<Self> {
+        // Scaled to about one, so that the determinant of a small or large scale neither vanishes nor overflows.
+        let size = DMat3::from_mat4(m).to_cols_array().iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+        if size == 0.0 || !m.is_finite() || m.row(3) != DVec4::W {
+            return None;
+        }
+        let linear = DMat3::from_mat4(m) * (1.0 / size);
+        let determinant = linear.determinant();
+        // The product of the column lengths bounds the determinant: below this ratio it is rounding noise.
+        let volume = linear.x_axis.length() * linear.y_axis.length() * linear.z_axis.length();
+        if determinant.abs() <= 1e-15 * volume {
+            return None;
+        }
+        let inverse = linear.inverse() * (1.0 / size);
+        let translation = -(inverse * m.w_axis.truncate());
+        let inv = DMat4::from_cols(
+            inverse.x_axis.extend(0.0),
+            inverse.y_axis.extend(0.0),
+            inverse.z_axis.extend(0.0),
+            translation.extend(1.0),
+        );
+        inv.is_finite().then_some(Transform { m, inv })
+    }
+
+    /// The way back.
+    pub fn inverse(self) -> Self {
+        Transform { m: self.inv, inv: self.m }
+    }
+
+    /// Applies it to a position.
+    pub fn point(&self, p: DVec3) -> DVec3 {
+        self.m.transform_point3(p)
+    }
+
+    /// Applies it to a direction, lengths included.
+    pub fn vector(&self, v: DVec3) -> DVec3 {
+        self.m.transform_vector3(v)
+    }
+
+    /// Applies it to a surface normal (by the inverse transpose); the length is not kept.
+    pub fn normal(&self, n: DVec3) -> DVec3 {
+        DMat3::from_mat4(self.inv).transpose() * n
+    }
+
+    /// Whether it mirrors.
+    pub fn swaps_handedness(&self) -> bool {
+        let linear = DMat3::from_mat4(self.m);
+        // The sign survives any scale when the columns are brought to length one first.
+        DMat3::from_cols(
+            linear.x_axis.normalize_or_zero(),
+            linear.y_axis.normalize_or_zero(),
+            linear.z_axis.normalize_or_zero(),
+        )
+        .determinant()
+            < 0.0
+    }
+}
+
+impl Mul for Transform {
+    type Output = Transform;
+
+    fn mul(self, other: Transform) -> Transform {
+        Transform { m: self.m * other.m, inv: other.inv * self.inv }
+    }
+}
+
+/// Sine and cosine, exact at multiples of 90 degrees.
+fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    let turned = degrees % 360.0;
+    match turned {
+        0.0 => (0.0, 1.0),
+        90.0 | -270.0 => (1.0, 0.0),
+        180.0 | -180.0 => (0.0, -1.0),
+        270.0 | -90.0 => (-1.0, 0.0),
+        _ => turned.to_radians().sin_cos(),
+    }
+}
+
+/// The cross product with each component within 1.5 ulp (Kahan's difference of products).
+fn cross_exact(a: DVec3, b: DVec3) -> DVec3 {
+    let difference = |a: f64, b: f64, c: f64, d: f64| {
+        let cd = c * d;
+        let error = (-c).mul_add(d, cd);
+        a.mul_add(b, -cd) + error
+    };
+    DVec3::new(difference(a.y, b.z, a.z, b.y), difference(a.z, b.x, a.x, b.z), difference(a.x, b.y, a.y, b.x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn near(a: DVec3, b: DVec3) {
+        assert!((a - b).length() < 1e-14, "{a} {b}");
+    }
+
+    #[test]
+    fn look_at_is_left_handed_with_z_forward() {
+        let eye = DVec3::new(3.0, 4.0, 5.0);
+        let camera_from_world = Transform::look_at(eye, eye + DVec3::Z, DVec3::Y).unwrap();
+        near(camera_from_world.point(eye + DVec3::X), DVec3::X);
+        near(camera_from_world.point(eye + DVec3::new(0.0, 0.0, 2.0)), DVec3::new(0.0, 0.0, 2.0));
+        let back = Transform::look_at(eye, eye - DVec3::Z, DVec3::Y).unwrap();
+        near(back.vector(DVec3::X), -DVec3::X);
+        assert_eq!(back.inverse().point(DVec3::ZERO), eye);
+    }
+
+    #[test]
+    fn look_at_keeps_its_accuracy_when_up_nearly_meets_the_view() {
+        for exponent in [1, 5, 8, 12, 14] {
+            let tilt = 10_f64.powi(-exponent);
+            let view = Transform::look_at(DVec3::ZERO, DVec3::Z, DVec3::new(tilt, 0.0, 1.0)).unwrap();
+            near(view.inverse().vector(DVec3::Y), DVec3::X);
+        }
+    }
+
+    #[test]
+    fn a_view_without_meaning_is_refused() {
+        let (p, q) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, 6.0));
+        assert_eq!(Transform::look_at(p, p, DVec3::Z), Err(LookAtFault::EyeAtLook));
+        assert_eq!(Transform::look_at(p, q, DVec3::splat(3.0)), Err(LookAtFault::UpParallel));
+        assert_eq!(Transform::look_at(p, q, DVec3::ZERO), Err(LookAtFault::ZeroUp));
+    }
+
+    #[test]
+    fn rotations_follow_pbrt() {
+        // pbrt-v3 transform.cpp: Rotate(90, z) takes x to y.
+        let quarter = Transform::rotate(90.0, DVec3::new(0.0, 0.0, 7.0)).unwrap();
+        assert_eq!(quarter.vector(DVec3::X), DVec3::Y);
+        let third = Transform::rotate(120.0, DVec3::ONE).unwrap();
+        near(third.vector(DVec3::X), DVec3::Y);
+        assert_eq!(Transform::rotate(10.0, DVec3::ZERO), None);
+    }
+
+    #[test]
+    fn only_singular_matrices_are_refused() {
+        assert!(Transform::from_matrix(DMat4::ZERO).is_none());
+        let flat = DMat4::from_cols_array(&[1., 2., 3., 0., 2., 4., 6., 0., 0., 1., 0., 0., 0., 0., 0., 1.]);
+        assert!(Transform::from_matrix(flat).is_none());
+        for size in [1e-60, 1e-6, 1.0, 1e60] {
+            let scale = Transform::from_matrix(DMat4::from_scale(DVec3::splat(size))).unwrap();
+            assert_eq!(scale.inv.x_axis.x, 1.0 / size);
+            assert!(!scale.swaps_handedness());
+            let mirror = Transform::scale(DVec3::new(-size, size, size)).unwrap();
+            assert!(mirror.swaps_handedness());
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What is wrong with a file, as data. The program decides how to print it.
+
+use crate::Span;
+
+/// How bad it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The scene renders; what it shows may not be what was meant.
+    Warning,
+    /// There is no scene to render.
+    Error,
+}
+
+/// A place in the source, and what to say about it (empty: only underline it).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Label {
+    /// The bytes to underline.
+    pub span: Span,
+    /// A few words, lower case, without a full stop.
+    pub text: String,
+}
+
+/// A replacement of source text that would mend the trouble.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fix {
+    /// The bytes to replace.
+    pub span: Span,
+    /// What to put in their place.
+    pub replacement: String,
+}
+
+/// One thing that is wrong with a scene file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Diagnostic {
+    /// Error or warning.
+    pub severity: Severity,
+    /// What is wrong, in the terms of the format: lower case, no full stop.
+    pub message: String,
+    /// Where: the first is the place of the trouble, the others are related places.
+    pub labels: Vec<Label>,
+    /// The way out, in words.
+    pub help: Option<String>,
+    /// The way out, as an edit.
+    pub fix: Option<Fix>,
+}
+
+impl Diagnostic {
+    /// An error at `span`.
+    pub fn error(span: Span, message: impl Into<String>) -> Self {
+        Self::new(Severity::Error, span, message.into())
+    }
+
+    /// A warning at `span`.
+    pub fn warning(span: Span, message: impl Into<String>) -> Self {
+        Self::new(Severity::Warning, span, message.into())
+    }
+
+    fn new(severity: Severity, span: Span, message: String) -> Self {
+        let labels = vec![Label { span, text: String::new() }];
+        Diagnostic { severity, message, labels, help: None, fix: None }
+    }
+
+    /// Says something beside the underlined text.
+    pub fn note(mut self, text: impl Into<String>) -> Self {
+        self.labels[0].text = text.into();
+        self
+    }
+
+    /// Underlines a related place.
+    pub fn related(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.labels.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Says the way out.
+    pub fn help(mut self, text: impl Into<String>) -> Self {
+        self.help = Some(text.into());
+        self
+    }
+
+    /// Offers the way out as an edit.
+    pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
+        self.fix = Some(Fix { span, replacement: replacement.into() });
+        self
+    }
+
+    /// The place of the trouble.
+    pub fn span(&self) -> Span {
+        self.labels[0].span
+    }
+}

@@ -1,0 +1,32 @@
+//! The text format of pbrt-v3 scene files.
+//!
+//! [`parse`] turns the bytes of one file into a flat list of [`Statement`]s, each with the bytes it came from, and
+//! reports everything in the text that does not follow the grammar. It opens no file, looks up no name and knows no
+//! default. A [`Directive`] prints itself as pbrt text that parses to the same directive.
+//!
+//! ```
+//! use lookat_syntax::{Directive, FileId, parse};
+//!
+//! let parsed = parse(FileId(0), b"Translate 0 1.5 0");
+//! assert!(parsed.diagnostics.is_empty());
+//! assert_eq!(parsed.statements[0].directive, Directive::Translate([0.0, 1.5, 0.0]));
+//! assert_eq!(parsed.statements[0].directive.to_string(), "Translate 0 1.5 0");
+//! ```
+
+mod diagnostic;
+mod directive;
+mod format;
+mod grammar;
+mod nearest;
+mod param;
+mod span;
+mod token;
+mod values;
+
+pub use diagnostic::{Diagnostic, Fix, Label, Severity};
+pub use directive::{ActiveTransform, Directive, Entity, EntityKind, Statement};
+pub use grammar::{Parsed, parse};
+pub use nearest::nearest;
+pub use param::{Param, ParamType, Values};
+pub use span::{FileId, Span, Spanned, Text};
+pub use token::value_span;

@@ -1,0 +1,342 @@
+//! Tokens: blanks, quoted strings, numbers and words, as nom parsers over bytes.
+
+use nom::bytes::complete::{take_while, take_while1};
+use nom::character::complete::char;
+use nom::combinator::opt;
+use nom::error::{ErrorKind, ParseError};
+use nom::{IResult, Parser};
+
+use crate::Span;
+
+pub(crate) type Input<'a> = &'a [u8];
+pub(crate) type Parsing<'a, T> = IResult<Input<'a>, T, Fault<'a>>;
+
+/// Why a token is not what the grammar asks for. `at` is the part of the input to underline.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Fault<'a> {
+    pub at: Input<'a>,
+    pub message: String,
+    pub help: Option<String>,
+    pub replacement: Option<String>,
+}
+
+impl<'a> Fault<'a> {
+    pub fn new(at: Input<'a>, message: impl Into<String>) -> Self {
+        Fault { at, message: message.into(), help: None, replacement: None }
+    }
+
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    pub fn replace_with(mut self, replacement: impl Into<String>) -> Self {
+        self.replacement = Some(replacement.into());
+        self
+    }
+
+    /// As a nom error that no alternative is tried after.
+    pub fn fail<T>(self) -> Parsing<'a, T> {
+        Err(nom::Err::Failure(self))
+    }
+}
+
+impl<'a> ParseError<Input<'a>> for Fault<'a> {
+    fn from_error_kind(input: Input<'a>, _: ErrorKind) -> Self {
+        Fault::new(&input[..0], "unexpected text")
+    }
+
+    fn append(_: Input<'a>, _: ErrorKind, other: Self) -> Self {
+        other
+    }
+}
+
+pub(crate) fn is_blank(byte: u8) -> bool {
+    matches!(byte, b' ' | b'\t' | b'\r' | b'\n')
+}
+
+/// Words end at these. A `#` inside a word does not start a comment, as in pbrt-v3.
+fn is_delimiter(byte: u8) -> bool {
+    is_blank(byte) || matches!(byte, b'"' | b'[' | b']')
+}
+
+/// Skips white space and comments.
+pub(crate) fn blank(input: Input) -> Parsing<()> {
+    let mut input = input;
+    loop {
+        (input, _) = take_while(is_blank)(input)?;
+        if input.first() != Some(&b'#') {
+            return Ok((input, ()));
+        }
+        (input, _) = take_while(|byte| byte != b'\n' && byte != b'\r')(input)?;
+    }
+}
+
+/// Everything up to the next delimiter; at least one byte.
+pub(crate) fn word(input: Input) -> Parsing<Input> {
+    take_while1(|byte| !is_delimiter(byte))(input)
+}
+
+/// What stands at the input, in words, for "expected a number, found ...", and its bytes.
+pub(crate) fn found(input: Input) -> (Input, String) {
+    match input.first() {
+        None => (input, "the end of the file".into()),
+        Some(b'"') => match quoted(input) {
+            Ok((rest, text)) => (&input[..input.len() - rest.len()], format!("the string \"{text}\"")),
+            Err(_) => (&input[..1], "a quote".into()),
+        },
+        Some(b'[') => (&input[..1], "`[`".into()),
+        Some(b']') => (&input[..1], "`]`".into()),
+        Some(_) => {
+            let word = word(input).map_or(&input[..1], |(_, word)| word);
+            (word, format!("`{}`", shown(word)))
+        }
+    }
+}
+
+/// Bytes as text for a message, cut to a readable length.
+pub(crate) fn shown(bytes: Input) -> String {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]).into_owned();
+    if bytes.len() > 40 { text + "..." } else { text }
+}
+
+/// A quoted string, decoded. A string ends on the line that it starts on.
+pub(crate) fn quoted(input: Input) -> Parsing<String> {
+    let (inner, _) = char('"')(input)?;
+    let mut bytes = Vec::new();
+    let mut at = 0;
+    loop {
+        match inner.get(at) {
+            None | Some(b'\n') => {
+                let line = &input[..=at.min(inner.len())];
+                let line = line.strip_suffix(b"\r").unwrap_or(line);
+                return Fault::new(line, "the string is not closed")
+                    .help("a string ends on the line that it starts on: add the closing quote")
+                    .fail();
+            }
+            Some(b'"') => break,
+            Some(b'\\') => {
+                let Some(decoded) = inner.get(at + 1).and_then(|byte| unescape(*byte)) else {
+                    return Fault::new(&inner[at..inner.len().min(at + 2)], "unknown escape in a string")
+                        .help(r#"the escapes are \" \\ \' \n \r \t \b \f; write a backslash in a file name as / or \\"#)
+                        .fail();
+                };
+                bytes.push(decoded);
+                at += 1;
+            }
+            Some(byte) => bytes.push(*byte),
+        }
+        at += 1;
+    }
+    Ok((&inner[at + 1..], String::from_utf8_lossy(&bytes).into_owned()))
+}
+
+fn unescape(byte: u8) -> Option<u8> {
+    Some(match byte {
+        b'b' => 8,
+        b'f' => 12,
+        b'n' => b'\n',
+        b'r' => b'\r',
+        b't' => b'\t',
+        b'\\' | b'\'' | b'"' => byte,
+        _ => return None,
+    })
+}
+
+/// Skips blanks and commas between numbers; says whether there was a comma.
+pub(crate) fn separator(input: Input) -> Parsing<bool> {
+    let (mut input, _) = blank(input)?;
+    let mut comma = false;
+    while input.first() == Some(&b',') {
+        comma = true;
+        (input, _) = blank(&input[1..])?;
+    }
+    Ok((input, comma))
+}
+
+/// A finite decimal number: `1`, `-.5`, `1.`, `1e-3`, `1e+006`. Read to the nearest `f64`.
+pub(crate) fn number(input: Input) -> Parsing<f64> {
+    let (negative, digits_from) = match input.first() {
+        Some(b'-') => (true, 1),
+        Some(b'+') => (false, 1),
+        _ => (false, 0),
+    };
+    // Digits and exponent in one pass: at most 19 digits fit the mantissa, more take the slow way.
+    let mut at = digits_from;
+    let (mut mantissa, mut digits, mut scale) = (0_u64, 0_usize, 0_i32);
+    let mut point = false;
+    loop {
+        match input.get(at) {
+            Some(byte @ b'0'..=b'9') => {
+                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
+                digits += 1;
+                scale -= i32::from(point);
+            }
+            Some(b'.') if !point => point = true,
+            _ => break,
+        }
+        at += 1;
+    }
+    if digits == 0 {
+        return not_a_number(input);
+    }
+    if matches!(input.get(at), Some(b'e' | b'E')) {
+        let Some((exponent, length)) = exponent(&input[at + 1..]) else { return not_a_number(input) };
+        scale = scale.saturating_add(exponent);
+        at += 1 + length;
+    }
+    if input.get(at).is_some_and(|byte| !is_delimiter(*byte) && *byte != b',') {
+        return not_a_number(input);
+    }
+    let value = match exact(mantissa, digits, scale) {
+        Some(value) if negative => -value,
+        Some(value) => value,
+        // The bytes are ASCII digits, so the conversions cannot fail.
+        None => std::str::from_utf8(&input[..at]).ok().and_then(|text| text.parse().ok()).unwrap_or(0.0),
+    };
+    if value.is_finite() {
+        return Ok((&input[at..], value));
+    }
+    Fault::new(&input[..at], "the number is too large").help("the largest number is about 1.8e308").fail()
+}
+
+/// The exponent after `e`, and how many bytes it takes. Saturates: 1e999999999999 is still only too large.
+fn exponent(input: Input) -> Option<(i32, usize)> {
+    let signed = usize::from(matches!(input.first(), Some(b'-' | b'+')));
+    let digits = input[signed..].iter().take_while(|byte| byte.is_ascii_digit());
+    let (mut value, mut length) = (0_i32, signed);
+    for digit in digits {
+        value = value.saturating_mul(10).saturating_add(i32::from(digit - b'0'));
+        length += 1;
+    }
+    let value = if input.first() == Some(&b'-') { -value } else { value };
+    (length > signed).then_some((value, length))
+}
+
+/// `mantissa * 10^scale` where one rounding suffices: both factors are exact in `f64` (Clinger 1990).
+fn exact(mantissa: u64, digits: usize, scale: i32) -> Option<f64> {
+    const POWERS: [f64; 23] = [
+        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17,
+        1e18, 1e19, 1e20, 1e21, 1e22,
+    ];
+    if digits > 19 || mantissa > 1 << 53 {
+        return None;
+    }
+    let power = *POWERS.get(scale.unsigned_abs() as usize)?;
+    Some(if scale < 0 { mantissa as f64 / power } else { mantissa as f64 * power })
+}
+
+/// The fault for a word that stands where a number should.
+fn not_a_number<T>(input: Input) -> Parsing<T> {
+    let (at, found) = found(input);
+    let lower = String::from_utf8_lossy(at).to_lowercase();
+    let bare = lower.trim_start_matches(['-', '+']);
+    if bare.starts_with("nan") || bare.starts_with("inf") {
+        return Fault::new(at, format!("{found} is not a finite number"))
+            .help("write the number that was meant; programs print nan and inf when a computation failed")
+            .fail();
+    }
+    if bare.starts_with(|c: char| c.is_ascii_digit() || c == '.') && at.len() > 1 {
+        return Fault::new(at, format!("{found} is not a number"))
+            .help(
+                "a number is digits with an optional point and exponent, as in -1.5e-3, and ends at a blank",
+            )
+            .fail();
+    }
+    Fault::new(at, format!("expected a number, found {found}")).fail()
+}
+
+/// Where the value with the given index stands in a list that spans `list` in `text`. Points, colors and other
+/// values of several numbers count each number.
+///
+/// Values are not stored with a place each, which a large mesh could not afford; the place is found by reading again.
+pub fn value_span(text: &[u8], list: Span, index: usize) -> Span {
+    let whole = &text[(list.start as usize).min(text.len())..(list.end as usize).min(text.len())];
+    let find = || -> Parsing<Input> {
+        let (mut input, _) = (blank, opt(char('['))).parse(whole)?;
+        for at in 0.. {
+            (input, _) = separator(input)?;
+            let before = input;
+            if input.first() == Some(&b'"') {
+                (input, _) = quoted(input)?;
+            } else {
+                (input, _) = take_while1(|byte| !is_delimiter(byte) && byte != b',')(input)?;
+            }
+            if at == index {
+                return Ok((input, &before[..before.len() - input.len()]));
+            }
+        }
+        Ok((input, input))
+    };
+    match find() {
+        Ok((_, value)) => {
+            let start = list.start + (value.as_ptr() as usize - whole.as_ptr() as usize) as u32;
+            Span { file: list.file, start, end: start + value.len() as u32 }
+        }
+        Err(_) => list,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FileId;
+
+    #[test]
+    fn numbers_are_read_to_the_nearest_double() {
+        for text in [
+            "0",
+            "-0",
+            "1",
+            ".5",
+            "1.",
+            "-.5",
+            "+2",
+            "1e-3",
+            "1e+006",
+            "1E5",
+            "0.1",
+            "123456789012345678901234567890",
+            "3.4028235e38",
+            "5e-324",
+            "2.2250738585072011e-308",
+            "0.000000000000000000000000000001",
+            "1e308",
+            "9007199254740993",
+        ] {
+            let (rest, value) = number(text.as_bytes()).unwrap();
+            assert!(rest.is_empty(), "{text}");
+            assert_eq!(value.to_bits(), text.parse::<f64>().unwrap().to_bits(), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_number_is_refused() {
+        for text in [
+            "1x",
+            "1.5abc",
+            "nan",
+            "-inf",
+            "1e400",
+            "1e",
+            "-",
+            ".",
+            "1.2.3",
+            "0x10",
+            "1e999999999999",
+            "1#2",
+            "\"a\"",
+        ] {
+            assert!(number(text.as_bytes()).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn places_of_values_are_found_again() {
+        let text = b"[ 1 2, # three\n 3]\"a b\"";
+        let at = |start, end, index| value_span(text, Span { file: FileId(0), start, end }, index);
+        assert_eq!((at(0, 18, 2).start, at(0, 18, 2).end), (16, 17));
+        assert_eq!((at(18, 23, 0).start, at(18, 23, 0).end), (18, 23));
+        assert_eq!((at(0, 18, 9).start, at(0, 18, 9).end), (0, 18));
+    }
+}

@@ -1,0 +1,89 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// What was typed.
+#[derive(Debug, Parser)]
+#[command(name = "lookat", version, about = "Renders pbrt-v3 scene files, and says what is wrong with them")]
+#[command(after_help = "Exit status: 0 fine, 1 a file has errors, 2 wrong usage or trouble, 130 interrupted")]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to a picture
+    Render(Render),
+    /// Say what is wrong with scene files, without rendering
+    Check(Check),
+}
+
+#[derive(Debug, Args)]
+pub struct Render {
+    /// The scene file; - is standard input
+    pub scene: PathBuf,
+    /// The picture: .exr, .png, .pfm or .tga [default: the Film's filename]
+    #[arg(short, long, alias = "outfile", value_name = "FILE")]
+    pub output: Option<PathBuf>,
+    /// Samples per pixel, in place of the Sampler's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    pub spp: Option<u32>,
+    /// Size of the full picture, in place of the Film's
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    pub resolution: Option<[u32; 2]>,
+    /// The part to render, each from 0 to 1, in place of the Film's cropwindow
+    #[arg(long, alias = "cropwindow", num_args = 4, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
+    pub crop: Option<Vec<f64>>,
+    /// Threads [default: one for each processor]
+    #[arg(long, alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Chooses the random numbers: the same seed gives the same picture
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// A draft: a quarter of the resolution each way, one sample per pixel
+    #[arg(long)]
+    pub quick: bool,
+    /// Say nothing but errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub report: Report,
+}
+
+#[derive(Debug, Args)]
+pub struct Check {
+    /// Scene files; - is standard input
+    #[arg(required = true, value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub report: Report,
+}
+
+/// How problems of files count and are told.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Report {
+    /// Treat warnings as errors
+    #[arg(long)]
+    pub strict: bool,
+    /// Leave out directives that are in error and go on, as pbrt-v3 does
+    #[arg(long)]
+    pub keep_going: bool,
+    /// Print problems and results to standard output as JSON, a line for each scene
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn resolution(text: &str) -> Result<[u32; 2], String> {
+    let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=1_000_000).contains(side));
+    text.split_once(['x', 'X'])
+        .and_then(|(width, height)| Some([side(width)?, side(height)?]))
+        .ok_or_else(|| "expected width and height in pixels, as in 640x480".into())
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number from 0 to 1".to_string())?;
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("expected a number from 0 to 1".into()) }
+}

@@ -1,0 +1,34 @@
+//! `lookat check`: what is wrong with scene files.
+
+use std::process::ExitCode;
+
+use lookat_scene::Overrides;
+use lookat_scene::syntax::Severity;
+use serde::Serialize;
+
+use crate::args::Check;
+use crate::report::{self, JsonDiagnostic};
+use crate::source::load_scene;
+
+#[derive(Serialize)]
+struct JsonResult<'a> {
+    scene: String,
+    diagnostics: Vec<JsonDiagnostic<'a>>,
+}
+
+/// Runs the command.
+pub fn check(arguments: &Check) -> ExitCode {
+    let overrides = Overrides { keep_going: arguments.report.keep_going, ..Overrides::default() };
+    let mut failed = false;
+    for path in &arguments.files {
+        let loaded = load_scene(path, &overrides, arguments.report);
+        failed |= loaded.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
+        if arguments.report.json {
+            let scene = path.display().to_string();
+            crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) });
+        } else {
+            report::print(&loaded, false);
+        }
+    }
+    ExitCode::from(u8::from(failed))
+}

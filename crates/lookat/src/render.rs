@@ -1,0 +1,205 @@
+//! `lookat render`: from a scene file to a picture.
+
+use std::io::IsTerminal;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use lookat_image::Format;
+use lookat_render::{Progress, Rendered, Settings};
+use lookat_scene::{Loaded, Overrides, Scene};
+use serde::Serialize;
+
+use crate::args::Render;
+use crate::report::{self, JsonDiagnostic};
+use crate::source::load_scene;
+
+/// Set by Ctrl-C.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+const FAILED: u8 = 1;
+const TROUBLE: u8 = 2;
+/// As the shell has it for a program that SIGINT ends.
+const INTERRUPTED_STATUS: u8 = 130;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct JsonResult<'a> {
+    scene: String,
+    diagnostics: Vec<JsonDiagnostic<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    picture: Option<JsonPicture>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+}
+
+#[derive(Serialize)]
+struct JsonPicture {
+    file: String,
+    width: u32,
+    height: u32,
+    samples_per_pixel: f64,
+    seconds: f64,
+    rays: u64,
+    rejected_samples: u64,
+    complete: bool,
+}
+
+/// What a picture says of its making. It must not change from run to run.
+#[derive(Serialize)]
+struct Metadata<'a> {
+    program: &'a str,
+    version: &'a str,
+    scene: String,
+    seed: u64,
+    samples_per_pixel: f64,
+    complete: bool,
+}
+
+/// Runs the command.
+pub fn render(arguments: &Render) -> ExitCode {
+    let crop = arguments.crop.as_deref().and_then(|edges| <[f64; 4]>::try_from(edges).ok());
+    let overrides = Overrides {
+        samples_per_pixel: arguments.spp,
+        resolution: arguments.resolution,
+        crop,
+        quick: arguments.quick,
+        keep_going: arguments.report.keep_going,
+    };
+    let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
+    if !arguments.report.json {
+        report::print(&loaded, arguments.quiet);
+    }
+    let mut result = JsonResult {
+        scene: arguments.scene.display().to_string(),
+        diagnostics: report::json(&loaded),
+        picture: None,
+        error: None,
+    };
+    let status = match &loaded.scene {
+        None => FAILED,
+        Some(scene) => match picture(arguments, scene, &loaded) {
+            Ok(picture) => {
+                let status = if picture.complete { 0 } else { INTERRUPTED_STATUS };
+                result.picture = Some(picture);
+                status
+            }
+            Err(message) => {
+                crate::complain(&message);
+                result.error = Some(message);
+                TROUBLE
+            }
+        },
+    };
+    if arguments.report.json {
+        crate::print_json(&result);
+    }
+    ExitCode::from(status)
+}
+
+/// Renders and writes the picture.
+fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPicture, String> {
+    let file = arguments.output.clone().unwrap_or_else(|| scene.film.file.clone());
+    // Before hours of rendering, not after.
+    check_output(&file)?;
+    // A second Ctrl-C ends the program at once.
+    let interrupt = || {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(INTERRUPTED_STATUS));
+        }
+    };
+    ctrlc::set_handler(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))?;
+    let settings = Settings { seed: arguments.seed, threads: arguments.threads.map_or(0, usize::from) };
+    let started = Instant::now();
+    let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));
+    let seconds = started.elapsed().as_secs_f64();
+
+    let samples_per_pixel = rendered.statistics.samples as f64 / scene.film.crop.area() as f64;
+    let metadata = Metadata {
+        program: "lookat",
+        version: env!("CARGO_PKG_VERSION"),
+        scene: loaded.sources.files[0].path.display().to_string(),
+        seed: arguments.seed,
+        samples_per_pixel,
+        complete: rendered.complete,
+    };
+    rendered.image.metadata = serde_json::to_string(&metadata).ok();
+    let file = if rendered.complete { file } else { partial(&file) };
+    rendered.image.write(&file).map_err(|error| error.to_string())?;
+    let picture = JsonPicture {
+        file: file.display().to_string(),
+        width: rendered.image.data_window.width,
+        height: rendered.image.data_window.height,
+        samples_per_pixel,
+        seconds,
+        rays: rendered.statistics.rays,
+        rejected_samples: rendered.statistics.rejected,
+        complete: rendered.complete,
+    };
+    if !arguments.quiet && !arguments.report.json {
+        summarize(&picture, &rendered);
+    }
+    Ok(picture)
+}
+
+/// Fails where the picture could not be written in the end.
+fn check_output(file: &Path) -> Result<(), String> {
+    if Format::from_path(file).is_none() {
+        let name = file.display();
+        return Err(format!("{name}: lookat writes {}; choose one by the ending, with -o", Format::NAMES));
+    }
+    match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
+            Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The name of a picture that is not finished: `a.exr` becomes `a.partial.exr`, so it replaces no finished one.
+fn partial(file: &Path) -> PathBuf {
+    match file.extension() {
+        Some(extension) => file.with_extension(format!("partial.{}", extension.display())),
+        None => file.with_extension("partial"),
+    }
+}
+
+/// Shows a progress bar on a terminal, and stops on Ctrl-C.
+fn with_progress(
+    arguments: &Render,
+    render: impl FnOnce(&(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Rendered,
+) -> Rendered {
+    let silent = arguments.quiet || arguments.report.json || !std::io::stderr().is_terminal();
+    let bar = if silent { ProgressBar::hidden() } else { ProgressBar::new(1000) };
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let rendered = render(&|progress: Progress| {
+        bar.set_position(progress.done * 1000 / progress.total.max(1));
+        if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    bar.finish_and_clear();
+    rendered
+}
+
+/// The one line at the end.
+fn summarize(picture: &JsonPicture, rendered: &Rendered) {
+    let JsonPicture { file, width, height, samples_per_pixel, seconds, rays, .. } = picture;
+    let rate = *rays as f64 / seconds / 1e6;
+    let samples =
+        if rendered.complete { format!("{samples_per_pixel}") } else { format!("{samples_per_pixel:.1}") };
+    let part = if rendered.complete { "" } else { "; interrupted, a partial picture" };
+    anstream::eprintln!(
+        "{file}: {width} x {height} pixels, {samples} samples each, {seconds:.2} s, {rate:.2} million rays/s{part}"
+    );
+    if rendered.statistics.rejected > 0 {
+        let count = rendered.statistics.rejected;
+        anstream::eprintln!(
+            "{count} samples were infinite or not a number, and count as black: this is a defect of lookat"
+        );
+    }
+}

@@ -1,0 +1,211 @@
+//! Tells people, or programs, what is wrong with a file.
+
+use std::io::{IsTerminal, Write};
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Patch, Renderer, Snippet};
+use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
+use lookat_scene::{Loaded, Sources};
+use serde::Serialize;
+
+/// How many problems of one scene are printed at full length for people.
+const MAX_SHOWN: usize = 100;
+
+/// Prints the diagnostics of a scene to standard error. `quiet` leaves warnings out.
+pub fn print(loaded: &Loaded, quiet: bool) {
+    let out = anstream::stderr();
+    let renderer = if out.as_inner().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    let mut out = out.lock();
+    let shown = |diagnostic: &&Diagnostic| !quiet || diagnostic.severity == Severity::Error;
+    for diagnostic in loaded.diagnostics.iter().filter(shown).take(MAX_SHOWN) {
+        // Standard error may be closed; nobody reads then.
+        let _ = writeln!(out, "{}\n", render(diagnostic, &loaded.sources, &renderer));
+    }
+    let hidden = loaded.diagnostics.iter().filter(shown).count().saturating_sub(MAX_SHOWN);
+    if hidden > 0 {
+        let _ = writeln!(out, "... and {hidden} more; --json lists them all\n");
+    }
+    let summary = summary(&loaded.diagnostics, quiet);
+    if !summary.is_empty() {
+        let _ = writeln!(out, "{}: {summary}", loaded.sources.files[0].path.display());
+    }
+}
+
+/// As in "2 errors, 1 warning".
+fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
+    let count = |severity, noun: &str| {
+        let number = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity).count();
+        match number {
+            0 => None,
+            1 => Some(format!("1 {noun}")),
+            _ => Some(format!("{number} {noun}s")),
+        }
+    };
+    let errors = count(Severity::Error, "error");
+    let warnings = if quiet { None } else { count(Severity::Warning, "warning") };
+    errors.into_iter().chain(warnings).collect::<Vec<_>>().join(", ")
+}
+
+/// One diagnostic with the lines it is about.
+fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => Level::ERROR,
+        Severity::Warning => Level::WARNING,
+    };
+    let windows: Vec<Window> =
+        diagnostic.labels.iter().map(|label| Window::around(label.span, sources)).collect();
+    let mut group = Group::with_title(level.primary_title(diagnostic.message.as_str()));
+    // Labels of one window share a snippet; the first is the place of the trouble.
+    let mut done: Vec<&Window> = Vec::new();
+    for window in &windows {
+        if done.contains(&window) {
+            continue;
+        }
+        done.push(window);
+        let mut snippet =
+            Snippet::source(window.text.as_str()).line_start(window.line).path(window.path.as_str());
+        for (index, (label, _)) in
+            diagnostic.labels.iter().zip(&windows).enumerate().filter(|(_, (_, w))| *w == window)
+        {
+            let kind = if index == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
+            let annotation = kind.span(window.range(label.span));
+            let text = (!label.text.is_empty()).then_some(label.text.as_str());
+            snippet = snippet.annotation(annotation.label(text));
+        }
+        group = group.element(snippet);
+    }
+    let fix_window = diagnostic.fix.as_ref().map(|fix| (fix, Window::around(fix.span, sources)));
+    match (&fix_window, &diagnostic.help) {
+        (Some((fix, window)), help) => {
+            let title = help.as_deref().unwrap_or("write it so");
+            let patch = Patch::new(window.range(fix.span), fix.replacement.as_str());
+            let snippet =
+                Snippet::source(window.text.as_str()).line_start(window.line).path(window.path.as_str());
+            let help = Group::with_title(Level::HELP.secondary_title(title)).element(snippet.patch(patch));
+            renderer.render(&[group, help])
+        }
+        (None, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help.as_str()))]),
+        (None, None) => renderer.render(&[group]),
+    }
+}
+
+/// The lines around a span, as much of them as people can read: files may have lines of megabytes.
+#[derive(PartialEq)]
+struct Window {
+    path: String,
+    /// Where the text starts in the file.
+    start: usize,
+    line: usize,
+    text: String,
+    /// For each byte of the file in the window, and its end, the place in `text`.
+    places: Vec<usize>,
+}
+
+/// The most bytes shown before and after the start of a span.
+const REACH: usize = 160;
+
+impl Window {
+    fn around(span: Span, sources: &Sources) -> Self {
+        let source = sources.file(span.file);
+        let text = &source.text;
+        let at = (span.start as usize).min(text.len());
+        let line_start = text[..at].iter().rposition(|byte| *byte == b'\n').map_or(0, |newline| newline + 1);
+        let start = line_start.max(at.saturating_sub(REACH));
+        let line_end =
+            text[at..].iter().position(|byte| *byte == b'\n').map_or(text.len(), |newline| at + newline);
+        let end = line_end.min(at + REACH);
+        let path = source.path.display().to_string();
+        let line = text[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
+        let (shown, places) = readable(&text[start..end]);
+        Window { path, start, line, text: shown, places }
+    }
+
+    /// A span of the file as a range of the text.
+    fn range(&self, span: Span) -> Range<usize> {
+        let place = |at: u32| {
+            let byte = (at as usize).saturating_sub(self.start).min(self.places.len() - 1);
+            self.places[byte]
+        };
+        place(span.start)..place(span.end)
+    }
+}
+
+/// Bytes as text that a terminal can show, and where each byte went.
+fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
+    let (mut text, mut places) = (String::new(), Vec::new());
+    for chunk in bytes.utf8_chunks() {
+        for c in chunk.valid().chars() {
+            places.extend(std::iter::repeat_n(text.len(), c.len_utf8()));
+            text.push(if c.is_control() && c != '\t' { ' ' } else { c });
+        }
+        for _ in chunk.invalid() {
+            places.push(text.len());
+            text.push('\u{fffd}');
+        }
+    }
+    places.push(text.len());
+    (text, places)
+}
+
+/// A diagnostic for programs.
+#[derive(Serialize)]
+pub struct JsonDiagnostic<'a> {
+    severity: &'static str,
+    message: &'a str,
+    labels: Vec<JsonLabel<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    help: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fix: Option<JsonFix<'a>>,
+}
+
+#[derive(Serialize)]
+struct JsonLabel<'a> {
+    #[serde(flatten)]
+    place: JsonPlace,
+    text: &'a str,
+}
+
+#[derive(Serialize)]
+struct JsonFix<'a> {
+    #[serde(flatten)]
+    place: JsonPlace,
+    replacement: &'a str,
+}
+
+/// Lines and columns count from 1, columns in characters; bytes from 0.
+#[derive(Serialize)]
+struct JsonPlace {
+    file: String,
+    line: usize,
+    column: usize,
+    start: u32,
+    end: u32,
+}
+
+/// The diagnostics of a scene for programs.
+pub fn json(loaded: &Loaded) -> Vec<JsonDiagnostic<'_>> {
+    let place = |span: Span| {
+        let location = loaded.sources.location(span);
+        let file = location.path.display().to_string();
+        JsonPlace { file, line: location.line, column: location.column, start: span.start, end: span.end }
+    };
+    let label = |label: &'_ Label| -> JsonPlace { place(label.span) };
+    loaded
+        .diagnostics
+        .iter()
+        .map(|diagnostic| JsonDiagnostic {
+            severity: match diagnostic.severity {
+                Severity::Error => "error",
+                Severity::Warning => "warning",
+            },
+            message: &diagnostic.message,
+            labels: diagnostic.labels.iter().map(|l| JsonLabel { place: label(l), text: &l.text }).collect(),
+            help: diagnostic.help.as_deref(),
+            fix: diagnostic
+                .fix
+                .as_ref()
+                .map(|Fix { span, replacement }| JsonFix { place: place(*span), replacement }),
+        })
+        .collect()
+}
