@@ -11,7 +11,8 @@ use crate::sphere::PlacedSphere;
 use crate::surface::{Surface, emitting_side, on_triangle};
 use crate::warp::{
     Frame, square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf, square_to_triangle,
-    square_to_uniform_cone, square_to_uniform_cone_pdf, square_to_uniform_sphere,
+    square_to_uniform_cone, square_to_uniform_cone_pdf, square_to_uniform_hemisphere,
+    square_to_uniform_hemisphere_pdf, square_to_uniform_sphere,
 };
 
 /// All lights of a scene.
@@ -179,11 +180,8 @@ impl LightTable {
                 Some(LightSample { li: *radiance, pdf: None, shadow: from.leave(*direction) })
             }
             SceneLight::Infinite { radiance, .. } => {
-                let frame = Frame::from_z(facing(from, wo));
-                let local = square_to_cosine_hemisphere(u);
-                let pdf = square_to_cosine_hemisphere_pdf(local.z);
-                let shadow = from.leave(frame.to_world(local));
-                (pdf > 0.0).then_some(LightSample { li: *radiance, pdf: Some(pdf), shadow })
+                let (wi, pdf) = sample_sky(from, wo, u);
+                (pdf > 0.0).then_some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Sphere { primitive, sphere, .. } => {
                 let owner = primitives[*primitive as usize];
@@ -229,7 +227,7 @@ impl LightTable {
 
     /// The lights at infinity, with their radiance and the density with which direction `wi` is sampled.
     pub fn infinite(&self, from: &Surface, wo: DVec3, wi: DVec3) -> impl Iterator<Item = (usize, Vec3, f64)> {
-        let pdf = square_to_cosine_hemisphere_pdf(facing(from, wo).dot(wi));
+        let pdf = sky_pdf(from, wo, wi);
         self.lights.iter().enumerate().filter_map(move |(number, light)| match light {
             SceneLight::Infinite { radiance, .. } => Some((number, *radiance, pdf)),
             _ => None,
@@ -307,9 +305,33 @@ pub(crate) fn luminance(rgb: Vec3) -> f64 {
     rgb.as_dvec3().dot(DVec3::new(0.212671, 0.715160, 0.072169))
 }
 
-/// The side of the shading normal that `wo` is on.
-fn facing(surface: &Surface, wo: DVec3) -> DVec3 {
-    if surface.ns.dot(wo) < 0.0 { -surface.ns } else { surface.ns }
+/// A direction to a sky that is everywhere alike, on the side of `wo`, and its density by solid angle.
+///
+/// In proportion to the cosine; but where the shading normal is not the geometric one, light also comes from directions
+/// below the horizon of the shading normal, so there all directions above the surface are alike.
+fn sample_sky(from: &Surface, wo: DVec3, u: DVec2) -> (DVec3, f64) {
+    let frame = Frame::from_z(side_of(from, wo));
+    let local =
+        if from.n == from.ns { square_to_cosine_hemisphere(u) } else { square_to_uniform_hemisphere(u) };
+    let wi = frame.to_world(local);
+    (wi, sky_pdf(from, wo, wi))
+}
+
+/// Density of [`sample_sky`].
+fn sky_pdf(from: &Surface, wo: DVec3, wi: DVec3) -> f64 {
+    let cos_theta = side_of(from, wo).dot(wi);
+    if from.n == from.ns {
+        square_to_cosine_hemisphere_pdf(cos_theta)
+    } else if cos_theta > 0.0 {
+        square_to_uniform_hemisphere_pdf()
+    } else {
+        0.0
+    }
+}
+
+/// The geometric normal on the side of `wo`.
+fn side_of(surface: &Surface, wo: DVec3) -> DVec3 {
+    if surface.n.dot(wo) < 0.0 { -surface.n } else { surface.n }
 }
 
 /// What a light at a point gives, and the ray to it.

@@ -36,6 +36,11 @@ pub(crate) fn square_to_uniform_hemisphere(u: DVec2) -> DVec3 {
     DVec3::new(cos * sin_theta, sin * sin_theta, u.x)
 }
 
+/// Density of [`square_to_uniform_hemisphere`] by solid angle.
+pub(crate) fn square_to_uniform_hemisphere_pdf() -> f64 {
+    1.0 / TAU
+}
+
 /// Points of the unit sphere, all alike (PBR 13.6.1).
 pub(crate) fn square_to_uniform_sphere(u: DVec2) -> DVec3 {
     let z = 1.0 - 2.0 * u.x;

@@ -10,7 +10,7 @@ use crate::{Emission, Transform};
 pub enum Light {
     /// From a point, alike in all directions (`point`).
     Point {
-        /// World position (`from`, default the origin).
+        /// World position (the origin of the current space, plus `from` in world space; default 0).
         position: DVec3,
         /// Radiant intensity (`I` times `scale`).
         intensity: Vec3,
@@ -66,7 +66,8 @@ pub(crate) fn light(params: &mut Params, world_from_light: Transform) -> Option<
 fn point(params: &mut Params, world_from_light: Transform) -> Light {
     let intensity = scaled(params, "I");
     let from = params.point("from", DVec3::ZERO);
-    Light::Point { position: world_from_light.point(from), intensity }
+    // pbrt-v3 adds `from` in world space, whatever the current transformation turns or scales (lights/point.cpp).
+    Light::Point { position: world_from_light.point(DVec3::ZERO) + from, intensity }
 }
 
 fn distant(params: &mut Params, world_from_light: Transform) -> Option<Light> {

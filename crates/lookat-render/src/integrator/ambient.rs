@@ -7,7 +7,9 @@ use glam::Vec3;
 use super::Tracer;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
-use crate::warp::{Frame, square_to_cosine_hemisphere, square_to_uniform_hemisphere};
+use crate::warp::{
+    Frame, square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
+};
 
 /// Pi times the share of the sky that the surface sees, weighed by the cosine.
 pub(crate) fn li(
@@ -32,7 +34,7 @@ pub(crate) fn li(
         let u = stream.nested(samples, k).next_2d();
         let local = if cosine { square_to_cosine_hemisphere(u) } else { square_to_uniform_hemisphere(u) };
         // The cosine over the density by solid angle.
-        let value = if cosine { PI } else { local.z * 2.0 * PI };
+        let value = if cosine { PI } else { local.z / square_to_uniform_hemisphere_pdf() };
         if !tracer.occluded(&surface.leave(frame.to_world(local))) {
             sum += value;
         }
