@@ -35,14 +35,16 @@ pub enum Integrator {
 pub enum LightChoice {
     /// All alike.
     Uniform,
-    /// By emitted power. It stands in for pbrt-v3's default, "spatial", too.
+    /// By emitted power.
     Power,
+    /// By the light that each would bring to the point, were nothing in the way. pbrt-v3's default.
+    Spatial,
 }
 
 impl Integrator {
     /// What pbrt-v3 uses where there is no Integrator.
     pub(crate) const PBRT_DEFAULT: Integrator =
-        Integrator::Path { max_depth: 5, roulette_threshold: 1.0, light_choice: LightChoice::Power };
+        Integrator::Path { max_depth: 5, roulette_threshold: 1.0, light_choice: LightChoice::Spatial };
 }
 
 pub(crate) const NAMES: &[&str] =
@@ -88,7 +90,11 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
 fn path(params: &mut Params) -> Integrator {
     let roulette_threshold = params.float("rrthreshold", 1.0);
     let strategy = choice(params, "lightsamplestrategy", "spatial", &["spatial", "power", "uniform"]);
-    let light_choice = if strategy == "uniform" { LightChoice::Uniform } else { LightChoice::Power };
+    let light_choice = match strategy.as_str() {
+        "uniform" => LightChoice::Uniform,
+        "power" => LightChoice::Power,
+        _ => LightChoice::Spatial,
+    };
     Integrator::Path { max_depth: depth(params), roulette_threshold, light_choice }
 }
 

@@ -26,7 +26,7 @@ pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, all_l
         if all_lights {
             return radiance + lights(tracer, &surface, &bsdf, wo, stream, 0..count);
         }
-        let chosen = tracer.lights().choose(LightChoice::Uniform, stream.next_1d());
+        let chosen = tracer.lights().choose(LightChoice::Uniform, surface.p, stream.next_1d());
         let Some((light, probability)) = chosen else { return radiance };
         return radiance + lights(tracer, &surface, &bsdf, wo, stream, light..light + 1) / probability as f32;
     }

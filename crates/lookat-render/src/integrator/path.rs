@@ -81,7 +81,9 @@ fn one_light(
     choice: LightChoice,
 ) -> Vec3 {
     let (chooser, u) = (stream.next_1d(), stream.next_2d());
-    let Some((light, probability)) = tracer.lights().choose(choice, chooser) else { return Vec3::ZERO };
+    let Some((light, probability)) = tracer.lights().choose(choice, surface.p, chooser) else {
+        return Vec3::ZERO;
+    };
     let Some(sample) = tracer.lights().sample(light, surface, wo, tracer.primitives(), u) else {
         return Vec3::ZERO;
     };
@@ -109,7 +111,7 @@ fn emitted(tracer: &Tracer, emission: &Emission, surface: &Surface, wo: DVec3, c
         Emission::Weighed { from, pdf, .. } => {
             let lights = tracer.lights();
             let Some(light) = lights.of_surface(surface) else { return Vec3::ZERO };
-            let other = lights.surface_pdf(light, from, surface) * lights.probability(choice, light);
+            let other = lights.surface_pdf(light, from, surface) * lights.probability(choice, from.p, light);
             le * power_heuristic(*pdf, other)
         }
     }
@@ -124,7 +126,7 @@ fn background(tracer: &Tracer, emission: &Emission, d: DVec3, choice: LightChoic
         Emission::Weighed { from, wo, pdf } => lights
             .infinite(from, *wo, d)
             .map(|(light, radiance, other)| {
-                radiance * power_heuristic(*pdf, other * lights.probability(choice, light))
+                radiance * power_heuristic(*pdf, other * lights.probability(choice, from.p, light))
             })
             .sum(),
     }

@@ -1,0 +1,118 @@
+//! Which of the lights is sampled.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use lookat_scene::{LightChoice, Scene, Shape};
+
+use super::{LightTable, SceneLight, luminance};
+
+/// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
+const MANY: usize = 32;
+
+impl LightTable {
+    /// A light for the point `p` by a number from 0 to 1, and its probability.
+    pub fn choose(&self, choice: LightChoice, p: DVec3, u: f64) -> Option<(usize, f64)> {
+        let last = self.lights.len().checked_sub(1)?;
+        let light = match self.rule(choice) {
+            LightChoice::Uniform => ((u * self.lights.len() as f64) as usize).min(last),
+            LightChoice::Power => self.power_cdf.partition_point(|share| *share <= u).min(last),
+            LightChoice::Spatial => {
+                let mut rest = u * self.estimates(p).sum::<f64>();
+                let passed = |estimate| {
+                    rest -= estimate;
+                    rest < 0.0
+                };
+                self.estimates(p).position(passed).unwrap_or(last)
+            }
+        };
+        let probability = self.probability(choice, p, light);
+        (probability > 0.0).then_some((light, probability))
+    }
+
+    /// The probability with which [`LightTable::choose`] gives a light.
+    pub fn probability(&self, choice: LightChoice, p: DVec3, light: usize) -> f64 {
+        match self.rule(choice) {
+            LightChoice::Uniform => 1.0 / self.lights.len() as f64,
+            LightChoice::Power if light == 0 => self.power_cdf[0],
+            LightChoice::Power => self.power_cdf[light] - self.power_cdf[light - 1],
+            LightChoice::Spatial => {
+                let total: f64 = self.estimates(p).sum();
+                if total > 0.0 { self.lights[light].estimate(p) / total } else { 0.0 }
+            }
+        }
+    }
+
+    fn rule(&self, choice: LightChoice) -> LightChoice {
+        if choice == LightChoice::Spatial && self.lights.len() > MANY { LightChoice::Power } else { choice }
+    }
+
+    fn estimates(&self, p: DVec3) -> impl Iterator<Item = f64> {
+        self.lights.iter().map(move |light| light.estimate(p))
+    }
+}
+
+/// The share of the power of the lights up to each.
+pub(super) fn power_cdf(lights: &[SceneLight], scene: &Scene, eye: DVec3) -> Vec<f64> {
+    let radius = scene_radius(scene, eye);
+    let power: Vec<f64> = lights.iter().map(|light| light.power(radius)).collect();
+    let total: f64 = power.iter().sum();
+    let mut sum = 0.0;
+    let shares = power.iter().map(|power| {
+        // Where no light has power, or one has all too much, all are alike.
+        sum += if total > 0.0 && total.is_finite() { power / total } else { 1.0 / lights.len() as f64 };
+        sum
+    });
+    shares.collect()
+}
+
+impl SceneLight {
+    /// About the irradiance at `p`, were nothing in the way.
+    fn estimate(&self, p: DVec3) -> f64 {
+        match self {
+            SceneLight::Point { position, intensity } | SceneLight::Spot { position, intensity, .. } => {
+                luminance(*intensity) / position.distance_squared(p).max(f64::MIN_POSITIVE)
+            }
+            SceneLight::Distant { radiance, .. } => luminance(*radiance),
+            SceneLight::Infinite { radiance, .. } => luminance(*radiance) * PI,
+            SceneLight::Surface(surface) => {
+                // A distant light fills its area over the squared distance; none fills more than the sky.
+                surface.brightness * PI.min(surface.area / surface.center.distance_squared(p))
+            }
+        }
+    }
+
+    /// About the power that the light brings into a scene of the given radius.
+    fn power(&self, radius: f64) -> f64 {
+        match self {
+            SceneLight::Point { intensity, .. } => 4.0 * PI * luminance(*intensity),
+            SceneLight::Spot { intensity, cos_total_width, cos_falloff_start, .. } => {
+                2.0 * PI * (1.0 - 0.5 * (cos_total_width + cos_falloff_start)) * luminance(*intensity)
+            }
+            SceneLight::Distant { radiance, .. } => PI * radius * radius * luminance(*radiance),
+            SceneLight::Infinite { radiance, .. } => PI * PI * radius * radius * luminance(*radiance),
+            SceneLight::Surface(surface) => surface.brightness * surface.area * PI,
+        }
+    }
+}
+
+/// About the radius of the scene: from the middle of its shapes to the farthest corner of the box around their places.
+fn scene_radius(scene: &Scene, eye: DVec3) -> f64 {
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let mut include = |p: DVec3| {
+        min = min.min(p - eye);
+        max = max.max(p - eye);
+    };
+    for primitive in &scene.primitives {
+        match &primitive.shape {
+            Shape::Sphere(sphere) => {
+                let place = |corner: DVec3| sphere.world_from_object.point(corner * sphere.radius);
+                include(place(-DVec3::ONE));
+                include(place(DVec3::ONE));
+            }
+            Shape::TriangleMesh(mesh) => mesh.positions.iter().for_each(|p| include(DVec3::from(*p))),
+        }
+    }
+    scene.instances.iter().for_each(|instance| include(instance.world_from_object.point(DVec3::ZERO)));
+    if min.x > max.x { 1.0 } else { (max - min).length() * 0.5 }
+}

@@ -1,0 +1,44 @@
+//! Light from meshes.
+
+use glam::{DVec2, DVec3};
+use lookat_scene::Mesh;
+
+use crate::prepare::corners;
+use crate::warp::square_to_triangle;
+
+/// The areas of the triangles of a mesh, summed up.
+pub(super) struct MeshAreas {
+    /// The area of the triangles up to each.
+    sums: Vec<f64>,
+}
+
+impl MeshAreas {
+    /// The areas, and the centre of gravity of the mesh.
+    pub fn new(mesh: &Mesh, eye: DVec3) -> (Self, DVec3) {
+        let (mut total, mut moment) = (0.0, DVec3::ZERO);
+        let sums = (0..mesh.triangles()).map(|index| {
+            let [a, b, c] = corners(mesh, index, eye);
+            let area = 0.5 * (b - a).cross(c - a).length();
+            total += area;
+            moment += (a + b + c) / 3.0 * area;
+            total
+        });
+        let areas = MeshAreas { sums: sums.collect() };
+        (areas, moment / total)
+    }
+
+    pub fn total(&self) -> f64 {
+        self.sums.last().copied().unwrap_or(0.0)
+    }
+
+    /// A point, all alike: the triangle, and the weights of its corners.
+    pub fn sample(&self, u: DVec2) -> (usize, [f64; 3]) {
+        let at = u.x * self.total();
+        let index = self.sums.partition_point(|sum| *sum <= at).min(self.sums.len() - 1);
+        let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
+        // What is left of the number after the choice is uniform again.
+        let rest = ((at - before) / (self.sums[index] - before)).clamp(0.0, 1.0);
+        let [b0, b1] = square_to_triangle(DVec2::new(rest, u.y));
+        (index, [b0, b1, 1.0 - b0 - b1])
+    }
+}

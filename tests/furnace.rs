@@ -1,0 +1,140 @@
+//! Scenes whose picture is known in closed form.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use lookat_render::{Rendered, Settings, render};
+use lookat_scene::{Overrides, load};
+
+fn rendered(text: &str) -> Rendered {
+    let mesh = include_bytes!("../pbrt-scenes/geometry/icosphere.ply");
+    let read = |path: &Path| Ok(if path.ends_with("icosphere.ply") { mesh.to_vec() } else { text.into() });
+    let loaded = load(Path::new("furnace.pbrt"), &read, &Overrides::default());
+    assert_eq!(loaded.diagnostics, []);
+    render(&loaded.scene.unwrap(), &Settings::default(), &|_| ControlFlow::Continue(()))
+}
+
+/// The mean over the middle of the picture, where the object is.
+fn middle(text: &str) -> f64 {
+    let image = rendered(text).image;
+    let (width, height) = (image.data_window.width as usize, image.data_window.height as usize);
+    let pixels = image.rgb().unwrap();
+    let inner = |side: usize| side * 3 / 8..side * 5 / 8;
+    let places = inner(height).flat_map(|y| inner(width).map(move |x| y * width + x));
+    let values: Vec<f64> = places.map(|at| f64::from(pixels[at][1])).collect();
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn furnace(integrator: &str, sampler: &str, light: &str, shape: &str) -> String {
+    format!(
+        r#"LookAt 0 0 -4  0 0 0  0 1 0
+        Camera "perspective" "float fov" 40
+        Film "image" "integer xresolution" 32 "integer yresolution" 32
+        Sampler {sampler}
+        Integrator {integrator}
+        WorldBegin
+        {light}
+        Material "matte" "rgb Kd" [0.5 0.5 0.5]
+        {shape}
+        WorldEnd"#
+    )
+}
+
+const SKY: &str = r#"LightSource "infinite""#;
+
+/// A convex grey body under a white sky is 0.5 all over, for every integrator, sampler and shape.
+#[test]
+fn a_grey_body_under_a_white_sky_is_half_as_bright() {
+    let samplers = [
+        r#""sobol" "integer pixelsamples" 64"#,
+        r#""halton" "integer pixelsamples" 64"#,
+        r#""random" "integer pixelsamples" 64"#,
+        r#""stratified" "integer xsamples" 8 "integer ysamples" 8"#,
+    ];
+    let shapes = [
+        r#"Shape "sphere""#,
+        r#"Shape "plymesh" "string filename" "icosphere.ply""#,
+        "Scale 1 0.7 1.3 Rotate 30 1 1 0 Shape \"sphere\"",
+        "ObjectBegin \"ball\" Shape \"sphere\" ObjectEnd Scale 1 1 0.5 ObjectInstance \"ball\"",
+    ];
+    for integrator in [r#""directlighting""#, r#""directlighting" "string strategy" "one""#, r#""path""#] {
+        for shape in shapes {
+            for sampler in samplers {
+                let value = middle(&furnace(integrator, sampler, SKY, shape));
+                // Four standard deviations of independent samples, of which there are 4,096.
+                assert!((value - 0.5).abs() < 2e-3, "{integrator} {sampler} {shape}: {value}");
+            }
+        }
+    }
+}
+
+/// Inside a closed box whose walls all emit 1 and reflect a half, the light is 1 + 1/2 + 1/4 + ... = 2.
+#[test]
+fn light_between_walls_adds_up() {
+    let room =
+        r#"AreaLightSource "diffuse" "rgb L" [1 1 1] "bool twosided" "true" Scale 10 10 10 Shape "sphere""#;
+    for (depth, expected) in [(0, 1.0), (1, 1.5), (3, 1.875), (40, 2.0)] {
+        let integrator = format!(r#""path" "integer maxdepth" {depth}"#);
+        let value = middle(&furnace(&integrator, r#""sobol" "integer pixelsamples" 64"#, room, ""));
+        assert!((value - expected).abs() < 0.01, "{depth}: {value}");
+    }
+}
+
+/// A white floor under a sphere of radiance L: irradiance is pi L (r / d)^2 straight below, so the floor shows L (r / d)^2.
+#[test]
+fn a_sphere_light_gives_its_form_factor() {
+    for radius in [0.001, 0.1, 1.0] {
+        // The light is behind the camera, which looks down past it.
+        let text = format!(
+            r#"LookAt 0 1 0  0 0 0  0 0 1
+            Camera "perspective" "float fov" 0.1
+            Film "image" "integer xresolution" 8 "integer yresolution" 8
+            Sampler "sobol" "integer pixelsamples" 64
+            Integrator "directlighting"
+            WorldBegin
+            AttributeBegin
+              AreaLightSource "diffuse" "rgb L" [1 1 1] Translate 0 3 0 Shape "sphere" "float radius" {radius}
+            AttributeEnd
+            Material "matte" "rgb Kd" [1 1 1]
+            Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 -9 -9 0 9 9 0 9 9 0 -9]
+            WorldEnd"#
+        );
+        let expected = (radius / 3.0_f64).powi(2);
+        assert!((middle(&text) / expected - 1.0).abs() < 2e-3, "{radius}");
+    }
+}
+
+/// Ambient occlusion of a convex body is pi.
+#[test]
+fn nothing_occludes_a_convex_body() {
+    for cosine in ["true", "false"] {
+        let integrator = format!(r#""ambientocclusion" "bool cossample" "{cosine}" "integer nsamples" 16"#);
+        let value =
+            middle(&furnace(&integrator, r#""sobol" "integer pixelsamples" 16"#, SKY, r#"Shape "sphere""#));
+        assert!((value - std::f64::consts::PI).abs() < 0.01, "{cosine}: {value}");
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit_and_seeds_do() {
+    let text = furnace(r#""path""#, r#""sobol" "integer pixelsamples" 4"#, SKY, r#"Shape "sphere""#);
+    let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &Overrides::default());
+    let scene = loaded.scene.unwrap();
+    let picture = |threads, seed| {
+        render(&scene, &Settings { threads, seed }, &|_| ControlFlow::Continue(())).image.rgb().unwrap()
+    };
+    let one = picture(1, 0);
+    assert!(one == picture(2, 0) && one == picture(7, 0));
+    assert!(one != picture(1, 1));
+}
+
+#[test]
+fn breaking_off_leaves_a_whole_picture() {
+    let text = furnace(r#""path""#, r#""sobol" "integer pixelsamples" 1024"#, SKY, r#"Shape "sphere""#);
+    let scene = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &Overrides::default()).scene.unwrap();
+    let rendered = render(&scene, &Settings::default(), &|progress| {
+        if progress.done * 4 > progress.total { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert!(!rendered.complete && rendered.statistics.samples < 1024 * 32 * 32);
+    assert!(rendered.image.rgb().unwrap().iter().all(|pixel| pixel[0] > 0.3));
+}
