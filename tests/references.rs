@@ -9,28 +9,29 @@ use std::path::{Path, PathBuf};
 use lookat_image::Image;
 use lookat_scene::{Loaded, Overrides};
 
-/// The scenes, and what they show of the block differences at 16 samples: about twice what was measured, in percent.
+/// The scenes, and the bound on their block differences at 16 samples, in percent: one and a half times what was measured.
+/// The seed is fixed, so what was measured is measured again.
 const SCENES: [(&str, f64); 20] = [
-    ("camera-mirrored", 3.0),
-    ("camera-transform-chain", 3.0),
-    ("coordinate-systems", 3.0),
-    ("cornell-matte", 10.0),
-    ("cropwindow", 3.0),
-    ("delta-lights", 3.0),
-    ("filter-gaussian", 3.0),
-    ("filter-mitchell", 3.0),
-    ("filter-sinc", 3.0),
-    ("filter-triangle", 3.0),
-    ("frameaspect-portrait", 3.0),
-    ("furnace", 1.0),
-    ("meshes", 3.0),
-    ("object-instances", 3.0),
-    ("orthographic-thin-lens", 5.0),
-    ("screenwindow-offcentre", 3.0),
-    ("seed-orthographic", 3.0),
-    ("seed-perspective", 3.0),
-    ("seed-thin-lens", 5.0),
-    ("sphere-partial", 3.0),
+    ("camera-mirrored", 1.6),
+    ("camera-transform-chain", 1.1),
+    ("coordinate-systems", 0.8),
+    ("cornell-matte", 5.0),
+    ("cropwindow", 1.9),
+    ("delta-lights", 0.3),
+    ("filter-gaussian", 1.0),
+    ("filter-mitchell", 1.3),
+    ("filter-sinc", 2.8),
+    ("filter-triangle", 0.8),
+    ("frameaspect-portrait", 2.3),
+    ("furnace", 0.5),
+    ("meshes", 0.7),
+    ("object-instances", 0.3),
+    ("orthographic-thin-lens", 2.8),
+    ("screenwindow-offcentre", 1.8),
+    ("seed-orthographic", 1.4),
+    ("seed-perspective", 0.5),
+    ("seed-thin-lens", 0.6),
+    ("sphere-partial", 0.25),
 ];
 
 fn root() -> PathBuf {
@@ -87,7 +88,7 @@ fn pictures_are_those_of_pbrt() {
         assert_eq!(actual.data_window, expected.data_window, "{name}");
         let (bias, block) = difference(&actual, &expected);
         println!("{name:24} mean {bias:+.4} %  blocks {block:.3} %");
-        let bounds = if asked.is_some() { (0.2, 1.0) } else { (0.5, block_bound) };
+        let bounds = if asked.is_some() { (0.2, 1.0) } else { (0.1, block_bound) };
         if bias.abs() > bounds.0 || block > bounds.1 {
             wrong.push(format!("{name}: mean {bias:+.3} %, blocks {block:.2} %"));
         }

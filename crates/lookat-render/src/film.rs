@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use lookat_image::{Image, Window};
 use lookat_scene::{Film, PixelBounds};
 
-use crate::light::luminance;
+use crate::color::luminance;
 
 /// The samples of one pixel.
 #[derive(Debug, Clone, Copy, Default)]

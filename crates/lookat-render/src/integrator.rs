@@ -4,8 +4,6 @@ pub(crate) mod ambient;
 pub(crate) mod direct;
 pub(crate) mod path;
 
-use lookat_scene::Primitive;
-
 use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::ray::Ray;
@@ -14,20 +12,17 @@ use crate::surface::Surface;
 /// Traces rays and counts them.
 pub(crate) struct Tracer<'t, 's> {
     scene: &'t Traceable<'s>,
+    lights: &'t LightTable<'s>,
     pub rays: u64,
 }
 
 impl<'t, 's> Tracer<'t, 's> {
-    pub fn new(scene: &'t Traceable<'s>) -> Self {
-        Tracer { scene, rays: 0 }
+    pub fn new(scene: &'t Traceable<'s>, lights: &'t LightTable<'s>) -> Self {
+        Tracer { scene, lights, rays: 0 }
     }
 
-    pub fn lights(&self) -> &'t LightTable {
-        &self.scene.lights
-    }
-
-    pub fn primitives(&self) -> &'t [&'s Primitive] {
-        &self.scene.primitives
+    pub fn lights(&self) -> &'t LightTable<'s> {
+        self.lights
     }
 
     /// The nearest surface.

@@ -26,6 +26,7 @@ mod bounds;
 mod bsdf;
 mod bvh;
 mod camera;
+mod color;
 mod film;
 mod filter;
 mod integrator;

@@ -8,14 +8,16 @@ mod sphere;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{Light, Primitive, Scene, Shape};
 
+use crate::color::luminance;
+use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::sphere::PlacedSphere;
 use crate::surface::{Surface, emitting_side, on_triangle};
 use mesh::MeshAreas;
 
 /// All lights of a scene.
-pub(crate) struct LightTable {
-    lights: Vec<SceneLight>,
+pub(crate) struct LightTable<'s> {
+    lights: Vec<SceneLight<'s>>,
     /// The share of the power of the lights up to each.
     power_cdf: Vec<f64>,
     /// The light that a primitive is, or none.
@@ -27,7 +29,7 @@ pub(crate) struct LightTable {
 }
 
 /// A light, relative to the eye.
-enum SceneLight {
+enum SceneLight<'s> {
     Point {
         position: DVec3,
         intensity: Vec3,
@@ -47,12 +49,13 @@ enum SceneLight {
         radiance: Vec3,
         samples: u32,
     },
-    Surface(SurfaceLight),
+    Surface(SurfaceLight<'s>),
 }
 
 /// A shape of the world that emits.
-struct SurfaceLight {
-    primitive: u32,
+struct SurfaceLight<'s> {
+    number: u32,
+    primitive: &'s Primitive,
     form: SurfaceForm,
     /// About where it is, and its area.
     center: DVec3,
@@ -79,13 +82,15 @@ pub(crate) struct LightSample {
     pub shadow: Ray,
 }
 
-impl LightTable {
-    pub fn new(scene: &Scene, eye: DVec3, spheres: &[Option<PlacedSphere>]) -> Self {
+impl<'s> LightTable<'s> {
+    /// The lights of a scene, in the coordinates of its traceable form.
+    pub fn new(scene: &'s Scene, traceable: &Traceable) -> Self {
+        let eye = traceable.eye;
         let mut lights: Vec<SceneLight> =
             scene.lights.iter().map(|light| SceneLight::new(light, eye)).collect();
-        let mut of_primitive = vec![None; spheres.len()];
+        let mut of_primitive = vec![None; scene.primitives.len()];
         for (number, primitive) in scene.primitives.iter().enumerate() {
-            if let Some(light) = SurfaceLight::new(number as u32, primitive, spheres[number], eye) {
+            if let Some(light) = SurfaceLight::new(number as u32, primitive, traceable) {
                 of_primitive[number] = Some(lights.len());
                 lights.push(SceneLight::Surface(light));
             }
@@ -128,14 +133,7 @@ impl LightTable {
     }
 
     /// A direction towards a light, seen from `from` on the side of `wo`.
-    pub fn sample(
-        &self,
-        light: usize,
-        from: &Surface,
-        wo: DVec3,
-        primitives: &[&Primitive],
-        u: DVec2,
-    ) -> Option<LightSample> {
+    pub fn sample(&self, light: usize, from: &Surface, wo: DVec3, u: DVec2) -> Option<LightSample> {
         match &self.lights[light] {
             SceneLight::Point { position, intensity } => {
                 let (li, shadow) = towards(from, *position, *intensity)?;
@@ -160,19 +158,13 @@ impl LightTable {
                 let (wi, pdf) = sky::sample(from, wo, u);
                 (pdf > 0.0).then_some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
-            SceneLight::Surface(surface) => self.sample_surface(surface, from, primitives, u),
+            SceneLight::Surface(surface) => self.sample_surface(surface, from, u),
         }
     }
 
-    fn sample_surface(
-        &self,
-        light: &SurfaceLight,
-        from: &Surface,
-        primitives: &[&Primitive],
-        u: DVec2,
-    ) -> Option<LightSample> {
-        let owner = primitives[light.primitive as usize];
-        let mut element = ElementId { instance: ElementId::WORLD, primitive: light.primitive, index: 0 };
+    fn sample_surface(&self, light: &SurfaceLight, from: &Surface, u: DVec2) -> Option<LightSample> {
+        let owner = light.primitive;
+        let mut element = ElementId { instance: ElementId::WORLD, primitive: light.number, index: 0 };
         let on_light = match (&light.form, &owner.shape) {
             (SurfaceForm::Sphere(sphere), _) => {
                 let (p, n) = sphere::sample(sphere, from.p, u)?;
@@ -218,7 +210,7 @@ impl LightTable {
     }
 }
 
-impl SceneLight {
+impl SceneLight<'_> {
     fn new(light: &Light, eye: DVec3) -> Self {
         match *light {
             Light::Point { position, intensity } => SceneLight::Point { position: position - eye, intensity },
@@ -232,26 +224,25 @@ impl SceneLight {
     }
 }
 
-impl SurfaceLight {
+impl<'s> SurfaceLight<'s> {
     /// The light that a shape of the world is, if it emits and has an area.
-    fn new(number: u32, primitive: &Primitive, sphere: Option<PlacedSphere>, eye: DVec3) -> Option<Self> {
+    fn new(number: u32, primitive: &'s Primitive, traceable: &Traceable) -> Option<Self> {
         let emission = primitive.emission?;
-        let (form, center, area) = match (&primitive.shape, sphere) {
+        let (form, center, area) = match (&primitive.shape, traceable.sphere(number)) {
             (Shape::TriangleMesh(mesh), _) => {
-                let (areas, center) = MeshAreas::new(mesh, eye);
+                let (areas, center) = MeshAreas::new(mesh, traceable.eye);
                 let area = areas.total();
                 (SurfaceForm::Mesh(areas), center, area)
             }
             (Shape::Sphere(_), Some(sphere)) => {
-                let area = sphere::area(&sphere);
-                (SurfaceForm::Sphere(Box::new(sphere)), sphere.center, area)
+                (SurfaceForm::Sphere(Box::new(*sphere)), sphere.center, sphere::area(sphere))
             }
             (Shape::Sphere(_), None) => return None,
         };
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
         let brightness = luminance(emission.radiance) * sides;
         let light =
-            SurfaceLight { primitive: number, form, center, area, brightness, samples: emission.samples };
+            SurfaceLight { number, primitive, form, center, area, brightness, samples: emission.samples };
         (area > 0.0).then_some(light)
     }
 
@@ -259,14 +250,9 @@ impl SurfaceLight {
     fn pdf(&self, p: DVec3, on_light: &Surface) -> Option<f64> {
         match &self.form {
             SurfaceForm::Sphere(sphere) => sphere::pdf(sphere, p, on_light),
-            SurfaceForm::Mesh(_) => by_solid_angle(p, on_light, self.area),
+            SurfaceForm::Mesh(_) => on_light.pdf_from(p, self.area),
         }
     }
-}
-
-/// The luminance of linear RGB (ITU-R BT.709).
-pub(crate) fn luminance(rgb: Vec3) -> f64 {
-    rgb.as_dvec3().dot(DVec3::new(0.212671, 0.715160, 0.072169))
 }
 
 /// What a light at a point gives, and the ray to it.
@@ -275,14 +261,6 @@ fn towards(from: &Surface, position: DVec3, intensity: Vec3) -> Option<(Vec3, Ra
     let distance = to_light.length();
     let ray = from.leave(to_light.try_normalize()?);
     Some((intensity / (distance * distance) as f32, Ray { t_max: distance, ..ray }))
-}
-
-/// The density of a point chosen evenly on an area, by solid angle from `p`.
-fn by_solid_angle(p: DVec3, on_light: &Surface, area: f64) -> Option<f64> {
-    let to_light = on_light.p - p;
-    let cos = on_light.n.dot(to_light.normalize_or_zero()).abs();
-    let pdf = to_light.length_squared() / (cos * area);
-    pdf.is_finite().then_some(pdf)
 }
 
 /// pbrt-v3's SpotLight::Falloff.

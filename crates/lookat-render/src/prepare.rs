@@ -3,15 +3,14 @@
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
-use lookat_scene::{Mesh, Object, Primitive, Scene, Shape};
+use lookat_scene::{Object, Primitive, Scene, Shape};
 
 use crate::bounds::Bounds;
 use crate::bvh::Bvh;
 use crate::camera::CameraRays;
-use crate::light::LightTable;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::sphere::PlacedSphere;
-use crate::triangle::ShearedRay;
+use crate::triangle::{ShearedRay, corners};
 
 /// A scene that rays can be traced in. Positions are relative to the eye.
 pub(crate) struct Traceable<'s> {
@@ -24,7 +23,6 @@ pub(crate) struct Traceable<'s> {
     world: Group,
     objects: Vec<Group>,
     instances: Vec<PlacedInstance>,
-    pub lights: LightTable,
 }
 
 /// Elements with their tree.
@@ -79,7 +77,6 @@ impl<'s> Traceable<'s> {
             instances.push(placed);
         }
         let Builder { primitives, spheres } = builder;
-        let lights = LightTable::new(scene, eye, &spheres);
         Traceable {
             eye,
             primitives,
@@ -87,7 +84,6 @@ impl<'s> Traceable<'s> {
             world: Group::new(world),
             objects: objects.into_iter().map(|(_, group)| group).collect(),
             instances,
-            lights,
         }
     }
 
@@ -217,11 +213,6 @@ impl<'s> Builder<'s> {
         }
         elements
     }
-}
-
-/// The corners of a triangle relative to the eye.
-pub(crate) fn corners(mesh: &Mesh, index: usize, eye: DVec3) -> [DVec3; 3] {
-    mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]) - eye)
 }
 
 /// A box whose corners were computed: wider by what rounding may have taken.

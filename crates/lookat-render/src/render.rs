@@ -12,6 +12,7 @@ use crate::camera::CameraRays;
 use crate::film::{Tile, develop, limited, tiles};
 use crate::filter::FilterSampler;
 use crate::integrator::{Tracer, ambient, direct, path};
+use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
@@ -73,31 +74,36 @@ pub fn render(
 
 fn run(scene: &Scene, seed: u64, progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Rendered {
     let traceable = Traceable::new(scene);
+    let prepared = Prepared { scene, lights: LightTable::new(scene, &traceable), traceable };
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
     match scene.integrator {
         Integrator::DirectLighting { all_lights, .. } => {
-            passes(scene, &traceable, seed, progress, |tracer, ray, stream| {
+            passes(&prepared, seed, progress, |tracer, ray, stream| {
                 direct::li(tracer, ray, stream, all_lights)
             })
         }
         Integrator::Path { max_depth, roulette_threshold, light_choice } => {
             let settings = path::Settings { max_depth, roulette_threshold, light_choice };
-            passes(scene, &traceable, seed, progress, |tracer, ray, stream| {
-                path::li(tracer, ray, stream, &settings)
-            })
+            passes(&prepared, seed, progress, |tracer, ray, stream| path::li(tracer, ray, stream, &settings))
         }
         Integrator::AmbientOcclusion { cosine, samples } => {
-            passes(scene, &traceable, seed, progress, |tracer, ray, stream| {
+            passes(&prepared, seed, progress, |tracer, ray, stream| {
                 ambient::li(tracer, ray, stream, cosine, samples)
             })
         }
     }
 }
 
+/// The scene, and what is made of it once.
+struct Prepared<'s> {
+    scene: &'s Scene,
+    traceable: Traceable<'s>,
+    lights: LightTable<'s>,
+}
+
 /// What every sample needs.
-struct Context<'a, 's> {
-    scene: &'a Scene,
-    traceable: &'a Traceable<'s>,
+struct Context<'a> {
+    prepared: &'a Prepared<'a>,
     camera: CameraRays,
     filter: FilterSampler,
     seed: u64,
@@ -106,8 +112,7 @@ struct Context<'a, 's> {
 /// Renders in passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole
 /// picture. Samples are added up in their order, whatever the passes, so they do not change the picture.
 fn passes<F>(
-    scene: &Scene,
-    traceable: &Traceable,
+    prepared: &Prepared,
     seed: u64,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     li: F,
@@ -115,8 +120,9 @@ fn passes<F>(
 where
     F: Fn(&mut Tracer, Ray, &mut SampleStream) -> Vec3 + Sync,
 {
+    let scene = prepared.scene;
     let (camera, filter) = (CameraRays::new(&scene.camera, &scene.film), FilterSampler::new(&scene.filter));
-    let context = Context { scene, traceable, camera, filter, seed };
+    let context = Context { prepared, camera, filter, seed };
     let mut tiles = tiles(scene.film.crop);
     let samples = scene.sampler.samples_per_pixel;
     let total = scene.film.crop.area() * u64::from(samples);
@@ -152,8 +158,8 @@ fn render_tile<F>(context: &Context, tile: &mut Tile, samples: std::ops::Range<u
 where
     F: Fn(&mut Tracer, Ray, &mut SampleStream) -> Vec3,
 {
-    let scene = context.scene;
-    let mut tracer = Tracer::new(context.traceable);
+    let scene = context.prepared.scene;
+    let mut tracer = Tracer::new(&context.prepared.traceable, &context.prepared.lights);
     let mut counts = Statistics::default();
     let bounds = tile.bounds;
     let places = (bounds.y0..bounds.y1).flat_map(|y| (bounds.x0..bounds.x1).map(move |x| [x, y]));

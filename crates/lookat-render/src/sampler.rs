@@ -47,7 +47,7 @@ impl SampleStream {
         nested.count = self.count.saturating_mul(count);
         match &mut nested.pattern {
             Pattern::Random(random) => {
-                *random = Pcg64Mcg::seed_from_u64(mix(self.hash(self.dimension) ^ u64::from(k)));
+                *random = Pcg64Mcg::seed_from_u64(mix(hash(self.seed, self.dimension) ^ u64::from(k)));
             }
             Pattern::Stratified { cells, .. } => cells[0] = cells[0].saturating_mul(count),
             Pattern::Sobol { set, .. } => *set = u32::MAX,
@@ -81,22 +81,23 @@ impl SampleStream {
     }
 
     fn number(&mut self, dimension: u32) -> f64 {
-        let hash = self.hash(dimension);
+        let (seed, index, count) = (self.seed, self.index, self.count);
         match &mut self.pattern {
             Pattern::Random(random) => unit(random.next_u64()),
             Pattern::Stratified { jitter, .. } => {
-                let stratum = permute(self.index, self.count, hash as u32);
-                let within = if *jitter { unit(mix(hash ^ u64::from(self.index) << 32)) } else { 0.5 };
-                (f64::from(stratum) + within) / f64::from(self.count)
+                let hash = hash(seed, dimension);
+                let stratum = permute(index, count, hash as u32);
+                let within = if *jitter { unit(mix(hash ^ u64::from(index) << 32)) } else { 0.5 };
+                (f64::from(stratum) + within) / f64::from(count)
             }
             Pattern::Halton { .. } => match PRIMES.get(dimension as usize) {
-                Some(base) => scrambled_radical_inverse(*base, self.index, self.count, hash),
-                None => unit(mix(hash ^ u64::from(self.index) << 32)),
+                Some(base) => scrambled_radical_inverse(*base, index, count, hash(seed, dimension)),
+                None => unit(mix(hash(seed, dimension) ^ u64::from(index) << 32)),
             },
             Pattern::Sobol { set, numbers } => {
                 if *set != dimension / 4 {
                     *set = dimension / 4;
-                    *numbers = sobol(self.index, *set, self.seed);
+                    *numbers = sobol(index, *set, seed);
                 }
                 f64::from(numbers[dimension as usize % 4])
             }
@@ -104,17 +105,18 @@ impl SampleStream {
     }
 
     fn stratified(&self, [across, down]: [u32; 2], jitter: bool, dimension: u32) -> DVec2 {
-        let hash = self.hash(dimension);
+        let hash = hash(self.seed, dimension);
         let cell = permute(self.index % (across * down).max(1), across * down, hash as u32);
         let random = mix(hash ^ u64::from(self.index) << 32);
         let within = if jitter { DVec2::new(unit(random), unit(mix(random))) } else { DVec2::splat(0.5) };
         (DVec2::new(f64::from(cell % across), f64::from(cell / across)) + within)
             / DVec2::new(f64::from(across), f64::from(down))
     }
+}
 
-    fn hash(&self, dimension: u32) -> u64 {
-        mix(self.seed ^ (u64::from(dimension) << 32 | 0x5bd1))
-    }
+/// Chooses the scramble of one dimension of a pixel.
+fn hash(seed: u64, dimension: u32) -> u64 {
+    mix(seed ^ (u64::from(dimension) << 32 | 0x5bd1))
 }
 
 /// Four dimensions of Owen-scrambled Sobol. The sequence has 2^16 points and 256 dimensions; beyond them others, scrambled

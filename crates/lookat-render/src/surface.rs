@@ -4,8 +4,9 @@ use glam::{DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
 use crate::bsdf::Bsdf;
-use crate::prepare::{Traceable, corners};
+use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
+use crate::triangle::corners;
 
 /// A point of a surface, relative to the eye. Normals have length one.
 #[derive(Debug, Clone, Copy)]
@@ -74,6 +75,15 @@ impl<'s> Surface<'s> {
             Some(emission) if emission.two_sided || self.emitting.dot(wo) > 0.0 => emission.radiance,
             _ => Vec3::ZERO,
         }
+    }
+
+    /// The density, by solid angle from `p`, of this point when it is chosen evenly on an area. `None` where it is seen
+    /// edge-on.
+    pub fn pdf_from(&self, p: DVec3, area: f64) -> Option<f64> {
+        let away = self.p - p;
+        let cos = self.n.dot(away.normalize_or_zero()).abs();
+        let pdf = away.length_squared() / (cos * area);
+        pdf.is_finite().then_some(pdf)
     }
 
     /// How it scatters light; `None` where light passes.

@@ -1,6 +1,7 @@
 //! Ray against triangle, watertight.
 
 use glam::DVec3;
+use lookat_scene::Mesh;
 
 use crate::ray::Ray;
 
@@ -56,6 +57,11 @@ impl ShearedRay {
         let t = (u * a.2 + v * b.2 + w * c.2) * self.shear.z / det;
         Some((t, [u / det, v / det]))
     }
+}
+
+/// The corners of a triangle relative to the eye.
+pub(crate) fn corners(mesh: &Mesh, index: usize, eye: DVec3) -> [DVec3; 3] {
+    mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]) - eye)
 }
 
 /// The sign of `p.0 * q.1 - p.1 * q.0` where the rounded products are equal: by what rounding took from them.

@@ -80,7 +80,7 @@ fn sampled_light(
     (light, samples, scattered): (usize, u32, u32),
     u: glam::DVec2,
 ) -> Vec3 {
-    let Some(sample) = tracer.lights().sample(light, surface, wo, tracer.primitives(), u) else {
+    let Some(sample) = tracer.lights().sample(light, surface, wo, u) else {
         return Vec3::ZERO;
     };
     let f_cos = bsdf.f_cos(wo, sample.shadow.d);

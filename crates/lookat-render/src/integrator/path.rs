@@ -84,7 +84,7 @@ fn one_light(
     let Some((light, probability)) = tracer.lights().choose(choice, surface.p, chooser) else {
         return Vec3::ZERO;
     };
-    let Some(sample) = tracer.lights().sample(light, surface, wo, tracer.primitives(), u) else {
+    let Some(sample) = tracer.lights().sample(light, surface, wo, u) else {
         return Vec3::ZERO;
     };
     let f_cos = bsdf.f_cos(wo, sample.shadow.d);

@@ -5,12 +5,13 @@ use std::f64::consts::PI;
 use glam::DVec3;
 use lookat_scene::{LightChoice, Scene, Shape};
 
-use super::{LightTable, SceneLight, luminance};
+use super::{LightTable, SceneLight};
+use crate::color::luminance;
 
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
 const MANY: usize = 32;
 
-impl LightTable {
+impl LightTable<'_> {
     /// A light for the point `p` by a number from 0 to 1, and its probability.
     pub fn choose(&self, choice: LightChoice, p: DVec3, u: f64) -> Option<(usize, f64)> {
         let last = self.lights.len().checked_sub(1)?;
@@ -66,7 +67,7 @@ pub(super) fn power_cdf(lights: &[SceneLight], scene: &Scene, eye: DVec3) -> Vec
     shares.collect()
 }
 
-impl SceneLight {
+impl SceneLight<'_> {
     /// About the irradiance at `p`, were nothing in the way.
     fn estimate(&self, p: DVec3) -> f64 {
         match self {

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use lookat_scene::Mesh;
 
-use crate::prepare::corners;
+use crate::triangle::corners;
 use crate::warp::square_to_triangle;
 
 /// The areas of the triangles of a mesh, summed up.

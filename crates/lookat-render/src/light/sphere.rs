@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use super::by_solid_angle;
 use crate::sphere::PlacedSphere;
 use crate::surface::Surface;
 use crate::warp::{Frame, square_to_uniform_cone, square_to_uniform_cone_pdf, square_to_uniform_sphere};
@@ -49,7 +48,7 @@ pub(super) fn pdf(sphere: &PlacedSphere, p: DVec3, on_light: &Surface) -> Option
     }
     // Evenly on the unit sphere, carried over to the world.
     let on_unit = (sphere.object_from_world * (on_light.p - sphere.center)).normalize_or(DVec3::Z);
-    by_solid_angle(p, on_light, 4.0 * PI * area_factor(sphere, on_unit))
+    on_light.pdf_from(p, 4.0 * PI * area_factor(sphere, on_unit))
 }
 
 /// How much larger a small area at `on_unit` is on the sphere in the world than on the unit sphere: the cofactors of the

@@ -1,0 +1,8 @@
+//! Colors: linear RGB.
+
+use glam::{DVec3, Vec3};
+
+/// The luminance of linear RGB (ITU-R BT.709).
+pub(crate) fn luminance(rgb: Vec3) -> f64 {
+    rgb.as_dvec3().dot(DVec3::new(0.212671, 0.715160, 0.072169))
+}
