@@ -80,28 +80,52 @@ fn light_between_walls_adds_up() {
     }
 }
 
-/// A white floor under a sphere of radiance L: irradiance is pi L (r / d)^2 straight below, so the floor shows L (r / d)^2.
+/// The radiance of a white floor straight below a light 3 above it.
+fn floor_below(light: &str) -> f64 {
+    // The camera looks down from below the light.
+    middle(&format!(
+        r#"LookAt 0 1 0  0 0 0  0 0 1
+        Camera "perspective" "float fov" 0.1
+        Film "image" "integer xresolution" 4 "integer yresolution" 4
+        Sampler "sobol" "integer pixelsamples" 4096
+        Integrator "directlighting"
+        WorldBegin
+        AttributeBegin Translate 0 3 0 {light} AttributeEnd
+        Material "matte" "rgb Kd" [1 1 1]
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 -9 -9 0 9 9 0 9 9 0 -9]
+        WorldEnd"#
+    ))
+}
+
+/// Under a sphere of radiance 1, the irradiance of the floor is pi (r / d)^2, so the floor shows (r / d)^2.
 #[test]
 fn a_sphere_light_gives_its_form_factor() {
     for radius in [0.001, 0.1, 1.0] {
-        // The light is behind the camera, which looks down past it.
-        let text = format!(
-            r#"LookAt 0 1 0  0 0 0  0 0 1
-            Camera "perspective" "float fov" 0.1
-            Film "image" "integer xresolution" 8 "integer yresolution" 8
-            Sampler "sobol" "integer pixelsamples" 64
-            Integrator "directlighting"
-            WorldBegin
-            AttributeBegin
-              AreaLightSource "diffuse" "rgb L" [1 1 1] Translate 0 3 0 Shape "sphere" "float radius" {radius}
-            AttributeEnd
-            Material "matte" "rgb Kd" [1 1 1]
-            Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 -9 -9 0 9 9 0 9 9 0 -9]
-            WorldEnd"#
-        );
-        let expected = (radius / 3.0_f64).powi(2);
-        assert!((middle(&text) / expected - 1.0).abs() < 2e-3, "{radius}");
+        let value =
+            floor_below(&format!(r#"AreaLightSource "diffuse" Shape "sphere" "float radius" {radius}"#));
+        assert!((value / (radius / 3.0_f64).powi(2) - 1.0).abs() < 2e-3, "{radius}");
     }
+}
+
+/// A bowl, half of a sphere, with its opening down: through the opening one sees as much as a disk, r^2 / (r^2 + d^2); but
+/// only if the inside emits. With its opening up it is seen as the whole sphere.
+#[test]
+fn a_bowl_emits_from_the_sides_that_it_is_told_to() {
+    let bowl = |turn: i32, side: &str| {
+        let light = r#"AreaLightSource "diffuse""#;
+        floor_below(&format!(r#"{light} {side} Rotate {turn} 1 0 0 Shape "sphere" "float zmax" 0"#))
+    };
+    // The bowl is below z = 0 of its space: turned by 90 degrees about x its opening is down, by -90 up.
+    let (down, up) = (90, -90);
+    let near = |value: f64, expected: f64| {
+        assert!((value - expected).abs() < 3e-3 * (1.0 / 9.0), "{value} {expected}")
+    };
+    near(bowl(down, ""), 0.0);
+    near(bowl(down, r#""bool twosided" "true""#), 0.1);
+    near(bowl(down, "ReverseOrientation"), 0.1);
+    near(bowl(up, ""), 1.0 / 9.0);
+    near(bowl(up, r#""bool twosided" "true""#), 1.0 / 9.0);
+    near(bowl(up, "ReverseOrientation"), 0.0);
 }
 
 /// Ambient occlusion of a convex body is pi.

@@ -83,7 +83,8 @@ pub(crate) fn develop(tiles: &[Tile], film: &Film, weight: f64) -> Image {
             .flat_map(|y| (tile.bounds.x0..tile.bounds.x1).map(move |x| (x, y)));
         for (pixel, (x, y)) in tile.pixels.iter().zip(places) {
             let at = (y - crop.y0) as usize * crop.width() as usize + (x - crop.x0) as usize;
-            pixels[at] = (pixel.value(weight) * film.scale).as_vec3().to_array();
+            // pbrt-v3 writes nothing below black, which filters with negative lobes give.
+            pixels[at] = (pixel.value(weight).max(DVec3::ZERO) * film.scale).as_vec3().to_array();
         }
     }
     let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };

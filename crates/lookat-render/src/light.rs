@@ -12,7 +12,7 @@ use crate::color::luminance;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::sphere::PlacedSphere;
-use crate::surface::{Surface, emitting_side, on_triangle};
+use crate::surface::{Surface, flipped, on_triangle};
 use mesh::MeshAreas;
 
 /// All lights of a scene.
@@ -167,8 +167,15 @@ impl<'s> LightTable<'s> {
         let mut element = ElementId { instance: ElementId::WORLD, primitive: light.number, index: 0 };
         let on_light = match (&light.form, &owner.shape) {
             (SurfaceForm::Sphere(sphere), _) => {
-                let (p, n) = sphere::sample(sphere, from.p, u)?;
-                Surface { p, n, ns: n, emitting: emitting_side(owner, n), element, primitive: owner }
+                let (p, n) = sphere::sample(sphere, from.p, u);
+                Surface {
+                    p,
+                    n,
+                    ns: n,
+                    emitting: flipped(n, owner.reverse_orientation),
+                    element,
+                    primitive: owner,
+                }
             }
             (SurfaceForm::Mesh(areas), Shape::TriangleMesh(mesh)) => {
                 let (index, barycentric) = areas.sample(u);
@@ -183,6 +190,12 @@ impl<'s> LightTable<'s> {
         let wi = to_light.try_normalize()?;
         let li = on_light.le(-wi);
         let shadow = Ray { t_max: to_light.length(), target: element, ..from.leave(wi) };
+        if let SurfaceForm::Sphere(sphere) = &light.form
+            && !sphere.is_whole()
+            && sphere.hides_end_of(&shadow)
+        {
+            return None;
+        }
         (li != Vec3::ZERO && pdf > 0.0).then_some(LightSample { li, pdf: Some(pdf), shadow })
     }
 

@@ -18,8 +18,9 @@ pub(crate) struct Traceable<'s> {
     pub eye: DVec3,
     /// All primitives, those of the world first; element names refer to them.
     pub primitives: Vec<&'s Primitive>,
-    /// The spheres among them, by the number of the primitive.
-    spheres: Vec<Option<PlacedSphere>>,
+    spheres: Vec<PlacedSphere>,
+    /// Which of the spheres a primitive is, or [`NO_SPHERE`].
+    sphere_of: Vec<u32>,
     world: Group,
     objects: Vec<Group>,
     instances: Vec<PlacedInstance>,
@@ -32,10 +33,12 @@ struct Group {
     bvh: Option<Bvh>,
 }
 
+const NO_SPHERE: u32 = u32::MAX;
+
 /// What a leaf holds.
 enum Element {
     Triangle { corners: [DVec3; 3], primitive: u32, index: u32 },
-    Sphere { primitive: u32 },
+    Sphere { primitive: u32, sphere: u32 },
     Instance { instance: u32 },
 }
 
@@ -52,7 +55,7 @@ pub(crate) struct PlacedInstance {
 impl<'s> Traceable<'s> {
     pub fn new(scene: &'s Scene) -> Self {
         let eye = CameraRays::eye(&scene.camera);
-        let mut builder = Builder { primitives: Vec::new(), spheres: Vec::new() };
+        let mut builder = Builder::default();
         let mut world = builder.elements(&scene.primitives, eye);
         // Each object is prepared once, in its own space, however many copies there are.
         let mut objects: Vec<(&Arc<Object>, Group)> = Vec::new();
@@ -73,14 +76,15 @@ impl<'s> Traceable<'s> {
                 origin: m.w_axis.truncate() - eye,
             };
             let bounds = placed.bounds(objects[object].1.bounds());
-            world.push((bounds, Element::Instance { instance: instances.len() as u32 }));
+            world.push(bounds, Element::Instance { instance: instances.len() as u32 });
             instances.push(placed);
         }
-        let Builder { primitives, spheres } = builder;
+        let Builder { primitives, spheres, sphere_of } = builder;
         Traceable {
             eye,
             primitives,
             spheres,
+            sphere_of,
             world: Group::new(world),
             objects: objects.into_iter().map(|(_, group)| group).collect(),
             instances,
@@ -157,18 +161,18 @@ impl<'s> Traceable<'s> {
                 // What is flat is not met again by a ray that leaves it.
                 (t > 0.0 && t <= t_max && element != ray.leaving).then_some(Hit { t, element, barycentric })
             }
-            Element::Sphere { primitive } => {
+            Element::Sphere { primitive, sphere } => {
                 let element = ElementId { instance, primitive, index: 0 };
-                let sphere = self.sphere(primitive)?;
-                let t = sphere.intersect(ray, t_max, element == ray.leaving)?;
+                let t = self.spheres[sphere as usize].intersect(ray, t_max, element == ray.leaving)?;
                 Some(Hit { t, element, barycentric: [0.0; 2] })
             }
             Element::Instance { .. } => None,
         }
     }
 
+    /// The sphere that a primitive is.
     pub fn sphere(&self, primitive: u32) -> Option<&PlacedSphere> {
-        self.spheres[primitive as usize].as_ref()
+        self.spheres.get(self.sphere_of[primitive as usize] as usize)
     }
 
     pub fn instance(&self, instance: u32) -> Option<&PlacedInstance> {
@@ -176,42 +180,60 @@ impl<'s> Traceable<'s> {
     }
 }
 
-/// Collects the elements of primitives, numbered as they come.
+/// Numbers primitives as they come, and collects their elements.
+#[derive(Default)]
 struct Builder<'s> {
     primitives: Vec<&'s Primitive>,
-    spheres: Vec<Option<PlacedSphere>>,
+    spheres: Vec<PlacedSphere>,
+    sphere_of: Vec<u32>,
+}
+
+/// Elements with their bounds.
+#[derive(Default)]
+struct Elements {
+    bounds: Vec<Bounds>,
+    elements: Vec<Element>,
+}
+
+impl Elements {
+    fn push(&mut self, bounds: Bounds, element: Element) {
+        self.bounds.push(bounds);
+        self.elements.push(element);
+    }
 }
 
 impl<'s> Builder<'s> {
-    fn elements(&mut self, primitives: &'s [Primitive], eye: DVec3) -> Vec<(Bounds, Element)> {
-        let mut elements = Vec::new();
+    fn elements(&mut self, primitives: &'s [Primitive], eye: DVec3) -> Elements {
+        let mut all = Elements::default();
         for shape in primitives {
             let primitive = self.primitives.len() as u32;
             self.primitives.push(shape);
-            let mut sphere = None;
             match &shape.shape {
                 Shape::Sphere(form) => {
-                    let placed = PlacedSphere::new(**form, eye);
-                    let half = placed.half_extent();
-                    elements.push((
-                        padded(placed.center - half, placed.center + half),
-                        Element::Sphere { primitive },
-                    ));
-                    sphere = Some(placed);
+                    let sphere = PlacedSphere::new(**form, eye);
+                    let half = sphere.half_extent();
+                    let number = self.spheres.len() as u32;
+                    all.push(
+                        padded(sphere.center - half, sphere.center + half),
+                        Element::Sphere { primitive, sphere: number },
+                    );
+                    self.spheres.push(sphere);
+                    self.sphere_of.push(number);
                 }
                 Shape::TriangleMesh(mesh) => {
-                    elements.extend((0..mesh.triangles()).filter_map(|index| {
+                    self.sphere_of.push(NO_SPHERE);
+                    for index in 0..mesh.triangles() {
                         let corners = corners(mesh, index, eye);
-                        let element = Element::Triangle { corners, primitive, index: index as u32 };
                         // Triangles without area cannot be seen.
-                        let area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-                        (area != DVec3::ZERO).then(|| (Bounds::of_points(&corners), element))
-                    }));
+                        if (corners[1] - corners[0]).cross(corners[2] - corners[0]) != DVec3::ZERO {
+                            let element = Element::Triangle { corners, primitive, index: index as u32 };
+                            all.push(Bounds::of_points(&corners), element);
+                        }
+                    }
                 }
             }
-            self.spheres.push(sphere);
         }
-        elements
+        all
     }
 }
 
@@ -222,12 +244,11 @@ fn padded(min: DVec3, max: DVec3) -> Bounds {
 }
 
 impl Group {
-    fn new(elements: Vec<(Bounds, Element)>) -> Self {
-        let (bounds, elements): (Vec<Bounds>, Vec<Element>) = elements.into_iter().unzip();
-        let (bvh, order) = Bvh::build(&bounds);
-        let mut elements: Vec<Option<Element>> = elements.into_iter().map(Some).collect();
-        let sorted = order.iter().filter_map(|at| elements[*at as usize].take()).collect();
-        Group { elements: sorted, bvh: Some(bvh) }
+    fn new(all: Elements) -> Self {
+        let Elements { bounds, mut elements } = all;
+        let (bvh, mut order) = Bvh::build(&bounds);
+        reorder(&mut elements, &mut order);
+        Group { elements, bvh: Some(bvh) }
     }
 
     fn bounds(&self) -> Bounds {
@@ -273,5 +294,34 @@ impl PlacedInstance {
         let min = points.iter().fold(DVec3::INFINITY, |min, p| min.min(*p));
         let max = points.iter().fold(DVec3::NEG_INFINITY, |max, p| max.max(*p));
         padded(min, max)
+    }
+}
+
+/// Brings to each place `i` what stands at `order[i]`, cycle by cycle, without a copy of the list. Uses `order` up.
+fn reorder<T>(list: &mut [T], order: &mut [u32]) {
+    for start in 0..list.len() {
+        let mut at = start;
+        loop {
+            let from = std::mem::replace(&mut order[at], at as u32) as usize;
+            if from == start || from == at {
+                break;
+            }
+            list.swap(at, from);
+            at = from;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::reorder;
+
+    #[test]
+    fn reorders_in_place() {
+        for order in [vec![], vec![0], vec![2, 0, 1, 3], vec![3, 2, 1, 0], vec![1, 2, 3, 4, 0]] {
+            let mut list: Vec<u32> = (0..order.len() as u32).map(|i| i + 10).collect();
+            reorder(&mut list, &mut order.clone());
+            assert_eq!(list, order.iter().map(|i| i + 10).collect::<Vec<_>>());
+        }
     }
 }

@@ -47,7 +47,8 @@ impl SampleStream {
         nested.count = self.count.saturating_mul(count);
         match &mut nested.pattern {
             Pattern::Random(random) => {
-                *random = Pcg64Mcg::seed_from_u64(mix(hash(self.seed, self.dimension) ^ u64::from(k)));
+                *random =
+                    Pcg64Mcg::seed_from_u64(mix(hash(self.seed, self.dimension) ^ u64::from(nested.index)));
             }
             Pattern::Stratified { cells, .. } => cells[0] = cells[0].saturating_mul(count),
             Pattern::Sobol { set, .. } => *set = u32::MAX,
@@ -284,6 +285,22 @@ mod tests {
                 // Four standard deviations.
                 assert!(r.abs() < 4.0 / f64::from(pixels).sqrt(), "{kind:?} {step:?} {dimension}: {r}");
             }
+        }
+    }
+
+    /// Samples that are nested in those of a pixel are as well distributed as so many samples of it.
+    #[test]
+    fn nested_samples_differ_from_each_other() {
+        for kind in KINDS {
+            let nested = streams(kind, 16, [3, 8])
+                .flat_map(|stream| (0..4).map(move |k| stream.nested(4, k).next_1d()));
+            let mut numbers: Vec<f64> = nested.collect();
+            numbers.sort_by(f64::total_cmp);
+            numbers.dedup();
+            assert_eq!(numbers.len(), 64, "{kind:?}");
+            let mean = numbers.iter().sum::<f64>() / 64.0;
+            // Four standard deviations of independent samples.
+            assert!((mean - 0.5).abs() < 4.0 * (1.0 / 12.0_f64 / 64.0).sqrt(), "{kind:?}: {mean}");
         }
     }
 

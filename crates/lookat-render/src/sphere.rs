@@ -45,8 +45,8 @@ impl PlacedSphere {
         let o = self.object_from_world * (ray.o - self.center);
         let d = self.object_from_world * ray.d;
         let dd = d.length_squared();
-        // The closest approach, refined once: its distance from the centre is then exact to rounding (Haines et al.,
-        // Ray Tracing Gems 7, 2019; measured in docs/conventions.md).
+        // The closest approach, and a correction of its place on the ray: no digits cancel, whatever the distance (after
+        // Haines et al., Ray Tracing Gems 7, 2019; see docs/conventions.md).
         let k = -o.dot(d) / dd;
         let near = o + d * k;
         let correction = -near.dot(d) / dd;
@@ -65,6 +65,19 @@ impl PlacedSphere {
         }
         let counts = |&(t, offset): &(f64, f64)| t > 0.0 && t <= t_max && self.has(near + d * offset);
         roots[first..].iter().find(|root| counts(root)).map(|(t, _)| *t)
+    }
+
+    /// Whether the end of the ray, a point of the sphere, lies behind another part of the sphere.
+    pub fn hides_end_of(&self, ray: &Ray) -> bool {
+        let (o, d) = (self.object_from_world * (ray.o - self.center), self.object_from_world * ray.d);
+        let middle = -o.dot(d) / d.length_squared();
+        ray.t_max > middle && self.intersect(ray, middle, ray.leaving == ray.target).is_some()
+    }
+
+    /// Whether nothing is cut off.
+    pub fn is_whole(&self) -> bool {
+        let Sphere { radius, z_min, z_max, phi_max, .. } = self.shape;
+        z_min <= -radius && z_max >= radius && phi_max >= std::f64::consts::TAU
     }
 
     /// Whether the part that is left of the sphere holds a point of it, in object space.

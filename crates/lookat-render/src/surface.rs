@@ -41,12 +41,12 @@ impl<'s> Surface<'s> {
                     Some(sphere) => sphere.project(place),
                     None => (place, DVec3::Z),
                 };
-                let n = if primitive.flip_normal { -outward } else { outward };
+                let n = flipped(outward, primitive.reverse_orientation != primitive.mirrored);
                 Surface {
                     p,
                     n,
                     ns: n,
-                    emitting: emitting_side(primitive, outward),
+                    emitting: flipped(outward, primitive.reverse_orientation),
                     element: hit.element,
                     primitive,
                 }
@@ -119,28 +119,28 @@ pub(crate) fn on_triangle<'s>(
     let (e1, e2) = (p1 - p0, p2 - p0);
     let size = e1.abs().max_element().max(e2.abs().max_element());
     let winding = (e1 / size).cross(e2 / size).normalize_or(DVec3::Z);
-    // The side of the winding order in the mesh's own space.
-    let own = if mesh.mirrored { -winding } else { winding };
     let interpolated = |normals: &[[f64; 3]]| {
         let [n0, n1, n2] = mesh.triangle(index).map(|vertex| DVec3::from(normals[vertex]));
         (n0 * b0 + n1 * b1 + n2 * b2).try_normalize()
     };
     let smooth = if mesh.normals.is_empty() { None } else { interpolated(&mesh.normals) };
+    // The winding order as the mesh has it, before it was mirrored.
+    let own = flipped(winding, primitive.mirrored);
     match smooth {
-        // pbrt-v3: normals of the file decide the sides, whatever ReverseOrientation says; and mirroring flips them.
+        // Normals of the file decide the sides.
         Some(smooth) => {
-            let ns = if mesh.mirrored { -smooth } else { smooth };
-            let facing = |n: DVec3| if winding.dot(n) < 0.0 { -winding } else { winding };
-            Surface { p, n: facing(ns), ns, emitting: facing(smooth), element, primitive }
+            let ns = flipped(smooth, primitive.reverse_orientation);
+            let n = flipped(winding, winding.dot(ns) < 0.0);
+            Surface { p, n, ns, emitting: flipped(winding, winding.dot(smooth) < 0.0), element, primitive }
         }
         None => {
-            let n = if primitive.flip_normal { -winding } else { winding };
-            Surface { p, n, ns: n, emitting: emitting_side(primitive, own), element, primitive }
+            // With tangents, pbrt-v3 reverses once more.
+            let n = flipped(own, primitive.reverse_orientation && mesh.tangents.is_empty());
+            Surface { p, n, ns: n, emitting: flipped(own, primitive.reverse_orientation), element, primitive }
         }
     }
 }
 
-/// The side that emits, given that of the shape's own normal.
-pub(crate) fn emitting_side(primitive: &Primitive, own: DVec3) -> DVec3 {
-    if primitive.emission.is_some_and(|emission| emission.reversed) { -own } else { own }
+pub(crate) fn flipped(n: DVec3, flip: bool) -> DVec3 {
+    if flip { -n } else { n }
 }

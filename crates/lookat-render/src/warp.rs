@@ -41,14 +41,6 @@ pub(crate) fn square_to_uniform_hemisphere_pdf() -> f64 {
     1.0 / TAU
 }
 
-/// Points of the unit sphere, all alike (PBR 13.6.1).
-pub(crate) fn square_to_uniform_sphere(u: DVec2) -> DVec3 {
-    let z = 1.0 - 2.0 * u.x;
-    let sin_theta = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = (TAU * u.y).sin_cos();
-    DVec3::new(cos * sin_theta, sin * sin_theta, z)
-}
-
 /// Directions within a cone around +z, given `1 - cos` of its half angle, which small cones need for accuracy.
 pub(crate) fn square_to_uniform_cone(u: DVec2, one_minus_cos_max: f64) -> DVec3 {
     let one_minus_cos = u.x * one_minus_cos_max;

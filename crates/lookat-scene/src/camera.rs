@@ -107,6 +107,13 @@ fn perspective(params: &mut Params) -> Projection {
     let fov = params.float("fov", 90.0);
     let half = params.float("halffov", -1.0);
     // pbrt-v3: a positive halffov replaces fov.
+    if half <= 0.0 && params.was_taken("halffov") {
+        params.warn(
+            "halffov",
+            "halffov is not more than 0: fov counts, as in pbrt-v3",
+            "leave out one of the two",
+        );
+    }
     let (name, degrees) = if half > 0.0 { ("halffov", 2.0 * half) } else { ("fov", fov) };
     if !(degrees > 0.0 && degrees < 180.0) {
         let limit = if name == "fov" { 180 } else { 90 };
@@ -133,8 +140,8 @@ fn orthographic(params: &mut Params, lens: bool) -> Projection {
 fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
     let own = film_aspect(film);
     let mut aspect = params.float("frameaspectratio", own);
-    if aspect <= 0.0 {
-        params.reject("frameaspectratio", "frameaspectratio is more than 0", None);
+    if !(aspect > 1e-6 && aspect < 1e6) {
+        params.reject("frameaspectratio", "frameaspectratio is more than 1e-6 and less than 1e6", None);
         aspect = own;
     }
     let default = ScreenWindow::of_aspect(aspect);
@@ -153,6 +160,7 @@ fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
         }
         Some(edges) => match edges[..] {
             [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => {
+                params.check_range("screenwindow", &edges);
                 ScreenWindow { min: DVec2::new(x0, y0), max: DVec2::new(x1, y1) }
             }
             [_, _, _, _] => {

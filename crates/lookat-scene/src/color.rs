@@ -6,6 +6,9 @@ use lookat_syntax::{Diagnostic, Param, ParamType, Span, Text, Values};
 use crate::cie;
 use crate::files::{Files, reason};
 
+/// The largest component of a color: far beyond any light, and so small that a sum of many and a product of two fit `f32`.
+pub(crate) const LARGEST: f32 = 1e18;
+
 /// The color that a parameter gives. A list of several is cut to the first.
 pub(crate) fn from_param(param: &Param, files: &Files) -> Result<Vec3, Diagnostic> {
     let at = param.values.span;
@@ -62,7 +65,9 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
 fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Diagnostic> {
     if flat.is_empty() || !flat.len().is_multiple_of(2) {
         let message = format!("a spectrum is pairs of wavelength and value; {} numbers given", flat.len());
-        return Err(Diagnostic::error(at, message));
+        let mut error = Diagnostic::error(at, message);
+        error.help = (flat.len() == 3).then(|| "red, green and blue are declared \"rgb\"".into());
+        return Err(error);
     }
     let mut samples: Vec<(f64, f64)> = flat.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -86,6 +91,7 @@ fn from_file(names: &[Text], at: Span, files: &Files) -> Result<Vec3, Diagnostic
     };
     let (path, bytes) = files.read_named(&name.value, name.span).map_err(|(path, error)| {
         Diagnostic::error(name.span, format!("cannot read {}: {}", path.display(), reason(&error)))
+            .help("the name is relative to the file that it stands in")
     })?;
     let text = String::from_utf8_lossy(&bytes);
     let mut numbers = Vec::new();

@@ -32,7 +32,7 @@ impl<'a> Files<'a> {
 
     /// Adds a file whose text is known already.
     pub fn add(&mut self, path: PathBuf, text: Arc<[u8]>, included_at: Option<Span>) -> FileId {
-        self.sources.files.push(Source { path, text, included_at });
+        self.sources.files.push(Source::new(path, text, included_at));
         FileId(self.sources.files.len() as u32 - 1)
     }
 

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use crate::Overrides;
 use crate::params::Params;
+use crate::{Overrides, color};
 
 /// The film.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,20 +51,6 @@ impl PixelBounds {
     }
 }
 
-impl Film {
-    /// What pbrt-v3 uses where there is no Film.
-    pub(crate) fn pbrt_default() -> Self {
-        let [x1, y1] = [1280, 720];
-        Film {
-            resolution: [x1, y1],
-            crop: PixelBounds { x0: 0, y0: 0, x1, y1 },
-            scale: 1.0,
-            max_sample_luminance: f64::INFINITY,
-            file: "pbrt.exr".into(),
-        }
-    }
-}
-
 /// The longest side of a film. Beyond it lies a slip, not a picture.
 const MAX_SIDE: i32 = 1_000_000;
 /// The most pixels that one run renders: about 5 GB of sums.
@@ -72,22 +58,34 @@ const MAX_PIXELS: u64 = 100_000_000;
 
 pub(crate) const NAMES: &[&str] = &["image"];
 
-/// pbrt-v3's CreateFilm.
-pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Option<Film> {
-    if params.kind() != "image" {
-        return params.unknown_kind(NAMES);
+/// pbrt-v3's CreateFilm. What is wrong is reported and has its default; the rest counts, so that the camera sees the
+/// film that was meant.
+pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
+    let known = NAMES.contains(&params.kind());
+    if !known {
+        params.unknown_kind::<()>(NAMES);
     }
     let resolution = resolution(params, overrides);
     let crop = crop(params, overrides, resolution);
-    let scale = params.float("scale", 1.0);
-    let max_sample_luminance = params.float("maxsampleluminance", f64::INFINITY);
+    let mut scale = params.float("scale", 1.0);
+    if scale.abs() > f64::from(color::LARGEST) {
+        params.reject("scale", format!("scale is at most {:e}", color::LARGEST), None);
+        scale = 1.0;
+    }
+    let mut max_sample_luminance = params.float("maxsampleluminance", f64::INFINITY);
     if max_sample_luminance <= 0.0 {
         params.reject("maxsampleluminance", "maxsampleluminance is more than 0", None);
+        max_sample_luminance = f64::INFINITY;
     }
     // Only the realistic camera asks for the size of the sensor.
     params.float("diagonal", 35.0);
     let file = params.string("filename").map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
-    params.finish().then_some(Film { resolution, crop, scale, max_sample_luminance, file })
+    if known {
+        params.finish();
+    } else {
+        params.ignore_rest();
+    }
+    Film { resolution, crop, scale, max_sample_luminance, file }
 }
 
 fn resolution(params: &mut Params, overrides: &Overrides) -> [u32; 2] {
@@ -97,7 +95,7 @@ fn resolution(params: &mut Params, overrides: &Overrides) -> [u32; 2] {
             return pixels as u32;
         }
         params.reject(name, format!("{name} is from 1 to {MAX_SIDE} pixels"), None);
-        1
+        default as u32
     };
     let own = [side("xresolution", 1280), side("yresolution", 720)];
     match overrides.resolution {
@@ -140,6 +138,7 @@ fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> Pix
     if bounds.area() > MAX_PIXELS {
         let message = format!("a picture of {} pixels; one run renders at most {MAX_PIXELS}", bounds.area());
         params.reject("xresolution", message, Some("render parts of it with cropwindow"));
+        bounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
     }
     bounds
 }

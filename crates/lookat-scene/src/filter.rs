@@ -5,7 +5,7 @@ use glam::DVec2;
 use crate::params::Params;
 
 /// A reconstruction filter: a product of the same function of x and of y, zero beyond its radius (`xwidth`, `ywidth`, in
-/// pixels, more than 0).
+/// pixels, from 0.001 to 100).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Filter {
     /// Half the width along x and y, in pixels.
@@ -59,20 +59,25 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
         "sinc" => (4.0, FilterKind::Sinc { tau: params.float("tau", 3.0) }),
         _ => return params.unknown_kind(NAMES),
     };
-    if let FilterKind::Gaussian { alpha } = kind
-        && alpha <= 0.0
-    {
-        params.reject("alpha", "alpha is more than 0", None);
-    }
-    if let FilterKind::Sinc { tau } = kind
-        && tau <= 0.0
-    {
-        params.reject("tau", "tau is more than 0", None);
+    // Beyond these the filter is zero everywhere, or its numbers are no longer exact.
+    let mut within = |name: &'static str, value: f64, from: f64, to: f64| {
+        if !(from..=to).contains(&value) {
+            params.reject(name, format!("{name} is from {from} to {to}"), None);
+        }
+    };
+    match kind {
+        FilterKind::Gaussian { alpha } => within("alpha", alpha, 1e-6, 1e4),
+        FilterKind::Sinc { tau } => within("tau", tau, 0.1, 1000.0),
+        FilterKind::Mitchell { b, c } => {
+            within("B", b, -100.0, 100.0);
+            within("C", c, -100.0, 100.0);
+        }
+        FilterKind::Box | FilterKind::Triangle => {}
     }
     let mut side = |name| {
         let radius = params.float(name, width);
-        if !(radius > 0.0 && radius <= 100.0) {
-            params.reject(name, format!("{name} is more than 0 and at most 100 pixels"), None);
+        if !(1e-3..=100.0).contains(&radius) {
+            params.reject(name, format!("{name} is from 0.001 to 100 pixels"), None);
         }
         radius
     };

@@ -65,18 +65,24 @@ pub(crate) fn light(params: &mut Params, world_from_light: Transform) -> Option<
 
 fn point(params: &mut Params, world_from_light: Transform) -> Light {
     let intensity = scaled(params, "I");
-    let from = params.point("from", DVec3::ZERO);
+    let from = point_in_range(params, "from", DVec3::ZERO);
     // pbrt-v3 adds `from` in world space, whatever the current transformation turns or scales (lights/point.cpp).
     Light::Point { position: world_from_light.point(DVec3::ZERO) + from, intensity }
 }
 
 fn distant(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     let radiance = scaled(params, "L");
-    let to_light = params.point("from", DVec3::ZERO) - params.point("to", DVec3::Z);
+    let to_light = point_in_range(params, "from", DVec3::ZERO) - point_in_range(params, "to", DVec3::Z);
     let Some(direction) = world_from_light.vector(to_light).try_normalize() else {
         return same_points(params);
     };
     Some(Light::Distant { direction, radiance })
+}
+
+fn point_in_range(params: &mut Params, name: &'static str, default: DVec3) -> DVec3 {
+    let point = params.point(name, default);
+    params.check_range(name, &point.to_array());
+    point
 }
 
 fn same_points<T>(params: &mut Params) -> Option<T> {
@@ -92,8 +98,8 @@ fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     if !(cone > 0.0 && cone <= 180.0) {
         params.reject("coneangle", "coneangle is more than 0 and at most 180 degrees", None);
     }
-    let from = params.point("from", DVec3::ZERO);
-    let to = params.point("to", DVec3::Z);
+    let from = point_in_range(params, "from", DVec3::ZERO);
+    let to = point_in_range(params, "to", DVec3::Z);
     let Some(axis) = (to - from).try_normalize() else { return same_points(params) };
     // pbrt-v3's CreateSpotLight: any frame around the axis, except that a light space that is not uniformly scaled shows
     // which; so it is pbrt's frame.
@@ -145,5 +151,5 @@ pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
     let radiance = scaled(params, "L");
     let two_sided = params.bool("twosided", false);
     let samples = samples(params);
-    params.finish().then_some(Emission { radiance, two_sided, reversed: false, samples })
+    params.finish().then_some(Emission { radiance, two_sided, samples })
 }

@@ -78,6 +78,8 @@ impl Loader<'_> {
         self.open.push(source.path.clone());
         let mut parsed = parse(id, &source.text);
         self.resolver.report.extend(parsed.diagnostics);
+        self.resolver.report.v4_marks(parsed.v4_marks);
+        self.resolver.report.incomplete_end |= parsed.broken_end;
         if let Some(first) = rest.first() {
             let at = first.span();
             match parsed.statements.last_mut().and_then(|last| last.directive.params_mut()) {
@@ -110,8 +112,9 @@ impl Loader<'_> {
             Ok(found) => found,
             Err((path, error)) => {
                 let message = format!("cannot include {}: {}", path.display(), reason(&error));
-                let help = "the name is relative to the file that includes it";
+                let help = "the name is relative to the file that it stands in";
                 self.resolver.report.push(Diagnostic::error(name.span, message).help(help));
+                self.resolver.report.incomplete = true;
                 return;
             }
         };

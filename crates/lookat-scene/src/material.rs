@@ -53,7 +53,7 @@ pub(crate) fn material(params: &mut Params) -> Material {
             params.unsupported(message);
             let kd = params.spectrum_texture("Kd", Vec3::splat(0.5));
             params.ignore_rest();
-            Material::Matte { kd, sigma: 0.0 }
+            Material::Matte { kd: kd.max(Vec3::ZERO), sigma: 0.0 }
         }
         _ => {
             params.unknown_kind::<()>(NAMES);

@@ -4,6 +4,7 @@ use glam::DVec3;
 use lookat_syntax::{Diagnostic, ParamType};
 
 use crate::params::Params;
+use crate::transform::LARGEST;
 use crate::{Transform, ply};
 
 /// Triangles that share vertices. Arrays other than `positions` and `indices` are empty where the mesh has no such data.
@@ -19,8 +20,6 @@ pub struct Mesh {
     pub tangents: Vec<[f64; 3]>,
     /// Texture coordinates for each vertex (`uv` or `st`).
     pub uvs: Vec<[f64; 2]>,
-    /// The transformation from the mesh's own space mirrors.
-    pub mirrored: bool,
 }
 
 impl Mesh {
@@ -41,7 +40,6 @@ impl Mesh {
             self.normals.iter_mut().for_each(|n| *n = transform.normal(DVec3::from(*n)).into());
             self.tangents.iter_mut().for_each(|s| *s = transform.vector(DVec3::from(*s)).into());
         }
-        self.mirrored = transform.swaps_handedness();
         self
     }
 }
@@ -65,19 +63,12 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
             check_indices(params, &mesh);
             check_lengths(params, &mesh);
         }
-        (indices, _) => {
-            let (name, meaning) = if indices.is_none() {
-                ("indices", "three vertices for each triangle")
-            } else {
-                ("P", "the vertices")
-            };
-            let declaration = if name == "P" { "\"point P\" [...]" } else { "\"integer indices\" [...]" };
-            params.reject(
-                "",
-                format!("a trianglemesh needs {name}"),
-                Some(&format!("{declaration} gives {meaning}")),
-            );
-        }
+        (None, _) => params.missing(
+            "indices",
+            "a trianglemesh needs indices",
+            "\"integer indices\" [...] gives three vertices for each triangle",
+        ),
+        (_, None) => params.missing("P", "a trianglemesh needs P", "\"point P\" [...] gives the vertices"),
     }
     finish(params, mesh, world_from_object)
 }
@@ -86,7 +77,7 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
 pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
     alpha(params);
     let Some(name) = params.string("filename") else {
-        params.reject("", "a plymesh needs a file", Some("\"string filename\" \"mesh.ply\" names it"));
+        params.missing("filename", "a plymesh needs a file", "\"string filename\" \"mesh.ply\" names it");
         return None;
     };
     let bytes = params.file(&name)?;
@@ -99,8 +90,8 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
     };
     if mesh.other_faces > 0 {
         let message = format!(
-            "{} faces of {} have neither 3 nor 4 corners; they are left out",
-            mesh.other_faces, name.value
+            "faces with neither 3 nor 4 corners are left out of {}: {} of them",
+            name.value, mesh.other_faces
         );
         params.warn("filename", &message, "split them into triangles; pbrt-v3 leaves them out too");
     }
@@ -119,9 +110,11 @@ fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Opti
         return None;
     }
     let mesh = mesh.place(world_from_object);
-    if !mesh.positions.as_flattened().iter().all(|x| x.is_finite()) {
-        params.reject("P", "the transformation takes vertices beyond the largest number", None);
-        return None;
+    for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
+        if !values.as_flattened().iter().all(|x| x.abs() <= LARGEST) {
+            params.reject(name, format!("{name} has values beyond {LARGEST:e} in the world"), None);
+            return None;
+        }
     }
     Some(mesh)
 }
@@ -166,8 +159,8 @@ fn check_lengths(params: &mut Params, mesh: &Mesh) {
         if length != 0 && length != vertices {
             params.reject(
                 name,
-                format!("{length} values of {name} for {vertices} vertices"),
-                Some("each vertex has one"),
+                format!("{vertices} vertices need as many values of {name}, not {length}"),
+                Some("the values belong to the vertices of P in turn"),
             );
         }
     };

@@ -1,7 +1,7 @@
 //! The directives before `WorldBegin`: kept as they come, settled together, because `Camera` needs the `Film` and either
 //! may come first.
 
-use lookat_syntax::{Diagnostic, Entity, EntityKind, Span, Spanned};
+use lookat_syntax::{Diagnostic, Entity, EntityKind, Severity, Span, Spanned};
 
 use crate::camera::{self, Camera};
 use crate::files::Files;
@@ -77,13 +77,15 @@ impl Options {
         files: &Files,
         report: &mut Report,
     ) -> Settled {
-        self.warn_missing(world_begin, report);
+        // What is missing may be what could not be read.
+        if !report.has_errors_before(world_begin) && !report.incomplete {
+            self.warn_missing(world_begin, report);
+        }
         let entity = |given: Option<Given>, default: &str| match given {
             Some(given) => given.entity,
             None => Entity { name: Spanned { value: default.into(), span: world_begin }, params: Vec::new() },
         };
         let film = film::film(&mut Params::new("Film", entity(self.film, "image"), files, report), overrides);
-        let film = film.unwrap_or_else(Film::pbrt_default);
         let filter =
             filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
         let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
@@ -130,11 +132,11 @@ impl Options {
     }
 }
 
-/// lookat has one way to find shapes. A misspelt accelerator is still worth a word.
+/// lookat has one way to find shapes, so a misspelt accelerator is worth a word and no more.
 fn accelerator(given: Option<Given>, files: &Files, report: &mut Report) {
     let Some(given) = given else { return };
     let params = &mut Params::new("Accelerator", given.entity, files, report);
     if !["bvh", "kdtree"].contains(&params.kind()) {
-        params.unknown_kind::<()>(&["bvh", "kdtree"]);
+        params.say_unknown_kind(&["bvh", "kdtree"], Severity::Warning);
     }
 }

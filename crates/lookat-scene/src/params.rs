@@ -2,12 +2,13 @@
 //! about what is left.
 
 use glam::{DVec3, Vec3};
-use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Span, Text, Values, nearest};
+use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, Values, nearest};
 
 use crate::color;
 use crate::files::Files;
 use crate::report::Report;
 use crate::texture::Textures;
+use crate::transform::LARGEST;
 
 /// What a constructor may ask about: the parameters, the textures in scope, and files.
 pub(crate) struct Params<'a> {
@@ -16,8 +17,8 @@ pub(crate) struct Params<'a> {
     /// The type of thing, such as `sphere`.
     kind: Text,
     params: Vec<Param>,
-    /// Names that were asked for.
-    asked: Vec<&'static str>,
+    /// Names that were asked for, each with a type.
+    asked: Vec<(&'static str, ParamType)>,
     /// Where the values that were taken stand.
     places: Vec<(&'static str, Span)>,
     failed: bool,
@@ -82,8 +83,9 @@ impl<'a> Params<'a> {
 
     /// Takes a parameter of one of the given types. pbrt-v3 does not see a parameter of another type.
     fn take(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
-        if !self.asked.contains(&name) {
-            self.asked.push(name);
+        let asked = (name, types[0]);
+        if !self.asked.contains(&asked) {
+            self.asked.push(asked);
         }
         let index = self.params.iter().rposition(|p| p.name.value == name && types.contains(&p.ty))?;
         let param = self.params.remove(index);
@@ -138,6 +140,13 @@ impl<'a> Params<'a> {
         }
     }
 
+    /// A length or coordinate is one that can be computed with.
+    pub fn check_range(&mut self, name: &'static str, values: &[f64]) {
+        if let Some(beyond) = values.iter().find(|value| value.abs() > LARGEST) {
+            self.reject(name, format!("{name} of {beyond:e} is beyond {LARGEST:e}"), None);
+        }
+    }
+
     pub fn floats(&mut self, name: &'static str) -> Option<Vec<f64>> {
         match self.take(name, &[ParamType::Float]).map(|p| p.values.value) {
             Some(Values::Numbers(values)) => Some(values),
@@ -170,7 +179,11 @@ impl<'a> Params<'a> {
     pub fn spectrum(&mut self, name: &'static str, default: Vec3) -> Vec3 {
         let Some(param) = self.take_one(name, SPECTRUM_TYPES) else { return default };
         match color::from_param(&param, self.files) {
-            Ok(color) => color,
+            Ok(color) if color.abs().max_element() <= color::LARGEST => color,
+            Ok(_) => {
+                self.reject(name, format!("{name} is a color beyond {:e}", color::LARGEST), None);
+                default
+            }
             Err(error) => {
                 self.report.push(error);
                 self.failed = true;
@@ -212,7 +225,8 @@ impl<'a> Params<'a> {
     }
 
     fn undefined_texture(&mut self, texture: &Text, value: &str) {
-        let Some(textures) = self.textures else { return };
+        self.failed = true;
+        let Some(textures) = self.textures.filter(|_| !self.report.incomplete) else { return };
         let (own, other) = match value {
             "float" => (textures.names(value), textures.names("spectrum")),
             _ => (textures.names(value), textures.names("float")),
@@ -231,7 +245,6 @@ impl<'a> Params<'a> {
                 error.help("a Texture directive before this one, in the same or an outer block, defines it");
         }
         self.report.push(error);
-        self.failed = true;
     }
 
     /// The bytes of a file that a parameter names. `None`, and an error, where it cannot be read.
@@ -240,7 +253,8 @@ impl<'a> Params<'a> {
             Ok((_, bytes)) => Some(bytes),
             Err((path, error)) => {
                 let message = format!("cannot read {}: {}", path.display(), crate::files::reason(&error));
-                self.error(Diagnostic::error(name.span, message));
+                let help = "the name is relative to the file that it stands in";
+                self.error(Diagnostic::error(name.span, message).help(help));
                 None
             }
         }
@@ -249,6 +263,11 @@ impl<'a> Params<'a> {
     /// Where the value of a parameter that was taken stands; of one that was not given, the type of the directive.
     pub fn place(&self, name: &str) -> Span {
         self.places.iter().rev().find(|(taken, _)| *taken == name).map_or(self.kind.span, |(_, span)| *span)
+    }
+
+    /// Whether a parameter was given and taken.
+    pub fn was_taken(&self, name: &str) -> bool {
+        self.places.iter().any(|(taken, _)| *taken == name)
     }
 
     /// Where one number of a list that was taken stands.
@@ -269,6 +288,17 @@ impl<'a> Params<'a> {
         self.error(error);
     }
 
+    /// Reports a parameter that there must be: as missing, or as declared with a type that it does not have.
+    pub fn missing(&mut self, name: &str, message: &str, help: &str) {
+        let other = self.params.iter().position(|param| param.name.value == name);
+        let error = match other.map(|index| self.params.remove(index)) {
+            Some(param) => Diagnostic { severity: Severity::Error, ..self.wrong_type(&param) },
+            None if self.was_taken(name) => return,
+            None => Diagnostic::error(self.kind.span, message).help(help),
+        };
+        self.error(error);
+    }
+
     /// Warns about the value of a parameter.
     pub fn warn(&mut self, name: &str, message: &str, help: &str) {
         self.report.push(Diagnostic::warning(self.place(name), message).help(help));
@@ -281,17 +311,25 @@ impl<'a> Params<'a> {
 
     /// The error for a type that pbrt-v3 does not have.
     pub fn unknown_kind<T>(&mut self, known: &[&str]) -> Option<T> {
-        let (kind, at) = (self.kind.value.clone(), self.kind.span);
-        let error = Diagnostic::error(at, format!("unknown {} \"{kind}\"", self.keyword));
-        let error = if let Some(known) = nearest(&kind, known.iter().copied()) {
-            error.help(format!("did you mean \"{known}\"?")).fix(at, format!("\"{known}\""))
-        } else if V4_KINDS.contains(&kind.as_str()) {
-            error.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
-        } else {
-            error.help(format!("pbrt-v3 knows {}", known.join(", ")))
-        };
-        self.error(error);
+        self.failed = true;
+        self.say_unknown_kind(known, Severity::Error);
         None
+    }
+
+    /// Reports a type that pbrt-v3 does not have.
+    pub fn say_unknown_kind(&mut self, known: &[&str], severity: Severity) {
+        let (kind, at) = (self.kind.value.clone(), self.kind.span);
+        let unknown = Diagnostic::error(at, format!("unknown {} \"{kind}\"", self.keyword));
+        let unknown = if V4_KINDS.contains(&kind.as_str()) {
+            self.report.v4_marks([at]);
+            unknown.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
+        } else if let Some(known) = nearest(&kind, known.iter().copied()) {
+            unknown.help(format!("did you mean \"{known}\"?")).fix(at, format!("\"{known}\""))
+        } else {
+            let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
+            unknown.help(format!("pbrt-v3 knows {}", names.join(", ")))
+        };
+        self.report.push(Diagnostic { severity, ..unknown });
     }
 
     /// Whether nothing has been rejected so far.
@@ -309,7 +347,7 @@ impl<'a> Params<'a> {
         let asked = &self.asked;
         let (known, rest) = std::mem::take(&mut self.params)
             .into_iter()
-            .partition(|param| asked.contains(&param.name.value.as_str()));
+            .partition(|param| asked.iter().any(|(name, _)| *name == param.name.value));
         self.params = known;
         rest
     }
@@ -320,8 +358,14 @@ impl<'a> Params<'a> {
     }
 
     /// The names that were asked for so far.
-    pub fn asked(&self) -> &[&'static str] {
-        &self.asked
+    pub fn asked(&self) -> Vec<&'static str> {
+        let mut names: Vec<&'static str> = Vec::new();
+        for (name, _) in &self.asked {
+            if !names.contains(name) {
+                names.push(name);
+            }
+        }
+        names
     }
 
     /// Warns about parameters that are left. Whether the constructor's result is to be used.
@@ -334,23 +378,66 @@ impl<'a> Params<'a> {
     }
 
     fn left_over(&self, param: &Param) -> Diagnostic {
-        let (name, at) = (&param.name.value, param.name.span);
-        let of = if self.kind.value.is_empty() { String::new() } else { format!(" \"{}\"", self.kind.value) };
-        let what = format!("{}{of}", self.keyword);
-        if self.asked.contains(&name.as_str()) {
-            return Diagnostic::warning(
-                at,
-                format!("{name} of {what} is not of type {}; it is ignored", param.ty.name()),
-            )
-            .help("pbrt-v3 ignores it too, and uses the default; declare it with the type that it takes");
+        let (name, at, what) = (&param.name.value, param.name.span, self.subject());
+        if self.was_taken(name) {
+            return Diagnostic::warning(at, format!("\"{name}\" of {what} is given with another type too"))
+                .help(format!("the {} is ignored, as in pbrt-v3", param.ty.name()));
+        }
+        if self.types(name).next().is_some() {
+            let mut warning = self.wrong_type(param);
+            warning.message += "; it is ignored";
+            let help = "pbrt-v3 ignores it too, and uses the default";
+            warning.help = Some(warning.help.map_or(help.into(), |way| format!("{way}; {help}")));
+            return warning;
         }
         let warning = Diagnostic::warning(at, format!("{what} has no parameter \"{name}\"; it is ignored"));
-        match nearest(name, self.asked.iter().copied()) {
-            Some(known) => warning
-                .help(format!("did you mean \"{known}\"?"))
-                .fix(at, format!("\"{} {known}\"", param.ty.name())),
-            None if self.asked.is_empty() => warning.help("it has none"),
-            None => warning.help(format!("it has {}", self.asked.join(", "))),
+        let names = self.asked();
+        match nearest(name, names.iter().copied()) {
+            Some(known) => {
+                // The type, too, has to be one that the parameter takes.
+                let mut types = self.types(known).collect::<Vec<_>>();
+                if types.len() != 1 || types.contains(&param.ty) {
+                    types = vec![param.ty];
+                }
+                let declaration = format!("\"{} {known}\"", types[0].name());
+                warning.help(format!("did you mean \"{known}\"?")).fix(at, declaration)
+            }
+            None if names.is_empty() => warning.help("it has none"),
+            None => warning.help(format!("it has {}", names.join(", "))),
+        }
+    }
+
+    /// What the parameters belong to: `Shape "sphere"`.
+    fn subject(&self) -> String {
+        if self.kind.value.is_empty() {
+            self.keyword.to_owned()
+        } else {
+            format!("{} \"{}\"", self.keyword, self.kind.value)
+        }
+    }
+
+    /// The types that a parameter was asked for with.
+    fn types(&self, name: &str) -> impl Iterator<Item = ParamType> {
+        self.asked.iter().filter(move |(asked, _)| *asked == name).map(|(_, ty)| *ty)
+    }
+
+    /// What is wrong with a parameter that exists with other types.
+    fn wrong_type(&self, param: &Param) -> Diagnostic {
+        let (name, at) = (&param.name.value, param.name.span);
+        let types: Vec<&str> = self.types(name).map(ParamType::name).collect();
+        let message = format!(
+            "\"{name}\" of {} is of type {}, not {}",
+            self.subject(),
+            types.join(" or "),
+            param.ty.name()
+        );
+        let warning = Diagnostic::warning(at, message);
+        match types[..] {
+            [only] => {
+                let declaration = format!("\"{only} {name}\"");
+                warning.help(format!("declare it {declaration}")).fix(at, declaration)
+            }
+            _ => warning,
         }
     }
 }

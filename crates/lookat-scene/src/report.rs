@@ -12,7 +12,16 @@ pub(crate) struct Report {
     diagnostics: Vec<Diagnostic>,
     /// For messages that are said once: the diagnostic and how many places it stands for.
     once: HashMap<String, (usize, usize)>,
+    /// What only pbrt-v4 has.
+    v4_marks: Vec<Span>,
+    /// A file could not be included: what it defines is missing, which is no other mistake.
+    pub incomplete: bool,
+    /// The last directive of a file could not be read: what should follow it may be part of it.
+    pub incomplete_end: bool,
 }
+
+/// Of one message at most this many are told; the last says how many more there are.
+const MOST_ALIKE: usize = 10;
 
 impl Report {
     pub fn push(&mut self, diagnostic: Diagnostic) {
@@ -38,9 +47,29 @@ impl Report {
         }
     }
 
+    /// Keeps places of what only pbrt-v4 has.
+    pub fn v4_marks(&mut self, places: impl IntoIterator<Item = Span>) {
+        self.v4_marks.extend(places);
+    }
+
+    /// Whether this is a scene for pbrt-v4: one mark alone may be a slip.
+    pub fn is_v4(&self) -> bool {
+        self.v4_marks.len() > 1
+    }
+
+    /// Whether there is an error in front of a place of the same file.
+    pub fn has_errors_before(&self, at: Span) -> bool {
+        let before = |span: Span| span.file == at.file && span.start < at.start;
+        self.errors().any(|error| before(error.span()))
+    }
+
+    fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error)
+    }
+
     /// Everything in the order in which the scene is read; of what an Include repeats, the first.
     pub fn finish(mut self, sources: &Sources) -> Vec<Diagnostic> {
-        for (index, places) in self.once.into_values() {
+        for (index, places) in std::mem::take(&mut self.once).into_values() {
             if places > 1 {
                 let others = places - 1;
                 let noun = if others == 1 { "place" } else { "places" };
@@ -53,10 +82,37 @@ impl Report {
             let span = diagnostic.span();
             seen.insert((sources.file(span.file).path.clone(), span.start, diagnostic.message.clone()))
         });
+        cut_alike(&mut self.diagnostics);
+        self.v4_marks.sort_by_cached_key(|mark| sources.reading_order(*mark));
+        if self.is_v4() {
+            self.diagnostics.insert(0, v4_scene(self.v4_marks[0], self.v4_marks.len()));
+        }
         self.diagnostics
     }
 
     pub fn has_errors(&self) -> bool {
-        self.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
+        self.errors().next().is_some()
     }
+}
+
+/// The first diagnostic of a scene for another program: it explains the others.
+fn v4_scene(first: Span, marks: usize) -> Diagnostic {
+    Diagnostic::error(first, "this is a pbrt-v4 scene; lookat reads the pbrt-v3 format")
+        .note(format!("the first of {marks} things that only pbrt-v4 has"))
+        .help("pbrt-v4 changed directives, types and parameters: look for a pbrt-v3 version of the scene")
+}
+
+/// Leaves out what is said over and over.
+fn cut_alike(diagnostics: &mut Vec<Diagnostic>) {
+    let mut alike: HashMap<String, usize> = HashMap::new();
+    diagnostics.iter().for_each(|d| *alike.entry(d.message.clone()).or_default() += 1);
+    let mut told: HashMap<String, usize> = HashMap::new();
+    diagnostics.retain_mut(|diagnostic| {
+        let (all, told) = (alike[&diagnostic.message], told.entry(diagnostic.message.clone()).or_default());
+        *told += 1;
+        if *told == MOST_ALIKE && all > MOST_ALIKE {
+            diagnostic.labels[0].text = format!("and at {} more places", all - MOST_ALIKE);
+        }
+        *told <= MOST_ALIKE
+    });
 }

@@ -16,7 +16,7 @@ use crate::options::{Options, Settled};
 use crate::params::Params;
 use crate::report::Report;
 use crate::state::{GraphicsState, MaterialInstance, Open};
-use crate::transform::{LookAtFault, Transform};
+use crate::transform::{LARGEST, LookAtFault, Transform};
 use crate::{Emission, Instance, Light, Object, Primitive, Scene, light, material, shape, texture};
 
 /// Where a directive may stand.
@@ -35,8 +35,12 @@ pub(crate) struct Resolver<'a> {
     overrides: &'a Overrides,
     block: Block,
     world_begin: Option<Span>,
+    /// Directives of the world that stand before it: their keywords and places.
+    early: Vec<(&'static str, Span)>,
     state: GraphicsState,
     open: Vec<Open>,
+    /// Directives that would close a block which a wrong one has closed already.
+    forgiven: Vec<&'static str>,
     coordinate_systems: HashMap<String, Transform>,
     options: Options,
     settled: Option<Settled>,
@@ -45,6 +49,8 @@ pub(crate) struct Resolver<'a> {
     primitives: Vec<Primitive>,
     instances: Vec<Instance>,
     lights: Vec<Light>,
+    /// There is a light that is not rendered.
+    dark_light: bool,
     /// The object that is being defined.
     object: Option<Object>,
     objects: BTreeMap<String, Arc<Object>>,
@@ -59,8 +65,10 @@ impl<'a> Resolver<'a> {
             overrides,
             block: Block::Options,
             world_begin: None,
+            early: Vec::new(),
             state: GraphicsState::new(),
             open: Vec::new(),
+            forgiven: Vec::new(),
             coordinate_systems: HashMap::new(),
             options: Options::default(),
             settled: None,
@@ -68,6 +76,7 @@ impl<'a> Resolver<'a> {
             primitives: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
+            dark_light: false,
             object: None,
             objects: BTreeMap::new(),
             media: Vec::new(),
@@ -88,12 +97,16 @@ impl<'a> Resolver<'a> {
         let at = statement.keyword;
         match statement.directive {
             Directive::Identity => self.state.ctm = Transform::IDENTITY,
-            Directive::Translate(by) => self.concat(Transform::translate(by.into()), at),
-            Directive::Scale(by) => self.concat(scale(by, &statement.span)?, at),
-            Directive::Rotate([angle, axis @ ..]) => self.concat(rotate(angle, axis, &statement.span)?, at),
+            Directive::Translate(by) => self.concat(Transform::translate(by.into()), at)?,
+            Directive::Scale(by) => self.concat(scale(by, &statement.span)?, at)?,
+            Directive::Rotate([angle, axis @ ..]) => {
+                self.concat(rotate(angle, axis, &statement.span)?, at)?
+            }
             Directive::LookAt(points) => self.look_at(points, statement.span)?,
-            Directive::Transform(m) => self.state.ctm = matrix(&m, "Transform", &statement.span)?,
-            Directive::ConcatTransform(m) => self.concat(matrix(&m, "ConcatTransform", &statement.span)?, at),
+            Directive::Transform(m) => self.replace(matrix(&m, "Transform", &statement.span)?, at)?,
+            Directive::ConcatTransform(m) => {
+                self.concat(matrix(&m, "ConcatTransform", &statement.span)?, at)?
+            }
             Directive::CoordinateSystem(name) => {
                 self.idle_transform = None;
                 self.coordinate_systems.insert(name.value, self.state.ctm);
@@ -121,7 +134,7 @@ impl<'a> Resolver<'a> {
                     self.medium(name)?;
                 }
             }
-            Directive::Texture { name, value, entity } => self.texture(name, value, entity)?,
+            Directive::Texture { name, value, entity } => self.texture(name, value, entity),
             Directive::Entity(kind, entity) => self.entity(kind, entity, at, statement.faulty)?,
             // The loader has followed it.
             Directive::Include { .. } => {}
@@ -145,7 +158,7 @@ impl<'a> Resolver<'a> {
                 let instance = self.material(entity, "Material");
                 self.state.material = Rc::new(instance);
             }
-            EntityKind::MakeNamedMaterial => self.make_named_material(entity)?,
+            EntityKind::MakeNamedMaterial => self.make_named_material(entity, faulty)?,
             EntityKind::AreaLightSource => {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
                 self.state.emission = light::emission(params);
@@ -176,32 +189,68 @@ impl<'a> Resolver<'a> {
             self.report.unsupported(at, message.into());
             return false;
         }
-        let error = match (home, self.block) {
-            (Some(Block::Options), Block::World) => {
-                Diagnostic::error(at, format!("{keyword} inside the world block"))
-                    .help("it belongs before WorldBegin")
-            }
-            (Some(Block::World), Block::Options) => {
-                Diagnostic::error(at, format!("{keyword} before WorldBegin"))
-                    .help("it belongs after WorldBegin")
-            }
+        match (home, self.block) {
+            (Some(Block::Options), Block::World) => self.report_late(&statement.directive, at),
+            // Told when it is known where WorldBegin stands, if anywhere.
+            (Some(Block::World), Block::Options) => self.early.push((keyword, at)),
             _ => return true,
+        }
+        false
+    }
+
+    fn report_late(&mut self, directive: &Directive, at: Span) {
+        let error = match directive {
+            Directive::WorldBegin => {
+                Diagnostic::error(at, "a second WorldBegin").help("one file is one world")
+            }
+            other => Diagnostic::error(at, format!("{} inside the world block", other.keyword()))
+                .help("it belongs before WorldBegin"),
         };
         let error = match self.world_begin {
             Some(begin) => error.related(begin, "the world block begins here"),
             None => error,
         };
         self.report.push(error);
-        false
+    }
+
+    fn report_early(&mut self, world_begin: Span) {
+        for (keyword, at) in std::mem::take(&mut self.early) {
+            let error = Diagnostic::error(at, format!("{keyword} before WorldBegin"))
+                .help("it belongs after WorldBegin")
+                .related(world_begin, "the world block begins here");
+            self.report.once(error);
+        }
+    }
+
+    fn report_no_world(&mut self, end: Span) {
+        if self.report.incomplete {
+            return;
+        }
+        let error = match self.early.first() {
+            None => Diagnostic::error(end, "the file has no WorldBegin: there is nothing to render")
+                .help("WorldBegin and WorldEnd enclose the lights and shapes"),
+            Some((keyword, at)) => {
+                let before = Span { end: at.start, ..*at };
+                Diagnostic::error(*at, format!("{keyword} without WorldBegin"))
+                    .help("WorldBegin and WorldEnd enclose the lights and shapes")
+                    .fix(before, "WorldBegin\n")
+            }
+        };
+        self.report.push(error);
     }
 
     // Transformations
 
-    fn concat(&mut self, transform: Transform, at: Span) {
+    fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.replace(self.state.ctm * transform, at)
+    }
+
+    fn replace(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
         if self.block == Block::Options && self.options.camera_is_set() {
             self.idle_transform.get_or_insert(at);
         }
-        self.state.ctm = self.state.ctm * transform;
+        self.state.ctm = in_range(ctm, at)?;
+        Ok(())
     }
 
     fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
@@ -213,10 +262,7 @@ impl<'a> Resolver<'a> {
             self.report.push(warning);
         }
         match Transform::look_at(eye, look, up) {
-            Ok(transform) => {
-                self.concat(transform, span);
-                Ok(())
-            }
+            Ok(transform) => self.concat(transform, span),
             Err(fault) => {
                 let (message, help) = match fault {
                     LookAtFault::EyeAtLook => (
@@ -237,11 +283,12 @@ impl<'a> Resolver<'a> {
     fn coord_sys_transform(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
         match self.coordinate_systems.get(&name.value) {
             Some(transform) => {
-                self.state.ctm = *transform;
-                Ok(())
+                let transform = *transform;
+                self.replace(transform, name.span)
             }
             None => {
-                Err(undefined("coordinate system", &name, self.coordinate_systems.keys(), "CoordinateSystem"))
+                let known = self.coordinate_systems.keys();
+                self.undefined("coordinate system", &name, known, "CoordinateSystem")
             }
         }
     }
@@ -256,6 +303,7 @@ impl<'a> Resolver<'a> {
     fn world_begin(&mut self, at: Span) {
         self.block = Block::World;
         self.world_begin = Some(at);
+        self.report_early(at);
         self.state.ctm = Transform::IDENTITY;
         self.coordinate_systems.insert("world".into(), Transform::IDENTITY);
         if let Some(idle) = self.idle_transform.take() {
@@ -279,29 +327,44 @@ impl<'a> Resolver<'a> {
     }
 
     fn close(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
-        match self.open.pop() {
-            Some(open) if open.keywords().1 == keyword => {
-                self.restore(open);
-                Ok(())
+        let Some(inner) = self.open.last().map(|open| (open.keywords(), open.at())) else {
+            return self.close_nothing(keyword, at);
+        };
+        let ((begin, end), opened) = inner;
+        if end == keyword {
+            self.open.pop().into_iter().for_each(|open| self.restore(open));
+            return Ok(());
+        }
+        self.close_wrongly(keyword);
+        let error = Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
+            .note(format!("expected {end}"))
+            .related(opened, "the block opens here");
+        Err(Box::new(error))
+    }
+
+    fn close_nothing(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
+        if let Some(known) = self.forgiven.iter().position(|forgiven| *forgiven == keyword) {
+            self.forgiven.remove(known);
+            return Ok(());
+        }
+        let begin = keyword.replace("End", "Begin");
+        Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))))
+    }
+
+    /// Closes what most likely was meant, so that one wrong end is one error: up to the block that matches; else the
+    /// inner block, if it was mistaken for one of the other kind; else nothing.
+    fn close_wrongly(&mut self, keyword: &'static str) {
+        let depth = match self.open.iter().rposition(|open| open.keywords().1 == keyword) {
+            Some(matching) => matching,
+            None if keyword == "ObjectEnd" || matches!(self.open.last(), Some(Open::Object { .. })) => return,
+            None => self.open.len() - 1,
+        };
+        for open in self.open.split_off(depth).into_iter().rev() {
+            let end = open.keywords().1;
+            if end != keyword {
+                self.forgiven.push(end);
             }
-            Some(open) => {
-                let (begin, end) = open.keywords();
-                let error = Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
-                    .note(format!("expected {end}"))
-                    .related(open.at(), "the block opens here");
-                // Whichever was meant, what follows makes most sense with the block closed; if an outer block matches,
-                // the inner one was forgotten.
-                self.restore(open);
-                if self.open.last().is_some_and(|outer| outer.keywords().1 == keyword) {
-                    let outer = self.open.pop();
-                    outer.into_iter().for_each(|outer| self.restore(outer));
-                }
-                Err(Box::new(error))
-            }
-            None => {
-                let begin = keyword.replace("End", "Begin");
-                Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))))
-            }
+            self.restore(open);
         }
     }
 
@@ -311,8 +374,10 @@ impl<'a> Resolver<'a> {
             Open::Transform { saved, .. } => self.state.ctm = *saved,
             Open::Object { saved, name, .. } => {
                 self.state = *saved;
-                let object = self.object.take().unwrap_or_default();
-                self.objects.insert(name, Arc::new(object));
+                if let Some(name) = name {
+                    let object = self.object.take().unwrap_or_default();
+                    self.objects.insert(name, Arc::new(object));
+                }
             }
         }
     }
@@ -323,12 +388,13 @@ impl<'a> Resolver<'a> {
         let inside = self.open.iter().find(|open| matches!(open, Open::Object { .. })).map(Open::at);
         let saved = Box::new(self.state.clone());
         let Some(outer) = inside else {
-            self.open.push(Open::Object { saved, name: name.value, at });
+            self.open.push(Open::Object { saved, name: Some(name.value), at });
             self.object = Some(Object::default());
             return Ok(());
         };
-        // Keeps the nesting, so that its ObjectEnd finds it.
-        self.open.push(Open::Attribute { saved, at });
+        // Its ObjectEnd and its instances are not wrong for that.
+        self.open.push(Open::Object { saved, name: None, at });
+        self.objects.entry(name.value).or_default();
         Err(Box::new(
             Diagnostic::error(at, "ObjectBegin inside the definition of an object")
                 .related(outer, "the outer object begins here"),
@@ -345,12 +411,23 @@ impl<'a> Resolver<'a> {
             ));
         }
         let Some(object) = self.objects.get(&name.value) else {
-            return Err(undefined("object", &name, self.objects.keys(), "ObjectBegin"));
+            return self.undefined("object", &name, self.objects.keys(), "ObjectBegin");
         };
         if !object.primitives.is_empty() {
             self.instances.push(Instance { object: object.clone(), world_from_object: self.state.ctm });
         }
         Ok(())
+    }
+
+    /// The error for a name that nothing has defined; none where a file that may define it is missing.
+    fn undefined<'n>(
+        &self,
+        what: &str,
+        name: &Text,
+        known: impl Iterator<Item = &'n String>,
+        definer: &str,
+    ) -> Result<(), Box<Diagnostic>> {
+        if self.report.incomplete { Ok(()) } else { Err(undefined(what, name, known, definer)) }
     }
 
     // Materials and textures
@@ -359,18 +436,18 @@ impl<'a> Resolver<'a> {
         let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report)
             .with_textures(&self.state.textures);
         let material = Arc::new(material::material(params));
-        MaterialInstance { material, names: params.asked().to_vec(), entity: Some(entity) }
+        MaterialInstance { material, names: params.asked(), entity: Some(entity) }
     }
 
     /// The type of a named material is one of its parameters.
-    fn make_named_material(&mut self, entity: Entity) -> Result<(), Box<Diagnostic>> {
+    fn make_named_material(&mut self, entity: Entity, faulty: bool) -> Result<(), Box<Diagnostic>> {
         let Entity { name, mut params } = entity;
         let is_type = |param: &Param| param.name.value == "type" && param.ty == ParamType::String;
         let kind = params.iter().position(is_type).and_then(|at| match params.remove(at).values.value {
             Values::Strings(mut names) => names.pop(),
             _ => None,
         });
-        let missing = kind.is_none();
+        let missing = kind.is_none() && !faulty;
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
         let instance = self.material(Entity { name: kind, params }, "Material");
         // Named materials may be defined again: pbrt-v3 says so too.
@@ -395,16 +472,14 @@ impl<'a> Resolver<'a> {
                 self.state.material = instance.clone();
                 Ok(())
             }
-            None => Err(undefined(
-                "named material",
-                &name,
-                self.state.named_materials.keys(),
-                "MakeNamedMaterial",
-            )),
+            None => {
+                let known = self.state.named_materials.keys();
+                self.undefined("named material", &name, known, "MakeNamedMaterial")
+            }
         }
     }
 
-    fn texture(&mut self, name: Text, value: Text, entity: Entity) -> Result<(), Box<Diagnostic>> {
+    fn texture(&mut self, name: Text, value: Text, entity: Entity) {
         let textures = self.state.textures.clone();
         let params =
             &mut Params::new("Texture", entity, &self.files, &mut self.report).with_textures(&textures);
@@ -418,29 +493,32 @@ impl<'a> Resolver<'a> {
                 Rc::make_mut(&mut self.state.textures).spectrum.insert(name.value, made);
             }
             other => {
-                let error = Diagnostic::error(
-                    value.span,
-                    format!("a texture cannot have values of type \"{other}\""),
-                )
-                .help("textures are of type \"float\" or \"spectrum\" (\"color\" is an old name)");
-                return Err(Box::new(error));
+                let error =
+                    Diagnostic::error(value.span, format!("unknown type \"{other}\" of a texture's values"))
+                        .help("textures are of type \"float\" or \"spectrum\" (\"color\" is an old name)");
+                params.error(error);
+                // The name is defined for all that.
+                let textures = Rc::make_mut(&mut self.state.textures);
+                textures.float.insert(name.value.clone(), None);
+                textures.spectrum.insert(name.value, None);
             }
         }
-        Ok(())
     }
 
     fn medium(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
         if name.value.is_empty() || self.media.contains(&name.value) {
             return Ok(());
         }
-        Err(undefined("medium", &name, self.media.iter(), "MakeNamedMedium"))
+        self.undefined("medium", &name, self.media.iter(), "MakeNamedMedium")
     }
 
     // Lights and shapes
 
     fn light_source(&mut self, entity: Entity) {
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
-        self.lights.extend(light::light(params, self.state.ctm));
+        let light = light::light(params, self.state.ctm);
+        self.dark_light |= light.is_none();
+        self.lights.extend(light);
     }
 
     fn shape(&mut self, entity: Entity) {
@@ -450,12 +528,19 @@ impl<'a> Resolver<'a> {
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
         params.finish();
-        let Some(shape) = shape else { return };
+        let Some(shape) = shape else {
+            self.dark_light |= self.state.emission.is_some();
+            return;
+        };
         let material = self.material_for_shape(overriding);
         let emission = self.emission(&name);
-        let mirrored = self.state.ctm.swaps_handedness();
-        let flip_normal = self.state.reverse_orientation != mirrored;
-        let primitive = Primitive { shape, flip_normal, material, emission };
+        let primitive = Primitive {
+            shape,
+            reverse_orientation: self.state.reverse_orientation,
+            mirrored: self.state.ctm.swaps_handedness(),
+            material,
+            emission,
+        };
         match &mut self.object {
             Some(object) => object.primitives.push(primitive),
             None => self.primitives.push(primitive),
@@ -481,11 +566,11 @@ impl<'a> Resolver<'a> {
     fn emission(&mut self, shape: &Text) -> Option<Emission> {
         let emission = self.state.emission?;
         if self.object.is_some() {
-            let message = "shapes of objects emit no light; AreaLightSource is ignored inside ObjectBegin";
+            let message =
+                "a shape of an object glows, but lights nothing; place the light outside ObjectBegin";
             self.report.unsupported(shape.span, message.into());
-            return None;
         }
-        Some(Emission { reversed: self.state.reverse_orientation, ..emission })
+        Some(emission)
     }
 
     /// The scene, after the last directive of the scene file.
@@ -493,14 +578,9 @@ impl<'a> Resolver<'a> {
         let end = self.files.sources.file(file).text.len() as u32;
         let at = Span { file, start: end, end };
         match self.block {
-            Block::Options => self.report.push(
-                Diagnostic::error(at, "the file has no WorldBegin: there is nothing to render")
-                    .help("WorldBegin and WorldEnd enclose the lights and shapes"),
-            ),
+            Block::Options => self.report_no_world(at),
             Block::World => {
-                let warning = Diagnostic::warning(at, "the file ends without WorldEnd")
-                    .help("add WorldEnd; pbrt-v3 renders nothing without it");
-                self.report.push(warning);
+                self.report_no_end(at);
                 self.world_end();
             }
             Block::Ended => {}
@@ -522,13 +602,26 @@ impl<'a> Resolver<'a> {
         Loaded { sources: self.files.sources, scene, diagnostics }
     }
 
+    fn report_no_end(&mut self, end: Span) {
+        // pbrt-v4 has no WorldEnd.
+        if self.report.is_v4() || self.report.incomplete || self.report.incomplete_end {
+            return;
+        }
+        let warning = Diagnostic::warning(end, "the file ends without WorldEnd")
+            .help("add WorldEnd; pbrt-v3 renders nothing without it");
+        self.report.push(warning);
+    }
+
     fn warn_dark(&mut self, end: Span) {
         let Some(settled) = &self.settled else { return };
         let emits = self.primitives.iter().any(|primitive| primitive.emission.is_some());
         let ambient = matches!(settled.integrator, crate::Integrator::AmbientOcclusion { .. });
-        if self.lights.is_empty() && !emits && !ambient {
+        // A light in error is a light all the same.
+        if self.lights.is_empty() && !emits && !ambient && !self.report.has_errors() {
             let at = self.world_begin.unwrap_or(end);
-            self.report.push(Diagnostic::warning(at, "the scene has no lights: the picture is black"));
+            let what =
+                if self.dark_light { "no light of the scene is rendered" } else { "the scene has no lights" };
+            self.report.push(Diagnostic::warning(at, format!("{what}: the picture is black")));
         }
     }
 }
@@ -562,10 +655,25 @@ fn home_block(directive: &Directive) -> Option<Block> {
     }
 }
 
+fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>> {
+    if transform.in_range() {
+        return Ok(transform);
+    }
+    let message = format!("a transformation beyond {LARGEST:e}, or so small that undoing it is");
+    Err(Box::new(
+        Diagnostic::error(at, message).help("it counts together with the transformations before it"),
+    ))
+}
+
 fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    let message = if by.contains(&0.0) {
+        "Scale by 0 flattens space: it cannot be undone"
+    } else {
+        "Scale by so small a factor cannot be undone"
+    };
     Transform::scale(by.into()).ok_or_else(|| {
         Box::new(
-            Diagnostic::error(*span, "Scale by 0 flattens space: it cannot be undone")
+            Diagnostic::error(*span, message)
                 .help("every factor is other than 0; use a small one such as 1e-3 for something thin"),
         )
     })

@@ -31,9 +31,10 @@ pub struct Scene {
 pub struct Primitive {
     /// Its form and place.
     pub shape: Shape,
-    /// Shading normals and the sides of materials are flipped: pbrt's `ReverseOrientation`, exclusive or a
-    /// transformation that mirrors.
-    pub flip_normal: bool,
+    /// `ReverseOrientation` was on: normals point the other way.
+    pub reverse_orientation: bool,
+    /// The transformation from the shape's own space mirrors.
+    pub mirrored: bool,
     /// What it is made of.
     pub material: Arc<Material>,
     /// The light that it emits, if any.
@@ -47,13 +48,12 @@ pub struct Emission {
     pub radiance: glam::Vec3,
     /// Both sides emit. Default: only the side that the normal points to.
     pub two_sided: bool,
-    /// The emitting side is that opposite to the shape's own normal: `ReverseOrientation` was on.
-    pub reversed: bool,
     /// Samples of direct light per camera sample, for the direct lighting integrator. Default 1.
     pub samples: u32,
 }
 
-/// The shapes between `ObjectBegin` and `ObjectEnd`. They emit no light, as in pbrt-v3.
+/// The shapes between `ObjectBegin` and `ObjectEnd`. As in pbrt-v3, those that
+/// emit are seen to glow, but light nothing.
 #[derive(Debug, Clone, Default)]
 pub struct Object {
     /// Its shapes, in the object's own space.

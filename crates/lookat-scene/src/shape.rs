@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::Transform;
 use crate::mesh::{Mesh, ply_mesh, triangle_mesh};
 use crate::params::Params;
+use crate::transform::LARGEST;
 
 /// A form in its place.
 #[derive(Debug, Clone)]
@@ -69,14 +70,19 @@ pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option
 
 fn sphere(params: &mut Params, world_from_object: Transform) -> Option<Sphere> {
     let radius = params.float("radius", 1.0);
+    let scale = world_from_object.m.to_cols_array().iter().fold(1.0_f64, |max, x| max.max(x.abs()));
     if radius <= 0.0 {
         params.reject("radius", "the radius of a sphere is more than 0", None);
+    } else if !(LARGEST.recip()..=LARGEST / scale).contains(&radius) {
+        params.reject("radius", format!("a sphere of a radius of {radius:e} cannot be computed with"), None);
     }
     let (z_min, z_max) = (params.float("zmin", -radius), params.float("zmax", radius));
+    // Underlines the one that is given, where only one is.
+    let given = if params.was_taken("zmin") { "zmin" } else { "zmax" };
     if radius > 0.0 && z_min >= z_max {
-        params.reject("zmin", format!("zmin {z_min} is not below zmax {z_max}"), None);
+        params.reject(given, format!("zmin {z_min} is not below zmax {z_max}"), None);
     } else if radius > 0.0 && (z_min >= radius || z_max <= -radius) {
-        params.reject("zmin", "nothing of the sphere lies between zmin and zmax", None);
+        params.reject(given, "nothing of the sphere lies between zmin and zmax", None);
     }
     let phi_max = params.float("phimax", 360.0);
     if phi_max <= 0.0 {

@@ -1,7 +1,7 @@
 //! The files that a scene was read from.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use lookat_syntax::{FileId, Span, value_span};
 
@@ -21,6 +21,21 @@ pub struct Source {
     pub text: Arc<[u8]>,
     /// The `Include` that named it; none for the scene file itself.
     pub included_at: Option<Span>,
+    /// Where its lines start, once somebody has asked.
+    line_starts: OnceLock<Vec<usize>>,
+}
+
+impl Source {
+    pub(crate) fn new(path: PathBuf, text: Arc<[u8]>, included_at: Option<Span>) -> Self {
+        Source { path, text, included_at, line_starts: OnceLock::new() }
+    }
+
+    fn line_starts(&self) -> &[usize] {
+        self.line_starts.get_or_init(|| {
+            let ends = self.text.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+            std::iter::once(0).chain(ends.map(|(at, _)| at + 1)).collect()
+        })
+    }
 }
 
 /// A place as people read it.
@@ -43,11 +58,11 @@ impl Sources {
     /// Line and column of the first byte of a span.
     pub fn location(&self, span: Span) -> Location<'_> {
         let source = self.file(span.file);
-        let before = &source.text[..(span.start as usize).min(source.text.len())];
-        let line_start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
-        let line = before[..line_start].iter().filter(|byte| **byte == b'\n').count() + 1;
+        let at = (span.start as usize).min(source.text.len());
+        let line = source.line_starts().partition_point(|start| *start <= at);
+        let before = &source.text[source.line_starts()[line - 1]..at];
         // Bytes that continue a UTF-8 character start no column; nor does a byte-order mark.
-        let text = before[line_start..].strip_prefix(b"\xEF\xBB\xBF").unwrap_or(&before[line_start..]);
+        let text = before.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(before);
         let column = text.iter().filter(|byte| **byte & 0xC0 != 0x80).count() + 1;
         Location { path: &source.path, line, column }
     }

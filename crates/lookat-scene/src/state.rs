@@ -58,9 +58,20 @@ impl GraphicsState {
 
 /// A block that is open, and what closing it restores.
 pub(crate) enum Open {
-    Attribute { saved: Box<GraphicsState>, at: Span },
-    Transform { saved: Box<Transform>, at: Span },
-    Object { saved: Box<GraphicsState>, name: String, at: Span },
+    Attribute {
+        saved: Box<GraphicsState>,
+        at: Span,
+    },
+    Transform {
+        saved: Box<Transform>,
+        at: Span,
+    },
+    /// Without a name, one inside another, which is an error.
+    Object {
+        saved: Box<GraphicsState>,
+        name: Option<String>,
+        at: Span,
+    },
 }
 
 impl Open {

@@ -16,6 +16,10 @@ pub struct Transform {
     pub inv: DMat4,
 }
 
+/// The largest coordinate, and the largest factor of a transformation and of its inverse: far beyond any use, and so
+/// small that areas, volumes and squares of them are finite.
+pub(crate) const LARGEST: f64 = 1e50;
+
 /// Why a `LookAt` has no meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LookAtFault {
@@ -107,6 +111,12 @@ impl Transform {
             translation.extend(1.0),
         );
         inv.is_finite().then_some(Transform { m, inv })
+    }
+
+    /// Whether all its numbers, those of the inverse too, can be multiplied a few times without overflow.
+    pub(crate) fn in_range(&self) -> bool {
+        let in_range = |m: &DMat4| m.to_cols_array().iter().all(|x| x.abs() <= LARGEST);
+        in_range(&self.m) && in_range(&self.inv)
     }
 
     /// The way back.

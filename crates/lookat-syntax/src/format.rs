@@ -63,7 +63,8 @@ impl Display for Entity {
 
 impl Display for Param {
     fn fmt(&self, f: &mut Formatter) -> Result {
-        write!(f, "\"{} {}\" [", self.ty.name(), self.name.value)?;
+        quote(f, &format!("{} {}", self.ty.name(), self.name.value))?;
+        f.write_str(" [")?;
         match &self.values.value {
             Values::Integers(list) => list.iter().try_for_each(|value| write!(f, " {value}"))?,
             Values::Numbers(list) => numbers(f, list)?,

@@ -16,13 +16,27 @@ pub struct Parsed {
     pub statements: Vec<Statement>,
     /// What does not follow the grammar, in the order of the file.
     pub diagnostics: Vec<Diagnostic>,
+    /// Directives that only pbrt-v4 has; each is reported too.
+    pub v4_marks: Vec<Span>,
+    /// The last directive could not be read, and whatever follows it belongs to it, as after an open list.
+    pub broken_end: bool,
 }
 
 /// Reads one file. `text` need not be UTF-8: pbrt looks at bytes, and comments are free.
 ///
 /// Texts of 4 GiB and more are refused with a diagnostic.
 pub fn parse(file: FileId, text: &[u8]) -> Parsed {
-    let mut reader = Reader { file, text, diagnostics: Vec::new(), comma: None, faulty: false };
+    let mut reader = Reader {
+        file,
+        text,
+        diagnostics: Vec::new(),
+        v4_marks: Vec::new(),
+        broken_end: false,
+        comma: None,
+        statement: &[],
+        faulty: false,
+        fraction: false,
+    };
     let mut statements = Vec::new();
     if text.len() >= u32::MAX as usize {
         reader
@@ -37,17 +51,24 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
         reader.diagnostics.push(warning);
     }
     reader.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
-    Parsed { statements, diagnostics: reader.diagnostics }
+    let Reader { diagnostics, v4_marks, broken_end, .. } = reader;
+    Parsed { statements, diagnostics, v4_marks, broken_end }
 }
 
 pub(crate) struct Reader<'a> {
     file: FileId,
     text: Input<'a>,
     pub(crate) diagnostics: Vec<Diagnostic>,
+    v4_marks: Vec<Span>,
+    broken_end: bool,
     /// The first comma between numbers.
     pub(crate) comma: Option<Span>,
+    /// The text from the keyword of the current statement on.
+    statement: Input<'a>,
     /// Part of the current statement could not be read.
     pub(crate) faulty: bool,
+    /// A fraction among the integers of the current parameter has been reported.
+    pub(crate) fraction: bool,
 }
 
 impl<'a> Reader<'a> {
@@ -57,20 +78,27 @@ impl<'a> Reader<'a> {
         while let Ok((start, ())) = blank(input)
             && !start.is_empty()
         {
-            self.faulty = false;
+            (self.statement, self.faulty) = (start, false);
             match self.statement(start) {
                 Ok((rest, statement)) => {
                     statements.push(statement);
                     input = rest;
                 }
                 Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) => {
-                    let from = &start[self.offset(fault.at).saturating_sub(self.offset(start))..];
-                    self.report(fault);
-                    input = next_directive(start, from);
+                    input = self.recover(fault);
                 }
                 Err(nom::Err::Incomplete(_)) => break,
             }
         }
+    }
+
+    /// Reports a fault that ends the current statement, and gives the text from the next directive on.
+    pub(crate) fn recover(&mut self, fault: Fault<'a>) -> Input<'a> {
+        let from = &self.text[self.offset(fault.at)..];
+        self.report(fault);
+        let rest = next_directive(self.statement, from);
+        self.broken_end |= rest.is_empty();
+        rest
     }
 
     pub(crate) fn offset(&self, part: Input<'a>) -> usize {
@@ -101,9 +129,26 @@ impl<'a> Reader<'a> {
     fn statement(&mut self, start: Input<'a>) -> Parsing<'a, Statement> {
         let Ok((input, keyword)) = word(start) else {
             let (at, found) = found(start);
-            return Fault::new(at, format!("expected a directive, found {found}")).fail();
+            let fault = Fault::new(at, format!("expected a directive, found {found}"));
+            return if at == b"]" { fault.help("no `[` opens a list here") } else { fault }.fail();
         };
-        let (rest, directive) = match keyword {
+        let (rest, directive) = if is_keyword(keyword) {
+            self.directive(input, keyword)?
+        } else {
+            self.misspelt(input, keyword)?
+        };
+        let statement = Statement {
+            directive,
+            span: self.between(start, rest),
+            keyword: self.span(keyword),
+            faulty: self.faulty,
+        };
+        Ok((rest, statement))
+    }
+
+    /// What follows a keyword.
+    fn directive(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
+        Ok(match keyword {
             b"Identity" => (input, Directive::Identity),
             b"TransformBegin" => (input, Directive::TransformBegin),
             b"TransformEnd" => (input, Directive::TransformEnd),
@@ -142,7 +187,7 @@ impl<'a> Reader<'a> {
             b"Texture" => self.texture(input, keyword)?,
             b"Include" => {
                 let (input, file) = self.name(input, keyword)?;
-                let (input, rest) = self.params(input)?;
+                let (input, rest) = self.params(input);
                 (input, Directive::Include { file, rest })
             }
             _ => match EntityKind::ALL.into_iter().find(|kind| kind.keyword().as_bytes() == keyword) {
@@ -150,75 +195,114 @@ impl<'a> Reader<'a> {
                     let (rest, entity) = self.entity(input, keyword)?;
                     (rest, Directive::Entity(kind, entity))
                 }
-                None => return self.unknown_directive(keyword),
+                None => return self.unknown_directive(keyword).fail(),
             },
-        };
-        let statement = Statement {
-            directive,
-            span: self.between(start, rest),
-            keyword: self.span(keyword),
-            faulty: self.faulty,
-        };
-        Ok((rest, statement))
+        })
     }
 
-    fn unknown_directive<T>(&self, keyword: Input<'a>) -> Parsing<'a, T> {
+    /// A keyword that does not exist. One that is near to a known one is read as that one too: a slip in WorldBegin is one
+    /// error, not one for each directive that follows.
+    fn misspelt(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
+        let fault = self.unknown_directive(keyword);
+        let known =
+            fault.replacement.as_deref().and_then(|known| Directive::KEYWORDS.iter().find(|k| **k == known));
+        match known.map(|known| self.directive(input, known.as_bytes())) {
+            Some(Ok(read)) => {
+                self.report(fault);
+                Ok(read)
+            }
+            _ => fault.fail(),
+        }
+    }
+
+    fn unknown_directive(&mut self, keyword: Input<'a>) -> Fault<'a> {
         let name = shown(keyword);
-        if matches!(keyword, b"Option" | b"ColorSpace" | b"Attribute") {
-            return Fault::new(keyword, format!("`{name}` is a directive of pbrt-v4, not of pbrt-v3"))
-                .help("this looks like a pbrt-v4 scene; lookat reads the pbrt-v3 format")
-                .fail();
+        if V4_DIRECTIVES.contains(&name.as_str()) {
+            self.v4_marks.push(self.span(keyword));
+            return Fault::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
+                .help("lookat reads the pbrt-v3 format");
         }
         if number(keyword).is_ok() {
             return Fault::new(keyword, format!("expected a directive, found the number {name}"))
-                .help("several values of one parameter stand in brackets: [1 2 3]")
-                .fail();
+                .help("several values of one parameter stand in brackets: [1 2 3]");
         }
         let fault = Fault::new(keyword, format!("unknown directive `{name}`"));
         match nearest(&name, Directive::KEYWORDS) {
-            Some(known) => fault.help(format!("did you mean `{known}`?")).replace_with(known).fail(),
-            None => fault.fail(),
+            Some(known) => fault.help(format!("did you mean `{known}`?")).replace_with(known),
+            None => fault,
         }
     }
 
     /// The numbers of a transformation. Brackets belong around 16 of them; around fewer they are tolerated.
     fn numbers<const N: usize>(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, [f64; N]> {
-        let (mut input, ()) = blank(input)?;
-        let open = (input.first() == Some(&b'[')).then(|| &input[..1]);
-        if let Some(open) = open {
-            input = &input[open.len()..];
-        } else if N == 16 {
-            let (at, found) = found(input);
-            let name = shown(keyword);
-            return Fault::new(at, format!("expected `[` after {name}, found {found}"))
-                .help(format!("{name} takes 16 numbers in brackets"))
-                .fail();
-        }
+        let (start, ()) = blank(input)?;
+        let open = start.first() == Some(&b'[');
+        let mut input = &start[usize::from(open)..];
         let mut values = [0.0; N];
         for (index, value) in values.iter_mut().enumerate() {
+            let before = input;
             (input, _) = self.separator(input)?;
-            (input, *value) = number(input).map_err(|error| {
-                error.map(|fault| match fault.at.first() {
-                    Some(b'0'..=b'9' | b'.' | b'-' | b'+' | b'n' | b'N' | b'i' | b'I') => fault,
-                    _ => Fault {
-                        message: format!("{} takes {N} numbers; {index} given", shown(keyword)),
-                        help: fault.help.or(Some(fault.message)),
-                        ..fault
-                    },
-                })
-            })?;
+            (input, *value) = match number(input) {
+                Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) if ends_list(fault.at) => {
+                    let at = &self.statement[..self.statement.len() - before.len()];
+                    return self.miscounted(at, keyword, N, index).fail();
+                }
+                read => read?,
+            };
         }
-        if let Some(open) = open {
+        let numbers = &start[usize::from(open)..start.len() - input.len()];
+        let (rest, more) = self.more_numbers(input)?;
+        if more > 0 {
+            let (surplus, ()) = blank(input)?;
+            let fault = self.miscounted(&surplus[..surplus.len() - rest.len()], keyword, N, N + more);
+            self.report(fault);
+            input = rest;
+        }
+        if open {
             (input, _) = self.separator(input)?;
             if input.first() != Some(&b']') {
-                let (at, found) = found(input);
-                let message =
-                    format!("expected `]` after the {N} numbers of {}, found {found}", shown(keyword));
-                return Fault::new(if at.is_empty() { open } else { at }, message).fail();
+                return unclosed(&start[..1], input).fail();
             }
             input = &input[1..];
         }
+        if open != (N == 16) {
+            let all = &start[..start.len() - input.len()];
+            self.misbracketed(all, numbers, keyword, open);
+        }
         Ok((input, values))
+    }
+
+    fn miscounted(&self, at: Input<'a>, keyword: Input<'a>, wanted: usize, given: usize) -> Fault<'a> {
+        Fault::new(at, format!("{} takes {wanted} numbers; {given} given", shown(keyword)))
+    }
+
+    /// pbrt-v3 insists on brackets around the 16 numbers of a matrix, and on none around fewer.
+    fn misbracketed(&mut self, all: Input<'a>, numbers: Input<'a>, keyword: Input<'a>, open: bool) {
+        let (span, keyword, numbers) = (self.span(all), shown(keyword), String::from_utf8_lossy(numbers));
+        let diagnostic = if open {
+            Diagnostic::warning(
+                span,
+                format!("{keyword} takes its numbers without brackets; pbrt-v3 stops here"),
+            )
+            .help("leave out the brackets")
+            .fix(span, numbers.trim())
+        } else {
+            self.faulty = true;
+            Diagnostic::error(span, format!("{keyword} takes its numbers in brackets"))
+                .help("put them in brackets")
+                .fix(span, format!("[{numbers}]"))
+        };
+        self.diagnostics.push(diagnostic);
+    }
+
+    /// Skips the numbers that follow, and counts them.
+    pub(crate) fn more_numbers(&mut self, input: Input<'a>) -> Parsing<'a, usize> {
+        let (mut input, mut count) = (input, 0);
+        loop {
+            let (next, ()) = self.separator(input)?;
+            let Ok((rest, _)) = number(next) else { return Ok((input, count)) };
+            (input, count) = (rest, count + 1);
+        }
     }
 
     fn name(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Text> {
@@ -230,8 +314,9 @@ impl<'a> Reader<'a> {
         let fault = Fault::new(at, format!("expected a quoted name after {}, found {found}", shown(keyword)));
         // A bare word that is no directive is the name without its quotes.
         let text = shown(at);
-        if at.first().is_some_and(u8::is_ascii_alphabetic) && !Directive::KEYWORDS.contains(&text.as_str()) {
-            return fault.help("put it in quotes").replace_with(format!("\"{text}\"")).fail();
+        if at.first().is_some_and(u8::is_ascii_alphabetic) && !is_keyword(at) {
+            self.report(fault.help("put it in quotes").replace_with(format!("\"{text}\"")));
+            return Ok((&input[at.len()..], Spanned { value: text, span: self.span(at) }));
         }
         fault.fail()
     }
@@ -276,9 +361,30 @@ impl<'a> Reader<'a> {
 
     fn entity(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Entity> {
         let (input, name) = self.name(input, keyword)?;
-        let (input, params) = self.params(input)?;
+        let (input, params) = self.params(input);
         Ok((input, Entity { name, params }))
     }
+}
+
+/// Directives that pbrt-v4 added.
+const V4_DIRECTIVES: [&str; 4] = ["Option", "ColorSpace", "Attribute", "Import"];
+
+fn starts_directive(word: Input) -> bool {
+    is_keyword(word) || V4_DIRECTIVES.iter().any(|keyword| keyword.as_bytes() == word)
+}
+
+/// Whether values cannot go on here: the file ends, or a bracket or a directive follows.
+pub(crate) fn ends_list(word: Input) -> bool {
+    word.is_empty() || matches!(word, b"[" | b"]") || is_keyword(word)
+}
+
+/// The fault for a list that opens at `open`, whose bracket is missing before `rest`.
+pub(crate) fn unclosed<'a>(open: Input<'a>, rest: Input<'a>) -> Fault<'a> {
+    let (at, found) = found(rest);
+    if at.is_empty() {
+        return Fault::new(open, "the file ends inside this list").help("add the closing `]`");
+    }
+    Fault::new(open, "this list is not closed").help(format!("add `]` before {found}"))
 }
 
 pub(crate) fn is_keyword(word: Input) -> bool {
@@ -298,7 +404,7 @@ fn next_directive<'a>(start: Input<'a>, from: Input<'a>) -> Input<'a> {
             !is_blank(byte) && !matches!(byte, b'"' | b'[' | b']')
         })(next)
         {
-            Ok((_, word)) if is_keyword(word) && next.as_ptr() != start.as_ptr() => return next,
+            Ok((_, word)) if starts_directive(word) && next.as_ptr() != start.as_ptr() => return next,
             Ok((rest, _)) => rest,
             Err(_) if next[0] == b'"' => match quoted(next) {
                 Ok((rest, _)) => rest,

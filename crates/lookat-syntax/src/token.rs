@@ -96,7 +96,11 @@ pub(crate) fn found(input: Input) -> (Input, String) {
 
 /// Bytes as text for a message, cut to a readable length.
 pub(crate) fn shown(bytes: Input) -> String {
-    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]).into_owned();
+    let cut = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]).into_owned();
+    let mut text = String::new();
+    for c in cut.chars() {
+        if c.is_control() { text.extend(c.escape_default()) } else { text.push(c) }
+    }
     if bytes.len() > 40 { text + "..." } else { text }
 }
 
@@ -243,7 +247,13 @@ fn not_a_number<T>(input: Input) -> Parsing<T> {
             )
             .fail();
     }
-    Fault::new(at, format!("expected a number, found {found}")).fail()
+    let fault = Fault::new(at, format!("expected a number, found {found}"));
+    match at.strip_prefix(b"\"").and_then(|at| at.strip_suffix(b"\"")) {
+        Some(bare) if number(bare).is_ok_and(|(rest, _)| rest.is_empty()) => {
+            fault.help("numbers are not quoted").replace_with(shown(bare)).fail()
+        }
+        _ => fault.fail(),
+    }
 }
 
 /// Where the value with the given index stands in a list that spans `list` in `text`. Points, colors and other

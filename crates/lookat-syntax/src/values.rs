@@ -1,6 +1,6 @@
 //! The grammar of parameters and their values.
 
-use crate::grammar::{Reader, is_keyword};
+use crate::grammar::{Reader, ends_list, unclosed};
 use crate::param::{Param, ParamType, Values};
 use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separator, shown};
 use crate::{Diagnostic, Spanned, Text, nearest};
@@ -9,57 +9,96 @@ use crate::{Diagnostic, Spanned, Text, nearest};
 const FAULTS_PER_LIST: usize = 5;
 
 impl<'a> Reader<'a> {
-    pub(crate) fn params(&mut self, input: Input<'a>) -> Parsing<'a, Vec<Param>> {
+    /// Parameters up to the next directive. What cannot be read is reported and left out.
+    pub(crate) fn params(&mut self, input: Input<'a>) -> (Input<'a>, Vec<Param>) {
         let mut params = Vec::new();
         let mut input = input;
         loop {
-            let (next, ()) = blank(input)?;
+            let next = blank(input).map_or(input, |(next, ())| next);
             if next.first() != Some(&b'"') {
-                return Ok((input, params));
+                return (input, params);
             }
-            let (rest, declaration) = self.string(next)?;
-            let (rest, param) = self.param(rest, declaration)?;
-            params.extend(param);
-            input = rest;
+            match self.string(next).and_then(|(rest, declaration)| self.param(rest, declaration)) {
+                Ok((rest, param)) => {
+                    params.extend(param);
+                    input = rest;
+                }
+                Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) => {
+                    return (self.recover(fault), params);
+                }
+                Err(nom::Err::Incomplete(_)) => return (input, params),
+            }
         }
     }
 
     /// The values after a declaration. A parameter that cannot be read is reported and left out.
     fn param(&mut self, input: Input<'a>, declaration: Text) -> Parsing<'a, Option<Param>> {
+        let faulty_before = std::mem::replace(&mut self.faulty, false);
+        let read = self.readable_param(input, declaration);
+        let faulty = std::mem::replace(&mut self.faulty, true);
+        self.faulty = faulty || faulty_before;
+        read.map(|(rest, param)| (rest, param.filter(|_| !faulty)))
+    }
+
+    fn readable_param(&mut self, input: Input<'a>, declaration: Text) -> Parsing<'a, Option<Param>> {
         let declared = self.declaration(&declaration);
-        let (input, ()) = blank(input)?;
-        let start = input;
-        let list = input.first() == Some(&b'[');
-        let mut values = self.empty(declared.as_ref().map(|(ty, _)| *ty), &input[usize::from(list)..]);
-        let faults_before = self.diagnostics.len();
-        let (input, count) = if list {
-            self.list(&input[1..], &input[..1], &mut values)?
-        } else {
-            (self.value(input, &mut values, 0)?.0, 1)
-        };
-        let span = self.between(start, input);
-        let Some((ty, name)) = declared else { return Ok((input, None)) };
-        if self.diagnostics.len() > faults_before {
+        let (start, ()) = blank(input)?;
+        let list = start.first() == Some(&b'[');
+        self.fraction = false;
+        let mut values = self.empty(declared.as_ref().map(|(ty, _)| *ty), &start[usize::from(list)..]);
+        if !list && self.lacks_value(start, &values) {
+            if declared.is_some() {
+                let at = declaration.span;
+                let error = Diagnostic::error(at, format!("\"{}\" has no value", declaration.value));
+                self.diagnostics.push(error.help("the values of a parameter follow its declaration"));
+                self.faulty = true;
+            }
             return Ok((input, None));
         }
-        if count % ty.arity() != 0 {
+        let (rest, count) = if list {
+            self.list(&start[1..], &start[..1], &mut values)?
+        } else {
+            self.single(start, &mut values)?
+        };
+        let span = self.between(start, rest);
+        let Some((ty, name)) = declared else { return Ok((rest, None)) };
+        if !self.faulty && count % ty.arity() != 0 {
+            let spelling = declaration.value.split_ascii_whitespace().next().unwrap_or_default();
             let noun = ["", "pairs", "threes"][ty.arity() - 1];
-            let help = if list {
-                "".into()
-            } else {
-                format!("several values stand in brackets: \"{} {name}\" [...]", ty.name())
-            };
-            let mut error = Diagnostic::error(
-                span,
-                format!("a {} takes its numbers in {noun}; {count} given", ty.name()),
-            );
-            error.help = (!list).then_some(help);
-            self.diagnostics.push(error);
+            let message = format!("\"{spelling}\" takes its numbers in {noun}; {count} given");
+            self.diagnostics.push(Diagnostic::error(span, message));
             self.faulty = true;
-            return Ok((input, None));
         }
         let name = Spanned { value: name, span: declaration.span };
-        Ok((input, Some(Param { ty, name, values: Spanned { value: values, span } })))
+        Ok((rest, Some(Param { ty, name, values: Spanned { value: values, span } })))
+    }
+
+    /// Whether a declaration is followed by the next declaration or directive.
+    fn lacks_value(&self, input: Input<'a>, values: &Values) -> bool {
+        let (at, _) = found(input);
+        ends_list(at) || !matches!(values, Values::Strings(_)) && is_declaration(input)
+    }
+
+    /// A value without brackets; there can be only one.
+    fn single(&mut self, input: Input<'a>, values: &mut Values) -> Parsing<'a, usize> {
+        let rest = match self.value(input, values, 0) {
+            Ok((rest, ())) => rest,
+            // A word that is no directive was meant as the value.
+            Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) if !open_string(input) => {
+                let (word, _) = found(input);
+                self.report(fault);
+                return Ok((&input[word.len()..], 0));
+            }
+            Err(error) => return Err(error),
+        };
+        let (end, more) = self.more_numbers(rest)?;
+        if more > 0 {
+            let all = &input[..input.len() - end.len()];
+            let replacement = format!("[{}]", String::from_utf8_lossy(all));
+            let fault = Fault::new(all, "several values without brackets").help("put them in brackets");
+            self.report(fault.replace_with(replacement));
+        }
+        Ok((end, 1 + more))
     }
 
     /// Splits `"float radius"`; reports what is no declaration.
@@ -115,23 +154,19 @@ impl<'a> Reader<'a> {
             (input, _) = self.separator(input)?;
             match input.first() {
                 Some(b']') => return Ok((&input[1..], count)),
-                None => {
-                    return Fault::new(open, "the file ends inside this list")
-                        .help("add the closing `]`")
-                        .fail();
-                }
+                None => return unclosed(open, input).fail(),
                 _ => {}
             }
             match self.value(input, values, count) {
                 Ok((rest, ())) => input = rest,
+                Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) if open_string(input) => {
+                    return fault.fail();
+                }
                 Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) => {
                     let word = fault.at;
-                    // After an open quote nothing is certain; a directive means that the bracket was forgotten.
-                    if word.is_empty() || is_keyword(word) || fault.message.contains("closed") || word == b"["
-                    {
-                        return Fault::new(open, "this list is not closed")
-                            .help(format!("add `]` before {}", found(input).1))
-                            .fail();
+                    // The next directive or declaration means that the bracket was forgotten.
+                    if ends_list(word) || is_declaration(word) {
+                        return unclosed(open, input).fail();
                     }
                     faults += 1;
                     if faults <= FAULTS_PER_LIST {
@@ -186,7 +221,8 @@ impl<'a> Reader<'a> {
                 .help("integers reach from -2147483648 to 2147483647")
                 .fail();
         }
-        if value.fract() != 0.0 {
+        if value.fract() != 0.0 && !self.fraction {
+            self.fraction = true;
             let warning = Diagnostic::warning(self.span(at), format!("{} is not an integer", shown(at)))
                 .help(format!("pbrt-v3 drops the fraction: {}", value.trunc()));
             self.diagnostics.push(warning);
@@ -202,6 +238,18 @@ impl<'a> Reader<'a> {
         }
         Ok((rest, ()))
     }
+}
+
+/// Whether a string such as `"float fov"` starts here.
+fn is_declaration(input: Input) -> bool {
+    let Ok((_, text)) = quoted(input) else { return false };
+    let mut words = text.split_ascii_whitespace();
+    words.next().is_some_and(|ty| ParamType::from_spelling(ty).is_some()) && words.count() == 1
+}
+
+/// Whether a string that cannot be read starts here: after it nothing is certain.
+fn open_string(input: Input) -> bool {
+    input.first() == Some(&b'"') && quoted(input).is_err()
 }
 
 /// Appends one number to a list of pairs or triples.

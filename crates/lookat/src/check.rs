@@ -3,7 +3,6 @@
 use std::process::ExitCode;
 
 use lookat_scene::Overrides;
-use lookat_scene::syntax::Severity;
 use serde::Serialize;
 
 use crate::args::Check;
@@ -22,7 +21,7 @@ pub fn check(arguments: &Check) -> ExitCode {
     let mut failed = false;
     for path in &arguments.files {
         let loaded = load_scene(path, &overrides, arguments.report);
-        failed |= loaded.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
+        failed |= report::has_errors(&loaded);
         if arguments.report.json {
             let scene = path.display().to_string();
             crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) });

@@ -11,6 +11,11 @@ use serde::Serialize;
 /// How many problems of one scene are printed at full length for people.
 const MAX_SHOWN: usize = 100;
 
+/// Whether a scene has errors.
+pub fn has_errors(loaded: &Loaded) -> bool {
+    loaded.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
+}
+
 /// Prints the diagnostics of a scene to standard error. `quiet` leaves warnings out.
 pub fn print(loaded: &Loaded, quiet: bool) {
     let out = anstream::stderr();

@@ -1,15 +1,15 @@
 //! Light from spheres.
 
-use std::f64::consts::PI;
-
 use glam::{DVec2, DVec3};
+use lookat_scene::Sphere;
 
 use crate::sphere::PlacedSphere;
 use crate::surface::Surface;
-use crate::warp::{Frame, square_to_uniform_cone, square_to_uniform_cone_pdf, square_to_uniform_sphere};
+use crate::warp::{Frame, square_to_uniform_cone, square_to_uniform_cone_pdf};
 
-/// A point of a sphere light and the outward normal there. From outside, of those that can be seen.
-pub(super) fn sample(sphere: &PlacedSphere, p: DVec3, u: DVec2) -> Option<(DVec3, DVec3)> {
+/// A point of a sphere light and the outward normal there. Of a whole sphere seen from outside, one of those that can be
+/// seen.
+pub(super) fn sample(sphere: &PlacedSphere, p: DVec3, u: DVec2) -> (DVec3, DVec3) {
     let on_unit = match visible_cone(sphere, p) {
         Some((axis, distance, radius, one_minus_cos_max)) => {
             let local = square_to_uniform_cone(u, one_minus_cos_max);
@@ -20,16 +20,29 @@ pub(super) fn sample(sphere: &PlacedSphere, p: DVec3, u: DVec2) -> Option<(DVec3
             let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
             sphere.object_from_world * (p + wi * (closest - half) - sphere.center)
         }
-        None => square_to_uniform_sphere(u),
+        None => on_part(sphere, u),
     };
-    let on_unit = on_unit.normalize_or(DVec3::Z);
-    sphere.has(on_unit * sphere.shape.radius).then(|| sphere.point(on_unit))
+    sphere.point(on_unit.normalize_or(DVec3::Z))
 }
 
-/// Where a sphere that is one in the world is seen from outside: axis, distance of the centre, radius, and one minus the
+/// A point of the part that there is of the unit sphere, all alike.
+fn on_part(sphere: &PlacedSphere, u: DVec2) -> DVec3 {
+    let Sphere { radius, z_min, z_max, phi_max, .. } = sphere.shape;
+    let z = (z_min + (z_max - z_min) * u.x) / radius;
+    let (sin, cos) = (phi_max * u.y).sin_cos();
+    let sin_theta = (1.0 - z * z).max(0.0).sqrt();
+    DVec3::new(cos * sin_theta, sin * sin_theta, z)
+}
+
+/// The area of the part that there is of the unit sphere.
+fn part_area(sphere: &Sphere) -> f64 {
+    (sphere.z_max - sphere.z_min) / sphere.radius * sphere.phi_max
+}
+
+/// Where a whole sphere, that is one in the world, is seen from outside: axis, distance of the centre, radius, and one minus the
 /// cosine of half the angle that it covers.
 fn visible_cone(sphere: &PlacedSphere, p: DVec3) -> Option<(DVec3, f64, f64, f64)> {
-    let radius = sphere.world_radius?;
+    let radius = sphere.world_radius.filter(|_| sphere.is_whole())?;
     let to_center = sphere.center - p;
     let distance = to_center.length();
     if distance <= radius * (1.0 + 1e-9) {
@@ -46,9 +59,9 @@ pub(super) fn pdf(sphere: &PlacedSphere, p: DVec3, on_light: &Surface) -> Option
     if let Some((_, _, _, one_minus_cos_max)) = visible_cone(sphere, p) {
         return Some(square_to_uniform_cone_pdf(one_minus_cos_max));
     }
-    // Evenly on the unit sphere, carried over to the world.
+    // Evenly on the part of the unit sphere, carried over to the world.
     let on_unit = (sphere.object_from_world * (on_light.p - sphere.center)).normalize_or(DVec3::Z);
-    on_light.pdf_from(p, 4.0 * PI * area_factor(sphere, on_unit))
+    on_light.pdf_from(p, part_area(&sphere.shape) * area_factor(sphere, on_unit))
 }
 
 /// How much larger a small area at `on_unit` is on the sphere in the world than on the unit sphere: the cofactors of the
@@ -59,8 +72,7 @@ fn area_factor(sphere: &PlacedSphere, on_unit: DVec3) -> f64 {
         / sphere.shape.radius
 }
 
+/// The area; of a sphere that is stretched, about.
 pub(super) fn area(sphere: &PlacedSphere) -> f64 {
-    let shape = &sphere.shape;
-    let share = (shape.z_max - shape.z_min) / (2.0 * shape.radius) * shape.phi_max / (2.0 * PI);
-    4.0 * PI * area_factor(sphere, DVec3::Z) * share
+    part_area(&sphere.shape) * area_factor(sphere, DVec3::Z)
 }

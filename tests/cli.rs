@@ -1,0 +1,377 @@
+//! The program as people and scripts meet it: arguments, exit statuses, and what it prints and writes.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use lookat_image::Image;
+use lookat_scene::Overrides;
+use lookat_scene::syntax::Severity;
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A scene without fault that renders in a moment.
+const FINE: &str = r#"LookAt 0 0 -4  0 0 0  0 1 0
+Camera "perspective" "float fov" 40
+Film "image" "integer xresolution" 32 "integer yresolution" 24 "string filename" "fine.pfm"
+Sampler "sobol" "integer pixelsamples" 4
+Integrator "path"
+WorldBegin
+LightSource "point" "point from" [3 4 -5] "rgb I" [30 30 30]
+LightSource "infinite" "rgb L" [.2 .2 .2]
+Shape "sphere"
+WorldEnd
+"#;
+
+/// A folder with scenes, in which the program runs.
+struct Folder(TempDir);
+
+/// How a run of the program ended.
+struct Run {
+    status: i32,
+    out: String,
+    err: String,
+}
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Folder(tempfile::tempdir().unwrap());
+        folder.write("fine.pbrt", FINE);
+        folder.write("warns.pbrt", &FINE.replace("Shape \"sphere\"", "Shape \"sphere\" \"float raduis\" 2"));
+        folder.write(
+            "wrong.pbrt",
+            &FINE.replace("Shape \"sphere\"", "Shape \"sphrere\"\nShape \"sphere\"\nMaterial \"mate\""),
+        );
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    /// The names of all files, in order.
+    fn names(&self) -> Vec<String> {
+        let entries = self.0.path().read_dir().unwrap();
+        let mut names: Vec<String> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn run(&self, arguments: &[&str]) -> Run {
+        self.run_with_input(arguments, "")
+    }
+
+    fn run_with_input(&self, arguments: &[&str], input: &str) -> Run {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_lookat"))
+            .args(arguments)
+            .current_dir(self.0.path())
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        let text = |bytes| String::from_utf8(bytes).unwrap();
+        Run { status: output.status.code().unwrap(), out: text(output.stdout), err: text(output.stderr) }
+    }
+
+    /// Renders `fine.pbrt` into `picture.exr` with more arguments, and reads it.
+    #[track_caller]
+    fn picture(&self, arguments: &[&str]) -> Image {
+        let run = self.run(&[&["render", "fine.pbrt", "-o", "picture.exr"], arguments].concat());
+        assert_eq!(run.status, 0, "{arguments:?}: {}", run.err);
+        Image::read(&self.path("picture.exr")).unwrap()
+    }
+}
+
+#[test]
+fn the_exit_status_tells_fine_from_wrong_from_trouble() {
+    let folder = Folder::new();
+    let check = |arguments: &[&str], status: i32| {
+        let run = folder.run(arguments);
+        assert_eq!(run.status, status, "{arguments:?}\n{}", run.err);
+    };
+    check(&["check", "fine.pbrt"], 0);
+    check(&["check", "warns.pbrt"], 0);
+    check(&["check", "wrong.pbrt"], 1);
+    check(&["check", "fine.pbrt", "wrong.pbrt", "fine.pbrt"], 1);
+    check(&["check", "nothing.pbrt"], 1);
+    check(&["render", "fine.pbrt"], 0);
+    check(&["render", "warns.pbrt"], 0);
+    check(&["render", "wrong.pbrt"], 1);
+    check(&["render", "nothing.pbrt"], 1);
+    check(&["render", "fine.pbrt", "-o", "picture.jpg"], 2);
+    check(&["render", "fine.pbrt", "-o", "nowhere/picture.exr"], 2);
+    check(&[], 2);
+    check(&["paint", "fine.pbrt"], 2);
+    check(&["check"], 2);
+    check(&["render"], 2);
+    check(&["render", "fine.pbrt", "wrong.pbrt"], 2);
+    check(&["render", "fine.pbrt", "--spp", "0"], 2);
+    check(&["render", "fine.pbrt", "--threads", "0"], 2);
+    check(&["render", "fine.pbrt", "--resolution", "640"], 2);
+    check(&["render", "fine.pbrt", "--resolution", "0x480"], 2);
+    check(&["render", "fine.pbrt", "--crop", "0", "1", "0"], 2);
+    check(&["render", "fine.pbrt", "--crop", "0", "2", "0", "1"], 2);
+    check(&["render", "fine.pbrt", "--seed", "-1"], 2);
+    check(&["--help"], 0);
+    check(&["--version"], 0);
+}
+
+#[test]
+fn a_diagnostic_shows_the_line_and_the_way_out() {
+    let run = Folder::new().run(&["check", "wrong.pbrt", "warns.pbrt", "fine.pbrt"]);
+    assert_eq!(run.out, "", "diagnostics go to standard error");
+    for part in [
+        "error: unknown Shape \"sphrere\"",
+        "--> wrong.pbrt:9:7",
+        "9 | Shape \"sphrere\"",
+        "help: did you mean \"sphere\"?",
+        "error: unknown Material \"mate\"",
+        "wrong.pbrt: 2 errors\n",
+        "warning: Shape \"sphere\" has no parameter \"raduis\"; it is ignored",
+        "warns.pbrt: 1 warning\n",
+    ] {
+        assert!(run.err.contains(part), "no {part:?} in\n{}", run.err);
+    }
+    assert!(!run.err.contains("fine.pbrt"), "{}", run.err);
+    assert!(!run.err.contains('\u{1b}'), "no colors into a pipe");
+}
+
+/// The lines of standard output, each of which has to be JSON.
+fn json_lines(run: &Run) -> Vec<Value> {
+    run.out.lines().map(|line| serde_json::from_str(line).expect(line)).collect()
+}
+
+#[test]
+fn json_is_a_line_for_each_scene_with_all_diagnostics() {
+    let folder = Folder::new();
+    let files = ["wrong.pbrt", "fine.pbrt", "warns.pbrt", "nothing.pbrt"];
+    let run = folder.run(&[&["check", "--json"], &files[..]].concat());
+    assert_eq!((run.status, run.err.as_str()), (1, ""));
+    let lines = json_lines(&run);
+    assert_eq!(lines.len(), files.len());
+    for (line, name) in lines.iter().zip(files) {
+        let read = |path: &Path| std::fs::read(folder.path("").join(path));
+        let loaded = lookat_scene::load(Path::new(name), &read, &Overrides::default());
+        assert_eq!(line["scene"], name);
+        let told = line["diagnostics"].as_array().unwrap();
+        assert_eq!(told.len(), loaded.diagnostics.len());
+        for (told, diagnostic) in told.iter().zip(&loaded.diagnostics) {
+            let severity = if diagnostic.severity == Severity::Error { "error" } else { "warning" };
+            assert_eq!(told["severity"], severity);
+            assert_eq!(told["message"], diagnostic.message.as_str());
+            assert_eq!(told["help"].as_str(), diagnostic.help.as_deref());
+            assert_eq!(
+                told["fix"]["replacement"].as_str(),
+                diagnostic.fix.as_ref().map(|f| f.replacement.as_str())
+            );
+            let labels = told["labels"].as_array().unwrap();
+            assert_eq!(labels.len(), diagnostic.labels.len());
+            for (told, label) in labels.iter().zip(&diagnostic.labels) {
+                let place = loaded.sources.location(label.span);
+                assert_eq!(told["file"], name);
+                assert_eq!(
+                    (told["line"].as_u64(), told["column"].as_u64()),
+                    (Some(place.line as u64), Some(place.column as u64))
+                );
+                assert_eq!(
+                    (told["start"].as_u64(), told["end"].as_u64()),
+                    (Some(label.span.start.into()), Some(label.span.end.into()))
+                );
+                assert_eq!(told["text"], label.text.as_str());
+            }
+        }
+    }
+}
+
+#[test]
+fn json_tells_of_the_picture_or_why_there_is_none() {
+    let folder = Folder::new();
+    let run =
+        folder.run(&["render", "fine.pbrt", "-o", "picture.exr", "--json", "--crop", "0", ".5", "0", "1"]);
+    assert_eq!((run.status, run.err.as_str()), (0, ""));
+    let picture = &json_lines(&run)[0]["picture"];
+    assert_eq!(picture["file"], "picture.exr");
+    assert_eq!((picture["width"].as_u64(), picture["height"].as_u64()), (Some(16), Some(24)));
+    assert_eq!(picture["samples_per_pixel"].as_f64(), Some(4.0));
+    assert_eq!(picture["complete"], true);
+
+    let run = folder.run(&["render", "wrong.pbrt", "--json"]);
+    let lines = json_lines(&run);
+    assert_eq!((run.status, lines.len()), (1, 1));
+    assert!(lines[0]["picture"].is_null());
+    assert_eq!(lines[0]["diagnostics"].as_array().unwrap().len(), 2);
+
+    let run = folder.run(&["render", "fine.pbrt", "-o", "picture.jpg", "--json"]);
+    let lines = json_lines(&run);
+    assert_eq!((run.status, lines.len()), (2, 1));
+    assert!(lines[0]["error"].as_str().unwrap().contains("picture.jpg"));
+}
+
+#[test]
+fn strict_makes_errors_of_warnings() {
+    let folder = Folder::new();
+    for command in ["check", "render"] {
+        let run = folder.run(&[command, "warns.pbrt", "--strict"]);
+        assert_eq!(run.status, 1, "{}", run.err);
+        assert!(run.err.contains("error: Shape \"sphere\" has no parameter"), "{}", run.err);
+        assert_eq!(folder.run(&[command, "fine.pbrt", "--strict"]).status, 0);
+    }
+}
+
+#[test]
+fn keep_going_renders_what_is_left() {
+    let folder = Folder::new();
+    let run = folder.run(&["render", "wrong.pbrt", "--keep-going", "-o", "kept.exr"]);
+    assert_eq!(run.status, 1, "there are errors all the same: {}", run.err);
+    assert!(run.err.contains("unknown Shape"), "{}", run.err);
+    let kept = Image::read(&folder.path("kept.exr")).unwrap();
+    assert_eq!(kept.channels, folder.picture(&[]).channels);
+}
+
+#[test]
+fn quiet_leaves_only_errors() {
+    let folder = Folder::new();
+    let run = folder.run(&["render", "warns.pbrt", "--quiet"]);
+    assert_eq!((run.status, run.out.as_str(), run.err.as_str()), (0, "", ""));
+    let run = folder.run(&["render", "wrong.pbrt", "-q"]);
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("unknown Shape"), "{}", run.err);
+    let run = folder.run(&["render", "warns.pbrt"]);
+    assert!(run.err.contains("warning: ") && run.err.contains("fine.pfm: 32 x 24 pixels"), "{}", run.err);
+}
+
+#[test]
+fn a_minus_is_standard_input() {
+    let folder = Folder::new();
+    assert_eq!(folder.run_with_input(&["check", "-"], FINE).status, 0);
+    let run = folder.run_with_input(&["check", "-"], "Teapot");
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("standard input:1:1"), "{}", run.err);
+    folder.write("part.pbrt", "Shape \"sphere\"");
+    let scene = FINE.replace("Shape \"sphere\"", "Include \"part.pbrt\"");
+    let run = folder.run_with_input(&["render", "-", "-o", "piped.exr"], &scene);
+    assert_eq!(run.status, 0, "{}", run.err);
+    let piped = Image::read(&folder.path("piped.exr")).unwrap();
+    assert_eq!(piped.channels, folder.picture(&[]).channels);
+}
+
+#[test]
+fn a_failure_writes_nothing() {
+    let folder = Folder::new();
+    let before = folder.names();
+    for arguments in [
+        &["render", "wrong.pbrt"][..],
+        &["render", "warns.pbrt", "--strict"],
+        &["render", "fine.pbrt", "-o", "picture.jpg"],
+        &["render", "fine.pbrt", "-o", "picture"],
+        &["render", "fine.pbrt", "-o", "nowhere/picture.exr"],
+        &["render", "fine.pbrt", "--crop", ".5", ".5", "0", "1"],
+        &["check", "fine.pbrt"],
+    ] {
+        folder.run(arguments);
+        assert_eq!(folder.names(), before, "{arguments:?}");
+    }
+    let run = folder.run(&["render", "fine.pbrt", "-o", "picture.jpg"]);
+    assert!(run.err.contains("exr, png, pfm and tga"), "it says what it writes: {}", run.err);
+    let run = folder.run(&["render", "fine.pbrt", "-o", "nowhere/picture.exr"]);
+    assert!(run.err.contains("there is no folder nowhere"), "{}", run.err);
+}
+
+#[test]
+fn a_failure_keeps_the_picture_that_was_there() {
+    let folder = Folder::new();
+    folder.write("fine.pfm", "not a picture");
+    assert_eq!(folder.run(&["render", "wrong.pbrt"]).status, 1);
+    assert_eq!(std::fs::read(folder.path("fine.pfm")).unwrap(), b"not a picture");
+    assert_eq!(folder.run(&["render", "fine.pbrt"]).status, 0);
+    assert_eq!(Image::read(&folder.path("fine.pfm")).unwrap().data_window.width, 32);
+}
+
+#[test]
+fn the_picture_goes_where_film_or_command_line_say() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("out")).unwrap();
+    for name in ["a.exr", "b.pfm", "c.png", "d.tga", "out/e.exr"] {
+        assert_eq!(folder.run(&["render", "fine.pbrt", "-o", name]).status, 0, "{name}");
+        assert!(folder.path(name).is_file(), "{name}");
+    }
+    assert!(!folder.path("fine.pfm").exists());
+    assert_eq!(folder.run(&["render", "fine.pbrt"]).status, 0);
+    assert!(folder.path("fine.pfm").is_file());
+}
+
+#[test]
+fn options_of_pbrt_are_understood() {
+    let folder = Folder::new();
+    let run = folder.run(&[
+        "render",
+        "--outfile",
+        "pbrt.exr",
+        "--nthreads",
+        "2",
+        "--quiet",
+        "--cropwindow",
+        "0",
+        ".5",
+        "0",
+        ".25",
+        "fine.pbrt",
+    ]);
+    assert_eq!(run.status, 0, "{}", run.err);
+    let pbrt = Image::read(&folder.path("pbrt.exr")).unwrap();
+    assert_eq!((pbrt.data_window.width, pbrt.data_window.height), (16, 6));
+    assert_eq!(pbrt.channels, folder.picture(&["--crop", "0", ".5", "0", ".25"]).channels);
+}
+
+#[test]
+fn options_take_the_place_of_the_files() {
+    let folder = Folder::new();
+    let sides = |image: &Image| (image.data_window.width, image.data_window.height);
+    let plain = folder.picture(&[]);
+    assert_eq!(sides(&plain), (32, 24));
+    assert_eq!(sides(&folder.picture(&["--resolution", "20x10"])), (20, 10));
+    assert_eq!(sides(&folder.picture(&["--quick"])), (8, 6));
+
+    let crop = folder.picture(&["--crop", ".25", ".75", ".5", "1"]);
+    let (data, display) = (crop.data_window, crop.display_window);
+    assert_eq!((data.x, data.y, data.width, data.height), (8, 12, 16, 12));
+    assert_eq!((display.x, display.y, display.width, display.height), (0, 0, 32, 24));
+    let (all, part) = (plain.rgb().unwrap(), crop.rgb().unwrap());
+    for (row, pixels) in part.chunks(16).enumerate() {
+        let start = (row + 12) * 32 + 8;
+        assert_eq!(pixels, &all[start..start + 16], "a cropped picture is that part of the whole");
+    }
+
+    assert_ne!(plain.channels, folder.picture(&["--spp", "5"]).channels);
+    assert_eq!(plain.channels, folder.picture(&["--spp", "4"]).channels);
+    let samples =
+        |image: &Image| -> Value { serde_json::from_str(image.metadata.as_deref().unwrap()).unwrap() };
+    assert_eq!(samples(&folder.picture(&["--spp", "7"]))["samples_per_pixel"].as_f64(), Some(7.0));
+    assert_eq!(samples(&folder.picture(&["--quick"]))["samples_per_pixel"].as_f64(), Some(1.0));
+}
+
+#[test]
+fn threads_change_no_byte_and_seeds_change_the_noise() {
+    let folder = Folder::new();
+    let bytes = |arguments: &[&str]| {
+        folder.picture(arguments);
+        std::fs::read(folder.path("picture.exr")).unwrap()
+    };
+    let one = bytes(&["--threads", "1"]);
+    for threads in ["2", "7"] {
+        assert!(bytes(&["--threads", threads]) == one, "{threads} threads");
+    }
+    assert!(bytes(&["--seed", "0"]) == one, "0 is the seed of old");
+    assert!(bytes(&["--seed", "1"]) == bytes(&["--seed", "1"]));
+    let noise = |seed: &str| folder.picture(&["--seed", seed]).channels;
+    assert_ne!(noise("0"), noise("1"));
+    assert_ne!(noise("1"), noise("18446744073709551615"));
+}
