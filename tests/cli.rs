@@ -230,7 +230,7 @@ fn strict_makes_errors_of_warnings() {
 fn keep_going_renders_what_is_left() {
     let folder = Folder::new();
     let run = folder.run(&["render", "wrong.pbrt", "--keep-going", "-o", "kept.exr"]);
-    assert_eq!(run.status, 1, "there are errors all the same: {}", run.err);
+    assert_eq!(run.status, 0, "the picture that was asked for is there: {}", run.err);
     assert!(run.err.contains("unknown Shape"), "{}", run.err);
     let kept = Image::read(&folder.path("kept.exr")).unwrap();
     assert_eq!(kept.channels, folder.picture(&[]).channels);

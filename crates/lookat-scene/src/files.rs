@@ -36,8 +36,8 @@ impl<'a> Files<'a> {
         FileId(self.sources.files.len() as u32 - 1)
     }
 
-    /// Reads the file that is named at `span`: relative to the file that names it, or else to the scene file, which is
-    /// pbrt-v3's rule. Gives the path that was found, or the one tried first with the reason why not.
+    /// Reads the file that is named at `span`: relative to the file that names it, or else to the scene file. (pbrt-v3 does
+    /// only the second.) Gives the path that was found, or the one tried first with the reason why not.
     pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Vec<u8>), (PathBuf, io::Error)> {
         let beside = normal(&parent(&self.sources.file(span.file).path).join(name));
         let error = match (self.read)(&beside) {

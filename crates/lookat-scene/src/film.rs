@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
+use crate::color;
+use crate::overrides::Overrides;
 use crate::params::Params;
-use crate::{Overrides, color};
 
 /// The film.
 #[derive(Debug, Clone, PartialEq)]

@@ -56,7 +56,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             let all_lights = choice(params, "strategy", "all", &["all", "one"]) == "all";
             Integrator::DirectLighting { all_lights, max_depth: depth(params) }
         }
-        // The same light by one sample of each light.
+        // The same light on average.
         "whitted" => Integrator::DirectLighting { all_lights: true, max_depth: depth(params) },
         "path" => path(params),
         "ambientocclusion" => {
@@ -71,11 +71,17 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             let message = format!("Integrator \"{}\" is rendered with \"path\"", params.kind());
             params.unsupported(message);
             let integrator = path(params);
+            pixel_bounds(params);
             params.ignore_rest();
             integrator
         }
         _ => return params.unknown_kind(NAMES),
     };
+    pixel_bounds(params);
+    params.finish().then_some(integrator)
+}
+
+fn pixel_bounds(params: &mut Params) {
     if params.given("pixelbounds") {
         params.integers("pixelbounds");
         params.warn(
@@ -84,7 +90,6 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             "use the Film's cropwindow to render a part of the picture",
         );
     }
-    params.finish().then_some(integrator)
 }
 
 fn path(params: &mut Params) -> Integrator {

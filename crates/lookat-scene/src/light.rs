@@ -145,6 +145,10 @@ pub(crate) const AREA_NAMES: &[&str] = &["diffuse", "area"];
 
 /// pbrt-v3's CreateDiffuseAreaLight.
 pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
+    // pbrt-v3: an empty name ends the emission of the shapes that follow.
+    if params.kind().is_empty() {
+        return None;
+    }
     if !AREA_NAMES.contains(&params.kind()) {
         return params.unknown_kind(AREA_NAMES);
     }

@@ -7,23 +7,9 @@ use std::sync::Arc;
 use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
 
 use crate::files::{Files, Read, reason};
+use crate::overrides::Overrides;
 use crate::resolve::Resolver;
 use crate::{Scene, Sources};
-
-/// What the caller changes of a scene, as the command line does.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Overrides {
-    /// Samples per pixel, at least 1.
-    pub samples_per_pixel: Option<u32>,
-    /// Width and height of the full picture, each at least 1.
-    pub resolution: Option<[u32; 2]>,
-    /// The crop window: xmin, xmax, ymin, ymax from 0 to 1.
-    pub crop: Option<[f64; 4]>,
-    /// A draft, as pbrt-v3's: a quarter of the resolution each way and one sample per pixel.
-    pub quick: bool,
-    /// Leave out directives that are in error and make a scene of the others.
-    pub keep_going: bool,
-}
 
 /// What [`load`] found.
 #[derive(Debug)]
@@ -51,7 +37,8 @@ pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
     match loader.resolver.files.open(path.to_owned(), None) {
         Ok(file) => {
             loader.file(file, Vec::new());
-            loader.resolver.finish(file)
+            let (sources, scene, diagnostics) = loader.resolver.finish(file);
+            Loaded { sources, scene, diagnostics }
         }
         Err(error) => {
             let file = loader.resolver.files.add(path.to_owned(), Arc::from([]), None);

@@ -50,8 +50,10 @@ pub(crate) fn material(params: &mut Params) -> Material {
         kind if NAMES.contains(&kind) => {
             let message =
                 format!("Material \"{kind}\" is not rendered yet; matte with its Kd stands in for it");
+            // pbrt-v3's defaults of Kd.
+            let default = if ["plastic", "translucent", "uber"].contains(&kind) { 0.25 } else { 0.5 };
             params.unsupported(message);
-            let kd = params.spectrum_texture("Kd", Vec3::splat(0.5));
+            let kd = params.spectrum_texture("Kd", Vec3::splat(default));
             params.ignore_rest();
             Material::Matte { kd: kd.max(Vec3::ZERO), sigma: 0.0 }
         }

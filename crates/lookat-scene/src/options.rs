@@ -3,15 +3,16 @@
 
 use lookat_syntax::{Diagnostic, Entity, EntityKind, Severity, Span, Spanned};
 
+use crate::Transform;
 use crate::camera::{self, Camera};
 use crate::files::Files;
 use crate::film::{self, Film};
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
+use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::report::Report;
 use crate::sampler::{self, Sampler};
-use crate::{Overrides, Transform};
 
 /// The options as written, the last of each kind.
 #[derive(Default)]

@@ -7,7 +7,7 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, 
 use crate::color;
 use crate::files::Files;
 use crate::report::Report;
-use crate::texture::Textures;
+use crate::state::Textures;
 use crate::transform::LARGEST;
 
 /// What a constructor may ask about: the parameters, the textures in scope, and files.
@@ -22,6 +22,7 @@ pub(crate) struct Params<'a> {
     /// Where the values that were taken stand.
     places: Vec<(&'static str, Span)>,
     failed: bool,
+    rest_ignored: bool,
     textures: Option<&'a Textures>,
     files: &'a Files<'a>,
     report: &'a mut Report,
@@ -39,6 +40,7 @@ impl<'a> Params<'a> {
             asked: Vec::new(),
             places: Vec::new(),
             failed: false,
+            rest_ignored: false,
             textures: None,
             files,
             report,
@@ -340,6 +342,7 @@ impl<'a> Params<'a> {
     /// Leaves the remaining parameters unread, without a word: those of a feature that is not rendered.
     pub fn ignore_rest(&mut self) {
         self.params.clear();
+        self.rest_ignored = true;
     }
 
     /// The parameters that nobody has asked for.
@@ -358,7 +361,7 @@ impl<'a> Params<'a> {
     }
 
     /// The names that were asked for so far.
-    pub fn asked(&self) -> Vec<&'static str> {
+    fn asked(&self) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = Vec::new();
         for (name, _) in &self.asked {
             if !names.contains(name) {
@@ -366,6 +369,11 @@ impl<'a> Params<'a> {
             }
         }
         names
+    }
+
+    /// The names that were asked for; none where the rest is ignored, whatever it is called.
+    pub fn known_names(&self) -> Option<Vec<&'static str>> {
+        (!self.rest_ignored).then(|| self.asked())
     }
 
     /// Warns about parameters that are left. Whether the constructor's result is to be used.

@@ -1,6 +1,6 @@
 //! `Sampler`: how samples are placed, and how many.
 
-use crate::Overrides;
+use crate::overrides::Overrides;
 use crate::params::Params;
 
 /// The sampler.

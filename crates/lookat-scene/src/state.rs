@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
+use glam::Vec3;
 use lookat_syntax::{Entity, Param, Span};
 
-use crate::texture::Textures;
 use crate::{Emission, Material, Transform};
 
 /// What `AttributeBegin` saves and `AttributeEnd` restores.
@@ -14,6 +14,8 @@ use crate::{Emission, Material, Transform};
 pub(crate) struct GraphicsState {
     /// pbrt's current transformation matrix.
     pub ctm: Transform,
+    /// Transformations of the start time are being set, so they count: nothing moves.
+    pub at_start: bool,
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
     pub emission: Option<Emission>,
@@ -22,19 +24,39 @@ pub(crate) struct GraphicsState {
     pub textures: Rc<Textures>,
 }
 
+/// The textures in scope. A texture that is not rendered has no value; parameters that name it keep their default.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Textures {
+    pub float: HashMap<String, Option<f64>>,
+    pub spectrum: HashMap<String, Option<Vec3>>,
+}
+
+impl Textures {
+    /// The names of the textures of one kind of value.
+    pub fn names(&self, value: &str) -> Vec<&str> {
+        let mut names: Vec<&str> = match value {
+            "float" => self.float.keys().map(String::as_str).collect(),
+            _ => self.spectrum.keys().map(String::as_str).collect(),
+        };
+        names.sort_unstable();
+        names
+    }
+}
+
 /// A material with what made it: the parameters of a shape may replace some of its own.
 pub(crate) struct MaterialInstance {
     pub material: Arc<Material>,
     /// The type and the parameters that it was given.
     pub entity: Option<Entity>,
-    /// The names of all its parameters.
-    pub names: Vec<&'static str>,
+    /// The names of all its parameters; none where they are not known, because something else stands in for it.
+    pub names: Option<Vec<&'static str>>,
 }
 
 impl MaterialInstance {
     /// Splits the parameters of a shape into those that replace some of the material's, and the others.
     pub fn split(&self, params: Vec<Param>) -> (Vec<Param>, Vec<Param>) {
-        params.into_iter().partition(|param| self.names.contains(&param.name.value.as_str()))
+        let Some(names) = &self.names else { return (params, Vec::new()) };
+        params.into_iter().partition(|param| names.contains(&param.name.value.as_str()))
     }
 }
 
@@ -43,10 +65,11 @@ impl GraphicsState {
         let matte = MaterialInstance {
             material: Arc::new(Material::DEFAULT),
             entity: None,
-            names: vec!["Kd", "sigma", "bumpmap"],
+            names: Some(vec!["Kd", "sigma", "bumpmap"]),
         };
         GraphicsState {
             ctm: Transform::IDENTITY,
+            at_start: true,
             reverse_orientation: false,
             material: Rc::new(matte),
             emission: None,
@@ -63,7 +86,7 @@ pub(crate) enum Open {
         at: Span,
     },
     Transform {
-        saved: Box<Transform>,
+        saved: Box<(Transform, bool)>,
         at: Span,
     },
     /// Without a name, one inside another, which is an error.

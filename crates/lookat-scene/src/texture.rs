@@ -1,29 +1,8 @@
 //! `Texture`: named values that vary over surfaces. So far only constant ones are rendered.
 
-use std::collections::HashMap;
-
 use glam::Vec3;
 
 use crate::params::Params;
-
-/// The textures in scope. A texture that is not rendered has no value; parameters that name it keep their default.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Textures {
-    pub float: HashMap<String, Option<f64>>,
-    pub spectrum: HashMap<String, Option<Vec3>>,
-}
-
-impl Textures {
-    /// The names of the textures of one kind of value.
-    pub fn names(&self, value: &str) -> Vec<&str> {
-        let mut names: Vec<&str> = match value {
-            "float" => self.float.keys().map(String::as_str).collect(),
-            _ => self.spectrum.keys().map(String::as_str).collect(),
-        };
-        names.sort_unstable();
-        names
-    }
-}
 
 pub(crate) const NAMES: &[&str] = &[
     "constant",

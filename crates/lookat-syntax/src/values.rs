@@ -61,6 +61,7 @@ impl<'a> Reader<'a> {
             self.single(start, &mut values)?
         };
         let span = self.between(start, rest);
+        let rest = if rest.first() == Some(&b',') { self.separator(rest)?.0 } else { rest };
         let Some((ty, name)) = declared else { return Ok((rest, None)) };
         if !self.faulty && count % ty.arity() != 0 {
             let spelling = declaration.value.split_ascii_whitespace().next().unwrap_or_default();

@@ -7,7 +7,9 @@ use clap::{Args, Parser, Subcommand};
 /// What was typed.
 #[derive(Debug, Parser)]
 #[command(name = "lookat", version, about = "Renders pbrt-v3 scene files, and says what is wrong with them")]
-#[command(after_help = "Exit status: 0 fine, 1 a file has errors, 2 wrong usage or trouble, 130 interrupted")]
+#[command(
+    after_help = "Exit status: 0 fine, or a picture with --keep-going; 1 a file has errors; 2 wrong usage or trouble; 130 interrupted"
+)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,

@@ -83,11 +83,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         None => FAILED,
         Some(scene) => match picture(arguments, scene, &loaded) {
             Ok(picture) => {
-                // With --keep-going there is a picture, and still the scene has errors.
-                let status = match picture.complete {
-                    true => u8::from(report::has_errors(&loaded)),
-                    false => INTERRUPTED_STATUS,
-                };
+                let status = if picture.complete { 0 } else { INTERRUPTED_STATUS };
                 result.picture = Some(picture);
                 status
             }

@@ -1,0 +1,227 @@
+//! Blocks: what belongs where, what opens and closes them, and objects.
+
+use std::sync::Arc;
+
+use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
+
+use super::{Block, Resolver};
+use crate::state::Open;
+use crate::{Instance, Object, Transform};
+
+impl Resolver<'_> {
+    /// Reports a directive in the wrong block.
+    pub(super) fn belongs_here(&mut self, statement: &Statement) -> bool {
+        let (home, at) = (home_block(&statement.directive), statement.keyword);
+        let keyword = statement.directive.keyword();
+        if self.block == Block::Ended {
+            let message = "directives after WorldEnd are ignored: lookat renders one picture of a file";
+            self.report.unsupported(at, message.into());
+            return false;
+        }
+        match (home, self.block) {
+            (Some(Block::Options), Block::World) => self.report_late(&statement.directive, at),
+            // Told when it is known where WorldBegin stands, if anywhere.
+            (Some(Block::World), Block::Options) => self.early.push((keyword, at)),
+            _ => return true,
+        }
+        false
+    }
+
+    pub(super) fn report_late(&mut self, directive: &Directive, at: Span) {
+        let error = match directive {
+            Directive::WorldBegin => {
+                Diagnostic::error(at, "a second WorldBegin").help("one file is one world")
+            }
+            other => Diagnostic::error(at, format!("{} inside the world block", other.keyword()))
+                .help("it belongs before WorldBegin"),
+        };
+        let error = match self.world_begin {
+            Some(begin) => error.related(begin, "the world block begins here"),
+            None => error,
+        };
+        self.report.push(error);
+    }
+
+    pub(super) fn report_early(&mut self, world_begin: Span) {
+        for (keyword, at) in std::mem::take(&mut self.early) {
+            let error = Diagnostic::error(at, format!("{keyword} before WorldBegin"))
+                .help("it belongs after WorldBegin")
+                .related(world_begin, "the world block begins here");
+            self.report.once(error);
+        }
+    }
+
+    pub(super) fn report_no_world(&mut self, end: Span) {
+        if self.report.incomplete {
+            return;
+        }
+        let error = match self.early.first() {
+            None => Diagnostic::error(end, "the file has no WorldBegin: there is nothing to render")
+                .help("WorldBegin and WorldEnd enclose the lights and shapes"),
+            Some((keyword, at)) => {
+                let before = Span { end: at.start, ..*at };
+                Diagnostic::error(*at, format!("{keyword} without WorldBegin"))
+                    .help("WorldBegin and WorldEnd enclose the lights and shapes")
+                    .fix(before, "WorldBegin\n")
+            }
+        };
+        self.report.push(error);
+    }
+
+    pub(super) fn report_no_end(&mut self, end: Span) {
+        // pbrt-v4 has no WorldEnd.
+        if self.report.is_v4() || self.report.incomplete || self.report.incomplete_end {
+            return;
+        }
+        let warning = Diagnostic::warning(end, "the file ends without WorldEnd")
+            .help("add WorldEnd; pbrt-v3 renders nothing without it");
+        self.report.push(warning);
+    }
+
+    pub(super) fn world_begin(&mut self, at: Span) {
+        self.block = Block::World;
+        self.world_begin = Some(at);
+        self.report_early(at);
+        self.state.ctm = Transform::IDENTITY;
+        self.state.at_start = true;
+        self.coordinate_systems.insert("world".into(), Transform::IDENTITY);
+        if let Some(idle) = self.idle_transform.take() {
+            let warning = Diagnostic::warning(idle, "a transformation after Camera changes nothing")
+                .help("Camera takes the transformations before it, and WorldBegin starts afresh");
+            self.report.push(warning);
+        }
+        let options = std::mem::take(&mut self.options);
+        self.settled = Some(options.settle(at, self.overrides, &self.files, &mut self.report));
+    }
+
+    pub(super) fn world_end(&mut self) {
+        for open in std::mem::take(&mut self.open).into_iter().rev() {
+            let (begin, end) = open.keywords();
+            let warning = Diagnostic::warning(open.at(), format!("this {begin} is not closed"))
+                .help(format!("{end} closes it; the world block ends first"));
+            self.report.push(warning);
+            self.restore(open);
+        }
+        self.block = Block::Ended;
+    }
+
+    pub(super) fn close(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
+        let Some(inner) = self.open.last().map(|open| (open.keywords(), open.at())) else {
+            return self.close_nothing(keyword, at);
+        };
+        let ((begin, end), opened) = inner;
+        if end == keyword {
+            self.open.pop().into_iter().for_each(|open| self.restore(open));
+            return Ok(());
+        }
+        self.close_wrongly(keyword);
+        let error = Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
+            .note(format!("expected {end}"))
+            .related(opened, "the block opens here");
+        Err(Box::new(error))
+    }
+
+    pub(super) fn close_nothing(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
+        if let Some(known) = self.forgiven.iter().position(|forgiven| *forgiven == keyword) {
+            self.forgiven.remove(known);
+            return Ok(());
+        }
+        let begin = keyword.replace("End", "Begin");
+        Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))))
+    }
+
+    /// Closes what most likely was meant, so that one wrong end is one error: up to the block that matches; else the
+    /// inner block, if it was mistaken for one of the other kind; else nothing.
+    pub(super) fn close_wrongly(&mut self, keyword: &'static str) {
+        let depth = match self.open.iter().rposition(|open| open.keywords().1 == keyword) {
+            Some(matching) => matching,
+            None if keyword == "ObjectEnd" || matches!(self.open.last(), Some(Open::Object { .. })) => return,
+            None => self.open.len() - 1,
+        };
+        for open in self.open.split_off(depth).into_iter().rev() {
+            let end = open.keywords().1;
+            if end != keyword {
+                self.forgiven.push(end);
+            }
+            self.restore(open);
+        }
+    }
+
+    pub(super) fn restore(&mut self, open: Open) {
+        match open {
+            Open::Attribute { saved, .. } => self.state = *saved,
+            Open::Transform { saved, .. } => (self.state.ctm, self.state.at_start) = *saved,
+            Open::Object { saved, name, .. } => {
+                self.state = *saved;
+                if let Some(name) = name {
+                    let object = self.object.take().unwrap_or_default();
+                    self.objects.insert(name, Arc::new(object));
+                }
+            }
+        }
+    }
+
+    pub(super) fn object_begin(&mut self, name: Text, at: Span) -> Result<(), Box<Diagnostic>> {
+        let inside = self.open.iter().find(|open| matches!(open, Open::Object { .. })).map(Open::at);
+        let saved = Box::new(self.state.clone());
+        let Some(outer) = inside else {
+            self.open.push(Open::Object { saved, name: Some(name.value), at });
+            self.object = Some(Object::default());
+            return Ok(());
+        };
+        // Its ObjectEnd and its instances are not wrong for that.
+        self.open.push(Open::Object { saved, name: None, at });
+        self.objects.entry(name.value).or_default();
+        Err(Box::new(
+            Diagnostic::error(at, "ObjectBegin inside the definition of an object")
+                .related(outer, "the outer object begins here"),
+        ))
+    }
+
+    pub(super) fn object_instance(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
+        if let Some(Open::Object { at, .. }) =
+            self.open.iter().find(|open| matches!(open, Open::Object { .. }))
+        {
+            return Err(Box::new(
+                Diagnostic::error(name.span, "ObjectInstance inside the definition of an object")
+                    .related(*at, "the object begins here"),
+            ));
+        }
+        let Some(object) = self.objects.get(&name.value) else {
+            return self.undefined("object", &name, self.objects.keys(), "ObjectBegin");
+        };
+        if !object.primitives.is_empty() {
+            self.instances.push(Instance { object: object.clone(), world_from_object: self.state.ctm });
+        }
+        Ok(())
+    }
+}
+
+/// The block that a directive belongs to; none if it may stand in both.
+fn home_block(directive: &Directive) -> Option<Block> {
+    match directive {
+        Directive::WorldBegin | Directive::TransformTimes(_) => Some(Block::Options),
+        Directive::Entity(kind, _) => match kind {
+            EntityKind::Camera
+            | EntityKind::Film
+            | EntityKind::PixelFilter
+            | EntityKind::Sampler
+            | EntityKind::Integrator
+            | EntityKind::Accelerator => Some(Block::Options),
+            EntityKind::MakeNamedMedium => None,
+            _ => Some(Block::World),
+        },
+        Directive::AttributeBegin
+        | Directive::AttributeEnd
+        | Directive::TransformBegin
+        | Directive::TransformEnd
+        | Directive::ObjectBegin(_)
+        | Directive::ObjectEnd
+        | Directive::ObjectInstance(_)
+        | Directive::ReverseOrientation
+        | Directive::NamedMaterial(_)
+        | Directive::Texture { .. }
+        | Directive::WorldEnd => Some(Block::World),
+        _ => None,
+    }
+}

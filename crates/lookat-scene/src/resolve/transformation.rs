@@ -1,0 +1,120 @@
+//! Directives that change the current transformation.
+
+use glam::{DMat4, DVec3, DVec4};
+use lookat_syntax::{Diagnostic, Span, Text};
+
+use super::{Block, Resolver};
+use crate::transform::{LARGEST, LookAtFault, Transform};
+
+impl Resolver<'_> {
+    pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.replace(self.state.ctm * transform, at)
+    }
+
+    pub(super) fn replace(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        if self.block == Block::Options && self.options.camera_is_set() {
+            self.idle_transform.get_or_insert(at);
+        }
+        let ctm = in_range(ctm, at)?;
+        // Those of the end time would only move it.
+        if self.state.at_start {
+            self.state.ctm = ctm;
+        }
+        Ok(())
+    }
+
+    pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
+        let [eye, look, up] = [0, 3, 6].map(|at| DVec3::new(points[at], points[at + 1], points[at + 2]));
+        if self.block == Block::World {
+            let warning =
+                Diagnostic::warning(span, "LookAt inside the world block moves shapes, not the camera")
+                    .help("a LookAt that places the camera stands before Camera");
+            self.report.push(warning);
+        }
+        match Transform::look_at(eye, look, up) {
+            Ok(transform) => self.concat(transform, span),
+            Err(fault) => {
+                let (message, help) = match fault {
+                    LookAtFault::EyeAtLook => (
+                        "LookAt has its eye where it looks",
+                        "the first three numbers are the eye, the next three another point",
+                    ),
+                    LookAtFault::ZeroUp => ("the up vector of LookAt is zero", "0 1 0 or 0 0 1 are usual"),
+                    LookAtFault::UpParallel => (
+                        "the up vector of LookAt is parallel to the view",
+                        "the last three numbers give a direction that is up in the picture: choose one across the view",
+                    ),
+                };
+                Err(Box::new(Diagnostic::error(span, message).help(help)))
+            }
+        }
+    }
+
+    pub(super) fn coord_sys_transform(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
+        match self.coordinate_systems.get(&name.value) {
+            Some(transform) => {
+                let transform = *transform;
+                self.replace(transform, name.span)
+            }
+            None => {
+                let known = self.coordinate_systems.keys();
+                self.undefined("coordinate system", &name, known, "CoordinateSystem")
+            }
+        }
+    }
+
+    pub(super) fn motion(&mut self, at: Span, keyword: &str) {
+        let message =
+            format!("{keyword}: motion is not rendered; the scene stands as it does at the start time");
+        self.report.unsupported(at, message);
+    }
+}
+
+fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>> {
+    if transform.in_range() {
+        return Ok(transform);
+    }
+    let message = format!("a transformation beyond {LARGEST:e}, or so small that undoing it is");
+    Err(Box::new(
+        Diagnostic::error(at, message).help("it counts together with the transformations before it"),
+    ))
+}
+
+pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    let message = if by.contains(&0.0) {
+        "Scale by 0 flattens space: it cannot be undone"
+    } else {
+        "Scale by so small a factor cannot be undone"
+    };
+    Transform::scale(by.into()).ok_or_else(|| {
+        Box::new(
+            Diagnostic::error(*span, message)
+                .help("every factor is other than 0; use a small one such as 1e-3 for something thin"),
+        )
+    })
+}
+
+pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    Transform::rotate(degrees, axis.into()).ok_or_else(|| {
+        Box::new(
+            Diagnostic::error(*span, "Rotate about an axis of length 0")
+                .help("the first number is the angle in degrees, the next three are the axis"),
+        )
+    })
+}
+
+pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transform, Box<Diagnostic>> {
+    let m = DMat4::from_cols_array(m);
+    Transform::from_matrix(m).ok_or_else(|| {
+        let affine = m.row(3) == DVec4::W;
+        let (message, help) = if affine {
+            ("is singular: it flattens space and cannot be undone", "check that no row or column is zero")
+        } else {
+            (
+                "is not affine",
+                "the numbers stand column by column: the 4th, 8th and 12th are 0 and the 16th is 1",
+            )
+        };
+        Box::new(Diagnostic::error(*span, format!("the matrix of {keyword} {message}")).help(help))
+    })
+}

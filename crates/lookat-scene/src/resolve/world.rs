@@ -1,0 +1,190 @@
+//! Materials, textures, lights and shapes.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values, nearest};
+
+use super::Resolver;
+use crate::params::Params;
+use crate::state::MaterialInstance;
+use crate::{Emission, Material, Primitive, light, material, shape, texture};
+
+impl Resolver<'_> {
+    pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
+        let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report)
+            .with_textures(&self.state.textures);
+        let material = Arc::new(material::material(params));
+        MaterialInstance { material, names: params.known_names(), entity: Some(entity) }
+    }
+
+    /// The type of a named material is one of its parameters.
+    pub(super) fn make_named_material(
+        &mut self,
+        entity: Entity,
+        faulty: bool,
+    ) -> Result<(), Box<Diagnostic>> {
+        let Entity { name, mut params } = entity;
+        let is_type = |param: &Param| param.name.value == "type" && param.ty == ParamType::String;
+        let kind = params.iter().position(is_type).and_then(|at| match params.remove(at).values.value {
+            Values::Strings(mut names) => names.pop(),
+            _ => None,
+        });
+        let missing = kind.is_none() && !faulty;
+        let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
+        let instance = self.material(Entity { name: kind, params }, "Material");
+        // Named materials may be defined again: pbrt-v3 says so too.
+        if self.state.named_materials.contains_key(&name.value) {
+            let message =
+                format!("material \"{}\" is defined again; the new one counts from here", name.value);
+            self.report.push(Diagnostic::warning(name.span, message));
+        }
+        Rc::make_mut(&mut self.state.named_materials).insert(name.value.clone(), Rc::new(instance));
+        if missing {
+            let error =
+                Diagnostic::error(name.span, format!("named material \"{}\" has no type", name.value))
+                    .help("\"string type\" \"matte\" gives it one");
+            return Err(Box::new(error));
+        }
+        Ok(())
+    }
+
+    pub(super) fn named_material(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
+        match self.state.named_materials.get(&name.value) {
+            Some(instance) => {
+                self.state.material = instance.clone();
+                Ok(())
+            }
+            None => {
+                let known = self.state.named_materials.keys();
+                self.undefined("named material", &name, known, "MakeNamedMaterial")
+            }
+        }
+    }
+
+    pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
+        let textures = self.state.textures.clone();
+        let params =
+            &mut Params::new("Texture", entity, &self.files, &mut self.report).with_textures(&textures);
+        match value.value.as_str() {
+            "float" => {
+                let made = texture::float_texture(params);
+                Rc::make_mut(&mut self.state.textures).float.insert(name.value, made);
+            }
+            "spectrum" | "color" => {
+                let made = texture::spectrum_texture(params);
+                Rc::make_mut(&mut self.state.textures).spectrum.insert(name.value, made);
+            }
+            other => {
+                let error =
+                    Diagnostic::error(value.span, format!("unknown type \"{other}\" of a texture's values"))
+                        .help("textures are of type \"float\" or \"spectrum\" (\"color\" is an old name)");
+                params.error(error);
+                // The name is defined for all that.
+                let textures = Rc::make_mut(&mut self.state.textures);
+                textures.float.insert(name.value.clone(), None);
+                textures.spectrum.insert(name.value, None);
+            }
+        }
+    }
+
+    pub(super) fn medium(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
+        if name.value.is_empty() || self.media.contains(&name.value) {
+            return Ok(());
+        }
+        self.undefined("medium", &name, self.media.iter(), "MakeNamedMedium")
+    }
+
+    pub(super) fn light_source(&mut self, entity: Entity) {
+        let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
+        let light = light::light(params, self.state.ctm);
+        self.dark_light |= light.is_none();
+        self.lights.extend(light);
+    }
+
+    pub(super) fn shape(&mut self, entity: Entity) {
+        let name = entity.name.clone();
+        let params = &mut Params::new("Shape", entity, &self.files, &mut self.report);
+        let shape = shape::shape(params, self.state.ctm);
+        let (overriding, unknown) = self.state.material.split(params.take_rest());
+        params.put_back(unknown);
+        params.finish();
+        let Some(shape) = shape else {
+            self.dark_light |= self.state.emission.is_some();
+            return;
+        };
+        let material = self.material_for_shape(overriding);
+        let emission = self.emission(&name);
+        let primitive = Primitive {
+            shape,
+            reverse_orientation: self.state.reverse_orientation,
+            mirrored: self.state.ctm.swaps_handedness(),
+            material,
+            emission,
+        };
+        match &mut self.object {
+            Some(object) => object.primitives.push(primitive),
+            None => self.primitives.push(primitive),
+        }
+    }
+
+    /// The current material, with the parameters that the shape gives in place of its own.
+    pub(super) fn material_for_shape(&mut self, overriding: Vec<Param>) -> Arc<Material> {
+        let current = self.state.material.clone();
+        if overriding.is_empty() {
+            return current.material.clone();
+        }
+        let span = overriding[0].span();
+        let mut entity = current
+            .entity
+            .clone()
+            .unwrap_or_else(|| Entity { name: Text { value: "matte".into(), span }, params: vec![] });
+        entity.params.retain(|param| !overriding.iter().any(|over| over.name.value == param.name.value));
+        entity.params.extend(overriding);
+        self.material(entity, "Material").material
+    }
+
+    pub(super) fn emission(&mut self, shape: &Text) -> Option<Emission> {
+        let emission = self.state.emission?;
+        if self.object.is_some() {
+            let message =
+                "a shape of an object glows, but lights nothing; place the light outside ObjectBegin";
+            self.report.unsupported(shape.span, message.into());
+        }
+        Some(emission)
+    }
+
+    /// The error for a name that nothing has defined; none where a file that may define it is missing.
+    pub(super) fn undefined<'n>(
+        &self,
+        what: &str,
+        name: &Text,
+        known: impl Iterator<Item = &'n String>,
+        definer: &str,
+    ) -> Result<(), Box<Diagnostic>> {
+        if self.report.incomplete { Ok(()) } else { Err(undefined(what, name, known, definer)) }
+    }
+}
+
+/// The error for a name that nothing has defined.
+fn undefined<'n>(
+    what: &str,
+    name: &Text,
+    known: impl Iterator<Item = &'n String>,
+    definer: &str,
+) -> Box<Diagnostic> {
+    let mut known: Vec<&str> = known.map(String::as_str).collect();
+    known.sort_unstable();
+    let error = Diagnostic::error(name.span, format!("there is no {what} \"{}\"", name.value));
+    Box::new(match nearest(&name.value, known.iter().copied()) {
+        Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
+        None if known.is_empty() => error.help(format!("{definer} defines one; none is defined here")),
+        None => error.help(format!("{definer} defines one; defined here: {}", listed(&known))),
+    })
+}
+
+/// Names for a message, not too many of them.
+fn listed(names: &[&str]) -> String {
+    let shown = names.iter().take(8).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    if names.len() > 8 { format!("{shown} and {} more", names.len() - 8) } else { shown }
+}
