@@ -26,12 +26,12 @@ impl<'a> Files<'a> {
 
     /// Reads a scene file or an included one.
     pub fn open(&mut self, path: PathBuf, included_at: Option<Span>) -> io::Result<FileId> {
-        let text: Arc<[u8]> = (self.read)(&path)?.into();
+        let text: Arc<Vec<u8>> = (self.read)(&path)?.into();
         Ok(self.add(path, text, included_at))
     }
 
     /// Adds a file whose text is known already.
-    pub fn add(&mut self, path: PathBuf, text: Arc<[u8]>, included_at: Option<Span>) -> FileId {
+    pub fn add(&mut self, path: PathBuf, text: Arc<Vec<u8>>, included_at: Option<Span>) -> FileId {
         self.sources.files.push(Source::new(path, text, included_at));
         FileId(self.sources.files.len() as u32 - 1)
     }

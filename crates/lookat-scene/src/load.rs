@@ -24,6 +24,10 @@ pub struct Loaded {
 
 /// At most this many files are included: beyond it, files include each other over and over.
 const MAX_INCLUDES: usize = 10_000;
+/// At most this many files are open at once, each included by the one before it.
+const MAX_DEPTH: usize = 100;
+/// Files that are included again, once for each time but the first, hold at most this many bytes in all.
+const MAX_REPEATED: usize = 1 << 30;
 
 /// Reads a scene file and everything that it names through `read`.
 ///
@@ -33,6 +37,7 @@ pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
         resolver: Resolver::new(Files::new(path, read), overrides),
         open: Vec::new(),
         texts: HashMap::new(),
+        repeated: 0,
     };
     match loader.resolver.files.open(path.to_owned(), None) {
         Ok(file) => {
@@ -41,7 +46,7 @@ pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
             Loaded { sources, scene, diagnostics }
         }
         Err(error) => {
-            let file = loader.resolver.files.add(path.to_owned(), Arc::from([]), None);
+            let file = loader.resolver.files.add(path.to_owned(), Arc::default(), None);
             let at = Span { file, start: 0, end: 0 };
             let message = format!("cannot read {}: {}", path.display(), reason(&error));
             let diagnostics = vec![Diagnostic::error(at, message)];
@@ -55,7 +60,9 @@ struct Loader<'a> {
     /// The files that are being read, each included by the one before it.
     open: Vec<PathBuf>,
     /// Texts of included files: what is included often is kept once.
-    texts: HashMap<PathBuf, Arc<[u8]>>,
+    texts: HashMap<PathBuf, Arc<Vec<u8>>>,
+    /// The bytes of the files that were included again.
+    repeated: usize,
 }
 
 impl Loader<'_> {
@@ -95,6 +102,19 @@ impl Loader<'_> {
             self.resolver.report.once(Diagnostic::error(name.span, message));
             return;
         }
+        if self.repeated > MAX_REPEATED {
+            let message = "files are included again and again: more than 1 GiB of repetition";
+            self.resolver.report.once(
+                Diagnostic::error(name.span, message)
+                    .help("ObjectInstance repeats shapes without reading them again"),
+            );
+            return;
+        }
+        if self.open.len() >= MAX_DEPTH {
+            let message = format!("more than {MAX_DEPTH} files include each other in a row");
+            self.resolver.report.once(Diagnostic::error(name.span, message));
+            return;
+        }
         let (path, bytes) = match self.resolver.files.read_named(&name.value, name.span) {
             Ok(found) => found,
             Err((path, error)) => {
@@ -113,7 +133,13 @@ impl Loader<'_> {
             self.resolver.report.push(Diagnostic::error(name.span, message).help(help));
             return;
         }
-        let text = self.texts.entry(path.clone()).or_insert_with(|| bytes.into()).clone();
+        let text = match self.texts.get(&path) {
+            Some(known) => {
+                self.repeated += known.len();
+                known.clone()
+            }
+            None => self.texts.entry(path.clone()).or_insert(bytes.into()).clone(),
+        };
         let file = self.resolver.files.add(path, text, Some(at));
         self.file(file, rest);
     }

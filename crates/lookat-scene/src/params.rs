@@ -1,6 +1,8 @@
 //! The parameters of one directive. A constructor takes the values that it knows, with their defaults; `finish` warns
 //! about what is left.
 
+use std::collections::HashSet;
+
 use glam::{DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, Values, nearest};
 
@@ -61,22 +63,25 @@ impl<'a> Params<'a> {
 
     /// Of a parameter given twice with the same type, pbrt-v3 keeps the last.
     fn drop_repeated(&mut self) {
-        let mut index = 0;
-        while index < self.params.len() {
-            let this = &self.params[index];
-            let same = |p: &&Param| p.name.value == this.name.value && class(p.ty) == class(this.ty);
-            let again = self.params[index + 1..].iter().find(same);
-            let Some(again) = again else {
-                index += 1;
-                continue;
-            };
+        let key = |at: usize| (self.params[at].name.value.as_str(), class(self.params[at].ty) as u8);
+        let mut order: Vec<usize> = (0..self.params.len()).collect();
+        order.sort_by(|a, b| key(*a).cmp(&key(*b)));
+        let repeated: Vec<[usize; 2]> =
+            order.windows(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| key(*a) == key(*b)).collect();
+        if repeated.is_empty() {
+            return;
+        }
+        for [this, again] in &repeated {
+            let (this, again) = (&self.params[*this], &self.params[*again]);
             let warning =
                 Diagnostic::warning(again.name.span, format!("\"{}\" is given twice", this.name.value))
                     .note("this one counts")
                     .related(this.span(), "this one is dropped");
             self.report.push(warning);
-            self.params.remove(index);
         }
+        let dropped: HashSet<usize> = repeated.into_iter().map(|[this, _]| this).collect();
+        let mut at = 0..;
+        self.params.retain(|_| at.next().is_none_or(|at| !dropped.contains(&at)));
     }
 
     pub fn given(&self, name: &str) -> bool {
@@ -229,13 +234,16 @@ impl<'a> Params<'a> {
     fn undefined_texture(&mut self, texture: &Text, value: &str) {
         self.failed = true;
         let Some(textures) = self.textures.filter(|_| !self.report.incomplete) else { return };
-        let (own, other) = match value {
-            "float" => (textures.names(value), textures.names("spectrum")),
-            _ => (textures.names(value), textures.names("float")),
+        let of_float = textures.float.get(&texture.value).is_some();
+        let mut own: Vec<&str> = match value {
+            _ if self.report.is_long() => Vec::new(),
+            "float" => textures.float.keys().map(String::as_str).collect(),
+            _ => textures.spectrum.keys().map(String::as_str).collect(),
         };
+        own.sort_unstable();
         let mut error =
             Diagnostic::error(texture.span, format!("there is no {value} texture \"{}\"", texture.value));
-        if other.contains(&texture.value.as_str()) {
+        if of_float || textures.spectrum.get(&texture.value).is_some() {
             let has = if value == "float" { "spectrum" } else { "float" };
             error = error
                 .help(format!("the texture of that name is a {has} texture; a {value} one is needed here"));

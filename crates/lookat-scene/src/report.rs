@@ -57,6 +57,11 @@ impl Report {
         self.v4_marks.len() > 1
     }
 
+    /// Whether there is so much to tell that searching for advice is no longer worth the time.
+    pub fn is_long(&self) -> bool {
+        self.diagnostics.len() > 100
+    }
+
     /// Whether there is an error in front of a place of the same file.
     pub fn has_errors_before(&self, at: Span) -> bool {
         let before = |span: Span| span.file == at.file && span.start < at.start;

@@ -4,7 +4,7 @@ mod block;
 mod transformation;
 mod world;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::report::Report;
 use crate::sources::Sources;
-use crate::state::{GraphicsState, Open};
+use crate::state::{Definitions, GraphicsState, Open, Saved};
 use crate::transform::Transform;
 use crate::{Instance, Light, Object, Primitive, Scene, light};
 use transformation::{matrix, rotate, scale};
@@ -40,9 +40,10 @@ pub(crate) struct Resolver<'a> {
     /// Directives of the world that stand before it: their keywords and places.
     early: Vec<(&'static str, Span)>,
     state: GraphicsState,
+    definitions: Definitions,
     open: Vec<Open>,
-    /// Directives that would close a block which a wrong one has closed already.
-    forgiven: Vec<&'static str>,
+    /// Directives that would close a block which a wrong one has closed already, or that was never opened.
+    forgiven: HashMap<&'static str, usize>,
     coordinate_systems: HashMap<String, Transform>,
     options: Options,
     settled: Option<Settled>,
@@ -56,7 +57,7 @@ pub(crate) struct Resolver<'a> {
     /// The object that is being defined.
     object: Option<Object>,
     objects: BTreeMap<String, Arc<Object>>,
-    media: Vec<String>,
+    media: BTreeSet<String>,
 }
 
 impl<'a> Resolver<'a> {
@@ -69,8 +70,9 @@ impl<'a> Resolver<'a> {
             world_begin: None,
             early: Vec::new(),
             state: GraphicsState::new(),
+            definitions: Definitions::default(),
             open: Vec::new(),
-            forgiven: Vec::new(),
+            forgiven: HashMap::new(),
             coordinate_systems: HashMap::new(),
             options: Options::default(),
             settled: None,
@@ -81,7 +83,7 @@ impl<'a> Resolver<'a> {
             dark_light: false,
             object: None,
             objects: BTreeMap::new(),
-            media: Vec::new(),
+            media: BTreeSet::new(),
         }
     }
 
@@ -121,10 +123,11 @@ impl<'a> Resolver<'a> {
             Directive::TransformTimes(_) => self.motion(at, "TransformTimes"),
             Directive::TransformBegin => {
                 let saved = Box::new((self.state.ctm, self.state.at_start));
-                self.open.push(Open::Transform { saved, at });
+                self.begin(Open::Transform { saved, at });
             }
             Directive::AttributeBegin => {
-                self.open.push(Open::Attribute { saved: Box::new(self.state.clone()), at });
+                let saved = Saved::new(&self.state, &self.definitions);
+                self.begin(Open::Attribute { saved, at });
             }
             Directive::ObjectBegin(name) => self.object_begin(name, at)?,
             Directive::TransformEnd | Directive::AttributeEnd | Directive::ObjectEnd => {
@@ -172,7 +175,7 @@ impl<'a> Resolver<'a> {
             EntityKind::MakeNamedMedium => {
                 let message = "participating media are not rendered; space is empty";
                 self.report.unsupported(at, message.into());
-                self.media.push(entity.name.value);
+                self.media.insert(entity.name.value);
             }
             _ => {
                 let world_from_camera = self.state.ctm.inverse();

@@ -18,7 +18,7 @@ pub struct Source {
     /// Its path, as it was opened.
     pub path: PathBuf,
     /// What it holds.
-    pub text: Arc<[u8]>,
+    pub text: Arc<Vec<u8>>,
     /// The `Include` that named it; none for the scene file itself.
     pub included_at: Option<Span>,
     /// Where its lines start, once somebody has asked.
@@ -26,7 +26,7 @@ pub struct Source {
 }
 
 impl Source {
-    pub(crate) fn new(path: PathBuf, text: Arc<[u8]>, included_at: Option<Span>) -> Self {
+    pub(crate) fn new(path: PathBuf, text: Arc<Vec<u8>>, included_at: Option<Span>) -> Self {
         Source { path, text, included_at, line_starts: OnceLock::new() }
     }
 

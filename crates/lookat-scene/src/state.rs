@@ -19,27 +19,91 @@ pub(crate) struct GraphicsState {
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
     pub emission: Option<Emission>,
-    /// Shared between states until one changes it.
-    pub named_materials: Rc<HashMap<String, Rc<MaterialInstance>>>,
-    pub textures: Rc<Textures>,
+}
+
+/// The names that are defined in the current block and around it.
+///
+/// Leaving a block takes its definitions back one by one. A copy of all names for each block, as pbrt-v3 makes where one
+/// is defined, takes time and memory in proportion to their product.
+pub(crate) struct Names<T> {
+    known: HashMap<String, T>,
+    /// What each definition replaced.
+    replaced: Vec<(String, Option<T>)>,
+}
+
+impl<T> Default for Names<T> {
+    fn default() -> Self {
+        Names { known: HashMap::new(), replaced: Vec::new() }
+    }
+}
+
+impl<T> Names<T> {
+    pub fn get(&self, name: &str) -> Option<&T> {
+        self.known.get(name)
+    }
+
+    pub fn keys(&self) -> impl Iterator<Item = &String> {
+        self.known.keys()
+    }
+
+    pub fn define(&mut self, name: String, value: T) {
+        let before = self.known.insert(name.clone(), value);
+        self.replaced.push((name, before));
+    }
+
+    /// The number of definitions so far, for `take_back`.
+    pub fn definitions(&self) -> usize {
+        self.replaced.len()
+    }
+
+    /// Takes back all definitions but the first ones.
+    pub fn take_back(&mut self, definitions: usize) {
+        for (name, before) in self.replaced.drain(definitions..).rev() {
+            match before {
+                Some(value) => self.known.insert(name, value),
+                None => self.known.remove(&name),
+            };
+        }
+    }
+}
+
+/// What directives have given a name to.
+#[derive(Default)]
+pub(crate) struct Definitions {
+    pub materials: Names<Rc<MaterialInstance>>,
+    pub textures: Textures,
 }
 
 /// The textures in scope. A texture that is not rendered has no value; parameters that name it keep their default.
-#[derive(Debug, Clone, Default)]
+#[derive(Default)]
 pub(crate) struct Textures {
-    pub float: HashMap<String, Option<f64>>,
-    pub spectrum: HashMap<String, Option<Vec3>>,
+    pub float: Names<Option<f64>>,
+    pub spectrum: Names<Option<Vec3>>,
 }
 
-impl Textures {
-    /// The names of the textures of one kind of value.
-    pub fn names(&self, value: &str) -> Vec<&str> {
-        let mut names: Vec<&str> = match value {
-            "float" => self.float.keys().map(String::as_str).collect(),
-            _ => self.spectrum.keys().map(String::as_str).collect(),
-        };
-        names.sort_unstable();
-        names
+impl Definitions {
+    fn counts(&self) -> [usize; 3] {
+        let Textures { float, spectrum } = &self.textures;
+        [self.materials.definitions(), float.definitions(), spectrum.definitions()]
+    }
+}
+
+/// The state at the beginning of a block.
+pub(crate) struct Saved {
+    state: GraphicsState,
+    definitions: [usize; 3],
+}
+
+impl Saved {
+    pub fn new(state: &GraphicsState, definitions: &Definitions) -> Box<Self> {
+        Box::new(Saved { state: state.clone(), definitions: definitions.counts() })
+    }
+
+    pub fn restore(self, state: &mut GraphicsState, definitions: &mut Definitions) {
+        *state = self.state;
+        definitions.materials.take_back(self.definitions[0]);
+        definitions.textures.float.take_back(self.definitions[1]);
+        definitions.textures.spectrum.take_back(self.definitions[2]);
     }
 }
 
@@ -73,8 +137,6 @@ impl GraphicsState {
             reverse_orientation: false,
             material: Rc::new(matte),
             emission: None,
-            named_materials: Rc::default(),
-            textures: Rc::default(),
         }
     }
 }
@@ -82,7 +144,7 @@ impl GraphicsState {
 /// A block that is open, and what closing it restores.
 pub(crate) enum Open {
     Attribute {
-        saved: Box<GraphicsState>,
+        saved: Box<Saved>,
         at: Span,
     },
     Transform {
@@ -91,7 +153,7 @@ pub(crate) enum Open {
     },
     /// Without a name, one inside another, which is an error.
     Object {
-        saved: Box<GraphicsState>,
+        saved: Box<Saved>,
         name: Option<String>,
         at: Span,
     },

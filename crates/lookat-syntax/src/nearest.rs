@@ -3,12 +3,14 @@
 /// The one of `known` that is nearest to `name`, if it is near enough to be a slip: at most a third of its letters are
 /// changed, missing, added or swapped with a neighbour. Case counts for little.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let lower = name.to_lowercase();
+    let (lower, letters) = (name.to_lowercase(), name.chars().count());
+    let slips = |candidate: &str| candidate.chars().count().max(2) / 3;
     known
         .into_iter()
         .filter(|candidate| *candidate != name && !candidate.is_empty())
+        .filter(|candidate| candidate.chars().count().abs_diff(letters) <= slips(candidate))
         .map(|candidate| (distance(&lower, &candidate.to_lowercase()), candidate))
-        .filter(|(edits, candidate)| *edits <= candidate.chars().count().max(2) / 3)
+        .filter(|(edits, candidate)| *edits <= slips(candidate))
         .min_by_key(|(edits, _)| *edits)
         .map(|(_, candidate)| candidate)
 }

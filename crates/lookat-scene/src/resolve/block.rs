@@ -5,8 +5,11 @@ use std::sync::Arc;
 use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
 
 use super::{Block, Resolver};
-use crate::state::Open;
+use crate::state::{Open, Saved};
 use crate::{Instance, Object, Transform};
+
+/// At most this many blocks stand inside each other.
+const MAX_OPEN: usize = 1000;
 
 impl Resolver<'_> {
     /// Reports a directive in the wrong block.
@@ -105,6 +108,21 @@ impl Resolver<'_> {
         self.block = Block::Ended;
     }
 
+    /// Opens a block, unless there are too many.
+    pub(super) fn begin(&mut self, open: Open) -> bool {
+        let few = self.open.len() < MAX_OPEN;
+        if few {
+            self.open.push(open);
+        } else {
+            let (begin, end) = open.keywords();
+            let error = Diagnostic::error(open.at(), format!("more than {MAX_OPEN} blocks are open"))
+                .help(format!("each {begin} needs its {end}; one is likely missing"));
+            self.report.once(error);
+            *self.forgiven.entry(end).or_default() += 1;
+        }
+        few
+    }
+
     pub(super) fn close(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
         let Some(inner) = self.open.last().map(|open| (open.keywords(), open.at())) else {
             return self.close_nothing(keyword, at);
@@ -122,8 +140,8 @@ impl Resolver<'_> {
     }
 
     pub(super) fn close_nothing(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
-        if let Some(known) = self.forgiven.iter().position(|forgiven| *forgiven == keyword) {
-            self.forgiven.remove(known);
+        if let Some(forgiven) = self.forgiven.get_mut(keyword).filter(|count| **count > 0) {
+            *forgiven -= 1;
             return Ok(());
         }
         let begin = keyword.replace("End", "Begin");
@@ -141,7 +159,7 @@ impl Resolver<'_> {
         for open in self.open.split_off(depth).into_iter().rev() {
             let end = open.keywords().1;
             if end != keyword {
-                self.forgiven.push(end);
+                *self.forgiven.entry(end).or_default() += 1;
             }
             self.restore(open);
         }
@@ -149,10 +167,10 @@ impl Resolver<'_> {
 
     pub(super) fn restore(&mut self, open: Open) {
         match open {
-            Open::Attribute { saved, .. } => self.state = *saved,
+            Open::Attribute { saved, .. } => saved.restore(&mut self.state, &mut self.definitions),
             Open::Transform { saved, .. } => (self.state.ctm, self.state.at_start) = *saved,
             Open::Object { saved, name, .. } => {
-                self.state = *saved;
+                saved.restore(&mut self.state, &mut self.definitions);
                 if let Some(name) = name {
                     let object = self.object.take().unwrap_or_default();
                     self.objects.insert(name, Arc::new(object));
@@ -163,14 +181,15 @@ impl Resolver<'_> {
 
     pub(super) fn object_begin(&mut self, name: Text, at: Span) -> Result<(), Box<Diagnostic>> {
         let inside = self.open.iter().find(|open| matches!(open, Open::Object { .. })).map(Open::at);
-        let saved = Box::new(self.state.clone());
+        let saved = Saved::new(&self.state, &self.definitions);
         let Some(outer) = inside else {
-            self.open.push(Open::Object { saved, name: Some(name.value), at });
-            self.object = Some(Object::default());
+            if self.begin(Open::Object { saved, name: Some(name.value), at }) {
+                self.object = Some(Object::default());
+            }
             return Ok(());
         };
         // Its ObjectEnd and its instances are not wrong for that.
-        self.open.push(Open::Object { saved, name: None, at });
+        self.begin(Open::Object { saved, name: None, at });
         self.objects.entry(name.value).or_default();
         Err(Box::new(
             Diagnostic::error(at, "ObjectBegin inside the definition of an object")

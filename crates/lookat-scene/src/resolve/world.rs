@@ -13,7 +13,7 @@ use crate::{Emission, Material, Primitive, light, material, shape, texture};
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
         let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report)
-            .with_textures(&self.state.textures);
+            .with_textures(&self.definitions.textures);
         let material = Arc::new(material::material(params));
         MaterialInstance { material, names: params.known_names(), entity: Some(entity) }
     }
@@ -34,12 +34,12 @@ impl Resolver<'_> {
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
         let instance = self.material(Entity { name: kind, params }, "Material");
         // Named materials may be defined again: pbrt-v3 says so too.
-        if self.state.named_materials.contains_key(&name.value) {
+        if self.definitions.materials.get(&name.value).is_some() {
             let message =
                 format!("material \"{}\" is defined again; the new one counts from here", name.value);
             self.report.push(Diagnostic::warning(name.span, message));
         }
-        Rc::make_mut(&mut self.state.named_materials).insert(name.value.clone(), Rc::new(instance));
+        self.definitions.materials.define(name.value.clone(), Rc::new(instance));
         if missing {
             let error =
                 Diagnostic::error(name.span, format!("named material \"{}\" has no type", name.value))
@@ -50,30 +50,29 @@ impl Resolver<'_> {
     }
 
     pub(super) fn named_material(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
-        match self.state.named_materials.get(&name.value) {
+        match self.definitions.materials.get(&name.value) {
             Some(instance) => {
                 self.state.material = instance.clone();
                 Ok(())
             }
             None => {
-                let known = self.state.named_materials.keys();
+                let known = self.definitions.materials.keys();
                 self.undefined("named material", &name, known, "MakeNamedMaterial")
             }
         }
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
-        let textures = self.state.textures.clone();
-        let params =
-            &mut Params::new("Texture", entity, &self.files, &mut self.report).with_textures(&textures);
+        let textures = &mut self.definitions.textures;
+        let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
         match value.value.as_str() {
             "float" => {
                 let made = texture::float_texture(params);
-                Rc::make_mut(&mut self.state.textures).float.insert(name.value, made);
+                textures.float.define(name.value, made);
             }
             "spectrum" | "color" => {
                 let made = texture::spectrum_texture(params);
-                Rc::make_mut(&mut self.state.textures).spectrum.insert(name.value, made);
+                textures.spectrum.define(name.value, made);
             }
             other => {
                 let error =
@@ -81,9 +80,8 @@ impl Resolver<'_> {
                         .help("textures are of type \"float\" or \"spectrum\" (\"color\" is an old name)");
                 params.error(error);
                 // The name is defined for all that.
-                let textures = Rc::make_mut(&mut self.state.textures);
-                textures.float.insert(name.value.clone(), None);
-                textures.spectrum.insert(name.value, None);
+                textures.float.define(name.value.clone(), None);
+                textures.spectrum.define(name.value, None);
             }
         }
     }
@@ -162,9 +160,21 @@ impl Resolver<'_> {
         known: impl Iterator<Item = &'n String>,
         definer: &str,
     ) -> Result<(), Box<Diagnostic>> {
-        if self.report.incomplete { Ok(()) } else { Err(undefined(what, name, known, definer)) }
+        if self.report.incomplete {
+            return Ok(());
+        }
+        if self.report.is_long() {
+            return Err(Box::new(Diagnostic::error(
+                name.span,
+                format!("there is no {what} \"{}\"", name.value),
+            )));
+        }
+        Err(undefined(what, name, known, definer))
     }
 }
+
+/// At most this many names are looked through for the one that was meant.
+const MOST_NAMES: usize = 10_000;
 
 /// The error for a name that nothing has defined.
 fn undefined<'n>(
@@ -173,7 +183,7 @@ fn undefined<'n>(
     known: impl Iterator<Item = &'n String>,
     definer: &str,
 ) -> Box<Diagnostic> {
-    let mut known: Vec<&str> = known.map(String::as_str).collect();
+    let mut known: Vec<&str> = known.map(String::as_str).take(MOST_NAMES).collect();
     known.sort_unstable();
     let error = Diagnostic::error(name.span, format!("there is no {what} \"{}\"", name.value));
     Box::new(match nearest(&name.value, known.iter().copied()) {
