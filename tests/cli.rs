@@ -375,3 +375,18 @@ fn threads_change_no_byte_and_seeds_change_the_noise() {
     assert_ne!(noise("0"), noise("1"));
     assert_ne!(noise("1"), noise("18446744073709551615"));
 }
+
+#[test]
+fn places_in_long_lines_are_told_by_their_own_column() {
+    let folder = Folder::new();
+    let indices = "0 1 2 ".repeat(400);
+    let mesh = format!(
+        "Shape \"trianglemesh\" \"integer indices\" [{indices}0 1 7] \"point P\" [0 0 0 1 0 0 0 1 0]"
+    );
+    let column = mesh.find('7').unwrap() + 1;
+    folder.write("long.pbrt", &FINE.replace("Shape \"sphere\"", &mesh));
+    let run = folder.run(&["check", "long.pbrt"]);
+    assert!(run.err.contains(&format!("long.pbrt:9:{column}\n")), "{}", run.err);
+    // Not the whole line is shown.
+    assert!(run.err.lines().all(|line| line.len() < 300), "{}", run.err);
+}

@@ -300,16 +300,86 @@ proptest! {
 
 // Cases that were once wrong
 
-/// Loads a scene file of this world.
-fn load_text(text: &str) -> Loaded {
-    lookat_scene::load(Path::new("scene.pbrt"), &|_| Ok(text.into()), &small())
+/// Loads a scene with these files beside it; it names them `0`, `1` and so on.
+fn load_world(world: &str, others: &[String]) -> Loaded {
+    let mut files =
+        BTreeMap::from([(PathBuf::from("scene.pbrt"), format!("WorldBegin {world} WorldEnd").into())]);
+    let name = |(index, text): (usize, &String)| (PathBuf::from(index.to_string()), text.clone().into());
+    files.extend(others.iter().enumerate().map(name));
+    let loaded = load(&files, Path::new("scene.pbrt"), &small());
+    promises::check(&loaded);
+    loaded
 }
 
-/// The error that a text is answered with.
-#[track_caller]
-fn error(text: &str) -> String {
-    let loaded = load_text(text);
-    promises::check(&loaded);
-    let error = loaded.diagnostics.into_iter().find(|diagnostic| diagnostic.severity == Severity::Error);
-    error.expect("no error").message
+/// The messages of the errors of a world.
+fn errors(world: &str, others: &[String]) -> Vec<String> {
+    let diagnostics = load_world(world, others).diagnostics.into_iter();
+    diagnostics.filter(|d| d.severity == Severity::Error).map(|d| d.message).collect()
+}
+
+#[test]
+fn numbers_beyond_reason_are_refused() {
+    for world in [
+        "Scale 1e40 1 1 Scale 1e40 1 1",
+        "Scale 1e-40 1 1 Scale 1e-40 1 1",
+        "Translate 1e308 0 0",
+        "LookAt 1e308 0 0 -1e308 0 0 0 1 0",
+        "Transform [1e300 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1]",
+        "LightSource \"distant\" \"rgb L\" [1e308 1 1]",
+        "LightSource \"point\" \"blackbody I\" [5000 1e300]",
+        "LightSource \"distant\" \"point from\" [1e308 0 0]",
+        "AreaLightSource \"diffuse\" \"rgb L\" [1e39 0 0]",
+        "Shape \"sphere\" \"float radius\" 1e300",
+        "Shape \"sphere\" \"float radius\" 1e-320",
+        "Scale 1e45 1 1 Shape \"sphere\" \"float radius\" 1e45",
+        "Scale 1e45 1 1 Shape \"trianglemesh\" \"integer indices\" [0 0 0] \"point P\" [1e45 0 0]",
+    ] {
+        assert_eq!(errors(world, &[]).len(), 1, "{world}");
+    }
+}
+
+#[test]
+fn blocks_are_bounded() {
+    let deep = "AttributeBegin ".repeat(100_000) + &"AttributeEnd ".repeat(100_000);
+    assert_eq!(errors(&deep, &[]), ["more than 1000 blocks are open"]);
+    let few = "AttributeBegin ".repeat(1000) + &"AttributeEnd ".repeat(1000);
+    assert!(errors(&few, &[]).is_empty());
+}
+
+#[test]
+fn includes_are_bounded() {
+    let row = |times: usize, length: usize| -> Vec<String> {
+        (1..=length).map(|next| format!("Include \"{next}\" ").repeat(times)).chain([String::new()]).collect()
+    };
+    assert_eq!(errors("Include \"0\"", &row(1, 5000)), ["more than 100 files include each other in a row"]);
+    assert!(errors("Include \"0\"", &row(1, 90)).is_empty());
+    assert_eq!(errors("Include \"0\"", &row(2, 30)), ["more than 10000 files are included"]);
+    let large = "#".repeat(1 << 20) + "\n";
+    let again = errors(&"Include \"0\" ".repeat(1000), &[large]);
+    assert_eq!(again, ["files are included again and again: more than 256 MiB of repetition"]);
+}
+
+/// Time and memory once grew with the product of what stands here.
+#[test]
+fn many_names_are_no_burden() {
+    let many = |count: usize, text: &dyn Fn(usize) -> String| (0..count).map(text).collect::<String>();
+    let materials = many(20_000, &|i| format!("MakeNamedMaterial \"m{i}\" \"string type\" \"matte\"\n"));
+    let blocks = many(20_000, &|i| {
+        format!("AttributeBegin MakeNamedMaterial \"b{i}\" \"string type\" \"matte\" AttributeEnd\n")
+    });
+    assert!(errors(&(materials.clone() + &blocks), &[]).is_empty());
+    let unknown = many(20_000, &|i| format!("NamedMaterial \"n{i}\"\n"));
+    assert_eq!(errors(&(materials + &unknown), &[]).len(), 20_000);
+    let repeated = "Shape \"sphere\"".to_owned() + &" \"float radius\" 1".repeat(50_000);
+    assert!(errors(&repeated, &[]).is_empty());
+    let media = many(20_000, &|i| format!("MakeNamedMedium \"m{i}\" MediumInterface \"m{i}\"\n"));
+    assert!(errors(&media, &[]).is_empty());
+}
+
+#[test]
+fn a_block_takes_back_its_definitions() {
+    let define = "MakeNamedMaterial \"a\" \"string type\" \"matte\" Texture \"t\" \"float\" \"constant\"";
+    let use_both = "NamedMaterial \"a\" Material \"matte\" \"texture sigma\" \"t\"";
+    assert!(errors(&format!("{define} AttributeBegin {define} AttributeEnd {use_both}"), &[]).is_empty());
+    assert_eq!(errors(&format!("AttributeBegin {define} {use_both} AttributeEnd {use_both}"), &[]).len(), 2);
 }

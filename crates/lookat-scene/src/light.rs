@@ -86,7 +86,9 @@ fn point_in_range(params: &mut Params, name: &'static str, default: DVec3) -> DV
 }
 
 fn same_points<T>(params: &mut Params) -> Option<T> {
-    params.reject("to", "from and to are the same point: the light has no direction", None);
+    if params.usable() {
+        params.reject("to", "from and to are the same point: the light has no direction", None);
+    }
     params.finish();
     None
 }

@@ -2,7 +2,7 @@
 
 use crate::grammar::{Reader, ends_list, unclosed};
 use crate::param::{Param, ParamType, Values};
-use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separator, shown};
+use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separator, shown, word};
 use crate::{Diagnostic, Spanned, Text, nearest};
 
 /// At most this many bad values are reported of one list.
@@ -76,7 +76,7 @@ impl<'a> Reader<'a> {
 
     /// Whether a declaration is followed by the next declaration or directive.
     fn lacks_value(&self, input: Input<'a>, values: &Values) -> bool {
-        let (at, _) = found(input);
+        let at = word(input).map_or(&input[..input.len().min(1)], |(_, word)| word);
         ends_list(at) || !matches!(values, Values::Strings(_)) && is_declaration(input)
     }
 

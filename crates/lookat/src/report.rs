@@ -3,7 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
 
-use annotate_snippets::{AnnotationKind, Group, Level, Patch, Renderer, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
 use lookat_scene::{Loaded, Sources};
 use serde::Serialize;
@@ -66,6 +66,10 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
         if done.contains(&window) {
             continue;
         }
+        if window.is_empty {
+            group = group.element(Origin::path(window.path.as_str()));
+            continue;
+        }
         done.push(window);
         let mut snippet =
             Snippet::source(window.text.as_str()).line_start(window.line).path(window.path.as_str());
@@ -104,6 +108,8 @@ struct Window {
     text: String,
     /// For each byte of the file in the window, and its end, the place in `text`.
     places: Vec<usize>,
+    /// The file is empty, or could not be read: there is nothing to show.
+    is_empty: bool,
 }
 
 /// The most bytes shown before and after the start of a span.
@@ -121,8 +127,18 @@ impl Window {
         let end = line_end.min(at + REACH);
         let path = source.path.display().to_string();
         let line = text[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
-        let (shown, places) = readable(&text[start..end]);
-        Window { path, start, line, text: shown, places }
+        // What is cut away in front leaves as many blanks, so that columns are right.
+        let hidden = text[line_start..start].iter().filter(|byte| **byte & 0xC0 != 0x80).count();
+        let (shown, mut places) = readable(&text[start..end]);
+        places.iter_mut().for_each(|place| *place += hidden);
+        Window {
+            path,
+            start,
+            line,
+            text: " ".repeat(hidden) + &shown,
+            places,
+            is_empty: source.text.is_empty(),
+        }
     }
 
     /// A span of the file as a range of the text.
