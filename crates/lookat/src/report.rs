@@ -71,8 +71,16 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
             continue;
         }
         done.push(window);
-        let mut snippet =
-            Snippet::source(window.text.as_str()).line_start(window.line).path(window.path.as_str());
+        let mut snippet = Snippet::source(window.text.as_str()).line_start(window.line);
+        if window.is_cut {
+            // The snippet does not know what is missing of its line.
+            let first = diagnostic.labels.iter().zip(&windows).find(|(_, w)| *w == window);
+            let column = first.map_or(1, |(label, _)| sources.location(label.span).column);
+            let origin = Origin::path(window.path.as_str()).line(window.line).char_column(column);
+            group = group.element(origin);
+        } else {
+            snippet = snippet.path(window.path.as_str());
+        }
         for (index, (label, _)) in
             diagnostic.labels.iter().zip(&windows).enumerate().filter(|(_, (_, w))| *w == window)
         {
@@ -110,6 +118,8 @@ struct Window {
     places: Vec<usize>,
     /// The file is empty, or could not be read: there is nothing to show.
     is_empty: bool,
+    /// The text starts inside a line.
+    is_cut: bool,
 }
 
 /// The most bytes shown before and after the start of a span.
@@ -127,17 +137,15 @@ impl Window {
         let end = line_end.min(at + REACH);
         let path = source.path.display().to_string();
         let line = text[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
-        // What is cut away in front leaves as many blanks, so that columns are right.
-        let hidden = text[line_start..start].iter().filter(|byte| **byte & 0xC0 != 0x80).count();
-        let (shown, mut places) = readable(&text[start..end]);
-        places.iter_mut().for_each(|place| *place += hidden);
+        let (shown, places) = readable(&text[start..end]);
         Window {
             path,
             start,
             line,
-            text: " ".repeat(hidden) + &shown,
+            text: shown,
             places,
             is_empty: source.text.is_empty(),
+            is_cut: start > line_start,
         }
     }
 
