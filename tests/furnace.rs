@@ -128,6 +128,88 @@ fn a_bowl_emits_from_the_sides_that_it_is_told_to() {
     near(bowl(up, "ReverseOrientation"), 0.0);
 }
 
+/// A stretched sphere emits as a mirror image or a copy of itself does: two sides show no more than one from outside, and
+/// a reversed one nothing.
+#[test]
+fn a_stretched_sphere_hides_its_inside() {
+    let light = |side: &str| {
+        floor_below(&format!(
+            r#"AreaLightSource "diffuse" {side} Scale 1 1 2 Shape "sphere" "float radius" 0.5"#
+        ))
+    };
+    let one = light("");
+    assert!(one > 0.05);
+    assert!((light(r#""bool twosided" "true""#) / one - 1.0).abs() < 5e-3);
+    assert_eq!(light("ReverseOrientation"), 0.0);
+}
+
+/// The irradiance under a square light of side 1 at distance 1, on its axis, by its form factor; the ceiling that it is
+/// flush with, and the point of the ceiling that a point light stands on, hide nothing.
+#[test]
+fn lights_flush_with_a_surface_shine() {
+    let ceiling =
+        r#"Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 3 -9 9 3 -9 9 3 9 -9 3 9]"#;
+    let quad = r#"AttributeBegin AreaLightSource "diffuse" "bool twosided" "true" Shape "trianglemesh"
+        "integer indices" [0 1 2 0 2 3] "point P" [-.5 3 -.5 .5 3 -.5 .5 3 .5 -.5 3 .5] AttributeEnd"#;
+    let point = r#"LightSource "point" "point from" [0 3 0]"#;
+    let floor = |world: &str| {
+        middle(&format!(
+            r#"LookAt 0 1 0  0 0 0  0 0 1
+            Camera "perspective" "float fov" 0.1
+            Film "image" "integer xresolution" 4 "integer yresolution" 4
+            Sampler "sobol" "integer pixelsamples" 1024
+            Integrator "directlighting"
+            WorldBegin
+            Material "matte" "rgb Kd" [1 1 1]
+            Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-9 0 -9 -9 0 9 9 0 9 9 0 -9]
+            {world}
+            WorldEnd"#
+        ))
+    };
+    // Four times the form factor of a corner: a square of side 1/2 at distance 3.
+    let (a, c) = (0.5_f64, 3.0_f64);
+    let side = (a * a + c * c).sqrt();
+    let form_factor = 4.0 * 2.0 * a / side * (a / side).atan() / (2.0 * std::f64::consts::PI);
+    for world in [format!("{quad} {ceiling}"), format!("{ceiling} {quad}")] {
+        assert!((floor(&world) / form_factor - 1.0).abs() < 0.01, "{} {form_factor}", floor(&world));
+    }
+    let expected = 1.0 / 9.0 / std::f64::consts::PI;
+    assert!((floor(&format!("{point} {ceiling}")) / expected - 1.0).abs() < 1e-6);
+}
+
+/// Faces that stand twice do not shade each other, at any size, also in an instance that comes from far away; and a ray
+/// passes through doubled faces without a material in the end.
+#[test]
+fn doubled_faces_are_as_good_as_single_ones() {
+    let sky = |size: f64, material: &str, place: &str| {
+        let quad = format!(
+            r#"Shape "trianglemesh" "integer indices" [0 1 2 0 2 3]
+            "point P" [-{size} 0 -{size} -{size} 0 {size} {size} 0 {size} {size} 0 -{size}]"#
+        );
+        let text = format!(
+            r#"LookAt 0 1 0  0.1 0 0.2  0 0 1
+            Camera "perspective" "float fov" 30
+            Film "image" "integer xresolution" 16 "integer yresolution" 16
+            Sampler "sobol" "integer pixelsamples" 16
+            Integrator "path" "integer maxdepth" 2
+            WorldBegin
+            LightSource "infinite"
+            {material}
+            ObjectBegin "ground" Rotate 17 1 0.3 0.2 {quad} {quad} ObjectEnd
+            {place} ObjectInstance "ground"
+            WorldEnd"#
+        );
+        middle(&text)
+    };
+    let grey = r#"Material "matte" "rgb Kd" [0.5 0.5 0.5]"#;
+    for size in [1.0, 1e3, 1e5, 1e7] {
+        let value = sky(size, grey, "");
+        assert!((value - 0.5).abs() < 2e-3, "{size}: {value}");
+        let value = sky(size, r#"Material "none""#, "");
+        assert!((value - 1.0).abs() < 1e-6, "{size}: {value}");
+    }
+}
+
 /// Ambient occlusion of a convex body is pi.
 #[test]
 fn nothing_occludes_a_convex_body() {

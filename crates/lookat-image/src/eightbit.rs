@@ -31,9 +31,12 @@ pub(crate) fn write_tga(image: &Image, out: impl Write) -> Result<(), Fault> {
         return Err(Fault::Unfit("a TGA file is at most 65535 pixels wide and high".into()));
     }
     let color = if planes.len() == 3 { ExtendedColorType::Rgb8 } else { ExtendedColorType::L8 };
-    TgaEncoder::new(out).write_image(&bytes(&planes), width, height, color).map_err(|error| match error {
-        ::image::ImageError::IoError(error) => Fault::Io(error),
-        error => Fault::Unfit(error.to_string()),
+    // Runs that cross rows, which the encoder makes, break readers that follow the specification.
+    TgaEncoder::new(out).disable_rle().write_image(&bytes(&planes), width, height, color).map_err(|error| {
+        match error {
+            ::image::ImageError::IoError(error) => Fault::Io(error),
+            error => Fault::Unfit(error.to_string()),
+        }
     })
 }
 

@@ -9,6 +9,9 @@ use crate::prepare::Traceable;
 use crate::ray::Ray;
 use crate::surface::Surface;
 
+/// The most surfaces without a material that a ray passes through in a row.
+pub(crate) const MAX_PASSED: u32 = 1000;
+
 /// Traces rays and counts them.
 pub(crate) struct Tracer<'t, 's> {
     scene: &'t Traceable<'s>,

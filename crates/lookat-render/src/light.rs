@@ -12,7 +12,7 @@ use crate::color::luminance;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::sphere::PlacedSphere;
-use crate::surface::{Surface, flipped, on_triangle};
+use crate::surface::{Surface, flipped, on_triangle, reach};
 use mesh::MeshAreas;
 
 /// All lights of a scene.
@@ -168,8 +168,10 @@ impl<'s> LightTable<'s> {
         let on_light = match (&light.form, &owner.shape) {
             (SurfaceForm::Sphere(sphere), _) => {
                 let (p, n) = sphere::sample(sphere, from.p, u);
+                let magnitude = sphere.magnitude();
                 Surface {
                     p,
+                    magnitude,
                     n,
                     ns: n,
                     emitting: flipped(n, owner.reverse_orientation),
@@ -189,9 +191,12 @@ impl<'s> LightTable<'s> {
         let to_light = on_light.p - from.p;
         let wi = to_light.try_normalize()?;
         let li = on_light.le(-wi);
-        let shadow = Ray { t_max: to_light.length(), target: element, ..from.leave(wi) };
+        let shadow = Ray {
+            t_max: reach(from, to_light.length(), on_light.magnitude),
+            target: element,
+            ..from.leave(wi)
+        };
         if let SurfaceForm::Sphere(sphere) = &light.form
-            && !sphere.is_whole()
             && sphere.hides_end_of(&shadow)
         {
             return None;
@@ -273,7 +278,10 @@ fn towards(from: &Surface, position: DVec3, intensity: Vec3) -> Option<(Vec3, Ra
     let to_light = position - from.p;
     let distance = to_light.length();
     let ray = from.leave(to_light.try_normalize()?);
-    Some((intensity / (distance * distance) as f32, Ray { t_max: distance, ..ray }))
+    Some((
+        intensity / (distance * distance) as f32,
+        Ray { t_max: reach(from, distance, position.abs().max_element()), ..ray },
+    ))
 }
 
 /// pbrt-v3's SpotLight::Falloff.

@@ -1,5 +1,6 @@
 //! From a scene to what rays are traced against: everything relative to the eye, sorted into trees.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
@@ -27,10 +28,9 @@ pub(crate) struct Traceable<'s> {
 }
 
 /// Elements with their tree.
-#[derive(Default)]
 struct Group {
     elements: Vec<Element>,
-    bvh: Option<Bvh>,
+    bvh: Bvh,
 }
 
 const NO_SPHERE: u32 = u32::MAX;
@@ -58,13 +58,12 @@ impl<'s> Traceable<'s> {
         let mut builder = Builder::default();
         let mut world = builder.elements(&scene.primitives, eye);
         // Each object is prepared once, in its own space, however many copies there are.
-        let mut objects: Vec<(&Arc<Object>, Group)> = Vec::new();
+        let mut objects: Vec<Group> = Vec::new();
+        let mut known: HashMap<*const Object, usize> = HashMap::new();
         let mut instances = Vec::new();
         for instance in &scene.instances {
-            let known = objects.iter().position(|(object, _)| Arc::ptr_eq(object, &instance.object));
-            let object = known.unwrap_or_else(|| {
-                let elements = builder.elements(&instance.object.primitives, DVec3::ZERO);
-                objects.push((&instance.object, Group::new(elements)));
+            let object = *known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| {
+                objects.push(Group::new(builder.elements(&instance.object.primitives, DVec3::ZERO)));
                 objects.len() - 1
             });
             let (m, inv) = (instance.world_from_object.m, instance.world_from_object.inv);
@@ -75,20 +74,12 @@ impl<'s> Traceable<'s> {
                 world_from_object: DMat3::from_mat4(m),
                 origin: m.w_axis.truncate() - eye,
             };
-            let bounds = placed.bounds(objects[object].1.bounds());
+            let bounds = placed.bounds(objects[object].bounds());
             world.push(bounds, Element::Instance { instance: instances.len() as u32 });
             instances.push(placed);
         }
         let Builder { primitives, spheres, sphere_of } = builder;
-        Traceable {
-            eye,
-            primitives,
-            spheres,
-            sphere_of,
-            world: Group::new(world),
-            objects: objects.into_iter().map(|(_, group)| group).collect(),
-            instances,
-        }
+        Traceable { eye, primitives, spheres, sphere_of, world: Group::new(world), objects, instances }
     }
 
     /// The nearest hit.
@@ -248,18 +239,16 @@ impl Group {
         let Elements { bounds, mut elements } = all;
         let (bvh, mut order) = Bvh::build(&bounds);
         reorder(&mut elements, &mut order);
-        Group { elements, bvh: Some(bvh) }
+        Group { elements, bvh }
     }
 
     fn bounds(&self) -> Bounds {
-        self.bvh.as_ref().map_or(Bounds::EMPTY, Bvh::bounds)
+        self.bvh.bounds()
     }
 
     #[inline]
     fn traverse(&self, ray: &Ray, mut visit: impl FnMut(&[Element]) -> Option<f64>) {
-        if let Some(bvh) = &self.bvh {
-            bvh.traverse(ray, |range| visit(&self.elements[range]));
-        }
+        self.bvh.traverse(ray, |range| visit(&self.elements[range]));
     }
 }
 
@@ -267,6 +256,14 @@ impl PlacedInstance {
     /// An eye-relative position in the space of the object.
     pub fn to_object(&self, p: DVec3) -> DVec3 {
         self.object_from_world * p + self.offset
+    }
+
+    /// The largest coordinate that the way back to the world computes with, for a position of the object whose own
+    /// coordinates are up to `magnitude`.
+    pub fn magnitude(&self, magnitude: f64) -> f64 {
+        let m = &self.world_from_object;
+        let rows = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
+        (rows * magnitude + self.origin.abs()).max_element()
     }
 
     /// And back.

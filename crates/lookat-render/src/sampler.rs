@@ -43,8 +43,14 @@ impl SampleStream {
     /// distributed as `count` times as many samples of the pixel.
     pub fn nested(&self, count: u32, k: u32) -> Self {
         let mut nested = self.clone();
+        let Some(all) = self.count.checked_mul(count) else {
+            // More than can be numbered: independent ones.
+            let seed = mix(hash(self.seed, self.dimension) ^ (u64::from(self.index) << 32 | u64::from(k)));
+            nested.pattern = Pattern::Random(Pcg64Mcg::seed_from_u64(seed));
+            return nested;
+        };
         nested.index = self.index.wrapping_mul(count).wrapping_add(k);
-        nested.count = self.count.saturating_mul(count);
+        nested.count = all;
         match &mut nested.pattern {
             Pattern::Random(random) => {
                 *random =
@@ -173,7 +179,7 @@ fn permute(mut i: u32, n: u32, seed: u32) -> u32 {
         i &= mask;
         i ^= i >> 5;
         if i < n {
-            return i.wrapping_add(seed) % n;
+            return ((u64::from(i) + u64::from(seed)) % u64::from(n)) as u32;
         }
     }
 }

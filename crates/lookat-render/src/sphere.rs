@@ -39,6 +39,11 @@ impl PlacedSphere {
         DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length()) * self.shape.radius
     }
 
+    /// The largest coordinate of the box around it.
+    pub fn magnitude(&self) -> f64 {
+        (self.center.abs() + self.half_extent()).max_element()
+    }
+
     /// The nearest distance at which the ray meets the sphere, more than 0 and at most `t_max`. A ray that leaves the
     /// sphere meets it again only on its far side.
     pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {

@@ -13,6 +13,8 @@ use crate::triangle::corners;
 pub(crate) struct Surface<'s> {
     /// Position.
     pub p: DVec3,
+    /// The largest coordinate that its computation went through: its rounding is in proportion.
+    pub magnitude: f64,
     /// The geometric normal, on the side that pbrt-v3 gives it.
     pub n: DVec3,
     /// The shading normal.
@@ -37,13 +39,17 @@ impl<'s> Surface<'s> {
                     None => ray.at(hit.t),
                 };
                 // The hit is as exact as its distance; the sphere is exacter.
-                let (p, outward) = match scene.sphere(hit.element.primitive) {
-                    Some(sphere) => sphere.project(place),
-                    None => (place, DVec3::Z),
+                let (p, outward, magnitude) = match scene.sphere(hit.element.primitive) {
+                    Some(sphere) => {
+                        let (p, outward) = sphere.project(place);
+                        (p, outward, sphere.magnitude())
+                    }
+                    None => (place, DVec3::Z, 0.0),
                 };
                 let n = flipped(outward, primitive.reverse_orientation != primitive.mirrored);
                 Surface {
                     p,
+                    magnitude,
                     n,
                     ns: n,
                     emitting: flipped(outward, primitive.reverse_orientation),
@@ -60,6 +66,7 @@ impl<'s> Surface<'s> {
         match instance {
             Some(instance) => Surface {
                 p: instance.to_world(surface.p),
+                magnitude: instance.magnitude(surface.magnitude),
                 n: instance.normal_to_world(surface.n),
                 ns: instance.normal_to_world(surface.ns),
                 emitting: instance.normal_to_world(surface.emitting),
@@ -96,9 +103,15 @@ impl<'s> Surface<'s> {
     /// The element itself is not met again. Others that touch it here are told from it by an offset of 2^-40 of the
     /// coordinates, thousands of times their rounding and less than any gap in a scene.
     pub fn leave(&self, d: DVec3) -> Ray {
-        let offset = self.n * (self.p.abs().max_element() * OFFSET).copysign(self.n.dot(d));
+        let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
         Ray { leaving: self.element, ..Ray::new(self.p + offset, d) }
     }
+}
+
+/// The distance up to which a shadow ray from `from` is blocked on its way to a point whose coordinates are up to
+/// `magnitude`: all the way, but for rounding, so that what lies in the plane of a light does not hide it.
+pub(crate) fn reach(from: &Surface, distance: f64, magnitude: f64) -> f64 {
+    distance - from.magnitude.max(magnitude) * 4.0 * OFFSET
 }
 
 /// 2^-40.
@@ -115,6 +128,7 @@ pub(crate) fn on_triangle<'s>(
     let index = element.index as usize;
     let [p0, p1, p2] = corners(mesh, index, eye);
     let p = p0 * b0 + p1 * b1 + p2 * b2;
+    let magnitude = p0.abs().max(p1.abs()).max(p2.abs()).max_element();
     // Scaled, so that the product of edges of any length neither vanishes nor overflows.
     let (e1, e2) = (p1 - p0, p2 - p0);
     let size = e1.abs().max_element().max(e2.abs().max_element());
@@ -131,12 +145,28 @@ pub(crate) fn on_triangle<'s>(
         Some(smooth) => {
             let ns = flipped(smooth, primitive.reverse_orientation);
             let n = flipped(winding, winding.dot(ns) < 0.0);
-            Surface { p, n, ns, emitting: flipped(winding, winding.dot(smooth) < 0.0), element, primitive }
+            Surface {
+                p,
+                magnitude,
+                n,
+                ns,
+                emitting: flipped(winding, winding.dot(smooth) < 0.0),
+                element,
+                primitive,
+            }
         }
         None => {
             // With tangents, pbrt-v3 reverses once more.
             let n = flipped(own, primitive.reverse_orientation && mesh.tangents.is_empty());
-            Surface { p, n, ns: n, emitting: flipped(own, primitive.reverse_orientation), element, primitive }
+            Surface {
+                p,
+                magnitude,
+                n,
+                ns: n,
+                emitting: flipped(own, primitive.reverse_orientation),
+                element,
+                primitive,
+            }
         }
     }
 }

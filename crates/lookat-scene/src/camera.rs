@@ -117,7 +117,7 @@ fn perspective(params: &mut Params) -> Projection {
     let (name, degrees) = if half > 0.0 { ("halffov", 2.0 * half) } else { ("fov", fov) };
     if !(degrees > 0.0 && degrees < 180.0) {
         let limit = if name == "fov" { 180 } else { 90 };
-        params.reject(name, format!("{name} is more than 0 and less than {limit} degrees"), None);
+        params.reject(name, format!("{name} must be more than 0 and less than {limit} degrees"), None);
         return Projection::Perspective { fov: std::f64::consts::FRAC_PI_2 };
     }
     Projection::Perspective { fov: degrees.to_radians() }
@@ -141,7 +141,7 @@ fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
     let own = film_aspect(film);
     let mut aspect = params.float("frameaspectratio", own);
     if !(aspect > 1e-6 && aspect < 1e6) {
-        params.reject("frameaspectratio", "frameaspectratio is more than 1e-6 and less than 1e6", None);
+        params.reject("frameaspectratio", "frameaspectratio must be more than 1e-6 and less than 1e6", None);
         aspect = own;
     }
     let default = ScreenWindow::of_aspect(aspect);
@@ -194,7 +194,7 @@ fn lens(params: &mut Params) -> Option<Lens> {
         return None;
     }
     if focal_distance <= 0.0 {
-        params.reject("focaldistance", "focaldistance is more than 0 with a lens", None);
+        params.reject("focaldistance", "focaldistance must be more than 0 with a lens", None);
     }
     Some(Lens { radius, focal_distance })
 }

@@ -4,13 +4,13 @@ use glam::{DMat3, DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Param, ParamType, Span, Text, Values};
 
 use crate::cie;
-use crate::files::{Files, reason};
+use crate::files::{Files, unreadable};
 
 /// The largest component of a color: far beyond any light, and so small that a sum of many and a product of two fit `f32`.
 pub(crate) const LARGEST: f32 = 1e18;
 
 /// The color that a parameter gives. A list of several is cut to the first.
-pub(crate) fn from_param(param: &Param, files: &Files) -> Result<Vec3, Diagnostic> {
+pub(crate) fn from_param(param: &Param, files: &Files) -> Result<Vec3, Box<Diagnostic>> {
     let at = param.values.span;
     Ok(match (&param.values.value, param.ty) {
         (Values::Triples(values), ParamType::Xyz) => from_xyz(values[0].into()),
@@ -62,12 +62,12 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
 }
 
 /// A spectrum given as wavelength and value by turns, in any order of wavelengths.
-fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Diagnostic> {
+fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
     if flat.is_empty() || !flat.len().is_multiple_of(2) {
         let message = format!("a spectrum is pairs of wavelength and value; {} numbers given", flat.len());
         let mut error = Diagnostic::error(at, message);
         error.help = (flat.len() == 3).then(|| "red, green and blue are declared \"rgb\"".into());
-        return Err(error);
+        return Err(Box::new(error));
     }
     let mut samples: Vec<(f64, f64)> = flat.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -85,12 +85,12 @@ fn interpolate(samples: &[(f64, f64)], at: f64) -> f64 {
 }
 
 /// A spectrum from a file of numbers; `#` starts a comment.
-fn from_file(names: &[Text], at: Span, files: &Files) -> Result<Vec3, Diagnostic> {
+fn from_file(names: &[Text], at: Span, files: &Files) -> Result<Vec3, Box<Diagnostic>> {
     let Some(name) = names.first() else {
-        return Err(Diagnostic::error(at, "a spectrum needs the name of a file"));
+        return Err(Box::new(Diagnostic::error(at, "a spectrum needs the name of a file")));
     };
     let (path, bytes) = files.read_named(&name.value, name.span).map_err(|(path, error)| {
-        Diagnostic::error(name.span, format!("cannot read {}: {}", path.display(), reason(&error)))
+        Box::new(unreadable("read", name, &path, &error))
             .help("the name is relative to the file that it stands in")
     })?;
     let text = String::from_utf8_lossy(&bytes);
@@ -103,7 +103,7 @@ fn from_file(names: &[Text], at: Span, files: &Files) -> Result<Vec3, Diagnostic
                 Ok(number) if number.is_finite() => numbers.push(number),
                 _ => {
                     let message = format!("{} line {}: `{word}` is not a number", path.display(), index + 1);
-                    return Err(Diagnostic::error(name.span, message));
+                    return Err(Box::new(Diagnostic::error(name.span, message)));
                 }
             }
         }

@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use lookat_syntax::{FileId, Span};
+use lookat_syntax::{Diagnostic, FileId, Span, Text};
 
 use crate::sources::{Source, Sources};
 
@@ -71,6 +71,21 @@ fn normal(path: &Path) -> PathBuf {
         }
     }
     out
+}
+
+/// The error for a file that a scene names and that cannot be read.
+pub(crate) fn unreadable(verb: &str, name: &Text, path: &Path, error: &io::Error) -> Diagnostic {
+    let shown = path.display().to_string().escape_debug().to_string();
+    let diagnostic = Diagnostic::error(name.span, format!("cannot {verb} {shown}: {}", reason(error)));
+    if name.value.contains(char::is_control) {
+        return diagnostic.help("in a quoted name \\ starts an escape: write a backslash as / or \\\\");
+    }
+    match error.kind() {
+        io::ErrorKind::NotFound => {
+            diagnostic.help("names are relative to the file that they stand in, or else to the scene file")
+        }
+        _ => diagnostic,
+    }
 }
 
 /// Why a file cannot be read, in plain words.

@@ -55,7 +55,7 @@ impl PixelBounds {
 /// The longest side of a film. Beyond it lies a slip, not a picture.
 const MAX_SIDE: i32 = 1_000_000;
 /// The most pixels that one run renders: about 5 GB of sums.
-const MAX_PIXELS: u64 = 100_000_000;
+pub const MAX_PIXELS: u64 = 100_000_000;
 
 pub(crate) const NAMES: &[&str] = &["image"];
 
@@ -75,7 +75,7 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     }
     let mut max_sample_luminance = params.float("maxsampleluminance", f64::INFINITY);
     if max_sample_luminance <= 0.0 {
-        params.reject("maxsampleluminance", "maxsampleluminance is more than 0", None);
+        params.reject("maxsampleluminance", "maxsampleluminance must be more than 0", None);
         max_sample_luminance = f64::INFINITY;
     }
     // Only the realistic camera asks for the size of the sensor.
@@ -95,7 +95,7 @@ fn resolution(params: &mut Params, overrides: &Overrides) -> [u32; 2] {
         if (1..=MAX_SIDE).contains(&pixels) {
             return pixels as u32;
         }
-        params.reject(name, format!("{name} is from 1 to {MAX_SIDE} pixels"), None);
+        params.reject(name, format!("{name} must be from 1 to {MAX_SIDE} pixels"), None);
         default as u32
     };
     let own = [side("xresolution", 1280), side("yresolution", 720)];

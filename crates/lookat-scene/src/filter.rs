@@ -62,7 +62,7 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
     // Beyond these the filter is zero everywhere, or its numbers are no longer exact.
     let mut within = |name: &'static str, value: f64, from: f64, to: f64| {
         if !(from..=to).contains(&value) {
-            params.reject(name, format!("{name} is from {from} to {to}"), None);
+            params.reject(name, format!("{name} must be from {from} to {to}"), None);
         }
     };
     match kind {
@@ -77,7 +77,7 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
     let mut side = |name| {
         let radius = params.float(name, width);
         if !(1e-3..=100.0).contains(&radius) {
-            params.reject(name, format!("{name} is from 0.001 to 100 pixels"), None);
+            params.reject(name, format!("{name} must be from 0.001 to 100 pixels"), None);
         }
         radius
     };

@@ -63,7 +63,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             let cosine = params.bool("cossample", true);
             let samples = params.integer("nsamples", 64);
             if samples < 1 {
-                params.reject("nsamples", "nsamples is at least 1", None);
+                params.reject("nsamples", "nsamples must be at least 1", None);
             }
             Integrator::AmbientOcclusion { cosine, samples: samples.max(1) as u32 }
         }
@@ -106,7 +106,7 @@ fn path(params: &mut Params) -> Integrator {
 fn depth(params: &mut Params) -> u32 {
     let depth = params.integer("maxdepth", 5);
     if depth < 0 {
-        params.reject("maxdepth", "maxdepth is at least 0", None);
+        params.reject("maxdepth", "maxdepth must be at least 0", None);
     }
     depth.max(0) as u32
 }

@@ -53,7 +53,7 @@ mod transform;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use files::Read;
-pub use film::{Film, PixelBounds};
+pub use film::{Film, MAX_PIXELS, PixelBounds};
 pub use filter::{Filter, FilterKind};
 pub use integrator::{Integrator, LightChoice};
 pub use light::Light;

@@ -98,7 +98,7 @@ fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     let cone = params.float("coneangle", 30.0);
     let delta = params.float("conedeltaangle", 5.0);
     if !(cone > 0.0 && cone <= 180.0) {
-        params.reject("coneangle", "coneangle is more than 0 and at most 180 degrees", None);
+        params.reject("coneangle", "coneangle must be more than 0 and at most 180 degrees", None);
     }
     let from = point_in_range(params, "from", DVec3::ZERO);
     let to = point_in_range(params, "to", DVec3::Z);
@@ -126,8 +126,7 @@ fn coordinate_system(v: DVec3) -> (DVec3, DVec3) {
 fn infinite(params: &mut Params) -> Light {
     let radiance = scaled(params, "L");
     let samples = samples(params);
-    if params.given("mapname") {
-        params.string("mapname");
+    if params.string("mapname").is_some() {
         params.unsupported("the map of LightSource \"infinite\" is not rendered yet; L alone is".into());
     }
     Light::Infinite { radiance, samples }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
 
-use crate::files::{Files, Read, reason};
+use crate::files::{Files, Read, reason, unreadable};
 use crate::overrides::Overrides;
 use crate::resolve::Resolver;
 use crate::{Scene, Sources};
@@ -118,9 +118,8 @@ impl Loader<'_> {
         let (path, bytes) = match self.resolver.files.read_named(&name.value, name.span) {
             Ok(found) => found,
             Err((path, error)) => {
-                let message = format!("cannot include {}: {}", path.display(), reason(&error));
-                let help = "the name is relative to the file that it stands in";
-                self.resolver.report.push(Diagnostic::error(name.span, message).help(help));
+                let error = unreadable("include", &name, &path, &error);
+                self.resolver.report.push(error);
                 self.resolver.report.incomplete = true;
                 return;
             }

@@ -42,14 +42,17 @@ pub(crate) const NAMES: &[&str] = &[
     "",
 ];
 
+/// Those that have a diffuse color of that name.
+const HAVE_KD: &[&str] = &["matte", "plastic", "translucent", "substrate", "uber", "kdsubsurface"];
+
 /// pbrt-v3's MakeMaterial. An unknown type is an error; the material is then matte, as in pbrt-v3.
 pub(crate) fn material(params: &mut Params) -> Material {
     let material = match params.kind() {
         "matte" => matte(params),
         "none" | "" => Material::None,
         kind if NAMES.contains(&kind) => {
-            let message =
-                format!("Material \"{kind}\" is not rendered yet; matte with its Kd stands in for it");
+            let stand_in = if HAVE_KD.contains(&kind) { "matte with its Kd" } else { "grey matte" };
+            let message = format!("Material \"{kind}\" is not rendered yet; {stand_in} stands in for it");
             // pbrt-v3's defaults of Kd.
             let default = if ["plastic", "translucent", "uber"].contains(&kind) { 0.25 } else { 0.5 };
             params.unsupported(message);
@@ -69,10 +72,18 @@ pub(crate) fn material(params: &mut Params) -> Material {
 
 fn matte(params: &mut Params) -> Material {
     let kd = params.spectrum_texture("Kd", Vec3::splat(0.5));
+    if kd.max_element() > 1.0 {
+        params.warn(
+            "Kd",
+            "Kd is more than 1: the surface gives back more light than it gets",
+            "colors go from 0 to 1; divide those that go to 255",
+        );
+    }
     let sigma = params.float_texture("sigma", 0.0);
-    if params.given("bumpmap") {
-        params.texture("bumpmap");
-        params.float("bumpmap", 0.0);
+    let given = params.given("bumpmap");
+    params.texture("bumpmap");
+    params.float("bumpmap", 0.0);
+    if given {
         params.unsupported("bumpmap is not rendered yet".into());
     }
     Material::Matte { kd: kd.max(Vec3::ZERO), sigma: sigma.clamp(0.0, 90.0) }

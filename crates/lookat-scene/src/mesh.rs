@@ -80,11 +80,11 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
         params.missing("filename", "a plymesh needs a file", "\"string filename\" \"mesh.ply\" names it");
         return None;
     };
-    let bytes = params.file(&name)?;
+    let (path, bytes) = params.file(&name)?;
     let mesh = match ply::read(&bytes) {
         Ok(mesh) => mesh,
         Err(error) => {
-            params.error(Diagnostic::error(name.span, format!("{}: {error}", name.value)));
+            params.error(Diagnostic::error(name.span, format!("{}: {error}", path.display())));
             return None;
         }
     };

@@ -3,6 +3,8 @@
 
 use std::collections::HashSet;
 
+use std::path::PathBuf;
+
 use glam::{DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, Values, nearest};
 
@@ -192,7 +194,7 @@ impl<'a> Params<'a> {
                 default
             }
             Err(error) => {
-                self.report.push(error);
+                self.report.push(*error);
                 self.failed = true;
                 default
             }
@@ -258,13 +260,11 @@ impl<'a> Params<'a> {
     }
 
     /// The bytes of a file that a parameter names. `None`, and an error, where it cannot be read.
-    pub fn file(&mut self, name: &Text) -> Option<Vec<u8>> {
+    pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Vec<u8>)> {
         match self.files.read_named(&name.value, name.span) {
-            Ok((_, bytes)) => Some(bytes),
+            Ok(found) => Some(found),
             Err((path, error)) => {
-                let message = format!("cannot read {}: {}", path.display(), crate::files::reason(&error));
-                let help = "the name is relative to the file that it stands in";
-                self.error(Diagnostic::error(name.span, message).help(help));
+                self.error(crate::files::unreadable("read", name, &path, &error));
                 None
             }
         }
@@ -379,9 +379,9 @@ impl<'a> Params<'a> {
         names
     }
 
-    /// The names that were asked for; none where the rest is ignored, whatever it is called.
-    pub fn known_names(&self) -> Option<Vec<&'static str>> {
-        (!self.rest_ignored).then(|| self.asked())
+    /// The names and types that were asked for; none where the rest is ignored, whatever it is.
+    pub fn known(&self) -> Option<Vec<(&'static str, ParamType)>> {
+        (!self.rest_ignored).then(|| self.asked.clone())
     }
 
     /// Warns about parameters that are left. Whether the constructor's result is to be used.
@@ -448,6 +448,15 @@ impl<'a> Params<'a> {
             param.ty.name()
         );
         let warning = Diagnostic::warning(at, message);
+        // One number where a color is due: grey was meant.
+        if let (Values::Numbers(numbers), true) = (&param.values.value, types.contains(&"rgb"))
+            && let [grey] = numbers[..]
+        {
+            let declaration = format!("\"rgb {name}\" [{grey} {grey} {grey}]");
+            return warning
+                .help(format!("a color has three numbers: {declaration}"))
+                .fix(param.span(), declaration);
+        }
         match types[..] {
             [only] => {
                 let declaration = format!("\"{only} {name}\"");

@@ -116,7 +116,8 @@ fn cut_alike(diagnostics: &mut Vec<Diagnostic>) {
         let (all, told) = (alike[&diagnostic.message], told.entry(diagnostic.message.clone()).or_default());
         *told += 1;
         if *told == MOST_ALIKE && all > MOST_ALIKE {
-            diagnostic.labels[0].text = format!("and at {} more places", all - MOST_ALIKE);
+            diagnostic.more = all - MOST_ALIKE;
+            diagnostic.labels[0].text = format!("and at {} more places", diagnostic.more);
         }
         *told <= MOST_ALIKE
     });

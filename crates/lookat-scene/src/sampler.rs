@@ -70,7 +70,7 @@ fn pixel_samples(params: &mut Params, default: i32) -> u32 {
 fn positive(params: &mut Params, name: &'static str, default: i32) -> u32 {
     let count = params.integer(name, default);
     if count < 1 {
-        params.reject(name, format!("{name} is at least 1"), None);
+        params.reject(name, format!("{name} must be at least 1"), None);
     }
     count.max(1) as u32
 }

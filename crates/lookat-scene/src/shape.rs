@@ -72,7 +72,7 @@ fn sphere(params: &mut Params, world_from_object: Transform) -> Option<Sphere> {
     let radius = params.float("radius", 1.0);
     let scale = world_from_object.m.to_cols_array().iter().fold(1.0_f64, |max, x| max.max(x.abs()));
     if radius <= 0.0 {
-        params.reject("radius", "the radius of a sphere is more than 0", None);
+        params.reject("radius", "the radius of a sphere must be more than 0", None);
     } else if !(LARGEST.recip()..=LARGEST / scale).contains(&radius) {
         params.reject("radius", format!("a sphere of a radius of {radius:e} cannot be computed with"), None);
     }
@@ -86,7 +86,7 @@ fn sphere(params: &mut Params, world_from_object: Transform) -> Option<Sphere> {
     }
     let phi_max = params.float("phimax", 360.0);
     if phi_max <= 0.0 {
-        params.reject("phimax", "phimax is more than 0 degrees", None);
+        params.reject("phimax", "phimax must be more than 0 degrees", None);
     }
     params.usable().then(|| Sphere {
         radius,

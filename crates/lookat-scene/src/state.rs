@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_syntax::{Entity, Param, Span};
+use lookat_syntax::{Entity, Param, ParamType, Span};
 
 use crate::{Emission, Material, Transform};
 
@@ -112,15 +112,17 @@ pub(crate) struct MaterialInstance {
     pub material: Arc<Material>,
     /// The type and the parameters that it was given.
     pub entity: Option<Entity>,
-    /// The names of all its parameters; none where they are not known, because something else stands in for it.
-    pub names: Option<Vec<&'static str>>,
+    /// The names and types of its parameters; none where something else stands in for it.
+    pub known: Option<Vec<(&'static str, ParamType)>>,
 }
 
 impl MaterialInstance {
     /// Splits the parameters of a shape into those that replace some of the material's, and the others.
     pub fn split(&self, params: Vec<Param>) -> (Vec<Param>, Vec<Param>) {
-        let Some(names) = &self.names else { return (params, Vec::new()) };
-        params.into_iter().partition(|param| names.contains(&param.name.value.as_str()))
+        let Some(known) = &self.known else { return (params, Vec::new()) };
+        params
+            .into_iter()
+            .partition(|param| known.iter().any(|(name, ty)| *name == param.name.value && *ty == param.ty))
     }
 }
 
@@ -129,7 +131,17 @@ impl GraphicsState {
         let matte = MaterialInstance {
             material: Arc::new(Material::DEFAULT),
             entity: None,
-            names: Some(vec!["Kd", "sigma", "bumpmap"]),
+            known: Some(
+                [
+                    ("Kd", &[ParamType::Rgb, ParamType::Xyz, ParamType::Blackbody, ParamType::Spectrum][..]),
+                    ("sigma", &[ParamType::Float]),
+                ]
+                .into_iter()
+                .flat_map(|(name, types)| {
+                    types.iter().chain(&[ParamType::Texture]).map(move |ty| (name, *ty))
+                })
+                .collect(),
+            ),
         };
         GraphicsState {
             ctm: Transform::IDENTITY,

@@ -42,6 +42,8 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// The way out, as an edit.
     pub fix: Option<Fix>,
+    /// At how many further places the same is wrong, which are not told one by one.
+    pub more: usize,
 }
 
 impl Diagnostic {
@@ -57,7 +59,7 @@ impl Diagnostic {
 
     fn new(severity: Severity, span: Span, message: String) -> Self {
         let labels = vec![Label { span, text: String::new() }];
-        Diagnostic { severity, message, labels, help: None, fix: None }
+        Diagnostic { severity, message, labels, help: None, fix: None, more: 0 }
     }
 
     /// Says something beside the underlined text.

@@ -27,6 +27,7 @@ pub struct Parsed {
 /// Texts of 4 GiB and more are refused with a diagnostic.
 pub fn parse(file: FileId, text: &[u8]) -> Parsed {
     let mut reader = Reader {
+        unknown: 0,
         file,
         text,
         diagnostics: Vec::new(),
@@ -55,7 +56,12 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
     Parsed { statements, diagnostics, v4_marks, broken_end }
 }
 
+/// Beyond so many unknown directives, only known ones are looked for: this is hardly a scene.
+const MAX_UNKNOWN: usize = 20;
+
 pub(crate) struct Reader<'a> {
+    /// Unknown directives so far.
+    unknown: usize,
     file: FileId,
     text: Input<'a>,
     pub(crate) diagnostics: Vec<Diagnostic>,
@@ -96,7 +102,7 @@ impl<'a> Reader<'a> {
     pub(crate) fn recover(&mut self, fault: Fault<'a>) -> Input<'a> {
         let from = &self.text[self.offset(fault.at)..];
         self.report(fault);
-        let rest = next_directive(self.statement, from);
+        let rest = next_directive(self.statement, from, self.unknown <= MAX_UNKNOWN);
         self.broken_end |= rest.is_empty();
         rest
     }
@@ -226,9 +232,13 @@ impl<'a> Reader<'a> {
             return Fault::new(keyword, format!("expected a directive, found the number {name}"))
                 .help("several values of one parameter stand in brackets: [1 2 3]");
         }
+        self.unknown += 1;
         let fault = Fault::new(keyword, format!("unknown directive `{name}`"));
-        match nearest(&name, Directive::KEYWORDS) {
-            Some(known) => fault.help(format!("did you mean `{known}`?")).replace_with(known),
+        if let Some(known) = nearest(&name, Directive::KEYWORDS) {
+            return fault.help(format!("did you mean `{known}`?")).replace_with(known);
+        }
+        match advice(keyword) {
+            Some(advice) => fault.help(advice),
             None => fault,
         }
     }
@@ -273,7 +283,15 @@ impl<'a> Reader<'a> {
     }
 
     fn miscounted(&self, at: Input<'a>, keyword: Input<'a>, wanted: usize, given: usize) -> Fault<'a> {
-        Fault::new(at, format!("{} takes {wanted} numbers; {given} given", shown(keyword)))
+        let fault = Fault::new(at, format!("{} takes {wanted} numbers; {given} given", shown(keyword)));
+        fault.help(match keyword {
+            b"Translate" => "they are the distances along x, y and z",
+            b"Scale" => "they are the factors along x, y and z",
+            b"Rotate" => "they are the angle in degrees and the axis: Rotate 45 0 1 0",
+            b"LookAt" => "they are the eye, the point looked at and the up vector, three numbers each",
+            b"TransformTimes" => "they are the start and the end",
+            _ => "they are the matrix, column by column",
+        })
     }
 
     /// pbrt-v3 insists on brackets around the 16 numbers of a matrix, and on none around fewer.
@@ -318,7 +336,10 @@ impl<'a> Reader<'a> {
             self.report(fault.help("put it in quotes").replace_with(format!("\"{text}\"")));
             return Ok((&input[at.len()..], Spanned { value: text, span: self.span(at) }));
         }
-        fault.fail()
+        match advice(at) {
+            Some(advice) => fault.help(advice).fail(),
+            None => fault.fail(),
+        }
     }
 
     pub(crate) fn string(&self, input: Input<'a>) -> Parsing<'a, Text> {
@@ -369,6 +390,27 @@ impl<'a> Reader<'a> {
 /// Directives that pbrt-v4 added.
 const V4_DIRECTIVES: [&str; 4] = ["Option", "ColorSpace", "Attribute", "Import"];
 
+/// The way out for words of other languages and older versions.
+fn advice(word: Input) -> Option<&'static str> {
+    let starts = |prefix: &str| word.starts_with(prefix.as_bytes());
+    Some(match word {
+        b"SurfaceIntegrator" | b"VolumeIntegrator" => {
+            "pbrt-v3 has one Integrator, written Integrator \"path\""
+        }
+        b"Renderer" | b"Volume" | b"Exterior" | b"Interior" | b"AreaLight" => {
+            "this is a directive of an older pbrt; lookat reads the pbrt-v3 format"
+        }
+        _ if starts("//") || starts("--") || starts(";") || starts("%") || starts("/*") => {
+            "a comment starts with #"
+        }
+        _ if starts("(") || starts("{") => "lists stand in square brackets: [1 2 3]",
+        _ if starts("\u{201c}") || starts("'") || starts("\u{2018}") => {
+            "names stand in straight double quotes"
+        }
+        _ => return None,
+    })
+}
+
 fn starts_directive(word: Input) -> bool {
     is_keyword(word) || V4_DIRECTIVES.iter().any(|keyword| keyword.as_bytes() == word)
 }
@@ -393,10 +435,13 @@ pub(crate) fn is_keyword(word: Input) -> bool {
 
 /// Where reading goes on after a fault at `from` in the statement that starts at `start`: at the next word that is a
 /// directive and stands outside quotes.
-fn next_directive<'a>(start: Input<'a>, from: Input<'a>) -> Input<'a> {
+fn next_directive<'a>(start: Input<'a>, from: Input<'a>, at_lines: bool) -> Input<'a> {
     let mut input = from;
     loop {
         let Ok((next, ())) = blank(input) else { return &[] };
+        // A word at the start of a line was most likely meant as a directive.
+        let skipped = &input[..input.len() - next.len()];
+        let line_starts = at_lines && skipped.contains(&b'\n');
         if next.is_empty() {
             return next;
         }
@@ -404,7 +449,12 @@ fn next_directive<'a>(start: Input<'a>, from: Input<'a>) -> Input<'a> {
             !is_blank(byte) && !matches!(byte, b'"' | b'[' | b']')
         })(next)
         {
-            Ok((_, word)) if starts_directive(word) && next.as_ptr() != start.as_ptr() => return next,
+            Ok((_, word))
+                if (starts_directive(word) || line_starts && word[0].is_ascii_alphabetic())
+                    && next.as_ptr() != start.as_ptr() =>
+            {
+                return next;
+            }
             Ok((rest, _)) => rest,
             Err(_) if next[0] == b'"' => match quoted(next) {
                 Ok((rest, _)) => rest,

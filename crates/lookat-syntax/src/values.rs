@@ -95,9 +95,15 @@ impl<'a> Reader<'a> {
         let (end, more) = self.more_numbers(rest)?;
         if more > 0 {
             let all = &input[..input.len() - end.len()];
-            let replacement = format!("[{}]", String::from_utf8_lossy(all));
-            let fault = Fault::new(all, "several values without brackets").help("put them in brackets");
-            self.report(fault.replace_with(replacement));
+            let fault = Fault::new(all, "several values without brackets");
+            let text = String::from_utf8_lossy(all);
+            // A comma may have been meant as the decimal point.
+            self.report(match (more, text.split_once(',')) {
+                (1, Some((whole, rest))) if !rest.starts_with(' ') => {
+                    fault.help("the decimal point is a point").replace_with(format!("{whole}.{rest}"))
+                }
+                _ => fault.help("put them in brackets").replace_with(format!("[{text}]")),
+            });
         }
         Ok((end, 1 + more))
     }
@@ -116,7 +122,11 @@ impl<'a> Reader<'a> {
                 }
                 None => {
                     let error = Diagnostic::error(at, format!("unknown parameter type `{ty}`"));
-                    match nearest(ty, ParamType::SPELLINGS.map(|(spelling, _)| spelling)) {
+                    let slips =
+                        [("int", "integer"), ("boolean", "bool"), ("str", "string"), ("colour", "color")];
+                    let slip = slips.iter().find(|(slip, _)| *slip == ty).map(|(_, known)| *known);
+                    let spellings = ParamType::SPELLINGS.map(|(spelling, _)| spelling);
+                    match slip.or_else(|| nearest(ty, spellings)) {
                         Some(known) => error
                             .help(format!("did you mean `{known}`?"))
                             .fix(at, format!("\"{known} {name}\"")),
@@ -277,7 +287,7 @@ fn boolean(input: Input) -> Parsing<bool> {
         };
     }
     let (at, found) = found(input);
-    let fault = Fault::new(at, format!("expected \"true\" or \"false\", found {found}"));
+    let fault = Fault::new(at, format!("expected \"true\" or \"false\" in quotes, found {found}"));
     if matches!(at, b"true" | b"false") {
         return fault.help("bools are quoted").replace_with(format!("\"{}\"", shown(at))).fail();
     }

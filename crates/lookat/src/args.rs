@@ -28,24 +28,24 @@ pub struct Render {
     /// The scene file; - is standard input
     pub scene: PathBuf,
     /// The picture: .exr, .png, .pfm or .tga [default: the Film's filename]
-    #[arg(short, long, alias = "outfile", value_name = "FILE")]
+    #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, in place of the Sampler's
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1 << 30))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
     pub spp: Option<u32>,
     /// Size of the full picture, in place of the Film's
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// The part to render, each from 0 to 1, in place of the Film's cropwindow
-    #[arg(long, alias = "cropwindow", num_args = 4, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
+    #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
     pub crop: Option<Vec<f64>>,
     /// Threads [default: one for each processor]
-    #[arg(long, alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Chooses the random numbers: the same seed gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
-    /// A draft: a quarter of the resolution each way, one sample per pixel
+    /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given
     #[arg(long)]
     pub quick: bool,
     /// Say nothing but errors
@@ -82,7 +82,12 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
     let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=1_000_000).contains(side));
     text.split_once(['x', 'X'])
         .and_then(|(width, height)| Some([side(width)?, side(height)?]))
-        .ok_or_else(|| "expected width and height in pixels, as in 640x480".into())
+        .ok_or_else(|| "expected width and height from 1 to 1000000 pixels, as in 640x480".into())
+}
+
+fn samples(text: &str) -> Result<u32, String> {
+    let count = text.parse().ok().filter(|count| (1..=1 << 30).contains(count));
+    count.ok_or_else(|| "expected a whole number from 1 to 1073741824".into())
 }
 
 fn share(text: &str) -> Result<f64, String> {

@@ -18,16 +18,16 @@ struct JsonResult<'a> {
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
     let overrides = Overrides { keep_going: arguments.report.keep_going, ..Overrides::default() };
-    let mut failed = false;
+    let (mut failed, mut lost) = (false, false);
     for path in &arguments.files {
         let loaded = load_scene(path, &overrides, arguments.report);
         failed |= report::has_errors(&loaded);
         if arguments.report.json {
             let scene = path.display().to_string();
-            crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) });
+            lost |= !crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) });
         } else {
             report::print(&loaded, false);
         }
     }
-    ExitCode::from(u8::from(failed))
+    ExitCode::from(if lost { crate::TROUBLE } else { u8::from(failed) })
 }

@@ -11,22 +11,38 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
+/// Wrong usage, or trouble that is not in a scene file.
+const TROUBLE: u8 = 2;
+
 fn main() -> ExitCode {
-    match args::Arguments::parse().command {
+    let arguments = match args::Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return usage(&error),
+    };
+    match arguments.command {
         args::Command::Render(arguments) => render::render(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
     }
 }
 
-/// One line of JSON on standard output.
-fn print_json(value: &impl serde::Serialize) {
-    if let Ok(line) = serde_json::to_string(value) {
-        // The reader may have gone; there is nobody to tell.
-        let _ = writeln!(std::io::stdout(), "{line}");
+/// Prints help, or what is wrong with the command line.
+fn usage(error: &clap::Error) -> ExitCode {
+    let _ = error.print();
+    let scene = std::env::args().nth(1).filter(|first| first.ends_with(".pbrt"));
+    if let (clap::error::ErrorKind::InvalidSubcommand, Some(scene)) = (error.kind(), scene) {
+        say(&format!("\nTo render the scene: lookat render {scene}"));
     }
+    ExitCode::from(if error.use_stderr() { TROUBLE } else { 0 })
 }
 
-/// Trouble that is not in a scene file.
-fn complain(message: &str) {
-    anstream::eprintln!("error: {message}");
+/// One line of JSON on standard output. Whether it could be written.
+fn print_json(value: &impl serde::Serialize) -> bool {
+    let line = serde_json::to_string(value).unwrap_or_default();
+    let mut out = std::io::stdout();
+    writeln!(out, "{line}").and_then(|()| out.flush()).is_ok()
+}
+
+/// A line on standard error. Where that is closed, nobody listens.
+fn say(line: &str) {
+    let _ = writeln!(anstream::stderr(), "{line}");
 }

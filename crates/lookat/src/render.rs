@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use lookat_image::Format;
 use lookat_render::{Progress, Rendered, Settings};
-use lookat_scene::{Loaded, Overrides, Scene};
+use lookat_scene::{Loaded, MAX_PIXELS, Overrides, Scene};
 use serde::Serialize;
 
 use crate::args::Render;
@@ -19,9 +19,10 @@ use crate::source::load_scene;
 
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// Set when there are samples to write.
+static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
 
 const FAILED: u8 = 1;
-const TROUBLE: u8 = 2;
 /// As the shell has it for a program that SIGINT ends.
 const INTERRUPTED_STATUS: u8 = 130;
 
@@ -61,6 +62,10 @@ struct Metadata<'a> {
 
 /// Runs the command.
 pub fn render(arguments: &Render) -> ExitCode {
+    if let Err(message) = check_arguments(arguments) {
+        crate::say(&format!("error: {message}"));
+        return ExitCode::from(crate::TROUBLE);
+    }
     let crop = arguments.crop.as_deref().and_then(|edges| <[f64; 4]>::try_from(edges).ok());
     let overrides = Overrides {
         samples_per_pixel: arguments.spp,
@@ -88,16 +93,30 @@ pub fn render(arguments: &Render) -> ExitCode {
                 status
             }
             Err(message) => {
-                crate::complain(&message);
+                crate::say(&format!("error: {message}"));
                 result.error = Some(message);
-                TROUBLE
+                crate::TROUBLE
             }
         },
     };
-    if arguments.report.json {
-        crate::print_json(&result);
+    let lost = arguments.report.json && !crate::print_json(&result);
+    ExitCode::from(if lost { crate::TROUBLE } else { status })
+}
+
+/// What is wrong with the arguments together, before it is blamed on the scene.
+fn check_arguments(arguments: &Render) -> Result<(), String> {
+    if let Some([x0, x1, y0, y1]) = arguments.crop.as_deref()
+        && (x0 == x1 || y0 == y1)
+    {
+        return Err("--crop takes the left, right, top and bottom edge, and leaves nothing so".into());
     }
-    ExitCode::from(status)
+    if let (Some([width, height]), None) = (arguments.resolution, &arguments.crop)
+        && u64::from(width) * u64::from(height) > MAX_PIXELS
+    {
+        let message = "--resolution asks for more than 100 million pixels; render parts of it with --crop";
+        return Err(message.into());
+    }
+    Ok(())
 }
 
 /// Renders and writes the picture.
@@ -105,11 +124,12 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let file = arguments.output.clone().unwrap_or_else(|| scene.film.file.clone());
     // Before hours of rendering, not after.
     check_output(&file)?;
-    // A second Ctrl-C ends the program at once.
+    // A second Ctrl-C, or one before there is anything to write, ends the program at once.
     let interrupt = || {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) || !HAS_SAMPLES.load(Ordering::Relaxed) {
             std::process::exit(i32::from(INTERRUPTED_STATUS));
         }
+        crate::say("stopping; once more ends at once, without a picture");
     };
     ctrlc::set_handler(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))?;
     let settings = Settings { seed: arguments.seed, threads: arguments.threads.map_or(0, usize::from) };
@@ -179,6 +199,7 @@ fn with_progress(
     }
     bar.enable_steady_tick(Duration::from_millis(200));
     let rendered = render(&|progress: Progress| {
+        HAS_SAMPLES.store(true, Ordering::Relaxed);
         bar.set_position(progress.done * 1000 / progress.total.max(1));
         if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
@@ -190,16 +211,20 @@ fn with_progress(
 fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     let JsonPicture { file, width, height, samples_per_pixel, seconds, rays, .. } = picture;
     let rate = *rays as f64 / seconds / 1e6;
-    let samples =
-        if rendered.complete { format!("{samples_per_pixel}") } else { format!("{samples_per_pixel:.1}") };
+    let samples = match (rendered.complete, *samples_per_pixel) {
+        (true, 1.0) => "1 sample".to_owned(),
+        (true, count) => format!("{count} samples"),
+        (false, count) => format!("{count:.1} samples"),
+    };
     let part = if rendered.complete { "" } else { "; interrupted, a partial picture" };
-    anstream::eprintln!(
-        "{file}: {width} x {height} pixels, {samples} samples each, {seconds:.2} s, {rate:.2} million rays/s{part}"
-    );
+    crate::say(&format!(
+        "{file}: {width} x {height} pixels, {samples} each, {seconds:.2} s, {rate:.2} million rays/s{part}"
+    ));
+    if rendered.image.channels.iter().all(|channel| channel.samples.iter().all(|sample| *sample == 0.0)) {
+        crate::say("the picture is all black: no light reaches what the camera sees");
+    }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
-        anstream::eprintln!(
-            "{count} samples were infinite or not a number, and count as black: this is a defect of lookat"
-        );
+        crate::say(&format!("{count} samples were infinite or not a number, and count as black"));
     }
 }

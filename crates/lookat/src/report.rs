@@ -39,7 +39,8 @@ pub fn print(loaded: &Loaded, quiet: bool) {
 /// As in "2 errors, 1 warning".
 fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
     let count = |severity, noun: &str| {
-        let number = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity).count();
+        let alike = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity);
+        let number: usize = alike.map(|diagnostic| 1 + diagnostic.more).sum();
         match number {
             0 => None,
             1 => Some(format!("1 {noun}")),
@@ -122,8 +123,9 @@ struct Window {
     is_cut: bool,
 }
 
-/// The most bytes shown before and after the start of a span.
-const REACH: usize = 160;
+/// The most bytes of a line that are handed over before and after the start of a span; fewer are shown.
+const BEFORE: usize = 1 << 16;
+const AFTER: usize = 160;
 
 impl Window {
     fn around(span: Span, sources: &Sources) -> Self {
@@ -131,10 +133,10 @@ impl Window {
         let text = &source.text;
         let at = (span.start as usize).min(text.len());
         let line_start = text[..at].iter().rposition(|byte| *byte == b'\n').map_or(0, |newline| newline + 1);
-        let start = line_start.max(at.saturating_sub(REACH));
+        let start = line_start.max(at.saturating_sub(BEFORE));
         let line_end =
             text[at..].iter().position(|byte| *byte == b'\n').map_or(text.len(), |newline| at + newline);
-        let end = line_end.min(at + REACH);
+        let end = line_end.min(at + AFTER);
         let path = source.path.display().to_string();
         let line = text[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
         let (shown, places) = readable(&text[start..end]);

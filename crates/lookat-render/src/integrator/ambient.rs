@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use glam::Vec3;
 
-use super::Tracer;
+use super::{MAX_PASSED, Tracer};
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
+use crate::surface::Surface;
 use crate::warp::{
     Frame, square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
 };
@@ -19,15 +20,9 @@ pub(crate) fn li(
     cosine: bool,
     samples: u32,
 ) -> Vec3 {
-    let mut ray = ray;
-    let surface = loop {
-        let Some(surface) = tracer.nearest(&ray) else { return Vec3::ZERO };
-        if surface.bsdf().is_some() {
-            break surface;
-        }
-        ray = surface.leave(ray.d);
-    };
-    let n = if surface.n.dot(ray.d) > 0.0 { -surface.n } else { surface.n };
+    let d = ray.d;
+    let Some(surface) = first_material(tracer, ray) else { return Vec3::ZERO };
+    let n = if surface.n.dot(d) > 0.0 { -surface.n } else { surface.n };
     let frame = Frame::from_z(n);
     let mut sum = 0.0;
     for k in 0..samples {
@@ -40,4 +35,16 @@ pub(crate) fn li(
         }
     }
     Vec3::splat((sum / f64::from(samples)) as f32)
+}
+
+/// The nearest surface that has a material.
+fn first_material<'s>(tracer: &mut Tracer<'_, 's>, mut ray: Ray) -> Option<Surface<'s>> {
+    for _ in 0..MAX_PASSED {
+        let surface = tracer.nearest(&ray)?;
+        if surface.bsdf().is_some() {
+            return Some(surface);
+        }
+        ray = surface.leave(ray.d);
+    }
+    None
 }

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
-use super::{Tracer, power_heuristic};
+use super::{MAX_PASSED, Tracer, power_heuristic};
 use crate::bsdf::Bsdf;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
@@ -13,7 +13,7 @@ use crate::surface::Surface;
 pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, all_lights: bool) -> Vec3 {
     let mut ray = ray;
     let mut radiance = Vec3::ZERO;
-    loop {
+    for _ in 0..MAX_PASSED {
         let Some(surface) = tracer.nearest(&ray) else { return radiance + tracer.lights().background() };
         let wo = -ray.d;
         let Some(bsdf) = surface.bsdf() else {
@@ -30,6 +30,7 @@ pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, all_l
         let Some((light, probability)) = chosen else { return radiance };
         return radiance + lights(tracer, &surface, &bsdf, wo, stream, light..light + 1) / probability as f32;
     }
+    radiance
 }
 
 /// Light that comes straight to the surface from a range of lights.

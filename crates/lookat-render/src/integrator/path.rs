@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
-use super::{Tracer, power_heuristic};
+use super::{MAX_PASSED, Tracer, power_heuristic};
 use crate::bsdf::Bsdf;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
@@ -35,7 +35,7 @@ pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, setti
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
     let mut emission = Emission::Full;
     let mut ray = ray;
-    let mut bounces = 0;
+    let (mut bounces, mut passed) = (0, 0);
     loop {
         let Some(surface) = tracer.nearest(&ray) else {
             return radiance + beta * background(tracer, &emission, ray.d, settings.light_choice);
@@ -47,6 +47,10 @@ pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, setti
         }
         let Some(bsdf) = surface.bsdf() else {
             ray = surface.leave(ray.d);
+            passed += 1;
+            if passed > MAX_PASSED {
+                return radiance;
+            }
             if !matches!(emission, Emission::Full) {
                 emission = Emission::Hidden;
             }

@@ -53,8 +53,9 @@ impl Resolver<'_> {
     pub(super) fn coord_sys_transform(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
         match self.coordinate_systems.get(&name.value) {
             Some(transform) => {
-                let transform = *transform;
-                self.replace(transform, name.span)
+                // For both times, whichever is active.
+                self.state.ctm = *transform;
+                Ok(())
             }
             None => {
                 let known = self.coordinate_systems.keys();

@@ -15,7 +15,7 @@ impl Resolver<'_> {
         let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report)
             .with_textures(&self.definitions.textures);
         let material = Arc::new(material::material(params));
-        MaterialInstance { material, names: params.known_names(), entity: Some(entity) }
+        MaterialInstance { material, known: params.known(), entity: Some(entity) }
     }
 
     /// The type of a named material is one of its parameters.
