@@ -140,7 +140,7 @@ fn a_diagnostic_shows_the_line_and_the_way_out() {
     ] {
         assert!(run.err.contains(part), "no {part:?} in\n{}", run.err);
     }
-    assert!(!run.err.contains("fine.pbrt"), "{}", run.err);
+    assert!(run.err.ends_with("fine.pbrt: fine\n"), "{}", run.err);
     assert!(!run.err.contains('\u{1b}'), "no colors into a pipe");
 }
 

@@ -30,6 +30,12 @@ impl<'a> Files<'a> {
         Ok(self.add(path, text, included_at))
     }
 
+    /// The files alone: texts that are no text are not to be shown.
+    pub fn without_texts(mut self) -> Sources {
+        self.sources.files.iter_mut().for_each(|source| source.text = Arc::default());
+        self.sources
+    }
+
     /// Adds a file whose text is known already.
     pub fn add(&mut self, path: PathBuf, text: Arc<Vec<u8>>, included_at: Option<Span>) -> FileId {
         self.sources.files.push(Source::new(path, text, included_at));
@@ -86,6 +92,22 @@ pub(crate) fn unreadable(verb: &str, name: &Text, path: &Path, error: &io::Error
         }
         _ => diagnostic,
     }
+}
+
+/// What a file is that is certainly no scene, by its first bytes.
+pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
+    let known: [(&[u8], &str); 9] = [
+        (b"\x89PNG", "a PNG picture"),
+        (b"\xFF\xD8\xFF", "a JPEG picture"),
+        (b"\x76\x2F\x31\x01", "an OpenEXR picture"),
+        (b"\x1F\x8B", "gzip: unpack it first"),
+        (b"PK\x03\x04", "a ZIP archive: unpack it first"),
+        (b"\xFF\xFE", "UTF-16 text: save it as UTF-8"),
+        (b"\xFE\xFF", "UTF-16 text: save it as UTF-8"),
+        (b"ply", "a PLY mesh, which Shape \"plymesh\" names"),
+        (b"<", "XML or HTML"),
+    ];
+    known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name)
 }
 
 /// Why a file cannot be read, in plain words.

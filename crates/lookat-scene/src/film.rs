@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use lookat_image::Format;
+
 use crate::color;
 use crate::overrides::Overrides;
 use crate::params::Params;
@@ -81,6 +83,11 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     // Only the realistic camera asks for the size of the sensor.
     params.float("diagonal", 35.0);
     let file = params.string("filename").map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
+    if Format::from_path(&file).is_none() {
+        let message = format!("lookat cannot write a picture named {}", file.display());
+        let help = format!("the endings {} choose the format; or render with -o", Format::NAMES);
+        params.warn("filename", &message, &help);
+    }
     if known {
         params.finish();
     } else {

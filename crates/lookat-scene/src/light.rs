@@ -58,6 +58,11 @@ pub(crate) fn light(params: &mut Params, world_from_light: Transform) -> Option<
             params.unsupported(message);
             return None;
         }
+        "area" | "diffuse" => {
+            let help = "AreaLightSource makes the shapes that follow it emit light";
+            params.reject("", "LightSource has no type for shapes", Some(help));
+            return None;
+        }
         _ => return params.unknown_kind(NAMES),
     };
     params.finish().then_some(light)

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
 
-use crate::files::{Files, Read, reason, unreadable};
+use crate::files::{Files, Read, other_format, reason, unreadable};
 use crate::overrides::Overrides;
 use crate::resolve::Resolver;
 use crate::{Scene, Sources};
@@ -41,6 +41,12 @@ pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
     };
     match loader.resolver.files.open(path.to_owned(), None) {
         Ok(file) => {
+            if let Some(format) = other_format(&loader.resolver.files.sources.file(file).text) {
+                let at = Span { file, start: 0, end: 0 };
+                let message = format!("{} is not a pbrt scene: it looks like {format}", path.display());
+                let diagnostics = vec![Diagnostic::error(at, message)];
+                return Loaded { sources: loader.resolver.files.without_texts(), scene: None, diagnostics };
+            }
             loader.file(file, Vec::new());
             let (sources, scene, diagnostics) = loader.resolver.finish(file);
             Loaded { sources, scene, diagnostics }

@@ -70,7 +70,7 @@ pub(crate) struct Reader<'a> {
     /// The first comma between numbers.
     pub(crate) comma: Option<Span>,
     /// The text from the keyword of the current statement on.
-    statement: Input<'a>,
+    pub(crate) statement: Input<'a>,
     /// Part of the current statement could not be read.
     pub(crate) faulty: bool,
     /// A fraction among the integers of the current parameter has been reported.
@@ -252,8 +252,11 @@ impl<'a> Reader<'a> {
         for (index, value) in values.iter_mut().enumerate() {
             let before = input;
             (input, _) = self.separator(input)?;
+            let new_line = before[..before.len() - input.len()].contains(&b'\n');
             (input, *value) = match number(input) {
-                Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) if ends_list(fault.at) => {
+                Err(nom::Err::Error(fault) | nom::Err::Failure(fault))
+                    if ends_list(fault.at) || index > 0 && new_line && is_word(fault.at) =>
+                {
                     let at = &self.statement[..self.statement.len() - before.len()];
                     return self.miscounted(at, keyword, N, index).fail();
                 }
@@ -409,6 +412,14 @@ fn advice(word: Input) -> Option<&'static str> {
         }
         _ => return None,
     })
+}
+
+/// Whether this is a word, such as a misspelt directive, and not meant as a number.
+fn is_word(at: Input) -> bool {
+    let lower = at.to_ascii_lowercase();
+    at.first().is_some_and(u8::is_ascii_alphabetic)
+        && !lower.starts_with(b"nan")
+        && !lower.starts_with(b"inf")
 }
 
 fn starts_directive(word: Input) -> bool {

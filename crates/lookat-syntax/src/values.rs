@@ -55,6 +55,11 @@ impl<'a> Reader<'a> {
             }
             return Ok((input, None));
         }
+        // What declares nothing is followed by the next declaration, not by its value.
+        let next = quoted(start).ok().filter(|_| declared.is_none());
+        if next.is_some_and(|(_, text)| text.split(' ').next().and_then(ParamType::from_spelling).is_some()) {
+            return Ok((input, None));
+        }
         let (rest, count) = if list {
             self.list(&start[1..], &start[..1], &mut values)?
         } else {
@@ -134,8 +139,17 @@ impl<'a> Reader<'a> {
                     }
                 }
             },
-            (Some(only), None) => Diagnostic::error(at, format!("\"{only}\" does not declare a parameter"))
-                .help("a parameter is declared by its type and its name in one string: \"float fov\""),
+            (Some(only), None) => {
+                let error = Diagnostic::error(at, format!("\"{only}\" does not declare a parameter"));
+                // A type is a parameter of a named material or medium.
+                if self.statement.starts_with(b"MakeNamed") {
+                    let declaration = format!("\"string type\" \"{only}\"");
+                    error.help(format!("a type is given so: {declaration}")).fix(at, declaration)
+                } else {
+                    error
+                        .help("a parameter is declared by its type and its name in one string: \"float fov\"")
+                }
+            }
             _ => Diagnostic::error(at, "an empty parameter declaration")
                 .help("a parameter is declared by its type and its name in one string: \"float fov\""),
         };

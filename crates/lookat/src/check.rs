@@ -27,6 +27,9 @@ pub fn check(arguments: &Check) -> ExitCode {
             lost |= !crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) });
         } else {
             report::print(&loaded, false);
+            if loaded.diagnostics.is_empty() {
+                crate::say(&format!("{}: fine", path.display()));
+            }
         }
     }
     ExitCode::from(if lost { crate::TROUBLE } else { u8::from(failed) })

@@ -14,6 +14,14 @@ impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
         let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report)
             .with_textures(&self.definitions.textures);
+        if self.definitions.materials.get(params.kind()).is_some()
+            && !material::NAMES.contains(&params.kind())
+        {
+            let help = format!("NamedMaterial \"{}\" uses the material of that name", params.kind());
+            params.reject("", format!("there is no material of type \"{}\"", params.kind()), Some(&help));
+            params.ignore_rest();
+            return MaterialInstance { material: Arc::new(Material::DEFAULT), known: None, entity: None };
+        }
         let material = Arc::new(material::material(params));
         MaterialInstance { material, known: params.known(), entity: Some(entity) }
     }
