@@ -88,7 +88,7 @@ fn pictures_are_those_of_pbrt() {
         assert_eq!(actual.data_window, expected.data_window, "{name}");
         let (bias, block) = difference(&actual, &expected);
         println!("{name:24} mean {bias:+.4} %  blocks {block:.3} %");
-        let bounds = if asked.is_some() { (0.2, 1.0) } else { (0.1, block_bound) };
+        let bounds = if asked.is_some() { (0.2, 1.0) } else { (0.15, block_bound) };
         if bias.abs() > bounds.0 || block > bounds.1 {
             wrong.push(format!("{name}: mean {bias:+.3} %, blocks {block:.2} %"));
         }

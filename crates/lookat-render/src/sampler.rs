@@ -137,17 +137,25 @@ fn sobol(index: u32, set: u32, seed: u64) -> [f32; 4] {
 
 /// The radical inverse of `index` with its digits permuted after Owen: each by the digits before it. Digits beyond those
 /// that tell `count` indices apart are random.
+///
+/// The permutations are the affine maps modulo the base, a prime. Any two digits go to any two others with the same
+/// probability under them, which is all that the variance of Owen's scrambling depends on.
 fn scrambled_radical_inverse(base: u32, index: u32, count: u32, hash: u64) -> f64 {
+    let wide = u64::from(base);
+    let below = |bits: u64, n: u64| ((bits & 0xffff_ffff) * n) >> 32;
     let (mut rest, mut told_apart) = (index, 1_u64);
     let (mut prefix, mut scale, mut value) = (0_u64, 1.0, 0.0);
+    let inverse = 1.0 / f64::from(base);
     while told_apart < u64::from(count) {
-        let digit = permute(rest % base, base, mix(hash ^ prefix) as u32);
+        let random = mix(hash ^ prefix);
+        let (factor, shift) = (1 + below(random >> 32, wide - 1), below(random, wide));
+        let digit = (u64::from(rest % base) * factor + shift) % wide;
         rest /= base;
-        told_apart *= u64::from(base);
+        told_apart *= wide;
         // Counted from 1, so that prefixes of different lengths differ.
-        prefix = prefix.wrapping_mul(u64::from(base)).wrapping_add(u64::from(digit) + 1);
-        scale /= f64::from(base);
-        value += f64::from(digit) * scale;
+        prefix = prefix.wrapping_mul(wide).wrapping_add(digit + 1);
+        scale *= inverse;
+        value += digit as f64 * scale;
     }
     (value + unit(mix(hash ^ prefix ^ 0x1234_5678_9abc_def0)) * scale).min(BELOW_ONE)
 }

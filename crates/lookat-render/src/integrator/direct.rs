@@ -1,6 +1,6 @@
 //! Direct lighting (PBR 14.3).
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::LightChoice;
 
 use super::{MAX_PASSED, Tracer, power_heuristic};
@@ -48,6 +48,11 @@ fn lights(
     let mut sum = Vec3::ZERO;
     for light in range.clone() {
         let samples = table.samples(light);
+        if table.is_delta(light) {
+            // Nothing about it is left to chance.
+            sum += sampled_light(tracer, surface, bsdf, wo, (light, 1, scattered), DVec2::ZERO);
+            continue;
+        }
         for k in 0..samples {
             let u = stream.nested(samples, k).next_2d();
             sum += sampled_light(tracer, surface, bsdf, wo, (light, samples, scattered), u) / samples as f32;
@@ -79,7 +84,7 @@ fn sampled_light(
     bsdf: &Bsdf,
     wo: DVec3,
     (light, samples, scattered): (usize, u32, u32),
-    u: glam::DVec2,
+    u: DVec2,
 ) -> Vec3 {
     let Some(sample) = tracer.lights().sample(light, surface, wo, u) else {
         return Vec3::ZERO;
