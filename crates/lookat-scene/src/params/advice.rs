@@ -1,0 +1,161 @@
+//! What to say about parameters and types that are not what they should be.
+
+use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, nearest};
+
+use super::Params;
+
+impl Params<'_> {
+    pub(super) fn undefined_texture(&mut self, texture: &Text, value: &str) {
+        self.failed = true;
+        let Some(textures) = self.textures.filter(|_| !self.report.incomplete) else { return };
+        let of_float = textures.float.get(&texture.value).is_some();
+        let mut own: Vec<&str> = match value {
+            _ if self.report.is_long() => Vec::new(),
+            "float" => textures.float.keys().map(String::as_str).collect(),
+            _ => textures.spectrum.keys().map(String::as_str).collect(),
+        };
+        own.sort_unstable();
+        let mut error =
+            Diagnostic::error(texture.span, format!("there is no {value} texture \"{}\"", texture.value));
+        if of_float || textures.spectrum.get(&texture.value).is_some() {
+            let has = if value == "float" { "spectrum" } else { "float" };
+            error = error
+                .help(format!("the texture of that name is a {has} texture; a {value} one is needed here"));
+        } else if let Some(known) = nearest(&texture.value, own) {
+            error =
+                error.help(format!("did you mean \"{known}\"?")).fix(texture.span, format!("\"{known}\""));
+        } else {
+            error =
+                error.help("a Texture directive before this one, in the same or an outer block, defines it");
+        }
+        self.report.push(error);
+    }
+
+    /// Reports a parameter that there must be: as missing, or as declared with a type that it does not have.
+    pub fn missing(&mut self, name: &str, message: &str, help: &str) {
+        let other = self.params.iter().position(|param| param.name.value == name);
+        let error = match other.map(|index| self.params.remove(index)) {
+            Some(param) => Diagnostic { severity: Severity::Error, ..self.wrong_type(&param) },
+            None if self.was_taken(name) => return,
+            None => Diagnostic::error(self.kind.span, message).help(help),
+        };
+        self.error(error);
+    }
+
+    /// Reports a type that pbrt-v3 does not have.
+    pub fn say_unknown_kind(&mut self, known: &[&str], severity: Severity) {
+        let (kind, at) = (self.kind.value.clone(), self.kind.span);
+        let unknown = Diagnostic::error(at, format!("unknown {} \"{kind}\"", self.keyword));
+        let unknown = if V4_KINDS.contains(&kind.as_str()) {
+            self.report.v4_marks([at]);
+            unknown.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
+        } else if let Some(known) = nearest(&kind, known.iter().copied()) {
+            unknown.help(format!("did you mean \"{known}\"?")).fix(at, format!("\"{known}\""))
+        } else {
+            let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
+            unknown.help(format!("pbrt-v3 knows {}", names.join(", ")))
+        };
+        self.report.push(Diagnostic { severity, ..unknown });
+    }
+
+    pub(super) fn left_over(&self, param: &Param) -> Diagnostic {
+        let (name, at, what) = (&param.name.value, param.name.span, self.subject());
+        if self.was_taken(name) {
+            return Diagnostic::warning(at, format!("\"{name}\" of {what} is given with another type too"))
+                .help(format!("the {} is ignored, as in pbrt-v3", param.ty.name()));
+        }
+        if self.types(name).next().is_some() {
+            let mut warning = self.wrong_type(param);
+            warning.message += "; it is ignored";
+            let help = "pbrt-v3 ignores it too, and uses the default";
+            warning.help = Some(warning.help.map_or(help.into(), |way| format!("{way}; {help}")));
+            return warning;
+        }
+        let warning = Diagnostic::warning(at, format!("{what} has no parameter \"{name}\"; it is ignored"));
+        let names = self.asked();
+        match nearest(name, names.iter().copied()) {
+            Some(known) => {
+                // The type, too, has to be one that the parameter takes.
+                let mut types = self.types(known).collect::<Vec<_>>();
+                if types.len() != 1 || types.contains(&param.ty) {
+                    types = vec![param.ty];
+                }
+                let declaration = format!("\"{} {known}\"", types[0].name());
+                warning.help(format!("did you mean \"{known}\"?")).fix(at, declaration)
+            }
+            None if names.is_empty() => warning.help("it has none"),
+            None => warning.help(format!("it has {}", names.join(", "))),
+        }
+    }
+
+    /// What the parameters belong to: `Shape "sphere"`.
+    pub(super) fn subject(&self) -> String {
+        if self.kind.value.is_empty() {
+            self.keyword.to_owned()
+        } else {
+            format!("{} \"{}\"", self.keyword, self.kind.value)
+        }
+    }
+
+    /// What is wrong with a parameter that exists with other types.
+    pub(super) fn wrong_type(&self, param: &Param) -> Diagnostic {
+        let (name, at) = (&param.name.value, param.name.span);
+        let types: Vec<&str> = self.types(name).map(ParamType::name).collect();
+        let message = format!(
+            "\"{name}\" of {} is of type {}, not {}",
+            self.subject(),
+            types.join(" or "),
+            param.ty.name()
+        );
+        let warning = Diagnostic::warning(at, message);
+        // One number where a color is due: grey was meant.
+        if let (Values::Numbers(numbers), true) = (&param.values.value, types.contains(&"rgb"))
+            && let [grey] = numbers[..]
+        {
+            let declaration = format!("\"rgb {name}\" [{grey} {grey} {grey}]");
+            return warning
+                .help(format!("a color has three numbers: {declaration}"))
+                .fix(param.span(), declaration);
+        }
+        match types[..] {
+            [only] => {
+                let declaration = format!("\"{only} {name}\"");
+                warning.help(format!("declare it {declaration}")).fix(at, declaration)
+            }
+            _ => warning,
+        }
+    }
+}
+
+/// Types that pbrt-v4 introduced.
+const V4_KINDS: &[&str] = &[
+    "bilinearmesh",
+    "coateddiffuse",
+    "coatedconductor",
+    "conductor",
+    "dielectric",
+    "diffuse",
+    "diffusetransmission",
+    "thindielectric",
+    "interface",
+    "measured",
+    "rgb",
+    "gbuffer",
+    "spectral",
+    "spherical",
+    "zsobol",
+    "paddedsobol",
+    "independent",
+    "pmj02bn",
+    "simplepath",
+    "simplevolpath",
+    "lightpath",
+    "randomwalk",
+    "uniformgrid",
+    "rgbgrid",
+    "nanovdb",
+    "cloud",
+    "directionmix",
+    "imageinfinite",
+    "portalimageinfinite",
+];
