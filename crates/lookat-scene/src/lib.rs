@@ -1,6 +1,6 @@
 //! The meaning of pbrt-v3 scene files.
 //!
-//! [`load`] reads a scene file with everything that it includes and gives a [`Scene`], a plain value in which every name,
+//! [`load()`] reads a scene file with everything that it includes and gives a [`Scene`], a plain value in which every name,
 //! default, unit and transformation is settled, and the list of what is wrong with the files. Files are read through a
 //! function of the caller's, so that a scene can come from anywhere:
 //!
