@@ -31,12 +31,10 @@ pub enum ImageError {
         reason: String,
     },
     /// The contents are not of the format that the extension claims.
-    #[error("{} is not {}", path.display(), format.noun())]
+    #[error("{} is not what its ending says", path.display())]
     NotThatFormat {
         /// The path as it was given.
         path: PathBuf,
-        /// What the extension claims.
-        format: Format,
     },
     /// The contents begin like the format and then break off or contradict themselves.
     #[error("{} is damaged: {reason}", path.display())]
@@ -53,10 +51,10 @@ impl ImageError {
         ImageError::Write { path: path.into(), reason: fault.reason() }
     }
 
-    pub(crate) fn reading(path: &Path, format: Format, fault: Fault) -> Self {
+    pub(crate) fn reading(path: &Path, fault: Fault) -> Self {
         let path = path.into();
         match fault {
-            Fault::Foreign => ImageError::NotThatFormat { path, format },
+            Fault::Foreign => ImageError::NotThatFormat { path },
             Fault::Damaged(reason) => ImageError::Damaged { path, reason },
             Fault::Io(_) | Fault::Unfit(_) => ImageError::Read { path, reason: fault.reason() },
         }

@@ -29,16 +29,6 @@ impl Format {
             _ => None,
         }
     }
-
-    /// For "this file is not ...".
-    pub(crate) fn noun(self) -> &'static str {
-        match self {
-            Format::Exr => "an OpenEXR file",
-            Format::Png => "a PNG file",
-            Format::Pfm => "a PFM file",
-            Format::Tga => "a TGA file",
-        }
-    }
 }
 
 #[cfg(test)]

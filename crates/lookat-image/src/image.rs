@@ -6,7 +6,7 @@ use std::io::{BufReader, BufWriter, Write};
 use std::path::Path;
 
 use crate::error::{Fault, ImageError};
-use crate::{Format, eightbit, exr, pfm};
+use crate::{Format, decoded, eightbit, exr, pfm};
 
 /// A rectangle of pixels; y points down and the origin is at the top left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,9 +102,9 @@ impl Image {
         self.write_as(format, path).map_err(|fault| ImageError::writing(path, fault))
     }
 
-    /// Reads an EXR or a PFM file, as its extension says.
+    /// Reads an EXR, PFM, PNG, TGA, JPEG or Radiance HDR file, as its extension says.
     ///
-    /// Of an EXR file it takes the first layer that has R, G and B or Y, or else the first one, with all its
+    /// Integer formats are taken from the sRGB curve to linear values, without their alpha. Of an EXR file it takes the first layer that has R, G and B or Y, or else the first one, with all its
     /// channels as 32-bit float. A PFM file gives R, G and B or Y; its scale is multiplied in.
     ///
     /// # Errors
@@ -113,15 +113,13 @@ impl Image {
     /// 2^28 pixels, or an EXR file has deep data, subsampled channels or DWA compression;
     /// [`ImageError::NotThatFormat`] and [`ImageError::Damaged`] for contents that are not right.
     pub fn read(path: &Path) -> Result<Image, ImageError> {
-        let unreadable = || ImageError::Read { path: path.into(), reason: "lookat reads exr and pfm".into() };
-        let format = Format::from_path(path).ok_or_else(unreadable)?;
         let open = || File::open(path).map(BufReader::new);
-        let result = match format {
-            Format::Exr => open().map_err(Fault::from).and_then(exr::read),
-            Format::Pfm => open().map_err(Fault::from).and_then(pfm::read),
-            Format::Png | Format::Tga => return Err(unreadable()),
+        let result = match Format::from_path(path) {
+            Some(Format::Exr) => open().map_err(Fault::from).and_then(exr::read),
+            Some(Format::Pfm) => open().map_err(Fault::from).and_then(pfm::read),
+            _ => open().map_err(Fault::from).and_then(|input| decoded::read(input, path)),
         };
-        result.map_err(|fault| ImageError::reading(path, format, fault))
+        result.map_err(|fault| ImageError::reading(path, fault))
     }
 
     fn write_as(&self, format: Format, path: &Path) -> Result<(), Fault> {
@@ -266,7 +264,7 @@ mod tests {
             assert_eq!(Image::read(Path::new(path)).unwrap_err().to_string(), expected);
         };
         check("none.exr", "cannot read none.exr: No such file or directory");
-        check("none.png", "cannot read none.png: lookat reads exr and pfm");
-        check("none", "cannot read none: lookat reads exr and pfm");
+        check("none.png", "cannot read none.png: No such file or directory");
+        check("none", "cannot read none: No such file or directory");
     }
 }

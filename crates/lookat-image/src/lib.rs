@@ -1,4 +1,4 @@
-//! Float pictures: read and write.
+//! Float pictures: read, write and compare.
 //!
 //! An [`Image`] is a set of named channels over a data window, in linear values. The extension of the path
 //! chooses the file [`Format`]: EXR keeps everything, PFM keeps the numbers, PNG and TGA are for looking at.
@@ -16,13 +16,32 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod align;
+mod convolution;
+mod decoded;
+mod display;
 mod eightbit;
 mod error;
 mod exr;
+mod flip;
 mod format;
 mod image;
+mod metric;
 mod pfm;
+mod rank;
+#[cfg(test)]
+mod sample;
+mod ssim;
+mod sum;
 
+pub use align::{AlignError, Aligned, align};
+pub use display::Encoded;
 pub use error::ImageError;
+pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use format::Format;
 pub use image::{Channel, Image, Window};
+pub use metric::{
+    Largest, Means, Metrics, Settings, largest_difference, means, measure, percentile_difference, psnr,
+    relative_mse_trimmed, rmse, share_above,
+};
+pub use ssim::ssim;

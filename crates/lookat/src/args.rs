@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
+use crate::compare::Metric;
+
 /// What was typed.
 #[derive(Debug, Parser)]
 #[command(name = "lookat", version, about = "Renders pbrt-v3 scene files, and says what is wrong with them")]
@@ -21,6 +23,8 @@ pub enum Command {
     Render(Render),
     /// Say what is wrong with scene files, without rendering
     Check(Check),
+    /// Say how far a picture is from another one
+    Compare(Compare),
 }
 
 #[derive(Debug, Args)]
@@ -62,6 +66,42 @@ pub struct Check {
     pub files: Vec<PathBuf>,
     #[command(flatten)]
     pub report: Report,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit status: 0 within all --max, 1 not, or not finite; 2 the pictures cannot be compared"
+)]
+pub struct Compare {
+    /// The picture in question: .exr, .pfm, .png, .tga, .jpg or .hdr
+    pub actual: PathBuf,
+    /// What it should be
+    pub expected: PathBuf,
+    /// The most that a metric may be, such as rmse=0.01; for psnr and ssim the least
+    #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
+    pub max: Vec<(Metric, f64)>,
+    /// Compute only these metrics
+    #[arg(long, value_name = "METRIC", value_delimiter = ',', value_parser = metric)]
+    pub only: Vec<Metric>,
+    /// The difference of a channel that counts in share-above
+    #[arg(long, value_name = "VALUE", default_value_t = 0.01)]
+    pub threshold: f32,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn metric(text: &str) -> Result<Metric, String> {
+    Metric::from_name(text).ok_or_else(|| format!("the metrics are {}", Metric::names()))
+}
+
+fn limit(text: &str) -> Result<(Metric, f64), String> {
+    let (name, value) = text.split_once('=').ok_or("expected METRIC=VALUE, as in rmse=0.01")?;
+    let value: f64 = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
+    if value.is_nan() {
+        return Err("the limit is a number".into());
+    }
+    Ok((metric(name)?, value))
 }
 
 /// How problems of files count and are told.

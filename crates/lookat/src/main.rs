@@ -2,6 +2,7 @@
 
 mod args;
 mod check;
+mod compare;
 mod render;
 mod report;
 mod source;
@@ -22,6 +23,7 @@ fn main() -> ExitCode {
     match arguments.command {
         args::Command::Render(arguments) => render::render(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
+        args::Command::Compare(arguments) => compare::compare(&arguments),
     }
 }
 
@@ -37,9 +39,13 @@ fn usage(error: &clap::Error) -> ExitCode {
 
 /// One line of JSON on standard output. Whether it could be written.
 fn print_json(value: &impl serde::Serialize) -> bool {
-    let line = serde_json::to_string(value).unwrap_or_default();
+    print(&(serde_json::to_string(value).unwrap_or_default() + "\n"))
+}
+
+/// Text on standard output. Whether it could be written.
+fn print(text: &str) -> bool {
     let mut out = std::io::stdout();
-    writeln!(out, "{line}").and_then(|()| out.flush()).is_ok()
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).is_ok()
 }
 
 /// A line on standard error. Where that is closed, nobody listens.

@@ -1,0 +1,112 @@
+//! Brings two pictures to the pixels that both have.
+
+use crate::{Image, Window};
+
+/// The pixels that two pictures share.
+#[derive(Debug, Clone)]
+pub struct Aligned {
+    /// Where they lie.
+    pub window: Window,
+    /// Linear RGB of the first picture, row by row over `window`.
+    pub actual: Vec<[f32; 3]>,
+    /// Linear RGB of the second.
+    pub expected: Vec<[f32; 3]>,
+    /// How many pixels of either picture the other does not have.
+    pub left_out: u64,
+}
+
+/// Why two pictures cannot be compared.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum AlignError {
+    /// The full pictures are not of one size.
+    #[error("the sizes differ: {}x{} and {}x{}", .0[0], .0[1], .0[2], .0[3])]
+    Size([u32; 4]),
+    /// The data windows do not overlap.
+    #[error("the data windows of the two pictures have no pixel in common")]
+    Apart,
+    /// A picture has neither R, G and B nor Y.
+    #[error("the {0} picture has neither the channels R, G and B nor Y: it has {1}")]
+    Channels(&'static str, String),
+}
+
+/// The pixels that both pictures have, by their data windows.
+///
+/// Fails if the display windows differ in size, the data windows do not overlap, or a picture has no colors.
+pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
+    let (a, b) = (actual.display_window, expected.display_window);
+    if (a.width, a.height) != (b.width, b.height) {
+        return Err(AlignError::Size([a.width, a.height, b.width, b.height]));
+    }
+    let window = common(actual.data_window, expected.data_window).ok_or(AlignError::Apart)?;
+    let left_out = actual.data_window.area() + expected.data_window.area() - 2 * window.area();
+    let colors = |image: &Image, which| {
+        let names =
+            || image.channels.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(", ");
+        image.rgb().ok_or_else(|| AlignError::Channels(which, names()))
+    };
+    Ok(Aligned {
+        window,
+        actual: cut(colors(actual, "first")?, actual.data_window, window),
+        expected: cut(colors(expected, "second")?, expected.data_window, window),
+        left_out,
+    })
+}
+
+/// What both windows cover.
+fn common(a: Window, b: Window) -> Option<Window> {
+    let span = |a: i32, a_size: u32, b: i32, b_size: u32| {
+        let start = i64::from(a.max(b));
+        let end = (i64::from(a) + i64::from(a_size)).min(i64::from(b) + i64::from(b_size));
+        u32::try_from(end - start).ok().filter(|size| *size > 0)
+    };
+    let (width, height) = (span(a.x, a.width, b.x, b.width)?, span(a.y, a.height, b.y, b.height)?);
+    Some(Window { x: a.x.max(b.x), y: a.y.max(b.y), width, height })
+}
+
+/// The part of a picture that lies in `part`, which lies in `whole`.
+fn cut(pixels: Vec<[f32; 3]>, whole: Window, part: Window) -> Vec<[f32; 3]> {
+    if whole == part {
+        return pixels;
+    }
+    let (left, top) = ((part.x - whole.x) as usize, (part.y - whole.y) as usize);
+    let rows = pixels.chunks_exact(whole.width as usize).skip(top).take(part.height as usize);
+    rows.flat_map(|row| &row[left..left + part.width as usize]).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(window: Window) -> Image {
+        let display = Window { x: 0, y: 0, width: 8, height: 8 };
+        let (columns, rows) =
+            (window.x..window.x + window.width as i32, window.y..window.y + window.height as i32);
+        let pixels: Vec<[f32; 3]> =
+            rows.flat_map(|y| columns.clone().map(move |x| [x as f32, y as f32, 0.0])).collect();
+        Image::from_rgb(window, display, &pixels)
+    }
+
+    #[test]
+    fn pixels_keep_their_places() {
+        let a = picture(Window { x: 0, y: 1, width: 5, height: 4 });
+        let b = picture(Window { x: 2, y: -1, width: 6, height: 4 });
+        let aligned = align(&a, &b).unwrap();
+        assert_eq!(aligned.window, Window { x: 2, y: 1, width: 3, height: 2 });
+        assert_eq!(aligned.left_out, 20 + 24 - 12);
+        assert_eq!(aligned.actual, aligned.expected);
+        assert_eq!(aligned.actual[4], [3.0, 2.0, 0.0]);
+    }
+
+    #[test]
+    fn pictures_that_do_not_belong_together_are_told_apart() {
+        let a = picture(Window { x: 0, y: 0, width: 2, height: 2 });
+        let b = picture(Window { x: 2, y: 0, width: 2, height: 2 });
+        assert_eq!(align(&a, &b).unwrap_err(), AlignError::Apart);
+        let mut c = a.clone();
+        c.display_window.width = 9;
+        assert_eq!(align(&a, &c).unwrap_err().to_string(), "the sizes differ: 8x8 and 9x8");
+        let mut d = a.clone();
+        d.channels.iter_mut().for_each(|channel| channel.name += "2");
+        assert!(align(&d, &a).unwrap_err().to_string().contains("it has R2, G2, B2"));
+    }
+}

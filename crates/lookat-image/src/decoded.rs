@@ -1,0 +1,88 @@
+//! Pictures of 8 and 16 bits and Radiance HDR, as another library decodes them.
+
+use std::io::{BufRead, Seek};
+use std::path::Path;
+
+use ::image::{ImageFormat, ImageReader, Limits};
+
+use crate::error::{Fault, pixel_count};
+use crate::{Image, Window};
+
+/// The formats that are read here, by their endings.
+const FORMATS: [(&str, ImageFormat); 5] = [
+    ("png", ImageFormat::Png),
+    ("tga", ImageFormat::Tga),
+    ("jpg", ImageFormat::Jpeg),
+    ("jpeg", ImageFormat::Jpeg),
+    ("hdr", ImageFormat::Hdr),
+];
+
+/// Reads R, G and B. Values of integer formats are taken from the sRGB curve to linear ones; alpha is left out.
+pub(crate) fn read(input: impl BufRead + Seek, path: &Path) -> Result<Image, Fault> {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
+    let Some((_, format)) = FORMATS.iter().find(|(known, _)| *known == ending) else {
+        return Err(Fault::Unfit("lookat reads exr, pfm, png, tga, jpg and hdr".into()));
+    };
+    let mut reader = ImageReader::with_format(input, *format);
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(4 << 30);
+    reader.limits(limits);
+    let decoded = reader.decode().map_err(fault)?.into_rgb32f();
+    let (width, height) = decoded.dimensions();
+    pixel_count(width.into(), height.into())?;
+    let linear = *format == ImageFormat::Hdr;
+    let pixels: Vec<[f32; 3]> =
+        decoded.pixels().map(|pixel| if linear { pixel.0 } else { pixel.0.map(from_srgb) }).collect();
+    let window = Window { x: 0, y: 0, width, height };
+    Ok(Image::from_rgb(window, window, &pixels))
+}
+
+fn fault(error: ::image::ImageError) -> Fault {
+    match error {
+        ::image::ImageError::IoError(error) => error.into(),
+        ::image::ImageError::Decoding(error) => Fault::Damaged(error.to_string()),
+        error => Fault::Unfit(error.to_string()),
+    }
+}
+
+/// The inverse of the sRGB curve of IEC 61966-2-1.
+fn from_srgb(encoded: f32) -> f32 {
+    let encoded = f64::from(encoded);
+    let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
+    linear as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Image, ImageError, Window};
+
+    #[test]
+    fn eight_bits_come_back_to_half_a_step() {
+        let directory = tempfile::tempdir().unwrap();
+        let window = Window { x: 0, y: 0, width: 2, height: 2 };
+        let pixels = [[0.0, 0.5, 1.0], [0.18, 0.003, 0.9], [0.02, 0.3, 0.7], [1.0, 1.0, 0.0]];
+        let image = Image::from_rgb(window, window, &pixels);
+        for name in ["a.png", "a.tga"] {
+            let path = directory.path().join(name);
+            image.write(&path).unwrap();
+            let back = Image::read(&path).unwrap().rgb().unwrap();
+            for (a, b) in back.as_flattened().iter().zip(pixels.as_flattened()) {
+                // Half a step of the curve, at its steepest.
+                assert!((a - b).abs() < 2.3 * 0.5 / 255.0, "{name}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_picture_is_refused() {
+        let directory = tempfile::tempdir().unwrap();
+        for name in ["a.png", "a.jpg", "a.tga", "a.hdr", "a.gif"] {
+            for bytes in [&b""[..], b"x", b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR", b"\xff\xd8\xff\xe0"] {
+                let path = directory.path().join(name);
+                std::fs::write(&path, bytes).unwrap();
+                let error: ImageError = Image::read(&path).unwrap_err();
+                assert!(error.to_string().contains("a."), "{error}");
+            }
+        }
+    }
+}

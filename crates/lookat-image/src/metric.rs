@@ -1,0 +1,379 @@
+//! Numbers that say how far a picture is from another one.
+//!
+//! Unless something else is said, pictures are linear, of the same size and with at least one pixel, and a mean
+//! is over all pixels and channels. Values that are not finite give results that mean nothing. Results do not
+//! depend on the number of threads.
+
+use rayon::prelude::*;
+
+use crate::display::Encoded;
+use crate::flip::{PIXELS_PER_DEGREE, hdr_flip, ldr_flip};
+use crate::rank::{nearest_rank, ranked};
+use crate::ssim::ssim;
+use crate::sum::{GRAIN, blocks, pixel_sums, sample_sums};
+
+/// What keeps relative errors of dark values finite.
+const DARK: f64 = 0.01;
+/// The share of pixels that [`relative_mse_trimmed`] keeps.
+const KEPT: f64 = 0.999;
+/// The percentile in [`Metrics`].
+const PERCENTILE: f64 = 0.99;
+
+/// What [`measure`] has to know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// For [`share_above`]. 0.01 by default.
+    pub threshold: f32,
+    /// For FLIP, positive and finite. [`PIXELS_PER_DEGREE`] by default.
+    pub pixels_per_degree: f32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { threshold: 0.01, pixels_per_degree: PIXELS_PER_DEGREE }
+    }
+}
+
+/// All metrics of a pair of pictures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Metrics {
+    /// Mean errors.
+    pub means: Means,
+    /// [`relative_mse_trimmed`].
+    pub relative_mse_trimmed: f64,
+    /// [`percentile_difference`] with the share 0.99.
+    pub percentile_99: f32,
+    /// [`largest_difference`].
+    pub largest: Largest,
+    /// [`share_above`] the threshold of the settings.
+    pub share_above: f64,
+    /// [`psnr`].
+    pub psnr: f64,
+    /// [`ssim`].
+    pub ssim: Option<f64>,
+    /// [`ldr_flip`].
+    pub ldr_flip: f64,
+    /// [`hdr_flip`].
+    pub hdr_flip: f64,
+}
+
+/// Computes all metrics.
+///
+/// # Panics
+///
+/// If a picture does not have `width` times `height` pixels.
+pub fn measure(
+    actual: &[[f32; 3]],
+    expected: &[[f32; 3]],
+    width: usize,
+    height: usize,
+    settings: Settings,
+) -> Metrics {
+    let shown = [actual, expected].map(Encoded::from_linear);
+    let pixels_per_degree = settings.pixels_per_degree;
+    Metrics {
+        means: means(actual, expected),
+        relative_mse_trimmed: relative_mse_trimmed(actual, expected),
+        percentile_99: percentile_difference(actual, expected, PERCENTILE),
+        largest: largest_difference(actual, expected, width),
+        share_above: share_above(actual, expected, settings.threshold),
+        psnr: psnr(&shown[0], &shown[1]),
+        ssim: ssim(&shown[0], &shown[1], width, height),
+        ldr_flip: ldr_flip(actual, expected, width, height, pixels_per_degree),
+        hdr_flip: hdr_flip(actual, expected, width, height, pixels_per_degree),
+    }
+}
+
+/// The root of the mean squared error, in the unit of the pictures. 0 for equal pictures. One bright pixel can
+/// rule it.
+///
+/// # Panics
+///
+/// If the pictures do not have the same size.
+pub fn rmse(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f64 {
+    let [squares] = sample_sums(actual, expected, |a, b| [f64::from(a - b).powi(2)]);
+    (squares / samples(actual)).sqrt()
+}
+
+/// Mean errors, all 0 for equal pictures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Means {
+    /// The mean of actual minus expected, any number: what is left of the error when noise is averaged out.
+    pub error: f64,
+    /// The standard error of `error`, if the errors of pixels were independent draws of one distribution: the
+    /// standard deviation over pixels of the mean of the channels, by the root of the number of pixels.
+    /// Errors that differ from place to place for other reasons than noise make it too large, noise that is
+    /// stratified over pixels too, and noise that neighbours share makes it too small. Infinite for a single
+    /// pixel.
+    pub standard_error: f64,
+    /// The mean absolute error, in the unit of the pictures.
+    pub absolute: f64,
+    /// As [`rmse`].
+    pub rmse: f64,
+    /// The relative mean squared error, (a - b)^2 / (b^2 + 0.01) with b expected (after Rousselle, Knaus and
+    /// Zwicker, "Adaptive Sampling and Reconstruction using Greedy Error Minimization", SIGGRAPH Asia 2011).
+    pub relative_mse: f64,
+    /// The symmetric mean absolute percentage error as a number in 0..2: 2 |a - b| / (|a| + |b| + 0.01). It
+    /// hardly notices single bright pixels, and hides errors of dark ones.
+    pub smape: f64,
+}
+
+/// Computes all mean errors at once.
+///
+/// # Panics
+///
+/// If the pictures do not have the same size.
+pub fn means(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Means {
+    let samples = samples(actual);
+    let errors = sample_sums(actual, expected, |a, b| {
+        let (a, b) = (f64::from(a), f64::from(b));
+        let difference = (a - b).abs();
+        let symmetric = 2.0 * difference / (a.abs() + b.abs() + DARK);
+        [difference, difference * difference, relative_square(a, b), symmetric]
+    });
+    let [absolute, square, relative_mse, smape] = errors.map(|sum| sum / samples);
+
+    let pixels = actual.len() as f64;
+    let [errors, squares] = pixel_sums(actual, expected, |a, b| {
+        let error = (0..3).map(|i| f64::from(a[i]) - f64::from(b[i])).sum::<f64>() / 3.0;
+        [error, error * error]
+    });
+    let error = errors / pixels;
+    let spread = (squares - errors * error).max(0.0);
+    let standard_error = if pixels > 1.0 { (spread / (pixels - 1.0) / pixels).sqrt() } else { f64::INFINITY };
+    Means { error, standard_error, absolute, rmse: square.sqrt(), relative_mse, smape }
+}
+
+/// The relative mean squared error of [`Means`] without the pixels that are worst by it: the mean over those
+/// up to and with the nearest rank of 0.999, so that one pixel of each full thousand is left out. 0 for equal
+/// pictures.
+///
+/// # Panics
+///
+/// If the pictures do not have the same size.
+pub fn relative_mse_trimmed(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f64 {
+    let of_pixel = |a: &[f32; 3], b: &[f32; 3]| {
+        ((0..3).map(|i| relative_square(f64::from(a[i]), f64::from(b[i]))).sum::<f64>() / 3.0) as f32
+    };
+    let kept = nearest_rank(KEPT, actual.len());
+    let last = ranked(actual.len(), |i| [of_pixel(&actual[i], &expected[i])], kept);
+    let [smaller, count] = pixel_sums(actual, expected, |a, b| match of_pixel(a, b) {
+        value if value < last => [f64::from(value), 1.0],
+        _ => [0.0, 0.0],
+    });
+    (smaller + (kept as f64 - count) * f64::from(last)) / kept as f64
+}
+
+/// The given percentile, as a share in 0..1, of |actual - expected| over all pixels and channels, in the unit
+/// of the pictures: by the nearest rank, which is the smallest of the differences such that at least this
+/// share of them is not larger. 0 for equal pictures.
+///
+/// # Panics
+///
+/// If the pictures do not have the same size.
+pub fn percentile_difference(actual: &[[f32; 3]], expected: &[[f32; 3]], share: f64) -> f32 {
+    let rank = nearest_rank(share, 3 * actual.len());
+    assert_eq!(actual.len(), expected.len());
+    ranked(actual.len(), |i| std::array::from_fn::<_, 3, _>(|c| (actual[i][c] - expected[i][c]).abs()), rank)
+}
+
+/// The largest difference and its place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Largest {
+    /// |actual - expected|, in the unit of the pictures.
+    pub difference: f32,
+    /// The column.
+    pub x: usize,
+    /// The row.
+    pub y: usize,
+    /// 0 for red, 1 for green, 2 for blue.
+    pub channel: usize,
+}
+
+/// The largest |actual - expected| over all pixels and channels, and the first place in reading order that has
+/// it. NaN counts as 0.
+///
+/// # Panics
+///
+/// If the pictures do not have the same size.
+pub fn largest_difference(actual: &[[f32; 3]], expected: &[[f32; 3]], width: usize) -> Largest {
+    let difference = |(a, b): (&f32, &f32)| (a - b).abs();
+    let blocks = blocks(actual, expected).map(|(actual, expected)| {
+        let differences = actual.as_flattened().iter().zip(expected.as_flattened()).map(difference);
+        differences.fold(0.0, f32::max)
+    });
+    let largest: Vec<f32> = blocks.collect();
+    let difference_of_all = largest.iter().copied().fold(0.0, f32::max);
+
+    let first_block = largest.iter().position(|&difference| difference == difference_of_all).unwrap_or(0);
+    let start = first_block * GRAIN;
+    let (a, b) = (actual[start..].as_flattened(), expected[start..].as_flattened());
+    let place = a.iter().zip(b).position(|pair| difference(pair) == difference_of_all).unwrap_or(0);
+    let pixel = start + place / 3;
+    Largest { difference: difference_of_all, x: pixel % width, y: pixel / width, channel: place % 3 }
+}
+
+/// The share of pixels, 0..1, of which some channel differs by more than the threshold. 0 for equal pictures.
+///
+/// # Panics
+///
+/// If the pictures do not have the same size.
+pub fn share_above(actual: &[[f32; 3]], expected: &[[f32; 3]], threshold: f32) -> f64 {
+    let [above] = pixel_sums(actual, expected, |a, b| {
+        let above = |i: usize| (a[i] - b[i]).abs() > threshold;
+        [f64::from(u8::from(above(0) | above(1) | above(2)))]
+    });
+    above / actual.len() as f64
+}
+
+/// The peak signal-to-noise ratio in decibels, 10 log10(1 / MSE), of what a display is given: clipped to 0..1
+/// and on the sRGB curve. Infinite for equal pictures, 0 for black against white. Clipping hides fireflies.
+///
+/// # Panics
+///
+/// If the pictures do not have the same size.
+pub fn psnr(actual: &Encoded, expected: &Encoded) -> f64 {
+    -20.0 * rmse(&actual.pixels, &expected.pixels).log10()
+}
+
+fn relative_square(a: f64, b: f64) -> f64 {
+    (a - b) * (a - b) / (b * b + DARK)
+}
+
+fn samples(pixels: &[[f32; 3]]) -> f64 {
+    3.0 * pixels.len() as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::{Sample, radiance, shown};
+
+    fn close(name: &str, actual: f64, expected: f64) {
+        assert!((actual / expected - 1.0).abs() < 1e-6, "{name}: {actual}, not {expected}");
+    }
+
+    /// `means` are in the order of [`Means`].
+    fn check(
+        sample: &Sample,
+        expected: [f64; 6],
+        trimmed: f64,
+        percentile_99: f32,
+        largest: Largest,
+        psnr: f64,
+    ) {
+        let Sample { actual: a, expected: b, width, .. } = sample;
+        let means = means(a, b);
+        close("error", means.error, expected[0]);
+        close("standard error", means.standard_error, expected[1]);
+        close("absolute", means.absolute, expected[2]);
+        close("rmse", means.rmse, expected[3]);
+        close("rmse alone", rmse(a, b), expected[3]);
+        close("relative", means.relative_mse, expected[4]);
+        close("symmetric", means.smape, expected[5]);
+        close("trimmed", relative_mse_trimmed(a, b), trimmed);
+        close("psnr", super::psnr(&Encoded::from_linear(a), &Encoded::from_linear(b)), psnr);
+        assert_eq!(percentile_difference(a, b, 0.99), percentile_99);
+        assert_eq!(largest_difference(a, b, *width), largest);
+    }
+
+    #[test]
+    fn agrees_with_numpy() {
+        // NumPy 2.4.6 in double precision, percentile(method="inverted_cdf"); PSNR by scikit-image 0.26.0.
+        check(
+            &shown(200, 150),
+            [
+                0.0014493567537361134,
+                0.00015993869280142757,
+                0.03951822988521308,
+                0.049530181779663764,
+                0.047186274171837524,
+                0.27377026032077517,
+            ],
+            0.04515801759603071,
+            0.07944492,
+            Largest { difference: 0.67228365, x: 60, y: 59, channel: 0 },
+            23.059384627946983,
+        );
+        check(
+            &radiance(190, 131),
+            [
+                0.16776022243505442,
+                0.0844740226394154,
+                0.4098826458925603,
+                13.898042945901935,
+                3.655411640315832,
+                0.258075358308291,
+            ],
+            1.5640884421652517,
+            3.2986965,
+            Largest { difference: 2473.5176, x: 134, y: 42, channel: 0 },
+            21.47058856308552,
+        );
+    }
+
+    #[test]
+    fn shares_agree_with_numpy() {
+        let Sample { actual, expected, .. } = shown(200, 150);
+        close("0.01", share_above(&actual, &expected, 0.01), 0.9978333333333333);
+        close("0.05", share_above(&actual, &expected, 0.05), 0.7152);
+    }
+
+    #[test]
+    fn one_firefly_of_a_thousand_is_trimmed() {
+        let expected = vec![[1.0; 3]; 1000];
+        let mut actual = expected.clone();
+        actual[567][1] = 100.0;
+        assert!(means(&actual, &expected).relative_mse > 3.0);
+        assert_eq!(relative_mse_trimmed(&actual, &expected), 0.0);
+        assert!(relative_mse_trimmed(&actual[1..], &expected[1..]) > 3.0);
+        assert_eq!(percentile_difference(&actual, &expected, 0.99), 0.0);
+        assert_eq!(percentile_difference(&actual, &expected, 1.0), 99.0);
+        let place = Largest { difference: 99.0, x: 67, y: 5, channel: 1 };
+        assert_eq!(largest_difference(&actual, &expected, 100), place);
+        close("error", means(&actual, &expected).error, 0.033);
+        // One pixel of 1000 is off by 33 on the mean of its channels: sd / sqrt(n) = 33 / 1000.
+        close("standard error", means(&actual, &expected).standard_error, 0.033);
+    }
+
+    #[test]
+    fn equal_pictures_are_equal() {
+        let expected = shown(33, 20).expected;
+        let metrics = measure(&expected, &expected, 33, 20, Settings::default());
+        let zero = Means {
+            error: 0.0,
+            standard_error: 0.0,
+            absolute: 0.0,
+            rmse: 0.0,
+            relative_mse: 0.0,
+            smape: 0.0,
+        };
+        assert_eq!(metrics.means, zero);
+        assert_eq!(metrics.relative_mse_trimmed, 0.0);
+        assert_eq!(metrics.largest, Largest { difference: 0.0, x: 0, y: 0, channel: 0 });
+        assert_eq!((metrics.share_above, metrics.psnr), (0.0, f64::INFINITY));
+        assert_eq!((metrics.ldr_flip, metrics.hdr_flip), (0.0, 0.0));
+        assert_eq!(means(&expected[..1], &expected[..1]).standard_error, f64::INFINITY);
+    }
+
+    #[test]
+    fn threads_do_not_matter() {
+        let Sample { actual, expected, width, height } = shown(200, 150);
+        let on = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| measure(&actual, &expected, width, height, Settings::default()))
+        };
+        assert_eq!(on(1), on(3));
+    }
+
+    #[test]
+    fn odd_pixels_do_not_panic() {
+        let odd =
+            [[f32::NAN; 3], [f32::INFINITY; 3], [f32::NEG_INFINITY; 3], [-1.0; 3], [f32::MAX; 3], [0.0; 3]];
+        let odd = odd.repeat(30);
+        let even = vec![[0.5; 3]; 180];
+        measure(&odd, &even, 12, 15, Settings::default());
+        measure(&even, &odd, 15, 12, Settings::default());
+        measure(&odd, &odd, 180, 1, Settings::default());
+    }
+}
