@@ -121,18 +121,42 @@ impl Slabs {
     }
 }
 
+/// Subtrees of at least so many elements are built side by side.
+const PARALLEL: usize = 1 << 14;
+
 /// Appends the tree over `order`, whose first element is number `first` of all.
 fn build_node(bounds: &[Bounds], order: &mut [u32], first: usize, depth: usize, nodes: &mut Vec<Node>) {
     let all = order.iter().fold(Bounds::EMPTY, |all, i| all.union(bounds[*i as usize]));
     let at = nodes.len();
     nodes.push(Node { bounds: all, next: first as u32, count: order.len() as u32, axis: 0 });
     let Some((axis, middle)) = split(bounds, order, all, depth) else { return };
-    let (left, right) = order.split_at_mut(middle);
-    build_node(bounds, left, first, depth + 1, nodes);
-    nodes[at].next = nodes.len() as u32;
     nodes[at].count = 0;
     nodes[at].axis = axis as u32;
-    build_node(bounds, right, first + middle, depth + 1, nodes);
+    let (left, right) = order.split_at_mut(middle);
+    if left.len() + right.len() < PARALLEL {
+        build_node(bounds, left, first, depth + 1, nodes);
+        nodes[at].next = nodes.len() as u32;
+        build_node(bounds, right, first + middle, depth + 1, nodes);
+        return;
+    }
+    let subtree = |order: &mut [u32], first| {
+        let mut nodes = Vec::with_capacity(order.len());
+        build_node(bounds, order, first, depth + 1, &mut nodes);
+        nodes
+    };
+    let (left, right) = rayon::join(|| subtree(left, first), || subtree(right, first + middle));
+    append(nodes, left);
+    nodes[at].next = nodes.len() as u32;
+    append(nodes, right);
+}
+
+/// Appends a tree that was built on its own: its inner nodes count their children from its start.
+fn append(nodes: &mut Vec<Node>, subtree: Vec<Node>) {
+    let base = nodes.len() as u32;
+    nodes.extend(subtree.into_iter().map(|node| match node.count {
+        0 => Node { next: node.next + base, ..node },
+        _ => node,
+    }));
 }
 
 /// Sorts `order` into two parts; gives the axis and where the second begins. `None` where a leaf is best.
@@ -220,6 +244,29 @@ mod tests {
         }
         let outside = Ray::new(DVec3::new(2.0, 0.5, -1.0), DVec3::Z);
         assert!(!Slabs::new(&outside).meet(&bounds, f64::INFINITY));
+    }
+
+    /// Also in a tree large enough to be built by several threads.
+    #[test]
+    fn every_box_that_a_ray_meets_is_visited() {
+        let spread = |i: usize, k: f64| ((i as f64 * k).sin() * 1e4).fract() * 10.0;
+        let bounds: Vec<Bounds> = (0..PARALLEL + 1000)
+            .map(|i| DVec3::new(spread(i, 1.1), spread(i, 2.3), spread(i, 3.7)))
+            .map(|low| Bounds::new(low, low + 0.5))
+            .collect();
+        let (bvh, order) = Bvh::build(&bounds);
+        for (o, d) in [(DVec3::splat(-20.0), DVec3::ONE), (DVec3::new(3.0, 2.0, 30.0), DVec3::NEG_Z)] {
+            let ray = Ray::new(o, d.normalize());
+            let slabs = Slabs::new(&ray);
+            let mut visited = vec![false; bounds.len()];
+            bvh.traverse(&ray, |range| {
+                order[range].iter().for_each(|i| visited[*i as usize] = true);
+                Some(f64::INFINITY)
+            });
+            let met = |i: &usize| slabs.meet(&bounds[*i], f64::INFINITY);
+            assert!((0..bounds.len()).filter(met).all(|i| visited[i]));
+            assert!((0..bounds.len()).filter(met).count() > 0);
+        }
     }
 
     #[test]
