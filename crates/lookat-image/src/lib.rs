@@ -41,7 +41,7 @@ pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, l
 pub use format::Format;
 pub use image::{Channel, Image, Window};
 pub use metric::{
-    Largest, Means, Metrics, Settings, largest_difference, means, measure, percentile_difference, psnr,
-    relative_mse_trimmed, rmse, share_above,
+    Largest, Means, largest_difference, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
+    share_above,
 };
 pub use ssim::ssim;

@@ -7,82 +7,13 @@
 use rayon::prelude::*;
 
 use crate::display::Encoded;
-use crate::flip::{PIXELS_PER_DEGREE, hdr_flip, ldr_flip};
 use crate::rank::{nearest_rank, ranked};
-use crate::ssim::ssim;
 use crate::sum::{GRAIN, blocks, pixel_sums, sample_sums};
 
 /// What keeps relative errors of dark values finite.
 const DARK: f64 = 0.01;
 /// The share of pixels that [`relative_mse_trimmed`] keeps.
 const KEPT: f64 = 0.999;
-/// The percentile in [`Metrics`].
-const PERCENTILE: f64 = 0.99;
-
-/// What [`measure`] has to know.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Settings {
-    /// For [`share_above`]. 0.01 by default.
-    pub threshold: f32,
-    /// For FLIP, positive and finite. [`PIXELS_PER_DEGREE`] by default.
-    pub pixels_per_degree: f32,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Settings { threshold: 0.01, pixels_per_degree: PIXELS_PER_DEGREE }
-    }
-}
-
-/// All metrics of a pair of pictures.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Metrics {
-    /// Mean errors.
-    pub means: Means,
-    /// [`relative_mse_trimmed`].
-    pub relative_mse_trimmed: f64,
-    /// [`percentile_difference`] with the share 0.99.
-    pub percentile_99: f32,
-    /// [`largest_difference`].
-    pub largest: Largest,
-    /// [`share_above`] the threshold of the settings.
-    pub share_above: f64,
-    /// [`psnr`].
-    pub psnr: f64,
-    /// [`ssim`].
-    pub ssim: Option<f64>,
-    /// [`ldr_flip`].
-    pub ldr_flip: f64,
-    /// [`hdr_flip`].
-    pub hdr_flip: f64,
-}
-
-/// Computes all metrics.
-///
-/// # Panics
-///
-/// If a picture does not have `width` times `height` pixels.
-pub fn measure(
-    actual: &[[f32; 3]],
-    expected: &[[f32; 3]],
-    width: usize,
-    height: usize,
-    settings: Settings,
-) -> Metrics {
-    let shown = [actual, expected].map(Encoded::from_linear);
-    let pixels_per_degree = settings.pixels_per_degree;
-    Metrics {
-        means: means(actual, expected),
-        relative_mse_trimmed: relative_mse_trimmed(actual, expected),
-        percentile_99: percentile_difference(actual, expected, PERCENTILE),
-        largest: largest_difference(actual, expected, width),
-        share_above: share_above(actual, expected, settings.threshold),
-        psnr: psnr(&shown[0], &shown[1]),
-        ssim: ssim(&shown[0], &shown[1], width, height),
-        ldr_flip: ldr_flip(actual, expected, width, height, pixels_per_degree),
-        hdr_flip: hdr_flip(actual, expected, width, height, pixels_per_degree),
-    }
-}
 
 /// The root of the mean squared error, in the unit of the pictures. 0 for equal pictures. One bright pixel can
 /// rule it.
@@ -247,10 +178,41 @@ fn samples(pixels: &[[f32; 3]]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::flip::{PIXELS_PER_DEGREE, hdr_flip, ldr_flip};
     use crate::sample::{Sample, radiance, shown};
+    use crate::ssim::ssim;
 
     fn close(name: &str, actual: f64, expected: f64) {
         assert!((actual / expected - 1.0).abs() < 1e-6, "{name}: {actual}, not {expected}");
+    }
+
+    /// All metrics of a pair of pictures.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    struct Metrics {
+        means: Means,
+        relative_mse_trimmed: f64,
+        percentile_99: f32,
+        largest: Largest,
+        share_above: f64,
+        psnr: f64,
+        ssim: Option<f64>,
+        ldr_flip: f64,
+        hdr_flip: f64,
+    }
+
+    fn measure(actual: &[[f32; 3]], expected: &[[f32; 3]], width: usize, height: usize) -> Metrics {
+        let shown = [actual, expected].map(Encoded::from_linear);
+        Metrics {
+            means: means(actual, expected),
+            relative_mse_trimmed: relative_mse_trimmed(actual, expected),
+            percentile_99: percentile_difference(actual, expected, 0.99),
+            largest: largest_difference(actual, expected, width),
+            share_above: share_above(actual, expected, 0.01),
+            psnr: psnr(&shown[0], &shown[1]),
+            ssim: ssim(&shown[0], &shown[1], width, height),
+            ldr_flip: ldr_flip(actual, expected, width, height, PIXELS_PER_DEGREE),
+            hdr_flip: hdr_flip(actual, expected, width, height, PIXELS_PER_DEGREE),
+        }
     }
 
     /// `means` are in the order of [`Means`].
@@ -339,7 +301,7 @@ mod tests {
     #[test]
     fn equal_pictures_are_equal() {
         let expected = shown(33, 20).expected;
-        let metrics = measure(&expected, &expected, 33, 20, Settings::default());
+        let metrics = measure(&expected, &expected, 33, 20);
         let zero = Means {
             error: 0.0,
             standard_error: 0.0,
@@ -361,7 +323,7 @@ mod tests {
         let Sample { actual, expected, width, height } = shown(200, 150);
         let on = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| measure(&actual, &expected, width, height, Settings::default()))
+            pool.install(|| measure(&actual, &expected, width, height))
         };
         assert_eq!(on(1), on(3));
     }
@@ -372,8 +334,8 @@ mod tests {
             [[f32::NAN; 3], [f32::INFINITY; 3], [f32::NEG_INFINITY; 3], [-1.0; 3], [f32::MAX; 3], [0.0; 3]];
         let odd = odd.repeat(30);
         let even = vec![[0.5; 3]; 180];
-        measure(&odd, &even, 12, 15, Settings::default());
-        measure(&even, &odd, 15, 12, Settings::default());
-        measure(&odd, &odd, 180, 1, Settings::default());
+        measure(&odd, &even, 12, 15);
+        measure(&even, &odd, 15, 12);
+        measure(&odd, &odd, 180, 1);
     }
 }

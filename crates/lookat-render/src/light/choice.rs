@@ -15,19 +15,27 @@ impl LightTable<'_> {
     /// A light for the point `p` by a number from 0 to 1, and its probability.
     pub fn choose(&self, choice: LightChoice, p: DVec3, u: f64) -> Option<(usize, f64)> {
         let last = self.lights.len().checked_sub(1)?;
-        let light = match self.rule(choice) {
-            LightChoice::Uniform => ((u * self.lights.len() as f64) as usize).min(last),
-            LightChoice::Power => self.power_cdf.partition_point(|share| *share <= u).min(last),
+        let (light, probability) = match self.rule(choice) {
+            LightChoice::Uniform => {
+                let light = ((u * self.lights.len() as f64) as usize).min(last);
+                (light, self.probability(choice, p, light))
+            }
+            LightChoice::Power => {
+                let light = self.power_cdf.partition_point(|share| *share <= u).min(last);
+                (light, self.probability(choice, p, light))
+            }
             LightChoice::Spatial => {
-                let mut rest = u * self.estimates(p).sum::<f64>();
+                // The sum serves both the choice and its probability.
+                let total: f64 = self.estimates(p).sum();
+                let mut rest = u * total;
                 let passed = |estimate| {
                     rest -= estimate;
                     rest < 0.0
                 };
-                self.estimates(p).position(passed).unwrap_or(last)
+                let light = self.estimates(p).position(passed).unwrap_or(last);
+                (light, self.share(p, light, total))
             }
         };
-        let probability = self.probability(choice, p, light);
         (probability > 0.0).then_some((light, probability))
     }
 
@@ -37,11 +45,13 @@ impl LightTable<'_> {
             LightChoice::Uniform => 1.0 / self.lights.len() as f64,
             LightChoice::Power if light == 0 => self.power_cdf[0],
             LightChoice::Power => self.power_cdf[light] - self.power_cdf[light - 1],
-            LightChoice::Spatial => {
-                let total: f64 = self.estimates(p).sum();
-                if total > 0.0 { self.lights[light].estimate(p) / total } else { 0.0 }
-            }
+            LightChoice::Spatial => self.share(p, light, self.estimates(p).sum()),
         }
+    }
+
+    /// The share of a light in the sum of the estimates.
+    fn share(&self, p: DVec3, light: usize, total: f64) -> f64 {
+        if total > 0.0 { self.lights[light].estimate(p) / total } else { 0.0 }
     }
 
     fn rule(&self, choice: LightChoice) -> LightChoice {
