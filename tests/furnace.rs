@@ -227,7 +227,10 @@ fn threads_do_not_change_a_bit_and_seeds_do() {
     let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &Overrides::default());
     let scene = loaded.scene.unwrap();
     let picture = |threads, seed| {
-        render(&scene, &Settings { threads, seed }, &|_| ControlFlow::Continue(())).image.rgb().unwrap()
+        render(&scene, &Settings { threads, seed, ..Settings::default() }, &|_| ControlFlow::Continue(()))
+            .image
+            .rgb()
+            .unwrap()
     };
     let one = picture(1, 0);
     assert!(one == picture(2, 0) && one == picture(7, 0));

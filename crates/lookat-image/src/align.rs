@@ -1,6 +1,6 @@
 //! Brings two pictures to the pixels that both have.
 
-use crate::{Image, Window};
+use crate::{Image, PixelError, Window};
 
 /// The pixels that two pictures share.
 #[derive(Debug, Clone)]
@@ -11,6 +11,10 @@ pub struct Aligned {
     pub actual: Vec<[f32; 3]>,
     /// Linear RGB of the second.
     pub expected: Vec<[f32; 3]>,
+    /// How noisy the pixels of the first picture are, if it says so.
+    pub actual_errors: Option<Vec<PixelError>>,
+    /// The same of the second.
+    pub expected_errors: Option<Vec<PixelError>>,
     /// How many pixels of either picture the other does not have.
     pub left_out: u64,
 }
@@ -44,8 +48,11 @@ pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
             || image.channels.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(", ");
         image.rgb().ok_or_else(|| AlignError::Channels(which, names()))
     };
+    let errors = |image: &Image| image.errors().map(|errors| cut(errors, image.data_window, window));
     Ok(Aligned {
         window,
+        actual_errors: errors(actual),
+        expected_errors: errors(expected),
         actual: cut(colors(actual, "first")?, actual.data_window, window),
         expected: cut(colors(expected, "second")?, expected.data_window, window),
         left_out,
@@ -64,7 +71,7 @@ fn common(a: Window, b: Window) -> Option<Window> {
 }
 
 /// The part of a picture that lies in `part`, which lies in `whole`.
-fn cut(pixels: Vec<[f32; 3]>, whole: Window, part: Window) -> Vec<[f32; 3]> {
+fn cut<T: Copy>(pixels: Vec<T>, whole: Window, part: Window) -> Vec<T> {
     if whole == part {
         return pixels;
     }

@@ -16,12 +16,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod agreement;
 mod align;
 mod convolution;
 mod decoded;
 mod display;
 mod eightbit;
 mod error;
+mod errors;
 mod exr;
 mod flip;
 mod format;
@@ -34,9 +36,11 @@ mod sample;
 mod ssim;
 mod sum;
 
+pub use agreement::{Agreement, PixelTest, Test, agreement};
 pub use align::{AlignError, Aligned, align};
 pub use display::Encoded;
 pub use error::ImageError;
+pub use errors::PixelError;
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use format::Format;
 pub use image::{Channel, Image, Window};

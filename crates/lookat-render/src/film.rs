@@ -1,7 +1,9 @@
 //! The film: sums of samples, pixel by pixel.
 
+use std::ops::AddAssign;
+
 use glam::{DVec3, Vec3};
-use lookat_image::{Image, Window};
+use lookat_image::{Image, PixelError, Window};
 use lookat_scene::{Film, PixelBounds};
 
 use crate::color::luminance;
@@ -32,13 +34,50 @@ impl Pixel {
     /// The plain estimate is `weight * signed / count`. For a filter that is partly negative it is noisy even where the
     /// picture is flat; so the noise of the weights alone, which is known, is taken out of it, scaled by the mean. Where
     /// the filter is nowhere negative the mean is left.
-    fn value(&self, weight: f64) -> DVec3 {
+    pub fn value(&self, weight: f64) -> DVec3 {
         if self.count == 0 {
             return DVec3::ZERO;
         }
         let count = f64::from(self.count);
         let mean_weight = weight * (count - 2.0 * f64::from(self.negative)) / count;
         self.signed * (weight / count) - self.sum / count * (mean_weight - 1.0)
+    }
+}
+
+impl AddAssign for Pixel {
+    fn add_assign(&mut self, other: Self) {
+        self.sum += other.sum;
+        self.signed += other.signed;
+        self.count += other.count;
+        self.negative += other.negative;
+    }
+}
+
+/// How far the replicates of a pixel lie apart: independent estimates of its value, of nearly equal numbers of samples.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Spread {
+    count: u32,
+    mean: DVec3,
+    /// Sum of the squared distances from the mean.
+    squares: DVec3,
+}
+
+impl Spread {
+    /// Adds a replicate (Welford, "Note on a Method for Calculating Corrected Sums of Squares and Products", 1962).
+    pub fn add(&mut self, value: DVec3) {
+        self.count += 1;
+        let step = value - self.mean;
+        self.mean += step / f64::from(self.count);
+        self.squares += step * (value - self.mean);
+    }
+
+    /// The standard error of the mean of the replicates; infinite for less than two.
+    fn standard_error(&self) -> DVec3 {
+        let count = f64::from(self.count);
+        if self.count < 2 {
+            return DVec3::INFINITY;
+        }
+        (self.squares / (count * (count - 1.0))).powf(0.5)
     }
 }
 
@@ -57,39 +96,62 @@ pub(crate) struct Tile {
     pub bounds: PixelBounds,
     /// Row by row.
     pub pixels: Vec<Pixel>,
+    /// As many, or none where the error is not asked for.
+    pub spreads: Vec<Spread>,
 }
 
 /// Pixels on a side of a tile.
 const TILE: u32 = 16;
 
-/// Cuts the crop window into tiles.
-pub(crate) fn tiles(crop: PixelBounds) -> Vec<Tile> {
+/// Cuts the crop window into tiles, with spreads or without.
+pub(crate) fn tiles(crop: PixelBounds, with_spreads: bool) -> Vec<Tile> {
     let starts = |from: u32, to: u32| (from..to).step_by(TILE as usize);
     starts(crop.y0, crop.y1)
         .flat_map(|y0| starts(crop.x0, crop.x1).map(move |x0| (x0, y0)))
         .map(|(x0, y0)| {
             let bounds = PixelBounds { x0, y0, x1: (x0 + TILE).min(crop.x1), y1: (y0 + TILE).min(crop.y1) };
-            Tile { bounds, pixels: vec![Pixel::default(); bounds.area() as usize] }
+            let area = bounds.area() as usize;
+            let spreads = if with_spreads { vec![Spread::default(); area] } else { Vec::new() };
+            Tile { bounds, pixels: vec![Pixel::default(); area], spreads }
         })
         .collect()
 }
 
-/// The picture that the tiles make.
+/// The picture that the tiles make, with the layers of its error if they have spreads.
 pub(crate) fn develop(tiles: &[Tile], film: &Film, weight: f64) -> Image {
     let crop = film.crop;
     let mut pixels = vec![[0.0; 3]; crop.area() as usize];
+    let mut errors = Vec::new();
     for tile in tiles {
-        let places = (tile.bounds.y0..tile.bounds.y1)
-            .flat_map(|y| (tile.bounds.x0..tile.bounds.x1).map(move |x| (x, y)));
-        for (pixel, (x, y)) in tile.pixels.iter().zip(places) {
-            let at = (y - crop.y0) as usize * crop.width() as usize + (x - crop.x0) as usize;
+        for (at, pixel) in places(tile, crop).zip(&tile.pixels) {
             // pbrt-v3 writes nothing below black, which filters with negative lobes give.
             pixels[at] = (pixel.value(weight).max(DVec3::ZERO) * film.scale).as_vec3().to_array();
+        }
+        if !tile.spreads.is_empty() {
+            errors.resize(pixels.len(), PixelError::default());
+        }
+        for ((at, spread), pixel) in places(tile, crop).zip(&tile.spreads).zip(&tile.pixels) {
+            errors[at] = PixelError {
+                standard_error: (spread.standard_error() * film.scale.abs()).as_vec3().to_array(),
+                samples: pixel.count,
+                replicates: spread.count,
+            };
         }
     }
     let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
     let data = window(crop.x0, crop.y0, crop.width(), crop.height());
-    Image::from_rgb(data, window(0, 0, film.resolution[0], film.resolution[1]), &pixels)
+    let mut image = Image::from_rgb(data, window(0, 0, film.resolution[0], film.resolution[1]), &pixels);
+    if !errors.is_empty() {
+        image.add_errors(&errors);
+    }
+    image
+}
+
+/// Where the pixels of a tile lie in the picture.
+fn places(tile: &Tile, crop: PixelBounds) -> impl Iterator<Item = usize> {
+    let PixelBounds { x0, y0, x1, y1 } = tile.bounds;
+    let place = move |x: u32, y: u32| (y - crop.y0) as usize * crop.width() as usize + (x - crop.x0) as usize;
+    (y0..y1).flat_map(move |y| (x0..x1).map(move |x| place(x, y)))
 }
 
 #[cfg(test)]
@@ -106,9 +168,21 @@ mod tests {
     }
 
     #[test]
+    fn the_spread_is_that_of_the_replicates() {
+        let mut spread = Spread::default();
+        spread.add(DVec3::new(1.0, 5.0, 0.0));
+        assert_eq!(spread.standard_error(), DVec3::INFINITY);
+        spread.add(DVec3::new(2.0, 5.0, 0.0));
+        spread.add(DVec3::new(6.0, 5.0, 0.0));
+        // The variance of 1, 2 and 6 is 7.
+        let error = spread.standard_error() - DVec3::new((7.0_f64 / 3.0).sqrt(), 0.0, 0.0);
+        assert!(error.length() < 1e-12);
+    }
+
+    #[test]
     fn tiles_cover_the_crop_window_once() {
         let crop = PixelBounds { x0: 5, y0: 7, x1: 70, y1: 24 };
-        let area: u64 = tiles(crop).iter().map(|tile| tile.bounds.area()).sum();
+        let area: u64 = tiles(crop, false).iter().map(|tile| tile.bounds.area()).sum();
         assert_eq!(area, crop.area());
     }
 }

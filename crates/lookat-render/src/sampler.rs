@@ -121,6 +121,11 @@ impl SampleStream {
     }
 }
 
+/// The seed of the `i`-th of several patterns that have nothing in common.
+pub(crate) fn replicate_seed(seed: u64, i: u32) -> u64 {
+    mix(mix(seed).wrapping_add(u64::from(i)))
+}
+
 /// Chooses the scramble of one dimension of a pixel.
 fn hash(seed: u64, dimension: u32) -> u64 {
     mix(seed ^ (u64::from(dimension) << 32 | 0x5bd1))

@@ -37,6 +37,21 @@ impl Sampler {
     /// What pbrt-v3 uses where there is no Sampler.
     pub(crate) const PBRT_DEFAULT: Sampler =
         Sampler { kind: SamplerKind::Halton { pixel_center: false }, samples_per_pixel: 16 };
+
+    /// The same sampler with another number of samples, at least 1. The cells of a stratified one become the grid nearest
+    /// to a square that has as many.
+    pub fn with_samples(self, samples_per_pixel: u32) -> Sampler {
+        let across =
+            || (1..=samples_per_pixel.isqrt()).rev().find(|side| samples_per_pixel.is_multiple_of(*side));
+        let kind = match self.kind {
+            SamplerKind::Stratified { jitter, .. } => {
+                let across = across().unwrap_or(1);
+                SamplerKind::Stratified { cells: [samples_per_pixel / across, across], jitter }
+            }
+            other => other,
+        };
+        Sampler { kind, samples_per_pixel }
+    }
 }
 
 pub(crate) const NAMES: &[&str] =
@@ -88,14 +103,6 @@ fn stratified(params: &mut Params) -> (SamplerKind, u32) {
 
 /// The sampler with the number of samples that the command line asks for.
 fn overridden(sampler: Sampler, overrides: &Overrides) -> Sampler {
-    let Some(samples) = overrides.samples_per_pixel.or(overrides.quick.then_some(1)) else { return sampler };
-    let kind = match sampler.kind {
-        SamplerKind::Stratified { jitter, .. } => {
-            // The grid nearest to a square that has as many cells.
-            let across = (1..=samples.isqrt()).rev().find(|side| samples.is_multiple_of(*side)).unwrap_or(1);
-            SamplerKind::Stratified { cells: [samples / across, across], jitter }
-        }
-        other => other,
-    };
-    Sampler { kind, samples_per_pixel: samples }
+    let samples = overrides.samples_per_pixel.or(overrides.quick.then_some(1));
+    samples.map_or(sampler, |samples| sampler.with_samples(samples))
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
-use crate::compare::Metric;
+use crate::metric::{Limit, Metric};
 
 /// What was typed.
 #[derive(Debug, Parser)]
@@ -52,6 +52,9 @@ pub struct Render {
     /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given
     #[arg(long)]
     pub quick: bool,
+    /// Also write how noisy each pixel is: its standard error and number of samples, as layers of the EXR file
+    #[arg(long)]
+    pub error_layers: bool,
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
@@ -77,9 +80,9 @@ pub struct Compare {
     pub actual: PathBuf,
     /// What it should be
     pub expected: PathBuf,
-    /// The most that a metric may be, such as rmse=0.01; for psnr and ssim the least
+    /// The most that a metric may be, such as rmse=0.01; for psnr, ssim and noise-p the least
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
-    pub max: Vec<(Metric, f64)>,
+    pub max: Vec<Limit>,
     /// Compute only these metrics
     #[arg(long, value_name = "METRIC", value_delimiter = ',', value_parser = metric)]
     pub only: Vec<Metric>,
@@ -95,13 +98,13 @@ fn metric(text: &str) -> Result<Metric, String> {
     Metric::from_name(text).ok_or_else(|| format!("the metrics are {}", Metric::names()))
 }
 
-fn limit(text: &str) -> Result<(Metric, f64), String> {
+fn limit(text: &str) -> Result<Limit, String> {
     let (name, value) = text.split_once('=').ok_or("expected METRIC=VALUE, as in rmse=0.01")?;
     let value: f64 = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
     if value.is_nan() {
         return Err("the limit is a number".into());
     }
-    Ok((metric(name)?, value))
+    Ok(Limit { metric: metric(name)?, value })
 }
 
 /// How problems of files count and are told.

@@ -3,6 +3,8 @@
 mod args;
 mod check;
 mod compare;
+mod metric;
+mod noise;
 mod render;
 mod report;
 mod source;

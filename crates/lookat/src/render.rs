@@ -124,6 +124,9 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let file = arguments.output.clone().unwrap_or_else(|| scene.film.file.clone());
     // Before hours of rendering, not after.
     check_output(&file)?;
+    if arguments.error_layers {
+        check_error_layers(&file, scene)?;
+    }
     // A second Ctrl-C, or one before there is anything to write, ends the program at once.
     let interrupt = || {
         if INTERRUPTED.swap(true, Ordering::Relaxed) || !HAS_SAMPLES.load(Ordering::Relaxed) {
@@ -132,7 +135,11 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         crate::say("stopping; once more ends at once, without a picture");
     };
     ctrlc::set_handler(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))?;
-    let settings = Settings { seed: arguments.seed, threads: arguments.threads.map_or(0, usize::from) };
+    let settings = Settings {
+        seed: arguments.seed,
+        threads: arguments.threads.map_or(0, usize::from),
+        error_layers: arguments.error_layers,
+    };
     let started = Instant::now();
     let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));
     let seconds = started.elapsed().as_secs_f64();
@@ -177,6 +184,20 @@ fn check_output(file: &Path) -> Result<(), String> {
         }
         _ => Ok(()),
     }
+}
+
+/// Fails where there can be no error layers.
+fn check_error_layers(file: &Path, scene: &Scene) -> Result<(), String> {
+    if Format::from_path(file) != Some(Format::Exr) {
+        return Err(format!(
+            "{}: only an .exr file can hold error layers; choose one with -o",
+            file.display()
+        ));
+    }
+    if scene.sampler.samples_per_pixel < 2 {
+        return Err("--error-layers needs at least 2 samples per pixel, better 16 or more; see --spp".into());
+    }
+    Ok(())
 }
 
 /// The name of a picture that is not finished: `a.exr` becomes `a.partial.exr`, so it replaces no finished one.

@@ -1,0 +1,267 @@
+//! Whether two noisy pictures show the same: tests of their means, of tiles and of pixels.
+//!
+//! They rest on the standard errors of [`PixelError`]. Noise is taken to be independent from pixel to pixel.
+
+use std::num::NonZeroU32;
+
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
+use crate::{Aligned, PixelError, Window};
+
+/// Pixels on a side of a tile.
+const TILE: u32 = 16;
+/// The power of [`Agreement::visible_in_mean`].
+const POWER: f64 = 0.95;
+/// What single-precision arithmetic may do to a value, by the value: differences of this size are no sign of anything.
+const SINGLE_ROUNDING: f64 = 1.0 / (1 << 20) as f64;
+/// The same for a picture that was stored in half precision.
+const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
+/// Fewer pixels than these are not tested one by one.
+const FEWEST_PIXELS: usize = 100;
+
+/// The result of testing one difference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Test {
+    /// 0 for red, 1 for green, 2 for blue.
+    pub channel: usize,
+    /// Where: the whole window, or a tile of it.
+    pub window: Window,
+    /// The mean of actual minus expected there, in the unit of the pictures.
+    pub difference: f64,
+    /// Its standard error.
+    pub standard_error: f64,
+    /// The probability of such a difference, or a larger one, if there is nothing but noise. 0..1.
+    pub p: f64,
+}
+
+/// The result of testing the pixels of a channel all together, by the sum of their squared t.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PixelTest {
+    /// 0 for red, 1 for green, 2 for blue.
+    pub channel: usize,
+    /// The pixels that could be tested.
+    pub pixels: usize,
+    /// The sum over what noise alone makes of it on the average: above 1, pixels differ by more than their noise.
+    pub ratio: f64,
+    /// The probability of such a sum, or a larger one, if there is nothing but noise. 0..1.
+    pub p: f64,
+}
+
+/// What the tests say of two pictures.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Agreement {
+    /// Whether the errors of the expected picture are known; if not, it was taken to be as noisy as the actual one.
+    pub expected_is_known: bool,
+    /// The means of the whole pictures, for each channel.
+    pub means: Vec<Test>,
+    /// The means of tiles of 16 x 16 pixels, for each channel.
+    pub tiles: Vec<Test>,
+    /// Pixel by pixel, for each channel that has pixels enough with at least 6 replicates.
+    pub pixels: Vec<PixelTest>,
+    /// The smallest p of all tests, multiplied by their number: Holm's correction (Holm, "A Simple Sequentially Rejective
+    /// Multiple Test Procedure", 1979). 0..1. Pictures that differ by nothing but noise get less than x with a probability
+    /// of at most x.
+    pub p: f64,
+}
+
+impl Agreement {
+    /// How many tests were made.
+    pub fn count(&self) -> usize {
+        self.means.len() + self.tiles.len() + self.pixels.len()
+    }
+
+    /// Whether the pictures agree: nothing but noise tells them apart. `significance`, in 0..1, is the probability of a
+    /// false alarm.
+    pub fn holds(&self, significance: f64) -> bool {
+        self.p >= significance
+    }
+
+    /// The tiles that differ by more than noise, the worst first, with their p corrected by Holm.
+    pub fn differing_tiles(&self, significance: f64) -> Vec<Test> {
+        let mut all: Vec<f64> = self.all().collect();
+        all.sort_by(f64::total_cmp);
+        // Holm goes from the smallest p to the largest and stops at the first that is not small enough.
+        let is_small = |(i, p): &(usize, &f64)| *p * ((all.len() - i) as f64) < significance;
+        let limit = all.iter().enumerate().take_while(is_small).last().map_or(-1.0, |(_, p)| *p);
+        let mut differing: Vec<Test> = self.tiles.iter().filter(|test| test.p <= limit).copied().collect();
+        differing.sort_by(|a, b| a.p.total_cmp(&b.p));
+        differing
+    }
+
+    /// The smallest error of the mean that would be found with a probability of 95 %: the largest of the channels, in the
+    /// unit of the pictures.
+    pub fn visible_in_mean(&self, significance: f64) -> f64 {
+        let errors = self.means.iter().map(|test| test.standard_error);
+        self.visible(significance) * errors.fold(0.0, f64::max)
+    }
+
+    /// The smallest error of a tile that would be found with a probability of 95 %: the median over tiles and channels, in
+    /// the unit of the pictures.
+    pub fn visible_in_tile(&self, significance: f64) -> f64 {
+        let mut errors: Vec<f64> = self.tiles.iter().map(|test| test.standard_error).collect();
+        errors.sort_by(f64::total_cmp);
+        self.visible(significance) * errors[errors.len() / 2]
+    }
+
+    /// The same in standard errors.
+    fn visible(&self, significance: f64) -> f64 {
+        let normal = Normal::standard();
+        normal.inverse_cdf(POWER) - normal.inverse_cdf(significance / (2 * self.count()) as f64)
+    }
+
+    fn all(&self) -> impl Iterator<Item = f64> {
+        let differences = self.means.iter().chain(&self.tiles).map(|test| test.p);
+        differences.chain(self.pixels.iter().map(|test| test.p))
+    }
+}
+
+/// Tests whether two pictures agree up to noise. `None` if the errors of the actual picture are not known: then nothing
+/// tells noise from bias.
+///
+/// Where those of the expected picture are not known, it is taken to be as noisy as the actual one. A picture with fewer
+/// samples than the other is taken to be at least as noisy as the other would be with so few: rare events that it has not
+/// met do not count as a difference.
+pub fn agreement(pair: &Aligned) -> Option<Agreement> {
+    let noise = Noise::new(pair)?;
+    let whole = Window { x: 0, y: 0, ..pair.window };
+    let mut result = Agreement {
+        expected_is_known: pair.expected_errors.is_some(),
+        means: Vec::new(),
+        tiles: Vec::new(),
+        pixels: Vec::new(),
+        p: 1.0,
+    };
+    for channel in 0..3 {
+        result.means.extend(noise.test_mean(pair, whole, channel));
+        result.tiles.extend(tiles(whole).filter_map(|tile| noise.test_mean(pair, tile, channel)));
+        result.pixels.extend(noise.test_pixels(pair, channel));
+    }
+    let smallest = result.all().min_by(f64::total_cmp)?;
+    result.p = (smallest * result.count() as f64).min(1.0);
+    Some(result)
+}
+
+/// The tiles of a window.
+fn tiles(window: Window) -> impl Iterator<Item = Window> {
+    let starts = |size: u32| (0..size).step_by(TILE as usize);
+    let side = move |start: u32, size: u32| TILE.min(size - start);
+    starts(window.height).flat_map(move |y| {
+        starts(window.width).map(move |x| Window {
+            x: x as i32,
+            y: y as i32,
+            width: side(x, window.width),
+            height: side(y, window.height),
+        })
+    })
+}
+
+/// The noise of a pair of pictures.
+struct Noise {
+    actual: Vec<PixelError>,
+    expected: Vec<PixelError>,
+    rounding: f64,
+}
+
+/// The difference of two pixels in one channel.
+struct Difference {
+    value: f64,
+    variance: f64,
+    /// The sum of what the variance consists of, squared, by the degrees of freedom of each (Welch and Satterthwaite).
+    spread: f64,
+    /// What rounding may do, which is alike in neighbours.
+    rounding: f64,
+}
+
+impl Difference {
+    /// The degrees of freedom of the variance.
+    fn freedom(&self) -> f64 {
+        self.variance * self.variance / self.spread
+    }
+}
+
+impl Noise {
+    fn new(pair: &Aligned) -> Option<Noise> {
+        let actual = pair.actual_errors.clone()?;
+        let expected = pair.expected_errors.clone().unwrap_or_else(|| actual.clone());
+        let is_half = |pixels: &[[f32; 3]]| {
+            pixels.as_flattened().iter().all(|value| ::exr::prelude::f16::from_f32(*value).to_f32() == *value)
+        };
+        let rounding =
+            if is_half(&pair.actual) || is_half(&pair.expected) { HALF_ROUNDING } else { SINGLE_ROUNDING };
+        Some(Noise { actual, expected, rounding })
+    }
+
+    /// The difference of a pixel; `None` if its error is not known.
+    fn difference(&self, pair: &Aligned, pixel: usize, channel: usize) -> Option<Difference> {
+        let (a, b) = (f64::from(pair.actual[pixel][channel]), f64::from(pair.expected[pixel][channel]));
+        let (a_error, b_error) = (&self.actual[pixel], &self.expected[pixel]);
+        let [a_variance, b_variance] =
+            [a_error, b_error].map(|error| f64::from(error.standard_error[channel]).powi(2));
+        let freedom = |error: &PixelError| NonZeroU32::new(error.replicates.saturating_sub(1));
+        let (a_freedom, b_freedom) = (freedom(a_error)?.get(), freedom(b_error)?.get());
+        // At the same noise per sample.
+        let ratio = f64::from(a_error.samples) / f64::from(b_error.samples);
+        let a_variance = a_variance.max(if ratio < 1.0 { b_variance / ratio } else { 0.0 });
+        let b_variance = b_variance.max(if ratio > 1.0 { a_variance * ratio } else { 0.0 });
+        let variance = a_variance + b_variance;
+        variance.is_finite().then(|| Difference {
+            value: a - b,
+            variance,
+            spread: a_variance.powi(2) / f64::from(a_freedom) + b_variance.powi(2) / f64::from(b_freedom),
+            rounding: self.rounding * a.abs().max(b.abs()),
+        })
+    }
+
+    /// Tests the mean of a part of the pictures. `None` if nothing is known of its pixels.
+    fn test_mean(&self, pair: &Aligned, part: Window, channel: usize) -> Option<Test> {
+        let (x0, y0) = (part.x as usize, part.y as usize);
+        let places = (y0..y0 + part.height as usize)
+            .flat_map(|y| (x0..x0 + part.width as usize).map(move |x| y * pair.window.width as usize + x));
+        let mut sum = Difference { value: 0.0, variance: 0.0, spread: 0.0, rounding: 0.0 };
+        let mut count = 0.0;
+        for pixel in places.filter_map(|pixel| self.difference(pair, pixel, channel)) {
+            sum.value += pixel.value;
+            sum.variance += pixel.variance;
+            sum.spread += pixel.spread;
+            sum.rounding += pixel.rounding;
+            count += 1.0;
+        }
+        let standard_error = (sum.variance + sum.rounding.powi(2)).sqrt() / count;
+        let difference = sum.value / count;
+        let window = Window { x: part.x + pair.window.x, y: part.y + pair.window.y, ..part };
+        let p = two_sided(difference / standard_error, sum.freedom());
+        (count > 0.0).then_some(Test { channel, window, difference, standard_error, p })
+    }
+
+    /// Tests the pixels of a channel together.
+    fn test_pixels(&self, pair: &Aligned, channel: usize) -> Option<PixelTest> {
+        let mut sums = [0.0; 3];
+        let mut pixels = 0;
+        for at in 0..pair.actual.len() {
+            let Some(pixel) = self.difference(pair, at, channel) else { continue };
+            let n = pixel.freedom();
+            // The variance of t squared is finite above 4; black and rounded pixels have nothing to say.
+            if n.is_nan() || n <= 4.5 || pixel.variance < pixel.rounding.powi(2) {
+                continue;
+            }
+            let mean = n / (n - 2.0);
+            sums[0] += pixel.value.powi(2) / (pixel.variance + pixel.rounding.powi(2));
+            sums[1] += mean;
+            sums[2] += 2.0 * mean.powi(2) * (n - 1.0) / (n - 4.0);
+            pixels += 1;
+        }
+        let [sum, expected, variance] = sums;
+        let p = Normal::standard().sf((sum - expected) / variance.sqrt());
+        (pixels >= FEWEST_PIXELS).then_some(PixelTest { channel, pixels, ratio: sum / expected, p })
+    }
+}
+
+/// The probability that Student's t is at least so far from 0. One that is no number comes from equal values without noise.
+fn two_sided(t: f64, freedom: f64) -> f64 {
+    if t.is_nan() {
+        return 1.0;
+    }
+    // Without noise there is only rounding, of which many degrees of freedom are as good as any.
+    let freedom = if freedom.is_nan() { 1e6 } else { freedom.clamp(1.0, 1e6) };
+    StudentsT::new(0.0, 1.0, freedom).map_or(1.0, |student| 2.0 * student.sf(t.abs()))
+}

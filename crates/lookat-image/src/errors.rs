@@ -1,0 +1,52 @@
+//! The layers of a picture that say how noisy each pixel is.
+
+use crate::{Channel, Image};
+
+/// How well the value of a pixel is known.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PixelError {
+    /// The standard error of red, green and blue, in the unit of the picture: the standard deviation over the replicates,
+    /// by the root of their number. Not negative; infinite if there are less than two replicates.
+    pub standard_error: [f32; 3],
+    /// Camera samples.
+    pub samples: u32,
+    /// Independent estimates that the samples were split into.
+    pub replicates: u32,
+}
+
+/// The channels of a picture that hold them.
+const NAMES: [&str; 5] = ["stderr.R", "stderr.G", "stderr.B", "count.samples", "count.replicates"];
+
+impl Image {
+    /// Adds the layers `stderr` (channels R, G and B) and `count` (channels `samples` and `replicates`). `errors` has one
+    /// entry for each pixel of the data window, row by row.
+    pub fn add_errors(&mut self, errors: &[PixelError]) {
+        let planes = NAMES.iter().enumerate().map(|(i, name)| Channel {
+            name: name.to_string(),
+            samples: errors.iter().map(|error| error.values()[i]).collect(),
+        });
+        self.channels.extend(planes);
+    }
+
+    /// What [`Image::add_errors`] added, or `None` if one of the channels is missing. Values that cannot be right, such as
+    /// a negative error, count as infinite errors.
+    pub fn errors(&self) -> Option<Vec<PixelError>> {
+        let [r, g, b, samples, replicates] = NAMES.map(|name| self.channel(name));
+        let (r, g, b, samples, replicates) = (r?, g?, b?, samples?, replicates?);
+        let right = |error: f32| if error >= 0.0 { error } else { f32::INFINITY };
+        let pixel = |i: usize| PixelError {
+            standard_error: [r[i], g[i], b[i]].map(right),
+            // Of what is no number or negative it makes 0.
+            samples: samples[i] as u32,
+            replicates: replicates[i] as u32,
+        };
+        Some((0..r.len()).map(pixel).collect())
+    }
+}
+
+impl PixelError {
+    fn values(&self) -> [f32; 5] {
+        let [r, g, b] = self.standard_error;
+        [r, g, b, self.samples as f32, self.replicates as f32]
+    }
+}

@@ -1,0 +1,29 @@
+//! Experiments that measure lookat: `cargo run --release -p lookat-lab -- --help`. Their results stand in docs/.
+
+mod false_alarms;
+mod pictures;
+mod power;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Debug, Parser)]
+#[command(name = "lookat-lab", about = "Experiments that measure lookat")]
+struct Arguments {
+    #[command(subcommand)]
+    experiment: Experiment,
+}
+
+#[derive(Debug, Subcommand)]
+enum Experiment {
+    /// How often pictures of one scene, with different seeds, are said to differ
+    FalseAlarms(false_alarms::Options),
+    /// How often an error of 1 % in one material is found
+    Power(power::Options),
+}
+
+fn main() {
+    match Arguments::parse().experiment {
+        Experiment::FalseAlarms(options) => false_alarms::run(&options),
+        Experiment::Power(options) => power::run(&options),
+    }
+}
