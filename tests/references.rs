@@ -83,8 +83,7 @@ fn pictures_are_those_of_pbrt() {
         let overrides = Overrides { samples_per_pixel: Some(asked.unwrap_or(16)), ..Overrides::default() };
         let loaded = load(&root().join("pbrt-scenes").join(name).with_extension("pbrt"), &overrides);
         let actual = render(loaded.scene.as_ref().unwrap());
-        let expected =
-            Image::read(&root().join("tests/references").join(name).with_extension("exr")).unwrap();
+        let expected = Image::read(&root().join("pbrt-scenes").join(name).with_extension("exr")).unwrap();
         assert_eq!(actual.data_window, expected.data_window, "{name}");
         let (bias, block) = difference(&actual, &expected);
         println!("{name:24} mean {bias:+.4} %  blocks {block:.3} %");

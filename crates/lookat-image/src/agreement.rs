@@ -12,9 +12,12 @@ use crate::{Aligned, PixelError, Window};
 const TILE: u32 = 16;
 /// The power of [`Agreement::visible_in_mean`].
 const POWER: f64 = 0.95;
-/// What single-precision arithmetic may do to a value, by the value: differences of this size are no sign of anything.
-const SINGLE_ROUNDING: f64 = 1.0 / (1 << 20) as f64;
-/// The same for a picture that was stored in half precision.
+/// What rounding may do to a value, by the value: differences of this size are no sign of anything. For pictures by this
+/// renderer, which sums in double precision,
+const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
+/// for others, which may sum thousands of samples in single precision,
+const SUM_ROUNDING: f64 = 1.0 / (1 << 13) as f64;
+/// and for a picture that was stored in half precision.
 const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
 /// Fewer pixels than these are not tested one by one.
 const FEWEST_PIXELS: usize = 100;
@@ -56,7 +59,8 @@ pub struct Agreement {
     pub means: Vec<Test>,
     /// The means of tiles of 16 x 16 pixels, for each channel.
     pub tiles: Vec<Test>,
-    /// Pixel by pixel, for each channel that has pixels enough with at least 6 replicates.
+    /// Pixel by pixel, for each channel that has pixels enough with at least 6 replicates, if the errors of both pictures
+    /// are known.
     pub pixels: Vec<PixelTest>,
     /// The smallest p of all tests, multiplied by their number: Holm's correction (Holm, "A Simple Sequentially Rejective
     /// Multiple Test Procedure", 1979). 0..1. Pictures that differ by nothing but noise get less than x with a probability
@@ -118,7 +122,8 @@ impl Agreement {
 /// Tests whether two pictures agree up to noise. `None` if the errors of the actual picture are not known: then nothing
 /// tells noise from bias.
 ///
-/// Where those of the expected picture are not known, it is taken to be as noisy as the actual one. A picture with fewer
+/// Where those of the expected picture are not known, it is taken to be as noisy as the actual one, or as the differences of
+/// the pixels of a tile scatter if that is more. A picture with fewer
 /// samples than the other is taken to be at least as noisy as the other would be with so few: rare events that it has not
 /// met do not count as a difference.
 pub fn agreement(pair: &Aligned) -> Option<Agreement> {
@@ -134,7 +139,10 @@ pub fn agreement(pair: &Aligned) -> Option<Agreement> {
     for channel in 0..3 {
         result.means.extend(noise.test_mean(pair, whole, channel));
         result.tiles.extend(tiles(whole).filter_map(|tile| noise.test_mean(pair, tile, channel)));
-        result.pixels.extend(noise.test_pixels(pair, channel));
+        // A pixel that misses rare events in all its replicates takes itself for exact, and only the other picture can tell.
+        if result.expected_is_known {
+            result.pixels.extend(noise.test_pixels(pair, channel));
+        }
     }
     let smallest = result.all().min_by(f64::total_cmp)?;
     result.p = (smallest * result.count() as f64).min(1.0);
@@ -153,6 +161,13 @@ fn tiles(window: Window) -> impl Iterator<Item = Window> {
             height: side(y, window.height),
         })
     })
+}
+
+/// The pixels of a part of the pictures.
+fn places(part: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
+    let (x0, y0, row) = (part.x as usize, part.y as usize, pair.window.width as usize);
+    let (width, height) = (part.width as usize, part.height as usize);
+    (y0..y0 + height).flat_map(move |y| (x0..x0 + width).map(move |x| y * row + x))
 }
 
 /// The noise of a pair of pictures.
@@ -182,12 +197,15 @@ impl Difference {
 impl Noise {
     fn new(pair: &Aligned) -> Option<Noise> {
         let actual = pair.actual_errors.clone()?;
-        let expected = pair.expected_errors.clone().unwrap_or_else(|| actual.clone());
+        let expected = pair.expected_errors.clone().unwrap_or_else(|| scattered(pair, &actual));
         let is_half = |pixels: &[[f32; 3]]| {
             pixels.as_flattened().iter().all(|value| ::exr::prelude::f16::from_f32(*value).to_f32() == *value)
         };
-        let rounding =
-            if is_half(&pair.actual) || is_half(&pair.expected) { HALF_ROUNDING } else { SINGLE_ROUNDING };
+        let rounding = match () {
+            () if is_half(&pair.actual) || is_half(&pair.expected) => HALF_ROUNDING,
+            () if pair.expected_errors.is_none() => SUM_ROUNDING,
+            () => ROUNDING,
+        };
         Some(Noise { actual, expected, rounding })
     }
 
@@ -214,12 +232,9 @@ impl Noise {
 
     /// Tests the mean of a part of the pictures. `None` if nothing is known of its pixels.
     fn test_mean(&self, pair: &Aligned, part: Window, channel: usize) -> Option<Test> {
-        let (x0, y0) = (part.x as usize, part.y as usize);
-        let places = (y0..y0 + part.height as usize)
-            .flat_map(|y| (x0..x0 + part.width as usize).map(move |x| y * pair.window.width as usize + x));
         let mut sum = Difference { value: 0.0, variance: 0.0, spread: 0.0, rounding: 0.0 };
         let mut count = 0.0;
-        for pixel in places.filter_map(|pixel| self.difference(pair, pixel, channel)) {
+        for pixel in places(part, pair).filter_map(|pixel| self.difference(pair, pixel, channel)) {
             sum.value += pixel.value;
             sum.variance += pixel.variance;
             sum.spread += pixel.spread;
@@ -254,6 +269,34 @@ impl Noise {
         let p = Normal::standard().sf((sum - expected) / variance.sqrt());
         (pixels >= FEWEST_PIXELS).then_some(PixelTest { channel, pixels, ratio: sum / expected, p })
     }
+}
+
+/// The errors of the expected picture, guessed: those of the actual one, or more where the differences scatter more. Other
+/// renderers have noise where this one has none.
+fn scattered(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
+    let mut errors = actual.to_vec();
+    let whole = Window { x: 0, y: 0, ..pair.window };
+    for tile in tiles(whole) {
+        for channel in 0..3 {
+            let at = |pixel: usize| pair.actual[pixel][channel] - pair.expected[pixel][channel];
+            let scatter = scatter(places(tile, pair).map(at).collect());
+            for pixel in places(tile, pair) {
+                let error = &mut errors[pixel].standard_error[channel];
+                *error = error.max(scatter);
+            }
+        }
+    }
+    errors
+}
+
+/// The standard deviation of values of which less than half have been moved, by their median distance from the median;
+/// twice that, because filters of several pixels make neighbours alike.
+fn scatter(mut values: Vec<f32>) -> f32 {
+    let middle = values.len() / 2;
+    let median = |values: &mut [f32]| *values.select_nth_unstable_by(middle, f32::total_cmp).1;
+    let center = median(&mut values);
+    values.iter_mut().for_each(|value| *value = (*value - center).abs());
+    2.0 * 1.4826 * median(&mut values)
 }
 
 /// The probability that Student's t is at least so far from 0. One that is no number comes from equal values without noise.

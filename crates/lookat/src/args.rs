@@ -25,6 +25,8 @@ pub enum Command {
     Check(Check),
     /// Say how far a picture is from another one
     Compare(Compare),
+    /// Render the scenes of a folder, and compare them with the pictures beside them
+    Verify(Verify),
 }
 
 #[derive(Debug, Args)]
@@ -90,6 +92,34 @@ pub struct Compare {
     #[arg(long, value_name = "VALUE", default_value_t = 0.01)]
     pub threshold: f32,
     /// Print the result as JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Scenes agree if they are within all --max or, without any, if nothing but noise tells them from their references.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 trouble"
+)]
+pub struct Verify {
+    /// The folder; the reference of a.pbrt is a.exr, .pfm, .hdr, .png, .tga or .jpg
+    #[arg(value_name = "DIR")]
+    pub folder: PathBuf,
+    /// The most that a metric may be, such as rmse=0.01; for psnr, ssim and noise-p the least
+    #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
+    pub max: Vec<Limit>,
+    /// Samples per pixel, in place of the scenes'
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
+    pub spp: Option<u32>,
+    /// Threads [default: one for each processor]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// Chooses the random numbers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub seed: u64,
+    /// Replace references that differ by the render, and write those that are missing
+    #[arg(long)]
+    pub update: bool,
+    /// Print the results as JSON, a line for each scene
     #[arg(long)]
     pub json: bool,
 }

@@ -8,7 +8,7 @@ use lookat_image::{Aligned, Image, align};
 use serde_json::{Map, Value, json};
 
 use crate::args::Compare;
-use crate::metric::{Limit, Measured, Measurement, Metric, measure, not_finite};
+use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number};
 use crate::noise;
 
 /// Runs the command.
@@ -107,7 +107,7 @@ impl Comparison<'_> {
             let mark = if line.is_beyond(self.limits()) { "  <- beyond --max" } else { "" };
             let remark =
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
-            let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line));
+            let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
         }
         match (&self.measurement.agreement, self.blind) {
             (Some(agreement), _) => text += &noise::as_text(self.pair, agreement, self.significance()),
@@ -143,10 +143,4 @@ impl Comparison<'_> {
             "noise": agreement.map(|agreement| noise::as_json(agreement, self.significance())),
         })
     }
-}
-
-/// A value with about six digits.
-fn number(line: &Measured) -> String {
-    let value = line.value;
-    if value != 0.0 && value.abs() < 1e-3 { format!("{value:.3e}") } else { format!("{value:.6}") }
 }

@@ -8,6 +8,7 @@ mod noise;
 mod render;
 mod report;
 mod source;
+mod verify;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -26,6 +27,7 @@ fn main() -> ExitCode {
         args::Command::Render(arguments) => render::render(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
         args::Command::Compare(arguments) => compare::compare(&arguments),
+        args::Command::Verify(arguments) => verify::verify(&arguments),
     }
 }
 

@@ -99,6 +99,13 @@ pub struct Measurement {
     pub agreement: Option<Agreement>,
 }
 
+impl Measurement {
+    /// The value of a metric, if it was measured.
+    pub fn value(&self, metric: Metric) -> Option<f64> {
+        self.metrics.iter().find(|line| line.metric == metric).map(|line| line.value)
+    }
+}
+
 /// Computes the metrics that are asked for, and nothing else. `threshold` is that of [`Metric::ShareAbove`].
 pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -> Measurement {
     let (a, b) = (&pair.actual[..], &pair.expected[..]);
@@ -157,4 +164,9 @@ pub fn not_finite(pixels: &[[f32; 3]], pair: &Aligned) -> Option<(usize, [i32; 2
     let bad = |pixel: &&[f32; 3]| !pixel.iter().all(|value| value.is_finite());
     let first = pixels.iter().position(|pixel| bad(&pixel))?;
     Some((pixels.iter().filter(bad).count(), place(first, pair)))
+}
+
+/// A value with enough digits.
+pub fn number(value: f64) -> String {
+    if value != 0.0 && value.abs() < 1e-3 { format!("{value:.3e}") } else { format!("{value:.6}") }
 }

@@ -1,0 +1,243 @@
+//! `lookat verify`: scenes against the pictures beside them.
+
+mod table;
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use lookat_image::{Aligned, Image, align};
+use lookat_render::Settings;
+use lookat_scene::{Overrides, Scene};
+
+use crate::args::{Report, Verify};
+use crate::metric::{Measurement, Metric, measure, not_finite};
+use crate::source::load_scene;
+use crate::{noise, report};
+
+/// Endings of references, in the order in which they are looked for.
+const ENDINGS: [&str; 7] = ["exr", "pfm", "hdr", "png", "tga", "jpg", "jpeg"];
+
+/// What is to be said of a scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// It agrees with its reference.
+    Agrees,
+    /// It does not.
+    Differs,
+    /// It has no reference.
+    New,
+    /// It could not be told.
+    Trouble,
+}
+
+impl Verdict {
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Agrees => "agrees",
+            Verdict::Differs => "differs",
+            Verdict::New => "new",
+            Verdict::Trouble => "trouble",
+        }
+    }
+}
+
+/// A scene that was looked at.
+pub struct Outcome {
+    pub name: String,
+    pub verdict: Verdict,
+    /// Why, in a few words.
+    pub reason: String,
+    /// The reference was written.
+    pub updated: bool,
+    /// What was compared, if it came to that.
+    pub compared: Option<Compared>,
+}
+
+/// A render and its reference.
+pub struct Compared {
+    pub pair: Aligned,
+    pub measurement: Measurement,
+    pub samples_per_pixel: u32,
+    pub seconds: f64,
+}
+
+/// A picture, and how long it took.
+struct Rendered {
+    image: Image,
+    samples_per_pixel: u32,
+    seconds: f64,
+}
+
+/// Runs the command.
+pub fn verify(arguments: &Verify) -> ExitCode {
+    match run(arguments) {
+        Ok(status) => ExitCode::from(status),
+        Err(message) => {
+            crate::say(&format!("error: {message}"));
+            ExitCode::from(crate::TROUBLE)
+        }
+    }
+}
+
+/// Looks at all scenes of the folder; the exit status.
+fn run(arguments: &Verify) -> Result<u8, String> {
+    let scenes = scenes(&arguments.folder)?;
+    if !arguments.update && !scenes.iter().any(|scene| reference(scene).is_some()) {
+        let folder = arguments.folder.display();
+        return Err(format!(
+            "no scene in {folder} has a picture of the same name beside it; --update writes them"
+        ));
+    }
+    let table = table::Table::new(&scenes, arguments.json);
+    table.header()?;
+    let mut outcomes = Vec::new();
+    for scene in &scenes {
+        let outcome = look_at(arguments, scene);
+        table.row(&outcome)?;
+        outcomes.push(outcome);
+    }
+    table.footer(&outcomes)?;
+    let is = |verdict: Verdict| outcomes.iter().any(|outcome| outcome.verdict == verdict);
+    Ok(match () {
+        () if is(Verdict::Trouble) => crate::TROUBLE,
+        () => u8::from(is(Verdict::Differs) || outcomes.iter().any(|outcome| outcome.updated)),
+    })
+}
+
+/// The scene files of a folder, by name.
+fn scenes(folder: &Path) -> Result<Vec<PathBuf>, String> {
+    let cannot = |error: std::io::Error| format!("cannot read {}: {error}", folder.display());
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(cannot)?.collect();
+    let mut files: Vec<PathBuf> = entries.map_err(cannot)?.into_iter().map(|entry| entry.path()).collect();
+    files.retain(|file| file.extension().is_some_and(|ending| ending == "pbrt") && file.is_file());
+    files.sort();
+    if files.is_empty() { Err(format!("there is no .pbrt file in {}", folder.display())) } else { Ok(files) }
+}
+
+/// The picture beside a scene.
+fn reference(scene: &Path) -> Option<PathBuf> {
+    ENDINGS.iter().map(|ending| scene.with_extension(ending)).find(|file| file.is_file())
+}
+
+/// The name of a scene: that of its file.
+fn name(scene: &Path) -> String {
+    scene.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Renders a scene and holds it against its reference.
+fn look_at(arguments: &Verify, file: &Path) -> Outcome {
+    let outcome = |verdict, reason: String| Outcome {
+        name: name(file),
+        verdict,
+        reason,
+        updated: false,
+        compared: None,
+    };
+    let reference = reference(file);
+    if reference.is_none() && !arguments.update {
+        return outcome(Verdict::New, "no picture beside it".into());
+    }
+    let overrides = Overrides { samples_per_pixel: arguments.spp, ..Overrides::default() };
+    let report = Report { strict: false, keep_going: false, json: false };
+    let loaded = load_scene(file, &overrides, report);
+    report::print(&loaded, true);
+    let Some(scene) = &loaded.scene else { return outcome(Verdict::Trouble, "the scene has errors".into()) };
+    let rendered = render(arguments, scene);
+    let mut outcome = match &reference {
+        None => outcome(Verdict::New, "no picture beside it".into()),
+        Some(reference) => match hold_against(arguments, &rendered, reference) {
+            Ok((verdict, reason, compared)) => Outcome { compared, ..outcome(verdict, reason) },
+            Err(message) => outcome(Verdict::Trouble, message),
+        },
+    };
+    if arguments.update && matches!(outcome.verdict, Verdict::Differs | Verdict::New) {
+        let target = reference.unwrap_or_else(|| file.with_extension("exr"));
+        update(&rendered.image, &target, &mut outcome);
+    }
+    outcome
+}
+
+/// Writes a new reference.
+fn update(image: &Image, target: &Path, outcome: &mut Outcome) {
+    match image.write(target) {
+        Ok(()) => {
+            outcome.updated = true;
+            outcome.reason += &format!("; wrote {}", target.display());
+        }
+        Err(error) => {
+            outcome.verdict = Verdict::Trouble;
+            outcome.reason = error.to_string();
+        }
+    }
+}
+
+fn render(arguments: &Verify, scene: &Scene) -> Rendered {
+    let samples_per_pixel = scene.sampler.samples_per_pixel;
+    let settings = Settings {
+        seed: arguments.seed,
+        threads: arguments.threads.map_or(0, usize::from),
+        error_layers: samples_per_pixel > 1 && decides_noise(arguments),
+    };
+    let started = Instant::now();
+    let image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
+    Rendered { image, samples_per_pixel, seconds: started.elapsed().as_secs_f64() }
+}
+
+/// Whether the tests for noise decide: where no limit is given, or one for them.
+fn decides_noise(arguments: &Verify) -> bool {
+    arguments.max.is_empty() || arguments.max.iter().any(|limit| limit.metric == Metric::NoiseP)
+}
+
+/// Compares a render with the reference in a file.
+fn hold_against(
+    arguments: &Verify,
+    rendered: &Rendered,
+    reference: &Path,
+) -> Result<(Verdict, String, Option<Compared>), String> {
+    let expected = Image::read(reference).map_err(|error| error.to_string())?;
+    let pair = match align(&rendered.image, &expected) {
+        Ok(pair) => pair,
+        Err(error) => return Ok((Verdict::Differs, error.to_string(), None)),
+    };
+    let broken = [("render", &pair.actual), ("reference", &pair.expected)]
+        .into_iter()
+        .find_map(|(which, pixels)| not_finite(pixels, &pair).map(|(count, _)| (which, count)));
+    let tells_noise = decides_noise(arguments) && broken.is_none() && !noise::is_rounded(reference);
+    let asked = |metric| broken.is_none() && (metric != Metric::NoiseP || tells_noise);
+    let measurement = measure(&pair, THRESHOLD, &asked);
+    let (verdict, reason) = match broken {
+        Some((which, count)) => (Verdict::Differs, format!("{count} pixels of the {which} are not finite")),
+        None => judge(arguments, &measurement)?,
+    };
+    let Rendered { samples_per_pixel, seconds, .. } = *rendered;
+    Ok((verdict, reason, Some(Compared { pair, measurement, samples_per_pixel, seconds })))
+}
+
+/// The threshold of share-above.
+const THRESHOLD: f32 = 0.01;
+
+/// Whether what was measured is within the limits or, without any, within noise.
+fn judge(arguments: &Verify, measurement: &Measurement) -> Result<(Verdict, String), String> {
+    if decides_noise(arguments) && measurement.agreement.is_none() {
+        return Err(
+            "cannot tell noise from bias: it takes 2 samples per pixel and a reference in EXR, PFM or HDR; \
+                    set limits with --max, such as --max rmse=0.01"
+                .into(),
+        );
+    }
+    if arguments.max.is_empty() {
+        let agrees =
+            measurement.agreement.as_ref().is_some_and(|agreement| agreement.holds(noise::SIGNIFICANCE));
+        let verdict = if agrees { Verdict::Agrees } else { Verdict::Differs };
+        let reason = if agrees { "within noise" } else { "by more than noise" };
+        return Ok((verdict, reason.into()));
+    }
+    let beyond = measurement.metrics.iter().filter(|line| line.is_beyond(&arguments.max));
+    let beyond: Vec<&str> = beyond.map(|line| line.metric.name()).collect();
+    Ok(match beyond.as_slice() {
+        [] => (Verdict::Agrees, "within the limits".into()),
+        beyond => (Verdict::Differs, format!("beyond the limits of {}", beyond.join(", "))),
+    })
+}

@@ -1,0 +1,92 @@
+//! The rows that `lookat verify` prints.
+
+use std::path::{Path, PathBuf};
+
+use lookat_image::Aligned;
+use serde_json::{Map, Value, json};
+
+use super::{Compared, Outcome, Verdict, name};
+use crate::metric::Metric;
+
+/// Prints to standard output, for people or as JSON.
+pub struct Table {
+    json: bool,
+    /// The longest name.
+    width: usize,
+}
+
+/// The metrics that have a column.
+const COLUMNS: [Metric; 3] = [Metric::Rmse, Metric::Flip, Metric::NoiseP];
+
+impl Table {
+    pub fn new(scenes: &[PathBuf], json: bool) -> Table {
+        let length = |scene: &PathBuf| name(Path::new(scene)).chars().count();
+        Table { json, width: scenes.iter().map(length).max().unwrap_or(0).max(5) }
+    }
+
+    pub fn header(&self) -> Result<(), String> {
+        let columns = COLUMNS.map(|metric| format!("{:>10}", metric.name())).concat();
+        let line = format!("{:width$} verdict {:>10}{columns}  ", "scene", "error", width = self.width);
+        if self.json { Ok(()) } else { print(line.trim_end()) }
+    }
+
+    pub fn row(&self, outcome: &Outcome) -> Result<(), String> {
+        if self.json {
+            return print(&as_json(outcome).to_string());
+        }
+        let columns = outcome.compared.as_ref().map_or(String::new(), columns);
+        let (name, verdict, reason) = (&outcome.name, outcome.verdict.name(), &outcome.reason);
+        print(&format!("{name:width$} {verdict:7} {columns:40}  {reason}", width = self.width))
+    }
+
+    pub fn footer(&self, outcomes: &[Outcome]) -> Result<(), String> {
+        let count = |verdict: Verdict| {
+            let count = outcomes.iter().filter(|outcome| outcome.verdict == verdict).count();
+            let words = match verdict {
+                Verdict::Agrees => "agree",
+                Verdict::Differs => "differ",
+                Verdict::New => "without a reference",
+                Verdict::Trouble => "in trouble",
+            };
+            (count > 0).then(|| format!("{count} {words}"))
+        };
+        let verdicts = [Verdict::Agrees, Verdict::Differs, Verdict::New, Verdict::Trouble];
+        let counts: Vec<String> = verdicts.into_iter().filter_map(count).collect();
+        let line = format!("{} scenes: {}", outcomes.len(), counts.join(", "));
+        if self.json { Ok(()) } else { print(&line) }
+    }
+}
+
+fn print(line: &str) -> Result<(), String> {
+    if crate::print(&format!("{line}\n")) { Ok(()) } else { Err("cannot write the result".into()) }
+}
+
+/// The mean error in percent, and some metrics.
+fn columns(compared: &Compared) -> String {
+    let value = |metric: Metric| compared.measurement.value(metric);
+    let percent = value(Metric::Error).map(|error| format!("{:+.3} %", 100.0 * error / mean(&compared.pair)));
+    let others = COLUMNS.iter().map(|metric| value(*metric).map(crate::metric::number));
+    std::iter::once(percent).chain(others).map(|text| format!("{:>10}", text.unwrap_or("-".into()))).collect()
+}
+
+/// The mean of the reference.
+pub fn mean(pair: &Aligned) -> f64 {
+    let values = pair.expected.as_flattened();
+    values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len() as f64
+}
+
+fn as_json(outcome: &Outcome) -> Value {
+    let metrics = outcome.compared.iter().flat_map(|compared| &compared.measurement.metrics);
+    let metrics: Map<String, Value> =
+        metrics.map(|line| (line.metric.name().into(), json!(line.value))).collect();
+    let compared = outcome.compared.as_ref();
+    json!({
+        "scene": outcome.name,
+        "verdict": outcome.verdict.name(),
+        "reason": outcome.reason,
+        "updated": outcome.updated,
+        "metrics": metrics,
+        "samples_per_pixel": compared.map(|compared| compared.samples_per_pixel),
+        "seconds": compared.map(|compared| compared.seconds),
+    })
+}
