@@ -90,9 +90,9 @@ fn run(
     let prepared = Prepared { scene, lights: LightTable::new(scene, &traceable), traceable };
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
     match scene.integrator {
-        Integrator::DirectLighting { all_lights, .. } => {
+        Integrator::DirectLighting { all_lights, max_depth } => {
             render_passes(&prepared, settings, progress, |tracer, ray, stream| {
-                direct::li(tracer, ray, stream, all_lights)
+                direct::li(tracer, ray, stream, all_lights, max_depth)
             })
         }
         Integrator::Path { max_depth, roulette_threshold, light_choice } => {

@@ -9,28 +9,63 @@ use crate::ray::Ray;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 
-/// The radiance along a camera ray from lights that are seen, and from lights that the surface sees.
-pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, all_lights: bool) -> Vec3 {
+/// The radiance along a camera ray from lights that are seen, and from lights that the surface sees; by way of mirrors and
+/// glass too, at less than `max_depth` surfaces in a row.
+///
+/// pbrt-v3 follows both the reflected and the refracted ray at glass; here one is chosen, at the same mean.
+pub(crate) fn li(
+    tracer: &mut Tracer,
+    ray: Ray,
+    stream: &mut SampleStream,
+    all_lights: bool,
+    max_depth: u32,
+) -> Vec3 {
+    let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
     let mut ray = ray;
-    let mut radiance = Vec3::ZERO;
-    for _ in 0..MAX_PASSED {
-        let Some(surface) = tracer.nearest(&ray) else { return radiance + tracer.lights().background() };
+    let (mut depth, mut passed) = (0, 0);
+    loop {
+        let Some(surface) = tracer.nearest(&ray) else {
+            return radiance + beta * tracer.lights().background();
+        };
         let wo = -ray.d;
         let Some(bsdf) = surface.bsdf() else {
             // pbrt-v3 looks through a surface without a material, and does not see it glow.
             ray = surface.leave(ray.d);
+            passed += 1;
+            if passed > MAX_PASSED {
+                return radiance;
+            }
             continue;
         };
-        radiance += surface.le(wo);
-        let count = tracer.lights().len();
-        if all_lights {
-            return radiance + lights(tracer, &surface, &bsdf, wo, stream, 0..count);
+        radiance += beta * surface.le(wo);
+        if !bsdf.is_specular() {
+            return radiance + beta * from_lights(tracer, &surface, &bsdf, wo, stream, all_lights);
         }
-        let chosen = tracer.lights().choose(LightChoice::Uniform, surface.p, stream.next_1d());
-        let Some((light, probability)) = chosen else { return radiance };
-        return radiance + lights(tracer, &surface, &bsdf, wo, stream, light..light + 1) / probability as f32;
+        depth += 1;
+        let Some(sample) = bsdf.sample(wo, stream.next_2d()).filter(|_| depth < max_depth) else {
+            return radiance;
+        };
+        beta *= sample.weight();
+        ray = surface.leave(sample.wi);
     }
-    radiance
+}
+
+/// Light that comes straight to the surface: from all lights, or from one, chosen at random.
+fn from_lights(
+    tracer: &mut Tracer,
+    surface: &Surface,
+    bsdf: &Bsdf,
+    wo: DVec3,
+    stream: &mut SampleStream,
+    all_lights: bool,
+) -> Vec3 {
+    let count = tracer.lights().len();
+    if all_lights {
+        return lights(tracer, surface, bsdf, wo, stream, 0..count);
+    }
+    let chosen = tracer.lights().choose(LightChoice::Uniform, surface.p, stream.next_1d());
+    let Some((light, probability)) = chosen else { return Vec3::ZERO };
+    lights(tracer, surface, bsdf, wo, stream, light..light + 1) / probability as f32
 }
 
 /// Light that comes straight to the surface from a range of lights.
@@ -72,7 +107,7 @@ fn lights(
             sample.pdf * f64::from(scattered),
             &range,
         );
-        sum += sample.f_cos * found / (sample.pdf as f32 * scattered as f32);
+        sum += sample.weight() * found / scattered as f32;
     }
     sum
 }

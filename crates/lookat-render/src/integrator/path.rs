@@ -19,7 +19,7 @@ pub(crate) struct Settings {
 
 /// How emission that a ray finds counts.
 enum Emission<'s> {
-    /// In full: the ray comes from the camera.
+    /// In full: the ray comes from the camera, or from where no light could be sampled.
     Full,
     /// Weighed against light sampling at the surface that the ray left.
     Weighed { from: Surface<'s>, wo: DVec3, pdf: f64 },
@@ -33,6 +33,8 @@ enum Emission<'s> {
 /// both, at the same mean.
 pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, settings: &Settings) -> Vec3 {
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
+    // What refraction has done to beta: roulette is to count light, not its density.
+    let mut compression = 1.0;
     let mut emission = Emission::Full;
     let mut ray = ray;
     let (mut bounces, mut passed) = (0, 0);
@@ -56,14 +58,20 @@ pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, setti
             }
             continue;
         };
-        radiance += beta * one_light(tracer, &surface, &bsdf, wo, stream, settings.light_choice);
+        if !bsdf.is_specular() {
+            radiance += beta * one_light(tracer, &surface, &bsdf, wo, stream, settings.light_choice);
+        }
         let Some(sample) = bsdf.sample(wo, stream.next_2d()) else { return radiance };
-        beta *= sample.f_cos / sample.pdf as f32;
+        beta *= sample.weight();
+        compression *= sample.compression;
         ray = surface.leave(sample.wi);
-        emission = Emission::Weighed { from: surface, wo, pdf: sample.pdf };
+        emission = match sample.is_specular {
+            true => Emission::Full,
+            false => Emission::Weighed { from: surface, wo, pdf: sample.pdf },
+        };
         // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
         let roulette = stream.next_1d();
-        let strength = f64::from(beta.max_element());
+        let strength = f64::from(beta.max_element() / compression);
         if bounces > 3 && strength < settings.roulette_threshold {
             let end = (1.0 - strength).max(0.05);
             if roulette < end {
