@@ -124,25 +124,12 @@ impl Image {
 
     fn write_as(&self, format: Format, path: &Path) -> Result<(), Fault> {
         self.check()?;
-        let directory = match path.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        // Made by `create_new` and not by tempfile, so that the picture gets the permissions of any other
-        // file.
-        let mut file =
-            tempfile::Builder::new().prefix(".lookat-").make_in(directory, |path| File::create_new(path))?;
-        let mut out = BufWriter::new(file.as_file_mut());
-        match format {
-            Format::Exr => exr::write(self, &mut out)?,
-            Format::Png => eightbit::write_png(self, &mut out)?,
-            Format::Pfm => pfm::write(self, &mut out)?,
-            Format::Tga => eightbit::write_tga(self, &mut out)?,
-        }
-        out.flush()?;
-        drop(out);
-        file.persist(path).map_err(|refused| refused.error)?;
-        Ok(())
+        replace(path, |out| match format {
+            Format::Exr => exr::write(self, out),
+            Format::Png => eightbit::write_png(self, out),
+            Format::Pfm => pfm::write(self, out),
+            Format::Tga => eightbit::write_tga(self, out),
+        })
     }
 
     /// Whether the public fields agree with each other.
@@ -183,6 +170,26 @@ impl Image {
             _ => Err(Fault::Unfit("the picture has several channels, but neither R, G and B nor Y".into())),
         }
     }
+}
+
+/// Writes a file that appears whole or not at all.
+pub(crate) fn replace(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    // Made by `create_new` and not by tempfile, so that the picture gets the permissions of any other file.
+    let mut file =
+        tempfile::Builder::new().prefix(".lookat-").make_in(directory, |path| File::create_new(path))?;
+    let mut out = BufWriter::new(file.as_file_mut());
+    write(&mut out)?;
+    out.flush()?;
+    drop(out);
+    file.persist(path).map_err(|refused| refused.error)?;
+    Ok(())
 }
 
 #[cfg(test)]

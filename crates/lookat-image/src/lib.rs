@@ -29,6 +29,7 @@ mod flip;
 mod format;
 mod image;
 mod metric;
+mod panel;
 mod pfm;
 mod rank;
 #[cfg(test)]
@@ -48,4 +49,5 @@ pub use metric::{
     Largest, Means, largest_difference, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,
 };
+pub use panel::{DIFFERENCE_COLORS, NOT_FINITE_COLOR, PanelOptions, difference_color, write_panel};
 pub use ssim::ssim;

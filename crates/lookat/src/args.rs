@@ -88,6 +88,12 @@ pub struct Compare {
     /// Compute only these metrics
     #[arg(long, value_name = "METRIC", value_delimiter = ',', value_parser = metric)]
     pub only: Vec<Metric>,
+    /// Also draw both pictures and their difference in false color: a .png file
+    #[arg(long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
+    /// How bright that shows them, in stops [default: by the picture]
+    #[arg(long, value_name = "STOPS", requires = "picture", allow_negative_numbers = true, value_parser = stops)]
+    pub exposure: Option<f64>,
     /// The difference of a channel that counts in share-above
     #[arg(long, value_name = "VALUE", default_value_t = 0.01)]
     pub threshold: f32,
@@ -161,6 +167,11 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 fn samples(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|count| (1..=1 << 30).contains(count));
     count.ok_or_else(|| "expected a whole number from 1 to 1073741824".into())
+}
+
+fn stops(text: &str) -> Result<f64, String> {
+    let stops = text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0);
+    stops.ok_or_else(|| "expected a number from -100 to 100".into())
 }
 
 fn share(text: &str) -> Result<f64, String> {

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lookat_image::{Aligned, Image, align};
+use lookat_image::{Aligned, Image, PanelOptions, align, write_panel};
 use serde_json::{Map, Value, json};
 
 use crate::args::Compare;
@@ -50,6 +50,9 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     // Where a pixel is broken, no other number means anything.
     let measurement = measure(pair, arguments.threshold, &|metric| !broken && asked(metric));
     let differs = broken || measurement.metrics.iter().any(|line| line.is_beyond(&arguments.max));
+    if let Some(file) = &arguments.picture {
+        draw(arguments, pair, file)?;
+    }
     let comparison = Comparison { arguments, pair, faults, measurement, blind };
     let printed = if arguments.json {
         crate::print_json(&comparison.as_json())
@@ -63,6 +66,13 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
     let read = |path| Image::read(path).map_err(|error| error.to_string());
     let (actual, expected) = (read(&arguments.actual)?, read(&arguments.expected)?);
     align(&actual, &expected).map_err(|error| error.to_string())
+}
+
+/// Draws both pictures and their difference.
+fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> {
+    let [actual, expected] = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
+    let options = PanelOptions { actual, expected, exposure: arguments.exposure };
+    write_panel(pair, &options, file).map_err(|error| error.to_string())
 }
 
 /// Why noise and bias cannot be told apart, if they cannot.

@@ -1,0 +1,74 @@
+//! How bright a picture is shown.
+
+use std::ops::RangeInclusive;
+
+use super::parts::is_finite;
+use crate::rank::{nearest_rank, ranked};
+
+/// A picture is bright enough, and not too bright, if this percentile of its largest channels is in this
+/// range. Lamps that are seen may be the rest, and are cut off.
+const BRIGHT: f64 = 0.95;
+const FINE: RangeInclusive<f64> = 0.2..=2.0;
+/// Where the percentile of other pictures is brought.
+const AIM: f64 = 0.8;
+
+/// The whole number of stops that suits a picture; 0 for a black one. Pixels that are not finite do not
+/// count.
+pub(super) fn choose(pixels: &[[f32; 3]]) -> f64 {
+    let finite = pixels.iter().filter(|pixel| is_finite(pixel)).count();
+    // NaN ranks above all others.
+    let brightness = |pixel: &[f32; 3]| {
+        if is_finite(pixel) { pixel.iter().copied().fold(0.0, f32::max) } else { f32::NAN }
+    };
+    let bright = ranked(pixels.len(), |i| [brightness(&pixels[i])], nearest_rank(BRIGHT, finite));
+    let bright = f64::from(bright);
+    if FINE.contains(&bright) || bright == 0.0 || !bright.is_finite() {
+        return 0.0;
+    }
+    (AIM / bright).log2().round()
+}
+
+/// In words.
+pub(super) fn caption(stops: f64) -> String {
+    match stops {
+        0.0 => "exposure 0".into(),
+        stops if stops.abs() == 1.0 => format!("exposure {stops:+} stop"),
+        stops => format!("exposure {stops:+} stops"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_come_to_a_fine_brightness() {
+        let check = |value: f32, expected| assert_eq!(choose(&[[0.0, value, 0.0]; 50]), expected, "{value}");
+        check(0.2, 0.0);
+        check(1.0, 0.0);
+        check(2.0, 0.0);
+        check(0.19, 2.0);
+        check(2.1, -1.0);
+        check(1000.0, -10.0);
+        check(1e-5, 16.0);
+        check(1e-45, 149.0);
+        check(f32::MAX, -128.0);
+        check(0.0, 0.0);
+        check(-5.0, 0.0);
+        check(f32::NAN, 0.0);
+    }
+
+    #[test]
+    fn lamps_and_pixels_that_are_not_finite_do_not_count() {
+        let mut pixels = vec![[0.1; 3]; 100];
+        pixels[..5].fill([1000.0; 3]);
+        pixels.extend([[f32::NAN; 3], [f32::INFINITY; 3]].repeat(100));
+        assert_eq!(choose(&pixels), 3.0);
+    }
+
+    #[test]
+    fn captions_count_stops() {
+        let captions = [0.0, 3.0, -1.0, 0.5].map(caption);
+        assert_eq!(captions, ["exposure 0", "exposure +3 stops", "exposure -1 stop", "exposure +0.5 stops"]);
+    }
+}
