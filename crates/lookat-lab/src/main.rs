@@ -3,6 +3,7 @@
 mod false_alarms;
 mod pictures;
 mod power;
+mod references;
 
 use clap::{Parser, Subcommand};
 
@@ -19,11 +20,14 @@ enum Experiment {
     FalseAlarms(false_alarms::Options),
     /// How often an error of 1 % in one material is found
     Power(power::Options),
+    /// How far the scenes of pbrt-scenes are from their references
+    References(references::Options),
 }
 
 fn main() {
     match Arguments::parse().experiment {
         Experiment::FalseAlarms(options) => false_alarms::run(&options),
         Experiment::Power(options) => power::run(&options),
+        Experiment::References(options) => references::run(&options),
     }
 }

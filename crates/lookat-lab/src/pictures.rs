@@ -28,6 +28,13 @@ pub fn render(scene: &Scene, seed: u64) -> Image {
     lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
 }
 
-fn folder() -> PathBuf {
+/// The picture of a scene as users get it.
+pub fn render_plainly(scene: &Scene, seed: u64) -> Image {
+    let settings = lookat_render::Settings { seed, ..Default::default() };
+    lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
+}
+
+/// The folder `pbrt-scenes`.
+pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pbrt-scenes")
 }

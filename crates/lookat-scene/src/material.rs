@@ -88,17 +88,10 @@ pub(crate) fn material(params: &mut Params) -> Material {
 }
 
 fn matte(params: &mut Params) -> Material {
-    let kd = params.spectrum_texture("Kd", Vec3::splat(0.5));
-    if kd.max_element() > 1.0 {
-        params.warn(
-            "Kd",
-            "Kd is more than 1: the surface gives back more light than it gets",
-            "colors go from 0 to 1; divide those that go to 255",
-        );
-    }
+    let kd = share(params, "Kd", 0.5);
     let sigma = params.float_texture("sigma", 0.0);
     bump(params);
-    Material::Matte { kd: kd.max(Vec3::ZERO), sigma: sigma.clamp(0.0, 90.0) }
+    Material::Matte { kd, sigma: sigma.clamp(0.0, 90.0) }
 }
 
 fn mirror(params: &mut Params) -> Material {
@@ -123,9 +116,17 @@ fn glass(params: &mut Params) -> Material {
     Material::Glass { kr, kt, eta: if eta > 0.0 { eta } else { 1.5 } }
 }
 
-/// A share of light. pbrt-v3 does not let it be less than 0; more than 1 makes light.
+/// A share of light. pbrt-v3 takes what is less than 0 for 0.
 fn share(params: &mut Params, name: &'static str, default: f32) -> Vec3 {
-    params.spectrum_texture(name, Vec3::splat(default)).max(Vec3::ZERO)
+    let share = params.spectrum_texture(name, Vec3::splat(default));
+    if share.max_element() > 1.0 {
+        params.warn(
+            name,
+            &format!("{name} is more than 1: the surface gives back more light than it gets"),
+            "colors go from 0 to 1; divide those that go to 255",
+        );
+    }
+    share.max(Vec3::ZERO)
 }
 
 fn bump(params: &mut Params) {

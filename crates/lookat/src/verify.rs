@@ -208,11 +208,18 @@ fn hold_against(
     let asked = |metric| broken.is_none() && (metric != Metric::NoiseP || tells_noise);
     let measurement = measure(&pair, THRESHOLD, &asked);
     let (verdict, reason) = match broken {
-        Some((which, count)) => (Verdict::Differs, format!("{count} pixels of the {which} are not finite")),
+        Some((which, count)) => (Verdict::Differs, not_finite_words(which, count)),
         None => judge(arguments, &measurement)?,
     };
     let Rendered { samples_per_pixel, seconds, .. } = *rendered;
     Ok((verdict, reason, Some(Compared { pair, measurement, samples_per_pixel, seconds })))
+}
+
+fn not_finite_words(which: &str, count: usize) -> String {
+    match count {
+        1 => format!("1 pixel of the {which} is not finite"),
+        _ => format!("{count} pixels of the {which} are not finite"),
+    }
 }
 
 /// The threshold of share-above.

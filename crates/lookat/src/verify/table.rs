@@ -43,7 +43,9 @@ impl Table {
         let count = |verdict: Verdict| {
             let count = outcomes.iter().filter(|outcome| outcome.verdict == verdict).count();
             let words = match verdict {
+                Verdict::Agrees if count == 1 => "agrees",
                 Verdict::Agrees => "agree",
+                Verdict::Differs if count == 1 => "differs",
                 Verdict::Differs => "differ",
                 Verdict::New => "without a reference",
                 Verdict::Trouble => "in trouble",
@@ -52,7 +54,8 @@ impl Table {
         };
         let verdicts = [Verdict::Agrees, Verdict::Differs, Verdict::New, Verdict::Trouble];
         let counts: Vec<String> = verdicts.into_iter().filter_map(count).collect();
-        let line = format!("{} scenes: {}", outcomes.len(), counts.join(", "));
+        let scenes = if outcomes.len() == 1 { "scene" } else { "scenes" };
+        let line = format!("{} {scenes}: {}", outcomes.len(), counts.join(", "));
         if self.json { Ok(()) } else { print(&line) }
     }
 }
