@@ -308,3 +308,133 @@ fn two_sided(t: f64, freedom: f64) -> f64 {
     let freedom = if freedom.is_nan() { 1e6 } else { freedom.clamp(1.0, 1e6) };
     StudentsT::new(0.0, 1.0, freedom).map_or(1.0, |student| 2.0 * student.sf(t.abs()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDTH: u32 = 20;
+    const HEIGHT: u32 = 18;
+
+    fn pixels<T>(of: impl Fn(usize, usize) -> T) -> Vec<[T; 3]> {
+        (0..(WIDTH * HEIGHT) as usize).map(|i| std::array::from_fn(|channel| of(i, channel))).collect()
+    }
+
+    fn values(step: usize) -> Vec<[f32; 3]> {
+        pixels(|i, c| (1.0 + c as f64 + 0.01 * (((i * (7 + step) + 3 * c) % 23) as f64 - 11.0)) as f32)
+    }
+
+    fn errors(step: usize, factor: f32, samples: u32) -> Vec<PixelError> {
+        let errors = pixels(|i, c| (0.05 + 0.01 * ((i * (5 + step) + c) % 7) as f64) as f32 * factor);
+        errors
+            .into_iter()
+            .map(|standard_error| PixelError { standard_error, samples, replicates: 16 })
+            .collect()
+    }
+
+    /// Two pictures of noise, of 64 and 256 samples; the first one is brighter in the green of the first tile.
+    fn sample() -> Aligned {
+        let mut actual = values(0);
+        for (i, pixel) in actual.iter_mut().enumerate() {
+            if i % WIDTH as usize / 16 + i / WIDTH as usize / 16 == 0 {
+                pixel[1] = (f64::from(pixel[1]) + 0.03) as f32;
+            }
+        }
+        Aligned {
+            window: Window { x: 100, y: 50, width: WIDTH, height: HEIGHT },
+            actual,
+            expected: values(4),
+            actual_errors: Some(errors(0, 1.0, 64)),
+            expected_errors: Some(errors(6, 0.5, 256)),
+            left_out: 0,
+        }
+    }
+
+    fn close(actual: f64, expected: f64) {
+        assert!((actual - expected).abs() <= 1e-6 * expected.abs(), "{actual}, not {expected}");
+    }
+
+    #[test]
+    fn agrees_with_scipy() {
+        // SciPy 1.17, from the formulas.
+        let found = agreement(&sample()).unwrap();
+        let check = |test: &Test, [difference, standard_error, p]: [f64; 3]| {
+            close(test.difference, difference);
+            close(test.standard_error, standard_error);
+            close(test.p, p);
+        };
+        check(&found.means[0], [-0.0008055559462971158, 0.005316996190957865, 0.8795814205523949]);
+        check(&found.means[1], [0.021166646480560304, 0.005354504815850763, 7.795564348174179e-05]);
+        check(&found.tiles[4], [0.02984372153878212, 0.0063427267984705795, 2.6083385466600825e-06]);
+        check(&found.tiles[11], [-0.01374998688697815, 0.03649165163117512, 0.7068477113080618]);
+        for (test, [ratio, p]) in found.pixels.iter().zip([
+            [0.9474098551099942, 0.7420286839359684],
+            [1.12807994999018, 0.056984574255318755],
+            [0.8484847232019853, 0.9690136101753062],
+        ]) {
+            close(test.ratio, ratio);
+            close(test.p, p);
+            assert_eq!(test.pixels, 360);
+        }
+        assert_eq!(found.count(), 18);
+        close(found.p, 4.6950093839881486e-05);
+        close(found.visible_in_mean(0.01), 0.027902292022864643);
+        assert!(!found.holds(0.01) && found.holds(1e-5));
+        let tiles = found.differing_tiles(0.01);
+        assert_eq!(tiles, [found.tiles[4]]);
+        assert_eq!(tiles[0].window, Window { x: 100, y: 50, width: 16, height: 16 });
+    }
+
+    #[test]
+    fn without_errors_nothing_is_told() {
+        assert!(agreement(&Aligned { actual_errors: None, ..sample() }).is_none());
+        let unknown = PixelError { standard_error: [f32::INFINITY; 3], samples: 1, replicates: 1 };
+        assert!(agreement(&Aligned { actual_errors: Some(vec![unknown; 360]), ..sample() }).is_none());
+    }
+
+    /// Noise of the expected picture that is not known shows in how the differences scatter; the mean of a tile does not.
+    #[test]
+    fn unknown_noise_is_seen_in_the_scatter() {
+        let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
+        let mut pair = Aligned { actual_errors: Some(vec![still; 360]), expected_errors: None, ..sample() };
+        pair.actual = vec![[1.0, 2.0, 3.0]; 360];
+        let found = agreement(&pair).unwrap();
+        assert!(!found.expected_is_known && found.pixels.is_empty() && found.holds(0.01), "{}", found.p);
+        pair.actual.iter_mut().for_each(|pixel| pixel[2] += 0.1);
+        assert!(!agreement(&pair).unwrap().holds(1e-6));
+    }
+
+    /// Values without noise may differ by rounding, and by no more.
+    #[test]
+    fn rounding_is_no_difference() {
+        let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
+        let errors = Some(vec![still; 360]);
+        let pair = |factor: f32, expected_errors: &Option<Vec<PixelError>>| {
+            let mut pair = sample();
+            pair.actual.clone_from(&pair.expected);
+            pair.actual.as_flattened_mut().iter_mut().for_each(|value| *value *= factor);
+            agreement(&Aligned {
+                actual_errors: errors.clone(),
+                expected_errors: expected_errors.clone(),
+                ..pair
+            })
+        };
+        assert_eq!(pair(1.0, &errors).unwrap().p, 1.0);
+        assert!(pair(1.000_001, &errors).unwrap().holds(0.01));
+        assert!(!pair(1.000_01, &errors).unwrap().holds(0.01));
+        // Sums of another renderer may be in single precision.
+        assert!(pair(1.000_1, &None).unwrap().holds(0.01));
+        assert!(!pair(1.001, &None).unwrap().holds(0.01));
+    }
+
+    /// One pixel that has not met what the other picture has is no difference.
+    #[test]
+    fn rare_events_that_few_samples_miss_are_no_difference() {
+        let mut pair = sample();
+        let (actual, expected) =
+            (pair.actual_errors.as_mut().unwrap(), pair.expected_errors.as_mut().unwrap());
+        pair.expected[7] = [40.0; 3];
+        (actual[7].standard_error, expected[7].standard_error) = ([0.01; 3], [20.0; 3]);
+        assert!(agreement(&pair).unwrap().tiles[0].p > 0.01);
+    }
+}

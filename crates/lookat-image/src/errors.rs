@@ -50,3 +50,31 @@ impl PixelError {
         [r, g, b, self.samples as f32, self.replicates as f32]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Window;
+
+    #[test]
+    fn errors_go_along_in_the_file() {
+        let window = Window { x: 3, y: 4, width: 2, height: 1 };
+        let mut image = Image::from_rgb(window, window, &[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        assert_eq!(image.errors(), None);
+        let errors = [
+            PixelError { standard_error: [0.5, 0.25, 0.0], samples: 100, replicates: 16 },
+            PixelError { standard_error: [f32::INFINITY; 3], samples: 3, replicates: 1 },
+        ];
+        image.add_errors(&errors);
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("a.exr");
+        image.write(&file).unwrap();
+        let mut back = Image::read(&file).unwrap();
+        assert_eq!(back.errors().as_deref(), Some(&errors[..]));
+        assert_eq!(back.rgb(), image.rgb());
+        // What cannot be is not believed.
+        let wrong = back.channels.iter_mut().find(|channel| channel.name == "stderr.R").unwrap();
+        wrong.samples = vec![-1.0, f32::NAN];
+        assert!(back.errors().unwrap().iter().all(|error| error.standard_error[0] == f32::INFINITY));
+    }
+}
