@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use lookat_image::Image;
+use lookat_image::{Image, agreement, align};
 use lookat_scene::Overrides;
 use lookat_scene::syntax::Severity;
 use serde_json::Value;
@@ -389,4 +389,41 @@ fn places_in_long_lines_are_told_by_their_own_column() {
     assert!(run.err.contains(&format!("long.pbrt:9:{column}\n")), "{}", run.err);
     // Not the whole line is shown.
     assert!(run.err.lines().all(|line| line.len() < 300), "{}", run.err);
+}
+
+/// The errors that are written are as large as the errors are.
+#[test]
+fn error_layers_tell_how_noisy_each_pixel_is() {
+    let folder = Folder::new();
+    // Light from an area, so that every pixel of the sphere is noisy.
+    folder.write("fine.pbrt", &FINE.replace("WorldBegin", "WorldBegin AttributeBegin Translate 1 3 -3 AreaLightSource \"diffuse\" \"rgb L\" [20 20 20] Shape \"sphere\" AttributeEnd"));
+    let picture = |spp: &str, seed: &str| folder.picture(&["--error-layers", "--spp", spp, "--seed", seed]);
+    for spp in ["50", "64"] {
+        let (a, b) = (picture(spp, "1"), picture(spp, "2"));
+        let errors = a.errors().unwrap();
+        assert!(errors.iter().all(|error| error.samples.to_string() == spp && error.replicates == 16));
+        let pair = align(&a, &b).unwrap();
+        let found = agreement(&pair).unwrap();
+        assert!(found.holds(0.01), "{found:?}");
+        // The sum of squared t, by what it should be: 1 but for chance and for skewness.
+        assert!(found.pixels.iter().all(|test| (0.75..1.2).contains(&test.ratio)), "{:?}", found.pixels);
+        // And the picture is right: that of many samples.
+        let plain = folder.picture(&["--spp", "1024", "--seed", "3"]);
+        assert!(agreement(&align(&a, &plain).unwrap()).unwrap().holds(0.01));
+    }
+    let threads = |count: &str| {
+        std::fs::read({
+            folder.picture(&["--error-layers", "--threads", count]);
+            folder.path("picture.exr")
+        })
+    };
+    assert_eq!(threads("1").unwrap(), threads("3").unwrap());
+    // Less than two samples tell nothing.
+    assert_eq!(picture("2", "1").errors().unwrap()[0].replicates, 2);
+    let refused = |arguments: &[&str], message: &str| {
+        let run = folder.run(&[&["render", "fine.pbrt", "--error-layers"], arguments].concat());
+        assert!(run.status == 2 && run.err.contains(message), "{}", run.err);
+    };
+    refused(&["-o", "a.exr", "--spp", "1"], "--error-layers needs at least 2 samples per pixel");
+    refused(&["-o", "a.png"], "a.png: only an .exr file can hold error layers");
 }

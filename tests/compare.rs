@@ -3,11 +3,15 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use lookat_image::{Image, Window};
+use lookat_image::{Image, PixelError, Window};
 use serde_json::Value;
 use tempfile::TempDir;
 
 const WINDOW: Window = Window { x: 0, y: 0, width: 16, height: 12 };
+
+fn smooth() -> Vec<[f32; 3]> {
+    (0..192).map(|i| [i as f32 / 192.0, 0.25, 0.5]).collect()
+}
 
 /// A folder with a smooth picture, the same a little brighter, one with a fault, and a part of it.
 struct Folder(TempDir);
@@ -15,13 +19,11 @@ struct Folder(TempDir);
 impl Folder {
     fn new() -> Self {
         let folder = Folder(tempfile::tempdir().unwrap());
-        let smooth: Vec<[f32; 3]> = (0..192).map(|i| [i as f32 / 192.0, 0.25, 0.5]).collect();
+        let smooth = smooth();
         let brighter: Vec<[f32; 3]> = smooth.iter().map(|p| p.map(|x| x + 0.125)).collect();
-        let mut broken = smooth.clone();
-        broken[16 * 3 + 5][1] = f32::NAN;
         folder.write("smooth.exr", WINDOW, &smooth);
         folder.write("brighter.exr", WINDOW, &brighter);
-        folder.write("broken.exr", WINDOW, &broken);
+        folder.break_pixel(f32::NAN);
         let part: Vec<[f32; 3]> = (4..8).flat_map(|y| smooth[y * 16 + 2..y * 16 + 10].to_vec()).collect();
         folder.write("part.exr", Window { x: 2, y: 4, width: 8, height: 4 }, &part);
         folder
@@ -33,6 +35,22 @@ impl Folder {
 
     fn write(&self, name: &str, window: Window, pixels: &[[f32; 3]]) {
         Image::from_rgb(window, WINDOW, pixels).write(&self.path(name)).unwrap();
+    }
+
+    /// Writes a picture with one value that is no number.
+    fn break_pixel(&self, value: f32) {
+        let mut broken = smooth();
+        broken[16 * 3 + 5][1] = value;
+        self.write("broken.exr", WINDOW, &broken);
+    }
+
+    /// Writes a smooth picture that is `more` brighter, and that says how noisy it is.
+    fn write_noisy(&self, name: &str, more: f32) {
+        let pixels: Vec<[f32; 3]> = smooth().iter().map(|pixel| pixel.map(|value| value + more)).collect();
+        let mut image = Image::from_rgb(WINDOW, WINDOW, &pixels);
+        let error = PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16 };
+        image.add_errors(&[error; 192]);
+        image.write(&self.path(name)).unwrap();
     }
 
     /// Exit status, standard output, standard error.
@@ -73,6 +91,7 @@ fn json_says_the_same() {
     let result: Value = serde_json::from_str(&out).unwrap();
     assert!((result["metrics"]["rmse"].as_f64().unwrap() - 0.125).abs() < 1e-9);
     assert_eq!(result["metrics"].as_object().unwrap().len(), 13);
+    assert!(result["noise"].is_null());
     assert_eq!(result["beyond_max"][0], "rmse");
     assert_eq!(result["pixels"], 192);
 }
@@ -81,11 +100,18 @@ fn json_says_the_same() {
 #[test]
 fn pixels_that_are_no_number_differ_from_everything() {
     let folder = Folder::new();
-    for pair in [["broken.exr", "smooth.exr"], ["smooth.exr", "broken.exr"], ["broken.exr", "broken.exr"]] {
-        let (status, out, _) = folder.compare(&pair);
-        assert_eq!(status, 1);
-        assert!(out.contains("broken.exr: 1 pixel is infinite or not a number; first at x 5, y 3"), "{out}");
-        assert!(!out.contains("rmse"), "{out}");
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        folder.break_pixel(value);
+        for pair in [["broken.exr", "smooth.exr"], ["smooth.exr", "broken.exr"], ["broken.exr", "broken.exr"]]
+        {
+            let (status, out, _) = folder.compare(&pair);
+            assert_eq!(status, 1);
+            assert!(
+                out.contains("broken.exr: 1 pixel is infinite or not a number; first at x 5, y 3"),
+                "{out}"
+            );
+            assert!(!out.contains("rmse"), "{out}");
+        }
     }
 }
 
@@ -105,10 +131,20 @@ fn what_cannot_be_compared_is_trouble() {
     let bytes = std::fs::read(folder.path("smooth.exr")).unwrap();
     std::fs::write(folder.path("cut.exr"), &bytes[..bytes.len() / 2]).unwrap();
     std::fs::write(folder.path("text.exr"), "not a picture").unwrap();
+    // The upper corner of the data window, as it stands in the file.
+    let corner = bytes.windows(10).position(|part| part == b"dataWindow").unwrap() + 10 + 1 + 6 + 4 + 8;
+    let mut huge = bytes.clone();
+    huge[corner..corner + 8].copy_from_slice(&[0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff, 0x7f]);
+    std::fs::write(folder.path("huge.exr"), huge).unwrap();
+    let mut red = Image::from_rgb(WINDOW, WINDOW, &smooth());
+    red.channels.truncate(1);
+    red.write(&folder.path("red.exr")).unwrap();
     for (name, message) in [
         ("other.exr", "the sizes differ: 8x12 and 16x12"),
         ("cut.exr", "cut.exr is damaged"),
         ("text.exr", "text.exr is not what its ending says"),
+        ("huge.exr", "huge.exr is damaged"),
+        ("red.exr", "the first picture has neither the channels R, G and B nor Y: it has R"),
         ("nothing.exr", "cannot read nothing.exr"),
         ("smooth.gif", "cannot read smooth.gif"),
     ] {
@@ -118,4 +154,54 @@ fn what_cannot_be_compared_is_trouble() {
     }
     let (status, _, err) = folder.compare(&["smooth.exr", "smooth.exr", "--max", "rsme=1"]);
     assert!(status == 2 && err.contains("the metrics are error, mae, rmse"), "{err}");
+}
+
+#[test]
+fn noise_is_told_from_bias() {
+    let folder = Folder::new();
+    folder.write_noisy("a.exr", 0.0);
+    folder.write_noisy("b.exr", 0.001);
+    folder.write_noisy("c.exr", 0.01);
+    let noise = |arguments: &[&str]| folder.compare(arguments);
+    // The mean of 192 pixels is known to 0.01 * sqrt(2 / 192) = 0.001.
+    let (status, out, _) = noise(&["a.exr", "b.exr", "--max", "noise-p=0.01"]);
+    assert!(status == 0 && out.contains("noise           agree"), "{out}");
+    let (status, out, _) = noise(&["a.exr", "c.exr", "--max", "noise-p=0.01"]);
+    assert!(status == 1 && out.contains("noise           differ"), "{out}");
+    assert!(out.contains("mean: red -1.000e-2, standard error 1.0e-3"), "{out}");
+    assert!(out.contains("tiles: 3 of 3 differ; worst at x 0, y 0"), "{out}");
+    let (_, out, _) = noise(&["a.exr", "c.exr", "--json"]);
+    let result: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(result["noise"]["agree"], false);
+    assert_eq!(result["noise"]["p"], result["metrics"]["noise-p"]);
+    // Without the layers it says so, and how to get them.
+    let (status, out, _) = noise(&["a.exr", "smooth.exr"]);
+    assert!(
+        status == 0 && out.contains("EXPECTED has no error layers: it is taken to be no noisier"),
+        "{out}"
+    );
+    let (status, out, _) = noise(&["smooth.exr", "a.exr"]);
+    assert!(
+        status == 0 && out.contains("cannot be told from bias: ACTUAL has no error layers; `lookat render"),
+        "{out}"
+    );
+    let (status, _, err) = noise(&["smooth.exr", "a.exr", "--max", "noise-p=0.01"]);
+    assert!(status == 2 && err.contains("there is no noise-p: ACTUAL has no error layers"), "{err}");
+}
+
+#[test]
+fn the_picture_shows_both_and_their_difference() {
+    let folder = Folder::new();
+    let (status, _, err) = folder.compare(&["brighter.exr", "smooth.exr", "--picture", "out.png"]);
+    assert_eq!((status, err.as_str()), (0, ""));
+    let drawn = Image::read(&folder.path("out.png")).unwrap();
+    assert!(drawn.data_window.width > 3 * 256, "{:?}", drawn.data_window);
+    // Also where a pixel is no number, to show where.
+    assert_eq!(folder.compare(&["broken.exr", "smooth.exr", "--picture", "broken.png"]).0, 1);
+    let magenta = |pixel: &[f32; 3]| *pixel == [1.0, 0.0, 1.0];
+    assert!(
+        Image::read(&folder.path("broken.png")).unwrap().rgb().unwrap().iter().any(|pixel| magenta(pixel))
+    );
+    let (status, _, err) = folder.compare(&["brighter.exr", "smooth.exr", "--picture", "none/out.png"]);
+    assert!(status == 2 && err.contains("none/out.png"), "{err}");
 }
