@@ -140,7 +140,11 @@ fn limit(text: &str) -> Result<Limit, String> {
     if value.is_nan() {
         return Err("the limit is a number".into());
     }
-    Ok(Limit { metric: metric(name)?, value })
+    let metric = metric(name)?;
+    if metric == Metric::NoiseP && !(value > 0.0 && value < 1.0) {
+        return Err("noise-p is a probability, more than 0 and less than 1".into());
+    }
+    Ok(Limit { metric, value })
 }
 
 /// How problems of files count and are told.
