@@ -199,9 +199,7 @@ fn the_picture_shows_both_and_their_difference() {
     // Also where a pixel is no number, to show where.
     assert_eq!(folder.compare(&["broken.exr", "smooth.exr", "--picture", "broken.png"]).0, 1);
     let magenta = |pixel: &[f32; 3]| *pixel == [1.0, 0.0, 1.0];
-    assert!(
-        Image::read(&folder.path("broken.png")).unwrap().rgb().unwrap().iter().any(|pixel| magenta(pixel))
-    );
+    assert!(Image::read(&folder.path("broken.png")).unwrap().rgb().unwrap().iter().any(magenta));
     let (status, _, err) = folder.compare(&["brighter.exr", "smooth.exr", "--picture", "none/out.png"]);
     assert!(status == 2 && err.contains("none/out.png"), "{err}");
 }

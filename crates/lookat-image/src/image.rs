@@ -173,7 +173,16 @@ impl Image {
 }
 
 /// Writes a file that appears whole or not at all.
-pub(crate) fn replace(
+///
+/// # Errors
+///
+/// [`ImageError::Write`] if the file system refuses. What was there before stays then.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    replace(path, |out| Ok(out.write_all(bytes)?)).map_err(|fault| ImageError::writing(path, fault))
+}
+
+/// Writes a file that appears whole or not at all.
+fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
 ) -> Result<(), Fault> {

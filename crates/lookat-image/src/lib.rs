@@ -44,10 +44,13 @@ pub use error::ImageError;
 pub use errors::PixelError;
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use format::Format;
-pub use image::{Channel, Image, Window};
+pub use image::{Channel, Image, Window, write_file};
 pub use metric::{
     Largest, Means, largest_difference, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,
 };
-pub use panel::{DIFFERENCE_COLORS, NOT_FINITE_COLOR, PanelOptions, difference_color, write_panel};
+pub use panel::{
+    DIFFERENCE_COLORS, NOT_FINITE_COLOR, PanelOptions, box_means, difference_color, difference_limit,
+    suitable_exposure, write_panel,
+};
 pub use ssim::ssim;

@@ -8,17 +8,19 @@ mod parts;
 mod scale;
 mod text;
 
-use std::io::Write;
 use std::ops::Range;
 use std::path::Path;
 
 use self::canvas::Canvas;
 pub use self::colors::{DIFFERENCE_COLORS, NOT_FINITE_COLOR, difference_color};
+pub use self::exposure::suitable_exposure;
 use self::layout::Layout;
+pub use self::parts::box_means;
+pub use self::scale::difference_limit;
 use self::scale::{Scale, Tick};
 use self::text::Font;
 use crate::error::Fault;
-use crate::{Aligned, Format, ImageError, image};
+use crate::{Aligned, Format, ImageError, write_file};
 
 const BACKGROUND: [u8; 3] = [255, 255, 255];
 const FRAME: [u8; 3] = [140, 140, 140];
@@ -49,7 +51,7 @@ pub struct PanelOptions {
 /// [`ImageError::Write`] if the path does not end in `.png`, the pair has no pixels, or the file system
 /// refuses. The file appears whole or not at all, and what was there before stays until then.
 pub fn write_panel(pair: &Aligned, options: &PanelOptions, path: &Path) -> Result<(), ImageError> {
-    let write = || {
+    let encode = || {
         if Format::from_path(path) != Some(Format::Png) {
             return Err(Fault::Unfit("the figure is a PNG file, so its name must end in .png".into()));
         }
@@ -57,9 +59,10 @@ pub fn write_panel(pair: &Aligned, options: &PanelOptions, path: &Path) -> Resul
             return Err(Fault::Unfit("the picture is empty".into()));
         }
         let bytes = png(&draw(pair, options)).map_err(|error| Fault::Unfit(error.to_string()))?;
-        image::replace(path, |out| Ok(out.write_all(&bytes)?))
+        Ok(bytes)
     };
-    write().map_err(|fault| ImageError::writing(path, fault))
+    let bytes = encode().map_err(|fault| ImageError::writing(path, fault))?;
+    write_file(path, &bytes)
 }
 
 fn png(canvas: &Canvas) -> Result<Vec<u8>, png::EncodingError> {
@@ -80,7 +83,7 @@ fn draw(pair: &Aligned, options: &PanelOptions) -> Canvas {
     let layout = Layout::of(width, height);
     let [full_width, full_height] = layout.size();
     let mut canvas = Canvas::new(full_width, full_height, BACKGROUND);
-    let stops = options.exposure.unwrap_or_else(|| exposure::choose(&pair.expected));
+    let stops = options.exposure.unwrap_or_else(|| suitable_exposure(&pair.expected));
     let differences = parts::differences(&pair.actual, &pair.expected);
     let scale = Scale::of(&differences);
 

@@ -122,6 +122,9 @@ pub struct Verify {
     /// Chooses the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
+    /// Also write a page with the results and the pictures: an .html file
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
     /// Replace references that differ by the render, and write those that are missing
     #[arg(long)]
     pub update: bool,

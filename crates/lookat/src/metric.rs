@@ -60,7 +60,7 @@ impl Metric {
     }
 
     /// Whether more is better.
-    fn is_likeness(self) -> bool {
+    pub fn is_likeness(self) -> bool {
         matches!(self, Metric::Psnr | Metric::Ssim | Metric::NoiseP)
     }
 }

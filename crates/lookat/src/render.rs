@@ -178,6 +178,11 @@ fn check_output(file: &Path) -> Result<(), String> {
         let name = file.display();
         return Err(format!("{name}: lookat writes {}; choose one by the ending, with -o", Format::NAMES));
     }
+    check_folder(file)
+}
+
+/// Fails where there is no folder to write a file to.
+pub fn check_folder(file: &Path) -> Result<(), String> {
     match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
             Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()))

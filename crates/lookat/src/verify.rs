@@ -1,5 +1,7 @@
 //! `lookat verify`: scenes against the pictures beside them.
 
+mod page;
+mod report_page;
 mod table;
 
 use std::ops::ControlFlow;
@@ -7,38 +9,54 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use lookat_image::{Aligned, Image, align};
+use lookat_image::{Aligned, Image, align, write_file};
 use lookat_render::Settings;
 use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Report, Verify};
 use crate::metric::{Measurement, Metric, measure, not_finite};
+use crate::render::check_folder;
 use crate::source::load_scene;
 use crate::{noise, report};
 
 /// Endings of references, in the order in which they are looked for.
 const ENDINGS: [&str; 7] = ["exr", "pfm", "hdr", "png", "tga", "jpg", "jpeg"];
 
-/// What is to be said of a scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// What is to be said of a scene, from the best to the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
     /// It agrees with its reference.
     Agrees,
-    /// It does not.
-    Differs,
     /// It has no reference.
     New,
     /// It could not be told.
     Trouble,
+    /// It differs from its reference.
+    Differs,
 }
 
 impl Verdict {
-    pub fn name(self) -> &'static str {
+    /// In the order in which they are counted.
+    pub const ALL: [Verdict; 4] = [Verdict::Agrees, Verdict::Differs, Verdict::New, Verdict::Trouble];
+
+    /// What is said of one scene.
+    pub fn word(self) -> &'static str {
         match self {
             Verdict::Agrees => "agrees",
-            Verdict::Differs => "differs",
             Verdict::New => "new",
             Verdict::Trouble => "trouble",
+            Verdict::Differs => "differs",
+        }
+    }
+
+    /// What is said of so many.
+    pub fn word_for(self, count: usize) -> &'static str {
+        match self {
+            Verdict::Agrees if count > 1 => "agree",
+            Verdict::Differs if count > 1 => "differ",
+            Verdict::New => "without a reference",
+            Verdict::Trouble => "in trouble",
+            _ => self.word(),
         }
     }
 }
@@ -90,19 +108,29 @@ fn run(arguments: &Verify) -> Result<u8, String> {
             "no scene in {folder} has a picture of the same name beside it; --update writes them"
         ));
     }
+    if let Some(file) = &arguments.report {
+        check_folder(file)?;
+    }
     let table = table::Table::new(&scenes, arguments.json);
     table.header()?;
-    let mut outcomes = Vec::new();
+    let (mut verdicts, mut updated, mut pages) = (Vec::new(), false, Vec::new());
     for scene in &scenes {
         let outcome = look_at(arguments, scene);
         table.row(&outcome)?;
-        outcomes.push(outcome);
+        verdicts.push(outcome.verdict);
+        updated |= outcome.updated;
+        if arguments.report.is_some() {
+            pages.push(report_page::scene(&outcome));
+        }
     }
-    table.footer(&outcomes)?;
-    let is = |verdict: Verdict| outcomes.iter().any(|outcome| outcome.verdict == verdict);
+    table.footer(&verdicts)?;
+    if let Some(file) = &arguments.report {
+        let title = format!("lookat verify {}", arguments.folder.display());
+        write_file(file, page::page(&title, &pages).as_bytes()).map_err(|error| error.to_string())?;
+    }
     Ok(match () {
-        () if is(Verdict::Trouble) => crate::TROUBLE,
-        () => u8::from(is(Verdict::Differs) || outcomes.iter().any(|outcome| outcome.updated)),
+        () if verdicts.contains(&Verdict::Trouble) => crate::TROUBLE,
+        () => u8::from(updated || verdicts.contains(&Verdict::Differs)),
     })
 }
 

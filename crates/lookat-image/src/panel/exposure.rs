@@ -12,9 +12,9 @@ const FINE: RangeInclusive<f64> = 0.2..=2.0;
 /// Where the percentile of other pictures is brought.
 const AIM: f64 = 0.8;
 
-/// The whole number of stops that suits a picture; 0 for a black one. Pixels that are not finite do not
-/// count.
-pub(super) fn choose(pixels: &[[f32; 3]]) -> f64 {
+/// The exposure that suits a linear picture: a whole number of stops, 0 as a rule and for a black one. Pixels
+/// that are not finite do not count.
+pub fn suitable_exposure(pixels: &[[f32; 3]]) -> f64 {
     let finite = pixels.iter().filter(|pixel| is_finite(pixel)).count();
     // NaN ranks above all others.
     let brightness = |pixel: &[f32; 3]| {
@@ -43,7 +43,9 @@ mod tests {
 
     #[test]
     fn pictures_come_to_a_fine_brightness() {
-        let check = |value: f32, expected| assert_eq!(choose(&[[0.0, value, 0.0]; 50]), expected, "{value}");
+        let check = |value: f32, expected| {
+            assert_eq!(suitable_exposure(&[[0.0, value, 0.0]; 50]), expected, "{value}")
+        };
         check(0.2, 0.0);
         check(1.0, 0.0);
         check(2.0, 0.0);
@@ -63,7 +65,7 @@ mod tests {
         let mut pixels = vec![[0.1; 3]; 100];
         pixels[..5].fill([1000.0; 3]);
         pixels.extend([[f32::NAN; 3], [f32::INFINITY; 3]].repeat(100));
-        assert_eq!(choose(&pixels), 3.0);
+        assert_eq!(suitable_exposure(&pixels), 3.0);
     }
 
     #[test]

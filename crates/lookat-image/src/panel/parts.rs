@@ -39,22 +39,25 @@ impl Zoom {
 
 /// A picture as a display shows it, times `gain`. A box of `down` x `down` pixels becomes their mean.
 pub(super) fn shown(pixels: &[[f32; 3]], width: usize, down: usize, gain: f64) -> Canvas {
+    let means = box_means(pixels, width, down);
+    let linear: Vec<[f32; 3]> =
+        means.par_iter().map(|mean| mean.map(|x| (gain * f64::from(x)) as f32)).collect();
+    let color = |(mean, encoded): (&[f32; 3], &[f32; 3])| {
+        if is_finite(mean) { encoded.map(|x| (255.0 * x).round() as u8) } else { NOT_FINITE_COLOR }
+    };
+    let encoded = Encoded::from_linear(&linear).pixels;
+    Canvas { width: width.div_ceil(down), pixels: means.par_iter().zip(&encoded).map(color).collect() }
+}
+
+/// A smaller picture: the means of boxes of `side` x `side` pixels, those at the right and at the bottom of what
+/// is left. A pixel that is not finite makes its mean so.
+pub fn box_means(pixels: &[[f32; 3]], width: usize, side: usize) -> Vec<[f32; 3]> {
     let add = |sum: [f64; 4], pixel: [f32; 3]| {
         let [r, g, b] = pixel.map(f64::from);
         [sum[0] + r, sum[1] + g, sum[2] + b, sum[3] + 1.0]
     };
-    // What is not finite makes the mean so.
-    let means: Vec<[f64; 3]> = boxes(pixels, width, down, [0.0; 4], add)
-        .into_par_iter()
-        .map(|[r, g, b, count]| [r, g, b].map(|sum| sum / count))
-        .collect();
-    let linear: Vec<[f32; 3]> = means.par_iter().map(|mean| mean.map(|x| (gain * x) as f32)).collect();
-    let color = |(mean, encoded): (&[f64; 3], &[f32; 3])| {
-        let finite = mean.iter().all(|x| x.is_finite());
-        if finite { encoded.map(|x| (255.0 * x).round() as u8) } else { NOT_FINITE_COLOR }
-    };
-    let encoded = Encoded::from_linear(&linear).pixels;
-    Canvas { width: width.div_ceil(down), pixels: means.par_iter().zip(&encoded).map(color).collect() }
+    let sums = boxes(pixels, width, side, [0.0; 4], add);
+    sums.into_par_iter().map(|[r, g, b, count]| [r, g, b].map(|sum| (sum / count) as f32)).collect()
 }
 
 /// Differences in false color. A box of `down` x `down` pixels becomes the one of largest magnitude. Without

@@ -21,13 +21,7 @@ pub(super) struct Scale {
 impl Scale {
     /// The scale for these differences, of which those that are NaN do not count. `None` if all are 0.
     pub fn of(differences: &[f32]) -> Option<Scale> {
-        let count = |test: fn(&f32) -> bool| differences.par_iter().filter(|x| test(x)).count();
-        let (zero, other) = (count(|x| *x == 0.0), count(|x| *x != 0.0 && !x.is_nan()));
-        if other == 0 {
-            return None;
-        }
-        let rank = zero + nearest_rank(HELD, other);
-        let limit = round_up(ranked(differences.len(), |i| [differences[i]], rank).into());
+        let limit = difference_limit(differences)?;
         let beyond = |sign: f64| differences.par_iter().any(|&x| sign * f64::from(x) > limit * SLACK);
         Some(Scale { limit, beyond: [beyond(-1.0), beyond(1.0)] })
     }
@@ -55,6 +49,15 @@ pub(super) struct Tick {
     /// 0 at the negative end, 1 at the positive one.
     pub place: f64,
     pub text: String,
+}
+
+/// The difference that has the last color, 1, 2 or 5 times a power of ten: no less than 99.5 % of these, of
+/// which those that are 0 or NaN do not count. `None` if all are.
+pub fn difference_limit(differences: &[f32]) -> Option<f64> {
+    let count = |test: fn(&f32) -> bool| differences.par_iter().filter(|x| test(x)).count();
+    let (zero, other) = (count(|x| *x == 0.0), count(|x| *x != 0.0 && !x.is_nan()));
+    let rank = zero + nearest_rank(HELD, other);
+    (other > 0).then(|| round_up(ranked(differences.len(), |i| [differences[i]], rank).into()))
 }
 
 /// The least of 1, 2 and 5 times a power of ten that is not smaller than a positive number.

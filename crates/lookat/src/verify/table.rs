@@ -35,27 +35,18 @@ impl Table {
             return print(&as_json(outcome).to_string());
         }
         let columns = outcome.compared.as_ref().map_or(String::new(), columns);
-        let (name, verdict, reason) = (&outcome.name, outcome.verdict.name(), &outcome.reason);
+        let (name, verdict, reason) = (&outcome.name, outcome.verdict.word(), &outcome.reason);
         print(&format!("{name:width$} {verdict:7} {columns:40}  {reason}", width = self.width))
     }
 
-    pub fn footer(&self, outcomes: &[Outcome]) -> Result<(), String> {
-        let count = |verdict: Verdict| {
-            let count = outcomes.iter().filter(|outcome| outcome.verdict == verdict).count();
-            let words = match verdict {
-                Verdict::Agrees if count == 1 => "agrees",
-                Verdict::Agrees => "agree",
-                Verdict::Differs if count == 1 => "differs",
-                Verdict::Differs => "differ",
-                Verdict::New => "without a reference",
-                Verdict::Trouble => "in trouble",
-            };
-            (count > 0).then(|| format!("{count} {words}"))
+    pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), String> {
+        let count = |verdict: &Verdict| match verdicts.iter().filter(|other| *other == verdict).count() {
+            0 => None,
+            count => Some(format!("{count} {}", verdict.word_for(count))),
         };
-        let verdicts = [Verdict::Agrees, Verdict::Differs, Verdict::New, Verdict::Trouble];
-        let counts: Vec<String> = verdicts.into_iter().filter_map(count).collect();
-        let scenes = if outcomes.len() == 1 { "scene" } else { "scenes" };
-        let line = format!("{} {scenes}: {}", outcomes.len(), counts.join(", "));
+        let counts: Vec<String> = Verdict::ALL.iter().filter_map(count).collect();
+        let scenes = if verdicts.len() == 1 { "scene" } else { "scenes" };
+        let line = format!("{} {scenes}: {}", verdicts.len(), counts.join(", "));
         if self.json { Ok(()) } else { print(&line) }
     }
 }
@@ -85,7 +76,7 @@ fn as_json(outcome: &Outcome) -> Value {
     let compared = outcome.compared.as_ref();
     json!({
         "scene": outcome.name,
-        "verdict": outcome.verdict.name(),
+        "verdict": outcome.verdict.word(),
         "reason": outcome.reason,
         "updated": outcome.updated,
         "metrics": metrics,

@@ -1,0 +1,399 @@
+'use strict';
+
+// The page is complete without this script but for the pictures, the sorting and the controls.
+
+const GAP = 24; // pixels between the panes, as in the style
+const NARROWEST = 300; // pixels of a pane
+const TALLEST = 640;
+const KEPT = 4e6; // pixels of pictures that stay unpacked when they are out of view
+
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+const COLORS = JSON.parse(document.getElementById('colors').textContent);
+const main = document.querySelector('main');
+const bar = document.querySelector('.bar');
+const slider = document.getElementById('exposure');
+
+// Numbers --------------------------------------------------------------------------------------------------
+
+/** The number that each of the 65536 half floats is. */
+const HALF = Float32Array.from({ length: 65536 }, (_, bits) => {
+  const [sign, exponent, fraction] = [bits >> 15 ? -1 : 1, bits >> 10 & 31, bits & 1023];
+  if (exponent === 31) return fraction ? NaN : sign * Infinity;
+  return sign * (exponent ? (1 + fraction / 1024) * 2 ** (exponent - 15) : fraction * 2 ** -24);
+});
+
+/** The least linear value that sRGB rounds to each of its 256 levels. */
+const LEAST = Float64Array.from({ length: 257 }, (_, level) => {
+  const encoded = (level - 0.5) / 255;
+  if (level === 0 || level === 256) return level ? Infinity : -Infinity;
+  return encoded <= 0.04045 ? encoded / 12.92 : ((encoded + 0.055) / 1.055) ** 2.4;
+});
+
+/** The level at the start of each 65536th of 0..1. None has more than one level within. */
+const LEVEL = new Uint8Array(65536);
+for (let i = 0, level = 0; i < 65536; i++) {
+  while (i / 65536 >= LEAST[level + 1]) level++;
+  LEVEL[i] = level;
+}
+
+/** The sRGB level, 0..255, of a linear value. */
+function srgb(value) {
+  if (!(value > 0)) return 0;
+  if (value >= 1) return 255;
+  const level = LEVEL[value * 65536 | 0];
+  return value >= LEAST[level + 1] ? level + 1 : level;
+}
+
+/** A color as canvases have it in memory. */
+function rgba(red, green, blue) {
+  return (255 << 24 | blue << 16 | green << 8 | red) >>> 0;
+}
+
+const NOT_FINITE = rgba(...COLORS.notFinite);
+
+function isFinitePixel(values, at) {
+  const [red, green, blue] = [values[at], values[at + 1], values[at + 2]];
+  // Only of finite numbers are these 0.
+  return (red - red) + (green - green) + (blue - blue) === 0;
+}
+
+/** The colors of differences, from -scale to +scale. The middle one is that of 0. */
+const RAMP = Uint32Array.from({ length: 1025 }, (_, i) => {
+  const table = COLORS.difference;
+  const place = i / 1024 * (table.length - 1);
+  const before = Math.min(Math.floor(place), table.length - 2);
+  const mix = (a, c) => Math.round(a + (table[before + 1][c] - a) * (place - before));
+  return rgba(...table[before].map(mix));
+});
+
+/** A number to three digits: half floats have no more. */
+function digits(value) {
+  const size = Math.abs(value);
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? 'NaN' : value > 0 ? '\u221e' : '-\u221e';
+  if (size === 0 || size >= 100) return value.toFixed(0);
+  return size < 0.001 ? value.toExponential(2) : value.toPrecision(3);
+}
+
+// Pictures -------------------------------------------------------------------------------------------------
+
+/** The numbers of a scene: red, green and blue of each pixel. */
+async function unpack(text) {
+  const characters = atob(text);
+  const packed = new Uint8Array(characters.length);
+  for (let i = 0; i < packed.length; i++) packed[i] = characters.charCodeAt(i);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream('deflate'));
+  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+  // First all high bytes, then all low ones; in both the expected picture and then what is to be added.
+  const [all, count] = [bytes.length / 2, bytes.length / 4];
+  const half = (i) => HALF[bytes[i] << 8 | bytes[all + i]];
+  const [expected, actual, difference] = [1, 2, 3].map(() => new Float32Array(count));
+  for (let i = 0; i < count; i++) {
+    const added = half(count + i);
+    expected[i] = half(i);
+    // To what is not finite nothing can be added: there is the actual value itself.
+    const finite = Number.isFinite(expected[i]);
+    actual[i] = finite ? expected[i] + added : added;
+    difference[i] = finite ? added : NaN;
+  }
+  return { expected, actual, difference };
+}
+
+/** What the display gets of linear values. */
+function expose(values, gain, image) {
+  const colors = new Uint32Array(image.data.buffer);
+  for (let i = 0, at = 0; i < colors.length; i++, at += 3) {
+    const level = (c) => srgb(values[at + c] * gain);
+    colors[i] = isFinitePixel(values, at) ? rgba(level(0), level(1), level(2)) : NOT_FINITE;
+  }
+}
+
+/** The difference of the channel that differs most, in false color. */
+function paintDifference(viewer) {
+  const { width, height, scale, numbers: { difference } } = viewer;
+  const image = new ImageData(width, height);
+  const colors = new Uint32Array(image.data.buffer);
+  for (let i = 0, at = 0; i < colors.length; i++, at += 3) {
+    let most = difference[at];
+    if (Math.abs(difference[at + 1]) > Math.abs(most)) most = difference[at + 1];
+    if (Math.abs(difference[at + 2]) > Math.abs(most)) most = difference[at + 2];
+    const share = Math.min(Math.max(most / scale, -1), 1);
+    colors[i] = isFinitePixel(difference, at) ? RAMP[Math.round(512 + 512 * share)] : NOT_FINITE;
+  }
+  viewer.canvases.difference.getContext('2d').putImageData(image, 0, 0);
+}
+
+/** Expected left of a share of the width, actual beyond. */
+function paint(viewer, kind, percent) {
+  const { width, height, expected, actual } = viewer;
+  const split = Math.round(width * percent / 100);
+  const context = viewer.canvases[kind].getContext('2d');
+  if (split > 0) context.putImageData(expected, 0, 0, 0, 0, split, height);
+  if (split < width) context.putImageData(actual, 0, 0, split, 0, width - split, height);
+}
+
+function paintPictures(viewer) {
+  const gain = 2 ** (Number(slider.value) + viewer.stops);
+  expose(viewer.numbers.expected, gain, viewer.expected);
+  expose(viewer.numbers.actual, gain, viewer.actual);
+  paint(viewer, 'wipe', viewer.percent);
+  paint(viewer, 'expected', 100);
+  paint(viewer, 'actual', 0);
+}
+
+// Viewers --------------------------------------------------------------------------------------------------
+
+function makeViewer(element) {
+  const { number, ...measures } = element.dataset;
+  const viewer = { element, number, percent: 50, point: null, numbers: null, near: false, canvases: {} };
+  for (const [name, text] of Object.entries(measures)) viewer[name] = Number(text);
+  viewer.name = element.closest('article').querySelector('h2').textContent;
+  element.append(document.getElementById('viewer').content.cloneNode(true));
+  const thumbnails = document.querySelectorAll(`a[href="#scene-${number}"] img`);
+  for (const figure of element.querySelectorAll('figure')) {
+    const kind = figure.dataset.shows;
+    viewer.canvases[kind] = figure.querySelector('canvas');
+    figure.querySelector('img').src = thumbnails[kind === 'difference' ? 1 : 0].src;
+    const frame = figure.querySelector('.frame');
+    const label = kind === 'wipe' ? 'expected and actual' : kind;
+    frame.setAttribute('aria-label', `${viewer.name}, ${label}`);
+    listenToFrame(viewer, frame);
+  }
+  listenToWipe(viewer);
+  listenToScale(viewer);
+  read(viewer);
+  return viewer;
+}
+
+/** Unpacks and paints, if that is not done yet. */
+async function show(viewer) {
+  if (viewer.numbers || viewer.unpacking) return;
+  viewer.unpacking = true;
+  const numbers = await unpack(document.getElementById(`picture-${viewer.number}`).textContent);
+  viewer.unpacking = false;
+  if (!viewer.near) return;
+  const { width, height } = viewer;
+  viewer.numbers = numbers;
+  [viewer.expected, viewer.actual] = [new ImageData(width, height), new ImageData(width, height)];
+  for (const canvas of Object.values(viewer.canvases)) [canvas.width, canvas.height] = [width, height];
+  paintPictures(viewer);
+  paintDifference(viewer);
+  viewer.element.dataset.ready = '';
+}
+
+/** Gives the memory back. */
+function forget(viewer) {
+  viewer.numbers = viewer.expected = viewer.actual = null;
+  for (const canvas of Object.values(viewer.canvases)) canvas.width = canvas.height = 0;
+  delete viewer.element.dataset.ready;
+}
+
+/** Says what the numbers of the pixel under the pointer are. */
+function read(viewer) {
+  const { element, point, numbers, reduced } = viewer;
+  const reading = element.querySelector('.reading');
+  element.toggleAttribute('data-pointed', Boolean(point && numbers));
+  if (!point || !numbers) {
+    reading.textContent = 'Point at a picture to read its numbers.';
+    return;
+  }
+  element.style.setProperty('--x', point.x);
+  element.style.setProperty('--y', point.y);
+  const place = 3 * (point.y * viewer.width + point.x);
+  const part = (label, texts) => {
+    const span = document.createElement('span');
+    const name = document.createElement('small');
+    name.textContent = label;
+    span.append(name, texts.map((text) => ` ${text.padEnd(8)}`).join(''));
+    return span;
+  };
+  const pixel = (label, write) => part(label, Array.from(numbers[label].subarray(place, place + 3), write));
+  reading.replaceChildren(
+    part('x, y', [`${viewer.x + reduced * point.x}, ${viewer.y + reduced * point.y}`]),
+    pixel('expected', digits),
+    pixel('actual', digits),
+    pixel('difference', (value) => (value > 0 ? '+' : '') + digits(value)),
+  );
+}
+
+function pointAt(viewer, x, y) {
+  const within = (place, size) => Math.min(Math.max(place, 0), size - 1);
+  viewer.point = { x: within(x, viewer.width), y: within(y, viewer.height) };
+  read(viewer);
+}
+
+function listenToFrame(viewer, frame) {
+  const point = (event) => {
+    const box = frame.getBoundingClientRect();
+    const [x, y] = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
+    pointAt(viewer, Math.floor(x * viewer.width), Math.floor(y * viewer.height));
+  };
+  const leave = (event) => {
+    if (event.pointerType === 'touch') return;
+    viewer.point = null;
+    read(viewer);
+  };
+  frame.addEventListener('pointerdown', point);
+  frame.addEventListener('pointermove', point);
+  frame.addEventListener('pointerleave', leave);
+  frame.addEventListener('blur', leave);
+  frame.addEventListener('keydown', (event) => {
+    if (!(event.key in ARROWS)) return;
+    const [x, y] = ARROWS[event.key];
+    event.preventDefault();
+    const { x: atX, y: atY } = viewer.point ?? { x: viewer.width >> 1, y: viewer.height >> 1 };
+    const step = event.shiftKey ? 10 : 1;
+    pointAt(viewer, atX + step * x, atY + step * y);
+  });
+}
+
+function listenToWipe(viewer) {
+  const range = viewer.element.querySelector('input');
+  const frame = viewer.element.querySelector('[data-shows=wipe] .frame');
+  const wipe = () => {
+    viewer.percent = Number(range.value);
+    const split = Math.round(viewer.width * viewer.percent / 100);
+    viewer.element.style.setProperty('--split', split);
+    range.setAttribute('aria-valuetext', `${Math.round(viewer.percent)} % expected`);
+    if (viewer.numbers) paint(viewer, 'wipe', viewer.percent);
+  };
+  const drag = (event) => {
+    const box = frame.getBoundingClientRect();
+    range.value = 100 * (event.clientX - box.left) / box.width;
+    wipe();
+  };
+  range.setAttribute('aria-label', `${viewer.name}, how much of the expected picture is shown`);
+  range.addEventListener('input', wipe);
+  frame.addEventListener('pointerdown', (event) => {
+    if (event.button) return;
+    frame.setPointerCapture(event.pointerId);
+    drag(event);
+  });
+  frame.addEventListener('pointermove', (event) => {
+    if (frame.hasPointerCapture(event.pointerId)) drag(event);
+  });
+  // After a drag, the arrow keys go on with it.
+  frame.addEventListener('mousedown', (event) => {
+    event.preventDefault();
+    range.focus({ preventScroll: true });
+  });
+  wipe();
+}
+
+function listenToScale(viewer) {
+  const rescale = (factor) => {
+    viewer.scale *= factor;
+    const [least, most] = viewer.element.querySelectorAll('.scale output');
+    const text = String(Number(viewer.scale.toPrecision(3)));
+    least.textContent = `\u2212${text}`;
+    most.textContent = `+${text}`;
+    if (viewer.numbers) paintDifference(viewer);
+  };
+  viewer.element.querySelector('.finer').addEventListener('click', () => rescale(0.5));
+  viewer.element.querySelector('.coarser').addEventListener('click', () => rescale(2));
+  rescale(1);
+}
+
+/** Magnifies by whole numbers of device pixels where that does not waste much room. */
+function fit(viewers) {
+  document.documentElement.style.scrollPaddingTop = `${bar.offsetHeight}px`;
+  const view = document.body.dataset.view;
+  const fitting = Math.floor((main.clientWidth + GAP) / (NARROWEST + GAP));
+  const columns = Math.max(1, Math.min(fitting, { wipe: 2, side: 3, large: 1 }[view]));
+  const room = (main.clientWidth - GAP * (columns - 1)) / columns;
+  // On fine displays nobody sees that pixels are uneven.
+  const enough = devicePixelRatio < 2 ? 0.8 : 0.95;
+  const tallest = view === 'large' ? 0.8 * innerHeight : TALLEST;
+  for (const { element, width, height } of viewers) {
+    const most = Math.min(room, tallest * width / height);
+    const whole = Math.floor(most * devicePixelRatio / width) * width / devicePixelRatio;
+    const shown = whole > enough * most ? whole : most;
+    element.style.setProperty('--shown', `${shown}px`);
+    element.toggleAttribute('data-magnified', shown * devicePixelRatio >= width);
+  }
+}
+
+// The whole page -------------------------------------------------------------------------------------------
+
+function listenToBar(viewers) {
+  const label = document.getElementById('stops');
+  let asked = false;
+  const change = () => {
+    const stops = Number(slider.value);
+    const size = `${Math.abs(stops)} stop${Math.abs(stops) === 1 ? '' : 's'}`;
+    const text = (stops > 0 ? '+' : stops < 0 ? '\u2212' : '') + size;
+    label.textContent = text;
+    slider.setAttribute('aria-valuetext', text);
+    if (asked) return;
+    asked = true;
+    requestAnimationFrame(() => {
+      asked = false;
+      viewers.filter((viewer) => viewer.numbers).forEach(paintPictures);
+    });
+  };
+  slider.addEventListener('input', change);
+  bar.querySelector('button').addEventListener('click', () => {
+    slider.value = 0;
+    change();
+  });
+  for (const radio of bar.querySelectorAll('[name=view]')) {
+    radio.addEventListener('change', () => {
+      document.body.dataset.view = radio.value;
+      fit(viewers);
+    });
+  }
+  bar.hidden = false;
+  change();
+}
+
+/** Shows what is near the window. */
+function watch(viewers) {
+  const of = new Map(viewers.map((viewer) => [viewer.element, viewer]));
+  const pixels = (viewer) => viewer.numbers ? viewer.width * viewer.height : 0;
+  const kept = () => viewers.reduce((sum, viewer) => sum + pixels(viewer), 0);
+  const observer = new IntersectionObserver((entries) => {
+    for (const { target, isIntersecting } of entries) {
+      const viewer = of.get(target);
+      viewer.near = isIntersecting;
+      if (isIntersecting) show(viewer);
+      else if (viewer.numbers && kept() > KEPT) forget(viewer);
+    }
+  }, { rootMargin: '600px' });
+  for (const viewer of viewers) observer.observe(viewer.element);
+}
+
+/** Sorts rows, and the scenes below with them. What has no number comes last. */
+function sort(heading) {
+  const sorted = heading.getAttribute('aria-sort');
+  const descending = sorted ? sorted === 'ascending' : heading.cellIndex > 0;
+  for (const other of heading.parentElement.cells) other.removeAttribute('aria-sort');
+  heading.setAttribute('aria-sort', descending ? 'descending' : 'ascending');
+  const body = document.querySelector('tbody');
+  const rank = (row) => Number(row.cells[heading.cellIndex]?.dataset.rank || NaN);
+  const compare = heading.cellIndex === 0
+    ? (a, b) => a.cells[0].textContent.localeCompare(b.cells[0].textContent, 'en', { numeric: true })
+    : (a, b) => rank(a) - rank(b);
+  const known = (row) => heading.cellIndex === 0 || !Number.isNaN(rank(row));
+  const rows = [...body.rows];
+  const ranked = rows.filter(known).sort((a, b) => descending ? compare(b, a) : compare(a, b));
+  body.append(...ranked, ...rows.filter((row) => !known(row)));
+  main.append(...[...body.rows].map((row) => document.querySelector(row.querySelector('a').hash)));
+}
+
+function listenToTable() {
+  for (const heading of document.querySelectorAll('thead th')) {
+    heading.addEventListener('click', () => sort(heading));
+  }
+  document.querySelector('tbody').addEventListener('click', (event) => {
+    if (event.target.closest('a') || !getSelection().isCollapsed) return;
+    event.target.closest('tr')?.querySelector('a').click();
+  });
+}
+
+const viewers = [...document.querySelectorAll('.viewer')].map(makeViewer);
+const colors = COLORS.difference.map((color) => `rgb(${color})`);
+main.style.setProperty('--ramp', `linear-gradient(90deg, ${colors})`);
+fit(viewers);
+new ResizeObserver(() => fit(viewers)).observe(main);
+listenToBar(viewers);
+listenToTable();
+watch(viewers);

@@ -1,0 +1,304 @@
+//! The report as one page that needs nothing else: no network, no other file.
+
+mod picture;
+
+use std::cmp::Reverse;
+use std::fmt::Write;
+
+use super::Verdict;
+pub use picture::Picture;
+
+/// A number that says something about a scene.
+#[derive(Debug, Clone)]
+pub struct Figure {
+    pub name: String,
+    pub text: String,
+    /// What it is. May be empty.
+    pub meaning: String,
+    /// The larger, the worse; the table is sorted by it.
+    pub badness: f64,
+}
+
+impl Figure {
+    pub fn number(name: &str, value: f64, meaning: &str) -> Figure {
+        Figure { name: name.into(), text: short(value), meaning: meaning.into(), badness: value.abs() }
+    }
+
+    /// A number of which more is better.
+    pub fn likeness(name: &str, value: f64, meaning: &str) -> Figure {
+        Figure { badness: -value, ..Figure::number(name, value, meaning) }
+    }
+
+    /// A share, with its sign.
+    pub fn percent(name: &str, share: f64, meaning: &str) -> Figure {
+        let text = if share.is_nan() { short(share) } else { format!("{:+.3} %", 100.0 * share) };
+        let text = text.replace('-', "\u{2212}");
+        Figure { name: name.into(), text, meaning: meaning.into(), badness: share.abs() }
+    }
+}
+
+/// One scene of the report.
+#[derive(Debug, Clone)]
+pub struct PageScene {
+    pub name: String,
+    pub verdict: Verdict,
+    /// Why, in a sentence.
+    pub reason: String,
+    /// What the table has of it. The first one is what scenes are sorted by.
+    pub columns: Vec<Figure>,
+    /// What else there is to say.
+    pub details: Vec<Figure>,
+    /// `None` where there is nothing to show.
+    pub picture: Option<Picture>,
+}
+
+/// The page, in HTML.
+pub fn page(title: &str, scenes: &[PageScene]) -> String {
+    let mut scenes: Vec<&PageScene> = scenes.iter().collect();
+    let badness = |scene: &PageScene| scene.columns.first().map_or(f64::NEG_INFINITY, |first| first.badness);
+    scenes.sort_by(|a, b| badness(b).total_cmp(&badness(a)));
+    scenes.sort_by_key(|scene| Reverse(scene.verdict));
+    let columns = columns(&scenes);
+    let numbered = || scenes.iter().enumerate();
+    let colors = serde_json::json!({
+        "difference": lookat_image::DIFFERENCE_COLORS[..],
+        "notFinite": lookat_image::NOT_FINITE_COLOR,
+    });
+    fill(include_str!("page.html"), &|slot| match slot {
+        "title" => escape(title),
+        "style" => include_str!("page.css").into(),
+        "script" => include_str!("page.js").into(),
+        "counts" => counts(&scenes),
+        "headings" => columns.iter().map(|name| heading(name)).collect(),
+        "rows" => numbered().map(|(number, scene)| row(number, scene, &columns)).collect(),
+        "scenes" => numbered().map(|(number, scene)| article(number, scene)).collect(),
+        "pictures" => numbered().map(|(number, scene)| data(number, scene)).collect(),
+        "colors" => colors.to_string(),
+        "version" => env!("CARGO_PKG_VERSION").into(),
+        _ => String::new(),
+    })
+}
+
+/// A template with each `{{slot}}` filled.
+fn fill(template: &str, content: &dyn Fn(&str) -> String) -> String {
+    let mut parts = template.split("{{");
+    let mut text = parts.next().unwrap_or_default().to_string();
+    for part in parts {
+        let (slot, rest) = part.split_once("}}").unwrap_or((part, ""));
+        text += &content(slot);
+        text += rest;
+    }
+    text
+}
+
+/// Text for HTML, within elements and attributes.
+fn escape(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            _ => out.push(character),
+        }
+    }
+    out
+}
+
+/// A number to four digits.
+fn short(value: f64) -> String {
+    let magnitude = value.abs();
+    let text = if value.is_nan() {
+        "\u{2013}".into()
+    } else if value.is_infinite() {
+        "\u{221e}".into()
+    } else if value == value.round() && magnitude < 1e9 {
+        format!("{value:.0}")
+    } else if (1e-4..1e6).contains(&magnitude) {
+        let decimals = 3 - magnitude.log10().floor() as i32;
+        format!("{value:.*}", decimals.max(0) as usize)
+    } else {
+        format!("{value:.2e}")
+    };
+    text.replace('-', "\u{2212}")
+}
+
+/// "20 scenes: 18 agree, 1 differs, 1 trouble".
+fn counts(scenes: &[&PageScene]) -> String {
+    let count = |verdict| scenes.iter().filter(|scene| scene.verdict == verdict).count();
+    let one = |verdict: Verdict| match count(verdict) {
+        0 => None,
+        count => {
+            Some(format!("<span class=\"{}\">{count} {}</span>", verdict.word(), verdict.word_for(count)))
+        }
+    };
+    let counts: Vec<String> = Verdict::ALL.into_iter().filter_map(one).collect();
+    let scenes = scenes.len();
+    format!("{scenes} scene{}: {}", if scenes == 1 { "" } else { "s" }, counts.join(", "))
+}
+
+/// The names of all columns, in the order in which the scenes have them.
+fn columns<'a>(scenes: &[&'a PageScene]) -> Vec<&'a str> {
+    let mut names = Vec::new();
+    for figure in scenes.iter().flat_map(|scene| &scene.columns) {
+        if !names.contains(&figure.name.as_str()) {
+            names.push(figure.name.as_str());
+        }
+    }
+    names
+}
+
+fn heading(name: &str) -> String {
+    format!("<th scope=\"col\"><button>{}</button></th>", escape(name))
+}
+
+fn badge(verdict: Verdict) -> String {
+    let word = verdict.word();
+    format!(
+        "<span class=\"badge {word}\"><svg aria-hidden=\"true\"><use href=\"#{word}\"/></svg>{word}</span>"
+    )
+}
+
+fn row(number: usize, scene: &PageScene, columns: &[&str]) -> String {
+    let mut row = format!("<tr><th scope=\"row\"><a href=\"#scene-{number}\"><span class=\"thumbnails\">");
+    for png in scene.picture.iter().flat_map(|picture| &picture.thumbnails) {
+        let _ = write!(row, "<img alt=\"\" src=\"data:image/png;base64,{png}\">");
+    }
+    let (name, reason) = (escape(&scene.name), escape(&scene.reason));
+    let _ = write!(row, "</span>{name}</a></th>");
+    let _ = write!(
+        row,
+        "<td data-rank=\"{}\" title=\"{reason}\">{}</td>",
+        scene.verdict as u8,
+        badge(scene.verdict)
+    );
+    if scene.columns.is_empty() {
+        let _ = write!(row, "<td class=\"why\" colspan=\"{}\">{reason}</td>", columns.len().max(1));
+        return row + "</tr>\n";
+    }
+    for name in columns {
+        row += &scene.columns.iter().find(|figure| figure.name == *name).map_or("<td></td>".into(), cell);
+    }
+    row + "</tr>\n"
+}
+
+fn cell(figure: &Figure) -> String {
+    // As JavaScript writes infinity.
+    let rank = figure.badness.to_string().replace("inf", "Infinity").replace("NaN", "");
+    format!("<td data-rank=\"{rank}\" title=\"{}\">{}</td>", escape(&figure.meaning), escape(&figure.text))
+}
+
+fn article(number: usize, scene: &PageScene) -> String {
+    let (name, reason, badge) = (escape(&scene.name), escape(&scene.reason), badge(scene.verdict));
+    let mut article =
+        format!("<article id=\"scene-{number}\"><h2>{name}</h2><p class=\"reason\">{badge} {reason}</p>\n");
+    if let Some(picture) = &scene.picture {
+        article += &viewer(number, picture);
+        let _ = writeln!(article, "<p class=\"remark\">{}</p>", remarks(picture).join(" "));
+    }
+    article += "<dl class=\"figures\">";
+    for Figure { name, text, meaning, .. } in scene.columns.iter().chain(&scene.details) {
+        let (name, text, meaning) = (escape(name), escape(text), escape(meaning));
+        let _ = write!(article, "<div><dt>{name}</dt><dd>{text}</dd><dd>{meaning}</dd></div>");
+    }
+    article + "</dl></article>\n"
+}
+
+/// The place of the pictures, which the script fills.
+fn viewer(number: usize, picture: &Picture) -> String {
+    let Picture { width, height, corner: [x, y], reduced, stops, scale, .. } = picture;
+    format!(
+        "<div class=\"viewer\" data-number=\"{number}\" data-width=\"{width}\" data-height=\"{height}\" \
+         data-x=\"{x}\" data-y=\"{y}\" data-reduced=\"{reduced}\" data-stops=\"{stops}\" \
+         data-scale=\"{scale:e}\" style=\"--across:{width};--down:{height}\"></div>\n"
+    )
+}
+
+/// What must be known about the pictures to read them right.
+fn remarks(picture: &Picture) -> Vec<String> {
+    let Picture { reduced, left_out, stops, .. } = picture;
+    let minus = |number: i32| format!("{number:+}").replace('-', "\u{2212}");
+    let remarks = [
+        (*reduced > 1).then(|| {
+            format!("Shown at 1/{reduced} size: each pixel is the mean of {reduced} \u{d7} {reduced}.")
+        }),
+        (*stops != 0)
+            .then(|| format!("Exposure 0 is {} stops here, to make the picture visible.", minus(*stops))),
+        (*left_out > 0)
+            .then(|| format!("Pixels that only one of the pictures has are left out: {left_out}.")),
+        (!picture.finite).then(|| "Magenta: infinite or not a number.".into()),
+    ];
+    remarks.into_iter().flatten().collect()
+}
+
+fn data(number: usize, scene: &PageScene) -> String {
+    scene.picture.as_ref().map_or(String::new(), |picture| {
+        format!("<script type=\"text/plain\" id=\"picture-{number}\">{}</script>\n", picture.data)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene(name: &str, verdict: Verdict, error: f64) -> PageScene {
+        PageScene {
+            name: name.into(),
+            verdict,
+            reason: name.into(),
+            columns: vec![Figure::percent("error", error, name)],
+            details: vec![Figure::number(name, 1.0, name)],
+            picture: None,
+        }
+    }
+
+    #[test]
+    fn text_stays_text() {
+        let hostile = "</script></style><b a='1' c=\"2\">&amp; {{rows}}";
+        let page = page(hostile, &[scene(hostile, Verdict::Differs, 0.5)]);
+        assert!(!page.contains("<b a=") && !page.contains("c=\"2\""));
+        // Title and heading; name and reason in row and scene, the meaning in both, the detail.
+        let escaped =
+            "&lt;/script&gt;&lt;/style&gt;&lt;b a=&#39;1&#39; c=&quot;2&quot;&gt;&amp;amp; {{rows}}";
+        assert_eq!(page.matches(escaped).count(), 2 + 4 + 2 + 2);
+    }
+
+    #[test]
+    fn nothing_is_fetched() {
+        let page = page("title", &[scene("a", Verdict::Agrees, 0.0)]);
+        assert!(!page.contains("//fonts") && !page.contains("http:") && !page.contains("https:"));
+        assert!(!include_str!("page.js").contains("</") && !include_str!("page.css").contains("</"));
+    }
+
+    #[test]
+    fn the_worst_comes_first() {
+        let scenes = [
+            scene("a", Verdict::Agrees, 0.1),
+            scene("b", Verdict::Differs, 0.2),
+            scene("c", Verdict::Differs, -0.3),
+            PageScene { columns: vec![], ..scene("d", Verdict::Trouble, 0.0) },
+        ];
+        let page = page("title", &scenes);
+        let place = |name: &str| page.find(&format!("<h2>{name}</h2>")).unwrap();
+        assert!(place("c") < place("b") && place("b") < place("d") && place("d") < place("a"));
+        let counts = "4 scenes: <span class=\"agrees\">1 agrees</span>, <span class=\"differs\">2 differ</span>, \
+                      <span class=\"trouble\">1 in trouble</span></p>";
+        assert!(page.contains(counts));
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let check = |value, text| assert_eq!(Figure::number("", value, "").text, text);
+        check(0.0, "0");
+        check(256.0, "256");
+        check(0.012_345_6, "0.01235");
+        check(-36.521_7, "\u{2212}36.52");
+        check(3e-9, "3.00e\u{2212}9");
+        check(f64::INFINITY, "\u{221e}");
+        check(f64::NAN, "\u{2013}");
+        assert_eq!(Figure::percent("", -0.001_23, "").text, "\u{2212}0.123 %");
+        assert_eq!(Figure::likeness("", 0.9, "").badness, -0.9);
+    }
+}

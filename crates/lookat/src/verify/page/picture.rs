@@ -1,0 +1,227 @@
+//! A pair of pictures as the page holds it: half floats, so that the exposure can be chosen there.
+
+use std::io::Write;
+
+use base64::prelude::{BASE64_STANDARD, Engine};
+use flate2::{Compression, write::ZlibEncoder};
+use half::f16;
+use lookat_image::{
+    Aligned, Encoded, NOT_FINITE_COLOR, box_means, difference_color, difference_limit, suitable_exposure,
+};
+
+/// The most pixels that the page has of a picture. Of a larger one it has the means of boxes.
+const MOST_PIXELS: usize = 1 << 20;
+/// The longer side of a thumbnail, at most.
+const THUMBNAIL: usize = 96;
+
+/// Expected and actual picture, ready for the page.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    pub width: usize,
+    pub height: usize,
+    /// Where the first pixel lies in the full picture.
+    pub corner: [i32; 2],
+    /// How many pixels of the pictures are one here, each way.
+    pub reduced: usize,
+    /// How many pixels only one of the pictures has.
+    pub left_out: u64,
+    /// Whether all pixels are finite.
+    pub finite: bool,
+    /// Stops that make the picture visible; 0 as a rule.
+    pub stops: i32,
+    /// The difference that has the last color.
+    pub scale: f64,
+    /// Both pictures, packed, in base64.
+    pub data: String,
+    /// PNG files of the actual picture and of the difference, in base64.
+    pub thumbnails: [String; 2],
+}
+
+impl Picture {
+    /// Packs the pictures.
+    pub fn new(pair: &Aligned) -> Picture {
+        let full = Pixels::of(pair);
+        let reduced = (1..).find(|&side| full.reduced_area(side) <= MOST_PIXELS).unwrap_or(1);
+        let pixels = full.reduce(reduced);
+        let stops = suitable_exposure(&pixels.expected) as i32;
+        let differences: Vec<f32> = pixels.difference.iter().map(largest).collect();
+        let scale = difference_limit(&differences).unwrap_or(1.0);
+        let small = pixels.reduce(pixels.width.max(pixels.height).div_ceil(THUMBNAIL));
+        Picture {
+            width: pixels.width,
+            height: pixels.height,
+            corner: [pair.window.x, pair.window.y],
+            reduced,
+            left_out: pair.left_out,
+            finite: pixels.expected.iter().chain(&pixels.difference).flatten().all(|value| value.is_finite()),
+            stops,
+            scale,
+            data: pixels.pack(),
+            thumbnails: [small.actual_png(stops), small.difference_png(scale)],
+        }
+    }
+}
+
+/// The expected picture, and what to add to it to have the actual one.
+struct Pixels {
+    width: usize,
+    height: usize,
+    expected: Vec<[f32; 3]>,
+    /// Actual minus expected, and actual where expected is not finite.
+    difference: Vec<[f32; 3]>,
+}
+
+impl Pixels {
+    fn of(pair: &Aligned) -> Pixels {
+        let minus = |a: f32, e: f32| if e.is_finite() { a - e } else { a };
+        let both = pair.actual.iter().zip(&pair.expected);
+        Pixels {
+            width: pair.window.width as usize,
+            height: pair.window.height as usize,
+            expected: pair.expected.clone(),
+            difference: both.map(|(a, e)| std::array::from_fn(|c| minus(a[c], e[c]))).collect(),
+        }
+    }
+
+    fn reduced_area(&self, side: usize) -> usize {
+        self.width.div_ceil(side) * self.height.div_ceil(side)
+    }
+
+    /// The means of boxes of `side` by `side` pixels.
+    fn reduce(&self, side: usize) -> Pixels {
+        Pixels {
+            width: self.width.div_ceil(side),
+            height: self.height.div_ceil(side),
+            expected: box_means(&self.expected, self.width, side),
+            difference: box_means(&self.difference, self.width, side),
+        }
+    }
+
+    /// Red, green and blue of all pixels, expected and then difference, as half floats: first their high bytes and
+    /// then their low ones, which makes the packed text shorter.
+    fn pack(&self) -> String {
+        let values = self.expected.iter().chain(&self.difference).flatten();
+        let (high, low): (Vec<u8>, Vec<u8>) = values.map(|value| half(*value).to_be_bytes().into()).unzip();
+        let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
+        // Writing to memory does not fail.
+        let _ = packed.write_all(&high).and_then(|()| packed.write_all(&low));
+        BASE64_STANDARD.encode(packed.finish().unwrap_or_default())
+    }
+
+    /// What a display shows of the actual picture.
+    fn actual_png(&self, stops: i32) -> String {
+        let gain = 2_f32.powi(stops);
+        let plus = |e: f32, d: f32| gain * if e.is_finite() { e + d } else { d };
+        let both = self.expected.iter().zip(&self.difference);
+        let actual: Vec<[f32; 3]> = both.map(|(e, d)| std::array::from_fn(|c| plus(e[c], d[c]))).collect();
+        let shown = Encoded::from_linear(&actual).pixels;
+        let bytes = shown.iter().zip(&actual).map(|(shown, actual)| match is_finite(actual) {
+            true => shown.map(|value| (255.0 * value).round() as u8),
+            false => NOT_FINITE_COLOR,
+        });
+        self.png(bytes)
+    }
+
+    fn difference_png(&self, scale: f64) -> String {
+        self.png(self.difference.iter().map(|pixel| difference_color(f64::from(largest(pixel)) / scale)))
+    }
+
+    fn png(&self, pixels: impl Iterator<Item = [u8; 3]>) -> String {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
+        encoder.set_color(png::ColorType::Rgb);
+        let bytes: Vec<u8> = pixels.flatten().collect();
+        // Nor does this.
+        let _ = encoder.write_header().and_then(|mut writer| writer.write_image_data(&bytes));
+        BASE64_STANDARD.encode(file)
+    }
+}
+
+fn is_finite(pixel: &[f32; 3]) -> bool {
+    pixel.iter().all(|value| value.is_finite())
+}
+
+/// The nearest half float. Only what is infinite becomes infinite.
+fn half(value: f32) -> f16 {
+    let largest = f16::MAX.to_f32();
+    f16::from_f32(if value.is_finite() { value.clamp(-largest, largest) } else { value })
+}
+
+/// The difference of the channel that differs most.
+fn largest(pixel: &[f32; 3]) -> f32 {
+    let beyond =
+        |most: f32, value: f32| if value.abs() > most.abs() || value.is_nan() { value } else { most };
+    if is_finite(pixel) { pixel.iter().copied().fold(0.0, beyond) } else { f32::NAN }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use flate2::read::ZlibDecoder;
+    use lookat_image::Window;
+
+    use super::*;
+
+    fn pair(width: u32, actual: &[f32], expected: &[f32]) -> Aligned {
+        let gray = |values: &[f32]| values.iter().map(|value| [*value; 3]).collect();
+        let window = Window { x: 3, y: -2, width, height: actual.len() as u32 / width };
+        Aligned {
+            window,
+            actual: gray(actual),
+            expected: gray(expected),
+            actual_errors: None,
+            expected_errors: None,
+            left_out: 0,
+        }
+    }
+
+    /// The first channel of all pixels, expected and then difference.
+    fn unpacked(picture: &Picture) -> Vec<f32> {
+        let packed = BASE64_STANDARD.decode(&picture.data).unwrap();
+        let mut bytes = Vec::new();
+        ZlibDecoder::new(&packed[..]).read_to_end(&mut bytes).unwrap();
+        let (high, low) = bytes.split_at(bytes.len() / 2);
+        let values = high.iter().zip(low).map(|(high, low)| f16::from_be_bytes([*high, *low]).to_f32());
+        values.step_by(3).collect()
+    }
+
+    #[test]
+    fn small_differences_stay_exact() {
+        let picture = Picture::new(&pair(2, &[1000.001, 0.5], &[1000.0, 0.25]));
+        let values = unpacked(&picture);
+        assert_eq!([values[0], values[1], values[3]], [1000.0, 0.25, 0.25]);
+        assert!((values[2] - 0.001).abs() < 5e-5, "{}", values[2]);
+        assert_eq!((picture.corner, picture.reduced, picture.finite), ([3, -2], 1, true));
+    }
+
+    #[test]
+    fn only_what_is_infinite_is_infinite() {
+        let (huge, inf) = (1e30, f32::INFINITY);
+        let picture = Picture::new(&pair(4, &[huge, inf, 7.0, 0.0], &[0.0, 0.0, inf, -huge]));
+        assert_eq!(unpacked(&picture), [0.0, 0.0, inf, -65504.0, 65504.0, inf, 7.0, 65504.0]);
+        assert!(!picture.finite);
+    }
+
+    #[test]
+    fn large_pictures_are_reduced_by_means() {
+        let columns = |width: usize| (0..width * 1025).map(move |i| (i % width) as f32).collect::<Vec<_>>();
+        let picture = Picture::new(&pair(1025, &vec![0.0; 1025 * 1025], &columns(1025)));
+        assert_eq!((picture.width, picture.height, picture.reduced), (513, 513, 2));
+        let values = unpacked(&picture);
+        // The last box of a row is half as wide.
+        assert_eq!(values[..2], [0.5, 2.5]);
+        assert_eq!(values[511..514], [1022.5, 1024.0, 0.5]);
+    }
+
+    #[test]
+    fn thumbnails_are_small_pictures() {
+        let picture = Picture::new(&pair(200, &[0.25; 200 * 3], &[0.0; 200 * 3]));
+        let png = BASE64_STANDARD.decode(&picture.thumbnails[0]).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        let frame = reader.next_frame(&mut bytes).unwrap();
+        assert_eq!((frame.width, frame.height), (67, 1));
+        assert!(bytes.iter().all(|byte| *byte == 137));
+    }
+}
