@@ -144,7 +144,10 @@ fn what_cannot_be_compared_is_trouble() {
         ("cut.exr", "cut.exr is damaged"),
         ("text.exr", "text.exr is not what its ending says"),
         ("huge.exr", "huge.exr is damaged"),
-        ("red.exr", "the first picture has neither the channels R, G and B nor Y: it has R"),
+        (
+            "red.exr",
+            "the first picture has neither the channels R, G and B nor Y: choose one of its layers by --layer NAME: R",
+        ),
         ("nothing.exr", "cannot read nothing.exr"),
         ("smooth.gif", "cannot read smooth.gif"),
     ] {
@@ -202,4 +205,28 @@ fn the_picture_shows_both_and_their_difference() {
     assert!(Image::read(&folder.path("broken.png")).unwrap().rgb().unwrap().iter().any(magenta));
     let (status, _, err) = folder.compare(&["brighter.exr", "smooth.exr", "--picture", "none/out.png"]);
     assert!(status == 2 && err.contains("none/out.png"), "{err}");
+}
+
+/// A layer of an EXR file, against another file's or a picture of its own.
+#[test]
+fn layers_are_chosen_by_name() {
+    let folder = Folder::new();
+    folder.write_noisy("a.exr", 0.0);
+    folder.write("error.exr", WINDOW, &[[0.01; 3]; 192]);
+    Image::read(&folder.path("error.exr")).unwrap().write(&folder.path("error.pfm")).unwrap();
+    let compare = |pair: [&str; 2], layer: &str| {
+        folder.compare(&[&pair[..], &["--layer", layer, "--max", "max=0"]].concat())
+    };
+    assert_eq!(compare(["a.exr", "a.exr"], "stderr").0, 0);
+    assert_eq!(compare(["a.exr", "error.pfm"], "stderr").0, 0);
+    assert_eq!(compare(["a.exr", "error.pfm"], "stderr.G").0, 0);
+    assert_eq!(compare(["a.exr", "error.pfm"], "count.samples").0, 1);
+    let (status, _, err) = compare(["a.exr", "error.pfm"], "albedo");
+    assert_eq!(status, 2);
+    assert!(
+        err.contains(
+            "a.exr: it has no layer `albedo`; its layers are count.replicates, count.samples, stderr"
+        ),
+        "{err}"
+    );
 }

@@ -1,5 +1,6 @@
 //! Brings two pictures to the pixels that both have.
 
+use crate::error::listed;
 use crate::{Image, PixelError, Window};
 
 /// The pixels that two pictures share.
@@ -28,12 +29,12 @@ pub enum AlignError {
     /// The data windows do not overlap.
     #[error("the data windows of the two pictures have no pixel in common")]
     Apart,
-    /// A picture has neither R, G and B nor Y.
-    #[error("the {0} picture has neither the channels R, G and B nor Y: it has {1}")]
+    /// A picture has neither R, G and B nor Y. Says which of the two, and what there is instead.
+    #[error("the {0} picture has neither the channels R, G and B nor Y: {1}")]
     Channels(&'static str, String),
 }
 
-/// The pixels that both pictures have, by their data windows.
+/// The pixels that both pictures have, by their data windows. Alpha takes no part.
 ///
 /// Fails if the display windows differ in size, the data windows do not overlap, or a picture has no colors.
 pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
@@ -43,11 +44,8 @@ pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
     }
     let window = common(actual.data_window, expected.data_window).ok_or(AlignError::Apart)?;
     let left_out = actual.data_window.area() + expected.data_window.area() - 2 * window.area();
-    let colors = |image: &Image, which| {
-        let names =
-            || image.channels.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(", ");
-        image.rgb().ok_or_else(|| AlignError::Channels(which, names()))
-    };
+    let colors =
+        |image: &Image, which| image.rgb().ok_or_else(|| AlignError::Channels(which, instead(image)));
     let errors = |image: &Image| image.errors().map(|errors| cut(errors, image.data_window, window));
     Ok(Aligned {
         window,
@@ -57,6 +55,16 @@ pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
         expected: cut(colors(expected, "second")?, expected.data_window, window),
         left_out,
     })
+}
+
+/// What a picture without colors has, or how to choose from its file.
+fn instead(image: &Image) -> String {
+    if image.layers.is_empty() {
+        let names: Vec<&str> = image.channels.iter().map(|channel| channel.name.as_str()).collect();
+        format!("it has {}", listed(&names))
+    } else {
+        format!("choose one of its layers by --layer NAME: {}", listed(&image.layers))
+    }
 }
 
 /// What both windows cover.
@@ -115,5 +123,9 @@ mod tests {
         let mut d = a.clone();
         d.channels.iter_mut().for_each(|channel| channel.name += "2");
         assert!(align(&d, &a).unwrap_err().to_string().contains("it has R2, G2, B2"));
+        d.layers = vec!["albedo".into(), "N.X".into()];
+        let expected = "the second picture has neither the channels R, G and B nor Y: choose one of its \
+                        layers by --layer NAME: albedo, N.X";
+        assert_eq!(align(&a, &d).unwrap_err().to_string(), expected);
     }
 }

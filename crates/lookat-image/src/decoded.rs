@@ -1,36 +1,45 @@
 //! Pictures of 8 and 16 bits and Radiance HDR, as another library decodes them.
 
-use std::io::{BufRead, Seek};
+use std::io::{BufRead, Seek, SeekFrom};
 use std::path::Path;
 
-use ::image::{ImageFormat, ImageReader, Limits};
+use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::{Fault, pixel_count};
 use crate::{Image, Window};
 
-/// The formats that are read here, by their endings.
-const FORMATS: [(&str, ImageFormat); 5] = [
-    ("png", ImageFormat::Png),
-    ("tga", ImageFormat::Tga),
-    ("jpg", ImageFormat::Jpeg),
-    ("jpeg", ImageFormat::Jpeg),
-    ("hdr", ImageFormat::Hdr),
+/// The formats that are read here, by their endings, with a bound for the bytes of pixels that one byte of a
+/// file can stand for. PNG shrinks to 1/1032 what may be 1 bit for 32; a row of HDR may be a color and a
+/// count.
+const FORMATS: [(&str, ImageFormat, u64); 5] = [
+    ("png", ImageFormat::Png, 1 << 16),
+    ("tga", ImageFormat::Tga, 1 << 10),
+    ("jpg", ImageFormat::Jpeg, 1 << 11),
+    ("jpeg", ImageFormat::Jpeg, 1 << 11),
+    ("hdr", ImageFormat::Hdr, 1 << 16),
 ];
 
 /// Reads R, G and B. Values of integer formats are taken from the sRGB curve to linear ones; alpha is left out.
-pub(crate) fn read(input: impl BufRead + Seek, path: &Path) -> Result<Image, Fault> {
+pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path) -> Result<Image, Fault> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let Some((_, format)) = FORMATS.iter().find(|(known, _)| *known == ending) else {
+    let Some((_, format, densest)) = FORMATS.iter().find(|(known, ..)| *known == ending) else {
         return Err(Fault::Unfit("lookat reads exr, pfm, png, tga, jpg and hdr".into()));
     };
+    let linear = *format == ImageFormat::Hdr;
+    let length = input.seek(SeekFrom::End(0))?;
+    input.rewind()?;
     let mut reader = ImageReader::with_format(input, *format);
     let mut limits = Limits::default();
     limits.max_alloc = Some(4 << 30);
     reader.limits(limits);
-    let decoded = reader.decode().map_err(fault)?.into_rgb32f();
-    let (width, height) = decoded.dimensions();
+    let decoder = reader.into_decoder().map_err(fault)?;
+    let (width, height) = decoder.dimensions();
     pixel_count(width.into(), height.into())?;
-    let linear = *format == ImageFormat::Hdr;
+    // The memory is taken before the pixels are read.
+    if decoder.total_bytes() > length.saturating_mul(*densest) {
+        return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
+    }
+    let decoded = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f();
     let pixels: Vec<[f32; 3]> =
         decoded.pixels().map(|pixel| if linear { pixel.0 } else { pixel.0.map(from_srgb) }).collect();
     let window = Window { x: 0, y: 0, width, height };
@@ -40,7 +49,7 @@ pub(crate) fn read(input: impl BufRead + Seek, path: &Path) -> Result<Image, Fau
 fn fault(error: ::image::ImageError) -> Fault {
     match error {
         ::image::ImageError::IoError(error) => error.into(),
-        ::image::ImageError::Decoding(error) => Fault::Damaged(error.to_string()),
+        ::image::ImageError::Decoding(error) => Fault::Damaged(error.to_string().trim_end().into()),
         error => Fault::Unfit(error.to_string()),
     }
 }

@@ -22,7 +22,7 @@ pub enum ImageError {
         /// Lower case, or the words of the operating system; no full stop.
         reason: String,
     },
-    /// The file system refused, or the file is of a kind that lookat does not read.
+    /// The file system refused, or the file is of a kind that lookat does not read, or has no such layer.
     #[error("cannot read {}: {reason}", path.display())]
     Read {
         /// The path as it was given.
@@ -104,6 +104,18 @@ pub(crate) fn pixel_count(width: u64, height: u64) -> Result<usize, Fault> {
             "{width} x {height} pixels are more than the {LIMIT} that lookat reads"
         ))),
     }
+}
+
+/// The names as a message shows them.
+pub(crate) fn listed(names: &[impl AsRef<str>]) -> String {
+    const MOST: usize = 20;
+    let shown: Vec<String> =
+        names.iter().take(MOST).map(|name| name.as_ref().escape_debug().to_string()).collect();
+    let more = match names.len().saturating_sub(MOST) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    shown.join(", ") + &more
 }
 
 /// The words of the operating system without its number for them.

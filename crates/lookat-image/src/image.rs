@@ -52,6 +52,9 @@ pub struct Image {
     /// A JSON text that goes along in EXR and PNG, under the name "lookat"; TGA and PFM have no place for it.
     /// It is not parsed here.
     pub metadata: Option<String>,
+    /// The names that [`Image::read_layer`] takes for the EXR file from which this was read; none for other
+    /// pictures. They are not written.
+    pub layers: Vec<String>,
 }
 
 impl Image {
@@ -63,7 +66,13 @@ impl Image {
             .iter()
             .enumerate()
             .map(|(i, name)| Channel { name: name.to_string(), samples: plane(i) });
-        Image { data_window, display_window, channels: channels.collect(), metadata: None }
+        Image {
+            data_window,
+            display_window,
+            channels: channels.collect(),
+            metadata: None,
+            layers: Vec::new(),
+        }
     }
 
     /// The samples of the channel with this name; case counts.
@@ -72,7 +81,7 @@ impl Image {
     }
 
     /// Linear red, green and blue of each pixel of the data window: the channels R, G and B, or else Y three
-    /// times. `None` if the picture has neither.
+    /// times. Alpha takes no part. `None` if the picture has neither.
     pub fn rgb(&self) -> Option<Vec<[f32; 3]>> {
         let (r, g, b) = match self.color_planes() {
             Some([r, g, b]) => (r, g, b),
@@ -104,20 +113,44 @@ impl Image {
 
     /// Reads an EXR, PFM, PNG, TGA, JPEG or Radiance HDR file, as its extension says.
     ///
-    /// Integer formats are taken from the sRGB curve to linear values, without their alpha. Of an EXR file it takes the first layer that has R, G and B or Y, or else the first one, with all its
-    /// channels as 32-bit float. A PFM file gives R, G and B or Y; its scale is multiplied in.
+    /// Integer formats are taken from the sRGB curve to linear values, without their alpha. A PFM file gives R,
+    /// G and B or Y; its scale is multiplied in. Of an EXR file this takes the first part that has R, G and B or
+    /// Y, with all its channels as 32-bit float. If there is none, but only one layer with such channels, it is
+    /// read as by [`Image::read_layer`]; if there are several layers or no colors, it takes the first part.
     ///
     /// # Errors
     ///
     /// [`ImageError::Read`] if the file system refuses, the format is another one, the picture claims more than
-    /// 2^28 pixels, or an EXR file has deep data, subsampled channels or DWA compression;
-    /// [`ImageError::NotThatFormat`] and [`ImageError::Damaged`] for contents that are not right.
+    /// 2^28 pixels, or what is to be read of an EXR file has deep data, subsampled channels, or DWA or HTJ2K
+    /// compression; [`ImageError::NotThatFormat`] and [`ImageError::Damaged`] for contents that are not right.
     pub fn read(path: &Path) -> Result<Image, ImageError> {
-        let open = || File::open(path).map(BufReader::new);
+        let open = || File::open(path).map(BufReader::new).map_err(Fault::from);
         let result = match Format::from_path(path) {
-            Some(Format::Exr) => open().map_err(Fault::from).and_then(exr::read),
-            Some(Format::Pfm) => open().map_err(Fault::from).and_then(pfm::read),
-            _ => open().map_err(Fault::from).and_then(|input| decoded::read(input, path)),
+            Some(Format::Exr) => open().and_then(|input| exr::read(input, None)),
+            Some(Format::Pfm) => open().and_then(pfm::read),
+            _ => open().and_then(|input| decoded::read(input, path)),
+        };
+        result.map_err(|fault| ImageError::reading(path, fault))
+    }
+
+    /// Reads one layer of an EXR file.
+    ///
+    /// `layer` is what the names of the layer's channels begin with, as `albedo` for `albedo.R`; or the name of
+    /// a part of the file; or both, as `left.albedo`, where parts have equal layers; or the whole name of one
+    /// channel, as `depth.Z`.
+    ///
+    /// Red, green and blue become R, G and B, whether they are called `R`, `r` or `red`; so do the X, Y and Z of
+    /// a vector. A channel that is alone becomes Y. Others keep the last word of their names, as `A`.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::Read`] if the file has no such layer or another format than EXR; else as [`Image::read`].
+    pub fn read_layer(path: &Path, layer: &str) -> Result<Image, ImageError> {
+        let result = match Format::from_path(path) {
+            Some(Format::Exr) => File::open(path)
+                .map_err(Fault::from)
+                .and_then(|file| exr::read(BufReader::new(file), Some(layer))),
+            _ => Err(Fault::Unfit("only EXR files have layers".into())),
         };
         result.map_err(|fault| ImageError::reading(path, fault))
     }
@@ -282,5 +315,7 @@ mod tests {
         check("none.exr", "cannot read none.exr: No such file or directory");
         check("none.png", "cannot read none.png: No such file or directory");
         check("none", "cannot read none: No such file or directory");
+        let error = Image::read_layer(Path::new("none.png"), "albedo").unwrap_err();
+        assert_eq!(error.to_string(), "cannot read none.png: only EXR files have layers");
     }
 }

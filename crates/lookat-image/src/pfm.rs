@@ -54,7 +54,7 @@ pub(crate) fn read(mut file: impl BufRead) -> Result<Image, Fault> {
     };
     let window = Window { x: 0, y: 0, width, height };
     let channels = names.iter().enumerate().map(channel).collect();
-    Ok(Image { data_window: window, display_window: window, channels, metadata: None })
+    Ok(Image { data_window: window, display_window: window, channels, metadata: None, layers: Vec::new() })
 }
 
 /// The characters up to the next white space, which is passed over.

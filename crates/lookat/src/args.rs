@@ -85,6 +85,9 @@ pub struct Compare {
     /// The most that a metric may be, such as rmse=0.01; for psnr, ssim and noise-p the least
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub max: Vec<Limit>,
+    /// Compare this layer, part or channel of the EXR files
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
     /// Compute only these metrics
     #[arg(long, value_name = "METRIC", value_delimiter = ',', value_parser = metric)]
     pub only: Vec<Metric>,

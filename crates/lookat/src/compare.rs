@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lookat_image::{Aligned, Image, PanelOptions, align, write_panel};
+use lookat_image::{Aligned, Format, Image, PanelOptions, align, write_panel};
 use serde_json::{Map, Value, json};
 
 use crate::args::Compare;
@@ -63,9 +63,17 @@ fn run(arguments: &Compare) -> Result<bool, String> {
 }
 
 fn load(arguments: &Compare) -> Result<Aligned, String> {
-    let read = |path| Image::read(path).map_err(|error| error.to_string());
-    let (actual, expected) = (read(&arguments.actual)?, read(&arguments.expected)?);
+    let (actual, expected) = (read(&arguments.actual, arguments)?, read(&arguments.expected, arguments)?);
     align(&actual, &expected).map_err(|error| error.to_string())
+}
+
+/// Reads the layer that is asked for; a file without layers is taken for that layer.
+fn read(path: &Path, arguments: &Compare) -> Result<Image, String> {
+    let image = match &arguments.layer {
+        Some(layer) if Format::from_path(path) == Some(Format::Exr) => Image::read_layer(path, layer),
+        _ => Image::read(path),
+    };
+    image.map_err(|error| error.to_string())
 }
 
 /// Draws both pictures and their difference.
