@@ -19,6 +19,9 @@ const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 const SUM_ROUNDING: f64 = 1.0 / (1 << 13) as f64;
 /// and for a picture that was stored in half precision.
 const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
+/// How much larger the error of a mean of pixels may be than that of independent ones, because filters of several pixels
+/// make neighbours alike.
+const FILTERED: f32 = 2.0;
 /// Fewer pixels than these are not tested one by one.
 const FEWEST_PIXELS: usize = 100;
 
@@ -271,32 +274,35 @@ impl Noise {
     }
 }
 
-/// The errors of the expected picture, guessed: those of the actual one, or more where the differences scatter more. Other
-/// renderers have noise where this one has none.
+/// The errors of the expected picture, guessed: those of the actual one, or what the differences scatter beyond those.
+/// Other renderers have noise where this one has none.
 fn scattered(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     let mut errors = actual.to_vec();
     let whole = Window { x: 0, y: 0, ..pair.window };
     for tile in tiles(whole) {
         for channel in 0..3 {
             let at = |pixel: usize| pair.actual[pixel][channel] - pair.expected[pixel][channel];
-            let scatter = scatter(places(tile, pair).map(at).collect());
+            let own =
+                places(tile, pair).map(|pixel| f64::from(actual[pixel].standard_error[channel]).powi(2));
+            let own = own.sum::<f64>() / f64::from(tile.width * tile.height);
+            let all = f64::from(scatter(places(tile, pair).map(at).collect())).powi(2);
+            let others = FILTERED * (all - own).max(0.0).sqrt() as f32;
             for pixel in places(tile, pair) {
                 let error = &mut errors[pixel].standard_error[channel];
-                *error = error.max(scatter);
+                *error = error.max(others);
             }
         }
     }
     errors
 }
 
-/// The standard deviation of values of which less than half have been moved, by their median distance from the median;
-/// twice that, because filters of several pixels make neighbours alike.
+/// The standard deviation of values of which less than half have been moved, by their median distance from the median.
 fn scatter(mut values: Vec<f32>) -> f32 {
     let middle = values.len() / 2;
     let median = |values: &mut [f32]| *values.select_nth_unstable_by(middle, f32::total_cmp).1;
     let center = median(&mut values);
     values.iter_mut().for_each(|value| *value = (*value - center).abs());
-    2.0 * 1.4826 * median(&mut values)
+    1.4826 * median(&mut values)
 }
 
 /// The probability that Student's t is at least so far from 0. One that is no number comes from equal values without noise.
