@@ -138,7 +138,8 @@ fn passes(sampler: &Sampler, settings: &Settings) -> Vec<Pass> {
     if settings.error_layers {
         let count = samples.min(REPLICATES);
         let replicate = |i: u32| {
-            let sampler = sampler.with_samples(samples / count + u32::from(i < samples % count));
+            // Patterns without jitter are all the same, and show no error.
+            let sampler = sampler.jittered().with_samples(samples / count + u32::from(i < samples % count));
             let seed = replicate_seed(settings.seed, i);
             Pass { samples: 0..sampler.samples_per_pixel, sampler, seed }
         };

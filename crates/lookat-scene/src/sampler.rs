@@ -38,6 +38,15 @@ impl Sampler {
     pub(crate) const PBRT_DEFAULT: Sampler =
         Sampler { kind: SamplerKind::Halton { pixel_center: false }, samples_per_pixel: 16 };
 
+    /// The same sampler with what it leaves to chance: a stratified one jitters.
+    pub fn jittered(self) -> Sampler {
+        let kind = match self.kind {
+            SamplerKind::Stratified { cells, .. } => SamplerKind::Stratified { cells, jitter: true },
+            other => other,
+        };
+        Sampler { kind, ..self }
+    }
+
     /// The same sampler with another number of samples, at least 1. The cells of a stratified one become the grid nearest
     /// to a square that has as many.
     pub fn with_samples(self, samples_per_pixel: u32) -> Sampler {
