@@ -84,20 +84,31 @@ impl<'s> Traceable<'s> {
 
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
+        self.nearest_of::<false>(ray)
+    }
+
+    /// The same, found without trees.
+    pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
+        self.nearest_of::<true>(ray)
+    }
+
+    #[inline]
+    fn nearest_of<const ALL: bool>(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2] };
-        self.nearest_in(&self.world, ray, ElementId::WORLD, &mut hit);
+        self.nearest_in::<ALL>(&self.world, ray, ElementId::WORLD, &mut hit);
         (hit.element != ElementId::NONE).then_some(hit)
     }
 
-    fn nearest_in(&self, group: &Group, ray: &Ray, instance: u32, hit: &mut Hit) {
+    /// Of `ALL` elements, or of those that the tree gives.
+    fn nearest_in<const ALL: bool>(&self, group: &Group, ray: &Ray, instance: u32, hit: &mut Hit) {
         let sheared = ShearedRay::new(ray);
-        group.traverse(ray, |elements| {
+        let mut visit = |elements: &[Element]| {
             for element in elements {
                 match element {
                     Element::Instance { instance } => {
                         let placed = &self.instances[*instance as usize];
                         let ray = placed.ray(ray, hit.t);
-                        self.nearest_in(&self.objects[placed.object], &ray, *instance, hit);
+                        self.nearest_in::<ALL>(&self.objects[placed.object], &ray, *instance, hit);
                     }
                     other => {
                         if let Some(found) = self.meet(other, ray, &sheared, instance, hit.t)
@@ -109,7 +120,12 @@ impl<'s> Traceable<'s> {
                 }
             }
             Some(hit.t)
-        });
+        };
+        if ALL {
+            visit(&group.elements);
+        } else {
+            group.traverse(ray, visit);
+        }
     }
 
     /// Whether anything but its target is in the way of a shadow ray.

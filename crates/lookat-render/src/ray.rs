@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// A ray in the eye-relative world, or in the space of an object.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Ray {
+pub struct Ray {
     /// Origin.
     pub o: DVec3,
     /// Direction; of length one in the world.
@@ -23,6 +23,7 @@ impl Ray {
         Ray { o, d, t_max: f64::INFINITY, leaving: ElementId::NONE, target: ElementId::NONE }
     }
 
+    /// The point at a distance of `t` lengths of the direction.
     pub fn at(&self, t: f64) -> DVec3 {
         self.o + self.d * t
     }
@@ -30,7 +31,7 @@ impl Ray {
 
 /// Names one triangle or curved shape of the scene, the same however the scene is sorted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct ElementId {
+pub struct ElementId {
     /// Which instance it belongs to, or [`ElementId::WORLD`].
     pub instance: u32,
     /// Which primitive.
@@ -48,7 +49,7 @@ impl ElementId {
 
 /// The nearest hit of a ray so far.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Hit {
+pub struct Hit {
     /// Distance in lengths of the ray's direction.
     pub t: f64,
     /// What is hit.
@@ -60,7 +61,7 @@ pub(crate) struct Hit {
 impl Hit {
     /// Whether a hit of `element` at `t` replaces this one: nearer, or as near and named earlier, so that the order of
     /// traversal does not matter.
-    pub fn yields_to(&self, t: f64, element: ElementId) -> bool {
+    pub(crate) fn yields_to(&self, t: f64, element: ElementId) -> bool {
         t < self.t || (t == self.t && element < self.element)
     }
 }

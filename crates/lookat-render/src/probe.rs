@@ -1,0 +1,70 @@
+//! Single rays in a scene, for tools and measurements: what the renderer does with them, and nothing else.
+
+use glam::{DVec2, DVec3};
+use lookat_scene::Scene;
+
+use crate::camera::CameraRays;
+use crate::prepare::Traceable;
+use crate::ray::{Hit, Ray};
+use crate::surface::Surface;
+
+/// A scene in which rays can be traced one at a time. All positions are relative to [`Probe::eye`].
+pub struct Probe<'s> {
+    traceable: Traceable<'s>,
+    camera: CameraRays,
+}
+
+/// A point of a surface. Normals have length one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point {
+    /// Position.
+    pub p: DVec3,
+    /// The geometric normal.
+    pub n: DVec3,
+    /// The shading normal.
+    pub ns: DVec3,
+}
+
+impl<'s> Probe<'s> {
+    /// Prepares the scene as rendering does.
+    pub fn new(scene: &'s Scene) -> Self {
+        Probe { traceable: Traceable::new(scene), camera: CameraRays::new(&scene.camera, &scene.film) }
+    }
+
+    /// The world position that all others are relative to.
+    pub fn eye(&self) -> DVec3 {
+        self.traceable.eye
+    }
+
+    /// The camera ray through `film`, in pixels from the top left corner, and the point of the lens that `u`, in 0..1,
+    /// chooses.
+    pub fn camera_ray(&self, film: DVec2, u: DVec2) -> Ray {
+        self.camera.ray(film, u)
+    }
+
+    /// The nearest hit.
+    pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
+        self.traceable.nearest(ray)
+    }
+
+    /// The same without trees: by asking everything in turn.
+    pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
+        self.traceable.nearest_by_all(ray)
+    }
+
+    /// Whether anything is in the way of a ray that ends at its `t_max`.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.traceable.occluded(ray)
+    }
+
+    /// The point that a ray has hit.
+    pub fn point(&self, ray: &Ray, hit: &Hit) -> Point {
+        let Surface { p, n, ns, .. } = Surface::new(&self.traceable, ray, hit);
+        Point { p, n, ns }
+    }
+
+    /// The ray that leaves that point in direction `d`, of length one.
+    pub fn leave(&self, ray: &Ray, hit: &Hit, d: DVec3) -> Ray {
+        Surface::new(&self.traceable, ray, hit).leave(d)
+    }
+}
