@@ -22,6 +22,8 @@ const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
 /// How much larger the error of a mean of pixels may be than that of independent ones, because filters of several pixels
 /// make neighbours alike.
 const FILTERED: f32 = 2.0;
+/// A pixel of fewer samples takes itself for exact too often to be held against one of which nothing is known.
+const FEWEST_SAMPLES: u32 = 16;
 /// Fewer pixels than these are not tested one by one.
 const FEWEST_PIXELS: usize = 100;
 
@@ -62,44 +64,47 @@ pub struct Agreement {
     pub means: Vec<Test>,
     /// The means of tiles of 16 x 16 pixels, for each channel.
     pub tiles: Vec<Test>,
-    /// Pixel by pixel, for each channel that has pixels enough with at least 6 replicates, if the errors of both pictures
-    /// are known.
+    /// The means again, for each channel, with standard errors from how much the differences of pixels scatter: it finds
+    /// small errors of pictures that share their noise. As the next ones, only of pixels of which both errors are known,
+    /// and the number of samples is about the same: the noise of others is skewed.
+    pub paired: Vec<Test>,
+    /// Pixel by pixel, for each channel that has pixels enough with at least 6 replicates.
     pub pixels: Vec<PixelTest>,
-    /// The smallest p of all tests, multiplied by their number: Holm's correction (Holm, "A Simple Sequentially Rejective
-    /// Multiple Test Procedure", 1979). 0..1. Pictures that differ by nothing but noise get less than x with a probability
-    /// of at most x.
+    /// The smallest p of all tests, corrected for their number: half of the chance of a false alarm is that of the tiles,
+    /// half that of the tests of whole pictures, evenly within each (Bonferroni). 0..1. Pictures that differ by nothing but
+    /// noise get less than x with a probability of at most x.
     pub p: f64,
 }
 
 impl Agreement {
-    /// How many tests were made.
-    pub fn count(&self) -> usize {
-        self.means.len() + self.tiles.len() + self.pixels.len()
-    }
-
     /// Whether the pictures agree: nothing but noise tells them apart. `significance`, in 0..1, is the probability of a
     /// false alarm.
     pub fn holds(&self, significance: f64) -> bool {
         self.p >= significance
     }
 
-    /// The tiles that differ by more than noise, the worst first, with their p corrected by Holm.
+    /// Below this p, a test of whole pictures has found a difference.
+    pub fn level_of_whole(&self, significance: f64) -> f64 {
+        significance / (2 * self.of_whole().count().max(1)) as f64
+    }
+
+    /// The tests of tiles that have found a difference, the worst first: after Holm, "A Simple Sequentially Rejective
+    /// Multiple Test Procedure", 1979.
     pub fn differing_tiles(&self, significance: f64) -> Vec<Test> {
-        let mut all: Vec<f64> = self.all().collect();
-        all.sort_by(f64::total_cmp);
-        // Holm goes from the smallest p to the largest and stops at the first that is not small enough.
-        let is_small = |(i, p): &(usize, &f64)| *p * ((all.len() - i) as f64) < significance;
-        let limit = all.iter().enumerate().take_while(is_small).last().map_or(-1.0, |(_, p)| *p);
-        let mut differing: Vec<Test> = self.tiles.iter().filter(|test| test.p <= limit).copied().collect();
-        differing.sort_by(|a, b| a.p.total_cmp(&b.p));
-        differing
+        let mut tests = self.tiles.clone();
+        tests.sort_by(|a, b| a.p.total_cmp(&b.p));
+        let count = tests.len();
+        let level = |i: usize| significance / (2 * (count - i)) as f64;
+        let differing = tests.iter().enumerate().take_while(|(i, test)| test.p < level(*i)).count();
+        tests.truncate(differing);
+        tests
     }
 
     /// The smallest error of the mean that would be found with a probability of 95 %: the largest of the channels, in the
     /// unit of the pictures.
     pub fn visible_in_mean(&self, significance: f64) -> f64 {
         let errors = self.means.iter().map(|test| test.standard_error);
-        self.visible(significance) * errors.fold(0.0, f64::max)
+        visible(self.level_of_whole(significance)) * errors.fold(0.0, f64::max)
     }
 
     /// The smallest error of a tile that would be found with a probability of 95 %: the median over tiles and channels, in
@@ -107,28 +112,36 @@ impl Agreement {
     pub fn visible_in_tile(&self, significance: f64) -> f64 {
         let mut errors: Vec<f64> = self.tiles.iter().map(|test| test.standard_error).collect();
         errors.sort_by(f64::total_cmp);
-        self.visible(significance) * errors[errors.len() / 2]
+        visible(significance / (2 * errors.len()) as f64) * errors[errors.len() / 2]
     }
 
-    /// The same in standard errors.
-    fn visible(&self, significance: f64) -> f64 {
-        let normal = Normal::standard();
-        normal.inverse_cdf(POWER) - normal.inverse_cdf(significance / (2 * self.count()) as f64)
+    fn of_whole(&self) -> impl Iterator<Item = f64> {
+        let means = self.means.iter().chain(&self.paired).map(|test| test.p);
+        means.chain(self.pixels.iter().map(|test| test.p))
     }
 
-    fn all(&self) -> impl Iterator<Item = f64> {
-        let differences = self.means.iter().chain(&self.tiles).map(|test| test.p);
-        differences.chain(self.pixels.iter().map(|test| test.p))
+    /// The smallest p, corrected.
+    fn corrected(&self) -> f64 {
+        let smallest = |values: &mut dyn Iterator<Item = f64>| values.fold(1.0, f64::min);
+        let whole = smallest(&mut self.of_whole()) * self.of_whole().count() as f64;
+        let tiles = smallest(&mut self.tiles.iter().map(|test| test.p)) * self.tiles.len() as f64;
+        (2.0 * whole.min(tiles)).min(1.0)
     }
+}
+
+/// The smallest difference, in standard errors, that a test at this level finds with a probability of 95 %.
+fn visible(level: f64) -> f64 {
+    let normal = Normal::standard();
+    normal.inverse_cdf(POWER) - normal.inverse_cdf(level / 2.0)
 }
 
 /// Tests whether two pictures agree up to noise. `None` if the errors of the actual picture are not known: then nothing
 /// tells noise from bias.
 ///
 /// Where those of the expected picture are not known, it is taken to be as noisy as the actual one, or as the differences of
-/// the pixels of a tile scatter if that is more. A picture with fewer
-/// samples than the other is taken to be at least as noisy as the other would be with so few: rare events that it has not
-/// met do not count as a difference.
+/// the pixels of a tile scatter if that is more; of the actual one only pixels of 16 samples or more count then. A picture
+/// with fewer samples than the other is taken to be at least as noisy as the other would be with so few: rare events that
+/// it has not met do not count as a difference.
 pub fn agreement(pair: &Aligned) -> Option<Agreement> {
     let noise = Noise::new(pair)?;
     let whole = Window { x: 0, y: 0, ..pair.window };
@@ -136,20 +149,18 @@ pub fn agreement(pair: &Aligned) -> Option<Agreement> {
         expected_is_known: pair.expected_errors.is_some(),
         means: Vec::new(),
         tiles: Vec::new(),
+        paired: Vec::new(),
         pixels: Vec::new(),
         p: 1.0,
     };
     for channel in 0..3 {
         result.means.extend(noise.test_mean(pair, whole, channel));
         result.tiles.extend(tiles(whole).filter_map(|tile| noise.test_mean(pair, tile, channel)));
-        // A pixel that misses rare events in all its replicates takes itself for exact, and only the other picture can tell.
-        if result.expected_is_known {
-            result.pixels.extend(noise.test_pixels(pair, channel));
-        }
+        result.paired.extend(noise.test_paired(pair, channel));
+        result.pixels.extend(noise.test_pixels(pair, channel));
     }
-    let smallest = result.all().min_by(f64::total_cmp)?;
-    result.p = (smallest * result.count() as f64).min(1.0);
-    Some(result)
+    result.p = result.corrected();
+    (!result.means.is_empty()).then_some(result)
 }
 
 /// The tiles of a window.
@@ -175,6 +186,7 @@ fn places(part: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
 
 /// The noise of a pair of pictures.
 struct Noise {
+    expected_is_known: bool,
     actual: Vec<PixelError>,
     expected: Vec<PixelError>,
     rounding: f64,
@@ -188,6 +200,8 @@ struct Difference {
     spread: f64,
     /// What rounding may do, which is alike in neighbours.
     rounding: f64,
+    /// Whether both have about as many samples, so that their difference is not skewed. Not if one is not known.
+    is_even: bool,
 }
 
 impl Difference {
@@ -209,7 +223,7 @@ impl Noise {
             () if pair.expected_errors.is_none() => SUM_ROUNDING,
             () => ROUNDING,
         };
-        Some(Noise { actual, expected, rounding })
+        Some(Noise { expected_is_known: pair.expected_errors.is_some(), actual, expected, rounding })
     }
 
     /// The difference of a pixel; `None` if its error is not known.
@@ -218,6 +232,9 @@ impl Noise {
         let (a_error, b_error) = (&self.actual[pixel], &self.expected[pixel]);
         let [a_variance, b_variance] =
             [a_error, b_error].map(|error| f64::from(error.standard_error[channel]).powi(2));
+        if !self.expected_is_known && a_error.samples < FEWEST_SAMPLES {
+            return None;
+        }
         let freedom = |error: &PixelError| NonZeroU32::new(error.replicates.saturating_sub(1));
         let (a_freedom, b_freedom) = (freedom(a_error)?.get(), freedom(b_error)?.get());
         // At the same noise per sample.
@@ -230,12 +247,13 @@ impl Noise {
             variance,
             spread: a_variance.powi(2) / f64::from(a_freedom) + b_variance.powi(2) / f64::from(b_freedom),
             rounding: self.rounding * a.abs().max(b.abs()),
+            is_even: self.expected_is_known && (0.5..=2.0).contains(&ratio),
         })
     }
 
     /// Tests the mean of a part of the pictures. `None` if nothing is known of its pixels.
     fn test_mean(&self, pair: &Aligned, part: Window, channel: usize) -> Option<Test> {
-        let mut sum = Difference { value: 0.0, variance: 0.0, spread: 0.0, rounding: 0.0 };
+        let mut sum = Difference { value: 0.0, variance: 0.0, spread: 0.0, rounding: 0.0, is_even: true };
         let mut count = 0.0;
         for pixel in places(part, pair).filter_map(|pixel| self.difference(pair, pixel, channel)) {
             sum.value += pixel.value;
@@ -251,6 +269,25 @@ impl Noise {
         (count > 0.0).then_some(Test { channel, window, difference, standard_error, p })
     }
 
+    /// Tests the mean by how the differences of pixels scatter.
+    fn test_paired(&self, pair: &Aligned, channel: usize) -> Option<Test> {
+        let pixels = (0..pair.actual.len()).filter_map(|pixel| self.difference(pair, pixel, channel));
+        let pixels: Vec<Difference> = pixels.filter(|pixel| pixel.is_even).collect();
+        let count = pixels.len() as f64;
+        let mean = |value: fn(&Difference) -> f64| pixels.iter().map(value).sum::<f64>() / count;
+        let (difference, rounding) = (mean(|pixel| pixel.value), mean(|pixel| pixel.rounding));
+        let squares = pixels.iter().map(|pixel| (pixel.value - difference).powi(2)).sum::<f64>();
+        let standard_error = (squares / (count * (count - 1.0)) + rounding.powi(2)).sqrt();
+        let p = two_sided(difference / standard_error, count - 1.0);
+        (pixels.len() >= FEWEST_PIXELS).then_some(Test {
+            channel,
+            window: pair.window,
+            difference,
+            standard_error,
+            p,
+        })
+    }
+
     /// Tests the pixels of a channel together.
     fn test_pixels(&self, pair: &Aligned, channel: usize) -> Option<PixelTest> {
         let mut sums = [0.0; 3];
@@ -259,7 +296,7 @@ impl Noise {
             let Some(pixel) = self.difference(pair, at, channel) else { continue };
             let n = pixel.freedom();
             // The variance of t squared is finite above 4; black and rounded pixels have nothing to say.
-            if n.is_nan() || n <= 4.5 || pixel.variance < pixel.rounding.powi(2) {
+            if !pixel.is_even || n.is_nan() || n <= 4.5 || pixel.variance < pixel.rounding.powi(2) {
                 continue;
             }
             let mean = n / (n - 2.0);
@@ -338,7 +375,7 @@ mod tests {
             .collect()
     }
 
-    /// Two pictures of noise, of 64 and 256 samples; the first one is brighter in the green of the first tile.
+    /// Two pictures of noise, of 64 and 128 samples; the first one is brighter in the green of the first tile.
     fn sample() -> Aligned {
         let mut actual = values(0);
         for (i, pixel) in actual.iter_mut().enumerate() {
@@ -351,7 +388,7 @@ mod tests {
             actual,
             expected: values(4),
             actual_errors: Some(errors(0, 1.0, 64)),
-            expected_errors: Some(errors(6, 0.5, 256)),
+            expected_errors: Some(errors(6, 0.5, 128)),
             left_out: 0,
         }
     }
@@ -369,23 +406,24 @@ mod tests {
             close(test.standard_error, standard_error);
             close(test.p, p);
         };
-        check(&found.means[0], [-0.0008055559462971158, 0.005316996190957865, 0.8795814205523949]);
-        check(&found.means[1], [0.021166646480560304, 0.005354504815850763, 7.795564348174179e-05]);
-        check(&found.tiles[4], [0.02984372153878212, 0.0063427267984705795, 2.6083385466600825e-06]);
-        check(&found.tiles[11], [-0.01374998688697815, 0.03649165163117512, 0.7068477113080618]);
+        check(&found.means[0], [-0.0008055559462971158, 0.004913095198090966, 0.8697668737002262]);
+        check(&found.means[1], [0.021166646480560304, 0.004935756655405461, 1.8249309798179844e-05]);
+        check(&found.tiles[4], [0.02984372153878212, 0.00584715556829379, 3.4567807368930896e-07]);
+        check(&found.tiles[11], [-0.01374998688697815, 0.03336001568077609, 0.6807496741946799]);
+        check(&found.paired[0], [-0.0008055559462971158, 0.004844907582234274, 0.868039185650213]);
+        check(&found.paired[1], [0.021166646480560304, 0.005479419753850177, 0.00013290067633635785]);
         for (test, [ratio, p]) in found.pixels.iter().zip([
-            [0.9474098551099942, 0.7420286839359684],
-            [1.12807994999018, 0.056984574255318755],
-            [0.8484847232019853, 0.9690136101753062],
+            [1.0713656385899022, 0.18802505873985714],
+            [1.3494413503895484, 7.3552171162983065e-06],
+            [0.9980897729655746, 0.5094307904075166],
         ]) {
             close(test.ratio, ratio);
             close(test.p, p);
             assert_eq!(test.pixels, 360);
         }
-        assert_eq!(found.count(), 18);
-        close(found.p, 4.6950093839881486e-05);
-        close(found.visible_in_mean(0.01), 0.027902292022864643);
-        assert!(!found.holds(0.01) && found.holds(1e-5));
+        close(found.p, 8.296273768543415e-06);
+        close(found.visible_in_mean(0.01), 0.02558575099012999);
+        assert!(!found.holds(0.01) && found.holds(1e-6));
         let tiles = found.differing_tiles(0.01);
         assert_eq!(tiles, [found.tiles[4]]);
         assert_eq!(tiles[0].window, Window { x: 100, y: 50, width: 16, height: 16 });
@@ -408,6 +446,31 @@ mod tests {
         assert!(!found.expected_is_known && found.pixels.is_empty() && found.holds(0.01), "{}", found.p);
         pair.actual.iter_mut().for_each(|pixel| pixel[2] += 0.1);
         assert!(!agreement(&pair).unwrap().holds(1e-6));
+    }
+
+    /// Few samples say nothing of skewed noise: neither where only they are known, nor against many.
+    #[test]
+    fn few_samples_are_not_believed() {
+        let mut pair = sample();
+        pair.expected_errors = None;
+        assert!(agreement(&pair).is_some());
+        pair.actual_errors.as_mut().unwrap().iter_mut().for_each(|error| error.samples = 15);
+        assert_eq!(agreement(&pair), None);
+        pair.expected_errors = Some(errors(6, 0.5, 1024));
+        let found = agreement(&pair).unwrap();
+        assert!(found.pixels.is_empty() && found.paired.is_empty());
+    }
+
+    /// Pictures with the same noise tell small errors by it.
+    #[test]
+    fn noise_in_common_cancels() {
+        let mut pair = sample();
+        pair.expected_errors.clone_from(&pair.actual_errors);
+        pair.actual.clone_from(&pair.expected);
+        assert_eq!(agreement(&pair).unwrap().p, 1.0);
+        pair.actual.iter_mut().for_each(|pixel| pixel[0] *= 1.002);
+        let found = agreement(&pair).unwrap();
+        assert!(found.means[0].p > 0.5 && !found.holds(1e-6), "{found:?}");
     }
 
     /// Values without noise may differ by rounding, and by no more.

@@ -98,7 +98,7 @@ pub struct Compare {
     #[arg(long, value_name = "STOPS", requires = "picture", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f64>,
     /// The difference of a channel that counts in share-above
-    #[arg(long, value_name = "VALUE", default_value_t = 0.01)]
+    #[arg(long, value_name = "VALUE", default_value_t = 0.01, value_parser = threshold)]
     pub threshold: f32,
     /// Print the result as JSON
     #[arg(long)]
@@ -177,6 +177,11 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 fn samples(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|count| (1..=1 << 30).contains(count));
     count.ok_or_else(|| "expected a whole number from 1 to 1073741824".into())
+}
+
+fn threshold(text: &str) -> Result<f32, String> {
+    let value = text.parse().ok().filter(|value: &f32| value.is_finite() && *value >= 0.0);
+    value.ok_or_else(|| "expected a number that is not negative".into())
 }
 
 fn stops(text: &str) -> Result<f64, String> {

@@ -1,7 +1,7 @@
 //! `lookat compare`: how far a picture is from another one.
 
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use lookat_image::{Aligned, Format, Image, PanelOptions, align, write_panel};
@@ -31,29 +31,36 @@ struct Comparison<'a> {
     measurement: Measurement,
     /// Why noise and bias cannot be told apart, if they cannot.
     blind: Option<&'static str>,
+    /// Whether a limit is not kept, or a pixel is not finite.
+    differs: bool,
 }
 
 /// Compares and prints; whether the pictures differ by more than is allowed.
 fn run(arguments: &Compare) -> Result<bool, String> {
     let pair = &load(arguments)?;
-    let faults = [&pair.actual, &pair.expected].map(|pixels| not_finite(pixels, pair));
-    let broken = faults.iter().any(Option::is_some);
-    let blind = blind(arguments, pair);
-    let limits = |metric: Metric| arguments.max.iter().any(|limit| limit.metric == metric);
-    if let (Some(reason), true) = (blind, limits(Metric::NoiseP)) {
-        return Err(format!("there is no noise-p: {reason}"));
-    }
-    let asked = |metric: Metric| {
-        let measurable = metric != Metric::NoiseP || blind.is_none();
-        measurable && (arguments.only.is_empty() || arguments.only.contains(&metric) || limits(metric))
-    };
-    // Where a pixel is broken, no other number means anything.
-    let measurement = measure(pair, arguments.threshold, &|metric| !broken && asked(metric));
-    let differs = broken || measurement.metrics.iter().any(|line| line.is_beyond(&arguments.max));
     if let Some(file) = &arguments.picture {
         draw(arguments, pair, file)?;
     }
-    let comparison = Comparison { arguments, pair, faults, measurement, blind };
+    let faults = [&pair.actual, &pair.expected].map(|pixels| not_finite(pixels, pair));
+    let broken = faults.iter().any(Option::is_some);
+    let limited = |metric: Metric| arguments.max.iter().any(|limit| limit.metric == metric);
+    let asked =
+        |metric: Metric| arguments.only.is_empty() || arguments.only.contains(&metric) || limited(metric);
+    let mut blind = blind(arguments, pair);
+    // Where a pixel is broken, no other number means anything.
+    let measurement = measure(pair, arguments.threshold, &|metric| {
+        !broken && asked(metric) && (metric != Metric::NoiseP || blind.is_none())
+    });
+    if blind.is_none() && measurement.agreement.is_none() {
+        blind = Some(noise::TOO_FEW);
+    }
+    if let (Some(metric), false) = (measurement.lacks(&arguments.max), broken) {
+        let reason = if metric == Metric::NoiseP { blind.unwrap_or_default() } else { TOO_SMALL };
+        return Err(format!("there is no {}: {reason}", metric.name()));
+    }
+    let differs = broken || measurement.metrics.iter().any(|line| line.is_beyond(&arguments.max));
+    let blind = blind.filter(|_| !broken && asked(Metric::NoiseP));
+    let comparison = Comparison { arguments, pair, faults, measurement, blind, differs };
     let printed = if arguments.json {
         crate::print_json(&comparison.as_json())
     } else {
@@ -62,7 +69,14 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     if printed { Ok(differs) } else { Err("cannot write the result".into()) }
 }
 
+/// Why a metric other than that of noise may be missing.
+const TOO_SMALL: &str = "the pictures are too small, less than 11 pixels wide or high";
+
 fn load(arguments: &Compare) -> Result<Aligned, String> {
+    let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
+    if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
+        return Err("--layer chooses a part of an EXR file, and neither is one".into());
+    }
     let (actual, expected) = (read(&arguments.actual, arguments)?, read(&arguments.expected, arguments)?);
     align(&actual, &expected).map_err(|error| error.to_string())
 }
@@ -78,6 +92,11 @@ fn read(path: &Path, arguments: &Compare) -> Result<Image, String> {
 
 /// Draws both pictures and their difference.
 fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> {
+    let same =
+        |other: &PathBuf| file.canonicalize().is_ok_and(|file| other.canonicalize().is_ok_and(|o| o == file));
+    if same(&arguments.actual) || same(&arguments.expected) {
+        return Err(format!("{}: --picture would replace a picture that is compared", file.display()));
+    }
     let [actual, expected] = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
     let options = PanelOptions { actual, expected, exposure: arguments.exposure };
     write_panel(pair, &options, file).map_err(|error| error.to_string())
@@ -85,6 +104,9 @@ fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> 
 
 /// Why noise and bias cannot be told apart, if they cannot.
 fn blind(arguments: &Compare, pair: &Aligned) -> Option<&'static str> {
+    if arguments.layer.is_some() {
+        return Some("--layer leaves out the error layers");
+    }
     if pair.actual_errors.is_none() {
         return Some("ACTUAL has no error layers; `lookat render --error-layers` writes them");
     }
@@ -127,14 +149,11 @@ impl Comparison<'_> {
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
         }
-        match (&self.measurement.agreement, self.blind) {
-            (Some(agreement), _) => text += &noise::as_text(self.pair, agreement, self.significance()),
-            (None, Some(reason))
-                if self.arguments.only.is_empty() && !self.measurement.metrics.is_empty() =>
-            {
-                let _ = writeln!(text, "noise           cannot be told from bias: {reason}");
-            }
-            _ => {}
+        if let Some(agreement) = &self.measurement.agreement {
+            text += &noise::as_text(self.pair, agreement, self.significance());
+        }
+        if let Some(reason) = self.blind {
+            let _ = writeln!(text, "noise           cannot be told from bias: {reason}");
         }
         text
     }
@@ -158,6 +177,8 @@ impl Comparison<'_> {
             "not_finite": broken,
             "metrics": metrics,
             "beyond_max": beyond.map(|line| line.metric.name()).collect::<Vec<_>>(),
+            "differs": self.differs,
+            "noise_unknown": self.blind,
             "noise": agreement.map(|agreement| noise::as_json(agreement, self.significance())),
         })
     }

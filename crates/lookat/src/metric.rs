@@ -100,6 +100,11 @@ pub struct Measurement {
 }
 
 impl Measurement {
+    /// A metric that has a limit and was not measured.
+    pub fn lacks(&self, limits: &[Limit]) -> Option<Metric> {
+        limits.iter().map(|limit| limit.metric).find(|metric| self.value(*metric).is_none())
+    }
+
     /// The value of a metric, if it was measured.
     pub fn value(&self, metric: Metric) -> Option<f64> {
         self.metrics.iter().find(|line| line.metric == metric).map(|line| line.value)
@@ -168,5 +173,9 @@ pub fn not_finite(pixels: &[[f32; 3]], pair: &Aligned) -> Option<(usize, [i32; 2
 
 /// A value with enough digits.
 pub fn number(value: f64) -> String {
-    if value != 0.0 && value.abs() < 1e-3 { format!("{value:.3e}") } else { format!("{value:.6}") }
+    match value.abs() {
+        0.0 => "0".into(),
+        1e-3..1e6 => format!("{value:.6}"),
+        _ => format!("{value:.3e}"),
+    }
 }

@@ -1,5 +1,6 @@
 //! What to say of the tests for noise.
 
+use std::collections::HashSet;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -11,6 +12,10 @@ use crate::metric::COLORS;
 /// The probability of a false alarm, where no limit is given.
 pub const SIGNIFICANCE: f64 = 0.01;
 
+/// Why error layers may tell nothing.
+pub const TOO_FEW: &str =
+    "ACTUAL has too few samples: it takes 2 per pixel, and 16 where EXPECTED has no error layers";
+
 /// Whether the values of a file of this name are rounded to 8 bits.
 pub fn is_rounded(path: &Path) -> bool {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
@@ -19,49 +24,56 @@ pub fn is_rounded(path: &Path) -> bool {
 
 /// Whether the pictures agree, in lines.
 pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> String {
-    let mut text = String::new();
-    let mut line = |words: String| {
-        let subject = if text.is_empty() { "noise" } else { "" };
-        let _ = writeln!(text, "{subject:15} {words}");
-    };
-    let tests = agreement.count();
-    if agreement.holds(significance) {
-        line(format!("agree: the differences may all be noise ({tests} tests, significance {significance})"));
+    let mut lines = Vec::new();
+    if pair.actual == pair.expected {
+        lines.push("agree: the pictures are identical".into());
+    } else if agreement.holds(significance) {
+        lines.push(format!("agree: the differences may all be noise (significance {significance})"));
     } else {
-        line(format!("differ: by more than noise ({tests} tests, significance {significance})"));
-        for_each_difference(agreement, significance, &mut line);
+        lines.push(format!("differ: by more than noise (significance {significance})"));
     }
-    let [mean, tile] = visible(pair, agreement, significance);
-    line(format!("a bias would show from {mean} of the picture, {tile} of a 16 x 16 tile"));
+    lines.extend(differences(agreement, significance));
+    if agreement.holds(significance) {
+        let [mean, tile] = visible(pair, agreement, significance);
+        lines.push(format!("a bias would show from {mean} of the mean value, {tile} within a 16 x 16 tile"));
+    }
     if !agreement.expected_is_known {
-        line("EXPECTED has no error layers: it is taken to be no noisier than ACTUAL".into());
+        lines.push("if EXPECTED, which has no error layers, is no noisier than ACTUAL".into());
     }
-    text
+    let subjects = std::iter::once("noise").chain(std::iter::repeat(""));
+    subjects.zip(lines).fold(String::new(), |mut text, (subject, line)| {
+        let _ = writeln!(text, "{subject:15} {line}");
+        text
+    })
 }
 
-/// Says which tests found a difference.
-fn for_each_difference(agreement: &Agreement, significance: f64, say: &mut dyn FnMut(String)) {
-    let corrected = significance / agreement.count() as f64;
+/// What the tests have found, the worst of each kind.
+pub fn differences(agreement: &Agreement, significance: f64) -> Vec<String> {
+    let level = agreement.level_of_whole(significance);
     let difference = |test: &Test| {
         let Test { channel, difference, standard_error, .. } = test;
         format!("{} {difference:+.3e}, standard error {standard_error:.1e}", COLORS[*channel])
     };
-    for test in agreement.means.iter().filter(|test| test.p < corrected) {
-        say(format!("mean: {}", difference(test)));
-    }
+    let worst = |tests: &[Test]| {
+        tests.iter().filter(|test| test.p < level).min_by(|a, b| a.p.total_cmp(&b.p)).map(&difference)
+    };
     let tiles = agreement.differing_tiles(significance);
-    if let Some(worst) = tiles.first() {
+    let places = |tests: &[Test]| {
+        let corners: HashSet<[i32; 2]> = tests.iter().map(|test| [test.window.x, test.window.y]).collect();
+        corners.len()
+    };
+    let (some, all) = (places(&tiles), places(&agreement.tiles));
+    let mean = worst(&agreement.means).or_else(|| worst(&agreement.paired));
+    let tile = tiles.first().map(|worst| {
         let (x, y) = (worst.window.x, worst.window.y);
-        let count = agreement.tiles.len();
-        say(format!(
-            "tiles: {} of {count} differ; worst at x {x}, y {y}: {}",
-            tiles.len(),
-            difference(worst)
-        ));
-    }
-    for test in agreement.pixels.iter().filter(|test| test.p < corrected) {
-        say(format!("pixels: {} differs by {:.2} times its noise", COLORS[test.channel], test.ratio.sqrt()));
-    }
+        format!("tiles: {some} of {all} differ; worst at x {x}, y {y}: {}", difference(worst))
+    });
+    let pixels =
+        agreement.pixels.iter().filter(|test| test.p < level).max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+    let pixels = pixels.map(|test| {
+        format!("pixels: {} differs by {:.2} times its noise", COLORS[test.channel], test.ratio.sqrt())
+    });
+    mean.map(|mean| format!("mean: {mean}")).into_iter().chain(tile).chain(pixels).collect()
 }
 
 /// The smallest bias of the mean and of a tile that would be found, by the mean of the expected picture.
@@ -84,10 +96,10 @@ pub fn as_json(agreement: &Agreement, significance: f64) -> Value {
     json!({
         "agree": agreement.holds(significance),
         "significance": significance,
-        "tests": agreement.count(),
         "p": agreement.p,
         "expected_has_error_layers": agreement.expected_is_known,
         "means": agreement.means.iter().map(test).collect::<Vec<_>>(),
+        "paired": agreement.paired.iter().map(test).collect::<Vec<_>>(),
         "differing_tiles": agreement.differing_tiles(significance).iter().map(test).collect::<Vec<_>>(),
         "pixels": agreement.pixels.iter().map(|pixels| json!({
             "channel": COLORS[pixels.channel], "pixels": pixels.pixels, "ratio": pixels.ratio, "p": pixels.p,

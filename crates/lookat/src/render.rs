@@ -51,13 +51,24 @@ struct JsonPicture {
 
 /// What a picture says of its making. It must not change from run to run.
 #[derive(Serialize)]
-struct Metadata<'a> {
-    program: &'a str,
-    version: &'a str,
+pub struct Metadata {
+    program: &'static str,
+    version: &'static str,
     scene: String,
     seed: u64,
     samples_per_pixel: f64,
     complete: bool,
+}
+
+impl Metadata {
+    pub fn new(scene: &Path, seed: u64, samples_per_pixel: f64, complete: bool) -> Metadata {
+        let (program, version) = ("lookat", env!("CARGO_PKG_VERSION"));
+        Metadata { program, version, scene: scene.display().to_string(), seed, samples_per_pixel, complete }
+    }
+
+    pub fn as_json(&self) -> Option<String> {
+        serde_json::to_string(self).ok()
+    }
 }
 
 /// Runs the command.
@@ -145,15 +156,9 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let seconds = started.elapsed().as_secs_f64();
 
     let samples_per_pixel = rendered.statistics.samples as f64 / scene.film.crop.area() as f64;
-    let metadata = Metadata {
-        program: "lookat",
-        version: env!("CARGO_PKG_VERSION"),
-        scene: loaded.sources.files[0].path.display().to_string(),
-        seed: arguments.seed,
-        samples_per_pixel,
-        complete: rendered.complete,
-    };
-    rendered.image.metadata = serde_json::to_string(&metadata).ok();
+    let scene_file = &loaded.sources.files[0].path;
+    let metadata = Metadata::new(scene_file, arguments.seed, samples_per_pixel, rendered.complete);
+    rendered.image.metadata = metadata.as_json();
     let file = if rendered.complete { file } else { partial(&file) };
     rendered.image.write(&file).map_err(|error| error.to_string())?;
     let picture = JsonPicture {

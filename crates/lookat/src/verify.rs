@@ -14,8 +14,8 @@ use lookat_render::Settings;
 use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Report, Verify};
-use crate::metric::{Measurement, Metric, measure, not_finite};
-use crate::render::check_folder;
+use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
+use crate::render::{Metadata, check_folder};
 use crate::source::load_scene;
 use crate::{noise, report};
 
@@ -109,7 +109,7 @@ fn run(arguments: &Verify) -> Result<u8, String> {
         ));
     }
     if let Some(file) = &arguments.report {
-        check_folder(file)?;
+        check_report(file)?;
     }
     let table = table::Table::new(&scenes, arguments.json);
     table.header()?;
@@ -132,6 +132,15 @@ fn run(arguments: &Verify) -> Result<u8, String> {
         () if verdicts.contains(&Verdict::Trouble) => crate::TROUBLE,
         () => u8::from(updated || verdicts.contains(&Verdict::Differs)),
     })
+}
+
+/// Fails where no page can be written, before hours of rendering.
+fn check_report(file: &Path) -> Result<(), String> {
+    let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    if !["html", "htm"].contains(&ending) || file.is_dir() {
+        return Err(format!("{}: --report writes a page; its name must end in .html", file.display()));
+    }
+    check_folder(file)
 }
 
 /// The scene files of a folder, by name.
@@ -172,7 +181,7 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     let loaded = load_scene(file, &overrides, report);
     report::print(&loaded, true);
     let Some(scene) = &loaded.scene else { return outcome(Verdict::Trouble, "the scene has errors".into()) };
-    let rendered = render(arguments, scene);
+    let rendered = render(arguments, file, scene);
     let mut outcome = match &reference {
         None => outcome(Verdict::New, "no picture beside it".into()),
         Some(reference) => match hold_against(arguments, &rendered, reference) {
@@ -182,17 +191,18 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     };
     if arguments.update && matches!(outcome.verdict, Verdict::Differs | Verdict::New) {
         let target = reference.unwrap_or_else(|| file.with_extension("exr"));
-        update(&rendered.image, &target, &mut outcome);
+        update(&rendered, &target, &mut outcome);
     }
     outcome
 }
 
 /// Writes a new reference.
-fn update(image: &Image, target: &Path, outcome: &mut Outcome) {
-    match image.write(target) {
+fn update(rendered: &Rendered, target: &Path, outcome: &mut Outcome) {
+    match rendered.image.write(target) {
         Ok(()) => {
             outcome.updated = true;
-            outcome.reason += &format!("; wrote {}", target.display());
+            let samples = rendered.samples_per_pixel;
+            outcome.reason += &format!("; wrote {}, {samples} samples per pixel", target.display());
         }
         Err(error) => {
             outcome.verdict = Verdict::Trouble;
@@ -201,21 +211,19 @@ fn update(image: &Image, target: &Path, outcome: &mut Outcome) {
     }
 }
 
-fn render(arguments: &Verify, scene: &Scene) -> Rendered {
+fn render(arguments: &Verify, file: &Path, scene: &Scene) -> Rendered {
     let samples_per_pixel = scene.sampler.samples_per_pixel;
     let settings = Settings {
         seed: arguments.seed,
         threads: arguments.threads.map_or(0, usize::from),
-        error_layers: samples_per_pixel > 1 && decides_noise(arguments),
+        // Always, so that limits are those of the picture that they were read from.
+        error_layers: samples_per_pixel > 1,
     };
     let started = Instant::now();
-    let image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
-    Rendered { image, samples_per_pixel, seconds: started.elapsed().as_secs_f64() }
-}
-
-/// Whether the tests for noise decide: where no limit is given, or one for them.
-fn decides_noise(arguments: &Verify) -> bool {
-    arguments.max.is_empty() || arguments.max.iter().any(|limit| limit.metric == Metric::NoiseP)
+    let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
+    let seconds = started.elapsed().as_secs_f64();
+    image.metadata = Metadata::new(file, arguments.seed, f64::from(samples_per_pixel), true).as_json();
+    Rendered { image, samples_per_pixel, seconds }
 }
 
 /// Compares a render with the reference in a file.
@@ -232,12 +240,14 @@ fn hold_against(
     let broken = [("render", &pair.actual), ("reference", &pair.expected)]
         .into_iter()
         .find_map(|(which, pixels)| not_finite(pixels, &pair).map(|(count, _)| (which, count)));
-    let tells_noise = decides_noise(arguments) && broken.is_none() && !noise::is_rounded(reference);
-    let asked = |metric| broken.is_none() && (metric != Metric::NoiseP || tells_noise);
+    let asked = |metric| broken.is_none() && (metric != Metric::NoiseP || !noise::is_rounded(reference));
     let measurement = measure(&pair, THRESHOLD, &asked);
     let (verdict, reason) = match broken {
         Some((which, count)) => (Verdict::Differs, not_finite_words(which, count)),
-        None => judge(arguments, &measurement)?,
+        None if pair.left_out > 0 => {
+            (Verdict::Differs, format!("only one of the pictures has {} of the pixels", pair.left_out))
+        }
+        None => judge(arguments, &pair, &measurement)?,
     };
     let Rendered { samples_per_pixel, seconds, .. } = *rendered;
     Ok((verdict, reason, Some(Compared { pair, measurement, samples_per_pixel, seconds })))
@@ -254,25 +264,28 @@ fn not_finite_words(which: &str, count: usize) -> String {
 const THRESHOLD: f32 = 0.01;
 
 /// Whether what was measured is within the limits or, without any, within noise.
-fn judge(arguments: &Verify, measurement: &Measurement) -> Result<(Verdict, String), String> {
-    if decides_noise(arguments) && measurement.agreement.is_none() {
-        return Err(
-            "cannot tell noise from bias: it takes 2 samples per pixel and a reference in EXR, PFM or HDR; \
-                    set limits with --max, such as --max rmse=0.01"
-                .into(),
-        );
+fn judge(arguments: &Verify, pair: &Aligned, measurement: &Measurement) -> Result<(Verdict, String), String> {
+    let default = [Limit { metric: Metric::NoiseP, value: noise::SIGNIFICANCE }];
+    let limits = if arguments.max.is_empty() { &default[..] } else { &arguments.max[..] };
+    if let Some(metric) = measurement.lacks(limits) {
+        let reason = if metric == Metric::NoiseP { BLIND } else { "the picture is too small" };
+        return Err(format!("there is no {}: {reason}", metric.name()));
     }
-    if arguments.max.is_empty() {
-        let agrees =
-            measurement.agreement.as_ref().is_some_and(|agreement| agreement.holds(noise::SIGNIFICANCE));
-        let verdict = if agrees { Verdict::Agrees } else { Verdict::Differs };
-        let reason = if agrees { "within noise" } else { "by more than noise" };
-        return Ok((verdict, reason.into()));
-    }
-    let beyond = measurement.metrics.iter().filter(|line| line.is_beyond(&arguments.max));
+    let beyond = measurement.metrics.iter().filter(|line| line.is_beyond(limits));
     let beyond: Vec<&str> = beyond.map(|line| line.metric.name()).collect();
     Ok(match beyond.as_slice() {
+        [] if pair.actual == pair.expected => (Verdict::Agrees, "identical".into()),
+        [] if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
         [] => (Verdict::Agrees, "within the limits".into()),
+        _ if arguments.max.is_empty() => {
+            let found =
+                measurement.agreement.as_ref().map(|found| noise::differences(found, noise::SIGNIFICANCE));
+            (Verdict::Differs, format!("by more than noise: {}", found.unwrap_or_default().join("; ")))
+        }
         beyond => (Verdict::Differs, format!("beyond the limits of {}", beyond.join(", "))),
     })
 }
+
+/// Why there may be no test for noise.
+const BLIND: &str = "it takes 16 samples per pixel, or 2 if the reference has error layers, and a reference of more than 8 \
+                     bits; --spp gives samples, --max other limits, such as rmse=0.01";
