@@ -2,30 +2,21 @@
 //!
 //! They rest on the standard errors of [`PixelError`]. Noise is taken to be independent from pixel to pixel.
 
-use std::num::NonZeroU32;
+mod noise;
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
-use crate::{Aligned, PixelError, Window};
+use self::noise::{Difference, Noise};
+use crate::{Aligned, Window};
 
 /// Pixels on a side of a tile.
 const TILE: u32 = 16;
 /// The power of [`Agreement::visible_in_mean`].
 const POWER: f64 = 0.95;
-/// What rounding may do to a value, by the value: differences of this size are no sign of anything. For pictures by this
-/// renderer, which sums in double precision,
-const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
-/// for others, which may sum thousands of samples in single precision,
-const SUM_ROUNDING: f64 = 1.0 / (1 << 13) as f64;
-/// and for a picture that was stored in half precision.
-const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
-/// How much larger the error of a mean of pixels may be than that of independent ones, because filters of several pixels
-/// make neighbours alike.
-const FILTERED: f32 = 2.0;
-/// A pixel of fewer samples takes itself for exact too often to be held against one of which nothing is known.
-const FEWEST_SAMPLES: u32 = 16;
-/// Fewer pixels than these are not tested one by one.
+/// Fewer pixels than these do not tell how far their mean is off.
 const FEWEST_PIXELS: usize = 100;
+/// The sum over fewer pixels than these is too skewed to be taken for normal.
+const FEWEST_SQUARES: usize = 1000;
 
 /// The result of testing one difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,18 +46,47 @@ pub struct PixelTest {
     pub p: f64,
 }
 
+/// Why two pictures cannot be tested.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Untestable {
+    /// Nothing tells noise from bias.
+    #[error("the actual picture has no error layers")]
+    NoErrors,
+    /// A picture of [`Precision::Integer`](crate::Precision::Integer).
+    #[error("one of the pictures is stored as integers, and their rounding is no noise")]
+    Rounded,
+    /// An untested pixel may hide anything.
+    #[error(
+        "{pixels} pixels of the actual picture have less than {needed} samples, or an error that is not finite"
+    )]
+    Actual {
+        /// How many.
+        pixels: usize,
+        /// The samples that it takes.
+        needed: u32,
+    },
+    /// The same of a picture that has error layers.
+    #[error(
+        "{pixels} pixels of the expected picture have less than 2 samples, or an error that is not finite"
+    )]
+    Expected {
+        /// How many.
+        pixels: usize,
+    },
+}
+
 /// What the tests say of two pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Agreement {
-    /// Whether the errors of the expected picture are known; if not, it was taken to be as noisy as the actual one.
+    /// Whether the expected picture has error layers; if not, its noise was guessed from the differences.
     pub expected_is_known: bool,
     /// The means of the whole pictures, for each channel.
     pub means: Vec<Test>,
     /// The means of tiles of 16 x 16 pixels, for each channel.
     pub tiles: Vec<Test>,
     /// The means again, for each channel, with standard errors from how much the differences of pixels scatter: it finds
-    /// small errors of pictures that share their noise. As the next ones, only of pixels of which both errors are known,
-    /// and the number of samples is about the same: the noise of others is skewed.
+    /// small errors of pictures that share their noise. As the next ones, only of pixels that have error layers in both
+    /// pictures, and about the same number of samples: the noise of others is skewed.
     pub paired: Vec<Test>,
     /// Pixel by pixel, for each channel that has pixels enough with at least 6 replicates.
     pub pixels: Vec<PixelTest>,
@@ -135,16 +155,17 @@ fn visible(level: f64) -> f64 {
     normal.inverse_cdf(POWER) - normal.inverse_cdf(level / 2.0)
 }
 
-/// Tests whether two pictures agree up to noise. `None` if the errors of the actual picture are not known: then nothing
-/// tells noise from bias.
+/// Tests whether two pictures agree up to noise.
 ///
-/// Where those of the expected picture are not known, it is taken to be as noisy as the actual one, or as the differences of
-/// the pixels of a tile scatter if that is more; of the actual one only pixels of 16 samples or more count then. A picture
-/// with fewer samples than the other is taken to be at least as noisy as the other would be with so few: rare events that
-/// it has not met do not count as a difference.
-pub fn agreement(pair: &Aligned) -> Option<Agreement> {
+/// Where the expected picture has no error layers, it is taken to be as noisy as the actual one at least, and more where
+/// their differences say so. A picture with fewer samples than the other is taken to be at least as noisy as the other would be
+/// with so few: rare events that it has not met do not count as a difference.
+///
+/// # Errors
+///
+/// If one picture or a single pixel of it cannot be tested.
+pub fn agreement(pair: &Aligned) -> Result<Agreement, Untestable> {
     let noise = Noise::new(pair)?;
-    let whole = Window { x: 0, y: 0, ..pair.window };
     let mut result = Agreement {
         expected_is_known: pair.expected_errors.is_some(),
         means: Vec::new(),
@@ -154,192 +175,90 @@ pub fn agreement(pair: &Aligned) -> Option<Agreement> {
         p: 1.0,
     };
     for channel in 0..3 {
-        result.means.extend(noise.test_mean(pair, whole, channel));
-        result.tiles.extend(tiles(whole).filter_map(|tile| noise.test_mean(pair, tile, channel)));
-        result.paired.extend(noise.test_paired(pair, channel));
-        result.pixels.extend(noise.test_pixels(pair, channel));
+        let differences = noise.differences(pair, channel);
+        result.means.push(test_mean(&mut differences.iter(), channel, pair.window));
+        result.tiles.extend(
+            tiles(pair).map(|tile| {
+                test_mean(&mut in_tile(tile, pair).map(|pixel| &differences[pixel]), channel, tile)
+            }),
+        );
+        result.paired.extend(test_paired(&differences, channel, pair.window));
+        result.pixels.extend(test_pixels(&differences, channel));
     }
     result.p = result.corrected();
-    (!result.means.is_empty()).then_some(result)
+    Ok(result)
 }
 
-/// The tiles of a window.
-fn tiles(window: Window) -> impl Iterator<Item = Window> {
+/// The tiles of the pair.
+fn tiles(pair: &Aligned) -> impl Iterator<Item = Window> {
+    let Window { x: left, y: top, width, height } = pair.window;
     let starts = |size: u32| (0..size).step_by(TILE as usize);
     let side = move |start: u32, size: u32| TILE.min(size - start);
-    starts(window.height).flat_map(move |y| {
-        starts(window.width).map(move |x| Window {
-            x: x as i32,
-            y: y as i32,
-            width: side(x, window.width),
-            height: side(y, window.height),
+    starts(height).flat_map(move |y| {
+        starts(width).map(move |x| Window {
+            x: left + x as i32,
+            y: top + y as i32,
+            width: side(x, width),
+            height: side(y, height),
         })
     })
 }
 
-/// The pixels of a part of the pictures.
-fn places(part: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
-    let (x0, y0, row) = (part.x as usize, part.y as usize, pair.window.width as usize);
-    let (width, height) = (part.width as usize, part.height as usize);
+/// The pixels of a tile of the pair.
+fn in_tile(tile: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
+    let (x0, y0) = ((tile.x - pair.window.x) as usize, (tile.y - pair.window.y) as usize);
+    let (width, height) = (tile.width as usize, tile.height as usize);
+    let row = pair.window.width as usize;
     (y0..y0 + height).flat_map(move |y| (x0..x0 + width).map(move |x| y * row + x))
 }
 
-/// The noise of a pair of pictures.
-struct Noise {
-    expected_is_known: bool,
-    actual: Vec<PixelError>,
-    expected: Vec<PixelError>,
-    rounding: f64,
-}
-
-/// The difference of two pixels in one channel.
-struct Difference {
-    value: f64,
-    variance: f64,
-    /// The sum of what the variance consists of, squared, by the degrees of freedom of each (Welch and Satterthwaite).
-    spread: f64,
-    /// What rounding may do, which is alike in neighbours.
-    rounding: f64,
-    /// Whether both have about as many samples, so that their difference is not skewed. Not if one is not known.
-    is_even: bool,
-}
-
-impl Difference {
-    /// The degrees of freedom of the variance.
-    fn freedom(&self) -> f64 {
-        self.variance * self.variance / self.spread
+/// Tests the mean of a part of the pictures.
+fn test_mean(differences: &mut dyn Iterator<Item = &Difference>, channel: usize, window: Window) -> Test {
+    let (mut value, mut variance, mut spread, mut rounding) = (0.0, 0.0, 0.0, 0.0);
+    for difference in differences {
+        value += difference.value;
+        variance += difference.variance;
+        spread += difference.spread;
+        rounding += difference.rounding;
     }
+    let count = window.area() as f64;
+    let standard_error = (variance + rounding * rounding).sqrt() / count;
+    let difference = value / count;
+    let p = two_sided(difference / standard_error, variance * variance / spread);
+    Test { channel, window, difference, standard_error, p }
 }
 
-impl Noise {
-    fn new(pair: &Aligned) -> Option<Noise> {
-        let actual = pair.actual_errors.clone()?;
-        let expected = pair.expected_errors.clone().unwrap_or_else(|| scattered(pair, &actual));
-        let is_half = |pixels: &[[f32; 3]]| {
-            pixels.as_flattened().iter().all(|value| ::exr::prelude::f16::from_f32(*value).to_f32() == *value)
-        };
-        let rounding = match () {
-            () if is_half(&pair.actual) || is_half(&pair.expected) => HALF_ROUNDING,
-            () if pair.expected_errors.is_none() => SUM_ROUNDING,
-            () => ROUNDING,
-        };
-        Some(Noise { expected_is_known: pair.expected_errors.is_some(), actual, expected, rounding })
-    }
+/// Tests the mean by how the differences of pixels scatter.
+fn test_paired(differences: &[Difference], channel: usize, window: Window) -> Option<Test> {
+    let pixels: Vec<&Difference> = differences.iter().filter(|pixel| pixel.is_even).collect();
+    let count = pixels.len() as f64;
+    let mean = |value: fn(&Difference) -> f64| pixels.iter().map(|pixel| value(pixel)).sum::<f64>() / count;
+    let (difference, rounding) = (mean(|pixel| pixel.value), mean(|pixel| pixel.rounding));
+    let squares = pixels.iter().map(|pixel| (pixel.value - difference).powi(2)).sum::<f64>();
+    let standard_error = (squares / (count * (count - 1.0)) + rounding.powi(2)).sqrt();
+    let p = two_sided(difference / standard_error, count - 1.0);
+    (pixels.len() >= FEWEST_PIXELS).then_some(Test { channel, window, difference, standard_error, p })
+}
 
-    /// The difference of a pixel; `None` if its error is not known.
-    fn difference(&self, pair: &Aligned, pixel: usize, channel: usize) -> Option<Difference> {
-        let (a, b) = (f64::from(pair.actual[pixel][channel]), f64::from(pair.expected[pixel][channel]));
-        let (a_error, b_error) = (&self.actual[pixel], &self.expected[pixel]);
-        let [a_variance, b_variance] =
-            [a_error, b_error].map(|error| f64::from(error.standard_error[channel]).powi(2));
-        if !self.expected_is_known && a_error.samples < FEWEST_SAMPLES {
-            return None;
+/// Tests the pixels of a channel together.
+fn test_pixels(differences: &[Difference], channel: usize) -> Option<PixelTest> {
+    let mut sums = [0.0; 3];
+    let mut pixels = 0;
+    for pixel in differences {
+        let n = pixel.freedom();
+        // The variance of t squared is finite above 4; black and rounded pixels have nothing to say.
+        if !pixel.is_even || n.is_nan() || n <= 4.5 || pixel.variance < pixel.rounding.powi(2) {
+            continue;
         }
-        let freedom = |error: &PixelError| NonZeroU32::new(error.replicates.saturating_sub(1));
-        let (a_freedom, b_freedom) = (freedom(a_error)?.get(), freedom(b_error)?.get());
-        // At the same noise per sample.
-        let ratio = f64::from(a_error.samples) / f64::from(b_error.samples);
-        let a_variance = a_variance.max(if ratio < 1.0 { b_variance / ratio } else { 0.0 });
-        let b_variance = b_variance.max(if ratio > 1.0 { a_variance * ratio } else { 0.0 });
-        let variance = a_variance + b_variance;
-        variance.is_finite().then(|| Difference {
-            value: a - b,
-            variance,
-            spread: a_variance.powi(2) / f64::from(a_freedom) + b_variance.powi(2) / f64::from(b_freedom),
-            rounding: self.rounding * a.abs().max(b.abs()),
-            is_even: self.expected_is_known && (0.5..=2.0).contains(&ratio),
-        })
+        let mean = n / (n - 2.0);
+        sums[0] += pixel.value.powi(2) / (pixel.variance + pixel.rounding.powi(2));
+        sums[1] += mean;
+        sums[2] += 2.0 * mean.powi(2) * (n - 1.0) / (n - 4.0);
+        pixels += 1;
     }
-
-    /// Tests the mean of a part of the pictures. `None` if nothing is known of its pixels.
-    fn test_mean(&self, pair: &Aligned, part: Window, channel: usize) -> Option<Test> {
-        let mut sum = Difference { value: 0.0, variance: 0.0, spread: 0.0, rounding: 0.0, is_even: true };
-        let mut count = 0.0;
-        for pixel in places(part, pair).filter_map(|pixel| self.difference(pair, pixel, channel)) {
-            sum.value += pixel.value;
-            sum.variance += pixel.variance;
-            sum.spread += pixel.spread;
-            sum.rounding += pixel.rounding;
-            count += 1.0;
-        }
-        let standard_error = (sum.variance + sum.rounding.powi(2)).sqrt() / count;
-        let difference = sum.value / count;
-        let window = Window { x: part.x + pair.window.x, y: part.y + pair.window.y, ..part };
-        let p = two_sided(difference / standard_error, sum.freedom());
-        (count > 0.0).then_some(Test { channel, window, difference, standard_error, p })
-    }
-
-    /// Tests the mean by how the differences of pixels scatter.
-    fn test_paired(&self, pair: &Aligned, channel: usize) -> Option<Test> {
-        let pixels = (0..pair.actual.len()).filter_map(|pixel| self.difference(pair, pixel, channel));
-        let pixels: Vec<Difference> = pixels.filter(|pixel| pixel.is_even).collect();
-        let count = pixels.len() as f64;
-        let mean = |value: fn(&Difference) -> f64| pixels.iter().map(value).sum::<f64>() / count;
-        let (difference, rounding) = (mean(|pixel| pixel.value), mean(|pixel| pixel.rounding));
-        let squares = pixels.iter().map(|pixel| (pixel.value - difference).powi(2)).sum::<f64>();
-        let standard_error = (squares / (count * (count - 1.0)) + rounding.powi(2)).sqrt();
-        let p = two_sided(difference / standard_error, count - 1.0);
-        (pixels.len() >= FEWEST_PIXELS).then_some(Test {
-            channel,
-            window: pair.window,
-            difference,
-            standard_error,
-            p,
-        })
-    }
-
-    /// Tests the pixels of a channel together.
-    fn test_pixels(&self, pair: &Aligned, channel: usize) -> Option<PixelTest> {
-        let mut sums = [0.0; 3];
-        let mut pixels = 0;
-        for at in 0..pair.actual.len() {
-            let Some(pixel) = self.difference(pair, at, channel) else { continue };
-            let n = pixel.freedom();
-            // The variance of t squared is finite above 4; black and rounded pixels have nothing to say.
-            if !pixel.is_even || n.is_nan() || n <= 4.5 || pixel.variance < pixel.rounding.powi(2) {
-                continue;
-            }
-            let mean = n / (n - 2.0);
-            sums[0] += pixel.value.powi(2) / (pixel.variance + pixel.rounding.powi(2));
-            sums[1] += mean;
-            sums[2] += 2.0 * mean.powi(2) * (n - 1.0) / (n - 4.0);
-            pixels += 1;
-        }
-        let [sum, expected, variance] = sums;
-        let p = Normal::standard().sf((sum - expected) / variance.sqrt());
-        (pixels >= FEWEST_PIXELS).then_some(PixelTest { channel, pixels, ratio: sum / expected, p })
-    }
-}
-
-/// The errors of the expected picture, guessed: those of the actual one, or what the differences scatter beyond those.
-/// Other renderers have noise where this one has none.
-fn scattered(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
-    let mut errors = actual.to_vec();
-    let whole = Window { x: 0, y: 0, ..pair.window };
-    for tile in tiles(whole) {
-        for channel in 0..3 {
-            let at = |pixel: usize| pair.actual[pixel][channel] - pair.expected[pixel][channel];
-            let own =
-                places(tile, pair).map(|pixel| f64::from(actual[pixel].standard_error[channel]).powi(2));
-            let own = own.sum::<f64>() / f64::from(tile.width * tile.height);
-            let all = f64::from(scatter(places(tile, pair).map(at).collect())).powi(2);
-            let others = FILTERED * (all - own).max(0.0).sqrt() as f32;
-            for pixel in places(tile, pair) {
-                let error = &mut errors[pixel].standard_error[channel];
-                *error = error.max(others);
-            }
-        }
-    }
-    errors
-}
-
-/// The standard deviation of values of which less than half have been moved, by their median distance from the median.
-fn scatter(mut values: Vec<f32>) -> f32 {
-    let middle = values.len() / 2;
-    let median = |values: &mut [f32]| *values.select_nth_unstable_by(middle, f32::total_cmp).1;
-    let center = median(&mut values);
-    values.iter_mut().for_each(|value| *value = (*value - center).abs());
-    1.4826 * median(&mut values)
+    let [sum, expected, variance] = sums;
+    let p = Normal::standard().sf((sum - expected) / variance.sqrt());
+    (pixels >= FEWEST_SQUARES).then_some(PixelTest { channel, pixels, ratio: sum / expected, p })
 }
 
 /// The probability that Student's t is at least so far from 0. One that is no number comes from equal values without noise.
@@ -355,12 +274,14 @@ fn two_sided(t: f64, freedom: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{PixelError, Precision};
 
-    const WIDTH: u32 = 20;
-    const HEIGHT: u32 = 18;
+    const WIDTH: u32 = 36;
+    const HEIGHT: u32 = 30;
+    const PIXELS: usize = (WIDTH * HEIGHT) as usize;
 
     fn pixels<T>(of: impl Fn(usize, usize) -> T) -> Vec<[T; 3]> {
-        (0..(WIDTH * HEIGHT) as usize).map(|i| std::array::from_fn(|channel| of(i, channel))).collect()
+        (0..PIXELS).map(|i| std::array::from_fn(|channel| of(i, channel))).collect()
     }
 
     fn values(step: usize) -> Vec<[f32; 3]> {
@@ -389,6 +310,7 @@ mod tests {
             expected: values(4),
             actual_errors: Some(errors(0, 1.0, 64)),
             expected_errors: Some(errors(6, 0.5, 128)),
+            precision: Precision::Single,
             left_out: 0,
         }
     }
@@ -406,46 +328,74 @@ mod tests {
             close(test.standard_error, standard_error);
             close(test.p, p);
         };
-        check(&found.means[0], [-0.0008055559462971158, 0.004913095198090966, 0.8697668737002262]);
-        check(&found.means[1], [0.021166646480560304, 0.004935756655405461, 1.8249309798179844e-05]);
-        check(&found.tiles[4], [0.02984372153878212, 0.00584715556829379, 3.4567807368930896e-07]);
-        check(&found.tiles[11], [-0.01374998688697815, 0.03336001568077609, 0.6807496741946799]);
-        check(&found.paired[0], [-0.0008055559462971158, 0.004844907582234274, 0.868039185650213]);
-        check(&found.paired[1], [0.021166646480560304, 0.005479419753850177, 0.00013290067633635785]);
+        check(&found.means[0], [-3.703700171576606e-05, 0.002837891407815281, 0.9895873252702669]);
+        check(&found.means[1], [0.007074067327711317, 0.002848934968524814, 0.013034205709591417]);
+        check(&found.tiles[6], [0.029296846129000187, 0.005861490845223758, 5.996799818199712e-07]);
+        check(&found.tiles[17], [0.0001785712582724435, 0.012727521625628803, 0.988808418187675]);
+        check(&found.paired[0], [-3.703700171576606e-05, 0.002791204575930368, 0.9894154881293725]);
+        check(&found.paired[1], [0.007074067327711317, 0.0031581159851912345, 0.02529622457774048]);
         for (test, [ratio, p]) in found.pixels.iter().zip([
-            [1.0713656385899022, 0.18802505873985714],
-            [1.3494413503895484, 7.3552171162983065e-06],
-            [0.9980897729655746, 0.5094307904075166],
+            [1.0838526160002524, 0.03580853738139882],
+            [1.3010367387281763, 5.046367353416635e-11],
+            [0.9984669365359957, 0.5131080176476336],
         ]) {
             close(test.ratio, ratio);
             close(test.p, p);
-            assert_eq!(test.pixels, 360);
+            assert_eq!(test.pixels, PIXELS);
         }
-        close(found.p, 8.296273768543415e-06);
-        close(found.visible_in_mean(0.01), 0.02558575099012999);
-        assert!(!found.holds(0.01) && found.holds(1e-6));
+        close(found.p, 9.083461236149943e-10);
+        close(found.visible_in_mean(0.01), 0.014770663316607043);
+        assert!(!found.holds(0.01) && found.holds(1e-10));
         let tiles = found.differing_tiles(0.01);
-        assert_eq!(tiles, [found.tiles[4]]);
+        assert_eq!(tiles, [found.tiles[6]]);
         assert_eq!(tiles[0].window, Window { x: 100, y: 50, width: 16, height: 16 });
     }
 
     #[test]
     fn without_errors_nothing_is_told() {
-        assert!(agreement(&Aligned { actual_errors: None, ..sample() }).is_none());
+        let refuses = |pair: &Aligned, expected| assert_eq!(agreement(pair), Err(expected));
+        refuses(&Aligned { actual_errors: None, ..sample() }, Untestable::NoErrors);
+        refuses(&Aligned { precision: Precision::Integer, ..sample() }, Untestable::Rounded);
+        // One pixel is enough.
         let unknown = PixelError { standard_error: [f32::INFINITY; 3], samples: 1, replicates: 1 };
-        assert!(agreement(&Aligned { actual_errors: Some(vec![unknown; 360]), ..sample() }).is_none());
+        let mut pair = sample();
+        pair.expected_errors.as_mut().unwrap()[7] = unknown;
+        refuses(&pair, Untestable::Expected { pixels: 1 });
+        pair.actual_errors.as_mut().unwrap()[8] = unknown;
+        refuses(&pair, Untestable::Actual { pixels: 1, needed: 2 });
     }
 
     /// Noise of the expected picture that is not known shows in how the differences scatter; the mean of a tile does not.
     #[test]
     fn unknown_noise_is_seen_in_the_scatter() {
         let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
-        let mut pair = Aligned { actual_errors: Some(vec![still; 360]), expected_errors: None, ..sample() };
-        pair.actual = vec![[1.0, 2.0, 3.0]; 360];
+        let mut pair =
+            Aligned { actual_errors: Some(vec![still; PIXELS]), expected_errors: None, ..sample() };
+        pair.actual = vec![[1.0, 2.0, 3.0]; PIXELS];
         let found = agreement(&pair).unwrap();
         assert!(!found.expected_is_known && found.pixels.is_empty() && found.holds(0.01), "{}", found.p);
         pair.actual.iter_mut().for_each(|pixel| pixel[2] += 0.1);
         assert!(!agreement(&pair).unwrap().holds(1e-6));
+    }
+
+    /// A reference that says nothing of its noise may be the noisier one: all differences together tell by how much.
+    #[test]
+    fn the_noise_of_the_reference_is_guessed() {
+        let mut pair = Aligned { expected_errors: None, ..sample() };
+        pair.actual.clone_from(&pair.expected);
+        for pixel in &mut pair.actual[..16] {
+            pixel[0] += 0.5;
+        }
+        let before = agreement(&pair).unwrap();
+        assert!(!before.holds(0.01));
+        // Far from there.
+        for pixel in pair.expected.iter_mut().skip(PIXELS / 2).step_by(9) {
+            pixel[0] += 3.0;
+        }
+        let after = agreement(&pair).unwrap();
+        assert!(
+            after.tiles[0].standard_error > 3.0 * before.tiles[0].standard_error && after.tiles[0].p > 0.1
+        );
     }
 
     /// Few samples say nothing of skewed noise: neither where only they are known, nor against many.
@@ -453,9 +403,9 @@ mod tests {
     fn few_samples_are_not_believed() {
         let mut pair = sample();
         pair.expected_errors = None;
-        assert!(agreement(&pair).is_some());
+        assert!(agreement(&pair).is_ok());
         pair.actual_errors.as_mut().unwrap().iter_mut().for_each(|error| error.samples = 15);
-        assert_eq!(agreement(&pair), None);
+        assert_eq!(agreement(&pair), Err(Untestable::Actual { pixels: PIXELS, needed: 16 }));
         pair.expected_errors = Some(errors(6, 0.5, 1024));
         let found = agreement(&pair).unwrap();
         assert!(found.pixels.is_empty() && found.paired.is_empty());
@@ -477,7 +427,7 @@ mod tests {
     #[test]
     fn rounding_is_no_difference() {
         let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
-        let errors = Some(vec![still; 360]);
+        let errors = Some(vec![still; PIXELS]);
         let pair = |factor: f32, expected_errors: &Option<Vec<PixelError>>| {
             let mut pair = sample();
             pair.actual.clone_from(&pair.expected);

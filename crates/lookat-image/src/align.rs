@@ -1,7 +1,7 @@
 //! Brings two pictures to the pixels that both have.
 
 use crate::error::listed;
-use crate::{Image, PixelError, Window};
+use crate::{Image, PixelError, Precision, Window};
 
 /// The pixels that two pictures share.
 #[derive(Debug, Clone)]
@@ -16,6 +16,8 @@ pub struct Aligned {
     pub actual_errors: Option<Vec<PixelError>>,
     /// The same of the second.
     pub expected_errors: Option<Vec<PixelError>>,
+    /// Of the picture that is stored less finely.
+    pub precision: Precision,
     /// How many pixels of either picture the other does not have.
     pub left_out: u64,
 }
@@ -53,6 +55,7 @@ pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
         expected_errors: errors(expected),
         actual: cut(colors(actual, "first")?, actual.data_window, window),
         expected: cut(colors(expected, "second")?, expected.data_window, window),
+        precision: actual.precision.min(expected.precision),
         left_out,
     })
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::{Fault, pixel_count};
-use crate::{Image, Window};
+use crate::{Image, Precision, Window};
 
 /// The formats that are read here, by their endings, with a bound for the bytes of pixels that one byte of a
 /// file can stand for. PNG shrinks to 1/1032 what may be 1 bit for 32; a row of HDR may be a color and a
@@ -43,7 +43,7 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path) -> Result<Image,
     let pixels: Vec<[f32; 3]> =
         decoded.pixels().map(|pixel| if linear { pixel.0 } else { pixel.0.map(from_srgb) }).collect();
     let window = Window { x: 0, y: 0, width, height };
-    Ok(Image::from_rgb(window, window, &pixels))
+    Ok(Image { precision: Precision::Integer, ..Image::from_rgb(window, window, &pixels) })
 }
 
 fn fault(error: ::image::ImageError) -> Fault {

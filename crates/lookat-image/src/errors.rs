@@ -45,6 +45,11 @@ impl Image {
 }
 
 impl PixelError {
+    /// Whether the error can be used, and rests on so many samples.
+    pub(crate) fn is_known(&self, samples: u32) -> bool {
+        self.replicates >= 2 && self.samples >= samples && self.standard_error.iter().all(|e| e.is_finite())
+    }
+
     fn values(&self) -> [f32; 5] {
         let [r, g, b] = self.standard_error;
         [r, g, b, self.samples as f32, self.replicates as f32]

@@ -17,7 +17,7 @@ use ::exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use ::exr::prelude::f16;
 
 use crate::error::{Fault, listed, pixel_count};
-use crate::{Channel, Image, Window};
+use crate::{Channel, Image, Precision, Window};
 
 use layer::Choice;
 
@@ -130,7 +130,9 @@ fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault
     };
     let data_window = window(header.data_window());
     let display_window = window(header.shared_attributes.display_window);
-    Ok(Image { data_window, display_window, channels, metadata, layers: Vec::new() })
+    let is_half = sources(header, choice).iter().any(|(_, kind)| *kind == SampleType::F16);
+    let precision = if is_half { Precision::Half } else { Precision::Single };
+    Ok(Image { data_window, display_window, channels, metadata, layers: Vec::new(), precision })
 }
 
 /// For each channel of the choice, the bytes of a pixel before it, and its type.
@@ -224,7 +226,8 @@ mod tests {
             |(i, name): (usize, &&str)| Channel { name: name.to_string(), samples: values(i as u32) };
         let channels = ["B", "G", "R", "Tiefe \u{fc}", "albedo.R"].iter().enumerate().map(channel).collect();
         let metadata = Some("{\"scene\": \"K\u{fc}che \u{1f600}\"}".to_string());
-        Image { data_window, display_window, channels, metadata, layers: Vec::new() }
+        let precision = Precision::Single;
+        Image { data_window, display_window, channels, metadata, layers: Vec::new(), precision }
     }
 
     fn bytes(image: &Image) -> Vec<u8> {

@@ -39,6 +39,17 @@ pub struct Channel {
     pub samples: Vec<f32>,
 }
 
+/// How finely a file keeps the values of a picture. It is not written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Precision {
+    /// Integers of 8 or 16 bits; in Radiance HDR three of 8 bits with a common exponent.
+    Integer,
+    /// 16-bit float: 11 bits of the value.
+    Half,
+    /// 32-bit float, or a picture that comes from no file.
+    Single,
+}
+
 /// A picture: the channels over the data window, which is the part of the display window that was computed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
@@ -55,6 +66,8 @@ pub struct Image {
     /// The names that [`Image::read_layer`] takes for the EXR file from which this was read; none for other
     /// pictures. They are not written.
     pub layers: Vec<String>,
+    /// Of the file from which this was read.
+    pub precision: Precision,
 }
 
 impl Image {
@@ -72,6 +85,7 @@ impl Image {
             channels: channels.collect(),
             metadata: None,
             layers: Vec::new(),
+            precision: Precision::Single,
         }
     }
 
@@ -219,7 +233,12 @@ fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
-    let directory = match path.parent() {
+    // A link stays, and what it leads to is replaced.
+    let target = path.canonicalize().unwrap_or_else(|_| path.into());
+    if std::fs::metadata(&target).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+        return Err(Fault::Unfit("what is there is not a file".into()));
+    }
+    let directory = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
@@ -230,7 +249,7 @@ fn replace(
     write(&mut out)?;
     out.flush()?;
     drop(out);
-    file.persist(path).map_err(|refused| refused.error)?;
+    file.persist(&target).map_err(|refused| refused.error)?;
     Ok(())
 }
 
@@ -289,12 +308,33 @@ mod tests {
         );
         assert_eq!(names(directory.path()), ["x.exr"]);
 
+        // Nor is what is no file.
+        #[cfg(unix)]
+        {
+            let path = directory.path().join("socket.exr");
+            let _socket = std::os::unix::net::UnixListener::bind(&path).unwrap();
+            check(&image, &path, "cannot write @: what is there is not a file");
+            std::fs::remove_file(&path).unwrap();
+        }
+
         // What was there before stays.
         let path = directory.path().join("kept.png");
         image.write(&path).unwrap();
         let before = std::fs::read(&path).unwrap();
         twice.write(&path).unwrap_err();
         assert_eq!(std::fs::read(&path).unwrap(), before);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link() {
+        let directory = tempfile::tempdir().unwrap();
+        let (link, file) = (directory.path().join("link.exr"), directory.path().join("file.exr"));
+        std::fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        Image::from_rgb(ONE, ONE, &[[1.0; 3]]).write(&link).unwrap();
+        assert!(link.is_symlink() && !file.is_symlink());
+        assert!(Image::read(&file).is_ok());
     }
 
     #[test]

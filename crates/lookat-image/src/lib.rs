@@ -37,16 +37,16 @@ mod sample;
 mod ssim;
 mod sum;
 
-pub use agreement::{Agreement, PixelTest, Test, agreement};
+pub use agreement::{Agreement, PixelTest, Test, Untestable, agreement};
 pub use align::{AlignError, Aligned, align};
 pub use display::Encoded;
 pub use error::ImageError;
 pub use errors::PixelError;
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use format::Format;
-pub use image::{Channel, Image, Window, write_file};
+pub use image::{Channel, Image, Precision, Window, write_file};
 pub use metric::{
-    Largest, Means, largest_difference, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
+    Largest, Means, largest_difference, mean, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,
 };
 pub use panel::{

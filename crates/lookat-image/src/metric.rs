@@ -26,6 +26,12 @@ pub fn rmse(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f64 {
     (squares / samples(actual)).sqrt()
 }
 
+/// The mean of all channels.
+pub fn mean(pixels: &[[f32; 3]]) -> f64 {
+    let values = pixels.as_flattened();
+    values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len() as f64
+}
+
 /// Mean errors, all 0 for equal pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Means {

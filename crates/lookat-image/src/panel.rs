@@ -173,12 +173,20 @@ fn span(tick: &Tick, font: Font, bar: usize) -> Range<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Window;
+    use crate::{Precision, Window};
 
     fn pair(width: u32, height: u32, pixel: impl Fn(usize) -> [[f32; 3]; 2]) -> Aligned {
         let window = Window { x: 3, y: -2, width, height };
         let (actual, expected) = (0..window.area() as usize).map(|i| pixel(i).into()).unzip();
-        Aligned { window, actual, expected, actual_errors: None, expected_errors: None, left_out: 0 }
+        Aligned {
+            window,
+            actual,
+            expected,
+            actual_errors: None,
+            expected_errors: None,
+            precision: Precision::Single,
+            left_out: 0,
+        }
     }
 
     /// The colors of the pixels of a pair in a part of its figure.

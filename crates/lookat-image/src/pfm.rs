@@ -3,7 +3,7 @@
 use std::io::{BufRead, Read, Write};
 
 use crate::error::{Fault, pixel_count};
-use crate::{Channel, Image, Window};
+use crate::{Channel, Image, Precision, Window};
 
 /// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").
 pub(crate) fn write(image: &Image, out: &mut impl Write) -> Result<(), Fault> {
@@ -54,7 +54,14 @@ pub(crate) fn read(mut file: impl BufRead) -> Result<Image, Fault> {
     };
     let window = Window { x: 0, y: 0, width, height };
     let channels = names.iter().enumerate().map(channel).collect();
-    Ok(Image { data_window: window, display_window: window, channels, metadata: None, layers: Vec::new() })
+    Ok(Image {
+        data_window: window,
+        display_window: window,
+        channels,
+        metadata: None,
+        layers: Vec::new(),
+        precision: Precision::Single,
+    })
 }
 
 /// The characters up to the next white space, which is passed over.

@@ -1,7 +1,7 @@
 //! Renders of a scene with one material 1 % too bright, against the right one: how often is it found?
 
 use clap::Args;
-use lookat_image::{Image, agreement, align};
+use lookat_image::{Image, agreement, align, mean};
 use lookat_scene::Overrides;
 
 use crate::false_alarms::interval;
@@ -57,9 +57,4 @@ pub fn run(options: &Options) {
             "| {material} | {change:+.2} % | {found} of {pairs} | {low:.0} to {high:.0} % | {median:.1e} |"
         );
     }
-}
-
-fn mean(pixels: &[[f32; 3]]) -> f64 {
-    let values = pixels.as_flattened();
-    values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len() as f64
 }

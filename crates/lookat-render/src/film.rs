@@ -54,30 +54,66 @@ impl AddAssign for Pixel {
 }
 
 /// How far the replicates of a pixel lie apart: independent estimates of its value, of nearly equal numbers of samples.
+/// Single precision serves, as there may be many pixels.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Spread {
     count: u32,
-    mean: DVec3,
-    /// Sum of the squared distances from the mean.
-    squares: DVec3,
+    /// Means over the replicates: of the samples, of the signed samples, and of the signs.
+    plain: Vec3,
+    signed: Vec3,
+    sign: f32,
+    /// Sums of the products of the distances from these means.
+    plain_plain: Vec3,
+    plain_signed: Vec3,
+    plain_sign: Vec3,
+    signed_signed: Vec3,
+    signed_sign: Vec3,
+    sign_sign: f32,
 }
 
 impl Spread {
     /// Adds a replicate (Welford, "Note on a Method for Calculating Corrected Sums of Squares and Products", 1962).
-    pub fn add(&mut self, value: DVec3) {
+    pub fn add(&mut self, replicate: &Pixel) {
+        let samples = f64::from(replicate.count);
+        let plain = (replicate.sum / samples).as_vec3();
+        let signed = (replicate.signed / samples).as_vec3();
+        let sign = 1.0 - 2.0 * replicate.negative as f32 / replicate.count as f32;
         self.count += 1;
-        let step = value - self.mean;
-        self.mean += step / f64::from(self.count);
-        self.squares += step * (value - self.mean);
+        let share = 1.0 / self.count as f32;
+        let (plain_step, signed_step, sign_step) =
+            (plain - self.plain, signed - self.signed, sign - self.sign);
+        self.plain += plain_step * share;
+        self.signed += signed_step * share;
+        self.sign += sign_step * share;
+        let (signed_left, sign_left) = (signed - self.signed, sign - self.sign);
+        self.plain_plain += plain_step * (plain - self.plain);
+        self.plain_signed += plain_step * signed_left;
+        self.plain_sign += plain_step * sign_left;
+        self.signed_signed += signed_step * signed_left;
+        self.signed_sign += signed_step * sign_left;
+        self.sign_sign += sign_step * sign_left;
     }
 
-    /// The standard error of the mean of the replicates; infinite for less than two.
-    fn standard_error(&self) -> DVec3 {
-        let count = f64::from(self.count);
+    /// The standard error of [`Pixel::value`] of all replicates together; infinite for less than two.
+    ///
+    /// That value is not linear in the replicates where the filter is partly negative; this is the error of its tangent at
+    /// their means (the delta method).
+    fn standard_error(&self, weight: f64) -> Vec3 {
         if self.count < 2 {
-            return DVec3::INFINITY;
+            return Vec3::INFINITY;
         }
-        (self.squares / (count * (count - 1.0))).powf(0.5)
+        let weight = weight as f32;
+        let (by_signed, by_plain, by_sign) = (weight, 1.0 - weight * self.sign, -weight * self.plain);
+        let squares = self.signed_signed * by_signed.powi(2)
+            + self.plain_plain * by_plain.powi(2)
+            + self.sign_sign * by_sign * by_sign
+            + 2.0 * self.plain_signed * (by_plain * by_signed)
+            + 2.0 * self.plain_sign * by_plain * by_sign
+            + 2.0 * self.signed_sign * by_signed * by_sign;
+        let count = self.count as f32;
+        let variance = squares / (count * (count - 1.0));
+        // What is too large for a number is not known; rounding may leave less than nothing.
+        Vec3::select(variance.is_finite_mask(), variance.max(Vec3::ZERO), Vec3::INFINITY).map(f32::sqrt)
     }
 }
 
@@ -132,7 +168,7 @@ pub(crate) fn develop(tiles: &[Tile], film: &Film, weight: f64) -> Image {
         }
         for ((at, spread), pixel) in places(tile, crop).zip(&tile.spreads).zip(&tile.pixels) {
             errors[at] = PixelError {
-                standard_error: (spread.standard_error() * film.scale.abs()).as_vec3().to_array(),
+                standard_error: (spread.standard_error(weight) * film.scale.abs() as f32).to_array(),
                 samples: pixel.count,
                 replicates: spread.count,
             };
@@ -156,6 +192,9 @@ fn places(tile: &Tile, crop: PixelBounds) -> impl Iterator<Item = usize> {
 
 #[cfg(test)]
 mod tests {
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
     use super::*;
 
     #[test]
@@ -170,13 +209,45 @@ mod tests {
     #[test]
     fn the_spread_is_that_of_the_replicates() {
         let mut spread = Spread::default();
-        spread.add(DVec3::new(1.0, 5.0, 0.0));
-        assert_eq!(spread.standard_error(), DVec3::INFINITY);
-        spread.add(DVec3::new(2.0, 5.0, 0.0));
-        spread.add(DVec3::new(6.0, 5.0, 0.0));
+        let mut add = |values: &[Vec3]| {
+            let mut pixel = Pixel::default();
+            values.iter().for_each(|value| pixel.add(*value, false));
+            spread.add(&pixel);
+            spread.standard_error(1.0)
+        };
+        assert_eq!(add(&[Vec3::new(1.0, 5.0, 0.0)]), Vec3::INFINITY);
+        add(&[Vec3::new(1.0, 5.0, 0.0), Vec3::new(3.0, 5.0, 0.0)]);
         // The variance of 1, 2 and 6 is 7.
-        let error = spread.standard_error() - DVec3::new((7.0_f64 / 3.0).sqrt(), 0.0, 0.0);
-        assert!(error.length() < 1e-12);
+        let error = add(&[Vec3::new(6.0, 5.0, 0.0)]);
+        assert!((error - Vec3::new((7.0_f32 / 3.0).sqrt(), 0.0, 0.0)).length() < 1e-6);
+        assert_eq!(add(&[Vec3::splat(1e30)]), Vec3::INFINITY);
+    }
+
+    /// Under a filter with negative lobes: over many pixels of random samples, the mean squared error of the values is the
+    /// mean of the squared standard errors.
+    #[test]
+    fn the_spread_tells_the_error_under_negative_lobes() {
+        // A fifth of the samples is negative.
+        let weight = 1.0 / (0.8 - 0.2);
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut sums = [0.0; 2];
+        for _ in 0..20_000 {
+            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
+            for _ in 0..16 {
+                let mut replicate = Pixel::default();
+                for _ in 0..4 {
+                    let (negative, value) = (random.random::<f64>() < 0.2, random.random::<f32>());
+                    replicate.add(Vec3::splat(3.0 + if negative { 2.0 * value } else { value }), negative);
+                }
+                spread.add(&replicate);
+                pixel += replicate;
+            }
+            // The mean is 3.5 times 0.8 minus 4 times 0.2, over 0.6.
+            sums[0] += (pixel.value(weight).x - 2.0 / 0.6).powi(2);
+            sums[1] += f64::from(spread.standard_error(weight).x).powi(2);
+        }
+        let ratio = sums[0] / sums[1];
+        assert!((0.95..1.05).contains(&ratio), "{ratio}");
     }
 
     #[test]

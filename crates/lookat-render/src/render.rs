@@ -225,7 +225,7 @@ where
         }
         match spread {
             Some(spread) => {
-                spread.add(sum.value(context.filter.weight()));
+                spread.add(&sum);
                 *pixel += sum;
             }
             None => *pixel = sum,

@@ -29,8 +29,6 @@ struct Comparison<'a> {
     /// Of both pictures, how many pixels are not finite, and where the first is.
     faults: [Option<(usize, [i32; 2])>; 2],
     measurement: Measurement,
-    /// Why noise and bias cannot be told apart, if they cannot.
-    blind: Option<&'static str>,
     /// Whether a limit is not kept, or a pixel is not finite.
     differs: bool,
 }
@@ -46,21 +44,19 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     let limited = |metric: Metric| arguments.max.iter().any(|limit| limit.metric == metric);
     let asked =
         |metric: Metric| arguments.only.is_empty() || arguments.only.contains(&metric) || limited(metric);
-    let mut blind = blind(arguments, pair);
-    // Where a pixel is broken, no other number means anything.
-    let measurement = measure(pair, arguments.threshold, &|metric| {
-        !broken && asked(metric) && (metric != Metric::NoiseP || blind.is_none())
-    });
-    if blind.is_none() && measurement.agreement.is_none() {
-        blind = Some(noise::TOO_FEW);
+    // The error layers are those of the colors.
+    let blind = |metric: Metric| metric == Metric::NoiseP && arguments.layer.is_some();
+    if arguments.layer.is_some() && limited(Metric::NoiseP) {
+        return Err("there is no noise-p with --layer: the error layers are those of the colors".into());
     }
-    if let (Some(metric), false) = (measurement.lacks(&arguments.max), broken) {
-        let reason = if metric == Metric::NoiseP { blind.unwrap_or_default() } else { TOO_SMALL };
-        return Err(format!("there is no {}: {reason}", metric.name()));
+    // Where a pixel is broken, no other number means anything.
+    let measurement =
+        measure(pair, arguments.threshold, &|metric| !broken && asked(metric) && !blind(metric));
+    if let (Some(reason), false) = (measurement.lacks(&arguments.max), broken) {
+        return Err(reason);
     }
     let differs = broken || measurement.metrics.iter().any(|line| line.is_beyond(&arguments.max));
-    let blind = blind.filter(|_| !broken && asked(Metric::NoiseP));
-    let comparison = Comparison { arguments, pair, faults, measurement, blind, differs };
+    let comparison = Comparison { arguments, pair, faults, measurement, differs };
     let printed = if arguments.json {
         crate::print_json(&comparison.as_json())
     } else {
@@ -68,9 +64,6 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     };
     if printed { Ok(differs) } else { Err("cannot write the result".into()) }
 }
-
-/// Why a metric other than that of noise may be missing.
-const TOO_SMALL: &str = "the pictures are too small, less than 11 pixels wide or high";
 
 fn load(arguments: &Compare) -> Result<Aligned, String> {
     let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
@@ -100,17 +93,6 @@ fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> 
     let [actual, expected] = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
     let options = PanelOptions { actual, expected, exposure: arguments.exposure };
     write_panel(pair, &options, file).map_err(|error| error.to_string())
-}
-
-/// Why noise and bias cannot be told apart, if they cannot.
-fn blind(arguments: &Compare, pair: &Aligned) -> Option<&'static str> {
-    if arguments.layer.is_some() {
-        return Some("--layer leaves out the error layers");
-    }
-    if pair.actual_errors.is_none() {
-        return Some("ACTUAL has no error layers; `lookat render --error-layers` writes them");
-    }
-    noise::is_rounded(&arguments.expected).then_some("EXPECTED has 8 bits, and their rounding is no noise")
 }
 
 impl Comparison<'_> {
@@ -149,11 +131,13 @@ impl Comparison<'_> {
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
         }
-        if let Some(agreement) = &self.measurement.agreement {
-            text += &noise::as_text(self.pair, agreement, self.significance());
-        }
-        if let Some(reason) = self.blind {
-            let _ = writeln!(text, "noise           cannot be told from bias: {reason}");
+        match &self.measurement.agreement {
+            Some(Ok(agreement)) => text += &noise::as_text(self.pair, agreement, self.significance()),
+            Some(Err(reason)) => {
+                let reason = noise::why_not(*reason);
+                let _ = writeln!(text, "noise           cannot be told from bias: {reason}");
+            }
+            None => {}
         }
         text
     }
@@ -170,7 +154,9 @@ impl Comparison<'_> {
             })
             .collect();
         let beyond = self.measurement.metrics.iter().filter(|line| line.is_beyond(self.limits()));
-        let agreement = self.measurement.agreement.as_ref();
+        let noise = self.measurement.agreement.as_ref();
+        let unknown = noise.and_then(|noise| noise.as_ref().err());
+        let noise = noise.and_then(|noise| noise.as_ref().ok());
         json!({
             "pixels": self.pair.window.area(),
             "left_out": self.pair.left_out,
@@ -178,8 +164,8 @@ impl Comparison<'_> {
             "metrics": metrics,
             "beyond_max": beyond.map(|line| line.metric.name()).collect::<Vec<_>>(),
             "differs": self.differs,
-            "noise_unknown": self.blind,
-            "noise": agreement.map(|agreement| noise::as_json(agreement, self.significance())),
+            "noise_unknown": unknown.map(|reason| noise::why_not(*reason)),
+            "noise": noise.map(|agreement| noise::as_json(agreement, self.significance())),
         })
     }
 }

@@ -1,9 +1,11 @@
 //! The numbers that say how far pictures are apart, by name.
 
 use lookat_image::{
-    Agreement, Aligned, Encoded, PIXELS_PER_DEGREE, agreement, hdr_flip, largest_difference, ldr_flip, means,
-    percentile_difference, psnr, relative_mse_trimmed, rmse, share_above, ssim,
+    Agreement, Aligned, Encoded, PIXELS_PER_DEGREE, Untestable, agreement, hdr_flip, largest_difference,
+    ldr_flip, means, percentile_difference, psnr, relative_mse_trimmed, rmse, share_above, ssim,
 };
+
+use crate::noise;
 
 /// A number that says how far pictures are apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,14 +97,19 @@ impl Measured {
 #[derive(Debug)]
 pub struct Measurement {
     pub metrics: Vec<Measured>,
-    /// Whether the pictures agree up to noise, if that was asked for and can be told.
-    pub agreement: Option<Agreement>,
+    /// Whether the pictures agree up to noise, if that was asked for.
+    pub agreement: Option<Result<Agreement, Untestable>>,
 }
 
 impl Measurement {
-    /// A metric that has a limit and was not measured.
-    pub fn lacks(&self, limits: &[Limit]) -> Option<Metric> {
-        limits.iter().map(|limit| limit.metric).find(|metric| self.value(*metric).is_none())
+    /// Which metric that has a limit was not measured, and why.
+    pub fn lacks(&self, limits: &[Limit]) -> Option<String> {
+        let metric = limits.iter().map(|limit| limit.metric).find(|metric| self.value(*metric).is_none())?;
+        let reason = match self.agreement {
+            Some(Err(reason)) if metric == Metric::NoiseP => noise::why_not(reason),
+            _ => "the pictures are too small, less than 11 pixels wide or high".into(),
+        };
+        Some(format!("there is no {}: {reason}", metric.name()))
     }
 
     /// The value of a metric, if it was measured.
@@ -118,7 +125,7 @@ pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -
     let in_means = [Metric::Error, Metric::Mae, Metric::RelMse, Metric::Smape];
     let means = in_means.into_iter().any(asked).then(|| means(a, b));
     let shown = (asked(Metric::Psnr) || asked(Metric::Ssim)).then(|| [a, b].map(Encoded::from_linear));
-    let agreement = if asked(Metric::NoiseP) { agreement(pair) } else { None };
+    let agreement = asked(Metric::NoiseP).then(|| agreement(pair));
     let mut metrics = Vec::new();
     for (metric, ..) in Metric::ALL.into_iter().filter(|(metric, ..)| asked(*metric)) {
         let mut remark = String::new();
@@ -148,7 +155,7 @@ pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -
             Metric::Ssim => shown.as_ref().and_then(|[a, b]| ssim(a, b, width, height)),
             Metric::Flip => Some(ldr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
             Metric::HdrFlip => Some(hdr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
-            Metric::NoiseP => agreement.as_ref().map(|agreement| agreement.p),
+            Metric::NoiseP => agreement.as_ref().and_then(|found| Some(found.as_ref().ok()?.p)),
         };
         metrics.extend(value.map(|value| Measured { metric, value, remark }));
     }

@@ -2,24 +2,22 @@
 
 use std::collections::HashSet;
 use std::fmt::Write;
-use std::path::Path;
 
-use lookat_image::{Agreement, Aligned, Test};
+use lookat_image::{Agreement, Aligned, Test, Untestable, mean};
 use serde_json::{Value, json};
 
-use crate::metric::COLORS;
+use crate::metric::{COLORS, number};
 
 /// The probability of a false alarm, where no limit is given.
 pub const SIGNIFICANCE: f64 = 0.01;
 
-/// Why error layers may tell nothing.
-pub const TOO_FEW: &str =
-    "ACTUAL has too few samples: it takes 2 per pixel, and 16 where EXPECTED has no error layers";
-
-/// Whether the values of a file of this name are rounded to 8 bits.
-pub fn is_rounded(path: &Path) -> bool {
-    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
-    !["exr", "pfm", "hdr"].contains(&ending.as_str())
+/// Why noise and bias cannot be told apart, and what helps.
+pub fn why_not(reason: Untestable) -> String {
+    match reason {
+        Untestable::NoErrors => format!("{reason}; `lookat render --error-layers` writes them"),
+        Untestable::Actual { .. } => format!("{reason}; --spp gives samples"),
+        _ => reason.to_string(),
+    }
 }
 
 /// Whether the pictures agree, in lines.
@@ -35,10 +33,11 @@ pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> Stri
     lines.extend(differences(agreement, significance));
     if agreement.holds(significance) {
         let [mean, tile] = visible(pair, agreement, significance);
-        lines.push(format!("a bias would show from {mean} of the mean value, {tile} within a 16 x 16 tile"));
+        lines.push(format!("a bias would show from {mean}, {tile} within a 16 x 16 tile"));
     }
     if !agreement.expected_is_known {
-        lines.push("if EXPECTED, which has no error layers, is no noisier than ACTUAL".into());
+        lines
+            .push("the noise of EXPECTED, which has no error layers, is guessed from the differences".into());
     }
     let subjects = std::iter::once("noise").chain(std::iter::repeat(""));
     subjects.zip(lines).fold(String::new(), |mut text, (subject, line)| {
@@ -78,10 +77,11 @@ pub fn differences(agreement: &Agreement, significance: f64) -> Vec<String> {
 
 /// The smallest bias of the mean and of a tile that would be found, by the mean of the expected picture.
 fn visible(pair: &Aligned, agreement: &Agreement, significance: f64) -> [String; 2] {
-    let values = pair.expected.as_flattened();
-    let mean = values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len() as f64;
-    let percent = |bias: f64| format!("{:.2} %", 100.0 * bias / mean.abs());
-    [agreement.visible_in_mean(significance), agreement.visible_in_tile(significance)].map(percent)
+    let share = |bias: f64| match mean(&pair.expected).abs() {
+        0.0 => number(bias),
+        mean => format!("{:.2} % of the mean value", 100.0 * bias / mean),
+    };
+    [agreement.visible_in_mean(significance), agreement.visible_in_tile(significance)].map(share)
 }
 
 /// The same for programs.

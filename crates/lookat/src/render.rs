@@ -137,6 +137,9 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     check_output(&file)?;
     if arguments.error_layers {
         check_error_layers(&file, scene)?;
+        if !arguments.quiet {
+            note_jitter(scene, loaded);
+        }
     }
     // A second Ctrl-C, or one before there is anything to write, ends the program at once.
     let interrupt = || {
@@ -208,6 +211,16 @@ fn check_error_layers(file: &Path, scene: &Scene) -> Result<(), String> {
         return Err("--error-layers needs at least 2 samples per pixel, better 16 or more; see --spp".into());
     }
     Ok(())
+}
+
+/// Says where error layers make another picture than the scene asks for.
+pub fn note_jitter(scene: &Scene, loaded: &Loaded) {
+    if scene.sampler.jittered() != scene.sampler {
+        let file = loaded.sources.files[0].path.display();
+        crate::say(&format!(
+            "{file}: the samples are jittered for the error layers, in spite of \"bool jitter\" false"
+        ));
+    }
 }
 
 /// The name of a picture that is not finished: `a.exr` becomes `a.partial.exr`, so it replaces no finished one.

@@ -15,7 +15,7 @@ use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
-use crate::render::{Metadata, check_folder};
+use crate::render::{Metadata, check_folder, note_jitter};
 use crate::source::load_scene;
 use crate::{noise, report};
 
@@ -179,8 +179,9 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     let overrides = Overrides { samples_per_pixel: arguments.spp, ..Overrides::default() };
     let report = Report { strict: false, keep_going: false, json: false };
     let loaded = load_scene(file, &overrides, report);
-    report::print(&loaded, true);
+    report::print(&loaded, false);
     let Some(scene) = &loaded.scene else { return outcome(Verdict::Trouble, "the scene has errors".into()) };
+    note_jitter(scene, &loaded);
     let rendered = render(arguments, file, scene);
     let mut outcome = match &reference {
         None => outcome(Verdict::New, "no picture beside it".into()),
@@ -240,8 +241,7 @@ fn hold_against(
     let broken = [("render", &pair.actual), ("reference", &pair.expected)]
         .into_iter()
         .find_map(|(which, pixels)| not_finite(pixels, &pair).map(|(count, _)| (which, count)));
-    let asked = |metric| broken.is_none() && (metric != Metric::NoiseP || !noise::is_rounded(reference));
-    let measurement = measure(&pair, THRESHOLD, &asked);
+    let measurement = measure(&pair, THRESHOLD, &|_| broken.is_none());
     let (verdict, reason) = match broken {
         Some((which, count)) => (Verdict::Differs, not_finite_words(which, count)),
         None if pair.left_out > 0 => {
@@ -267,9 +267,10 @@ const THRESHOLD: f32 = 0.01;
 fn judge(arguments: &Verify, pair: &Aligned, measurement: &Measurement) -> Result<(Verdict, String), String> {
     let default = [Limit { metric: Metric::NoiseP, value: noise::SIGNIFICANCE }];
     let limits = if arguments.max.is_empty() { &default[..] } else { &arguments.max[..] };
-    if let Some(metric) = measurement.lacks(limits) {
-        let reason = if metric == Metric::NoiseP { BLIND } else { "the picture is too small" };
-        return Err(format!("there is no {}: {reason}", metric.name()));
+    if let Some(reason) = measurement.lacks(limits) {
+        let other =
+            if arguments.max.is_empty() { "; --max sets other limits, such as rmse=0.01" } else { "" };
+        return Err(reason + other);
     }
     let beyond = measurement.metrics.iter().filter(|line| line.is_beyond(limits));
     let beyond: Vec<&str> = beyond.map(|line| line.metric.name()).collect();
@@ -278,14 +279,12 @@ fn judge(arguments: &Verify, pair: &Aligned, measurement: &Measurement) -> Resul
         [] if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
         [] => (Verdict::Agrees, "within the limits".into()),
         _ if arguments.max.is_empty() => {
-            let found =
-                measurement.agreement.as_ref().map(|found| noise::differences(found, noise::SIGNIFICANCE));
-            (Verdict::Differs, format!("by more than noise: {}", found.unwrap_or_default().join("; ")))
+            let found = match &measurement.agreement {
+                Some(Ok(found)) => noise::differences(found, noise::SIGNIFICANCE),
+                _ => Vec::new(),
+            };
+            (Verdict::Differs, format!("by more than noise: {}", found.join("; ")))
         }
         beyond => (Verdict::Differs, format!("beyond the limits of {}", beyond.join(", "))),
     })
 }
-
-/// Why there may be no test for noise.
-const BLIND: &str = "it takes 16 samples per pixel, or 2 if the reference has error layers, and a reference of more than 8 \
-                     bits; --spp gives samples, --max other limits, such as rmse=0.01";

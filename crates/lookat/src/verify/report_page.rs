@@ -1,7 +1,8 @@
 //! What the report says of a scene.
 
+use lookat_image::mean;
+
 use super::page::{Figure, PageScene, Picture};
-use super::table::mean;
 use super::{Compared, Outcome};
 use crate::metric::{Measured, Metric};
 
@@ -23,12 +24,13 @@ pub fn scene(outcome: &Outcome) -> PageScene {
 
 fn columns(compared: &Compared) -> Vec<Figure> {
     let metrics = &compared.measurement.metrics;
+    let mean = mean(&compared.pair.expected);
     let mut columns: Vec<Figure> = COLUMNS
         .iter()
         .filter_map(|column| metrics.iter().find(|line| line.metric == *column))
         .map(|line| match line.metric {
-            Metric::Error => {
-                Figure::percent("error", line.value / mean(&compared.pair), "mean signed error, by the mean")
+            Metric::Error if mean != 0.0 => {
+                Figure::percent("error", line.value / mean, "mean signed error, by the mean")
             }
             _ => figure(line),
         })

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use lookat_image::Aligned;
+use lookat_image::mean;
 use serde_json::{Map, Value, json};
 
 use super::{Compared, Outcome, Verdict, name};
@@ -55,18 +55,15 @@ fn print(line: &str) -> Result<(), String> {
     if crate::print(&format!("{line}\n")) { Ok(()) } else { Err("cannot write the result".into()) }
 }
 
-/// The mean error in percent, and some metrics.
+/// The mean error, in percent if it can be, and some metrics.
 fn columns(compared: &Compared) -> String {
     let value = |metric: Metric| compared.measurement.value(metric);
-    let percent = value(Metric::Error).map(|error| format!("{:+.3} %", 100.0 * error / mean(&compared.pair)));
+    let percent = value(Metric::Error).map(|error| match mean(&compared.pair.expected) {
+        0.0 => format!("{error:+.2e}"),
+        mean => format!("{:+.3} %", 100.0 * error / mean),
+    });
     let others = COLUMNS.iter().map(|metric| value(*metric).map(crate::metric::number));
     std::iter::once(percent).chain(others).map(|text| format!("{:>10}", text.unwrap_or("-".into()))).collect()
-}
-
-/// The mean of the reference.
-pub fn mean(pair: &Aligned) -> f64 {
-    let values = pair.expected.as_flattened();
-    values.iter().map(|value| f64::from(*value)).sum::<f64>() / values.len() as f64
 }
 
 fn as_json(outcome: &Outcome) -> Value {

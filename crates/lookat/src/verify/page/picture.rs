@@ -159,7 +159,7 @@ mod tests {
     use std::io::Read;
 
     use flate2::read::ZlibDecoder;
-    use lookat_image::Window;
+    use lookat_image::{Precision, Window};
 
     use super::*;
 
@@ -172,6 +172,7 @@ mod tests {
             expected: gray(expected),
             actual_errors: None,
             expected_errors: None,
+            precision: Precision::Single,
             left_out: 0,
         }
     }
