@@ -36,8 +36,9 @@ pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> Stri
         lines.push(format!("a bias would show from {mean}, {tile} within a 16 x 16 tile"));
     }
     if !agreement.expected_is_known {
-        lines
-            .push("the noise of EXPECTED, which has no error layers, is guessed from the differences".into());
+        lines.push(
+            "that of the expected picture, which has no error layers, is guessed from the differences".into(),
+        );
     }
     let subjects = std::iter::once("noise").chain(std::iter::repeat(""));
     subjects.zip(lines).fold(String::new(), |mut text, (subject, line)| {
