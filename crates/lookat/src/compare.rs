@@ -8,7 +8,7 @@ use lookat_image::{Aligned, Format, Image, PanelOptions, align, write_panel};
 use serde_json::{Map, Value, json};
 
 use crate::args::Compare;
-use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number};
+use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::noise;
 
 /// Runs the command.
@@ -134,7 +134,7 @@ impl Comparison<'_> {
         match &self.measurement.agreement {
             Some(Ok(agreement)) => text += &noise::as_text(self.pair, agreement, self.significance()),
             Some(Err(reason)) => {
-                let reason = noise::why_not(*reason);
+                let reason = why_not(*reason);
                 let _ = writeln!(text, "noise           cannot be told from bias: {reason}");
             }
             None => {}
@@ -164,7 +164,7 @@ impl Comparison<'_> {
             "metrics": metrics,
             "beyond_max": beyond.map(|line| line.metric.name()).collect::<Vec<_>>(),
             "differs": self.differs,
-            "noise_unknown": unknown.map(|reason| noise::why_not(*reason)),
+            "noise_unknown": unknown.map(|reason| why_not(*reason)),
             "noise": noise.map(|agreement| noise::as_json(agreement, self.significance())),
         })
     }

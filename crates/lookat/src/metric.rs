@@ -5,8 +5,6 @@ use lookat_image::{
     ldr_flip, means, percentile_difference, psnr, relative_mse_trimmed, rmse, share_above, ssim,
 };
 
-use crate::noise;
-
 /// A number that says how far pictures are apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Metric {
@@ -106,7 +104,7 @@ impl Measurement {
     pub fn lacks(&self, limits: &[Limit]) -> Option<String> {
         let metric = limits.iter().map(|limit| limit.metric).find(|metric| self.value(*metric).is_none())?;
         let reason = match self.agreement {
-            Some(Err(reason)) if metric == Metric::NoiseP => noise::why_not(reason),
+            Some(Err(reason)) if metric == Metric::NoiseP => why_not(reason),
             _ => "the pictures are too small, less than 11 pixels wide or high".into(),
         };
         Some(format!("there is no {}: {reason}", metric.name()))
@@ -160,6 +158,15 @@ pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -
         metrics.extend(value.map(|value| Measured { metric, value, remark }));
     }
     Measurement { metrics, agreement }
+}
+
+/// Why noise and bias cannot be told apart, and what helps.
+pub fn why_not(reason: Untestable) -> String {
+    match reason {
+        Untestable::NoErrors => format!("{reason}; `lookat render --error-layers` writes them"),
+        Untestable::Actual { .. } => format!("{reason}; --spp gives samples"),
+        _ => reason.to_string(),
+    }
 }
 
 /// The channels, as people call them.

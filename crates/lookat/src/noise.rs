@@ -3,22 +3,13 @@
 use std::collections::HashSet;
 use std::fmt::Write;
 
-use lookat_image::{Agreement, Aligned, Test, Untestable, mean};
+use lookat_image::{Agreement, Aligned, Test, mean};
 use serde_json::{Value, json};
 
 use crate::metric::{COLORS, number};
 
 /// The probability of a false alarm, where no limit is given.
 pub const SIGNIFICANCE: f64 = 0.01;
-
-/// Why noise and bias cannot be told apart, and what helps.
-pub fn why_not(reason: Untestable) -> String {
-    match reason {
-        Untestable::NoErrors => format!("{reason}; `lookat render --error-layers` writes them"),
-        Untestable::Actual { .. } => format!("{reason}; --spp gives samples"),
-        _ => reason.to_string(),
-    }
-}
 
 /// Whether the pictures agree, in lines.
 pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> String {
