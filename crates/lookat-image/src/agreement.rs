@@ -57,7 +57,7 @@ pub enum Untestable {
     Rounded,
     /// An untested pixel may hide anything.
     #[error(
-        "{pixels} pixels of the actual picture have less than {needed} samples, or an error that is not finite"
+        "the actual picture has pixels of less than {needed} samples or without a finite error ({pixels})"
     )]
     Actual {
         /// How many.
@@ -66,9 +66,7 @@ pub enum Untestable {
         needed: u32,
     },
     /// The same of a picture that has error layers.
-    #[error(
-        "{pixels} pixels of the expected picture have less than 2 samples, or an error that is not finite"
-    )]
+    #[error("the expected picture has pixels of less than 2 samples or without a finite error ({pixels})")]
     Expected {
         /// How many.
         pixels: usize,
