@@ -3,7 +3,8 @@
 use clap::Args;
 use lookat_image::{Aligned, Image, agreement, align};
 use lookat_scene::Overrides;
-use statrs::distribution::{Beta, ContinuousCDF, Normal};
+use lookat_lab::stability::interval;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::pictures::{render, scene};
 
@@ -107,11 +108,3 @@ fn any_pixel_differs(pair: &Aligned) -> bool {
     })
 }
 
-/// The interval of Clopper and Pearson for a share, at 95 %.
-pub fn interval(count: u64, of: u64) -> [f64; 2] {
-    let quantile =
-        |a: u64, b: u64, p: f64| Beta::new(a as f64, b as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(p));
-    let low = if count == 0 { 0.0 } else { quantile(count, of - count + 1, 0.025) };
-    let high = if count == of { 1.0 } else { quantile(count + 1, of - count, 0.975) };
-    [low, high]
-}

@@ -4,7 +4,7 @@ use clap::Args;
 use lookat_image::{Image, agreement, align, mean};
 use lookat_scene::Overrides;
 
-use crate::false_alarms::interval;
+use lookat_lab::stability::interval;
 use crate::pictures::{render, scene};
 
 /// What to run.

@@ -1,0 +1,3 @@
+//! Measures lookat against formulas of others, and against the truth. The results stand in `docs/`.
+
+pub mod stability;

@@ -1,0 +1,22 @@
+//! Where methods fail, by how much, and whether lookat does: cases with a known truth.
+//!
+//! Each case feeds the renderer's own code, and formulas in use elsewhere, with inputs that are hard for them, and counts
+//! what comes out wrong. Truth is exact, or computed with at least twice the digits.
+
+mod camera;
+mod case;
+mod methods;
+mod scenes;
+mod sphere;
+mod tally;
+mod traversal;
+mod triangle;
+mod truth;
+
+pub use case::{Axis, Case, Effort, Family, Found, LOOKAT, Row};
+pub use tally::interval;
+
+/// All cases, in the order of their names.
+pub fn cases() -> Vec<Case> {
+    [camera::cases(), sphere::cases(), triangle::cases(), traversal::cases()].concat()
+}

@@ -1,0 +1,66 @@
+//! Counting over many random tries, on all threads, with the same result on any number of them.
+
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use statrs::distribution::{Beta, ContinuousCDF};
+
+/// How often a method was tried and was wrong, and its largest error otherwise.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Tally {
+    pub tried: u64,
+    pub failed: u64,
+    pub worst: Option<f64>,
+}
+
+impl Tally {
+    /// Counts an answer.
+    pub fn answer(&mut self, is_right: bool) {
+        self.tried += 1;
+        self.failed += u64::from(!is_right);
+    }
+
+    /// Counts a right answer that is not exact. An error that is no number is a wrong answer.
+    pub fn error(&mut self, error: f64) {
+        self.answer(!error.is_nan());
+        self.worst = Some(self.worst.map_or(error, |worst| worst.max(error)));
+    }
+
+    fn join(self, other: Tally) -> Tally {
+        let worst = match (self.worst, other.worst) {
+            (Some(a), Some(b)) => Some(a.max(b)),
+            (a, b) => a.or(b),
+        };
+        Tally { tried: self.tried + other.tried, failed: self.failed + other.failed, worst }
+    }
+}
+
+/// Tries that share a stream of random numbers.
+const CHUNK: u64 = 4096;
+
+/// Calls `attempt` so often, with random numbers, to count for `N` methods. A `seed` of its own for each call of this.
+pub(super) fn tally<const N: usize>(
+    tries: u64,
+    seed: u64,
+    attempt: impl Fn(&mut Pcg64Mcg, &mut [Tally; N]) + Sync,
+) -> [Tally; N] {
+    let chunk = |index: u64| {
+        let mut random = Pcg64Mcg::seed_from_u64(seed << 32 | index);
+        let mut tallies = [Tally::default(); N];
+        for _ in 0..CHUNK.min(tries - index * CHUNK) {
+            attempt(&mut random, &mut tallies);
+        }
+        tallies
+    };
+    let join = |a: [Tally; N], b: [Tally; N]| std::array::from_fn(|i| a[i].join(b[i]));
+    (0..tries.div_ceil(CHUNK)).into_par_iter().map(chunk).reduce(|| [Tally::default(); N], join)
+}
+
+/// The interval of Clopper and Pearson for a share, at 95 %.
+pub fn interval(count: u64, of: u64) -> [f64; 2] {
+    let quantile =
+        |a: u64, b: u64, p: f64| Beta::new(a as f64, b as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(p));
+    let low = if count == 0 { 0.0 } else { quantile(count, of - count + 1, 0.025) };
+    let high = if count == of { 1.0 } else { quantile(count + 1, of - count, 0.975) };
+    [low, high]
+}
