@@ -2,8 +2,8 @@
 
 use clap::Args;
 use lookat_image::{Aligned, Image, agreement, align};
-use lookat_scene::Overrides;
 use lookat_lab::stability::interval;
+use lookat_scene::Overrides;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::pictures::{render, scene};
@@ -107,4 +107,3 @@ fn any_pixel_differs(pair: &Aligned) -> bool {
         difference.abs() > limit * noise.sqrt() && difference.abs() > 1e-6
     })
 }
-

@@ -4,8 +4,8 @@ use clap::Args;
 use lookat_image::{Image, agreement, align, mean};
 use lookat_scene::Overrides;
 
-use lookat_lab::stability::interval;
 use crate::pictures::{render, scene};
+use lookat_lab::stability::interval;
 
 /// What to run.
 #[derive(Debug, Args)]

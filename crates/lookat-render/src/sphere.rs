@@ -50,19 +50,17 @@ impl PlacedSphere {
         let o = self.object_from_world * (ray.o - self.center);
         let d = self.object_from_world * ray.d;
         let dd = d.length_squared();
-        // The closest approach, and a correction of its place on the ray: no digits cancel, whatever the distance (after
-        // Haines et al., Ray Tracing Gems 7, 2019; see docs/conventions.md).
-        let k = -o.dot(d) / dd;
-        let near = o + d * k;
-        let correction = -near.dot(d) / dd;
-        let near = near + d * correction;
-        let distance = near.length();
+        let mut foot = Foot::new(o, d, dd);
+        // Where rounding could turn a hit into a miss.
+        if (self.shape.radius - foot.distance).abs() <= 8.0 * f64::EPSILON * o.abs().max_element() {
+            foot = Foot::exact(o, d, dd);
+        }
+        let Foot { near, middle, distance } = foot;
         let squared = (self.shape.radius - distance) * (self.shape.radius + distance);
         if squared < 0.0 {
             return None;
         }
         let half = (squared / dd).sqrt();
-        let middle = k + correction;
         let roots = [(middle - half, -half), (middle + half, half)];
         let first = usize::from(leaving);
         if leaving && middle <= 0.0 {
@@ -110,6 +108,37 @@ impl PlacedSphere {
         let p = self.center + self.world_from_object * (on_unit * self.shape.radius);
         let n = (self.object_from_world.transpose() * on_unit).normalize_or(DVec3::Z);
         (p, n)
+    }
+}
+
+/// The closest approach of a ray to the origin, and a correction of its place on the ray: no digits cancel, whatever the
+/// distance (after Haines et al., Ray Tracing Gems 7, 2019; see docs/conventions.md).
+struct Foot {
+    near: DVec3,
+    /// How far along the ray, in lengths of `d`.
+    middle: f64,
+    /// From the origin.
+    distance: f64,
+}
+
+impl Foot {
+    /// The point of the ray is as exact as the distance of the ray's start.
+    fn new(o: DVec3, d: DVec3, dd: f64) -> Foot {
+        let k = -o.dot(d) / dd;
+        let near = o + d * k;
+        let correction = -near.dot(d) / dd;
+        let near = near + d * correction;
+        Foot { near, middle: k + correction, distance: near.length() }
+    }
+
+    /// The point is as exact as its own distance, by products that are not rounded. Slow where the processor has none.
+    #[cold]
+    fn exact(o: DVec3, d: DVec3, dd: f64) -> Foot {
+        let k = -o.dot(d) / dd;
+        let near = d.mul_add(DVec3::splat(k), o);
+        let correction = -near.dot(d) / dd;
+        let near = d.mul_add(DVec3::splat(correction), near);
+        Foot { near, middle: k + correction, distance: near.length() }
     }
 }
 
