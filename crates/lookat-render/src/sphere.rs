@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 use lookat_scene::{Sphere, Transform};
+use twofloat::TwoFloat;
 
 use crate::ray::Ray;
 
@@ -50,23 +51,25 @@ impl PlacedSphere {
         let o = self.object_from_world * (ray.o - self.center);
         let d = self.object_from_world * ray.d;
         let dd = d.length_squared();
-        let mut foot = Foot::new(o, d, dd);
+        let foot = Foot::new(o, d, dd);
+        let radius = self.shape.radius;
+        let mut squared = (radius - foot.distance) * (radius + foot.distance);
         // Where rounding could turn a hit into a miss.
-        if (self.shape.radius - foot.distance).abs() <= 8.0 * f64::EPSILON * o.abs().max_element() {
-            foot = Foot::exact(o, d, dd);
+        if (radius - foot.distance).abs() <= 8.0 * f64::EPSILON * o.abs().max_element() {
+            squared = exact_margin(o, d, radius) / dd;
         }
-        let Foot { near, middle, distance } = foot;
-        let squared = (self.shape.radius - distance) * (self.shape.radius + distance);
         if squared < 0.0 {
             return None;
         }
         let half = (squared / dd).sqrt();
-        let roots = [(middle - half, -half), (middle + half, half)];
+        let middle = foot.k + foot.correction;
+        // Added from the smallest to the largest.
+        let roots = [-half, half].map(|offset| (foot.k + (foot.correction + offset), offset));
         let first = usize::from(leaving);
         if leaving && middle <= 0.0 {
             return None;
         }
-        let counts = |&(t, offset): &(f64, f64)| t > 0.0 && t <= t_max && self.has(near + d * offset);
+        let counts = |&(t, offset): &(f64, f64)| t > 0.0 && t <= t_max && self.has(foot.near + d * offset);
         roots[first..].iter().find(|root| counts(root)).map(|(t, _)| *t)
     }
 
@@ -111,35 +114,35 @@ impl PlacedSphere {
     }
 }
 
-/// The closest approach of a ray to the origin, and a correction of its place on the ray: no digits cancel, whatever the
-/// distance (after Haines et al., Ray Tracing Gems 7, 2019; see docs/conventions.md).
+/// The closest approach of a ray to the origin: no digits cancel, whatever the distance (after Haines et al., Ray Tracing
+/// Gems 7, 2019; see docs/conventions.md).
 struct Foot {
+    /// How far along the ray, in lengths of `d`, and what that was corrected by.
+    k: f64,
+    correction: f64,
     near: DVec3,
-    /// How far along the ray, in lengths of `d`.
-    middle: f64,
     /// From the origin.
     distance: f64,
 }
 
 impl Foot {
-    /// The point of the ray is as exact as the distance of the ray's start.
     fn new(o: DVec3, d: DVec3, dd: f64) -> Foot {
         let k = -o.dot(d) / dd;
         let near = o + d * k;
         let correction = -near.dot(d) / dd;
         let near = near + d * correction;
-        Foot { near, middle: k + correction, distance: near.length() }
+        Foot { k, correction, near, distance: near.length() }
     }
+}
 
-    /// The point is as exact as its own distance, by products that are not rounded. Slow where the processor has none.
-    #[cold]
-    fn exact(o: DVec3, d: DVec3, dd: f64) -> Foot {
-        let k = -o.dot(d) / dd;
-        let near = d.mul_add(DVec3::splat(k), o);
-        let correction = -near.dot(d) / dd;
-        let near = d.mul_add(DVec3::splat(correction), near);
-        Foot { near, middle: k + correction, distance: near.length() }
-    }
+/// The squared radius minus the squared distance of the ray, times the squared length of `d`; in double-double numbers.
+#[cold]
+fn exact_margin(o: DVec3, d: DVec3, radius: f64) -> f64 {
+    let minor = |a: usize, b: usize| TwoFloat::new_mul(o[a], d[b]) - TwoFloat::new_mul(o[b], d[a]);
+    let moment = [minor(1, 2), minor(2, 0), minor(0, 1)];
+    let squares = moment.iter().fold(TwoFloat::from(0.0), |sum, x| sum + *x * *x);
+    let dd = d.to_array().iter().fold(TwoFloat::from(0.0), |sum, x| sum + TwoFloat::new_mul(*x, *x));
+    f64::from(TwoFloat::new_mul(radius, radius) * dd - squares)
 }
 
 /// The factor of a matrix that scales all directions alike, within rounding.

@@ -26,7 +26,7 @@ impl Tally {
         self.worst = Some(self.worst.map_or(error, |worst| worst.max(error)));
     }
 
-    fn join(self, other: Tally) -> Tally {
+    pub fn join(self, other: Tally) -> Tally {
         let worst = match (self.worst, other.worst) {
             (Some(a), Some(b)) => Some(a.max(b)),
             (a, b) => a.or(b),

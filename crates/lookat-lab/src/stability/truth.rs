@@ -25,3 +25,26 @@ impl Wide {
         Wide(std::array::from_fn(|i| self.0[i] - other.0[i]))
     }
 }
+
+/// `a / b`. The division of [`TwoFloat`] is no more exact than that of `f64`.
+pub(super) fn quotient(a: TwoFloat, b: TwoFloat) -> TwoFloat {
+    let first = a.hi() / b.hi();
+    let rest = a - b * first;
+    let second = rest.hi() / b.hi();
+    let rest = rest - b * second;
+    TwoFloat::new_add(first, second) + rest.hi() / b.hi()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quotients_have_twice_the_digits() {
+        for (a, b) in [(1.0, 3.0), (4.1e13, 1.1), (-0.7, 1e-9)] {
+            let (a, b) = (TwoFloat::new_add(a, 1e-17 * a), TwoFloat::from(b));
+            let error = quotient(a, b) * b - a;
+            assert!((f64::from(error) / f64::from(a)).abs() < 1e-30, "{error:?}");
+        }
+    }
+}
