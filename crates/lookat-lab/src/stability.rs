@@ -5,15 +5,19 @@
 
 mod camera;
 mod case;
+mod chart;
 mod methods;
 mod scenes;
 mod sphere;
+mod table;
 mod tally;
 mod traversal;
 mod triangle;
 mod truth;
 
 pub use case::{Axis, Case, Effort, Family, Found, LOOKAT, Row};
+pub use chart::Chart;
+pub use table::{as_csv, as_json};
 pub use tally::interval;
 
 /// All cases, in the order of their names.

@@ -27,6 +27,8 @@ pub enum Command {
     Compare(Compare),
     /// Render the scenes of a folder, and compare them with the pictures beside them
     Verify(Verify),
+    /// Show where methods of ray tracing fail, and that lookat does not
+    Stability(Stability),
 }
 
 #[derive(Debug, Args)]
@@ -62,6 +64,23 @@ pub struct Render {
     pub quiet: bool,
     #[command(flatten)]
     pub report: Report,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Exit status: 0 all cases pass, 1 one does not, 2 wrong usage or trouble")]
+pub struct Stability {
+    /// Run only these cases, by name as `S1` or `far-sphere`, or a family by its letter: C, S, T or V
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub case: Vec<String>,
+    /// Random rays for each row of a case
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    pub rays: u64,
+    /// Write charts and tables to this folder
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Print one JSON array
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -8,6 +8,7 @@ mod noise;
 mod render;
 mod report;
 mod source;
+mod stability;
 mod verify;
 
 use std::io::Write;
@@ -28,6 +29,7 @@ fn main() -> ExitCode {
         args::Command::Check(arguments) => check::check(&arguments),
         args::Command::Compare(arguments) => compare::compare(&arguments),
         args::Command::Verify(arguments) => verify::verify(&arguments),
+        args::Command::Stability(arguments) => stability::stability(&arguments),
     }
 }
 

@@ -45,6 +45,16 @@ pub enum Axis {
     Of(&'static str),
 }
 
+impl Axis {
+    /// The quantity; nothing where there is none.
+    pub fn name(self) -> &'static str {
+        match self {
+            Axis::None => "",
+            Axis::Of(name) => name,
+        }
+    }
+}
+
 /// How much work a case may be.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {

@@ -1,0 +1,181 @@
+//! `lookat stability`: where methods fail, and whether lookat does.
+
+use std::fmt::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+use lookat_image::write_file;
+use lookat_lab::stability::{Case, Chart, Effort, Found, LOOKAT, Row, as_csv, as_json, cases, interval};
+
+use crate::args::Stability;
+
+/// Runs the command.
+pub fn stability(arguments: &Stability) -> ExitCode {
+    match run(arguments) {
+        Ok(passes) => ExitCode::from(u8::from(!passes)),
+        Err(message) => {
+            crate::say(&format!("error: {message}"));
+            ExitCode::from(crate::TROUBLE)
+        }
+    }
+}
+
+/// Runs the cases; whether all pass.
+fn run(arguments: &Stability) -> Result<bool, String> {
+    let cases = chosen(&arguments.case)?;
+    if let Some(folder) = &arguments.output {
+        std::fs::create_dir_all(folder)
+            .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+    }
+    let effort = Effort { rays: arguments.rays };
+    let mut results = Vec::new();
+    for case in cases {
+        let found = (case.run)(&effort);
+        if !arguments.json && !crate::print(&as_text(&case, &found)) {
+            return Err("cannot write the result".into());
+        }
+        if let Some(folder) = &arguments.output {
+            draw(&case, &found, folder)?;
+        }
+        results.push((case, found));
+    }
+    let passed = results.iter().filter(|(case, found)| found.passes(case)).count();
+    let printed = match arguments.json {
+        true => crate::print_json(&as_json(&results)),
+        false => crate::print(&format!("{passed} of {} cases pass\n", results.len())),
+    };
+    if let Some(folder) = &arguments.output {
+        write(&folder.join("stability.csv"), as_csv(&results).as_bytes())?;
+        write(&folder.join("stability.json"), format!("{:#}\n", as_json(&results)).as_bytes())?;
+    }
+    if printed { Ok(passed == results.len()) } else { Err("cannot write the result".into()) }
+}
+
+/// The cases with these names, or the families of these letters; all if there are none.
+fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
+    let all = cases();
+    let is = |case: &Case, name: &str| {
+        let letter = name.len() == 1 && case.id.starts_with(&name.to_uppercase());
+        letter || case.id.eq_ignore_ascii_case(name) || case.name.eq_ignore_ascii_case(name)
+    };
+    if let Some(unknown) = names.iter().find(|name| !all.iter().any(|case| is(case, name))) {
+        let known: Vec<String> = all.iter().map(|case| format!("{} {}", case.id, case.name)).collect();
+        return Err(format!("there is no case `{unknown}`; the cases are {}", known.join(", ")));
+    }
+    let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
+    Ok(all.into_iter().filter(wanted).collect())
+}
+
+/// One case, for people.
+fn as_text(case: &Case, found: &Found) -> String {
+    let verdict = if found.passes(case) { "pass" } else { "FAIL" };
+    let mut text = format!("{} {}: {verdict}\n    {}\n", case.id, case.name, case.claim);
+    let own: Vec<&Row> = found.rows.iter().filter(|row| row.method == LOOKAT).collect();
+    let (tried, failed) = own.iter().fold((0, 0), |sum, row| (sum.0 + row.tried, sum.1 + row.failed));
+    let _ = write!(text, "    lookat: {failed} of {tried} wrong");
+    // A list of questions is no sample.
+    if tried >= SAMPLE {
+        let [low, high] = interval(failed, tried).map(share);
+        let _ = write!(text, " (95 % interval {low} to {high})");
+    }
+    text.push('\n');
+    let worst = own.iter().filter_map(|row| row.worst).fold(f64::NEG_INFINITY, f64::max);
+    if worst.is_finite() {
+        let (worst, limit) = (share(worst), share(case.limit));
+        let _ = writeln!(text, "    {worst} at most, {limit} allowed: {}", case.error);
+    }
+    let places = places(found);
+    if places.len() > 1 || found.rows.iter().any(|row| row.method != LOOKAT) {
+        matrix(&mut text, "share of wrong answers", case, found, &places, |row| {
+            Some(row.failed as f64 / row.tried as f64)
+        });
+        if found.rows.iter().any(|row| row.method != LOOKAT && row.worst.is_some()) {
+            matrix(&mut text, case.error, case, found, &places, |row| row.worst);
+        }
+    }
+    for remark in found.remarks.iter().take(MOST_REMARKS) {
+        let _ = writeln!(text, "    {remark}");
+    }
+    text + "\n"
+}
+
+/// As many answers are a random sample, fewer are a list.
+const SAMPLE: u64 = 1000;
+/// Remarks of a case that are printed.
+const MOST_REMARKS: usize = 10;
+
+/// The places on the axis, in order; `None` is one of them where rows have no place.
+fn places(found: &Found) -> Vec<Option<f64>> {
+    let mut places: Vec<Option<f64>> = Vec::new();
+    for row in &found.rows {
+        if !places.contains(&row.at) {
+            places.push(row.at);
+        }
+    }
+    places
+}
+
+/// A line for each method, a column for each place.
+fn matrix(
+    text: &mut String,
+    title: &str,
+    case: &Case,
+    found: &Found,
+    places: &[Option<f64>],
+    value: impl Fn(&Row) -> Option<f64>,
+) {
+    let by = if case.axis.name().is_empty() { String::new() } else { format!(", by {}", case.axis.name()) };
+    let _ = writeln!(text, "    {title}{by}");
+    let cells = |cell: &dyn Fn(&Option<f64>) -> String| {
+        places.iter().map(|place| format!("{:>9}", cell(place))).collect::<String>()
+    };
+    if places.len() > 1 {
+        let _ = writeln!(text, "    {:26}{}", "", cells(&|place| place.map_or(String::new(), share)));
+    }
+    let mut methods: Vec<&str> = Vec::new();
+    for row in &found.rows {
+        if !methods.contains(&row.method) {
+            methods.push(row.method);
+        }
+    }
+    for method in methods {
+        let at = |place: &Option<f64>| found.rows.iter().find(|row| row.method == method && row.at == *place);
+        let line = cells(&|place| at(place).and_then(&value).map_or("-".into(), share));
+        let _ = writeln!(text, "    {method:26}{line}");
+    }
+}
+
+/// A number with two digits.
+fn share(x: f64) -> String {
+    match x {
+        0.0 => "0".into(),
+        0.01..1000.0 => {
+            let text = format!("{x:.3}");
+            text.trim_end_matches('0').trim_end_matches('.').into()
+        }
+        _ => format!("{x:.1e}"),
+    }
+}
+
+fn draw(case: &Case, found: &Found, folder: &Path) -> Result<(), String> {
+    let Some(chart) = Chart::new(case, found).map_err(|error| format!("cannot draw {}: {error}", case.id))?
+    else {
+        return Ok(());
+    };
+    let file = folder.join(format!("{}-{}", case.id, case.name));
+    write(&file.with_extension("svg"), chart.svg.as_bytes())?;
+    let png = png(&chart).map_err(|error| format!("cannot draw {}: {error}", case.id))?;
+    write(&file.with_extension("png"), &png)
+}
+
+fn png(chart: &Chart) -> Result<Vec<u8>, png::EncodingError> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, chart.size.0, chart.size.1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header()?.write_image_data(&chart.pixels)?;
+    Ok(file)
+}
+
+fn write(file: &Path, bytes: &[u8]) -> Result<(), String> {
+    write_file(file, bytes).map_err(|error| error.to_string())
+}
