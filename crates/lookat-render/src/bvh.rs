@@ -86,20 +86,28 @@ impl Bvh {
     }
 }
 
+/// What the slab test computes with.
+#[cfg(not(feature = "plain-f32"))]
+type Real = f64;
+#[cfg(feature = "plain-f32")]
+type Real = f32;
+
 /// What the slab test needs of a ray.
 struct Slabs {
-    o: [f64; 3],
-    inverse: [f64; 3],
+    o: [Real; 3],
+    inverse: [Real; 3],
     negative: [bool; 3],
 }
 
 /// Covers the rounding of both ends of the test (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
-const PAD: f64 = 1.0 + 4.0 * f64::EPSILON;
+const PAD: Real = 1.0 + 4.0 * Real::EPSILON;
 
 impl Slabs {
+    #[allow(clippy::unnecessary_cast)]
     fn new(ray: &Ray) -> Self {
-        let inverse = ray.d.recip().to_array();
-        Slabs { o: ray.o.to_array(), inverse, negative: inverse.map(|x| x.is_sign_negative()) }
+        let inverse = ray.d.recip().to_array().map(|x| x as Real);
+        let o = ray.o.to_array().map(|x| x as Real);
+        Slabs { o, inverse, negative: inverse.map(|x| x.is_sign_negative()) }
     }
 
     /// Whether the ray may meet the box before `t_max`: never no where it does.
@@ -107,10 +115,11 @@ impl Slabs {
     /// Near and far are told by the sign of the direction, before anything is compared; then a NaN, which a ray in the
     /// plane of a side gives, drops out, because it compares as false.
     #[inline]
+    #[allow(clippy::unnecessary_cast)]
     fn meet(&self, bounds: &Bounds, t_max: f64) -> bool {
-        let (mut near, mut far) = (0.0_f64, t_max);
+        let (mut near, mut far): (Real, Real) = (0.0, t_max as Real);
         for axis in 0..3 {
-            let (low, high) = (f64::from(bounds.min[axis]), f64::from(bounds.max[axis]));
+            let (low, high) = (Real::from(bounds.min[axis]), Real::from(bounds.max[axis]));
             let (first, last) = if self.negative[axis] { (high, low) } else { (low, high) };
             let enter = (first - self.o[axis]) * self.inverse[axis];
             let leave = (last - self.o[axis]) * self.inverse[axis] * PAD;

@@ -22,6 +22,8 @@
 //! assert!((middle[0] - 0.5).abs() < 0.01);
 //! ```
 
+#![cfg_attr(feature = "plain-f32", allow(dead_code))]
+
 mod bounds;
 mod bsdf;
 mod bvh;
@@ -31,6 +33,8 @@ mod film;
 mod filter;
 mod integrator;
 mod light;
+#[cfg(feature = "plain-f32")]
+mod plain;
 mod prepare;
 mod probe;
 mod ray;

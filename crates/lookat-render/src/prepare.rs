@@ -11,7 +11,18 @@ use crate::bvh::Bvh;
 use crate::camera::CameraRays;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::sphere::PlacedSphere;
-use crate::triangle::{ShearedRay, corners};
+use crate::triangle::corners;
+
+#[cfg(feature = "plain-f32")]
+use {
+    crate::plain::{PlainRay as TriangleRay, corner},
+    glam::Vec3 as Corner,
+};
+#[cfg(not(feature = "plain-f32"))]
+use {
+    crate::triangle::{ShearedRay as TriangleRay, corner},
+    glam::DVec3 as Corner,
+};
 
 /// A scene that rays can be traced in. Positions are relative to the eye.
 pub(crate) struct Traceable<'s> {
@@ -37,7 +48,7 @@ const NO_SPHERE: u32 = u32::MAX;
 
 /// What a leaf holds.
 enum Element {
-    Triangle { corners: [DVec3; 3], primitive: u32, index: u32 },
+    Triangle { corners: [Corner; 3], primitive: u32, index: u32 },
     Sphere { primitive: u32, sphere: u32 },
     Instance { instance: u32 },
 }
@@ -101,7 +112,7 @@ impl<'s> Traceable<'s> {
 
     /// Of `ALL` elements, or of those that the tree gives.
     fn nearest_in<const ALL: bool>(&self, group: &Group, ray: &Ray, instance: u32, hit: &mut Hit) {
-        let sheared = ShearedRay::new(ray);
+        let sheared = TriangleRay::new(ray);
         let mut visit = |elements: &[Element]| {
             for element in elements {
                 match element {
@@ -134,7 +145,7 @@ impl<'s> Traceable<'s> {
     }
 
     fn occluded_in(&self, group: &Group, ray: &Ray, instance: u32) -> bool {
-        let sheared = ShearedRay::new(ray);
+        let sheared = TriangleRay::new(ray);
         let mut found = false;
         group.traverse(ray, |elements| {
             found = elements.iter().any(|element| match element {
@@ -157,7 +168,7 @@ impl<'s> Traceable<'s> {
         &self,
         element: &Element,
         ray: &Ray,
-        sheared: &ShearedRay,
+        sheared: &TriangleRay,
         instance: u32,
         t_max: f64,
     ) -> Option<Hit> {
@@ -233,7 +244,11 @@ impl<'s> Builder<'s> {
                         let corners = corners(mesh, index, eye);
                         // Triangles without area cannot be seen.
                         if (corners[1] - corners[0]).cross(corners[2] - corners[0]) != DVec3::ZERO {
-                            let element = Element::Triangle { corners, primitive, index: index as u32 };
+                            let element = Element::Triangle {
+                                corners: corners.map(corner),
+                                primitive,
+                                index: index as u32,
+                            };
                             all.push(Bounds::of_points(&corners), element);
                         }
                     }

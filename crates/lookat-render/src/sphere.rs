@@ -48,6 +48,14 @@ impl PlacedSphere {
     /// The nearest distance at which the ray meets the sphere, more than 0 and at most `t_max`. A ray that leaves the
     /// sphere meets it again only on its far side.
     pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
+        #[cfg(feature = "plain-f32")]
+        return crate::plain::sphere(self, ray, t_max, leaving);
+        #[cfg(not(feature = "plain-f32"))]
+        self.intersect_exactly(ray, t_max, leaving)
+    }
+
+    #[cfg(not(feature = "plain-f32"))]
+    fn intersect_exactly(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
         let o = self.object_from_world * (ray.o - self.center);
         let d = self.object_from_world * ray.d;
         let dd = d.length_squared();

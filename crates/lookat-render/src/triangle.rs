@@ -59,6 +59,12 @@ impl ShearedRay {
     }
 }
 
+/// The corner of a triangle, as [`ShearedRay`] takes it.
+#[cfg(not(feature = "plain-f32"))]
+pub(crate) fn corner(p: DVec3) -> DVec3 {
+    p
+}
+
 /// The corners of a triangle relative to the eye.
 pub(crate) fn corners(mesh: &Mesh, index: usize, eye: DVec3) -> [DVec3; 3] {
     mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]) - eye)
