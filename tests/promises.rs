@@ -88,7 +88,7 @@ fn check_transform(transform: &Transform) {
 fn check_camera(camera: &Camera) {
     check_transform(&camera.world_from_camera);
     if let Projection::Perspective { fov } = camera.projection {
-        assert!(fov > 0.0 && fov < std::f64::consts::PI, "{fov}");
+        assert!(fov > 0.0 && fov < 180.0, "{fov}");
     }
     let size = camera.screen.max - camera.screen.min;
     assert!(size.is_finite() && size.x != 0.0 && size.y != 0.0, "{camera:?}");

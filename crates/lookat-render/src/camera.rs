@@ -10,9 +10,11 @@ use crate::warp::square_to_disk;
 #[derive(Debug)]
 pub(crate) struct CameraRays {
     world_from_camera: DMat3,
-    /// The place of the left top corner of the film in camera space, on the plane z = 1 of a perspective camera and
-    /// relative to the eye of an orthographic one; and the steps to the next pixel.
-    corner: DVec2,
+    /// The middle of the film in pixels; its place in camera space, on the plane z = 1 of a perspective camera and
+    /// relative to the eye of an orthographic one; and the steps to the next pixel. Counted from the middle, no digits
+    /// cancel where rays run along the axis.
+    film_middle: DVec2,
+    origin: DVec2,
     step: DVec2,
     /// The eye in camera space.
     middle: DVec2,
@@ -31,16 +33,17 @@ impl CameraRays {
         let screen = &camera.screen;
         let middle = eye_in_camera(camera);
         let scale = match camera.projection {
-            Projection::Perspective { fov } => (fov * 0.5).tan(),
+            Projection::Perspective { fov } => tan_half(fov),
             Projection::Orthographic { .. } => 1.0,
         };
-        // Raster space has y down, from the top edge of the screen.
-        let corner = (DVec2::new(screen.min.x, screen.max.y) - middle) * scale;
+        let origin = ((screen.min + screen.max) * 0.5 - middle) * scale;
+        // Raster space has y down.
         let extent = DVec2::new(screen.max.x - screen.min.x, screen.min.y - screen.max.y) * scale;
         let resolution = DVec2::new(f64::from(film.resolution[0]), f64::from(film.resolution[1]));
         CameraRays {
             world_from_camera: DMat3::from_mat4(camera.world_from_camera.m),
-            corner,
+            film_middle: resolution * 0.5,
+            origin,
             step: extent / resolution,
             middle,
             projection: camera.projection,
@@ -55,7 +58,7 @@ impl CameraRays {
 
     /// The ray through `film`, in pixels from the top left corner; `u` chooses the point on the lens (PBR 6.2.3).
     pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
-        let p = self.corner + self.step * film;
+        let p = self.origin + self.step * (film - self.film_middle);
         let (o, d) = match (self.projection, self.lens) {
             (Projection::Perspective { .. }, None) => (DVec3::ZERO, p.extend(1.0)),
             (Projection::Perspective { .. }, Some(lens)) => through_lens(DVec2::ZERO, p, lens, u),
@@ -69,6 +72,15 @@ impl CameraRays {
             }
         };
         Ray::new(self.world_from_camera * o, (self.world_from_camera * d).normalize())
+    }
+}
+
+/// The tangent of half an angle in degrees. Near 180 degrees it is that of what is missing, which is exact.
+fn tan_half(degrees: f64) -> f64 {
+    if degrees > 90.0 {
+        1.0 / ((180.0 - degrees) * 0.5).to_radians().tan()
+    } else {
+        (degrees * 0.5).to_radians().tan()
     }
 }
 
@@ -138,7 +150,11 @@ mod tests {
                     DVec4::new(0.0, 0.0, f / (f - n), 1.0),
                     DVec4::new(0.0, 0.0, -f * n / (f - n), 0.0),
                 );
-                DMat4::from_scale(DVec3::new(1.0 / (fov / 2.0).tan(), 1.0 / (fov / 2.0).tan(), 1.0)) * project
+                DMat4::from_scale(DVec3::new(
+                    1.0 / (fov / 2.0).to_radians().tan(),
+                    1.0 / (fov / 2.0).to_radians().tan(),
+                    1.0,
+                )) * project
             }
             Projection::Orthographic { .. } => DMat4::IDENTITY,
         };
@@ -163,7 +179,7 @@ mod tests {
     #[test]
     fn rays_are_those_of_the_matrices_of_the_book() {
         let lens = Some(Lens { radius: 0.3, focal_distance: 3.0 });
-        let perspective = Projection::Perspective { fov: 1.2 };
+        let perspective = Projection::Perspective { fov: 70.0 };
         let cases = [
             camera(perspective, None),
             camera(perspective, lens),
@@ -185,10 +201,21 @@ mod tests {
     }
 
     #[test]
+    fn the_middle_of_a_very_wide_view_is_exact() {
+        let screen = ScreenWindow { min: DVec2::splat(-1.0), max: DVec2::splat(1.0) };
+        let projection = Projection::Perspective { fov: 179.9 };
+        let camera = Camera { world_from_camera: Transform::IDENTITY, projection, screen, lens: None };
+        let ray = CameraRays::new(&camera, &film()).ray(DVec2::new(100.0625, 60.0), DVec2::ZERO);
+        // From tan(89.95 degrees), computed with 60 digits.
+        let expected = 1145.915299373488 * 0.0625 / 100.0;
+        assert!((ray.d.x / ray.d.z / expected - 1.0).abs() < 1e-15, "{}", ray.d.x / ray.d.z);
+    }
+
+    #[test]
     fn any_focal_distance_gives_a_direction() {
         for focal_distance in [1e-300, 1e-30, 1.0, 1e30, 1e300] {
             let lens = Some(Lens { radius: 1.0, focal_distance });
-            let camera = camera(Projection::Perspective { fov: 1.0 }, lens);
+            let camera = camera(Projection::Perspective { fov: 60.0 }, lens);
             let ray = CameraRays::new(&camera, &film()).ray(DVec2::new(3.0, 4.0), DVec2::new(0.9, 0.3));
             assert!((ray.d.length() - 1.0).abs() < 1e-14, "{focal_distance}");
         }

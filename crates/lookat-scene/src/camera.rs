@@ -23,8 +23,9 @@ pub struct Camera {
 pub enum Projection {
     /// Towards the origin of camera space.
     Perspective {
-        /// The angle that the screen from -1 to 1 subtends, in radians, more than 0 and less than pi (parameters `fov`,
-        /// default 90 degrees, and `halffov`). The default screen window is this wide along the shorter axis.
+        /// The angle that the screen from -1 to 1 subtends, in degrees, more than 0 and less than 180 (parameters `fov`,
+        /// default 90, and `halffov`): in radians it would lose digits that wide angles need. The default screen window is
+        /// this wide along the shorter axis.
         fov: f64,
     },
     /// Along +z.
@@ -56,7 +57,7 @@ pub struct Lens {
 impl Camera {
     /// What pbrt-v3 uses where there is no Camera.
     pub(crate) fn pbrt_default(world_from_camera: Transform, film: &Film) -> Self {
-        let projection = Projection::Perspective { fov: std::f64::consts::FRAC_PI_2 };
+        let projection = Projection::Perspective { fov: 90.0 };
         let screen = ScreenWindow::of_aspect(film_aspect(film));
         Camera { world_from_camera, projection, screen, lens: None }
     }
@@ -87,7 +88,7 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
                 "Camera \"{kind}\" is not rendered; a perspective camera stands in for it"
             ));
             params.ignore_rest();
-            Projection::Perspective { fov: std::f64::consts::FRAC_PI_2 }
+            Projection::Perspective { fov: 90.0 }
         }
         _ => return params.unknown_kind(NAMES),
     };
@@ -118,9 +119,9 @@ fn perspective(params: &mut Params) -> Projection {
     if !(degrees > 0.0 && degrees < 180.0) {
         let limit = if name == "fov" { 180 } else { 90 };
         params.reject(name, format!("{name} must be more than 0 and less than {limit} degrees"), None);
-        return Projection::Perspective { fov: std::f64::consts::FRAC_PI_2 };
+        return Projection::Perspective { fov: 90.0 };
     }
-    Projection::Perspective { fov: degrees.to_radians() }
+    Projection::Perspective { fov: degrees }
 }
 
 fn orthographic(params: &mut Params, lens: bool) -> Projection {

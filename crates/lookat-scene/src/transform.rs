@@ -63,8 +63,8 @@ impl Transform {
 
     /// The viewing transformation of pbrt's `LookAt`: camera space from world space, left-handed, +z forward, +y up.
     ///
-    /// The side vector is `cross(up, look - eye)`, with each difference of products rounded once and normalised last:
-    /// full accuracy however near to the view `up` is.
+    /// The side vector is `cross(up, look - eye)`, with each difference of products rounded once, that of the points
+    /// together with what it rounds off, and normalised last: full accuracy however near to the view `up` is.
     pub fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Result<Self, LookAtFault> {
         let view = look - eye;
         if view == DVec3::ZERO {
@@ -73,8 +73,11 @@ impl Transform {
         if up == DVec3::ZERO {
             return Err(LookAtFault::ZeroUp);
         }
-        let (view, up) = (view / view.abs().max_element(), up / up.abs().max_element());
-        let side = cross_exact(up, view);
+        let rest = rounded_off(look, eye, view);
+        // Scaled by powers of two, so that no digit changes.
+        let (scale, up) = (scale_to_one(view), up * scale_to_one(up));
+        let (view, rest) = (view * scale, rest * scale);
+        let side = cross_exact(up, view) + up.cross(rest);
         if side.length() <= 4e-16 * up.length() * view.length() {
             return Err(LookAtFault::UpParallel);
         }
@@ -173,6 +176,18 @@ fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     }
 }
 
+/// The power of two that brings the largest component to about one.
+fn scale_to_one(v: DVec3) -> f64 {
+    let exponent = v.abs().max_element().log2().floor();
+    (-exponent).clamp(-1022.0, 1022.0).exp2()
+}
+
+/// What the difference of two points leaves out (Knuth's two-sum).
+fn rounded_off(a: DVec3, b: DVec3, difference: DVec3) -> DVec3 {
+    let back = difference - a;
+    (a - (difference - back)) - (b + back)
+}
+
 /// The cross product with each component within 1.5 ulp (Kahan's difference of products).
 fn cross_exact(a: DVec3, b: DVec3) -> DVec3 {
     let difference = |a: f64, b: f64, c: f64, d: f64| {
@@ -209,6 +224,12 @@ mod tests {
             let view = Transform::look_at(DVec3::ZERO, DVec3::Z, DVec3::new(tilt, 0.0, 1.0)).unwrap();
             near(view.inverse().vector(DVec3::Y), DVec3::X);
         }
+        // The difference of these points is rounded, and `up` differs from it in the last digits only.
+        let (eye, look) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(7.7, -5.3, 11.9));
+        let up = (look - eye) / 3.0 + DVec3::new(0.0, 1e-13, 0.0);
+        let side = Transform::look_at(eye, look, up).unwrap().inverse().vector(DVec3::X);
+        // Computed with 60 digits from the binary numbers above.
+        near(side, DVec3::new(0.8358592829700306, -0.00275220217373855, -0.5489368674592927));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Formulas that others use, written anew from books and papers. Each works in `f32` and in `f64`, where that makes sense.
 
+pub(super) mod camera;
 pub(super) mod sphere;
 
 use num_traits::Float;
