@@ -19,7 +19,7 @@ impl PlainRay {
     }
 
     /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
-    pub fn intersect(&self, [a, b, c]: &[Vec3; 3]) -> Option<(f64, [f64; 2])> {
+    pub fn intersect(&self, [a, b, c]: &[Vec3; 3]) -> Option<(f64, [f64; 3])> {
         let (e1, e2) = (*b - *a, *c - *a);
         let p = self.d.cross(e2);
         let det = e1.dot(p);
@@ -37,7 +37,7 @@ impl PlainRay {
         if w < 0.0 || v + w > 1.0 {
             return None;
         }
-        Some((f64::from(e2.dot(q) * inverse), [f64::from(1.0 - v - w), f64::from(v)]))
+        Some((f64::from(e2.dot(q) * inverse), [1.0 - v - w, v, w].map(f64::from)))
     }
 }
 

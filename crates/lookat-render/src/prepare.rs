@@ -11,7 +11,7 @@ use crate::bvh::Bvh;
 use crate::camera::CameraRays;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::sphere::PlacedSphere;
-use crate::triangle::corners;
+use crate::triangle::{corners, sorted};
 
 #[cfg(feature = "plain-f32")]
 use {
@@ -48,9 +48,20 @@ const NO_SPHERE: u32 = u32::MAX;
 
 /// What a leaf holds.
 enum Element {
-    Triangle { corners: [Corner; 3], primitive: u32, index: u32 },
-    Sphere { primitive: u32, sphere: u32 },
-    Instance { instance: u32 },
+    /// Its corners are sorted; `first` are the places of the first two.
+    Triangle {
+        corners: [Corner; 3],
+        primitive: u32,
+        index: u32,
+        first: [u8; 2],
+    },
+    Sphere {
+        primitive: u32,
+        sphere: u32,
+    },
+    Instance {
+        instance: u32,
+    },
 }
 
 /// A copy of an object.
@@ -173,8 +184,9 @@ impl<'s> Traceable<'s> {
         t_max: f64,
     ) -> Option<Hit> {
         match *element {
-            Element::Triangle { ref corners, primitive, index } => {
-                let (t, barycentric) = sheared.intersect(corners)?;
+            Element::Triangle { ref corners, primitive, index, first } => {
+                let (t, weights) = sheared.intersect(corners)?;
+                let barycentric = first.map(|at| weights[usize::from(at)]);
                 let element = ElementId { instance, primitive, index };
                 // What is flat is not met again by a ray that leaves it.
                 (t > 0.0 && t <= t_max && element != ray.leaving).then_some(Hit { t, element, barycentric })
@@ -244,10 +256,12 @@ impl<'s> Builder<'s> {
                         let corners = corners(mesh, index, eye);
                         // Triangles without area cannot be seen.
                         if (corners[1] - corners[0]).cross(corners[2] - corners[0]) != DVec3::ZERO {
+                            let (sorted, first) = sorted(corners);
                             let element = Element::Triangle {
-                                corners: corners.map(corner),
+                                corners: sorted.map(corner),
                                 primitive,
                                 index: index as u32,
+                                first,
                             };
                             all.push(Bounds::of_points(&corners), element);
                         }

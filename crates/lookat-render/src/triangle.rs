@@ -1,5 +1,7 @@
 //! Ray against triangle, watertight.
 
+use std::cmp::Ordering;
+
 use glam::DVec3;
 use lookat_scene::Mesh;
 
@@ -30,9 +32,9 @@ impl ShearedRay {
         ShearedRay { o: ray.o, axes: [x, y, z], shear: DVec3::new(d[x] / d[z], d[y] / d[z], 1.0 / d[z]) }
     }
 
-    /// Distance and the weights of the first two vertices, where the line of the ray crosses the triangle. Distances
+    /// Distance and the weights of the vertices, where the line of the ray crosses the triangle. Distances
     /// behind the origin come out too. Edges and vertices belong to the triangle, so that neighbours leave no gap.
-    pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 2])> {
+    pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let [x, y, z] = self.axes;
         let [a, b, c] = triangle.map(|p| {
             let p = (p - self.o).to_array();
@@ -55,7 +57,7 @@ impl ShearedRay {
             return None;
         }
         let t = (u * a.2 + v * b.2 + w * c.2) * self.shear.z / det;
-        Some((t, [u / det, v / det]))
+        Some((t, [u / det, v / det, w / det]))
     }
 }
 
@@ -68,6 +70,18 @@ pub(crate) fn corner(p: DVec3) -> DVec3 {
 /// The corners of a triangle relative to the eye.
 pub(crate) fn corners(mesh: &Mesh, index: usize, eye: DVec3) -> [DVec3; 3] {
     mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]) - eye)
+}
+
+/// Sorts the corners of a triangle, and tells where the first two went. Sums then round alike for all triangles with the
+/// same corners, so that their distances are the same, whatever their winding.
+pub(crate) fn sorted(corners: [DVec3; 3]) -> ([DVec3; 3], [u8; 2]) {
+    let mut order = [0, 1, 2];
+    order.sort_by(|i, j| {
+        let (p, q): (DVec3, DVec3) = (corners[*i], corners[*j]);
+        p.to_array().partial_cmp(&q.to_array()).unwrap_or(Ordering::Equal)
+    });
+    let place = |corner| order.iter().position(|i| *i == corner).unwrap_or(0) as u8;
+    (order.map(|i| corners[i]), [place(0), place(1)])
 }
 
 /// The sign of `p.0 * q.1 - p.1 * q.0` where the rounded products are equal: by what rounding took from them.
@@ -84,18 +98,31 @@ fn side(p: (f64, f64, f64), q: (f64, f64, f64)) -> f64 {
 mod tests {
     use super::*;
 
-    fn hit(o: DVec3, d: DVec3, triangle: [DVec3; 3]) -> Option<(f64, [f64; 2])> {
+    fn hit(o: DVec3, d: DVec3, triangle: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
         ShearedRay::new(&Ray::new(o, d)).intersect(&triangle)
     }
 
     #[test]
     fn finds_distance_and_weights() {
         let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y];
-        let (t, [b0, b1]) = hit(DVec3::new(0.25, 0.5, -3.0), DVec3::Z, triangle).unwrap();
-        assert_eq!((t, b0, b1), (3.0, 0.25, 0.25));
+        let (t, weights) = hit(DVec3::new(0.25, 0.5, -3.0), DVec3::Z, triangle).unwrap();
+        assert_eq!((t, weights), (3.0, [0.25, 0.25, 0.5]));
         assert!(hit(DVec3::new(0.6, 0.6, -3.0), DVec3::Z, triangle).is_none());
         // A ray in the plane of the triangle misses.
         assert!(hit(DVec3::new(-1.0, 0.2, 0.0), DVec3::X, triangle).is_none());
+    }
+
+    #[test]
+    fn corners_in_any_order_give_the_same_distance() {
+        let p = [DVec3::new(0.1, 0.2, 0.7), DVec3::new(1.3, -0.4, 0.9), DVec3::new(0.3, 1.7, 1.1)];
+        let (o, d) = (DVec3::new(0.3, 0.4, -3.0), DVec3::new(0.07, 0.02, 1.0));
+        let (corners, _) = sorted(p);
+        let (t, weights) = hit(o, d, corners).unwrap();
+        for [i, j, k] in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]] {
+            let (corners, first) = sorted([p[i], p[j], p[k]]);
+            assert_eq!(hit(o, d, corners), Some((t, weights)));
+            assert_eq!(first.map(|at| corners[usize::from(at)]), [p[i], p[j]]);
+        }
     }
 
     #[test]

@@ -33,6 +33,15 @@ impl Mesh {
         [0, 1, 2].map(|corner| self.indices[3 * index + corner] as usize)
     }
 
+    /// How many triangles have no area: they cannot be seen.
+    fn without_area(&self) -> usize {
+        let is_flat = |index: &usize| {
+            let [a, b, c] = self.triangle(*index).map(|vertex| DVec3::from(self.positions[vertex]));
+            (b - a).cross(c - a) == DVec3::ZERO
+        };
+        (0..self.triangles()).filter(is_flat).count()
+    }
+
     /// Brings the arrays from the mesh's own space to that of the world, in place.
     fn place(mut self, transform: Transform) -> Self {
         if transform != Transform::IDENTITY {
@@ -115,6 +124,16 @@ fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Opti
             params.reject(name, format!("{name} has values beyond {LARGEST:e} in the world"), None);
             return None;
         }
+    }
+    let without_area = mesh.without_area();
+    if without_area > 0 {
+        let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
+        // One message for all meshes.
+        let help = format!(
+            "of {without_area} of {}, the corners are in a line or in one place: nothing of them can be seen",
+            mesh.triangles()
+        );
+        params.warn(name, "triangles without area are left out", &help);
     }
     Some(mesh)
 }

@@ -2,6 +2,7 @@
 
 pub(super) mod camera;
 pub(super) mod sphere;
+pub(super) mod triangle;
 
 use num_traits::Float;
 

@@ -1,0 +1,194 @@
+//! T8 and T9: triangles in the same place, and rays in their plane.
+
+use glam::DVec3;
+use lookat_render::{ElementId, Probe, Ray};
+use lookat_scene::Scene;
+use rand::RngExt;
+
+use super::far::poses;
+use super::{COUNT, ask_double, ask_single, direction, inside, mesh_text, names, text};
+use crate::stability::case::{Effort, Found, LOOKAT};
+use crate::stability::methods::single;
+use crate::stability::scenes::{render, scene};
+use crate::stability::tally::{Tally, tally};
+
+/// Copies in each of two meshes, enough for a tree of several leaves.
+const COPIES: usize = 6;
+
+/// Two meshes of the same triangle over and over. Rays come from both sides.
+pub(super) fn same_place(effort: &Effort) -> Found {
+    let poses = poses(3800, |random| [0; 3].map(|_| direction(random) * 2.0));
+    let stack = |faces: &[[usize; 3]; COPIES]| -> Vec<Scene> {
+        let mesh = |triangle| mesh_text(triangle, faces);
+        let world = |triangle| format!("{}\n{}", mesh(triangle), mesh(triangle));
+        poses.iter().map(|triangle| scene(&text(DVec3::ZERO, &world(triangle)))).collect()
+    };
+    let same = stack(&[[0, 1, 2]; COPIES]);
+    // Each corner first, in both windings.
+    let turned = stack(&[[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]]);
+    let [same, turned] = [&same, &turned].map(|scenes| scenes.iter().map(Probe::new).collect::<Vec<_>>());
+    let first = Some(ElementId { instance: ElementId::WORLD, primitive: 0, index: 0 });
+    let tallies = tally(effort.rays, 3801, |random, tallies: &mut [Tally; 3]| {
+        let pose = random.random_range(0..poses.len());
+        let target = inside(random, poses[pose]);
+        let o = direction(random) * 5.0;
+        let ray = Ray::new(o, (target - o).normalize());
+        for (kind, probes) in [&same, &turned].into_iter().enumerate() {
+            let is_first = probes[pose].nearest(&ray).map(|hit| hit.element) == first;
+            tallies[0].answer(is_first);
+            tallies[1 + kind].answer(is_first);
+        }
+    });
+    let mut found = Found::default();
+    found.add(None, &[LOOKAT, "lookat, same corners", "lookat, corners in any order"], &tallies);
+    on_threads(&mut found);
+    found
+}
+
+/// A picture of two triangles of different colour in the same place, on some numbers of threads.
+fn on_threads(found: &mut Found) {
+    let mesh = |indices: &str| {
+        format!(
+            "Shape \"trianglemesh\" \"point P\" [-1 -1 0.1  1 -1 0.3  0.2 1 0.7] \"integer indices\" [{indices}]"
+        )
+    };
+    let scene = scene(&format!(
+        "LookAt 0 0 -3  0 0 0  0 1 0  Camera \"perspective\"\n\
+         Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 48\n\
+         Sampler \"sobol\" \"integer pixelsamples\" 4  Integrator \"path\"\n\
+         WorldBegin LightSource \"infinite\"\n\
+         Material \"matte\" \"rgb Kd\" [1 0 0] {}\nMaterial \"matte\" \"rgb Kd\" [0 1 0] {}\nWorldEnd",
+        mesh("0 1 2"),
+        mesh("2 1 0")
+    ));
+    let bits = |threads| {
+        let rgb = render(&scene, threads).rgb().unwrap_or_default();
+        rgb.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<u32>>()
+    };
+    let one = bits(1);
+    for threads in [2, 7] {
+        found.check(bits(threads) == one, || format!("another picture on {threads} threads"));
+    }
+}
+
+/// Planes through the origin, by two directions.
+const PLANES: [[[f64; 3]; 2]; 9] = [
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+    [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]],
+    [[1.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    [[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]],
+    [[1.0, 2.0, 0.0], [0.0, 0.0, 1.0]],
+    [[1.0, 0.0, 2.0], [0.0, 3.0, 1.0]],
+    [[1.0, 2.0, 3.0], [3.0, -1.0, 2.0]],
+    [[7.0, -5.0, 3.0], [2.0, 11.0, -13.0]],
+];
+
+/// Places in the plane, by those directions, beside a triangle with the corners (0, 0), (8, 0) and (0, 8).
+const FROM: [[f64; 2]; 6] = [[-3.0, -5.0], [-7.0, 2.0], [13.0, 1.0], [3.0, -9.0], [10.0, 10.0], [16.0, 0.0]];
+
+/// Targets: inside it, on its edges, at its corners, and beside it.
+const TO: [[f64; 2]; 10] = [
+    [1.0, 1.0],
+    [2.0, 3.0],
+    [5.0, 1.0],
+    [0.0, 0.0],
+    [8.0, 0.0],
+    [0.0, 8.0],
+    [4.0, 4.0],
+    [0.0, 5.0],
+    [-1.0, -2.0],
+    [9.0, 2.0],
+];
+
+/// A ray in the plane of a triangle, without rounding.
+struct Flat {
+    o: DVec3,
+    /// Of length one, nearly.
+    d: DVec3,
+    /// The same for single precision.
+    d_single: DVec3,
+    triangle: [DVec3; 3],
+    /// Whether it passes beside the triangle.
+    is_beside: bool,
+}
+
+impl Flat {
+    fn all(plane: [[f64; 3]; 2]) -> Vec<Flat> {
+        FROM.iter().flat_map(|from| TO.map(|to| Flat::new(plane, *from, to))).collect()
+    }
+
+    /// Asks everybody; gives whether lookat misses.
+    fn misses(&self, tallies: &mut [Tally; COUNT]) -> bool {
+        let scene = scene(&text(DVec3::ZERO, &mesh_text(&self.triangle, &[[0, 1, 2]])));
+        let misses = Probe::new(&scene).nearest(&Ray::new(self.o, self.d)).is_none();
+        tallies[0].answer(misses);
+        let miss = |tally: &mut Tally, t: Option<f64>| tally.answer(t.is_none());
+        let ray = [self.o.to_array(), self.d.to_array()];
+        ask_double(tallies, ray, &[self.triangle.map(|p| p.to_array())], miss);
+        let ray = [single(self.o), single(self.d_single)];
+        ask_single(tallies, ray, &[self.triangle.map(single)], miss);
+        misses
+    }
+
+    /// All numbers are small integers, and multiples of them by one number of few digits: nothing is rounded.
+    fn new(plane: [[f64; 3]; 2], [a, b]: [f64; 2], [c, d]: [f64; 2]) -> Flat {
+        let [p, q] = plane.map(DVec3::from);
+        let o = p * a + q * b;
+        let away = p * c + q * d - o;
+        let scaled = |digits: f64| away * ((digits / away.length()).round() / digits);
+        let sides = [[0.0, 0.0], [8.0, 0.0], [0.0, 8.0]].map(|[x, y]| (c - a) * (y - b) - (d - b) * (x - a));
+        Flat {
+            o,
+            d: scaled((1_u64 << 40) as f64),
+            d_single: scaled((1 << 15) as f64),
+            triangle: [DVec3::ZERO, p * 8.0, q * 8.0],
+            is_beside: sides.iter().all(|side| *side > 0.0) || sides.iter().all(|side| *side < 0.0),
+        }
+    }
+}
+
+/// Lookat fails where the slopes of a direction are not exact: then the triangle has a width of one rounding error to it,
+/// as to all tests after Woop et al. Without that width a ray could slip through between its neighbours.
+pub(super) fn in_plane(_: &Effort) -> Found {
+    let mut found = Found::default();
+    let mut tallies = [Tally::default(); COUNT];
+    for plane in PLANES {
+        let rays = Flat::all(plane);
+        let hit: Vec<&Flat> = rays.iter().filter(|flat| !flat.misses(&mut tallies)).collect();
+        if !hit.is_empty() {
+            let (count, all) = (hit.len(), rays.len());
+            let beside = hit.iter().filter(|flat| flat.is_beside).count();
+            found
+                .remarks
+                .push(format!("plane of {plane:?}: {count} of {all} rays hit, {beside} that pass beside"));
+        }
+    }
+    found.add(None, &names(), &tallies);
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use robust::{Coord3D, orient3d};
+
+    use super::*;
+    use crate::stability::methods::double;
+
+    #[test]
+    fn rays_lie_in_the_plane_and_begin_beside_the_triangle() {
+        let point = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
+        for flat in PLANES.into_iter().flat_map(Flat::all) {
+            let is_flat = |p: DVec3| {
+                let [a, b, c] = flat.triangle.map(point);
+                orient3d(a, b, c, point(p)) == 0.0
+            };
+            // The origin is a corner of the triangle.
+            assert!(is_flat(flat.o) && is_flat(flat.d) && is_flat(double(single(flat.d_single))));
+            assert_eq!(double(single(flat.d_single)), flat.d_single);
+            assert!(!is_flat(flat.triangle[1].cross(flat.triangle[2]) * 1e-12));
+            assert!((flat.d.length() - 1.0).abs() < 1e-9 && (flat.d_single.length() - 1.0).abs() < 1e-2);
+        }
+        assert!(FROM.iter().all(|[a, b]| *a < 0.0 || *b < 0.0 || a + b > 8.0));
+    }
+}
