@@ -244,7 +244,7 @@ impl<'s> Builder<'s> {
                     let half = sphere.half_extent();
                     let number = self.spheres.len() as u32;
                     all.push(
-                        padded(sphere.center - half, sphere.center + half),
+                        padded(sphere.center - half, sphere.center + half, sphere.magnitude()),
                         Element::Sphere { primitive, sphere: number },
                     );
                     self.spheres.push(sphere);
@@ -273,9 +273,9 @@ impl<'s> Builder<'s> {
     }
 }
 
-/// A box whose corners were computed: wider by what rounding may have taken.
-fn padded(min: DVec3, max: DVec3) -> Bounds {
-    let error = min.abs().max(max.abs()) * 1e-14;
+/// A box whose corners were computed from coordinates of a magnitude: wider by what rounding may have taken.
+fn padded(min: DVec3, max: DVec3, magnitude: f64) -> Bounds {
+    let error = magnitude * 1e-14;
     Bounds::new(min - error, max + error)
 }
 
@@ -335,7 +335,7 @@ impl PlacedInstance {
         let points: Vec<DVec3> = (0..8).map(corner).collect();
         let min = points.iter().fold(DVec3::INFINITY, |min, p| min.min(*p));
         let max = points.iter().fold(DVec3::NEG_INFINITY, |max, p| max.max(*p));
-        padded(min, max)
+        padded(min, max, self.magnitude(low.abs().max(high.abs()).max_element()))
     }
 }
 

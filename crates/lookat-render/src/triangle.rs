@@ -5,6 +5,7 @@ use std::cmp::Ordering;
 use glam::DVec3;
 use lookat_scene::Mesh;
 
+use crate::bvh::within_box;
 use crate::ray::Ray;
 
 /// A ray turned so that it runs along +z from the origin: what all triangles share.
@@ -13,6 +14,8 @@ use crate::ray::Ray;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShearedRay {
     o: DVec3,
+    /// One over the direction.
+    inverse: DVec3,
     axes: [usize; 3],
     shear: DVec3,
 }
@@ -29,11 +32,13 @@ impl ShearedRay {
             2
         };
         let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        ShearedRay { o: ray.o, axes: [x, y, z], shear: DVec3::new(d[x] / d[z], d[y] / d[z], 1.0 / d[z]) }
+        let inverse = ray.d.recip();
+        let shear = DVec3::new(d[x] / d[z], d[y] / d[z], inverse[z]);
+        ShearedRay { o: ray.o, inverse, axes: [x, y, z], shear }
     }
 
-    /// Distance and the weights of the vertices, where the line of the ray crosses the triangle. Distances
-    /// behind the origin come out too. Edges and vertices belong to the triangle, so that neighbours leave no gap.
+    /// Distance, more than 0, and the weights of the vertices, where the ray crosses the triangle. Edges and vertices belong
+    /// to the triangle, so that neighbours leave no gap.
     pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let [x, y, z] = self.axes;
         let [a, b, c] = triangle.map(|p| {
@@ -57,7 +62,12 @@ impl ShearedRay {
             return None;
         }
         let t = (u * a.2 + v * b.2 + w * c.2) * self.shear.z / det;
-        Some((t, [u / det, v / det, w / det]))
+        if t <= 0.0 {
+            return None;
+        }
+        let [p, q, r] = *triangle;
+        let t = within_box(self.o, self.inverse, p.min(q).min(r), p.max(q).max(r), t)?;
+        (t > 0.0).then_some((t, [u / det, v / det, w / det]))
     }
 }
 

@@ -1,6 +1,8 @@
 //! Formulas that others use, written anew from books and papers. Each works in `f32` and in `f64`, where that makes sense.
 
 pub(super) mod camera;
+pub(super) mod offset;
+pub(super) mod slab;
 pub(super) mod sphere;
 pub(super) mod triangle;
 

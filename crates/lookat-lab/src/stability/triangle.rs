@@ -107,7 +107,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T9",
             "in-plane",
-            "a ray in the plane of a triangle misses it",
+            "a ray in the plane of a triangle misses it, where that plane holds an axis",
             Axis::None,
             "",
             0.0,

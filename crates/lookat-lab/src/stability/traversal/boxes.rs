@@ -1,0 +1,148 @@
+//! Rays in the planes of boxes: V1.
+
+use glam::DVec3;
+use lookat_render::{Probe, Ray};
+use lookat_scene::Scene;
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use super::random::{below, between, chance};
+use crate::stability::case::{Effort, Found, LOOKAT};
+use crate::stability::methods::slab::{self, Box32};
+use crate::stability::methods::{double, single};
+use crate::stability::scenes::scene;
+use crate::stability::tally::{Tally, tally};
+
+const METHODS: [&str; 7] = [
+    LOOKAT,
+    "pbrt-v3 f32",
+    "pbrt-v3 loop f32",
+    "min and max f32",
+    "min and max f32, padded",
+    "SSE min and max f32",
+    "min and max f32, box grown",
+];
+
+/// What `nearest_by_all` hits, trees must hit; a box function must hit the box of what is hit.
+pub(super) fn faces(effort: &Effort) -> Found {
+    let (text, boxes) = blocks();
+    let scene: Scene = scene(&text);
+    let probe = Probe::new(&scene);
+    let tallies = tally(effort.rays, 2001, |random, tallies: &mut [Tally; 7]| {
+        let (o, d) = in_plane(random, &boxes);
+        // Both precisions hold the same ray.
+        let ray = Ray::new(double(o), double(d));
+        let Some(all) = probe.nearest_by_all(&ray) else { return };
+        let own = probe.nearest(&ray);
+        let same = own.is_some_and(|own| own.element == all.element && own.t.to_bits() == all.t.to_bits());
+        tallies[0].answer(same && probe.occluded(&ray));
+        let bounds = boxes[all.element.primitive as usize];
+        tallies[1].answer(slab::pbrt_v3(bounds, o, d));
+        tallies[2].answer(slab::pbrt_v3_loop(bounds, o, d));
+        tallies[3].answer(slab::min_max(bounds, o, d, 1.0));
+        tallies[4].answer(slab::min_max(bounds, o, d, slab::IZE_PAD));
+        tallies[5].answer(slab::sse(bounds, o, d));
+        tallies[6].answer(slab::min_max(slab::grown(bounds), o, d, 1.0));
+    });
+    let mut found = Found::default();
+    found.add(None, &METHODS, &tallies);
+    found
+}
+
+/// A scene of cubes, quads and spheres whose boxes have whole coordinates, and these boxes.
+fn blocks() -> (String, Vec<Box32>) {
+    let mut random = Pcg64Mcg::seed_from_u64(2000);
+    let mut text =
+        String::from(r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#);
+    let mut boxes = Vec::new();
+    for kind in 0..90 {
+        let low: [f64; 3] = std::array::from_fn(|_| between(&mut random, -16.0, 16.0).round());
+        let side = 2.0 * between(&mut random, 0.6, 2.4).round();
+        let mut high = low.map(|x| x + side);
+        match kind % 3 {
+            0 => {
+                let center = low.map(|x| x + side / 2.0);
+                text += &format!(
+                    "AttributeBegin Translate {} {} {} Shape \"sphere\" \"float radius\" {} AttributeEnd\n",
+                    center[0],
+                    center[1],
+                    center[2],
+                    side / 2.0
+                );
+            }
+            1 => text += &cube(low, high),
+            _ => {
+                let flat = kind / 3 % 3;
+                high[flat] = low[flat];
+                text += &quad(low, high, flat);
+            }
+        }
+        boxes.push([low.map(|x| x as f32), high.map(|x| x as f32)]);
+    }
+    (text + "WorldEnd", boxes)
+}
+
+fn corner(low: [f64; 3], high: [f64; 3], which: usize) -> String {
+    let pick = |axis: usize| if which >> axis & 1 == 0 { low[axis] } else { high[axis] };
+    format!("{} {} {} ", pick(0), pick(1), pick(2))
+}
+
+fn cube(low: [f64; 3], high: [f64; 3]) -> String {
+    let corners: String = (0..8).map(|which| corner(low, high, which)).collect();
+    let indices = "0 1 3 0 3 2 4 5 7 4 7 6 0 1 5 0 5 4 2 3 7 2 7 6 0 2 6 0 6 4 1 3 7 1 7 5";
+    format!("Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point P\" [{corners}]\n")
+}
+
+fn quad(low: [f64; 3], high: [f64; 3], flat: usize) -> String {
+    let (a, b) = (1 << ((flat + 1) % 3), 1 << ((flat + 2) % 3));
+    let corners: String = [0, a, a | b, b].into_iter().map(|which| corner(low, high, which)).collect();
+    format!("Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{corners}]\n")
+}
+
+/// A ray in the plane of a side of one of the boxes, toward that box; half of them along an axis, and some of those along an
+/// edge.
+fn in_plane(random: &mut Pcg64Mcg, boxes: &[Box32]) -> ([f32; 3], [f32; 3]) {
+    let bounds = boxes[below(random, boxes.len())];
+    let normal = below(random, 3);
+    let zero = if chance(random, 0.5) { 0.0 } else { -0.0 };
+    let place = |axis: usize, random: &mut Pcg64Mcg| match below(random, 3) {
+        0 => bounds[0][axis],
+        1 => bounds[1][axis],
+        _ if axis == normal => bounds[0][axis],
+        _ => between(random, f64::from(bounds[0][axis]), f64::from(bounds[1][axis])) as f32,
+    };
+    let target: [f32; 3] = std::array::from_fn(|axis| place(axis, random));
+    let mut d = DVec3::from_array(std::array::from_fn(|_| between(random, -1.0, 1.0)));
+    if chance(random, 0.5) {
+        d[(normal + 1) % 3] = if chance(random, 0.5) { 0.0 } else { -0.0 };
+    }
+    d[normal] = zero;
+    let d = d.normalize();
+    let o = double(target) - d * between(random, 20.0, 60.0);
+    (single(o), single(d))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Elements are numbered as the boxes are, and every hit lies in its box.
+    #[test]
+    fn hits_lie_in_their_boxes() {
+        let (text, boxes) = blocks();
+        let scene = scene(&text);
+        assert_eq!(scene.primitives.len(), boxes.len());
+        let probe = Probe::new(&scene);
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut hits = 0;
+        for _ in 0..1000 {
+            let (o, d) = in_plane(&mut random, &boxes);
+            let ray = Ray::new(double(o), double(d));
+            let Some(hit) = probe.nearest_by_all(&ray) else { continue };
+            let (p, bounds) = (ray.at(hit.t), boxes[hit.element.primitive as usize]);
+            assert!((p - p.clamp(double(bounds[0]), double(bounds[1]))).length() < 1e-5);
+            hits += 1;
+        }
+        assert!(hits > 500, "{hits}");
+    }
+}

@@ -1,0 +1,123 @@
+//! Elements that cannot be told apart by place, and one that is much larger than the rest: V3 and V4.
+
+use glam::DVec3;
+use lookat_render::{Hit, Probe, Ray};
+use rand::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use super::random::{direction, in_cube};
+use crate::stability::case::{Effort, Found};
+use crate::stability::scenes::scene;
+
+const HEAD: &str = r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#;
+
+/// Elements of each crowd.
+const CROWD: usize = 100_000;
+
+/// Rays for each crowd: each of them asks all elements.
+const RAYS: usize = 100;
+
+pub(super) fn one_place(_: &Effort) -> Found {
+    let crowds = [
+        ("equal triangles", mesh((0..CROWD).map(|_| [[-1.0, -1.0, 5.0], [1.0, -1.0, 5.0], [0.0, 1.0, 5.0]]))),
+        ("triangles in equal boxes", mesh((0..CROWD).map(in_equal_box))),
+        ("triangles around one point", mesh((0..CROWD).map(|i| around_point(1.0 + i as f64 / CROWD as f64)))),
+        ("equal spheres", spheres((0..CROWD).map(|_| 1.0))),
+        ("concentric spheres", spheres((0..CROWD).map(|i| 1.0 + i as f64 / CROWD as f64))),
+        ("equal instances", instances()),
+    ];
+    let mut found = Found::default();
+    for (name, text) in crowds {
+        let scene = scene(&format!("{HEAD}{text} WorldEnd"));
+        let probe = Probe::new(&scene);
+        let mut random = Pcg64Mcg::seed_from_u64(2100);
+        let mut hits = 0;
+        for _ in 0..RAYS {
+            let o = DVec3::new(0.0, 0.0, 5.0) + direction(&mut random) * 6.0;
+            let target = DVec3::new(0.0, 0.0, 5.0) + in_cube(&mut random) * 0.9;
+            let ray = Ray::new(o, (target - o).normalize());
+            let all = probe.nearest_by_all(&ray);
+            hits += usize::from(all.is_some());
+            let right = same(probe.nearest(&ray), all) && probe.occluded(&ray) == all.is_some();
+            found.check(right, || format!("{name}: o {}, d {}", ray.o, ray.d));
+        }
+        found.check(hits > RAYS / 4, || format!("{name}: {hits} hits of {RAYS}"));
+    }
+    found
+}
+
+fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
+    a.map(|hit| (hit.element, hit.t.to_bits())) == b.map(|hit| (hit.element, hit.t.to_bits()))
+}
+
+fn mesh(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> String {
+    let points: Vec<String> = triangles.flatten().map(|[x, y, z]| format!("{x} {y} {z}")).collect();
+    let indices: Vec<String> = (0..points.len()).map(|i| i.to_string()).collect();
+    format!(
+        "Shape \"trianglemesh\" \"integer indices\" [{}] \"point P\" [{}]\n",
+        indices.join(" "),
+        points.join(" ")
+    )
+}
+
+/// A triangle whose box is that of all others.
+fn in_equal_box(i: usize) -> [[f64; 3]; 3] {
+    let y = -1.0 + 2.0 * (i as f64 / CROWD as f64);
+    [[-1.0, -1.0, 4.0], [1.0, y, 6.0], [-y, 1.0, 4.5]]
+}
+
+fn around_point(size: f64) -> [[f64; 3]; 3] {
+    [[-size, -size, 5.0 - size], [size, -size, 5.0 + size], [0.0, size, 5.0]]
+}
+
+fn spheres(radii: impl Iterator<Item = f64>) -> String {
+    let shapes: String =
+        radii.map(|radius| format!("Shape \"sphere\" \"float radius\" {radius}\n")).collect();
+    format!("Translate 0 0 5 {shapes}")
+}
+
+fn instances() -> String {
+    let object = "ObjectBegin \"o\" Shape \"sphere\" ObjectEnd Translate 0 0 5 ";
+    format!("{object}{}", "ObjectInstance \"o\"\n".repeat(CROWD))
+}
+
+/// A grid of small spheres inside a sphere, and in front of a triangle, of that size.
+pub(super) fn giant(_: &Effort) -> Found {
+    let mut found = Found::default();
+    for size in [1e10, 1e20, 1e30] {
+        let grid: String = (0..1000).map(|i| small(i).1).collect();
+        let triangle = mesh([[[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]]].into_iter());
+        let text = format!("{HEAD}{grid}{triangle}Shape \"sphere\" \"float radius\" {size:e} WorldEnd");
+        let scene = scene(&text);
+        let probe = Probe::new(&scene);
+        for i in 0..1000 {
+            // From between the rows: nothing is in the way.
+            let center = small(i).0;
+            let ray = Ray::new(center - DVec3::Z * 0.5, DVec3::Z);
+            let hit = probe.nearest(&ray);
+            let right =
+                hit.is_some_and(|hit| hit.element.primitive == i as u32 && (hit.t - 0.4).abs() < 1e-12);
+            found.check(right, || format!("{size:e}: sphere {i} gives {hit:?}"));
+        }
+        for (o, d, primitive, t) in [
+            // Beside the spheres, to the triangle, and the other way, to the large sphere.
+            (DVec3::new(0.5, 0.5, 0.5), DVec3::Z, 1000, 39.5),
+            (DVec3::new(0.5, 0.5, 0.5), DVec3::NEG_Z, 1001, size),
+        ] {
+            let hit = probe.nearest(&Ray::new(o, d));
+            let right =
+                hit.is_some_and(|hit| hit.element.primitive == primitive && (hit.t / t - 1.0).abs() < 1e-9);
+            found.check(right, || format!("{size:e}: {d} gives {hit:?}"));
+        }
+    }
+    found
+}
+
+/// A sphere of radius 0.1 of a grid from -5 to 4, in text.
+fn small(i: usize) -> (DVec3, String) {
+    let center = DVec3::new((i % 10) as f64, (i / 10 % 10) as f64, (i / 100) as f64) - 5.0;
+    let DVec3 { x, y, z } = center;
+    let text =
+        format!("AttributeBegin Translate {x} {y} {z} Shape \"sphere\" \"float radius\" 0.1 AttributeEnd\n");
+    (center, text)
+}

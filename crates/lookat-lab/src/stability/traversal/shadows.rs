@@ -1,0 +1,164 @@
+//! Shadow rays to what is close to a light: V7.
+
+use std::f64::consts::PI;
+
+use super::random::between;
+use crate::stability::case::{Effort, Found, LOOKAT};
+use crate::stability::scenes::{render, scene};
+use crate::stability::tally::{Tally, tally};
+
+/// How far the light is from the floor.
+const DISTANCE: f64 = 10.0;
+
+/// Pixels on a side of the pictures.
+const SIDE: u32 = 16;
+
+/// Formulas for where a shadow ray ends, in its length: what is beyond does not block.
+const METHODS: [&str; 2] = ["pbrt-v3 ShadowEpsilon", "fixed 1e-3"];
+
+pub(super) fn close_to_light(effort: &Effort) -> Found {
+    let mut found = Found::default();
+    // Not 1e-4, which is the epsilon of pbrt-v3 itself.
+    for (seed, gap) in (2900..).zip([1e-2, 1e-3, 2e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9]) {
+        let shaded = Light::ALL.iter().map(|light| lit_pixels(*light, gap));
+        found.add(Some(gap), &[LOOKAT], &[shaded.reduce(Tally::join).unwrap_or_default()]);
+        found.add(
+            Some(gap),
+            &METHODS,
+            &tally(effort.rays, seed, |random, tallies| ends(random, gap, tallies)),
+        );
+    }
+    let open = [in_the_open(false), in_the_open(true)];
+    found
+        .remarks
+        .push(format!("square light alone: relative error {:.1e}; in a wall: {:.1e}", open[0], open[1]));
+    let mut lit = Tally::default();
+    open.into_iter().for_each(|error| lit.error(error));
+    found.add(None, &[LOOKAT], &[lit]);
+    found
+}
+
+#[derive(Clone, Copy)]
+enum Light {
+    Square,
+    Sphere,
+    Point,
+}
+
+impl Light {
+    const ALL: [Light; 3] = [Light::Square, Light::Sphere, Light::Point];
+
+    /// The light, and what hides it from the floor at that share of the distance before it.
+    fn behind(self, gap: f64) -> String {
+        let below = DISTANCE * (1.0 - gap);
+        match self {
+            Light::Square => format!("{}{}", square_light(), square(below, 1.5)),
+            Light::Sphere => format!(
+                "AttributeBegin Translate 0 {DISTANCE} 0 AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd
+                 Shape \"sphere\" \"float radius\" {} AttributeEnd\n",
+                1.0 + DISTANCE * gap
+            ),
+            Light::Point => format!(
+                "LightSource \"point\" \"point from\" [0 {DISTANCE} 0]\n{}",
+                square(below, 1.0)
+            ),
+        }
+    }
+}
+
+/// Two triangles in the plane of that height.
+fn square(height: f64, half: f64) -> String {
+    format!(
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+         \"point P\" [-{half} {height} -{half} {half} {height} -{half} {half} {height} {half} -{half} {height} {half}]\n"
+    )
+}
+
+/// A square of half a side of one, that shines down.
+fn square_light() -> String {
+    format!("AttributeBegin AreaLightSource \"diffuse\" {} AttributeEnd\n", square(DISTANCE, 1.0))
+}
+
+/// The floor, seen from below the light.
+fn text(world: &str, half_width: f64, samples: u32) -> String {
+    format!(
+        "LookAt 0 5 -3  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" {}
+         Film \"image\" \"integer xresolution\" {SIDE} \"integer yresolution\" {SIDE}
+         Sampler \"sobol\" \"integer pixelsamples\" {samples} Integrator \"directlighting\"
+         WorldBegin {world} Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5] {} WorldEnd",
+        2.0 * half_width,
+        square(0.0, 4.0)
+    )
+}
+
+/// Pixels of the floor that light reaches.
+fn lit_pixels(light: Light, gap: f64) -> Tally {
+    let image = render(&scene(&text(&light.behind(gap), 10.0, 16)), 0);
+    let mut tally = Tally::default();
+    image.rgb().unwrap_or_default().iter().for_each(|pixel| tally.answer(*pixel == [0.0; 3]));
+    tally
+}
+
+/// The relative error of the light that the square casts on the point below it; alone, or in a wall in its plane.
+fn in_the_open(in_wall: bool) -> f64 {
+    let wall = if in_wall { square(DISTANCE, 3.0) } else { String::new() };
+    // So narrow that all pixels see one point. The camera looks from below the wall.
+    let image = render(&scene(&text(&format!("{}{wall}", square_light()), 1e-6, 1024)), 0);
+    let pixels = image.rgb().unwrap_or_default();
+    let mean = pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64;
+    (mean / (0.5 * form_factor()) - 1.0).abs()
+}
+
+/// From a point to the square above it: four times that to a quarter, seen below a corner of it (Howell, "A Catalog of
+/// Radiation Heat Transfer Configuration Factors", B-3).
+fn form_factor() -> f64 {
+    let a = 1.0 / DISTANCE;
+    let root = (1.0 + a * a).sqrt();
+    4.0 * (2.0 * a / root * (a / root).atan()) / (2.0 * PI)
+}
+
+/// Whether a blocker at `gap` of the distance before the light, on a slanted ray, is within what the formulas look at.
+fn ends(random: &mut rand_pcg::Pcg64Mcg, gap: f64, tallies: &mut [Tally; 2]) {
+    let length = DISTANCE * between(random, 1.0, 1.5);
+    let blocker = length * (1.0 - gap);
+    // PBR 3.9.5: `1 - ShadowEpsilon` of the way.
+    tallies[0].answer(blocker < length * (1.0 - 1e-4));
+    tallies[1].answer(blocker < length - 1e-3);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against the sum over small squares.
+    #[test]
+    fn form_factor_is_that_of_the_sum() {
+        let n = 400;
+        let at = |i: i32| (f64::from(i) + 0.5) / f64::from(n) * 2.0 - 1.0;
+        let part = |x: f64, y: f64| {
+            let squared = x * x + y * y + DISTANCE * DISTANCE;
+            DISTANCE * DISTANCE / (PI * squared * squared) * (2.0 / f64::from(n)).powi(2)
+        };
+        let sum: f64 = (0..n * n).map(|i| part(at(i % n), at(i / n))).sum();
+        assert!((form_factor() / sum - 1.0).abs() < 1e-5);
+    }
+
+    /// Without the blockers every pixel is lit, so that dark pixels mean something.
+    #[test]
+    fn lights_reach_the_floor_unless_blocked() {
+        for light in Light::ALL {
+            let blocked = light.behind(0.5);
+            let end = match light {
+                Light::Square => blocked.find("AttributeEnd\n").map(|at| at + 13),
+                Light::Sphere => blocked.rfind("Shape"),
+                Light::Point => blocked.find('\n'),
+            };
+            let mut open = blocked[..end.expect("a light")].to_owned();
+            if matches!(light, Light::Sphere) {
+                open += "AttributeEnd";
+            }
+            let image = render(&scene(&text(&open, 10.0, 16)), 1);
+            assert!(image.rgb().expect("a picture").iter().all(|pixel| pixel[0] > 0.0));
+        }
+    }
+}
