@@ -4,6 +4,7 @@ use std::error::Error;
 use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::coord::combinators::{BindKeyPoints, LogCoord, WithKeyPoints};
 use plotters::prelude::*;
 use plotters::style::{FontStyle, register_font};
 
@@ -74,10 +75,11 @@ impl Chart {
 }
 
 impl Scale {
-    /// Errors where other methods have them, else the share of wrong answers.
+    /// Errors where all have them, else the share of wrong answers.
     fn new(case: &Case, found: &Found) -> Scale {
-        let others = found.rows.iter().filter(|row| row.method != LOOKAT);
-        if others.into_iter().any(|row| row.worst.is_some()) {
+        let measured =
+            |own: bool| found.rows.iter().any(|row| (row.method == LOOKAT) == own && row.worst.is_some());
+        if measured(true) && measured(false) {
             let errors: Vec<f64> =
                 found.rows.iter().filter_map(|row| row.worst).filter(|e| *e > 0.0).collect();
             let range = range(&errors, 3.0).unwrap_or(0.1..1.0);
@@ -118,7 +120,7 @@ where
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(70)
-        .build_cartesian_2d(places.clone().log_scale(), scale.range.clone().log_scale())?;
+        .build_cartesian_2d(axis_of(places), axis_of(&scale.range))?;
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(WHITE).label_style((FONT, 14)).x_desc(axis).y_desc(&scale.label);
     mesh.x_label_formatter(&|x| number(*x)).y_label_formatter(&|y| number(*y)).draw()?;
@@ -139,6 +141,15 @@ where
     Ok(())
 }
 
+/// A logarithmic axis with a mark at powers of ten. Those that the library chooses take forever over hundreds of decades.
+fn axis_of(range: &Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
+    let (first, last) = (range.start.log10().ceil() as i32, range.end.log10().floor() as i32);
+    let step = ((last - first) / 9 + 1) as usize;
+    let marks =
+        (first..=last).step_by(step).filter_map(|exponent| format!("1e{exponent}").parse().ok()).collect();
+    range.clone().log_scale().with_key_points(marks)
+}
+
 /// All methods, lookat last.
 fn methods(found: &Found) -> Vec<&'static str> {
     let mut methods: Vec<&str> = Vec::new();
@@ -153,7 +164,9 @@ fn methods(found: &Found) -> Vec<&'static str> {
 
 fn points(found: &Found, method: &str, value: impl Fn(&Row) -> Option<f64>) -> Vec<(f64, f64)> {
     let own = found.rows.iter().filter(|row| row.method == method);
-    own.filter_map(|row| Some((row.at?, value(row)?))).collect()
+    let mut points: Vec<(f64, f64)> = own.filter_map(|row| Some((row.at?, value(row)?))).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    points
 }
 
 /// As in 1e-7, 0.01, 10 and 1e6.
