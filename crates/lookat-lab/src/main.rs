@@ -1,5 +1,6 @@
 //! Experiments that measure lookat: `cargo run --release -p lookat-lab -- --help`. Their results stand in docs/.
 
+mod cost;
 mod false_alarms;
 mod pictures;
 mod power;
@@ -20,6 +21,8 @@ enum Experiment {
     FalseAlarms(false_alarms::Options),
     /// How often an error of 1 % in one material is found
     Power(power::Options),
+    /// How much longer rendering takes than with textbook intersections in single precision
+    Cost(cost::Options),
     /// How far the scenes of pbrt-scenes are from their references
     References(references::Options),
 }
@@ -28,6 +31,7 @@ fn main() {
     match Arguments::parse().experiment {
         Experiment::FalseAlarms(options) => false_alarms::run(&options),
         Experiment::Power(options) => power::run(&options),
+        Experiment::Cost(options) => cost::run(&options),
         Experiment::References(options) => references::run(&options),
     }
 }

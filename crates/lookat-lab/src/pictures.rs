@@ -28,10 +28,21 @@ pub fn render(scene: &Scene, seed: u64) -> Image {
     lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
 }
 
-/// The picture of a scene as users get it.
-pub fn render_plainly(scene: &Scene, seed: u64) -> Image {
-    let settings = lookat_render::Settings { seed, ..Default::default() };
+/// The picture of a scene as users get it, on so many threads; 0 for all.
+pub fn render_plainly(scene: &Scene, seed: u64, threads: usize) -> Image {
+    let settings = lookat_render::Settings { seed, threads, ..Default::default() };
     lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
+}
+
+/// The names of the scenes there, in order.
+pub fn names() -> Vec<String> {
+    let entries = std::fs::read_dir(folder()).expect("pbrt-scenes is there");
+    let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    let scenes = files.filter(|file| file.extension().is_some_and(|ending| ending == "pbrt"));
+    let mut names: Vec<String> =
+        scenes.filter_map(|file| Some(file.file_stem()?.to_string_lossy().into_owned())).collect();
+    names.sort();
+    names
 }
 
 /// The folder `pbrt-scenes`.

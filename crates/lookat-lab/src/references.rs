@@ -4,7 +4,7 @@ use clap::Args;
 use lookat_image::{Image, Window};
 use lookat_scene::Overrides;
 
-use crate::pictures::{folder, render_plainly, scene};
+use crate::pictures::{folder, names, render_plainly, scene};
 
 /// What to run.
 #[derive(Debug, Args)]
@@ -28,22 +28,11 @@ pub fn run(options: &Options) {
     let overrides = Overrides { samples_per_pixel: Some(options.spp), ..Overrides::default() };
     for name in names() {
         let Ok(expected) = Image::read(&folder().join(&name).with_extension("exr")) else { continue };
-        let actual = render_plainly(&scene(&name, &overrides, &|text| text), options.seed);
+        let actual = render_plainly(&scene(&name, &overrides, &|text| text), options.seed, 0);
         assert_eq!(actual.data_window, expected.data_window, "{name}");
         let [mean, block] = differences(&actual, &expected);
         println!("| {name} | {mean:+.3} % | {block:.3} % |");
     }
-}
-
-/// The scenes, in order.
-fn names() -> Vec<String> {
-    let entries = std::fs::read_dir(folder()).expect("pbrt-scenes is there");
-    let files = entries.filter_map(|entry| Some(entry.ok()?.path()));
-    let scenes = files.filter(|file| file.extension().is_some_and(|ending| ending == "pbrt"));
-    let mut names: Vec<String> =
-        scenes.filter_map(|file| Some(file.file_stem()?.to_string_lossy().into_owned())).collect();
-    names.sort();
-    names
 }
 
 /// The relative difference of the means, and the 95th percentile of that of the blocks, both in percent.

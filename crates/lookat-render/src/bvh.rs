@@ -1,5 +1,7 @@
 //! A bounding volume hierarchy: which elements a ray may meet.
 
+use std::ops::{Mul, Sub};
+
 use glam::DVec3;
 
 use crate::bounds::Bounds;
@@ -122,7 +124,8 @@ impl Slabs {
         let (mut near, mut far): (Real, Real) = (0.0, t_max as Real * PAD);
         for axis in 0..3 {
             let (low, high) = (Real::from(bounds.min[axis]), Real::from(bounds.max[axis]));
-            let (enter, leave) = slab(low, high, self.o[axis], self.inverse[axis], self.negative[axis]);
+            let (enter, leave) =
+                slab([low, high], self.o[axis], self.inverse[axis], self.negative[axis], PAD);
             near = if enter > near { enter } else { near };
             far = if leave < far { leave } else { far };
         }
@@ -132,21 +135,27 @@ impl Slabs {
 
 /// Where a ray enters and leaves what lies between two planes.
 #[inline]
-fn slab(low: Real, high: Real, o: Real, inverse: Real, negative: bool) -> (Real, Real) {
+fn slab<T: Copy + Sub<Output = T> + Mul<Output = T>>(
+    [low, high]: [T; 2],
+    o: T,
+    inverse: T,
+    negative: bool,
+    pad: T,
+) -> (T, T) {
     let (first, last) = if negative { (high, low) } else { (low, high) };
-    ((first - o) * inverse, (last - o) * inverse * PAD)
+    ((first - o) * inverse, (last - o) * inverse * pad)
 }
 
 /// The distance of a hit of what lies between two corners, brought between those at which the ray enters and leaves their
 /// box. It then agrees, to the bit, with the test of every box around that box: no tree skips what is hit. `None` where the
 /// ray passes the box. `inverse` is one over the direction.
-#[cfg(not(feature = "plain-f32"))]
 #[inline]
 pub(crate) fn within_box(o: DVec3, inverse: DVec3, low: DVec3, high: DVec3, t: f64) -> Option<f64> {
     let (mut near, mut far) = (0.0_f64, f64::INFINITY);
     for axis in 0..3 {
         let negative = inverse[axis].is_sign_negative();
-        let (enter, leave) = slab(low[axis], high[axis], o[axis], inverse[axis], negative);
+        let (enter, leave) =
+            slab([low[axis], high[axis]], o[axis], inverse[axis], negative, 1.0 + 4.0 * f64::EPSILON);
         near = if enter > near { enter } else { near };
         far = if leave < far { leave } else { far };
     }

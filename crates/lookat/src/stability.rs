@@ -81,8 +81,12 @@ fn as_text(case: &Case, found: &Found) -> String {
     text.push('\n');
     let worst = own.iter().filter_map(|row| row.worst).fold(f64::NEG_INFINITY, f64::max);
     if worst.is_finite() {
-        let (worst, limit) = (share(worst), share(case.limit));
-        let _ = writeln!(text, "    {worst} at most, {limit} allowed: {}", case.error);
+        let limit = if case.limit.is_finite() {
+            format!("{} allowed", share(case.limit))
+        } else {
+            "not judged".into()
+        };
+        let _ = writeln!(text, "    {} at most, {limit}: {}", share(worst), case.error);
     }
     let places = places(found);
     if places.len() > 1 || found.rows.iter().any(|row| row.method != LOOKAT) {
