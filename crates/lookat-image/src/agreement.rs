@@ -1,6 +1,6 @@
 //! Whether two noisy pictures show the same: tests of their means, of tiles and of pixels.
 //!
-//! They rest on the standard errors of [`PixelError`]. Noise is taken to be independent from pixel to pixel.
+//! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel.
 
 mod noise;
 
