@@ -58,9 +58,67 @@ pub(super) fn tally<const N: usize>(
 
 /// The interval of Clopper and Pearson for a share, at 95 %.
 pub fn interval(count: u64, of: u64) -> [f64; 2] {
-    let quantile =
-        |a: u64, b: u64, p: f64| Beta::new(a as f64, b as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(p));
-    let low = if count == 0 { 0.0 } else { quantile(count, of - count + 1, 0.025) };
-    let high = if count == of { 1.0 } else { quantile(count + 1, of - count, 0.975) };
+    const TAIL: f64 = 0.025;
+    let all = of.max(1) as f64;
+    let low = match count {
+        0 => 0.0,
+        _ if count == of => TAIL.powf(1.0 / all),
+        _ => quantile(count, of - count + 1, TAIL),
+    };
+    let high = match count {
+        0 => 1.0 - TAIL.powf(1.0 / all),
+        _ if count == of => 1.0,
+        _ => quantile(count + 1, of - count, 1.0 - TAIL),
+    };
     [low, high]
+}
+
+/// Of the beta distribution, by halving: `inverse_cdf` of statrs does not come back for large counts.
+fn quantile(a: u64, b: u64, p: f64) -> f64 {
+    let Ok(beta) = Beta::new(a as f64, b as f64) else { return f64::NAN };
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if beta.cdf(middle) < p { low = middle } else { high = middle }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::RngExt;
+
+    use super::*;
+
+    const INTERVALS: [(u64, u64, [f64; 2]); 6] = [
+        (0, 200, [0.0, 0.018275340355148807]),
+        (3, 200, [0.003104107621555085, 0.043208281917709784]),
+        (200, 200, [0.9817246596448512, 1.0]),
+        (0, 10000000, [0.0, 3.6888789150222864e-07]),
+        (2, 10000000, [2.4221136659589006e-08, 7.224685809698653e-07]),
+        (3000000, 10000000, [0.2997159821652154, 0.3002841336338419]),
+    ];
+
+    #[test]
+    fn intervals_are_those_of_tables() {
+        // SciPy 1.17, binomtest(k, n).proportion_ci().
+        for (count, of, expected) in INTERVALS {
+            let found = interval(count, of);
+            for (found, expected) in found.into_iter().zip(expected) {
+                assert!(
+                    (found - expected).abs() <= 1e-6 * expected,
+                    "{count} of {of}: {found}, not {expected}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn counts_are_those_of_any_number_of_threads() {
+        let count =
+            || tally(10_000, 7, |random, [all]: &mut [Tally; 1]| all.error(random.random::<f64>()))[0];
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let (many, one) = (count(), pool.install(count));
+        assert_eq!((many.tried, many.failed, many.worst), (10_000, 0, one.worst));
+    }
 }

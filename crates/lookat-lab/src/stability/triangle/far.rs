@@ -13,6 +13,7 @@ use crate::stability::case::{Effort, Found};
 use crate::stability::methods::{double, single};
 use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
+use crate::stability::truth::quotient;
 
 /// A square on the ground, its middle below an eye at height 1.
 pub(super) fn horizon(effort: &Effort) -> Found {
@@ -55,7 +56,7 @@ fn downward(random: &mut Pcg64Mcg, half: f64) -> (DVec3, DVec3) {
 
 /// Whether the ray crosses the ground on the square, not at its rim.
 fn on_ground(o: DVec3, d: DVec3, half: f64) -> bool {
-    let t = TwoFloat::from(o.y) / TwoFloat::from(-d.y);
+    let t = quotient(o.y.into(), (-d.y).into());
     let across = |o: f64, d: f64| f64::from(t * TwoFloat::from(d) + TwoFloat::from(o)).abs();
     d.y < 0.0 && across(o.x, d.x).max(across(o.z, d.z)) < half * 0.999
 }
