@@ -17,12 +17,6 @@ impl Bounds {
         Bounds { min: min.to_array().map(round_down), max: max.to_array().map(round_up) }
     }
 
-    pub fn of_points(points: &[DVec3]) -> Self {
-        let min = points.iter().fold(DVec3::INFINITY, |min, p| min.min(*p));
-        let max = points.iter().fold(DVec3::NEG_INFINITY, |max, p| max.max(*p));
-        Bounds::new(min, max)
-    }
-
     pub fn union(self, other: Bounds) -> Bounds {
         let axis = [0, 1, 2];
         Bounds {

@@ -11,7 +11,7 @@ use crate::bvh::Bvh;
 use crate::camera::CameraRays;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::sphere::PlacedSphere;
-use crate::triangle::{corners, sorted};
+use crate::triangle::{corners, extent, sorted};
 
 #[cfg(feature = "plain-f32")]
 use {
@@ -255,7 +255,7 @@ impl<'s> Builder<'s> {
                     for index in 0..mesh.triangles() {
                         let corners = corners(mesh, index, eye);
                         // Triangles without area cannot be seen.
-                        if (corners[1] - corners[0]).cross(corners[2] - corners[0]) != DVec3::ZERO {
+                        if mesh.has_area(index) {
                             let (sorted, first) = sorted(corners);
                             let element = Element::Triangle {
                                 corners: sorted.map(corner),
@@ -263,7 +263,8 @@ impl<'s> Builder<'s> {
                                 index: index as u32,
                                 first,
                             };
-                            all.push(Bounds::of_points(&corners), element);
+                            let (low, high) = extent(&corners);
+                            all.push(Bounds::new(low, high), element);
                         }
                     }
                 }

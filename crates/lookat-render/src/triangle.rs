@@ -65,10 +65,18 @@ impl ShearedRay {
         if t <= 0.0 {
             return None;
         }
-        let [p, q, r] = *triangle;
-        let t = within_box(self.o, self.inverse, p.min(q).min(r), p.max(q).max(r), t)?;
+        let (low, high) = extent(triangle);
+        let t = within_box(self.o, self.inverse, low, high, t)?;
         (t > 0.0).then_some((t, [u / det, v / det, w / det]))
     }
+}
+
+/// The corners of a box around a triangle: wider than it by what rounding does to the place of an edge between far
+/// vertices, so that a ray that the test of an edge lets in is not kept out by the box.
+pub(crate) fn extent([p, q, r]: &[DVec3; 3]) -> (DVec3, DVec3) {
+    let (low, high) = (p.min(*q).min(*r), p.max(*q).max(*r));
+    let rounding = DVec3::splat(4.0 * f64::EPSILON * (high - low).max_element());
+    (low - rounding, high + rounding)
 }
 
 /// The corner of a triangle, as [`ShearedRay`] takes it.
@@ -132,6 +140,25 @@ mod tests {
             let (corners, first) = sorted([p[i], p[j], p[k]]);
             assert_eq!(hit(o, d, corners), Some((t, weights)));
             assert_eq!(first.map(|at| corners[usize::from(at)]), [p[i], p[j]]);
+        }
+    }
+
+    /// A seam on the side of the boxes of both triangles, whose vertices are far beyond the hit.
+    #[test]
+    fn rays_at_a_seam_between_boxes_never_pass() {
+        for half in [1e2, 1e4, 1e6, 1e9] {
+            let [a, b] = [-half, half].map(|z| DVec3::new(0.5, -1.0, z));
+            let (left, right) = (DVec3::new(-half, -1.0, 0.0), DVec3::new(half, -1.0, 0.0));
+            for case in 0..20_000 {
+                let k = f64::from(case);
+                let beside =
+                    10_f64.powf(-17.0 + 12.0 * (k * 0.618).fract()) * if case % 2 == 0 { 1.0 } else { -1.0 };
+                let o = DVec3::new((k * 0.37).sin(), 0.0, (k * 0.71).cos());
+                let target = DVec3::new(0.5 + beside, -1.0, 2.0 + 48.0 * (k * 0.414).fract());
+                let d = (target - o).normalize();
+                let found = [[a, b, left], [a, right, b]].map(|triangle| hit(o, d, triangle));
+                assert!(found.iter().any(Option::is_some), "{half} {case}");
+            }
         }
     }
 

@@ -33,13 +33,10 @@ impl Mesh {
         [0, 1, 2].map(|corner| self.indices[3 * index + corner] as usize)
     }
 
-    /// How many triangles have no area: they cannot be seen.
-    fn without_area(&self) -> usize {
-        let is_flat = |index: &usize| {
-            let [a, b, c] = self.triangle(*index).map(|vertex| DVec3::from(self.positions[vertex]));
-            (b - a).cross(c - a) == DVec3::ZERO
-        };
-        (0..self.triangles()).filter(is_flat).count()
+    /// Whether a triangle has an area. Without one it cannot be seen.
+    pub fn has_area(&self, index: usize) -> bool {
+        let [a, b, c] = self.triangle(index).map(|vertex| DVec3::from(self.positions[vertex]));
+        (b - a).cross(c - a) != DVec3::ZERO
     }
 
     /// Brings the arrays from the mesh's own space to that of the world, in place.
@@ -125,7 +122,7 @@ fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Opti
             return None;
         }
     }
-    let without_area = mesh.without_area();
+    let without_area = (0..mesh.triangles()).filter(|index| !mesh.has_area(*index)).count();
     if without_area > 0 {
         let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
         // One message for all meshes.
