@@ -111,7 +111,7 @@ fn all_cases_pass_and_are_written() {
         serde_json::from_slice(&std::fs::read(out.join("stability.json")).unwrap()).unwrap();
     for case in lookat_lab::stability::cases() {
         assert!(text.contains(&format!("{} {}: pass\n", case.id, case.name)), "{text}");
-        assert!(csv.contains(&format!("\n{},{},lookat,", case.id, case.name)));
+        assert!(csv.contains(&format!("\n{},{},\"lookat\",", case.id, case.name)));
         assert!(json.as_array().unwrap().iter().any(|entry| entry["case"] == case.id));
         // A case with an axis has a chart.
         let chart = out.join(format!("{}-{}.svg", case.id, case.name));

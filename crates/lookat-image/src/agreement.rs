@@ -55,6 +55,17 @@ pub enum Untestable {
     /// A picture of [`Precision::Integer`](crate::Precision::Integer).
     #[error("one of the pictures is stored as integers, and their rounding is no noise")]
     Rounded,
+    /// A value is infinite or not a number.
+    #[error("a pixel is infinite or not a number")]
+    NotFinite,
+    /// So few pixels do not tell how noisy a picture without error layers is.
+    #[error(
+        "the expected picture has no error layers, and less than {needed} pixels to guess its noise from"
+    )]
+    Small {
+        /// The pixels that it takes.
+        needed: usize,
+    },
     /// An untested pixel may hide anything.
     #[error(
         "the actual picture has pixels of less than {needed} samples or without a finite error ({pixels})"
@@ -386,7 +397,7 @@ mod tests {
         }
         let before = agreement(&pair).unwrap();
         assert!(!before.holds(0.01));
-        // Far from there.
+        // Far from there, in other tiles.
         for pixel in pair.expected.iter_mut().skip(PIXELS / 2).step_by(9) {
             pixel[0] += 3.0;
         }
@@ -394,6 +405,19 @@ mod tests {
         assert!(
             after.tiles[0].standard_error > 3.0 * before.tiles[0].standard_error && after.tiles[0].p > 0.1
         );
+        // One pixel is the noise of its tile alone.
+        let mut pair = Aligned { expected_errors: None, ..sample() };
+        pair.actual.clone_from(&pair.expected);
+        pair.actual.iter_mut().for_each(|pixel| pixel[2] += 0.05);
+        pair.expected[40] = [1e4; 3];
+        let found = agreement(&pair).unwrap();
+        assert!(found.tiles[0].p > 0.1 && !found.holds(1e-6));
+        // Too few tell nothing.
+        pair.window = Window { width: 9, height: 9, ..pair.window };
+        pair.actual.truncate(81);
+        pair.expected.truncate(81);
+        pair.actual_errors.as_mut().unwrap().truncate(81);
+        assert_eq!(agreement(&pair), Err(Untestable::Small { needed: 100 }));
     }
 
     /// Few samples say nothing of skewed noise: neither where only they are known, nor against many.

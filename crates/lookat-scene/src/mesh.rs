@@ -125,9 +125,9 @@ fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Opti
     let without_area = (0..mesh.triangles()).filter(|index| !mesh.has_area(*index)).count();
     if without_area > 0 {
         let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
-        // One message for all meshes.
+        // One message for all meshes, so that many are told together.
         let help = format!(
-            "of {without_area} of {}, the corners are in a line or in one place: nothing of them can be seen",
+            "the corners of {without_area} of {} triangles are collinear or coincide; nothing of them can be seen",
             mesh.triangles()
         );
         params.warn(name, "triangles without area are left out", &help);

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::DMat3;
+
 use crate::Transform;
 use crate::mesh::{Mesh, ply_mesh, triangle_mesh};
 use crate::params::Params;
@@ -70,11 +72,14 @@ pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option
 
 fn sphere(params: &mut Params, world_from_object: Transform) -> Option<Sphere> {
     let radius = params.float("radius", 1.0);
-    let scale = world_from_object.m.to_cols_array().iter().fold(1.0_f64, |max, x| max.max(x.abs()));
+    let linear = DMat3::from_mat4(world_from_object.m).to_cols_array();
+    let largest = LARGEST / linear.iter().fold(1.0_f64, |max, x| max.max(x.abs()));
     if radius <= 0.0 {
         params.reject("radius", "the radius of a sphere must be more than 0", None);
-    } else if !(LARGEST.recip()..=LARGEST / scale).contains(&radius) {
-        params.reject("radius", format!("a sphere of a radius of {radius:e} cannot be computed with"), None);
+    } else if !(LARGEST.recip()..=largest).contains(&radius) {
+        let least = LARGEST.recip();
+        let message = format!("the radius of a sphere must be from {least:e} to {largest:.1e} here");
+        params.reject("radius", message, None);
     }
     let (z_min, z_max) = (params.float("zmin", -radius), params.float("zmax", radius));
     // Underlines the one that is given, where only one is.

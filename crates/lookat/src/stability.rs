@@ -81,19 +81,20 @@ fn as_text(case: &Case, found: &Found) -> String {
     text.push('\n');
     let worst = own.iter().filter_map(|row| row.worst).fold(f64::NEG_INFINITY, f64::max);
     if worst.is_finite() {
-        let limit = if case.limit.is_finite() {
-            format!("{} allowed", share(case.limit))
-        } else {
-            "not judged".into()
-        };
-        let _ = writeln!(text, "    {} at most, {limit}: {}", share(worst), case.error);
+        let limit =
+            if case.limit.is_finite() { format!("limit {}", share(case.limit)) } else { "not judged".into() };
+        let _ = writeln!(text, "    largest {}: {} ({limit})", case.error, share(worst));
     }
     let places = places(found);
     if places.len() > 1 || found.rows.iter().any(|row| row.method != LOOKAT) {
-        matrix(&mut text, "share of wrong answers", case, found, &places, |row| {
-            Some(row.failed as f64 / row.tried as f64)
-        });
-        if found.rows.iter().any(|row| row.method != LOOKAT && row.worst.is_some()) {
+        let errors = own.iter().any(|row| row.worst.is_some())
+            && found.rows.iter().any(|row| row.method != LOOKAT && row.worst.is_some());
+        if !errors || found.rows.iter().any(|row| row.failed > 0) {
+            matrix(&mut text, "share of wrong answers", case, found, &places, |row| {
+                Some(row.failed as f64 / row.tried as f64)
+            });
+        }
+        if errors {
             matrix(&mut text, case.error, case, found, &places, |row| row.worst);
         }
     }
@@ -133,8 +134,9 @@ fn matrix(
     let cells = |cell: &dyn Fn(&Option<f64>) -> String| {
         places.iter().map(|place| format!("{:>9}", cell(place))).collect::<String>()
     };
+    let width = found.rows.iter().map(|row| row.method.chars().count()).max().unwrap_or(0) + 1;
     if places.len() > 1 {
-        let _ = writeln!(text, "    {:26}{}", "", cells(&|place| place.map_or(String::new(), share)));
+        let _ = writeln!(text, "    {:width$}{}", "", cells(&|place| place.map_or("other".into(), share)));
     }
     let mut methods: Vec<&str> = Vec::new();
     for row in &found.rows {
@@ -145,7 +147,7 @@ fn matrix(
     for method in methods {
         let at = |place: &Option<f64>| found.rows.iter().find(|row| row.method == method && row.at == *place);
         let line = cells(&|place| at(place).and_then(&value).map_or("-".into(), share));
-        let _ = writeln!(text, "    {method:26}{line}");
+        let _ = writeln!(text, "    {method:width$}{line}");
     }
 }
 
@@ -153,7 +155,7 @@ fn matrix(
 fn share(x: f64) -> String {
     match x {
         0.0 => "0".into(),
-        0.01..1000.0 => {
+        0.01..1000.0 | -1000.0..-0.01 => {
             let text = format!("{x:.3}");
             text.trim_end_matches('0').trim_end_matches('.').into()
         }

@@ -1,7 +1,7 @@
 //! How noisy each pixel of a pair of pictures is.
 
-use super::{Untestable, in_tile, tiles};
-use crate::{Aligned, PixelError, Precision};
+use super::{FEWEST_PIXELS, Untestable, in_tile, tiles};
+use crate::{Aligned, PixelError, Precision, Window};
 
 /// What rounding may do to a value, by the value: differences of this size are no sign of anything. For pictures by this
 /// renderer, which sums in double precision,
@@ -50,7 +50,13 @@ impl Noise {
             return Err(Untestable::Rounded);
         }
         let actual = pair.actual_errors.clone().ok_or(Untestable::NoErrors)?;
+        if !pair.actual.iter().chain(&pair.expected).flatten().all(|value| value.is_finite()) {
+            return Err(Untestable::NotFinite);
+        }
         let expected_is_known = pair.expected_errors.is_some();
+        if !expected_is_known && actual.len() < FEWEST_PIXELS {
+            return Err(Untestable::Small { needed: FEWEST_PIXELS });
+        }
         let needed = if expected_is_known { 2 } else { FEWEST_SAMPLES };
         let unknown = |errors: &[PixelError]| errors.iter().filter(|error| !error.is_known(needed)).count();
         match (unknown(&actual), pair.expected_errors.as_deref().map_or(0, unknown)) {
@@ -92,8 +98,9 @@ impl Noise {
     }
 }
 
-/// The errors of the expected picture where it does not give them: those of the actual one, or more of them where all
-/// differences together say so; or what the differences of a tile scatter beyond those, as other renderers have noise where
+/// The errors of the expected picture where it does not give them. They are the largest of three: those of the actual picture,
+/// times what all tiles together ask for; what the differences of a tile scatter, which single bright pixels make large;
+/// and what most of its differences scatter beyond the errors of the actual picture, as other renderers have noise where
 /// this one has none.
 fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     let factor = noisier(pair, actual) as f32;
@@ -102,11 +109,13 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     for tile in tiles(pair) {
         for channel in 0..3 {
             let at = |pixel: usize| pair.actual[pixel][channel] - pair.expected[pixel][channel];
+            let differences: Vec<f32> = in_tile(tile, pair).map(at).collect();
             let own =
                 in_tile(tile, pair).map(|pixel| f64::from(actual[pixel].standard_error[channel]).powi(2));
             let own = own.sum::<f64>() / tile.area() as f64;
-            let all = f64::from(scatter(in_tile(tile, pair).map(at).collect())).powi(2);
-            let others = FILTERED * (all - own).max(0.0).sqrt() as f32;
+            let plain = (variance(&differences) - own).max(0.0).sqrt() as f32;
+            let most = f64::from(scatter(differences)).powi(2);
+            let others = plain.max(FILTERED * (most - own).max(0.0).sqrt() as f32);
             for pixel in in_tile(tile, pair) {
                 let error = &mut errors[pixel].standard_error[channel];
                 *error = error.max(others);
@@ -116,14 +125,31 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     errors
 }
 
-/// How many times larger the errors of the expected picture are than those of the actual one, if all of their differences
-/// are noise; at least 1.
+/// How many times larger the errors of the expected picture are than those of the actual one, by nine tiles of ten: an error of
+/// the others is none of noise. At least 1.
 fn noisier(pair: &Aligned, actual: &[PixelError]) -> f64 {
-    let (a, b) = (pair.actual.as_flattened(), pair.expected.as_flattened());
-    let squares: f64 = a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum();
-    let own: f64 =
-        actual.iter().flat_map(|error| error.standard_error).map(|error| f64::from(error).powi(2)).sum();
-    if own > 0.0 { (squares / own - 1.0).max(1.0).sqrt() } else { 1.0 }
+    let ratio = |tile: Window| {
+        let (mut squares, mut own) = (0.0, 0.0);
+        for pixel in in_tile(tile, pair) {
+            for channel in 0..3 {
+                let difference =
+                    f64::from(pair.actual[pixel][channel]) - f64::from(pair.expected[pixel][channel]);
+                squares += difference.powi(2);
+                own += f64::from(actual[pixel].standard_error[channel]).powi(2);
+            }
+        }
+        (own > 0.0).then(|| squares / own)
+    };
+    let mut ratios: Vec<f64> = tiles(pair).filter_map(ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    let high = ratios.get(ratios.len().saturating_sub(1) * 9 / 10).copied().unwrap_or(0.0);
+    (high - 1.0).max(1.0).sqrt()
+}
+
+fn variance(values: &[f32]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().map(|x| f64::from(*x)).sum::<f64>() / count;
+    values.iter().map(|x| (f64::from(*x) - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)
 }
 
 /// The standard deviation of values of which less than half have been moved, by their median distance from the median.

@@ -120,34 +120,52 @@ where
         .margin(12)
         .x_label_area_size(44)
         .y_label_area_size(70)
-        .build_cartesian_2d(axis_of(places), axis_of(&scale.range))?;
+        .build_cartesian_2d(axis_of(places, None), axis_of(&scale.range, Some(floor)))?;
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(WHITE).label_style((FONT, 14)).x_desc(axis).y_desc(&scale.label);
-    mesh.x_label_formatter(&|x| number(*x)).y_label_formatter(&|y| number(*y)).draw()?;
-    for (index, method) in methods(found).into_iter().enumerate() {
+    mesh.x_label_formatter(&|x| number(*x));
+    mesh.y_label_formatter(&|y| if *y <= floor { "0".into() } else { number(*y) }).draw()?;
+    let methods = methods(found);
+    let mut kinds: Vec<&str> = methods.iter().map(|method| kind(method)).collect();
+    kinds.dedup();
+    for (index, method) in methods.iter().enumerate() {
         // lookat is drawn last, above the others.
-        let own = method == LOOKAT;
-        let color = if own { BLACK } else { COLORS[index % COLORS.len()] };
+        let own = *method == LOOKAT;
+        let place = kinds.iter().position(|other| *other == kind(method)).unwrap_or(0);
+        let color = if own { BLACK } else { COLORS[place % COLORS.len()] };
         let (style, dot) = (color.stroke_width(if own { 4 } else { 2 }), if own { 5 } else { 3 });
         // What is 0 lies on the axis.
         let points = points(found, method, |row| (scale.value)(row).map(|value| value.max(floor)));
-        chart.draw_series(LineSeries::new(points.clone(), style))?;
-        chart.draw_series(points.into_iter().map(|point| Circle::new(point, dot, color.filled())))?;
+        let gap = if method.ends_with(" f32") { 5 } else { 0 };
         let y = 60 + 24 * index as i32;
-        list.draw(&PathElement::new([(0, y), (24, y)], style))?;
-        list.draw(&Text::new(method, (32, y - 7), (FONT, 14)))?;
+        if gap == 0 {
+            chart.draw_series(LineSeries::new(points.clone(), style))?;
+            list.draw(&PathElement::new([(0, y), (26, y)], style))?;
+        } else {
+            chart.draw_series(DashedLineSeries::new(points.clone(), 5, gap, style))?;
+            for from in [0, 10, 20] {
+                list.draw(&PathElement::new([(from, y), (from + 5, y)], style))?;
+            }
+        }
+        chart.draw_series(points.into_iter().map(|point| Circle::new(point, dot, color.filled())))?;
+        list.draw(&Text::new(*method, (34, y - 7), (FONT, 14)))?;
     }
     area.present()?;
     Ok(())
 }
 
-/// A logarithmic axis with a mark at powers of ten. Those that the library chooses take forever over hundreds of decades.
-fn axis_of(range: &Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
+/// A method without its precision: both precisions have the same color, and single precision is dashed.
+fn kind(method: &str) -> &str {
+    method.trim_end_matches(" f32").trim_end_matches(" f64")
+}
+
+/// A logarithmic axis with a mark at powers of ten, and one at `zero`. Those that the library chooses take forever over hundreds of
+/// decades.
+fn axis_of(range: &Range<f64>, zero: Option<f64>) -> WithKeyPoints<LogCoord<f64>> {
     let (first, last) = (range.start.log10().ceil() as i32, range.end.log10().floor() as i32);
     let step = ((last - first) / 9 + 1) as usize;
-    let marks =
-        (first..=last).step_by(step).filter_map(|exponent| format!("1e{exponent}").parse().ok()).collect();
-    range.clone().log_scale().with_key_points(marks)
+    let powers = (first..=last).step_by(step).filter_map(|exponent| format!("1e{exponent}").parse().ok());
+    range.clone().log_scale().with_key_points(zero.into_iter().chain(powers).collect())
 }
 
 /// All methods, lookat last.
@@ -158,7 +176,7 @@ fn methods(found: &Found) -> Vec<&'static str> {
             methods.push(row.method);
         }
     }
-    methods.sort_by_key(|method| *method == LOOKAT);
+    methods.sort_by_key(|method| (*method == LOOKAT, kind(method)));
     methods
 }
 

@@ -84,7 +84,7 @@ impl Truth {
     fn wide(o: Wide, d: Wide, radius: f64) -> Truth {
         let (moment, dd) = (o.cross(d), d.dot(d));
         // Of double-double numbers, the terms of the cross product may cancel.
-        let doubt = 1e-28 * f64::from(o.dot(o)) * f64::from(dd);
+        let doubt = 1e-30 * f64::from(o.dot(o)) * f64::from(dd);
         let margin = TwoFloat::new_mul(radius, radius) * dd - moment.dot(moment);
         let hits = (margin.abs() > TwoFloat::from(doubt)).then(|| margin > TwoFloat::from(0.0));
         let (middle, half) = (quotient(-o.dot(d), dd), quotient(margin.max(TwoFloat::from(0.0)).sqrt(), dd));

@@ -8,7 +8,7 @@ use super::tally::interval;
 /// One line for each row of each case, after a line of names.
 pub fn as_csv(results: &[(Case, Found)]) -> String {
     let mut text =
-        String::from("case,name,method,axis,at,tried,wrong,share,low,high,worst,error,limit,passes\n");
+        String::from("case,name,method,axis,at,tried,wrong,share,low,high,worst,error,limit,case_passes\n");
     for (case, found) in results {
         let passes = found.passes(case);
         for row in &found.rows {
@@ -18,7 +18,7 @@ pub fn as_csv(results: &[(Case, Found)]) -> String {
             let share = row.failed as f64 / row.tried as f64;
             // Names have no quotes and no line breaks.
             text += &format!(
-                "{},{},{},\"{}\",{at},{},{},{share:e},{low:e},{high:e},{worst},\"{}\",{:e},{passes}\n",
+                "{},{},\"{}\",\"{}\",{at},{},{},{share:e},{low:e},{high:e},{worst},\"{}\",{:e},{passes}\n",
                 case.id,
                 case.name,
                 row.method,

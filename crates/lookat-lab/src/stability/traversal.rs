@@ -66,7 +66,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V5b",
             "acne-far",
-            "the same far from the origin of the world",
+            "the same where the body is far from the origin of the world",
             Axis::Of("distance from the origin / size"),
             offset,
             offsets::LIMIT,

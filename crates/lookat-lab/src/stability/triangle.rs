@@ -44,7 +44,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T2",
             "mesh-of-any-size",
-            "nor does any where the mesh is tiny or huge",
+            "no ray from inside a closed mesh gets out, however small or large the mesh is",
             Axis::Of("radius"),
             "",
             0.0,
@@ -58,6 +58,15 @@ pub(super) fn cases() -> Vec<Case> {
             "",
             0.0,
             far::horizon,
+        ),
+        case(
+            "T3b",
+            "seam",
+            "no ray gets through where the boxes of two triangles meet",
+            Axis::Of("half size / height of the eye"),
+            "",
+            0.0,
+            far::seam,
         ),
         case(
             "T4",

@@ -23,7 +23,8 @@ const METHODS: [&str; 7] = [
     "min and max f32, box grown",
 ];
 
-/// What `nearest_by_all` hits, trees must hit; a box function must hit the box of what is hit.
+/// What `nearest_by_all` hits, trees must hit; a box function must hit the box of what is hit. Cubes must be hit by what
+/// passes through them.
 pub(super) fn faces(effort: &Effort) -> Found {
     let (text, boxes) = blocks();
     let scene: Scene = scene(&text);
@@ -32,7 +33,14 @@ pub(super) fn faces(effort: &Effort) -> Found {
         let (o, d) = in_plane(random, &boxes);
         // Both precisions hold the same ray.
         let ray = Ray::new(double(o), double(d));
-        let Some(all) = probe.nearest_by_all(&ray) else { return };
+        let Some(all) = probe.nearest_by_all(&ray) else {
+            // What passes through the middle of a cube must have hit it.
+            let pierced = boxes.iter().skip(1).step_by(3).any(|cube| pierces(ray.o, ray.d, *cube));
+            if pierced {
+                tallies[0].answer(false);
+            }
+            return;
+        };
         let own = probe.nearest(&ray);
         let same = own.is_some_and(|own| own.element == all.element && own.t.to_bits() == all.t.to_bits());
         tallies[0].answer(same && probe.occluded(&ray));
@@ -47,6 +55,23 @@ pub(super) fn faces(effort: &Effort) -> Found {
     let mut found = Found::default();
     found.add(None, &METHODS, &tallies);
     found
+}
+
+/// Whether a ray passes through a box, a hundred thousand times farther inside than rounding reaches.
+fn pierces(o: DVec3, d: DVec3, [low, high]: Box32) -> bool {
+    let (low, high) = (double(low) + 1e-9, double(high) - 1e-9);
+    let (mut near, mut far) = (0.0_f64, f64::INFINITY);
+    for axis in 0..3 {
+        if d[axis] == 0.0 {
+            if o[axis] < low[axis] || o[axis] > high[axis] {
+                return false;
+            }
+            continue;
+        }
+        let (a, b) = ((low[axis] - o[axis]) / d[axis], (high[axis] - o[axis]) / d[axis]);
+        (near, far) = (near.max(a.min(b)), far.min(a.max(b)));
+    }
+    far - near > 1e-9
 }
 
 /// A scene of cubes, quads and spheres whose boxes have whole coordinates, and these boxes.
@@ -125,6 +150,15 @@ fn in_plane(random: &mut Pcg64Mcg, boxes: &[Box32]) -> ([f32; 3], [f32; 3]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn boxes_are_pierced_inside() {
+        let cube = [[0.0; 3], [2.0; 3]];
+        assert!(pierces(DVec3::new(1.0, 1.0, -3.0), DVec3::Z, cube));
+        assert!(pierces(DVec3::splat(-3.0), DVec3::ONE.normalize(), cube));
+        assert!(!pierces(DVec3::new(1.0, 0.0, -3.0), DVec3::Z, cube));
+        assert!(!pierces(DVec3::new(1.0, 1.0, -3.0), DVec3::NEG_Z, cube));
+    }
 
     /// Elements are numbered as the boxes are, and every hit lies in its box.
     #[test]

@@ -97,8 +97,12 @@ fn tally_one(
     let met = probe.nearest(&ray);
     let right = match met {
         None => outward,
-        // Of a ball the far side is known.
-        Some(met) => !outward && (!is_ball || met.t > 0.5 * chord(d, n, size)),
+        // The far side of a ball is known; another body is left through a face that looks along the ray.
+        Some(met) if is_ball => !outward && met.t > 0.5 * chord(d, n, size),
+        Some(met) => {
+            let exit = probe.point(&ray, &met);
+            !outward && exit.n.dot(exit.p - center) * exit.n.dot(d) > 0.0
+        }
     };
     if right && probe.occluded(&ray) == met.is_some() {
         tally.error((ray.o - point.p).length() / point.p.abs().max_element().max(size));

@@ -45,6 +45,36 @@ pub(super) fn horizon(effort: &Effort) -> Found {
     found
 }
 
+/// Two triangles whose common edge is a side of the boxes of both, and whose corners are far beyond the hits: rays close to that
+/// edge.
+pub(super) fn seam(effort: &Effort) -> Found {
+    let mut found = Found::default();
+    for exponent in 2..10 {
+        let half = 10_f64.powi(exponent);
+        let [a, b] = [-half, half].map(|z| DVec3::new(0.5, 0.0, z));
+        let corners = [a, b, DVec3::new(-half, 0.0, 0.0), DVec3::new(half, 0.0, 0.0)];
+        let faces = [[0, 1, 2], [0, 3, 1]];
+        let scene = scene(&text(DVec3::Y, &mesh_text(&corners, &faces)));
+        let probe = Probe::new(&scene);
+        let triangles = faces.map(|face| face.map(|i| corners[i].to_array()));
+        let attempt = |random: &mut Pcg64Mcg, tallies: &mut [Tally; COUNT]| {
+            let mut number = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
+            let o = DVec3::new(number(-1.0, 1.0), 1.0, number(-1.0, 1.0));
+            let beside = 10_f64.powf(number(-17.0, -5.0)).copysign(number(-1.0, 1.0));
+            let d = (DVec3::new(0.5 + beside, 0.0, number(2.0, 50.0)) - o).normalize();
+            tallies[0].answer(probe.nearest(&Ray::new(o - DVec3::Y, d)).is_some());
+            let ray = [o.to_array(), d.to_array()];
+            ask_double(tallies, ray, &triangles, |tally, t| tally.answer(t.is_some()));
+        };
+        let tallies = tally(effort.rays, 3400 + exponent as u64, attempt);
+        // Single precision cannot hold how far beside the edge these rays are.
+        let asked = names().into_iter().zip(tallies).filter(|(_, tally)| tally.tried > 0);
+        let (names, tallies): (Vec<_>, Vec<_>) = asked.unzip();
+        found.add(Some(half), &names, &tallies);
+    }
+    found
+}
+
 /// A ray from height 1, somewhere near the middle, to a place on the ground; all powers of distance are as likely.
 fn downward(random: &mut Pcg64Mcg, half: f64) -> (DVec3, DVec3) {
     let mut near = || (random.random::<f64>() - 0.5) * 0.1 * half;

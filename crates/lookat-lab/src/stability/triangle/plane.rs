@@ -156,26 +156,24 @@ impl Flat {
 pub(super) fn in_plane(_: &Effort) -> Found {
     let mut found = Found::default();
     let mut tallies = [Tally::default(); COUNT];
-    let mut other = Tally::default();
+    let mut others = [Tally::default(); COUNT];
     for (index, plane) in PLANES.into_iter().enumerate() {
         let rays = Flat::all(plane);
-        let before = tallies[0];
-        let hit: Vec<&Flat> = rays.iter().filter(|flat| !flat.misses(&mut tallies)).collect();
-        if index >= STRAIGHT {
-            other.tried += tallies[0].tried - before.tried;
-            other.failed += tallies[0].failed - before.failed;
-            tallies[0] = before;
-        }
+        let counts = if index < STRAIGHT { &mut tallies } else { &mut others };
+        let hit: Vec<&Flat> = rays.iter().filter(|flat| !flat.misses(counts)).collect();
         if !hit.is_empty() {
             let (count, all) = (hit.len(), rays.len());
             let beside = hit.iter().filter(|flat| flat.is_beside).count();
+            // What passes beside is no matter of rounding.
+            tallies[0].failed += beside as u64;
+            tallies[0].tried += beside as u64;
             found
                 .remarks
                 .push(format!("plane of {plane:?}: {count} of {all} rays hit, {beside} that pass beside"));
         }
     }
     found.add(None, &names(), &tallies);
-    found.add(None, &["lookat, other planes"], &[other]);
+    found.add(None, &["lookat, other planes"], &others[..1]);
     found
 }
 

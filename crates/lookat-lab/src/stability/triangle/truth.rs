@@ -3,7 +3,7 @@
 use glam::DVec3;
 use twofloat::TwoFloat;
 
-use crate::stability::truth::Wide;
+use crate::stability::truth::{Wide, quotient};
 
 /// Where a line crosses the plane of a triangle.
 #[derive(Debug, Clone, Copy)]
@@ -25,9 +25,9 @@ pub(super) fn crossing(o: DVec3, d: DVec3, triangle: [DVec3; 3]) -> Option<Cross
     if sum == TwoFloat::from(0.0) {
         return None;
     }
-    let weights = volumes.map(|volume| f64::from(volume / sum));
+    let weights = volumes.map(|volume| f64::from(quotient(volume, sum)));
     let normal = c.minus(a).cross(b.minus(a));
-    let t = f64::from(a.dot(normal) / d.dot(normal));
+    let t = f64::from(quotient(a.dot(normal), d.dot(normal)));
     Some(Crossing { t, inside: weights.into_iter().fold(f64::INFINITY, f64::min) })
 }
 
