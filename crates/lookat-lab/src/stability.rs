@@ -7,6 +7,7 @@ mod camera;
 mod case;
 mod chart;
 mod methods;
+mod random;
 mod scenes;
 mod sphere;
 mod table;

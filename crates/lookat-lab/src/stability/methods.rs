@@ -37,3 +37,10 @@ pub(super) fn single(v: glam::DVec3) -> Vector<f32> {
 pub(super) fn double(v: Vector<f32>) -> glam::DVec3 {
     glam::Vec3::from(v).as_dvec3()
 }
+
+/// What `n` roundings may add up to, relatively (PBR 3.9.1).
+fn gamma<T: Float>(n: u8) -> T {
+    let one = T::one();
+    let error = (0..n).fold(T::zero(), |sum, _| sum + one) * T::epsilon() / (one + one);
+    error / (one - error)
+}

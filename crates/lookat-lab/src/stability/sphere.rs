@@ -10,6 +10,7 @@ use rand_pcg::Pcg64Mcg;
 use twofloat::TwoFloat;
 
 use super::case::{Axis, Case, Family};
+use super::random::direction;
 use super::scenes::scene;
 use super::truth::{Wide, quotient};
 
@@ -58,14 +59,6 @@ fn aimed(random: &mut Pcg64Mcg, distance: f64) -> (DVec3, DVec3) {
     let across = direction(random).cross(o).normalize();
     let target = across * (1.2 * random.random::<f64>().sqrt());
     (o, (target - o).normalize())
-}
-
-/// Evenly distributed, of length one.
-fn direction(random: &mut Pcg64Mcg) -> DVec3 {
-    let z = 2.0 * random.random::<f64>() - 1.0;
-    let (sin, cos) = (std::f64::consts::TAU * random.random::<f64>()).sin_cos();
-    let r = (1.0 - z * z).sqrt();
-    DVec3::new(r * cos, r * sin, z)
 }
 
 /// What a line has to do with a sphere around the origin, exactly enough.

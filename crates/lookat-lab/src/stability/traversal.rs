@@ -7,7 +7,6 @@ mod gaps;
 mod lens;
 mod offsets;
 mod pictures;
-mod random;
 mod samples;
 mod shadows;
 

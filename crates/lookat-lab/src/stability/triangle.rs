@@ -18,6 +18,7 @@ use glam::DVec3;
 use super::case::{Axis, Case, Family, LOOKAT};
 use super::methods::triangle::{DOUBLE, Formula, SINGLE, Triangle};
 use super::methods::{Vector, double, single};
+use super::random::direction;
 use super::tally::Tally;
 
 pub(super) fn cases() -> Vec<Case> {
@@ -176,14 +177,6 @@ fn ask_double(
 /// What single precision holds of a triangle.
 fn rounded(triangle: [DVec3; 3]) -> [DVec3; 3] {
     triangle.map(|corner| double(single(corner)))
-}
-
-/// Any direction.
-fn direction(random: &mut Pcg64Mcg) -> DVec3 {
-    let z = 2.0 * random.random::<f64>() - 1.0;
-    let (sin, cos) = (std::f64::consts::TAU * random.random::<f64>()).sin_cos();
-    let r = (1.0 - z * z).sqrt();
-    DVec3::new(r * cos, r * sin, z)
 }
 
 /// Any point of a triangle.

@@ -2,7 +2,7 @@
 
 use num_traits::Float;
 
-use super::{Vector, along, cross, dot, sub};
+use super::{Vector, along, cross, dot, gamma, sub};
 
 /// pbrt-v3, `OffsetRayOrigin`: along the normal by the bound of the error, and one step more (PBR 3.9.5). `n` points to the
 /// side of the ray.
@@ -97,13 +97,6 @@ impl<T: Float> Body<T> {
             }
         }
     }
-}
-
-/// What `n` roundings may add up to, relatively (PBR 3.9.1).
-fn gamma<T: Float>(n: u8) -> T {
-    let one = T::one();
-    let error = (0..n).fold(T::zero(), |sum, _| sum + one) * T::epsilon() / (one + one);
-    error / (one - error)
 }
 
 /// Distances to a sphere around the origin, in order (Haines et al., Ray Tracing Gems, chapter 7, 2019).

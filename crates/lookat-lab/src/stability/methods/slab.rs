@@ -1,22 +1,16 @@
 //! Ray against box: whether the ray, without end, meets the closed box.
 
-use super::Vector;
+use super::{Vector, gamma};
 
 /// The corners of a box.
 pub(in crate::stability) type Box32 = [Vector<f32>; 2];
-
-/// What `n` roundings may add up to, relatively (PBR 3.9.1).
-fn gamma(n: f32) -> f32 {
-    let error = n * (f32::EPSILON / 2.0);
-    error / (1.0 - error)
-}
 
 /// pbrt-v3, `Bounds3::IntersectP` with the inverse direction (PBR 4.3.1).
 pub(in crate::stability) fn pbrt_v3(bounds: Box32, o: Vector<f32>, d: Vector<f32>) -> bool {
     let inverse = d.map(|x| 1.0 / x);
     let negative = inverse.map(|x| usize::from(x < 0.0));
     let near = |i: usize| (bounds[negative[i]][i] - o[i]) * inverse[i];
-    let far = |i: usize| (bounds[1 - negative[i]][i] - o[i]) * inverse[i] * (1.0 + 2.0 * gamma(3.0));
+    let far = |i: usize| (bounds[1 - negative[i]][i] - o[i]) * inverse[i] * (1.0 + 2.0 * gamma::<f32>(3));
     let (mut t_min, mut t_max) = (near(0), far(0));
     for i in [1, 2] {
         let (near, far) = (near(i), far(i));
@@ -38,7 +32,7 @@ pub(in crate::stability) fn pbrt_v3_loop(bounds: Box32, o: Vector<f32>, d: Vecto
         if near > far {
             std::mem::swap(&mut near, &mut far);
         }
-        far *= 1.0 + 2.0 * gamma(3.0);
+        far *= 1.0 + 2.0 * gamma::<f32>(3);
         t_min = if near > t_min { near } else { t_min };
         t_max = if far < t_max { far } else { t_max };
         if t_min > t_max {
@@ -77,7 +71,7 @@ pub(in crate::stability) fn sse(bounds: Box32, o: Vector<f32>, d: Vector<f32>) -
 
 /// The padding of pbrt-v3 (PBR 3.9.2).
 pub(in crate::stability) fn pbrt_pad() -> f32 {
-    1.0 + 2.0 * gamma(3.0)
+    1.0 + 2.0 * gamma::<f32>(3)
 }
 
 /// The padding of Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013: two steps of the far distance.

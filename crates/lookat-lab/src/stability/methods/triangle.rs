@@ -2,7 +2,7 @@
 
 use num_traits::Float;
 
-use super::{Vector, along, cross, dot, sub};
+use super::{Vector, along, cross, dot, gamma, sub};
 
 /// Three corners.
 pub(in crate::stability) type Triangle<T> = [Vector<T>; 3];
@@ -157,19 +157,13 @@ fn pbrt_v3(o: Vector<f32>, d: Vector<f32>, triangle: &Triangle<f32>) -> Option<f
     let t = sheared.distance()?;
     let largest = |v: Vector<f32>| v.into_iter().fold(0.0, |max: f32, x| max.max(x.abs()));
     let [x, y, z] = [0, 1, 2].map(|i| largest(sheared.corners.map(|p| p[i])));
-    let delta_z = gamma(3) * z;
-    let (delta_x, delta_y) = (gamma(5) * (x + z), gamma(5) * (y + z));
-    let delta_e = 2.0 * (gamma(2) * x * y + delta_y * x + delta_x * y);
+    let delta_z = gamma::<f32>(3) * z;
+    let (delta_x, delta_y) = (gamma::<f32>(5) * (x + z), gamma::<f32>(5) * (y + z));
+    let delta_e = 2.0 * (gamma::<f32>(2) * x * y + delta_y * x + delta_x * y);
     let e = largest(sheared.edges);
-    let delta_t = 3.0 * (gamma(3) * e * z + delta_e * z + delta_z * e) * sheared.det().recip().abs();
+    let delta_t = 3.0 * (gamma::<f32>(3) * e * z + delta_e * z + delta_z * e) * sheared.det().recip().abs();
     let normal = cross(sub(triangle[2], triangle[0]), sub(triangle[1], triangle[0]));
     (t > delta_t && dot(normal, normal) != 0.0).then_some(t)
-}
-
-/// The bound of the relative error of `n` operations in a row (PBR 3.9.1).
-fn gamma(n: i32) -> f32 {
-    let error = n as f32 * f32::EPSILON / 2.0;
-    error / (1.0 - error)
 }
 
 /// Plücker coordinates (Jones, "Intersecting a Ray and a Triangle with Plücker Coordinates", Ray Tracing News 13(1), 2000)

@@ -102,7 +102,7 @@ pub(super) fn sizes(effort: &Effort) -> Found {
     found
 }
 
-/// Transformations whose inverses are known exactly: the columns of the matrix, and of its inverse times `scale`.
+/// Transformations whose inverses are known exactly: the columns of the matrix, and of its inverse.
 const FORMS: [(&str, [f64; 9], [f64; 9]); 4] = [
     ("flat", [1.0, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0, 1e6, 0.0, 0.0, 0.0, 1.0]),
     (

@@ -6,10 +6,10 @@ use lookat_scene::Scene;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::random::{below, between, chance};
 use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::slab::{self, Box32};
 use crate::stability::methods::{double, single};
+use crate::stability::random::{below, between, chance};
 use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
 

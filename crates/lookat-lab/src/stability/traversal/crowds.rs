@@ -5,8 +5,8 @@ use lookat_render::{Hit, Probe, Ray};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::random::{direction, in_cube};
 use crate::stability::case::{Effort, Found};
+use crate::stability::random::{direction, in_cube};
 use crate::stability::scenes::scene;
 
 const HEAD: &str = r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#;

@@ -6,10 +6,10 @@ use lookat_scene::Scene;
 use rand_pcg::Pcg64Mcg;
 
 use super::offsets::origins;
-use super::random::{between, direction, in_triangle};
 use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::offset::{Body, HitPoint, normal};
 use crate::stability::methods::{double, single};
+use crate::stability::random::{between, direction, in_triangle};
 use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
 

@@ -108,7 +108,7 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     use super::*;
-    use crate::stability::traversal::random::in_cube;
+    use crate::stability::random::in_cube;
 
     /// Against random film and lens points.
     #[test]

@@ -4,10 +4,10 @@ use glam::DVec3;
 use lookat_render::{Probe, Ray};
 use rand_pcg::Pcg64Mcg;
 
-use super::random::{between, chance, direction, in_cube, leaving};
 use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::offset::{self, Body, HitPoint, normal};
 use crate::stability::methods::{double, single};
+use crate::stability::random::{between, chance, direction, in_cube, leaving};
 use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
 

@@ -8,8 +8,8 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use super::lens;
-use super::random::between;
 use crate::stability::case::{Effort, Found, LOOKAT, Row};
+use crate::stability::random::between;
 
 /// The samplers of the renderer. The first is judged by its slope, all by the correlation of their errors.
 const SAMPLERS: [(&str, SamplerKind); 4] = [
@@ -213,8 +213,8 @@ fn shared_points() -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::random::chance;
     use super::*;
+    use crate::stability::random::chance;
 
     #[test]
     fn slope_of_a_power_is_its_exponent() {

@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use super::random::between;
 use crate::stability::case::{Effort, Found, LOOKAT};
+use crate::stability::random::between;
 use crate::stability::scenes::{render, scene};
 use crate::stability::tally::{Tally, tally};
 

@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 use lookat_render::Ray;
 use rand_pcg::Pcg64Mcg;
 
-use crate::stability::traversal::random::{below, between, chance, direction, in_cube, magnitude};
+use crate::stability::random::{below, between, chance, direction, in_cube, magnitude};
 
 /// A scene in words, and places in it.
 pub(super) struct World {
