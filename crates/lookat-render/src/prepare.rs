@@ -15,11 +15,12 @@ use crate::triangle::{corners, extent, sorted};
 
 #[cfg(feature = "plain-f32")]
 use {
-    crate::plain::{PlainRay as TriangleRay, corner},
+    crate::plain::{PlainRay as TriangleRay, corner, sphere as meet_sphere},
     glam::Vec3 as Corner,
 };
 #[cfg(not(feature = "plain-f32"))]
 use {
+    crate::sphere::meet as meet_sphere,
     crate::triangle::{ShearedRay as TriangleRay, corner},
     glam::DVec3 as Corner,
 };
@@ -193,7 +194,7 @@ impl<'s> Traceable<'s> {
             }
             Element::Sphere { primitive, sphere } => {
                 let element = ElementId { instance, primitive, index: 0 };
-                let t = self.spheres[sphere as usize].intersect(ray, t_max, element == ray.leaving)?;
+                let t = meet_sphere(&self.spheres[sphere as usize], ray, t_max, element == ray.leaving)?;
                 Some(Hit { t, element, barycentric: [0.0; 2] })
             }
             Element::Instance { .. } => None,

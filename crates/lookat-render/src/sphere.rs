@@ -48,14 +48,6 @@ impl PlacedSphere {
     /// The nearest distance at which the ray meets the sphere, more than 0 and at most `t_max`. A ray that leaves the
     /// sphere meets it again only on its far side.
     pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
-        #[cfg(feature = "plain-f32")]
-        return crate::plain::sphere(self, ray, t_max, leaving);
-        #[cfg(not(feature = "plain-f32"))]
-        self.intersect_exactly(ray, t_max, leaving)
-    }
-
-    #[cfg(not(feature = "plain-f32"))]
-    fn intersect_exactly(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
         let o = self.object_from_world * (ray.o - self.center);
         let d = self.object_from_world * ray.d;
         let dd = d.length_squared();
@@ -120,6 +112,13 @@ impl PlacedSphere {
         let n = (self.object_from_world.transpose() * on_unit).normalize_or(DVec3::Z);
         (p, n)
     }
+}
+
+/// Where a ray meets a sphere, as [`PlacedSphere::intersect`].
+#[cfg(not(feature = "plain-f32"))]
+#[inline]
+pub(crate) fn meet(sphere: &PlacedSphere, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
+    sphere.intersect(ray, t_max, leaving)
 }
 
 /// The closest approach of a ray to the origin: no digits cancel, whatever the distance (after Haines et al., Ray Tracing

@@ -12,7 +12,6 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use super::case::{Axis, Case, Family};
-use super::tally::Tally;
 
 pub(super) fn cases() -> Vec<Case> {
     [perspective::cases(), look_at::cases(), lens::cases(), film::cases(), messages::cases()].concat()
@@ -46,11 +45,6 @@ fn film(resolution: [u32; 2]) -> String {
     format!(
         "Film \"image\" \"integer xresolution\" {width} \"integer yresolution\" {height} \"float cropwindow\" [.5 .51 .5 .51]"
     )
-}
-
-/// Counts an error; a wrong answer if it is no number.
-fn count(tally: &mut Tally, error: f64) {
-    if error.is_nan() { tally.answer(false) } else { tally.error(error) }
 }
 
 /// Anywhere on the film.

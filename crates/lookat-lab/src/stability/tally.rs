@@ -23,7 +23,9 @@ impl Tally {
     /// Counts a right answer that is not exact. An error that is no number is a wrong answer.
     pub fn error(&mut self, error: f64) {
         self.answer(!error.is_nan());
-        self.worst = Some(self.worst.map_or(error, |worst| worst.max(error)));
+        if !error.is_nan() {
+            self.worst = Some(self.worst.map_or(error, |worst| worst.max(error)));
+        }
     }
 
     pub fn join(self, other: Tally) -> Tally {

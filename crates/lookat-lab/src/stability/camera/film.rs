@@ -6,7 +6,7 @@ use lookat_scene::Scene;
 use twofloat::TwoFloat;
 
 use super::exact::{Pinhole, View, angle, tan_half};
-use super::{anywhere, case, count, film, text};
+use super::{anywhere, case, film, text};
 use crate::stability::case::{Axis, Case, Effort, Found, LOOKAT};
 use crate::stability::methods::camera as by;
 use crate::stability::scenes::scene;
@@ -72,11 +72,11 @@ fn off_center(effort: &Effort) -> Found {
             };
             let o = probe.camera_ray(DVec2::new(x, y), DVec2::splat(0.5)).o;
             let eye = probe.eye();
-            count(&mut tallies[0], off([TwoFloat::new_add(o.x, eye.x), TwoFloat::new_add(o.y, eye.y)]));
+            tallies[0].error(off([TwoFloat::new_add(o.x, eye.x), TwoFloat::new_add(o.y, eye.y)]));
             let p = by::point(&narrow, [film.x, film.y, 0.0]);
-            count(&mut tallies[1], off([f64::from(p[0]).into(), f64::from(p[1]).into()]));
+            tallies[1].error(off([f64::from(p[0]).into(), f64::from(p[1]).into()]));
             let p = by::point(&wide, [x, y, 0.0]);
-            count(&mut tallies[2], off([p[0].into(), p[1].into()]));
+            tallies[2].error(off([p[0].into(), p[1].into()]));
         });
         found.add(Some(center), &METHODS, &tallies);
     }
@@ -117,7 +117,7 @@ fn against(
     let probe = Probe::new(scene);
     let tallies = tally(effort.rays, seed, |random, tallies: &mut [Tally; 1]| {
         let film = anywhere(random, scene.film.resolution);
-        count(&mut tallies[0], angle(probe.camera_ray(film, DVec2::splat(0.5)).d, truth(film)));
+        tallies[0].error(angle(probe.camera_ray(film, DVec2::splat(0.5)).d, truth(film)));
     });
     let mut found = Found::default();
     found.add(None, &[LOOKAT], &tallies);
@@ -140,9 +140,9 @@ fn scaled(effort: &Effort) -> Found {
             let film = anywhere(random, resolution);
             let d = probe.camera_ray(film, DVec2::splat(0.5)).d;
             let mirrored = if sign < 0.0 { DVec2::new(640.0 - film.x, film.y) } else { film };
-            count(&mut tallies[0], angle(d, exact.direction(mirrored)).max((d.length() - 1.0).abs()));
+            tallies[0].error(angle(d, exact.direction(mirrored)).max((d.length() - 1.0).abs()));
             // pbrt-v3 applies the matrix and leaves the length (PBR 6.1).
-            count(&mut tallies[1], f64::abs(1.0 / scale - 1.0));
+            tallies[1].error(f64::abs(1.0 / scale - 1.0));
         });
         found.add(Some(scale), &[LOOKAT, "pbrt-v3"], &tallies);
     }

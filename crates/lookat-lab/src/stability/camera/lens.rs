@@ -8,7 +8,7 @@ use twofloat::TwoFloat;
 use super::exact::{Pinhole, View, angle, length, tan_half};
 use super::messages::{Trouble, expect};
 use super::perspective::far_look_at;
-use super::{anywhere, case, count, film, look_at, square, text};
+use super::{anywhere, case, film, look_at, square, text};
 use crate::stability::case::{Axis, Case, Effort, Found, LOOKAT};
 use crate::stability::methods::{Vector, camera as by, double, single};
 use crate::stability::scenes::scene;
@@ -81,14 +81,14 @@ fn collapse(effort: &Effort) -> Found {
             let ray = probe.camera_ray(film, square(random));
             let [x, y] = exact.slope(film).map(|slope| slope * 10.0);
             let focus = view.world(x, y, TwoFloat::from(10.0));
-            count(&mut tallies[0], blur(focus, ray.o, ray.d));
+            tallies[0].error(blur(focus, ray.o, ray.d));
             // The same point of the lens for the others.
             let axes = [view.right, view.up].map(|axis| f64::from(Wide::new(ray.o).dot(axis)));
             let slope = exact.slope(film).map(f64::from);
             let d = by::normalize([slope[0], slope[1], 1.0]);
-            count(&mut tallies[2], world_blur(&wide, d, axes));
+            tallies[2].error(world_blur(&wide, d, axes));
             let error = narrow.map(|world| world_blur(&world, d.map(|x| x as f32), axes.map(|x| x as f32)));
-            count(&mut tallies[1], error.unwrap_or(f64::NAN));
+            tallies[1].error(error.unwrap_or(f64::NAN));
         });
         found.add(Some(distance), &METHODS, &tallies);
     }
@@ -165,18 +165,18 @@ fn lens_rows(found: &mut Found, rays: u64, seed: u64, at: f64, [radius, focal_di
         let truth = refracted([x, y, TwoFloat::from(1.0)], [ray.o.x, ray.o.y], focal_distance);
         // It must be on the lens, too.
         let is_on_lens = ray.o.z == 0.0 && ray.o.length() <= radius * (1.0 + 1e-15);
-        count(&mut tallies[0], if is_on_lens { angle(ray.d, truth) } else { f64::NAN });
+        tallies[0].error(if is_on_lens { angle(ray.d, truth) } else { f64::NAN });
         let (d, lens) = (by::normalize([f64::from(x), f64::from(y), 1.0]), [ray.o.x, ray.o.y]);
         let truth = refracted(d.map(TwoFloat::from), lens, focal_distance);
-        count(&mut tallies[2], angle(by::thin_lens(d, lens, focal_distance).into(), truth));
-        count(&mut tallies[4], angle(by::scaled_lens(d, lens, focal_distance).into(), truth));
+        tallies[2].error(angle(by::thin_lens(d, lens, focal_distance).into(), truth));
+        tallies[4].error(angle(by::scaled_lens(d, lens, focal_distance).into(), truth));
         // The truth for what single precision holds, except that 1e300 becomes infinite.
         let (d, lens) = (d.map(|x| x as f32), lens.map(|x| x as f32));
         let rounded = focal_distance as f32;
         let at = if rounded.is_finite() { f64::from(rounded) } else { focal_distance };
         let truth = refracted(d.map(|x| f64::from(x).into()), lens.map(f64::from), at);
-        count(&mut tallies[1], angle(double(by::thin_lens(d, lens, rounded)), truth));
-        count(&mut tallies[3], angle(double(by::scaled_lens(d, lens, rounded)), truth));
+        tallies[1].error(angle(double(by::thin_lens(d, lens, rounded)), truth));
+        tallies[3].error(angle(double(by::scaled_lens(d, lens, rounded)), truth));
     });
     found.add(Some(at), &METHODS, &tallies);
 }
@@ -209,13 +209,10 @@ fn telecentric(effort: &Effort) -> Found {
             let u = square(random);
             let rays = [u, DVec2::ONE - u].map(|u| probe.camera_ray(film, u));
             let eye = probe.eye();
-            count(&mut tallies[0], off_center(rays.map(|ray| (ray.o + eye, ray.d)), pixel, depth));
+            tallies[0].error(off_center(rays.map(|ray| (ray.o + eye, ray.d)), pixel, depth));
             let lens = [rays[0], rays[1]].map(|ray| (ray.o + eye).truncate() - pixel);
-            count(
-                &mut tallies[1],
-                off_center(lens.map(|lens| single_ray(DVec2::ZERO, pixel, lens)), pixel, depth),
-            );
-            count(&mut tallies[2], off_center(lens.map(|lens| single_ray(pixel, pixel, lens)), pixel, depth));
+            tallies[1].error(off_center(lens.map(|lens| single_ray(DVec2::ZERO, pixel, lens)), pixel, depth));
+            tallies[2].error(off_center(lens.map(|lens| single_ray(pixel, pixel, lens)), pixel, depth));
         });
         found.add(Some(depth), &METHODS, &tallies);
     }

@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use super::exact::{Pinhole, View, angle, tan_half};
-use super::{anywhere, case, count, film, look_at, text};
+use super::{anywhere, case, film, look_at, text};
 use crate::stability::case::{Axis, Case, Effort, Found, LOOKAT};
 use crate::stability::methods::{camera as by, double, single};
 use crate::stability::scenes::{load, scene};
@@ -53,14 +53,14 @@ fn up_near_view(effort: &Effort) -> Found {
                 (Some(view), Some(side)) => angle(side, view.right),
                 _ => f64::NAN,
             };
-            count(&mut tallies[0], error(truth, own_side(points)));
+            tallies[0].error(error(truth, own_side(points)));
             let [a, b, c] = points.map(|v| v.to_array());
-            count(&mut tallies[2], error(truth, by::look_at(a, b, c).map(|m| side(&m).into())));
-            count(&mut tallies[3], error(truth, Some(by::side_by_kahan(a, b, c).into())));
+            tallies[2].error(error(truth, by::look_at(a, b, c).map(|m| side(&m).into())));
+            tallies[3].error(error(truth, Some(by::side_by_kahan(a, b, c).into())));
             // The truth for the numbers that single precision holds. Where they leave no side at all, it is too coarse.
             let [a, b, c] = points.map(single);
             let truth = View::new(double(a), double(b), double(c));
-            count(&mut tallies[1], error(truth, by::look_at(a, b, c).map(|m| double(side(&m)))));
+            tallies[1].error(error(truth, by::look_at(a, b, c).map(|m| double(side(&m)))));
         });
         found.add(Some(tilt), &METHODS, &tallies);
     }
@@ -113,14 +113,14 @@ fn far_look(effort: &Effort) -> Found {
         let tallies = tally(effort.rays, seed, |random, tallies: &mut [Tally; 3]| {
             let film = anywhere(random, resolution).as_vec2();
             let truth = exact.direction(film.as_dvec2());
-            count(&mut tallies[0], angle(probe.camera_ray(film.as_dvec2(), DVec2::splat(0.5)).d, truth));
+            tallies[0].error(angle(probe.camera_ray(film.as_dvec2(), DVec2::splat(0.5)).d, truth));
             let window = [-1.0, 1.0, -1.0, 1.0];
             let d = by::direct(45.0, window, [1024.0; 2], film.to_array());
             let d = narrow.map(|world| double(by::vector(&world, d)));
-            count(&mut tallies[1], d.map_or(f64::NAN, |d| angle(d, truth)));
+            tallies[1].error(d.map_or(f64::NAN, |d| angle(d, truth)));
             let d = by::direct(45.0, window.map(f64::from), [1024.0; 2], film.as_dvec2().to_array());
             let d = wide.map(|world| by::vector(&world, d).into());
-            count(&mut tallies[2], d.map_or(f64::NAN, |d| angle(d, truth)));
+            tallies[2].error(d.map_or(f64::NAN, |d| angle(d, truth)));
         });
         found.add(Some(distance), &METHODS, &tallies);
     }

@@ -6,7 +6,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use super::exact::{Pinhole, View, angle, tan_half};
-use super::{anywhere, case, count, film, look_at, text};
+use super::{anywhere, case, film, look_at, text};
 use crate::stability::case::{Axis, Case, Effort, Found, LOOKAT};
 use crate::stability::methods::{camera as by, double, single};
 use crate::stability::scenes::scene;
@@ -88,15 +88,15 @@ fn sweep(
         let tallies = tally(effort.rays, seed, |random, tallies: &mut [Tally; 5]| {
             let film = place(random);
             let d = probe.camera_ray(film, DVec2::splat(0.5)).d;
-            count(&mut tallies[0], error(&exact, film, d));
+            tallies[0].error(error(&exact, film, d));
             let [matrices, closed] = wide.directions(film.to_array());
-            count(&mut tallies[2], error(&exact, film, matrices.into()));
-            count(&mut tallies[4], error(&exact, film, closed.into()));
+            tallies[2].error(error(&exact, film, matrices.into()));
+            tallies[4].error(error(&exact, film, closed.into()));
             // The truth for the angle and the place on the film that single precision holds.
             let film = film.as_vec2();
             let [matrices, closed] = narrow.directions(film.to_array());
-            count(&mut tallies[1], error(&rounded, film.as_dvec2(), double(matrices)));
-            count(&mut tallies[3], error(&rounded, film.as_dvec2(), double(closed)));
+            tallies[1].error(error(&rounded, film.as_dvec2(), double(matrices)));
+            tallies[3].error(error(&rounded, film.as_dvec2(), double(closed)));
         });
         found.add(Some(*fov), &METHODS, &tallies);
     }
@@ -170,12 +170,12 @@ fn far_eye(effort: &Effort) -> Found {
         let tallies = tally(effort.rays, seed, |random, tallies: &mut [Tally; 3]| {
             let film = anywhere(random, resolution);
             let d = probe.camera_ray(film, DVec2::splat(0.5)).d;
-            count(&mut tallies[0], exact.pixels(film, d));
+            tallies[0].error(exact.pixels(film, d));
             let d = wide.0.map(|world| by::vector(&world, by::by_matrices(&wide.1, film.to_array())));
-            count(&mut tallies[2], d.map_or(f64::NAN, |d| exact.pixels(film, d.into())));
+            tallies[2].error(d.map_or(f64::NAN, |d| exact.pixels(film, d.into())));
             let film = film.as_vec2();
             let d = narrow.0.map(|world| by::vector(&world, by::by_matrices(&narrow.1, film.to_array())));
-            count(&mut tallies[1], d.map_or(f64::NAN, |d| exact.pixels(film.as_dvec2(), double(d))));
+            tallies[1].error(d.map_or(f64::NAN, |d| exact.pixels(film.as_dvec2(), double(d))));
         });
         found.add(Some(distance), &METHODS[..3], &tallies);
     }

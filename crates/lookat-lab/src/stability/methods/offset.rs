@@ -2,6 +2,7 @@
 
 use num_traits::Float;
 
+use super::sphere::haines_roots;
 use super::{Vector, along, cross, dot, gamma, sub};
 
 /// pbrt-v3, `OffsetRayOrigin`: along the normal by the bound of the error, and one step more (PBR 3.9.5). `n` points to the
@@ -63,7 +64,7 @@ impl<T: Float> Body<T> {
         match *self {
             Body::Triangle(corners) => watertight(o, d, corners).map(|(t, _)| t).filter(|t| *t > t_min),
             Body::Sphere(center, radius) => {
-                roots(sub(o, center), d, radius)?.into_iter().find(|t| *t > t_min)
+                haines_roots(sub(o, center), d, radius)?.into_iter().find(|t| *t > t_min)
             }
         }
     }
@@ -97,20 +98,6 @@ impl<T: Float> Body<T> {
             }
         }
     }
-}
-
-/// Distances to a sphere around the origin, in order (Haines et al., Ray Tracing Gems, chapter 7, 2019).
-fn roots<T: Float>(o: Vector<T>, d: Vector<T>, radius: T) -> Option<[T; 2]> {
-    let (a, b) = (dot(d, d), -dot(o, d));
-    let closest = along(o, d, b / a);
-    let squared = radius * radius - dot(closest, closest);
-    if squared < T::zero() {
-        return None;
-    }
-    let root = (a * squared).sqrt();
-    let q = if b < T::zero() { b - root } else { b + root };
-    let (x, y) = ((dot(o, o) - radius * radius) / q, q / a);
-    Some(if x > y { [y, x] } else { [x, y] })
 }
 
 /// Distance and weights of the corners (Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013).

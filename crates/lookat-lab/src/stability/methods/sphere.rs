@@ -51,6 +51,11 @@ pub(in crate::stability) fn pbrt_v3(o: Vector<f32>, d: Vector<f32>, radius: f32)
 /// Haines, Günther and Akenine-Möller, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7,
 /// 2019.
 pub(in crate::stability) fn haines<T: Float>(o: Vector<T>, d: Vector<T>, radius: T) -> Option<T> {
+    haines_roots(o, d, radius)?.into_iter().find(|t| *t > T::zero())
+}
+
+/// The distances of both hits by that formula, in order.
+pub(super) fn haines_roots<T: Float>(o: Vector<T>, d: Vector<T>, radius: T) -> Option<[T; 2]> {
     let (a, b) = (dot(d, d), -dot(o, d));
     let closest = along(o, d, b / a);
     let squared = radius * radius - dot(closest, closest);
@@ -59,7 +64,8 @@ pub(in crate::stability) fn haines<T: Float>(o: Vector<T>, d: Vector<T>, radius:
     }
     let root = (a * squared).sqrt();
     let q = if b < T::zero() { b - root } else { b + root };
-    nearest((dot(o, o) - radius * radius) / q, q / a)
+    let (x, y) = ((dot(o, o) - radius * radius) / q, q / a);
+    Some(if x > y { [y, x] } else { [x, y] })
 }
 
 /// pbrt-v4 (PBR4 6.2.2): the discriminant of Haines et al. in intervals of `f32`; a hit counts if all of its interval does.
