@@ -16,6 +16,9 @@ const FEWEST_SAMPLES: u32 = 16;
 /// make neighbours alike.
 const FILTERED: f32 = 2.0;
 
+/// How much noisier a tile may be than nine of ten others, to be taken for the noise of the picture.
+const MOST_OF_TILE: f64 = 4.0;
+
 /// The difference of two pixels in one channel.
 pub(super) struct Difference {
     /// Actual minus expected.
@@ -98,10 +101,9 @@ impl Noise {
     }
 }
 
-/// The errors of the expected picture where it does not give them. They are the largest of three: those of the actual picture,
-/// times what all tiles together ask for; what the differences of a tile scatter, which single bright pixels make large;
-/// and what most of its differences scatter beyond the errors of the actual picture, as other renderers have noise where
-/// this one has none.
+/// The errors of the expected picture where it does not give them: those of the actual one, times what all differences
+/// together ask for, or what the differences of a tile scatter beyond those, as other renderers have noise where this one has
+/// none.
 fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     let factor = noisier(pair, actual) as f32;
     let mut errors = actual.to_vec();
@@ -109,13 +111,11 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     for tile in tiles(pair) {
         for channel in 0..3 {
             let at = |pixel: usize| pair.actual[pixel][channel] - pair.expected[pixel][channel];
-            let differences: Vec<f32> = in_tile(tile, pair).map(at).collect();
             let own =
                 in_tile(tile, pair).map(|pixel| f64::from(actual[pixel].standard_error[channel]).powi(2));
             let own = own.sum::<f64>() / tile.area() as f64;
-            let plain = (variance(&differences) - own).max(0.0).sqrt() as f32;
-            let most = f64::from(scatter(differences)).powi(2);
-            let others = plain.max(FILTERED * (most - own).max(0.0).sqrt() as f32);
+            let all = f64::from(scatter(in_tile(tile, pair).map(at).collect())).powi(2);
+            let others = FILTERED * (all - own).max(0.0).sqrt() as f32;
             for pixel in in_tile(tile, pair) {
                 let error = &mut errors[pixel].standard_error[channel];
                 *error = error.max(others);
@@ -125,31 +125,27 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     errors
 }
 
-/// How many times larger the errors of the expected picture are than those of the actual one, by nine tiles of ten: an error of
-/// the others is none of noise. At least 1.
+/// How many times larger the errors of the expected picture are than those of the actual one, if all of their differences
+/// are noise; at least 1. A tile has little more to say than nine of ten others: an error in one is no noise of all.
 fn noisier(pair: &Aligned, actual: &[PixelError]) -> f64 {
-    let ratio = |tile: Window| {
+    let sums = |tile: Window| {
         let (mut squares, mut own) = (0.0, 0.0);
         for pixel in in_tile(tile, pair) {
             for channel in 0..3 {
-                let difference =
-                    f64::from(pair.actual[pixel][channel]) - f64::from(pair.expected[pixel][channel]);
-                squares += difference.powi(2);
+                let [a, b] = [&pair.actual, &pair.expected].map(|pixels| f64::from(pixels[pixel][channel]));
+                squares += (a - b).powi(2);
                 own += f64::from(actual[pixel].standard_error[channel]).powi(2);
             }
         }
-        (own > 0.0).then(|| squares / own)
+        (squares, own)
     };
-    let mut ratios: Vec<f64> = tiles(pair).filter_map(ratio).collect();
+    let tiles: Vec<(f64, f64)> = tiles(pair).map(sums).filter(|(_, own)| *own > 0.0).collect();
+    let mut ratios: Vec<f64> = tiles.iter().map(|(squares, own)| squares / own).collect();
     ratios.sort_by(f64::total_cmp);
-    let high = ratios.get(ratios.len().saturating_sub(1) * 9 / 10).copied().unwrap_or(0.0);
-    (high - 1.0).max(1.0).sqrt()
-}
-
-fn variance(values: &[f32]) -> f64 {
-    let count = values.len() as f64;
-    let mean = values.iter().map(|x| f64::from(*x)).sum::<f64>() / count;
-    values.iter().map(|x| (f64::from(*x) - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)
+    let Some(high) = ratios.get(ratios.len().saturating_sub(1) * 9 / 10) else { return 1.0 };
+    let squares: f64 = tiles.iter().map(|(squares, own)| squares.min(MOST_OF_TILE * high * own)).sum();
+    let own: f64 = tiles.iter().map(|(_, own)| own).sum();
+    (squares / own - 1.0).max(1.0).sqrt()
 }
 
 /// The standard deviation of values of which less than half have been moved, by their median distance from the median.
