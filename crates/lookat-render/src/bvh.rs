@@ -106,11 +106,16 @@ struct Slabs {
 /// Covers the rounding of both ends of the test (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
 const PAD: Real = 1.0 + 4.0 * Real::EPSILON;
 
+// A cast in one of the two builds only.
+#[allow(clippy::unnecessary_cast)]
+fn real(x: f64) -> Real {
+    x as Real
+}
+
 impl Slabs {
-    #[allow(clippy::unnecessary_cast)]
     fn new(ray: &Ray) -> Self {
-        let inverse = ray.d.recip().to_array().map(|x| x as Real);
-        let o = ray.o.to_array().map(|x| x as Real);
+        let inverse = ray.d.recip().to_array().map(real);
+        let o = ray.o.to_array().map(real);
         Slabs { o, inverse, negative: inverse.map(|x| x.is_sign_negative()) }
     }
 
@@ -119,9 +124,8 @@ impl Slabs {
     /// Near and far are told by the sign of the direction, before anything is compared; then a NaN, which a ray in the
     /// plane of a side gives, drops out, because it compares as false.
     #[inline]
-    #[allow(clippy::unnecessary_cast)]
     fn meet(&self, bounds: &Bounds, t_max: f64) -> bool {
-        let (mut near, mut far): (Real, Real) = (0.0, t_max as Real * PAD);
+        let (mut near, mut far): (Real, Real) = (0.0, real(t_max) * PAD);
         for axis in 0..3 {
             let (low, high) = (Real::from(bounds.min[axis]), Real::from(bounds.max[axis]));
             let (enter, leave) =

@@ -13,13 +13,7 @@ use crate::noise;
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {
-    match run(arguments) {
-        Ok(differs) => ExitCode::from(u8::from(differs)),
-        Err(message) => {
-            crate::say(&format!("error: {message}"));
-            ExitCode::from(crate::TROUBLE)
-        }
-    }
+    crate::exit_code(run(arguments).map(u8::from))
 }
 
 /// What there is to print.

@@ -43,6 +43,14 @@ fn usage(error: &clap::Error) -> ExitCode {
     ExitCode::from(if error.use_stderr() { TROUBLE } else { 0 })
 }
 
+/// The exit status of a command; says why, if it came to nothing.
+fn exit_code(result: Result<u8, String>) -> ExitCode {
+    ExitCode::from(result.unwrap_or_else(|message| {
+        say(&format!("error: {message}"));
+        TROUBLE
+    }))
+}
+
 /// One line of JSON on standard output. Whether it could be written.
 fn print_json(value: &impl serde::Serialize) -> bool {
     print(&(serde_json::to_string(value).unwrap_or_default() + "\n"))

@@ -11,13 +11,7 @@ use crate::args::Stability;
 
 /// Runs the command.
 pub fn stability(arguments: &Stability) -> ExitCode {
-    match run(arguments) {
-        Ok(passes) => ExitCode::from(u8::from(!passes)),
-        Err(message) => {
-            crate::say(&format!("error: {message}"));
-            ExitCode::from(crate::TROUBLE)
-        }
-    }
+    crate::exit_code(run(arguments).map(|passes| u8::from(!passes)))
 }
 
 /// Runs the cases; whether all pass.
@@ -138,13 +132,7 @@ fn matrix(
     if places.len() > 1 {
         let _ = writeln!(text, "    {:width$}{}", "", cells(&|place| place.map_or("other".into(), share)));
     }
-    let mut methods: Vec<&str> = Vec::new();
-    for row in &found.rows {
-        if !methods.contains(&row.method) {
-            methods.push(row.method);
-        }
-    }
-    for method in methods {
+    for method in found.methods() {
         let at = |place: &Option<f64>| found.rows.iter().find(|row| row.method == method && row.at == *place);
         let line = cells(&|place| at(place).and_then(&value).map_or("-".into(), share));
         let _ = writeln!(text, "    {method:width$}{line}");

@@ -90,13 +90,7 @@ struct Rendered {
 
 /// Runs the command.
 pub fn verify(arguments: &Verify) -> ExitCode {
-    match run(arguments) {
-        Ok(status) => ExitCode::from(status),
-        Err(message) => {
-            crate::say(&format!("error: {message}"));
-            ExitCode::from(crate::TROUBLE)
-        }
-    }
+    crate::exit_code(run(arguments))
 }
 
 /// Looks at all scenes of the folder; the exit status.

@@ -113,6 +113,17 @@ impl Found {
         }
     }
 
+    /// All methods, in the order of their first rows.
+    pub fn methods(&self) -> Vec<&'static str> {
+        let mut methods = Vec::new();
+        for row in &self.rows {
+            if !methods.contains(&row.method) {
+                methods.push(row.method);
+            }
+        }
+        methods
+    }
+
     /// Whether lookat was right each time, and as exact as `case` asks.
     pub fn passes(&self, case: &Case) -> bool {
         let mut own = self.rows.iter().filter(|row| row.method == LOOKAT).peekable();

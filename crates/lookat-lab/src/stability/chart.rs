@@ -170,12 +170,7 @@ fn axis_of(range: &Range<f64>, zero: Option<f64>) -> WithKeyPoints<LogCoord<f64>
 
 /// All methods, lookat last.
 fn methods(found: &Found) -> Vec<&'static str> {
-    let mut methods: Vec<&str> = Vec::new();
-    for row in &found.rows {
-        if !methods.contains(&row.method) {
-            methods.push(row.method);
-        }
-    }
+    let mut methods = found.methods();
     methods.sort_by_key(|method| (*method == LOOKAT, kind(method)));
     methods
 }
