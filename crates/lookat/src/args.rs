@@ -73,7 +73,7 @@ pub struct Stability {
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
     /// Random rays for each row of a case
-    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = rays)]
     pub rays: u64,
     /// Write charts and tables to this folder
     #[arg(short, long, value_name = "DIR")]
@@ -196,6 +196,11 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 fn samples(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|count| (1..=1 << 30).contains(count));
     count.ok_or_else(|| "expected a whole number from 1 to 1073741824".into())
+}
+
+fn rays(text: &str) -> Result<u64, String> {
+    let count = text.parse().ok().filter(|count: &f64| (1.0..=1e9).contains(count) && count.fract() == 0.0);
+    count.map(|count| count as u64).ok_or_else(|| "expected a whole number from 1 to 1e9".into())
 }
 
 fn threshold(text: &str) -> Result<f32, String> {

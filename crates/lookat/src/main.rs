@@ -11,7 +11,7 @@ mod source;
 mod stability;
 mod verify;
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -56,10 +56,13 @@ fn print_json(value: &impl serde::Serialize) -> bool {
     print(&(serde_json::to_string(value).unwrap_or_default() + "\n"))
 }
 
-/// Text on standard output. Whether it could be written.
+/// Text on standard output. Whether it could be written; where its reader has left, such as `head`, the program ends.
 fn print(text: &str) -> bool {
     let mut out = std::io::stdout();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).is_ok()
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(TROUBLE.into()),
+        written => written.is_ok(),
+    }
 }
 
 /// A line on standard error. Where that is closed, nobody listens.

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 
 use lookat_image::write_file;
 use lookat_lab::stability::{Case, Chart, Effort, Found, LOOKAT, Row, as_csv, as_json, cases, interval};
+use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
 
@@ -19,7 +20,7 @@ fn run(arguments: &Stability) -> Result<bool, String> {
     let cases = chosen(&arguments.case)?;
     if let Some(folder) = &arguments.output {
         std::fs::create_dir_all(folder)
-            .map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+            .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
     }
     let effort = Effort { rays: arguments.rays };
     let mut results = Vec::new();
@@ -32,17 +33,22 @@ fn run(arguments: &Stability) -> Result<bool, String> {
             draw(&case, &found, folder)?;
         }
         results.push((case, found));
+        if let Some(folder) = &arguments.output {
+            write_tables(&results, folder)?;
+        }
     }
-    let passed = results.iter().filter(|(case, found)| found.passes(case)).count();
+    let passes = results.iter().all(|(case, found)| found.passes(case));
     let printed = match arguments.json {
         true => crate::print_json(&as_json(&results)),
-        false => crate::print(&format!("{passed} of {} cases pass\n", results.len())),
+        false => crate::print(&totals(&results)),
     };
-    if let Some(folder) = &arguments.output {
-        write(&folder.join("stability.csv"), as_csv(&results).as_bytes())?;
-        write(&folder.join("stability.json"), format!("{:#}\n", as_json(&results)).as_bytes())?;
-    }
-    if printed { Ok(passed == results.len()) } else { Err("cannot write the result".into()) }
+    if printed { Ok(passes) } else { Err("cannot write the result".into()) }
+}
+
+/// The tables of the cases so far, so that an interrupted run leaves what it has found.
+fn write_tables(results: &[(Case, Found)], folder: &Path) -> Result<(), String> {
+    write(&folder.join("stability.csv"), as_csv(results).as_bytes())?;
+    write(&folder.join("stability.json"), format!("{:#}\n", as_json(results)).as_bytes())
 }
 
 /// The cases with these names, or the families of these letters; all if there are none.
@@ -53,16 +59,32 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
         letter || case.id.eq_ignore_ascii_case(name) || case.name.eq_ignore_ascii_case(name)
     };
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|case| is(case, name))) {
-        let known: Vec<String> = all.iter().map(|case| format!("{} {}", case.id, case.name)).collect();
-        return Err(format!("there is no case `{unknown}`; the cases are {}", known.join(", ")));
+        if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
+            return Err(format!("there is no case `{unknown}`; did you mean `{near}`?"));
+        }
+        let known: String = all.iter().map(|case| format!("\n    {:4} {}", case.id, case.name)).collect();
+        return Err(format!("there is no case `{unknown}`; the cases are{known}"));
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())
 }
 
+/// How many cases pass, as the last line.
+fn totals(results: &[(Case, Found)]) -> String {
+    let judged: Vec<_> = results.iter().filter(|(case, _)| case.limit.is_finite()).collect();
+    let passed = judged.iter().filter(|(case, found)| found.passes(case)).count();
+    let measured = results.len() - judged.len();
+    let rest = if measured > 0 { format!(", {measured} measured only") } else { String::new() };
+    format!("{passed} of {} cases pass{rest}\n", judged.len())
+}
+
 /// One case, for people.
 fn as_text(case: &Case, found: &Found) -> String {
-    let verdict = if found.passes(case) { "pass" } else { "FAIL" };
+    let verdict = match (found.passes(case), case.limit.is_finite()) {
+        (true, true) => "pass",
+        (true, false) => "measured",
+        (false, _) => "FAIL",
+    };
     let mut text = format!("{} {}: {verdict}\n    {}\n", case.id, case.name, case.claim);
     let own: Vec<&Row> = found.rows.iter().filter(|row| row.method == LOOKAT).collect();
     let (tried, failed) = own.iter().fold((0, 0), |sum, row| (sum.0 + row.tried, sum.1 + row.failed));

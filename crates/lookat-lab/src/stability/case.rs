@@ -17,7 +17,7 @@ pub struct Case {
     pub axis: Axis,
     /// What [`Row::worst`] is, with its unit; empty where nothing is measured.
     pub error: &'static str,
-    /// The most that it may be for lookat.
+    /// The most that it may be for lookat; infinite where it is only measured, not judged.
     pub limit: f64,
     /// Runs it.
     pub run: fn(&Effort) -> Found,

@@ -167,9 +167,10 @@ pub(super) fn in_plane(_: &Effort) -> Found {
             // What passes beside is no matter of rounding.
             tallies[0].failed += beside as u64;
             tallies[0].tried += beside as u64;
-            found
-                .remarks
-                .push(format!("plane of {plane:?}: {count} of {all} rays hit, {beside} that pass beside"));
+            let [a, b] = plane.map(|v| v.map(|x| x.to_string()).join(" "));
+            found.remarks.push(format!(
+                "plane of [{a}] and [{b}]: {count} of {all} rays hit, {beside} of them pass beside"
+            ));
         }
     }
     found.add(None, &names(), &tallies);
