@@ -75,6 +75,30 @@ impl CameraRays {
     }
 }
 
+/// A camera ray with what makes its neighbours.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CameraRay<'c> {
+    pub camera: &'c CameraRays,
+    /// Place on the film, in pixels from the top left corner.
+    pub film: DVec2,
+    /// What chooses the point on the lens.
+    pub on_lens: DVec2,
+    /// From one sample to the next, in pixels: pbrt-v3 takes it that samples are as far apart as in a grid.
+    pub spacing: f64,
+}
+
+impl CameraRay<'_> {
+    /// The ray itself.
+    pub fn ray(&self) -> Ray {
+        self.camera.ray(self.film, self.on_lens)
+    }
+
+    /// The neighbours to the right and below, through the same point of the lens.
+    pub fn neighbours(&self) -> [Ray; 2] {
+        [DVec2::X, DVec2::Y].map(|step| self.camera.ray(self.film + step * self.spacing, self.on_lens))
+    }
+}
+
 /// The tangent of half an angle in degrees. Near 180 degrees it is that of what is missing, which is exact.
 fn tan_half(degrees: f64) -> f64 {
     if degrees > 90.0 {

@@ -4,9 +4,12 @@ pub(crate) mod ambient;
 pub(crate) mod direct;
 pub(crate) mod path;
 
+use crate::bsdf::Bsdf;
+use crate::camera::CameraRay;
 use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::ray::Ray;
+use crate::shading;
 use crate::surface::Surface;
 
 /// The most surfaces without a material that a ray passes through in a row.
@@ -33,6 +36,11 @@ impl<'t, 's> Tracer<'t, 's> {
         self.rays += 1;
         let hit = self.scene.nearest(ray)?;
         Some(Surface::new(self.scene, ray, &hit))
+    }
+
+    /// How a surface scatters light; `None` where light passes. `camera_ray`: what has found it, if nothing lies between.
+    pub fn bsdf(&self, surface: &Surface<'s>, camera_ray: Option<&CameraRay>) -> Option<Bsdf> {
+        shading::bsdf(self.scene, surface, camera_ray)
     }
 
     /// Whether something is in the way of a shadow ray.

@@ -33,6 +33,7 @@ mod film;
 mod filter;
 mod integrator;
 mod light;
+mod parametric;
 #[cfg(feature = "plain-f32")]
 mod plain;
 mod prepare;
@@ -40,8 +41,10 @@ mod probe;
 mod ray;
 mod render;
 mod sampler;
+mod shading;
 mod sphere;
 mod surface;
+mod texture;
 #[cfg_attr(feature = "plain-f32", allow(dead_code))]
 mod triangle;
 mod warp;

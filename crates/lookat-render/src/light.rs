@@ -176,6 +176,7 @@ impl<'s> LightTable<'s> {
                     ns: n,
                     emitting: flipped(n, owner.reverse_orientation),
                     element,
+                    barycentric: [0.0; 2],
                     primitive: owner,
                 }
             }

@@ -9,6 +9,7 @@ use lookat_scene::{Object, Primitive, Scene, Shape};
 use crate::bounds::Bounds;
 use crate::bvh::Bvh;
 use crate::camera::CameraRays;
+use crate::parametric::Parametric;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::sphere::PlacedSphere;
 use crate::triangle::{corners, extent, sorted};
@@ -321,6 +322,23 @@ impl PlacedInstance {
     /// A unit normal of the object, in the world.
     pub fn normal_to_world(&self, n: DVec3) -> DVec3 {
         (self.object_from_world.transpose() * n).normalize_or(DVec3::Z)
+    }
+
+    /// A normal of the world, in the object.
+    pub fn normal_to_object(&self, n: DVec3) -> DVec3 {
+        (self.world_from_object.transpose() * n).normalize_or(DVec3::Z)
+    }
+
+    /// Derivatives in the object, in the world.
+    pub fn parametric_to_world(&self, object: Parametric) -> Parametric {
+        let normals = self.object_from_world.transpose();
+        Parametric {
+            uv: object.uv,
+            dpdu: self.world_from_object * object.dpdu,
+            dpdv: self.world_from_object * object.dpdv,
+            dndu: normals * object.dndu,
+            dndv: normals * object.dndv,
+        }
     }
 
     /// The ray in the space of the object; distances along it are the same.

@@ -8,13 +8,13 @@ use lookat_image::Image;
 use lookat_scene::{Integrator, Sampler, Scene};
 use rayon::prelude::*;
 
-use crate::camera::CameraRays;
+use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, Tile, develop, limited, tiles};
 use crate::filter::FilterSampler;
 use crate::integrator::{Tracer, ambient, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
-use crate::ray::Ray;
+
 use crate::sampler::{SampleStream, replicate_seed};
 
 /// How to render, apart from what the scene says.
@@ -91,19 +91,19 @@ fn run(
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
     match scene.integrator {
         Integrator::DirectLighting { all_lights, max_depth } => {
-            render_passes(&prepared, settings, progress, |tracer, ray, stream| {
-                direct::li(tracer, ray, stream, all_lights, max_depth)
+            render_passes(&prepared, settings, progress, |tracer, camera_ray, stream| {
+                direct::li(tracer, camera_ray, stream, all_lights, max_depth)
             })
         }
         Integrator::Path { max_depth, roulette_threshold, light_choice } => {
             let path = path::Settings { max_depth, roulette_threshold, light_choice };
-            render_passes(&prepared, settings, progress, |tracer, ray, stream| {
-                path::li(tracer, ray, stream, &path)
+            render_passes(&prepared, settings, progress, |tracer, camera_ray, stream| {
+                path::li(tracer, camera_ray, stream, &path)
             })
         }
         Integrator::AmbientOcclusion { cosine, samples } => {
-            render_passes(&prepared, settings, progress, |tracer, ray, stream| {
-                ambient::li(tracer, ray, stream, cosine, samples)
+            render_passes(&prepared, settings, progress, |tracer, camera_ray, stream| {
+                ambient::li(tracer, camera_ray, stream, cosine, samples)
             })
         }
     }
@@ -163,7 +163,7 @@ fn render_passes<F>(
     li: F,
 ) -> Rendered
 where
-    F: Fn(&mut Tracer, Ray, &mut SampleStream) -> Vec3 + Sync,
+    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
 {
     let scene = prepared.scene;
     let (camera, filter) = (CameraRays::new(&scene.camera, &scene.film), FilterSampler::new(&scene.filter));
@@ -197,11 +197,12 @@ where
 
 fn render_tile<F>(context: &Context, tile: &mut Tile, pass: &Pass, li: &F) -> Statistics
 where
-    F: Fn(&mut Tracer, Ray, &mut SampleStream) -> Vec3,
+    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
 {
     let scene = context.prepared.scene;
     let mut tracer = Tracer::new(&context.prepared.traceable, &context.prepared.lights);
     let mut counts = Statistics::default();
+    let spacing = f64::from(scene.sampler.samples_per_pixel).sqrt().recip();
     let bounds = tile.bounds;
     let places = (bounds.y0..bounds.y1).flat_map(|y| (bounds.x0..bounds.x1).map(move |x| [x, y]));
     let mut spreads = tile.spreads.iter_mut();
@@ -213,8 +214,9 @@ where
             let mut stream = SampleStream::new(&pass.sampler, pass.seed, place, index);
             let (offset, negative) = context.filter.sample(stream.next_2d());
             let on_lens = if context.camera.has_lens() { stream.next_2d() } else { DVec2::ZERO };
-            let ray = context.camera.ray(center + offset, on_lens);
-            let mut radiance = li(&mut tracer, ray, &mut stream);
+            let film = center + offset;
+            let camera_ray = CameraRay { camera: &context.camera, film, on_lens, spacing };
+            let mut radiance = li(&mut tracer, &camera_ray, &mut stream);
             if !radiance.is_finite() {
                 debug_assert!(false, "radiance {radiance} in pixel {place:?}, sample {index}");
                 counts.rejected += 1;

@@ -3,7 +3,6 @@
 use glam::{DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
-use crate::bsdf::Bsdf;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::triangle::corners;
@@ -23,6 +22,8 @@ pub(crate) struct Surface<'s> {
     pub emitting: DVec3,
     /// What was hit.
     pub element: ElementId,
+    /// Weights of the first two corners of a triangle, 0 for other shapes.
+    pub barycentric: [f64; 2],
     /// The shape with its material.
     pub primitive: &'s Primitive,
 }
@@ -54,6 +55,7 @@ impl<'s> Surface<'s> {
                     ns: n,
                     emitting: flipped(outward, primitive.reverse_orientation),
                     element: hit.element,
+                    barycentric: hit.barycentric,
                     primitive,
                 }
             }
@@ -91,11 +93,6 @@ impl<'s> Surface<'s> {
         let cos = self.n.dot(away.normalize_or_zero()).abs();
         let pdf = away.length_squared() / (cos * area);
         pdf.is_finite().then_some(pdf)
-    }
-
-    /// How it scatters light; `None` where light passes.
-    pub fn bsdf(&self) -> Option<Bsdf> {
-        Bsdf::new(&self.primitive.material, self.n, self.ns)
     }
 
     /// A ray that leaves the surface in direction `d`, unlimited.
@@ -152,6 +149,7 @@ pub(crate) fn on_triangle<'s>(
                 ns,
                 emitting: flipped(winding, winding.dot(smooth) < 0.0),
                 element,
+                barycentric: [b0, b1],
                 primitive,
             }
         }
@@ -165,6 +163,7 @@ pub(crate) fn on_triangle<'s>(
                 ns: n,
                 emitting: flipped(own, primitive.reverse_orientation),
                 element,
+                barycentric: [b0, b1],
                 primitive,
             }
         }

@@ -1,5 +1,7 @@
 //! Ray against triangle, watertight.
 
+pub(crate) mod parametric;
+
 use std::cmp::Ordering;
 
 use glam::DVec3;

@@ -59,11 +59,15 @@ pub use integrator::{Integrator, LightChoice};
 pub use light::Light;
 pub use load::{Loaded, load};
 pub use lookat_syntax as syntax;
-pub use material::Material;
+pub use material::{
+    Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate,
+    Translucent, Uber,
+};
 pub use mesh::Mesh;
 pub use overrides::Overrides;
 pub use sampler::{Sampler, SamplerKind};
 pub use scene::{Emission, Instance, Object, Primitive, Scene};
 pub use shape::{Shape, Sphere};
 pub use sources::{Location, Source, Sources};
+pub use texture::{Texture, Value, Varying};
 pub use transform::{LookAtFault, Transform};

@@ -1,41 +1,88 @@
 //! `Material`: what surfaces are made of.
 
+mod glass;
+mod matte;
+mod metal;
+mod mirror;
+mod mix;
+mod needs;
+mod plastic;
+mod roughness;
+mod stand_in;
+mod substrate;
+mod translucent;
+mod uber;
+
+use std::sync::Arc;
+
 use glam::Vec3;
 
 use crate::params::Params;
+use crate::texture::Texture;
+
+pub use glass::Glass;
+pub use matte::Matte;
+pub use metal::Metal;
+pub use mirror::Mirror;
+pub use mix::Mix;
+pub use needs::Needs;
+pub use plastic::Plastic;
+pub use roughness::Roughness;
+pub use substrate::Substrate;
+pub use translucent::Translucent;
+pub use uber::Uber;
 
 /// A material.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Material {
-    /// Diffuse, by Lambert or, where `sigma` is not zero, by Oren and Nayar.
-    Matte {
-        /// Reflected share of light, linear RGB, at least 0 (`Kd`, default 0.5).
-        kd: Vec3,
-        /// Spread of the slopes of the facets, in degrees from 0 to 90 (`sigma`, default 0).
-        sigma: f64,
-    },
+#[derive(Debug, Clone)]
+pub struct Material {
+    /// How it scatters light.
+    pub kind: MaterialKind,
+    /// Height above the surface, in world units, that bends the shading normal (`bumpmap`).
+    pub bump: Option<Texture<f64>>,
+    /// What it asks of the surface.
+    pub needs: Needs,
+}
+
+/// How a material scatters light. Shares of light are colors or textures; what is less than 0 counts as 0.
+#[derive(Debug, Clone)]
+pub enum MaterialKind {
+    /// Diffuse.
+    Matte(Matte),
+    /// A diffuse base under a rough gloss.
+    Plastic(Plastic),
+    /// Diffuse and glossy, on both sides.
+    Translucent(Translucent),
+    /// A surface between dielectrics.
+    Glass(Glass),
     /// A smooth mirror.
-    Mirror {
-        /// Reflected share of light, linear RGB, at least 0 (`Kr`, default 0.9).
-        kr: Vec3,
-    },
-    /// Smooth glass: a surface that reflects and refracts as Fresnel's equations say.
-    Glass {
-        /// Factor of reflected light, linear RGB, at least 0 (`Kr`, default 1).
-        kr: Vec3,
-        /// Factor of light that passes, linear RGB, at least 0 (`Kt`, default 1).
-        kt: Vec3,
-        /// Index of refraction behind the surface by that before it, where its normal points; more than 0 (`eta` or
-        /// `index`, default 1.5).
-        eta: f64,
-    },
+    Mirror(Mirror),
+    /// A rough conductor.
+    Metal(Box<Metal>),
+    /// A diffuse base under a layer that reflects the more the flatter the light comes.
+    Substrate(Substrate),
+    /// Several of the others at once.
+    Uber(Box<Uber>),
+    /// Two materials in one.
+    Mix(Mix),
     /// Nothing: light passes through, and shadow rays stop, as in pbrt-v3 (`"none"` and `""`).
     None,
 }
 
 impl Material {
     /// The material of shapes before any `Material` directive.
-    pub const DEFAULT: Material = Material::Matte { kd: Vec3::splat(0.5), sigma: 0.0 };
+    pub const DEFAULT: Material = Material {
+        kind: MaterialKind::Matte(Matte {
+            kd: Texture::Constant(Vec3::splat(0.5)),
+            sigma: Texture::Constant(0.0),
+        }),
+        bump: None,
+        needs: Needs::NOTHING,
+    };
+
+    fn new(kind: MaterialKind, bump: Option<Texture<f64>>) -> Self {
+        let needs = Needs::of(&kind, bump.as_ref());
+        Material { kind, bump, needs }
+    }
 }
 
 pub(crate) const NAMES: &[&str] = &[
@@ -57,83 +104,77 @@ pub(crate) const NAMES: &[&str] = &[
     "",
 ];
 
-/// Those that have a diffuse color of that name.
-const HAVE_KD: &[&str] = &["matte", "plastic", "translucent", "substrate", "uber", "kdsubsurface"];
+/// The named materials that a constructor may ask for.
+pub(crate) type Named<'a> = dyn Fn(&str) -> Option<Arc<Material>> + 'a;
 
 /// pbrt-v3's MakeMaterial. An unknown type is an error; the material is then matte, as in pbrt-v3.
-pub(crate) fn material(params: &mut Params) -> Material {
-    let material = match params.kind() {
-        "matte" => matte(params),
-        "mirror" => mirror(params),
-        "glass" => glass(params),
-        "none" | "" => Material::None,
+pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
+    let kind = match params.kind() {
+        "matte" => MaterialKind::Matte(matte::matte(params)),
+        "plastic" => MaterialKind::Plastic(plastic::plastic(params)),
+        "translucent" => MaterialKind::Translucent(translucent::translucent(params)),
+        "glass" => MaterialKind::Glass(glass::glass(params)),
+        "mirror" => MaterialKind::Mirror(mirror::mirror(params)),
+        "metal" => MaterialKind::Metal(Box::new(metal::metal(params))),
+        "substrate" => MaterialKind::Substrate(substrate::substrate(params)),
+        "uber" => MaterialKind::Uber(Box::new(uber::uber(params))),
+        "mix" => {
+            let mix = mix::mix(params, named);
+            params.finish();
+            // pbrt-v3 keeps the bumps of the first.
+            let bump = mix.materials[0].bump.clone();
+            return Material::new(MaterialKind::Mix(mix), bump);
+        }
+        "none" | "" => {
+            params.finish();
+            return Material::new(MaterialKind::None, None);
+        }
         kind if NAMES.contains(&kind) => {
-            let stand_in = if HAVE_KD.contains(&kind) { "matte with its Kd" } else { "grey matte" };
-            let message = format!("Material \"{kind}\" is not rendered yet; {stand_in} stands in for it");
-            // pbrt-v3's defaults of Kd.
-            let default = if ["plastic", "translucent", "uber"].contains(&kind) { 0.25 } else { 0.5 };
-            params.unsupported(message);
-            let kd = params.spectrum_texture("Kd", Vec3::splat(default));
+            let kind = stand_in::stand_in(params);
+            let bump = bump(params);
             params.ignore_rest();
-            Material::Matte { kd: kd.max(Vec3::ZERO), sigma: 0.0 }
+            return Material::new(kind, bump);
         }
         _ => {
             params.unknown_kind::<()>(NAMES);
             params.ignore_rest();
-            Material::DEFAULT
+            return Material::DEFAULT;
         }
     };
+    let bump = bump(params);
     params.finish();
-    material
+    Material::new(kind, bump)
 }
 
-fn matte(params: &mut Params) -> Material {
-    let kd = share(params, "Kd", 0.5);
-    let sigma = params.float_texture("sigma", 0.0);
-    bump(params);
-    Material::Matte { kd, sigma: sigma.clamp(0.0, 90.0) }
-}
-
-fn mirror(params: &mut Params) -> Material {
-    let kr = share(params, "Kr", 0.9);
-    bump(params);
-    Material::Mirror { kr }
-}
-
-fn glass(params: &mut Params) -> Material {
-    let (kr, kt) = (share(params, "Kr", 1.0), share(params, "Kt", 1.0));
-    let index = params.float_texture("index", 1.5);
-    let eta = params.float_texture("eta", index);
-    if eta <= 0.0 {
-        params.reject("eta", "the index of refraction must be more than 0", None);
-    }
-    let rough = ["uroughness", "vroughness"].map(|name| params.float_texture(name, 0.0));
-    params.bool("remaproughness", true);
-    if rough != [0.0; 2] {
-        params.unsupported("rough glass is not rendered yet; smooth glass stands in for it".into());
-    }
-    bump(params);
-    Material::Glass { kr, kt, eta: if eta > 0.0 { eta } else { 1.5 } }
+fn bump(params: &mut Params) -> Option<Texture<f64>> {
+    // A surface that is moved as a whole is not bent.
+    params.float_texture_if_given("bumpmap").filter(|bump| bump.constant().is_none())
 }
 
 /// A share of light. pbrt-v3 takes what is less than 0 for 0.
-fn share(params: &mut Params, name: &'static str, default: f32) -> Vec3 {
+fn share(params: &mut Params, name: &'static str, default: f32) -> Texture<Vec3> {
     let share = params.spectrum_texture(name, Vec3::splat(default));
-    if share.max_element() > 1.0 {
+    let Texture::Constant(color) = share else { return share };
+    if color.max_element() > 1.0 {
         params.warn(
             name,
             &format!("{name} is more than 1: the surface gives back more light than it gets"),
             "colors go from 0 to 1; divide those that go to 255",
         );
     }
-    share.max(Vec3::ZERO)
+    Texture::Constant(color.max(Vec3::ZERO))
 }
 
-fn bump(params: &mut Params) {
-    let given = params.given("bumpmap");
-    params.texture("bumpmap");
-    params.float("bumpmap", 0.0);
-    if given {
-        params.unsupported("bumpmap is not rendered yet".into());
+/// An index of refraction by either of its names; pbrt-v3 asks for `eta` first.
+fn index_of_refraction(params: &mut Params) -> Texture<f64> {
+    let index = params.float_texture("index", 1.5);
+    let eta = params.float_texture_if_given("eta").unwrap_or(index);
+    let name = if params.was_taken("eta") { "eta" } else { "index" };
+    match eta {
+        Texture::Constant(eta) if eta <= 0.0 => {
+            params.reject(name, "the index of refraction must be more than 0", None);
+            Texture::Constant(1.5)
+        }
+        eta => eta,
     }
 }

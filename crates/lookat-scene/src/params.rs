@@ -14,6 +14,7 @@ use crate::color;
 use crate::files::Files;
 use crate::report::Report;
 use crate::state::Textures;
+use crate::texture::Texture;
 use crate::transform::LARGEST;
 
 /// What a constructor may ask about: the parameters, the textures in scope, and files.
@@ -117,9 +118,13 @@ impl<'a> Params<'a> {
     }
 
     pub fn float(&mut self, name: &'static str, default: f64) -> f64 {
+        self.float_if_given(name).unwrap_or(default)
+    }
+
+    pub fn float_if_given(&mut self, name: &'static str) -> Option<f64> {
         match self.take_one(name, &[ParamType::Float]).map(|p| p.values.value) {
-            Some(Values::Numbers(values)) => values[0],
-            _ => default,
+            Some(Values::Numbers(values)) => Some(values[0]),
+            _ => None,
         }
     }
 
@@ -204,25 +209,34 @@ impl<'a> Params<'a> {
     }
 
     /// A color, or the texture of that name.
-    pub fn spectrum_texture(&mut self, name: &'static str, default: Vec3) -> Vec3 {
-        let Some(texture) = self.texture(name) else { return self.spectrum(name, default) };
+    pub fn spectrum_texture(&mut self, name: &'static str, default: Vec3) -> Texture<Vec3> {
+        let Some(texture) = self.texture(name) else {
+            return Texture::Constant(self.spectrum(name, default));
+        };
         match self.textures.map(|textures| textures.spectrum.get(&texture.value)) {
-            Some(Some(known)) => known.unwrap_or(default),
+            Some(Some(known)) => known.clone().unwrap_or(Texture::Constant(default)),
             _ => {
                 self.undefined_texture(&texture, "spectrum");
-                default
+                Texture::Constant(default)
             }
         }
     }
 
     /// A number, or the texture of that name.
-    pub fn float_texture(&mut self, name: &'static str, default: f64) -> f64 {
-        let Some(texture) = self.texture(name) else { return self.float(name, default) };
+    pub fn float_texture(&mut self, name: &'static str, default: f64) -> Texture<f64> {
+        self.float_texture_if_given(name).unwrap_or(Texture::Constant(default))
+    }
+
+    /// A number, or the texture of that name, where the parameter is given and has a value.
+    pub fn float_texture_if_given(&mut self, name: &'static str) -> Option<Texture<f64>> {
+        let Some(texture) = self.texture(name) else {
+            return self.float_if_given(name).map(Texture::Constant);
+        };
         match self.textures.map(|textures| textures.float.get(&texture.value)) {
-            Some(Some(known)) => known.unwrap_or(default),
+            Some(Some(known)) => known.clone(),
             _ => {
                 self.undefined_texture(&texture, "float");
-                default
+                None
             }
         }
     }

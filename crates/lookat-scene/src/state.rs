@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_syntax::{Entity, Param, ParamType, Span};
 
-use crate::{Emission, Material, Transform};
+use crate::{Emission, Material, Texture, Transform};
 
 /// What `AttributeBegin` saves and `AttributeEnd` restores.
 #[derive(Clone)]
@@ -77,8 +77,8 @@ pub(crate) struct Definitions {
 /// The textures in scope. A texture that is not rendered has no value; parameters that name it keep their default.
 #[derive(Default)]
 pub(crate) struct Textures {
-    pub float: Names<Option<f64>>,
-    pub spectrum: Names<Option<Vec3>>,
+    pub float: Names<Option<Texture<f64>>>,
+    pub spectrum: Names<Option<Texture<Vec3>>>,
 }
 
 impl Definitions {

@@ -3,8 +3,10 @@
 use std::f64::consts::PI;
 
 use glam::Vec3;
+use lookat_scene::MaterialKind;
 
 use super::{MAX_PASSED, Tracer};
+use crate::camera::CameraRay;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
@@ -15,11 +17,12 @@ use crate::warp::{
 /// Pi times the share of the sky that the surface sees, weighed by the cosine.
 pub(crate) fn li(
     tracer: &mut Tracer,
-    ray: Ray,
+    camera_ray: &CameraRay,
     stream: &mut SampleStream,
     cosine: bool,
     samples: u32,
 ) -> Vec3 {
+    let ray = camera_ray.ray();
     let d = ray.d;
     let Some(surface) = first_material(tracer, ray) else { return Vec3::ZERO };
     let n = if surface.n.dot(d) > 0.0 { -surface.n } else { surface.n };
@@ -41,7 +44,7 @@ pub(crate) fn li(
 fn first_material<'s>(tracer: &mut Tracer<'_, 's>, mut ray: Ray) -> Option<Surface<'s>> {
     for _ in 0..MAX_PASSED {
         let surface = tracer.nearest(&ray)?;
-        if surface.bsdf().is_some() {
+        if !matches!(surface.primitive.material.kind, MaterialKind::None) {
             return Some(surface);
         }
         ray = surface.leave(ray.d);

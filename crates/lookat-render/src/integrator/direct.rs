@@ -4,7 +4,8 @@ use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::LightChoice;
 
 use super::{MAX_PASSED, Tracer, power_heuristic};
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Part};
+use crate::camera::CameraRay;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
@@ -15,20 +16,21 @@ use crate::surface::Surface;
 /// pbrt-v3 follows both the reflected and the refracted ray at glass; here one is chosen, at the same mean.
 pub(crate) fn li(
     tracer: &mut Tracer,
-    ray: Ray,
+    camera_ray: &CameraRay,
     stream: &mut SampleStream,
     all_lights: bool,
     max_depth: u32,
 ) -> Vec3 {
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
-    let mut ray = ray;
+    let mut ray = camera_ray.ray();
+    let mut seen_by = Some(camera_ray);
     let (mut depth, mut passed) = (0, 0);
     loop {
         let Some(surface) = tracer.nearest(&ray) else {
             return radiance + beta * tracer.lights().background();
         };
         let wo = -ray.d;
-        let Some(bsdf) = surface.bsdf() else {
+        let Some(bsdf) = tracer.bsdf(&surface, seen_by.take()) else {
             // pbrt-v3 looks through a surface without a material, and does not see it glow.
             ray = surface.leave(ray.d);
             passed += 1;
@@ -38,13 +40,14 @@ pub(crate) fn li(
             continue;
         };
         radiance += beta * surface.le(wo);
-        if !bsdf.is_specular() {
-            return radiance + beta * from_lights(tracer, &surface, &bsdf, wo, stream, all_lights);
+        if bsdf.has(Part::Smooth) {
+            radiance += beta * from_lights(tracer, &surface, &bsdf, wo, stream, all_lights);
         }
         depth += 1;
-        let Some(sample) = bsdf.sample(wo, stream.next_2d()).filter(|_| depth < max_depth) else {
+        if depth >= max_depth || !bsdf.has(Part::Specular) {
             return radiance;
-        };
+        }
+        let Some(sample) = bsdf.sample(wo, stream.next_2d(), Part::Specular) else { return radiance };
         beta *= sample.weight();
         ray = surface.leave(sample.wi);
     }
@@ -98,7 +101,9 @@ fn lights(
         return sum;
     }
     for k in 0..scattered {
-        let Some(sample) = bsdf.sample(wo, stream.nested(scattered, k).next_2d()) else { continue };
+        let Some(sample) = bsdf.sample(wo, stream.nested(scattered, k).next_2d(), Part::Smooth) else {
+            continue;
+        };
         let found = found_light(
             tracer,
             surface,
@@ -129,7 +134,7 @@ fn sampled_light(
         return Vec3::ZERO;
     }
     let Some(pdf) = sample.pdf else { return f_cos * sample.li };
-    let other = bsdf.pdf(wo, sample.shadow.d) * f64::from(scattered);
+    let other = bsdf.pdf(wo, sample.shadow.d, Part::Smooth) * f64::from(scattered);
     f_cos * sample.li * power_heuristic(pdf * f64::from(samples), other) / pdf as f32
 }
 

@@ -4,8 +4,8 @@ use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
 use super::{MAX_PASSED, Tracer, power_heuristic};
-use crate::bsdf::Bsdf;
-use crate::ray::Ray;
+use crate::bsdf::{Bsdf, Part};
+use crate::camera::CameraRay;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 
@@ -31,12 +31,18 @@ enum Emission<'s> {
 ///
 /// pbrt-v3 draws two directions from the BSDF at each surface, one for direct light and one to go on; here one serves
 /// both, at the same mean.
-pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, settings: &Settings) -> Vec3 {
+pub(crate) fn li(
+    tracer: &mut Tracer,
+    camera_ray: &CameraRay,
+    stream: &mut SampleStream,
+    settings: &Settings,
+) -> Vec3 {
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
     // What refraction has done to beta: roulette is to count light, not its density.
     let mut compression = 1.0;
     let mut emission = Emission::Full;
-    let mut ray = ray;
+    let mut ray = camera_ray.ray();
+    let mut seen_by = Some(camera_ray);
     let (mut bounces, mut passed) = (0, 0);
     loop {
         let Some(surface) = tracer.nearest(&ray) else {
@@ -47,7 +53,7 @@ pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, setti
         if bounces >= settings.max_depth {
             return radiance;
         }
-        let Some(bsdf) = surface.bsdf() else {
+        let Some(bsdf) = tracer.bsdf(&surface, seen_by.take()) else {
             ray = surface.leave(ray.d);
             passed += 1;
             if passed > MAX_PASSED {
@@ -58,10 +64,10 @@ pub(crate) fn li(tracer: &mut Tracer, ray: Ray, stream: &mut SampleStream, setti
             }
             continue;
         };
-        if !bsdf.is_specular() {
+        if bsdf.has(Part::Smooth) {
             radiance += beta * one_light(tracer, &surface, &bsdf, wo, stream, settings.light_choice);
         }
-        let Some(sample) = bsdf.sample(wo, stream.next_2d()) else { return radiance };
+        let Some(sample) = bsdf.sample(wo, stream.next_2d(), Part::All) else { return radiance };
         beta *= sample.weight();
         compression *= sample.compression;
         ray = surface.leave(sample.wi);
@@ -107,7 +113,7 @@ fn one_light(
     match sample.pdf {
         None => direct,
         Some(pdf) => {
-            let weight = power_heuristic(pdf * probability, bsdf.pdf(wo, sample.shadow.d));
+            let weight = power_heuristic(pdf * probability, bsdf.pdf(wo, sample.shadow.d, Part::All));
             direct * weight / pdf as f32
         }
     }

@@ -22,7 +22,8 @@ impl Resolver<'_> {
             params.ignore_rest();
             return MaterialInstance { material: Arc::new(Material::DEFAULT), known: None, entity: None };
         }
-        let material = Arc::new(material::material(params));
+        let named = |name: &str| self.definitions.materials.get(name).map(|known| known.material.clone());
+        let material = Arc::new(material::material(params, &named));
         MaterialInstance { material, known: params.known(), entity: Some(entity) }
     }
 
@@ -71,16 +72,16 @@ impl Resolver<'_> {
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
-        let textures = &mut self.definitions.textures;
-        let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
+        let params = &mut Params::new("Texture", entity, &self.files, &mut self.report)
+            .with_textures(&self.definitions.textures);
         match value.value.as_str() {
             "float" => {
-                let made = texture::float_texture(params);
-                textures.float.define(name.value, made);
+                let made = texture::texture(params);
+                self.definitions.textures.float.define(name.value, made);
             }
             "spectrum" | "color" => {
-                let made = texture::spectrum_texture(params);
-                textures.spectrum.define(name.value, made);
+                let made = texture::texture(params);
+                self.definitions.textures.spectrum.define(name.value, made);
             }
             other => {
                 let error =
@@ -88,6 +89,7 @@ impl Resolver<'_> {
                         .help("textures are of type \"float\" or \"spectrum\" (\"color\" is an old name)");
                 params.error(error);
                 // The name is defined for all that.
+                let textures = &mut self.definitions.textures;
                 textures.float.define(name.value.clone(), None);
                 textures.spectrum.define(name.value, None);
             }

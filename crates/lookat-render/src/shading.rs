@@ -1,0 +1,119 @@
+//! How a surface scatters light where a ray has hit it: from the material, its textures and its bumps.
+
+use glam::{DMat2, DVec2, DVec3};
+use lookat_scene::{Shape, Texture};
+
+use crate::bsdf::Bsdf;
+use crate::camera::CameraRay;
+use crate::parametric::Parametric;
+use crate::prepare::Traceable;
+use crate::surface::{Surface, flipped};
+use crate::texture::{Footprint, TexturePoint};
+use crate::triangle;
+use crate::warp::Frame;
+
+/// How the surface scatters light; `None` where light passes. `camera_ray`: what has found it, if nothing lies between.
+pub(crate) fn bsdf(scene: &Traceable, surface: &Surface, camera_ray: Option<&CameraRay>) -> Option<Bsdf> {
+    let material = &surface.primitive.material;
+    if !material.needs.coordinates {
+        return Bsdf::new(material, &TexturePoint::default(), Frame::from_z(surface.ns), surface.n);
+    }
+    let coordinates = Coordinates::new(scene, surface);
+    let footprint = match camera_ray {
+        Some(camera_ray) if material.needs.footprint => footprint(surface, &coordinates.flat, camera_ray),
+        _ => Footprint::default(),
+    };
+    let at = TexturePoint { p: surface.p + scene.eye, uv: coordinates.flat.uv, footprint };
+    let (ns, dpdu) = match &material.bump {
+        Some(bump) => bumped(&at, bump, surface, &coordinates),
+        None => (surface.ns, coordinates.shading.dpdu),
+    };
+    Bsdf::new(material, &at, Frame::from_zx(ns, dpdu), surface.n)
+}
+
+/// The texture coordinates of a surface: of the flat one, and as its shading normals have it.
+struct Coordinates {
+    flat: Parametric,
+    shading: Parametric,
+}
+
+impl Coordinates {
+    fn new(scene: &Traceable, surface: &Surface) -> Self {
+        let instance = scene.instance(surface.element.instance);
+        let Shape::TriangleMesh(mesh) = &surface.primitive.shape else {
+            let none = Parametric {
+                uv: DVec2::ZERO,
+                dpdu: DVec3::X,
+                dpdv: DVec3::Y,
+                dndu: DVec3::ZERO,
+                dndv: DVec3::ZERO,
+            };
+            return Coordinates { flat: none, shading: none };
+        };
+        let [b0, b1] = surface.barycentric;
+        let (index, weights) = (surface.element.index as usize, [b0, b1, 1.0 - b0 - b1]);
+        let flat = triangle::parametric::flat(mesh, index, weights);
+        let shading = if mesh.normals.is_empty() && mesh.tangents.is_empty() {
+            flat
+        } else {
+            let ns = instance.map_or(surface.ns, |instance| instance.normal_to_object(surface.ns));
+            let reversed = surface.primitive.reverse_orientation;
+            triangle::parametric::smooth(mesh, index, weights, ns, reversed, flat)
+        };
+        match instance {
+            Some(instance) => Coordinates {
+                flat: instance.parametric_to_world(flat),
+                shading: instance.parametric_to_world(shading),
+            },
+            None => Coordinates { flat, shading },
+        }
+    }
+}
+
+/// How much the point of the surface and its coordinates change from a camera ray to its neighbours (PBR 10.1.1).
+fn footprint(surface: &Surface, flat: &Parametric, camera_ray: &CameraRay) -> Footprint {
+    let beside = camera_ray.neighbours().map(|ray| {
+        let t = surface.n.dot(surface.p - ray.o) / surface.n.dot(ray.d);
+        ray.at(t) - surface.p
+    });
+    if !beside.iter().all(|dp| dp.is_finite()) {
+        return Footprint::default();
+    }
+    // Two of the three equations, those along the axes that the surface faces least.
+    let size = surface.n.abs();
+    let pick = |v: DVec3| match () {
+        () if size.x > size.y && size.x > size.z => DVec2::new(v.y, v.z),
+        () if size.y > size.z => DVec2::new(v.x, v.z),
+        () => DVec2::new(v.x, v.y),
+    };
+    let matrix = DMat2::from_cols(pick(flat.dpdu), pick(flat.dpdv));
+    let solve = |dp| if matrix.determinant() == 0.0 { DVec2::ZERO } else { matrix.inverse() * pick(dp) };
+    let duv = beside.map(|dp| Some(solve(dp)).filter(|duv| duv.is_finite()).unwrap_or_default());
+    Footprint { dp: beside, duv }
+}
+
+/// The step in u or v where there is no neighbour, as in pbrt-v3.
+const STEP: f64 = 0.0005;
+
+/// The shading normal and dpdu of a surface that is bent by a height above it (PBR 9.3).
+fn bumped(
+    at: &TexturePoint,
+    bump: &Texture<f64>,
+    surface: &Surface,
+    coordinates: &Coordinates,
+) -> (DVec3, DVec3) {
+    let shading = &coordinates.shading;
+    let [dx, dy] = at.footprint.duv;
+    let step = (dx.abs() + dy.abs()) * 0.5;
+    let height = at.value(bump);
+    let slope = |step: f64, along: DVec3, across: DVec2| {
+        let step = if step == 0.0 { STEP } else { step };
+        let moved = TexturePoint { p: at.p + along * step, uv: at.uv + across * step, ..*at };
+        (moved.value(bump) - height) / step
+    };
+    let ns = surface.ns;
+    let dpdu = shading.dpdu + ns * slope(step.x, shading.dpdu, DVec2::X) + shading.dndu * height;
+    let dpdv = shading.dpdv + ns * slope(step.y, shading.dpdv, DVec2::Y) + shading.dndv * height;
+    let Some(bent) = dpdu.cross(dpdv).try_normalize() else { return (ns, shading.dpdu) };
+    (flipped(bent, bent.dot(surface.n) < 0.0), dpdu)
+}

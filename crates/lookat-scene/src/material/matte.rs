@@ -1,0 +1,20 @@
+//! `Material "matte"`: diffuse, by Lambert or, where `sigma` is not 0, by Oren and Nayar (PBR 9.2.1).
+
+use glam::Vec3;
+
+use super::share;
+use crate::params::Params;
+use crate::texture::Texture;
+
+/// A diffuse surface.
+#[derive(Debug, Clone)]
+pub struct Matte {
+    /// Reflected share of light (`Kd`, default 0.5).
+    pub kd: Texture<Vec3>,
+    /// Spread of the slopes of the facets, in degrees, used from 0 to 90 (`sigma`, default 0).
+    pub sigma: Texture<f64>,
+}
+
+pub(super) fn matte(params: &mut Params) -> Matte {
+    Matte { kd: share(params, "Kd", 0.5), sigma: params.float_texture("sigma", 0.0) }
+}

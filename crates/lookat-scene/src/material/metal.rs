@@ -1,0 +1,29 @@
+//! `Material "metal"`: a rough conductor (PBR 8.2.1, 9.2 of the source, materials/metal.cpp).
+
+use glam::Vec3;
+
+use super::Roughness;
+use crate::params::Params;
+use crate::texture::Texture;
+
+/// A rough conductor in air.
+#[derive(Debug, Clone)]
+pub struct Metal {
+    /// Index of refraction, linear RGB (`eta`, default that of copper).
+    pub eta: Texture<Vec3>,
+    /// Absorption coefficient, linear RGB (`k`, default that of copper).
+    pub k: Texture<Vec3>,
+    /// Of the surface (`roughness`, default 0.01; `uroughness`, `vroughness`, `remaproughness`).
+    pub roughness: Roughness,
+}
+
+/// Index and absorption of copper: the spectra of pbrt-v3 (materials/metal.cpp), turned into RGB as those of a scene.
+const COPPER: [Vec3; 2] = [Vec3::new(0.200438, 0.924033, 1.102212), Vec3::new(3.912949, 2.452848, 2.142188)];
+
+pub(super) fn metal(params: &mut Params) -> Metal {
+    Metal {
+        eta: params.spectrum_texture("eta", COPPER[0]),
+        k: params.spectrum_texture("k", COPPER[1]),
+        roughness: Roughness::of_metal(params, 0.01),
+    }
+}

@@ -1,0 +1,26 @@
+//! `Material "plastic"`: a diffuse base under a rough gloss (PBR 9.2.2).
+
+use glam::Vec3;
+
+use super::{Roughness, share};
+use crate::params::Params;
+use crate::texture::Texture;
+
+/// A diffuse base under a rough gloss of index 1.5.
+#[derive(Debug, Clone)]
+pub struct Plastic {
+    /// Share of the diffuse reflection (`Kd`, default 0.25).
+    pub kd: Texture<Vec3>,
+    /// Factor of the glossy reflection (`Ks`, default 0.25).
+    pub ks: Texture<Vec3>,
+    /// Of the gloss (`roughness`, default 0.1; `remaproughness`).
+    pub roughness: Roughness,
+}
+
+pub(super) fn plastic(params: &mut Params) -> Plastic {
+    Plastic {
+        kd: share(params, "Kd", 0.25),
+        ks: share(params, "Ks", 0.25),
+        roughness: Roughness::isotropic(params, 0.1),
+    }
+}

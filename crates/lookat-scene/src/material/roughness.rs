@@ -1,0 +1,50 @@
+//! Roughness of glossy surfaces, by the names that the materials have for it.
+
+use crate::params::Params;
+use crate::texture::Texture;
+
+/// How rough a surface is along the two directions of its texture coordinates.
+#[derive(Debug, Clone)]
+pub struct Roughness {
+    /// Along u.
+    pub u: Texture<f64>,
+    /// Along v; the same as along u where there is none.
+    pub v: Option<Texture<f64>>,
+    /// Both are from 0 to 1 and become the width of the distribution of normals by pbrt-v3's RoughnessToAlpha; else they
+    /// are that width (`remaproughness`, default true).
+    pub remap: bool,
+}
+
+impl Roughness {
+    /// `roughness` alone.
+    pub(super) fn isotropic(params: &mut Params, default: f64) -> Self {
+        let u = params.float_texture("roughness", default);
+        Roughness { u, v: None, remap: remap(params) }
+    }
+
+    /// `uroughness` and `vroughness`.
+    pub(super) fn of_two(params: &mut Params, default: f64) -> Self {
+        let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture(name, default));
+        Roughness { u, v: Some(v), remap: remap(params) }
+    }
+
+    /// `roughness`, and `uroughness` and `vroughness` each in place of it.
+    pub(super) fn of_metal(params: &mut Params, default: f64) -> Self {
+        let both = params.float_texture("roughness", default);
+        let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture_if_given(name));
+        let is_isotropic = u.is_none() && v.is_none();
+        let v = v.unwrap_or_else(|| both.clone());
+        Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap: remap(params) }
+    }
+
+    /// `roughness`, or `uroughness` in place of it, and `vroughness` in place of that.
+    pub(super) fn of_uber(params: &mut Params) -> Self {
+        let both = params.float_texture("roughness", 0.1);
+        let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture_if_given(name));
+        Roughness { u: u.unwrap_or(both), v, remap: remap(params) }
+    }
+}
+
+fn remap(params: &mut Params) -> bool {
+    params.bool("remaproughness", true)
+}

@@ -1,0 +1,27 @@
+//! `Material "substrate"`: a diffuse base under a layer that reflects the more the flatter the light comes (Ashikhmin and
+//! Shirley, PBR 8.5).
+
+use glam::Vec3;
+
+use super::{Roughness, share};
+use crate::params::Params;
+use crate::texture::Texture;
+
+/// A diffuse base under a layer.
+#[derive(Debug, Clone)]
+pub struct Substrate {
+    /// Share of the diffuse reflection (`Kd`, default 0.5).
+    pub kd: Texture<Vec3>,
+    /// Reflected share of light that comes along the normal (`Ks`, default 0.5).
+    pub ks: Texture<Vec3>,
+    /// Of the layer (`uroughness`, `vroughness`, default 0.1; `remaproughness`).
+    pub roughness: Roughness,
+}
+
+pub(super) fn substrate(params: &mut Params) -> Substrate {
+    Substrate {
+        kd: share(params, "Kd", 0.5),
+        ks: share(params, "Ks", 0.5),
+        roughness: Roughness::of_two(params, 0.1),
+    }
+}

@@ -1,0 +1,19 @@
+//! `Texture "mix"`: something between two textures.
+//!
+//! - `tex1`: number, color or texture, default 0
+//! - `tex2`: the same, default 1
+//! - `amount`: share of the second, number or float texture, default 0.5
+
+use super::{Parameter, Texture, Varying};
+use crate::params::Params;
+
+pub(super) fn mix<T: Parameter>(params: &mut Params) -> Texture<T> {
+    let textures = [T::texture(params, "tex1", 0.0), T::texture(params, "tex2", 1.0)];
+    let amount = params.float_texture("amount", 0.5);
+    match (&textures, &amount) {
+        ([Texture::Constant(a), Texture::Constant(b)], Texture::Constant(amount)) => {
+            Texture::Constant(T::mix(*a, *b, *amount))
+        }
+        _ => Texture::varying(Varying::Mix { textures, amount }),
+    }
+}
