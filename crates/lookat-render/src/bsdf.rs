@@ -7,26 +7,42 @@ mod microfacet;
 #[cfg(test)]
 mod tests;
 
+use std::f32::consts::FRAC_1_PI;
+
 use glam::{DVec2, DVec3, Vec3};
-use lookat_scene::Material;
+use lookat_scene::{Material, MaterialKind, Matte, Texture};
 use smallvec::SmallVec;
 
+use crate::surface::flipped;
 use crate::texture::TexturePoint;
-use crate::warp::Frame;
+use crate::warp::{Frame, square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use lobe::Lobe;
 
-/// The scattering of light at a point of a surface. Directions are in the world and point away from the surface.
+/// The scattering of light at a point of a surface towards one direction, `wo`. Directions are in the world and point away
+/// from the surface.
 #[derive(Debug, Clone)]
-pub(crate) struct Bsdf {
+pub(crate) struct Bsdf<'l> {
     /// The shading frame: z is the shading normal.
     frame: Frame,
-    /// The geometric normal: it decides which directions are on the same side.
+    /// The geometric normal on the side of `wo`: it decides which directions are on the same side.
     n: DVec3,
-    lobes: Lobes,
+    /// `wo` in the shading frame.
+    local_o: DVec3,
+    scattering: Scattering<'l>,
 }
 
-/// Most materials have one or two.
-type Lobes = SmallVec<[Lobe; 2]>;
+/// Most surfaces are diffuse and nothing else: they go without a list.
+#[derive(Debug, Clone, Copy)]
+enum Scattering<'l> {
+    /// One [`Lobe::Lambert`] of this reflectance.
+    Lambert(Vec3),
+    /// Any lobes, and how many of them are specular.
+    Lobes { lobes: &'l [Lobe], specular: usize },
+}
+
+/// A place for lobes that serves one surface after the other. Few materials have more than these.
+#[derive(Debug, Default)]
+pub(crate) struct Lobes(SmallVec<[Lobe; 8]>);
 
 /// Which lobes are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,78 +85,123 @@ impl BsdfSample {
     }
 }
 
-impl Bsdf {
-    /// The scattering at a point of a material: `frame` holds the shading normal, `n` is the geometric normal. `None` for
-    /// a material that is not there: light passes.
-    pub fn new(material: &Material, at: &TexturePoint, frame: Frame, n: DVec3) -> Option<Self> {
-        Some(Bsdf { frame, n, lobes: material::lobes(&material.kind, at)? })
+impl<'l> Bsdf<'l> {
+    /// The scattering at a point of a material towards `wo`: `frame` holds the shading normal, `n` is the geometric normal.
+    /// `None` for a material that is not there: light passes.
+    #[inline]
+    pub fn new(
+        material: &Material,
+        at: &TexturePoint,
+        (frame, n): (Frame, DVec3),
+        wo: DVec3,
+        lobes: &'l mut Lobes,
+    ) -> Option<Self> {
+        let scattering = match &material.kind {
+            MaterialKind::None => return None,
+            MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) }) => {
+                Scattering::Lambert(at.value(kd).max(Vec3::ZERO))
+            }
+            kind => Scattering::of(kind, at, &mut lobes.0),
+        };
+        let n = flipped(n, n.dot(wo) < 0.0);
+        Some(Bsdf { frame, n, local_o: frame.to_local(wo), scattering })
     }
 
     /// Whether any of its lobes are of a kind.
     pub fn has(&self, part: Part) -> bool {
-        self.lobes.iter().any(|lobe| part.holds(lobe))
+        match self.scattering {
+            Scattering::Lambert(_) => part != Part::Specular,
+            Scattering::Lobes { .. } => self.count(part) > 0,
+        }
     }
 
     fn count(&self, part: Part) -> usize {
-        self.lobes.iter().filter(|lobe| part.holds(lobe)).count()
+        match (self.scattering, part) {
+            (Scattering::Lambert(_), Part::Specular) => 0,
+            (Scattering::Lambert(_), _) => 1,
+            (Scattering::Lobes { lobes, .. }, Part::All) => lobes.len(),
+            (Scattering::Lobes { lobes, specular }, Part::Smooth) => lobes.len() - specular,
+            (Scattering::Lobes { specular, .. }, Part::Specular) => specular,
+        }
     }
 
     /// The BSDF times the cosine between `wi` and the shading normal; specular lobes count for nothing.
-    pub fn f_cos(&self, wo: DVec3, wi: DVec3) -> Vec3 {
-        let (local_o, local_i) = (self.frame.to_local(wo), self.frame.to_local(wi));
-        self.f_cos_between(wo, wi, local_o, local_i)
-    }
-
-    fn f_cos_between(&self, wo: DVec3, wi: DVec3, local_o: DVec3, local_i: DVec3) -> Vec3 {
-        let sides = wi.dot(self.n) * wo.dot(self.n);
-        if local_o.z == 0.0 || sides == 0.0 {
+    #[inline]
+    pub fn f_cos(&self, wi: DVec3) -> Vec3 {
+        let side = wi.dot(self.n);
+        if self.local_o.z == 0.0 || side == 0.0 {
             return Vec3::ZERO;
         }
-        // The geometric normal tells the sides, so that bent normals let no light through.
-        let counts = |lobe: &&Lobe| lobe.transmits() == (sides < 0.0);
-        let f: Vec3 = self.lobes.iter().filter(counts).map(|lobe| lobe.f(local_o, local_i)).sum();
+        match self.scattering {
+            Scattering::Lambert(_) if side < 0.0 => Vec3::ZERO,
+            Scattering::Lambert(reflectance) => reflectance * FRAC_1_PI * self.frame.z.dot(wi).abs() as f32,
+            Scattering::Lobes { lobes, .. } => self.f_cos_of(lobes, side < 0.0, self.frame.to_local(wi)),
+        }
+    }
+
+    /// The geometric normal tells the sides, so that bent normals let no light through.
+    fn f_cos_of(&self, lobes: &[Lobe], through: bool, local_i: DVec3) -> Vec3 {
+        let mut f = Vec3::ZERO;
+        for lobe in lobes.iter().filter(|lobe| lobe.transmits() == through) {
+            f += lobe.f(self.local_o, local_i);
+        }
         f * local_i.z.abs() as f32
     }
 
     /// Density by solid angle with which [`Bsdf::sample`] gives `wi`, specular directions aside.
-    pub fn pdf(&self, wo: DVec3, wi: DVec3, part: Part) -> f64 {
-        self.pdf_between(self.frame.to_local(wo), self.frame.to_local(wi), part)
+    #[inline]
+    pub fn pdf(&self, wi: DVec3, part: Part) -> f64 {
+        match self.scattering {
+            Scattering::Lambert(_) => lambert_pdf(self.local_o.z, self.frame.z.dot(wi)),
+            Scattering::Lobes { lobes, .. } => self.pdf_of(lobes, self.frame.to_local(wi), part),
+        }
     }
 
-    fn pdf_between(&self, local_o: DVec3, local_i: DVec3, part: Part) -> f64 {
-        let (mut sum, mut count) = (0.0, 0);
-        for lobe in self.lobes.iter().filter(|lobe| part.holds(lobe)) {
-            sum += lobe.pdf(local_o, local_i);
-            count += 1;
+    fn pdf_of(&self, lobes: &[Lobe], local_i: DVec3, part: Part) -> f64 {
+        let sum: f64 = lobes.iter().map(|lobe| lobe.pdf(self.local_o, local_i)).sum();
+        // Specular lobes add nothing, but are chosen too.
+        match self.count(part) {
+            0 => 0.0,
+            1 => sum,
+            count => sum / count as f64,
         }
-        if count > 1 { sum / f64::from(count) } else { sum }
     }
 
     /// A direction of one of the lobes, all of them alike likely. `None` where no light is scattered.
-    pub fn sample(&self, wo: DVec3, u: DVec2, part: Part) -> Option<BsdfSample> {
-        let local = self.frame.to_local(wo);
-        let count = self.count(part);
-        if local.z == 0.0 || count == 0 {
+    #[inline]
+    pub fn sample(&self, u: DVec2, part: Part) -> Option<BsdfSample> {
+        if self.local_o.z == 0.0 {
             return None;
         }
-        let scaled = u.x * count as f64;
-        let index = (scaled as usize).min(count - 1);
-        let u = DVec2::new(scaled - index as f64, u.y);
-        let lobe = self.lobes.iter().filter(|lobe| part.holds(lobe)).nth(index)?;
-        if lobe.is_specular() {
-            return self.single(lobe, local, u.x, count);
+        match self.scattering {
+            Scattering::Lambert(_) if part == Part::Specular => None,
+            Scattering::Lambert(_) => {
+                let local = square_to_cosine_hemisphere(u);
+                let wi = self.frame.to_world(local.with_z(local.z.copysign(self.local_o.z)));
+                let (pdf, f_cos) = (square_to_cosine_hemisphere_pdf(local.z), self.f_cos(wi));
+                smooth_sample(wi, f_cos, pdf, 1.0)
+            }
+            Scattering::Lobes { lobes, .. } => self.sample_of(lobes, u, part),
         }
-        let local_i = lobe.sample(local, u)?;
-        let wi = self.frame.to_world(local_i);
-        let pdf = self.pdf_between(local, local_i, part);
-        let f_cos = self.f_cos_between(wo, wi, local, local_i);
-        let compression = lobe.compression(local, local_i);
-        let sample = BsdfSample { wi, f_cos, pdf, is_specular: false, compression };
-        (pdf > 0.0 && f_cos != Vec3::ZERO).then_some(sample)
     }
 
-    fn single(&self, lobe: &Lobe, local: DVec3, u: f64, count: usize) -> Option<BsdfSample> {
-        let single = lobe.single(local, u)?;
+    fn sample_of(&self, lobes: &[Lobe], u: DVec2, part: Part) -> Option<BsdfSample> {
+        let count = self.count(part);
+        let scaled = u.x * count as f64;
+        let index = (scaled as usize).min(count.checked_sub(1)?);
+        let u = DVec2::new(scaled - index as f64, u.y);
+        let lobe = lobes.iter().filter(|lobe| part.holds(lobe)).nth(index)?;
+        if lobe.is_specular() {
+            return self.single(lobe, u.x, count);
+        }
+        let local_i = lobe.sample(self.local_o, u)?;
+        let wi = self.frame.to_world(local_i);
+        let pdf = self.pdf_of(lobes, local_i, part);
+        smooth_sample(wi, self.f_cos(wi), pdf, lobe.compression(self.local_o, local_i))
+    }
+
+    fn single(&self, lobe: &Lobe, u: f64, count: usize) -> Option<BsdfSample> {
+        let single = lobe.single(self.local_o, u)?;
         let sample = BsdfSample {
             wi: self.frame.to_world(single.wi).normalize(),
             f_cos: single.factor,
@@ -150,4 +211,25 @@ impl Bsdf {
         };
         (single.factor != Vec3::ZERO && sample.pdf > 0.0).then_some(sample)
     }
+}
+
+impl<'l> Scattering<'l> {
+    fn of(material: &MaterialKind, at: &TexturePoint, lobes: &'l mut SmallVec<[Lobe; 8]>) -> Self {
+        lobes.clear();
+        material::add_lobes(material, at, lobes);
+        let specular = lobes.iter().filter(|lobe| lobe.is_specular()).count();
+        Scattering::Lobes { lobes: lobes.as_slice(), specular }
+    }
+}
+
+/// Density of directions in proportion to the cosine, on the same side.
+fn lambert_pdf(cos_o: f64, cos_i: f64) -> f64 {
+    if cos_o * cos_i > 0.0 { square_to_cosine_hemisphere_pdf(cos_i.abs()) } else { 0.0 }
+}
+
+/// A sample, if light comes that way.
+#[inline]
+fn smooth_sample(wi: DVec3, f_cos: Vec3, pdf: f64, compression: f32) -> Option<BsdfSample> {
+    let sample = BsdfSample { wi, f_cos, pdf, is_specular: false, compression };
+    (pdf > 0.0 && f_cos != Vec3::ZERO).then_some(sample)
 }

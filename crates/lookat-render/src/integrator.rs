@@ -4,7 +4,9 @@ pub(crate) mod ambient;
 pub(crate) mod direct;
 pub(crate) mod path;
 
-use crate::bsdf::Bsdf;
+use glam::DVec3;
+
+use crate::bsdf::{Bsdf, Lobes};
 use crate::camera::CameraRay;
 use crate::light::LightTable;
 use crate::prepare::Traceable;
@@ -38,9 +40,17 @@ impl<'t, 's> Tracer<'t, 's> {
         Some(Surface::new(self.scene, ray, &hit))
     }
 
-    /// How a surface scatters light; `None` where light passes. `camera_ray`: what has found it, if nothing lies between.
-    pub fn bsdf(&self, surface: &Surface<'s>, camera_ray: Option<&CameraRay>) -> Option<Bsdf> {
-        shading::bsdf(self.scene, surface, camera_ray)
+    /// How a surface scatters light towards `wo`; `None` where light passes. `camera_ray`: what has found it, if nothing
+    /// lies between.
+    #[inline]
+    pub fn bsdf<'l>(
+        &self,
+        surface: &Surface<'s>,
+        wo: DVec3,
+        camera_ray: Option<&CameraRay>,
+        lobes: &'l mut Lobes,
+    ) -> Option<Bsdf<'l>> {
+        shading::bsdf(self.scene, surface, wo, camera_ray, lobes)
     }
 
     /// Whether something is in the way of a shadow ray.

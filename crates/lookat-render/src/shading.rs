@@ -3,7 +3,7 @@
 use glam::{DMat2, DVec2, DVec3};
 use lookat_scene::{Shape, Texture};
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::{Bsdf, Lobes};
 use crate::camera::CameraRay;
 use crate::parametric::Parametric;
 use crate::prepare::Traceable;
@@ -12,12 +12,33 @@ use crate::texture::{Footprint, TexturePoint};
 use crate::triangle;
 use crate::warp::Frame;
 
-/// How the surface scatters light; `None` where light passes. `camera_ray`: what has found it, if nothing lies between.
-pub(crate) fn bsdf(scene: &Traceable, surface: &Surface, camera_ray: Option<&CameraRay>) -> Option<Bsdf> {
+/// How the surface scatters light towards `wo`; `None` where light passes. `camera_ray`: what has found it, if nothing
+/// lies between. `lobes` is where the result is kept.
+#[inline]
+pub(crate) fn bsdf<'l>(
+    scene: &Traceable,
+    surface: &Surface,
+    wo: DVec3,
+    camera_ray: Option<&CameraRay>,
+    lobes: &'l mut Lobes,
+) -> Option<Bsdf<'l>> {
     let material = &surface.primitive.material;
     if !material.needs.coordinates {
-        return Bsdf::new(material, &TexturePoint::default(), Frame::from_z(surface.ns), surface.n);
+        return Bsdf::new(
+            material,
+            &TexturePoint::default(),
+            (Frame::from_z(surface.ns), surface.n),
+            wo,
+            lobes,
+        );
     }
+    let (at, frame) = point(scene, surface, camera_ray);
+    Bsdf::new(material, &at, (frame, surface.n), wo, lobes)
+}
+
+/// Where textures are asked, and the shading frame that they bend.
+fn point(scene: &Traceable, surface: &Surface, camera_ray: Option<&CameraRay>) -> (TexturePoint, Frame) {
+    let material = &surface.primitive.material;
     let coordinates = Coordinates::new(scene, surface);
     let footprint = match camera_ray {
         Some(camera_ray) if material.needs.footprint => footprint(surface, &coordinates.flat, camera_ray),
@@ -28,7 +49,7 @@ pub(crate) fn bsdf(scene: &Traceable, surface: &Surface, camera_ray: Option<&Cam
         Some(bump) => bumped(&at, bump, surface, &coordinates),
         None => (surface.ns, coordinates.shading.dpdu),
     };
-    Bsdf::new(material, &at, Frame::from_zx(ns, dpdu), surface.n)
+    (at, Frame::from_zx(ns, dpdu))
 }
 
 /// The texture coordinates of a surface: of the flat one, and as its shading normals have it.

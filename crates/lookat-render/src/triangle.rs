@@ -41,12 +41,14 @@ impl ShearedRay {
 
     /// Distance, more than 0, and the weights of the vertices, where the ray crosses the triangle. Edges and vertices belong
     /// to the triangle, so that neighbours leave no gap.
+    #[inline]
     pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let [x, y, z] = self.axes;
-        let [a, b, c] = triangle.map(|p| {
+        let turned = |p: DVec3| {
             let p = (p - self.o).to_array();
             (p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], p[z])
-        });
+        };
+        let (a, b, c) = (turned(triangle[0]), turned(triangle[1]), turned(triangle[2]));
         // Twice the areas of the triangles between the origin and each edge: they tell the side of the edge.
         let mut u = c.0 * b.1 - c.1 * b.0;
         let mut v = a.0 * c.1 - a.1 * c.0;

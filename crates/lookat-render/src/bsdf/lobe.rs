@@ -46,16 +46,19 @@ pub(super) struct Single {
 
 impl Lobe {
     /// Whether it has only single directions.
+    #[inline]
     pub fn is_specular(&self) -> bool {
         matches!(self, Lobe::Mirror { .. } | Lobe::Refraction { .. } | Lobe::Glass { .. })
     }
 
     /// Whether it scatters to the other side.
+    #[inline]
     pub fn transmits(&self) -> bool {
         matches!(self, Lobe::LambertTransmission { .. } | Lobe::MicrofacetTransmission { .. })
     }
 
     /// The value of the BSDF; 0 for single directions.
+    #[inline]
     pub fn f(&self, wo: DVec3, wi: DVec3) -> Vec3 {
         match *self {
             Lobe::Lambert { reflectance } => reflectance * FRAC_1_PI as f32,
@@ -77,6 +80,7 @@ impl Lobe {
     }
 
     /// Density by solid angle of [`Lobe::sample`]; 0 for single directions.
+    #[inline]
     pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         let same_side = wo.z * wi.z > 0.0;
         match self {
@@ -94,6 +98,7 @@ impl Lobe {
     }
 
     /// A direction; `None` where there is none, and for single directions.
+    #[inline]
     pub fn sample(&self, wo: DVec3, u: DVec2) -> Option<DVec3> {
         match self {
             Lobe::Lambert { .. } | Lobe::OrenNayar { .. } => Some(cosine(wo.z, u)),

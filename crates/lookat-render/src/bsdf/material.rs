@@ -5,26 +5,24 @@ use lookat_scene::{
     Glass, MaterialKind, Matte, Metal, Mix, Plastic, Roughness, Substrate, Texture, Translucent, Uber,
 };
 
-use super::Lobes;
+use smallvec::SmallVec;
+
 use super::fresnel::Fresnel;
 use super::lobe::Lobe;
 use super::microfacet::TrowbridgeReitz;
 use crate::texture::TexturePoint;
 
-/// The lobes at a point; `None` for a material that is not there.
-pub(super) fn lobes(material: &MaterialKind, at: &TexturePoint) -> Option<Lobes> {
-    let mut builder = Builder { at, lobes: Lobes::new() };
-    match material {
-        MaterialKind::None => return None,
-        other => builder.add(other, Vec3::ONE),
-    }
-    Some(builder.lobes)
+type LobeList = SmallVec<[Lobe; 8]>;
+
+/// Adds the lobes at a point.
+pub(super) fn add_lobes(material: &MaterialKind, at: &TexturePoint, lobes: &mut LobeList) {
+    Builder { at, lobes }.add(material, Vec3::ONE);
 }
 
 /// Collects the lobes of a material.
 struct Builder<'a> {
     at: &'a TexturePoint,
-    lobes: Lobes,
+    lobes: &'a mut LobeList,
 }
 
 impl Builder<'_> {

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::LightChoice;
 
 use super::{MAX_PASSED, Tracer, power_heuristic};
-use crate::bsdf::{Bsdf, Part};
+use crate::bsdf::{Bsdf, Lobes, Part};
 use crate::camera::CameraRay;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
@@ -24,13 +24,14 @@ pub(crate) fn li(
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
     let mut ray = camera_ray.ray();
     let mut seen_by = Some(camera_ray);
+    let mut lobes = Lobes::default();
     let (mut depth, mut passed) = (0, 0);
     loop {
         let Some(surface) = tracer.nearest(&ray) else {
             return radiance + beta * tracer.lights().background();
         };
         let wo = -ray.d;
-        let Some(bsdf) = tracer.bsdf(&surface, seen_by.take()) else {
+        let Some(bsdf) = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes) else {
             // pbrt-v3 looks through a surface without a material, and does not see it glow.
             ray = surface.leave(ray.d);
             passed += 1;
@@ -47,7 +48,7 @@ pub(crate) fn li(
         if depth >= max_depth || !bsdf.has(Part::Specular) {
             return radiance;
         }
-        let Some(sample) = bsdf.sample(wo, stream.next_2d(), Part::Specular) else { return radiance };
+        let Some(sample) = bsdf.sample(stream.next_2d(), Part::Specular) else { return radiance };
         beta *= sample.weight();
         ray = surface.leave(sample.wi);
     }
@@ -101,7 +102,7 @@ fn lights(
         return sum;
     }
     for k in 0..scattered {
-        let Some(sample) = bsdf.sample(wo, stream.nested(scattered, k).next_2d(), Part::Smooth) else {
+        let Some(sample) = bsdf.sample(stream.nested(scattered, k).next_2d(), Part::Smooth) else {
             continue;
         };
         let found = found_light(
@@ -129,12 +130,12 @@ fn sampled_light(
     let Some(sample) = tracer.lights().sample(light, surface, wo, u) else {
         return Vec3::ZERO;
     };
-    let f_cos = bsdf.f_cos(wo, sample.shadow.d);
+    let f_cos = bsdf.f_cos(sample.shadow.d);
     if f_cos == Vec3::ZERO || tracer.occluded(&sample.shadow) {
         return Vec3::ZERO;
     }
     let Some(pdf) = sample.pdf else { return f_cos * sample.li };
-    let other = bsdf.pdf(wo, sample.shadow.d, Part::Smooth) * f64::from(scattered);
+    let other = bsdf.pdf(sample.shadow.d, Part::Smooth) * f64::from(scattered);
     f_cos * sample.li * power_heuristic(pdf * f64::from(samples), other) / pdf as f32
 }
 

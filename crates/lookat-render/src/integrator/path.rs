@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
 use super::{MAX_PASSED, Tracer, power_heuristic};
-use crate::bsdf::{Bsdf, Part};
+use crate::bsdf::{Bsdf, Lobes, Part};
 use crate::camera::CameraRay;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
@@ -43,6 +43,7 @@ pub(crate) fn li(
     let mut emission = Emission::Full;
     let mut ray = camera_ray.ray();
     let mut seen_by = Some(camera_ray);
+    let mut lobes = Lobes::default();
     let (mut bounces, mut passed) = (0, 0);
     loop {
         let Some(surface) = tracer.nearest(&ray) else {
@@ -53,7 +54,7 @@ pub(crate) fn li(
         if bounces >= settings.max_depth {
             return radiance;
         }
-        let Some(bsdf) = tracer.bsdf(&surface, seen_by.take()) else {
+        let Some(bsdf) = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes) else {
             ray = surface.leave(ray.d);
             passed += 1;
             if passed > MAX_PASSED {
@@ -67,7 +68,7 @@ pub(crate) fn li(
         if bsdf.has(Part::Smooth) {
             radiance += beta * one_light(tracer, &surface, &bsdf, wo, stream, settings.light_choice);
         }
-        let Some(sample) = bsdf.sample(wo, stream.next_2d(), Part::All) else { return radiance };
+        let Some(sample) = bsdf.sample(stream.next_2d(), Part::All) else { return radiance };
         beta *= sample.weight();
         compression *= sample.compression;
         ray = surface.leave(sample.wi);
@@ -105,7 +106,7 @@ fn one_light(
     let Some(sample) = tracer.lights().sample(light, surface, wo, u) else {
         return Vec3::ZERO;
     };
-    let f_cos = bsdf.f_cos(wo, sample.shadow.d);
+    let f_cos = bsdf.f_cos(sample.shadow.d);
     if f_cos == Vec3::ZERO || tracer.occluded(&sample.shadow) {
         return Vec3::ZERO;
     }
@@ -113,7 +114,7 @@ fn one_light(
     match sample.pdf {
         None => direct,
         Some(pdf) => {
-            let weight = power_heuristic(pdf * probability, bsdf.pdf(wo, sample.shadow.d, Part::All));
+            let weight = power_heuristic(pdf * probability, bsdf.pdf(sample.shadow.d, Part::All));
             direct * weight / pdf as f32
         }
     }
