@@ -219,11 +219,12 @@ fn refracted(wo: DVec3, eta: f64, factor: Vec3, probability: f64) -> Option<Sing
     Some(Single { wi, factor: factor * compression, probability, compression })
 }
 
-/// The normal of the facet that refracts `wo` into `wi`, upward, and the ratio of the indices; `None` where none does.
+/// The normal of the facet that refracts `wo` into `wi`, upward, and the ratio of the indices; `None` where none does, or
+/// where one direction sees it from behind (which pbrt-v3 counts, but never samples).
 fn refracting(wo: DVec3, wi: DVec3, eta: f64) -> Option<(DVec3, f64)> {
     let ratio = ratio(wo, eta);
     let wh = upward((wo + wi * ratio).try_normalize()?);
-    (wo.dot(wh) * wi.dot(wh) < 0.0).then_some((wh, ratio))
+    (wo.dot(wh) * wo.z > 0.0 && wi.dot(wh) * wi.z > 0.0).then_some((wh, ratio))
 }
 
 /// By how much solid angle around `wi` is larger than that of the normals, times the cosine between them.

@@ -1,1 +1,321 @@
-//! Tests of all materials.
+//! Every material: samples follow their density, light goes both ways alike, and none is made.
+
+use std::f64::consts::{PI, TAU};
+
+use lookat_scene::{
+    Glass, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate, Texture, Translucent, Uber,
+};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::*;
+
+const COLOR: Vec3 = Vec3::new(0.9, 0.5, 0.7);
+
+fn constant<T>(value: T) -> Texture<T> {
+    Texture::Constant(value)
+}
+
+fn color(share: f32) -> Texture<Vec3> {
+    constant(COLOR * share)
+}
+
+fn rough(u: f64, v: f64) -> Roughness {
+    Roughness { u: constant(u), v: Some(constant(v)), remap: false }
+}
+
+fn uber() -> Uber {
+    Uber {
+        kd: color(0.3),
+        ks: color(0.3),
+        kr: color(0.2),
+        kt: color(0.3),
+        roughness: rough(0.3, 0.3),
+        eta: constant(1.5),
+        opacity: color(0.8),
+    }
+}
+
+fn glass(u: f64, v: f64) -> MaterialKind {
+    MaterialKind::Glass(Glass {
+        kr: constant(Vec3::ONE),
+        kt: constant(Vec3::ONE),
+        roughness: rough(u, v),
+        eta: constant(1.5),
+    })
+}
+
+fn substrate(u: f64, v: f64) -> MaterialKind {
+    MaterialKind::Substrate(Substrate { kd: color(0.7), ks: color(0.3), roughness: rough(u, v) })
+}
+
+fn material(kind: MaterialKind) -> Material {
+    Material { kind, bump: None, needs: Needs::NOTHING }
+}
+
+/// All kinds, by name.
+fn materials() -> Vec<(&'static str, Material)> {
+    let metal = |u, v| {
+        let (eta, k) = (constant(Vec3::new(0.2, 0.9, 1.1)), constant(Vec3::new(3.9, 2.4, 2.1)));
+        MaterialKind::Metal(Box::new(Metal { eta, k, roughness: rough(u, v) }))
+    };
+    let plastic =
+        MaterialKind::Plastic(Plastic { kd: color(0.5), ks: color(0.5), roughness: rough(0.2, 0.2) });
+    let translucent = MaterialKind::Translucent(Translucent {
+        kd: color(0.6),
+        ks: color(0.4),
+        reflect: constant(Vec3::splat(0.5)),
+        transmit: constant(Vec3::splat(0.5)),
+        roughness: rough(0.3, 0.3),
+    });
+    let mix = MaterialKind::Mix(Mix {
+        materials: [material(plastic.clone()), material(substrate(0.2, 0.5))].map(std::sync::Arc::new),
+        amount: constant(Vec3::new(0.2, 0.5, 0.9)),
+    });
+    let all = [
+        ("matte", MaterialKind::Matte(Matte { kd: color(1.0), sigma: constant(0.0) })),
+        ("rough matte", MaterialKind::Matte(Matte { kd: color(1.0), sigma: constant(40.0) })),
+        ("plastic", plastic),
+        ("translucent", translucent),
+        ("smooth glass", glass(0.0, 0.0)),
+        ("rough glass", glass(0.3, 0.3)),
+        ("brushed glass", glass(0.6, 0.2)),
+        ("mirror", MaterialKind::Mirror(Mirror { kr: color(1.0) })),
+        ("metal", metal(0.1, 0.1)),
+        ("brushed metal", metal(0.7, 0.2)),
+        ("substrate", substrate(0.3, 0.3)),
+        ("brushed substrate", substrate(0.6, 0.2)),
+        ("uber", MaterialKind::Uber(Box::new(uber()))),
+        ("mix", mix),
+    ];
+    all.into_iter().map(|(name, kind)| (name, material(kind))).collect()
+}
+
+const OUT: [DVec3; 4] = [
+    DVec3::new(0.0, 0.0, 1.0),
+    DVec3::new(0.48, -0.36, 0.8),
+    DVec3::new(-0.8, 0.55, 0.24),
+    DVec3::new(0.5, 0.3, -0.81),
+];
+
+/// The frame turned away from the axes.
+fn frame() -> Frame {
+    Frame::from_z(DVec3::new(0.3, -0.5, 0.8).normalize())
+}
+
+fn bsdf<'l>(material: &Material, local_o: DVec3, lobes: &'l mut Lobes) -> Bsdf<'l> {
+    let frame = frame();
+    let wo = frame.to_world(local_o.normalize());
+    Bsdf::new(material, &TexturePoint::default(), (frame, frame.z), wo, lobes).unwrap()
+}
+
+fn grid(side: u32) -> impl Iterator<Item = DVec2> {
+    let cell = move |i: u32| (f64::from(i) + 0.5) / f64::from(side);
+    (0..side * side).map(move |i| DVec2::new(cell(i % side), cell(i / side)))
+}
+
+const RINGS: usize = 20;
+const SECTORS: usize = 24;
+
+/// The cell of the sphere that a direction lies in: equal steps of the angle to z and of the angle about it.
+fn cell(local: DVec3) -> usize {
+    let ring = (local.truncate().length().atan2(local.z) / PI * RINGS as f64) as usize;
+    let sector = ((local.y.atan2(local.x) / TAU).rem_euclid(1.0) * SECTORS as f64) as usize;
+    ring.min(RINGS - 1) * SECTORS + sector.min(SECTORS - 1)
+}
+
+/// The density over the cells of the sphere, by Simpson's rule with 32 steps each way.
+fn expected(bsdf: &Bsdf) -> Vec<f64> {
+    const STEPS: usize = 32;
+    let weight = |i: usize| match i {
+        0 | STEPS => 1.0,
+        i if i % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    let area = (PI / RINGS as f64) * (TAU / SECTORS as f64) / (3.0 * STEPS as f64).powi(2);
+    let one = |ring: usize, sector: usize| {
+        let mut sum = 0.0;
+        for (i, j) in (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| (i, j))) {
+            // Just inside, so that the step of the density at the horizon stays on its side.
+            let along = (i as f64).clamp(1e-9, STEPS as f64 - 1e-9) / STEPS as f64;
+            let (r, z) = (PI * (ring as f64 + along) / RINGS as f64).sin_cos();
+            let phi = TAU * (sector as f64 + j as f64 / STEPS as f64) / SECTORS as f64;
+            let wi = bsdf.frame.to_world(DVec3::new(r * phi.cos(), r * phi.sin(), z));
+            sum += weight(i) * weight(j) * r * bsdf.pdf(wi, Part::Smooth);
+        }
+        sum * area
+    };
+    (0..RINGS * SECTORS).map(|at| one(at / SECTORS, at % SECTORS)).collect()
+}
+
+/// The chi-square test of samples against their density, with the share that is not scattered as a cell of its own.
+#[test]
+fn samples_follow_their_density() {
+    const SAMPLES: u32 = 300;
+    let (mut lobes, mut count) = (Lobes::default(), 0.0);
+    for (name, material) in materials() {
+        for (number, local_o) in OUT.into_iter().enumerate() {
+            let bsdf = bsdf(&material, local_o, &mut lobes);
+            if !bsdf.has(Part::Smooth) {
+                continue;
+            }
+            let mut found = vec![0.0; RINGS * SECTORS + 1];
+            let mut random = random_numbers(number as u64);
+            for _ in 0..SAMPLES * SAMPLES {
+                let sample = bsdf.sample(DVec2::new(random(), random()), Part::Smooth);
+                let at = sample.map_or(RINGS * SECTORS, |sample| cell(bsdf.frame.to_local(sample.wi)));
+                found[at] += 1.0;
+            }
+            let mut expected = expected(&bsdf);
+            // Lobes that pass light on absorb what cannot pass.
+            expected.push((1.0 - expected.iter().sum::<f64>()).max(0.0));
+            let p = p_value(&found, &expected, f64::from(SAMPLES * SAMPLES));
+            assert!(p > 1e-4, "{name} {local_o}: p = {p}");
+            count += 1.0;
+        }
+    }
+    assert_eq!(count, 12.0 * 4.0);
+}
+
+/// Evenly distributed numbers from 0 to 1.
+fn random_numbers(seed: u64) -> impl FnMut() -> f64 {
+    use rand::{RngExt, SeedableRng};
+    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(seed);
+    move || random.random_range(0.0..1.0)
+}
+
+/// The probability of a deviation this large, with cells of few samples put together.
+fn p_value(found: &[f64], expected: &[f64], samples: f64) -> f64 {
+    let (mut chi2, mut degrees, mut rest) = (0.0, -1.0, (0.0, 0.0));
+    let mut add = |found: f64, expected: f64| {
+        chi2 += (found - expected).powi(2) / expected;
+        degrees += 1.0;
+    };
+    for (found, share) in found.iter().zip(expected) {
+        let expected = share * samples;
+        if expected >= 20.0 {
+            add(*found, expected);
+        } else {
+            rest = (rest.0 + found, rest.1 + expected);
+        }
+    }
+    if rest.1 > 5.0 {
+        add(rest.0, rest.1);
+    }
+    if degrees < 1.0 { 1.0 } else { 1.0 - ChiSquared::new(degrees).unwrap().cdf(chi2) }
+}
+
+#[test]
+fn sampled_values_are_those_of_f_and_pdf() {
+    let mut lobes = Lobes::default();
+    for (name, material) in materials() {
+        for local_o in OUT {
+            let bsdf = bsdf(&material, local_o, &mut lobes);
+            for sample in grid(16).filter_map(|u| bsdf.sample(u, Part::Smooth)) {
+                let (f_cos, pdf) = (bsdf.f_cos(sample.wi), bsdf.pdf(sample.wi, Part::Smooth));
+                assert!((sample.pdf / pdf - 1.0).abs() < 1e-6, "{name} {local_o}");
+                assert!((sample.f_cos - f_cos).length() <= 1e-4 * f_cos.length(), "{name} {local_o}");
+            }
+        }
+    }
+}
+
+/// The share of white light from all around that comes towards `local_o`, refraction's density aside: that of the channel
+/// that most comes back of, and its standard error.
+fn albedo(material: &Material, local_o: DVec3) -> (f64, f64) {
+    let mut lobes = Lobes::default();
+    let bsdf = bsdf(material, local_o, &mut lobes);
+    let side = 256;
+    let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
+    for sample in grid(side).filter_map(|u| bsdf.sample(u, Part::All)) {
+        let weight = (sample.weight() / sample.compression).as_dvec3();
+        (sum, squares) = (sum + weight, squares + weight * weight);
+    }
+    let count = f64::from(side * side);
+    let mean = sum / count;
+    let variance = (squares / count - mean * mean).max(DVec3::ZERO) / count;
+    (mean.max_element(), variance.max_element().sqrt())
+}
+
+/// No surface gives back more light than it gets, from any side, at any roughness. Where nothing is absorbed and the
+/// surface is smooth, it gives back all.
+#[test]
+fn no_light_is_made() {
+    let mut all = materials();
+    for roughness in [0.001, 0.05, 0.3, 1.0] {
+        all.push(("glass", material(glass(roughness, roughness))));
+        all.push(("substrate", material(substrate(roughness, roughness))));
+        all.push(("smooth glass", material(glass(0.0, 0.0))));
+    }
+    for (name, material) in all {
+        for degrees in [0.0, 30.0, 60.0, 80.0, 88.0, 100.0, 150.0_f64] {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let (share, error) = albedo(&material, DVec3::new(sin, 0.0, cos));
+            assert!(share < 1.0 + 1e-5 + 4.0 * error, "{name} at {degrees} degrees: {share} ± {error}");
+            if name == "smooth glass" {
+                assert!((share - 1.0).abs() < 1e-3, "{name} at {degrees} degrees: {share}");
+            }
+            if name == "matte" {
+                assert!((share - 0.9).abs() < 1e-5, "{name} at {degrees} degrees: {share}");
+            }
+        }
+    }
+}
+
+/// Light that is reflected goes both ways alike; what is refracted changes with the squared index.
+#[test]
+fn what_goes_one_way_goes_the_other() {
+    let (mut there, mut back) = (Lobes::default(), Lobes::default());
+    for (name, material) in materials() {
+        for a in OUT {
+            for b in OUT.into_iter().chain([DVec3::new(0.1, -0.2, -0.97)]) {
+                let (a, b) = (a.normalize(), b.normalize());
+                let [to_a, to_b] =
+                    [(a, &mut there), (b, &mut back)].map(|(w, lobes)| bsdf(&material, w, lobes));
+                let f = |bsdf: &Bsdf, wi: DVec3| bsdf.f_cos(bsdf.frame.to_world(wi)) / wi.z.abs() as f32;
+                let (one, other) = (f(&to_a, b), f(&to_b, a));
+                if a.z * b.z > 0.0 {
+                    assert!((one - other).length() <= 1e-5 * one.length(), "{name} {a} {b}: {one} {other}");
+                } else if name.ends_with("glass") {
+                    let ratio = if a.z > 0.0 { 1.5_f32.powi(2) } else { 1.5_f32.powi(-2) };
+                    assert!((one * ratio - other).length() <= 1e-4 * other.length(), "{name} {a} {b}");
+                }
+            }
+        }
+    }
+}
+
+/// Light that goes in and out of glass keeps its direction and its energy.
+#[test]
+fn refraction_is_undone_on_the_way_out() {
+    let material = material(glass(0.0, 0.0));
+    let (mut lobes, mut others) = (Lobes::default(), Lobes::default());
+    for local in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.9, 0.2, 0.4)] {
+        let into = bsdf(&material, local, &mut lobes);
+        let (wo, n) = (into.frame.to_world(into.local_o), into.frame.z);
+        let through = into.sample(DVec2::splat(0.999_999), Part::All).unwrap();
+        assert!(through.is_specular && through.wi.dot(n) < 0.0);
+        let sines = [wo, through.wi].map(|w| w.cross(n).length());
+        assert!((sines[0] - 1.5 * sines[1]).abs() < 1e-12);
+        let out = bsdf(&material, into.frame.to_local(through.wi), &mut others);
+        let back = out.sample(DVec2::splat(0.999_999), Part::All).unwrap();
+        assert!((back.wi - wo).length() < 1e-12);
+        assert!((through.weight() * back.weight() - Vec3::ONE).length() < 1e-6);
+        assert!((through.compression * back.compression - 1.0).abs() < 1e-6);
+        let mirrored = into.sample(DVec2::ZERO, Part::All).unwrap().wi;
+        assert!((mirrored + wo - n * (2.0 * wo.dot(n))).length() < 1e-12);
+    }
+}
+
+/// The white share of a clear hole passes straight through.
+#[test]
+fn opacity_lets_light_through() {
+    let clear = Uber { opacity: constant(Vec3::splat(0.25)), ..uber() };
+    let material = material(MaterialKind::Uber(Box::new(clear)));
+    let mut lobes = Lobes::default();
+    let bsdf = bsdf(&material, OUT[1], &mut lobes);
+    let wo = bsdf.frame.to_world(bsdf.local_o);
+    let straight =
+        grid(96).filter_map(|u| bsdf.sample(u, Part::Specular)).filter(|s| (s.wi + wo).length() < 1e-9);
+    let share: f32 = straight.map(|sample| sample.weight().x).sum::<f32>() / (96.0 * 96.0);
+    assert!((share - 0.75).abs() < 1e-4, "{share}");
+}
