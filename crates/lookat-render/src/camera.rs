@@ -1,5 +1,7 @@
 //! Camera rays: from a place on the film and the lens to a ray, in closed form and `f64`.
 
+use std::f64::consts::{PI, TAU};
+
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Camera, Film, Lens, Projection};
 
@@ -34,7 +36,7 @@ impl CameraRays {
         let middle = eye_in_camera(camera);
         let scale = match camera.projection {
             Projection::Perspective { fov } => tan_half(fov),
-            Projection::Orthographic { .. } => 1.0,
+            Projection::Orthographic { .. } | Projection::Environment => 1.0,
         };
         let origin = ((screen.min + screen.max) * 0.5 - middle) * scale;
         // Raster space has y down.
@@ -60,6 +62,7 @@ impl CameraRays {
     pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
         let p = self.origin + self.step * (film - self.film_middle);
         let (o, d) = match (self.projection, self.lens) {
+            (Projection::Environment, _) => (DVec3::ZERO, around(film / (self.film_middle * 2.0))),
             (Projection::Perspective { .. }, None) => (DVec3::ZERO, p.extend(1.0)),
             (Projection::Perspective { .. }, Some(lens)) => through_lens(DVec2::ZERO, p, lens, u),
             (Projection::Orthographic { .. }, None) => (p.extend(0.0), DVec3::Z),
@@ -110,9 +113,16 @@ fn tan_half(degrees: f64) -> f64 {
 
 fn eye_in_camera(camera: &Camera) -> DVec2 {
     match camera.projection {
-        Projection::Perspective { .. } => DVec2::ZERO,
+        Projection::Perspective { .. } | Projection::Environment => DVec2::ZERO,
         Projection::Orthographic { .. } => (camera.screen.min + camera.screen.max) * 0.5,
     }
+}
+
+/// The direction at a place of a picture of all directions, from 0 to 1 from left to right and from top to bottom
+/// (PBR 6.3).
+fn around(place: DVec2) -> DVec3 {
+    let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = ((PI * place.y).sin_cos(), (TAU * place.x).sin_cos());
+    DVec3::new(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi)
 }
 
 /// A ray that starts on the lens around `center` and passes where the line from `center` along `(slope, 1)` meets the
@@ -180,13 +190,13 @@ mod tests {
                     1.0,
                 )) * project
             }
-            Projection::Orthographic { .. } => DMat4::IDENTITY,
+            Projection::Orthographic { .. } | Projection::Environment => DMat4::IDENTITY,
         };
         let camera_from_raster = screen_from_camera.inverse() * raster_from_screen.inverse();
         let p = camera_from_raster.project_point3(film.extend(0.0));
         let (mut o, mut d) = match camera.projection {
             Projection::Perspective { .. } => (DVec3::ZERO, p.normalize()),
-            Projection::Orthographic { .. } => (p, DVec3::Z),
+            Projection::Orthographic { .. } | Projection::Environment => (p, DVec3::Z),
         };
         if let Some(lens) = camera.lens {
             let on_lens = (square_to_disk(u) * lens.radius).extend(0.0);
@@ -198,6 +208,20 @@ mod tests {
             d = focus - o;
         }
         (camera.world_from_camera.point(o), camera.world_from_camera.vector(d).normalize())
+    }
+
+    /// The middle of the left and right edge is +x, the top +y, and a quarter to the right +z.
+    #[test]
+    fn environments_are_seen_all_around() {
+        for (place, expected) in [
+            (DVec2::new(0.0, 0.5), DVec3::X),
+            (DVec2::new(1.0, 0.5), DVec3::X),
+            (DVec2::new(0.25, 0.5), DVec3::Z),
+            (DVec2::new(0.5, 0.5), -DVec3::X),
+            (DVec2::new(0.3, 0.0), DVec3::Y),
+        ] {
+            assert!((around(place) - expected).length() < 1e-15, "{place}");
+        }
     }
 
     #[test]

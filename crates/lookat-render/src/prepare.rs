@@ -9,6 +9,7 @@ use lookat_scene::{Object, Primitive, Scene, Shape};
 use crate::bounds::Bounds;
 use crate::bvh::Bvh;
 use crate::camera::CameraRays;
+use crate::cutout;
 use crate::parametric::Parametric;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::sphere::PlacedSphere;
@@ -38,6 +39,8 @@ pub(crate) struct Traceable<'s> {
     world: Group,
     objects: Vec<Group>,
     instances: Vec<PlacedInstance>,
+    /// Whether any mesh may have holes.
+    has_cutouts: bool,
 }
 
 /// Elements with their tree.
@@ -103,7 +106,9 @@ impl<'s> Traceable<'s> {
             instances.push(placed);
         }
         let Builder { primitives, spheres, sphere_of } = builder;
-        Traceable { eye, primitives, spheres, sphere_of, world: Group::new(world), objects, instances }
+        let has_cutouts = primitives.iter().any(|primitive| primitive.cutout.is_some());
+        let world = Group::new(world);
+        Traceable { eye, primitives, spheres, sphere_of, world, objects, instances, has_cutouts }
     }
 
     /// The nearest hit.
@@ -137,6 +142,7 @@ impl<'s> Traceable<'s> {
                     other => {
                         if let Some(found) = self.meet(other, ray, &sheared, instance, hit.t)
                             && hit.yields_to(found.t, found.element)
+                            && self.is_there(&found, false)
                         {
                             *hit = found;
                         }
@@ -168,7 +174,7 @@ impl<'s> Traceable<'s> {
                 }
                 other => self
                     .meet(other, ray, &sheared, instance, ray.t_max)
-                    .is_some_and(|hit| hit.element != ray.target),
+                    .is_some_and(|hit| hit.element != ray.target && self.is_there(&hit, true)),
             });
             (!found).then_some(ray.t_max)
         });
@@ -200,6 +206,12 @@ impl<'s> Traceable<'s> {
             }
             Element::Instance { .. } => None,
         }
+    }
+
+    /// Whether there is something where a ray meets a triangle, and no hole.
+    #[inline]
+    fn is_there(&self, hit: &Hit, is_shadow: bool) -> bool {
+        !self.has_cutouts || cutout::is_there(self.primitives[hit.element.primitive as usize], hit, is_shadow)
     }
 
     /// The sphere that a primitive is.

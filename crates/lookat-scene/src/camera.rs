@@ -34,6 +34,9 @@ pub enum Projection {
         /// rays start around the origin, which makes a perspective view (its issue 315). Default false.
         telecentric: bool,
     },
+    /// All around the origin of camera space: from left to right the angle from +x towards +z, from top to bottom the angle
+    /// to +y (PBR 6.3). There is no lens, and the screen counts for nothing.
+    Environment,
 }
 
 /// A rectangle on the screen, in screen units. Reversed edges mirror the picture.
@@ -77,16 +80,14 @@ fn film_aspect(film: &Film) -> f64 {
 
 pub(crate) const NAMES: &[&str] = &["perspective", "orthographic", "environment", "realistic"];
 
-/// pbrt-v3's CreatePerspectiveCamera and CreateOrthographicCamera.
+/// pbrt-v3's CreatePerspectiveCamera, CreateOrthographicCamera and CreateEnvironmentCamera.
 pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &Film) -> Option<Camera> {
     let projection = match params.kind() {
         "perspective" => perspective(params),
         "orthographic" => Projection::Orthographic { telecentric: false },
-        "environment" | "realistic" => {
-            let kind = params.kind().to_owned();
-            params.unsupported(format!(
-                "Camera \"{kind}\" is not rendered; a perspective camera stands in for it"
-            ));
+        "environment" => Projection::Environment,
+        "realistic" => {
+            params.unsupported("Camera \"realistic\" is not rendered; a pinhole stands in for it".into());
             params.ignore_rest();
             Projection::Perspective { fov: 90.0 }
         }
@@ -96,8 +97,10 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
     let lens = lens(params);
     let projection = match projection {
         Projection::Orthographic { .. } => orthographic(params, lens.is_some()),
-        perspective => perspective,
+        other => other,
     };
+    // pbrt-v3 reads the lens of such a camera, and makes nothing of it.
+    let lens = lens.filter(|_| projection != Projection::Environment);
     // Nothing moves, so the shutter changes nothing.
     params.float("shutteropen", 0.0);
     params.float("shutterclose", 1.0);

@@ -29,6 +29,7 @@
 mod camera;
 mod cie;
 mod color;
+mod cutout;
 mod files;
 mod film;
 mod filter;
@@ -52,6 +53,7 @@ mod texture;
 mod transform;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
+pub use cutout::Cutout;
 pub use files::Read;
 pub use film::{Film, MAX_PIXELS, PixelBounds};
 pub use filter::{Filter, FilterKind};

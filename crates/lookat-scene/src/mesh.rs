@@ -62,7 +62,6 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
     };
     // For Ptex alone, which is not rendered.
     params.integers("faceIndices");
-    alpha(params);
     match (indices, positions) {
         (Some(indices), Some(positions)) => {
             (mesh.indices, mesh.positions) = (indices, positions);
@@ -81,7 +80,6 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
 
 /// pbrt-v3's CreatePLYMesh.
 pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
-    alpha(params);
     let Some(name) = params.string("filename") else {
         params.missing("filename", "a plymesh needs a file", "\"string filename\" \"mesh.ply\" names it");
         return None;
@@ -142,14 +140,6 @@ fn texture_coordinates(params: &mut Params) -> Vec<[f64; 2]> {
     pairs
         .or_else(|| floats.map(|flat| flat.chunks_exact(2).map(|uv| [uv[0], uv[1]]).collect()))
         .unwrap_or_default()
-}
-
-fn alpha(params: &mut Params) {
-    for name in ["alpha", "shadowalpha"] {
-        if params.texture(name).is_some() || params.float(name, 1.0) == 0.0 {
-            params.unsupported(format!("{name} of meshes is not rendered yet; they are opaque"));
-        }
-    }
 }
 
 fn check_indices(params: &mut Params, mesh: &Mesh) {

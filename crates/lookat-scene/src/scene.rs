@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{Camera, Film, Filter, Integrator, Light, Material, Sampler, Shape, Transform};
+use crate::{Camera, Cutout, Film, Filter, Integrator, Light, Material, Sampler, Shape, Transform};
 
 /// A scene, ready to render. Lengths are in world units, angles in radians, colors linear RGB; transformations are
 /// `f64`. There is nothing left to look up and nothing that can fail.
@@ -37,6 +37,8 @@ pub struct Primitive {
     pub mirrored: bool,
     /// What it is made of.
     pub material: Arc<Material>,
+    /// Where it has holes; meshes alone have any.
+    pub cutout: Option<Cutout>,
     /// The light that it emits, if any.
     pub emission: Option<Emission>,
 }

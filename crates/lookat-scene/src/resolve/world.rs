@@ -6,6 +6,7 @@ use std::sync::Arc;
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values, nearest};
 
 use super::Resolver;
+use crate::cutout::cutout;
 use crate::params::Params;
 use crate::state::MaterialInstance;
 use crate::{Emission, Material, Primitive, light, material, shape, texture};
@@ -112,7 +113,9 @@ impl Resolver<'_> {
 
     pub(super) fn shape(&mut self, entity: Entity) {
         let name = entity.name.clone();
-        let params = &mut Params::new("Shape", entity, &self.files, &mut self.report);
+        let params = &mut Params::new("Shape", entity, &self.files, &mut self.report)
+            .with_textures(&self.definitions.textures);
+        let cutout = if ["trianglemesh", "plymesh"].contains(&params.kind()) { cutout(params) } else { None };
         let shape = shape::shape(params, self.state.ctm);
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
@@ -128,6 +131,7 @@ impl Resolver<'_> {
             reverse_orientation: self.state.reverse_orientation,
             mirrored: self.state.ctm.swaps_handedness(),
             material,
+            cutout,
             emission,
         };
         match &mut self.object {

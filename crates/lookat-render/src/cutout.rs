@@ -1,0 +1,30 @@
+//! Holes of meshes, where their alpha is 0.
+
+use glam::DVec3;
+use lookat_scene::{Mesh, Primitive, Shape};
+
+use crate::ray::Hit;
+use crate::texture::{Footprint, TexturePoint};
+use crate::triangle::parametric;
+
+/// Whether there is something of the primitive where a ray meets it, and no hole.
+#[inline(never)]
+pub(crate) fn is_there(primitive: &Primitive, hit: &Hit, is_shadow: bool) -> bool {
+    let (Some(cutout), Shape::TriangleMesh(mesh)) = (&primitive.cutout, &primitive.shape) else {
+        return true;
+    };
+    let [b0, b1] = hit.barycentric;
+    let at = point(mesh, hit.element.index as usize, [b0, b1, 1.0 - b0 - b1]);
+    let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
+    cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha) != 0.0)
+}
+
+/// A point of a triangle. As in pbrt-v3, it is that of the object where it is part of one.
+fn point(mesh: &Mesh, index: usize, weights: [f64; 3]) -> TexturePoint {
+    let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]));
+    TexturePoint {
+        p: corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2],
+        uv: parametric::flat(mesh, index, weights).uv,
+        footprint: Footprint::default(),
+    }
+}
