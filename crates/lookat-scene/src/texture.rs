@@ -92,17 +92,28 @@ impl Value for Vec3 {
 pub(crate) trait Parameter: Value {
     /// The parameter as a texture; where it is missing, the default.
     fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Self>;
+
+    /// The parameter as a value: no texture.
+    fn value(params: &mut Params, name: &'static str, default: f64) -> Self;
 }
 
 impl Parameter for f64 {
     fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<f64> {
         params.float_texture(name, default)
     }
+
+    fn value(params: &mut Params, name: &'static str, default: f64) -> f64 {
+        params.float(name, default)
+    }
 }
 
 impl Parameter for Vec3 {
     fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Vec3> {
         params.spectrum_texture(name, Vec3::gray(default))
+    }
+
+    fn value(params: &mut Params, name: &'static str, default: f64) -> Vec3 {
+        params.spectrum(name, Vec3::gray(default))
     }
 }
 
@@ -125,7 +136,7 @@ pub(crate) const NAMES: &[&str] = &[
 /// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for what is not rendered, or in error.
 pub(crate) fn texture<T: Parameter>(params: &mut Params) -> Option<Texture<T>> {
     let texture = match params.kind() {
-        "constant" => T::texture(params, "value", 1.0),
+        "constant" => Texture::Constant(T::value(params, "value", 1.0)),
         "scale" => scale::scale(params),
         "mix" => mix::mix(params),
         _ => return not_rendered(params),
