@@ -2,8 +2,8 @@
 
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, Severity, Span, parse};
 use lookat_scene::{
-    Camera, Film, FilterKind, Integrator, Lens, Light, Loaded, Material, Primitive, Projection, Scene, Shape,
-    Sphere, Transform,
+    Camera, Curve, CurveKind, Film, FilterKind, Integrator, Lens, Light, Loaded, Material, Primitive,
+    Projection, Scene, Shape, Sphere, Transform,
 };
 
 /// Prints and reads again what a text says; `None` where the text has faults.
@@ -107,6 +107,7 @@ fn check_film(film: &Film) {
 fn check_primitive(primitive: &Primitive) {
     match &primitive.shape {
         Shape::Sphere(sphere) => check_sphere(sphere),
+        Shape::Curve(curve) => check_curve(curve),
         Shape::TriangleMesh(mesh) => {
             let count = mesh.positions.len();
             assert!(mesh.indices.len().is_multiple_of(3));
@@ -126,6 +127,18 @@ fn check_primitive(primitive: &Primitive) {
     if let Some(emission) = primitive.emission {
         assert!(emission.radiance.is_finite() && emission.samples > 0, "{emission:?}");
     }
+}
+
+fn check_curve(curve: &Curve) {
+    assert!(!curve.segments.is_empty());
+    assert!(curve.segments.as_flattened().iter().all(|p| p.is_finite()), "{curve:?}");
+    let [first, last] = curve.widths;
+    assert!(first >= 0.0 && last >= 0.0 && first + last > 0.0 && (first + last).is_finite(), "{curve:?}");
+    if let CurveKind::Ribbon(normals) = &curve.kind {
+        assert_eq!(normals.len(), curve.segments.len() + 1);
+        assert!(normals.iter().all(|n| n.is_normalized()), "{curve:?}");
+    }
+    check_transform(&curve.world_from_object);
 }
 
 fn check_sphere(sphere: &Sphere) {

@@ -337,6 +337,10 @@ fn numbers_beyond_reason_are_refused() {
         "Shape \"sphere\" \"float radius\" 1e300",
         "Shape \"sphere\" \"float radius\" 1e-320",
         "Scale 1e45 1 1 Shape \"sphere\" \"float radius\" 1e45",
+        "Scale 1e45 1 1 Shape \"curve\" \"point P\" [1e45 0 0 1 0 0 2 0 0 3 0 0]",
+        "Scale 1e45 1 1 Shape \"curve\" \"float width\" 1e45 \"point P\" [0 0 0 1 0 0 2 0 0 3 0 0]",
+        "Shape \"loopsubdiv\" \"integer nlevels\" 13 \"integer indices\" [0 1 2] \"point P\" [0 0 0 1 0 0 0 1 0]",
+        "Shape \"heightfield\" \"integer nu\" 2000000000 \"integer nv\" 2000000000 \"float Pz\" [0 0 0 0]",
         "Scale 1e45 1 1 Shape \"trianglemesh\" \"integer indices\" [0 0 0] \"point P\" [1e45 0 0]",
     ] {
         assert_eq!(errors(world, &[]).len(), 1, "{world}");

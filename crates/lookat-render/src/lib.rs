@@ -29,6 +29,7 @@ mod bsdf;
 mod bvh;
 mod camera;
 mod color;
+mod curve;
 mod cutout;
 mod film;
 mod filter;

@@ -256,7 +256,7 @@ impl<'s> SurfaceLight<'s> {
             (Shape::Sphere(_), Some(sphere)) => {
                 (SurfaceForm::Sphere(Box::new(*sphere)), sphere.center, sphere::area(sphere))
             }
-            (Shape::Sphere(_), None) => return None,
+            (Shape::Sphere(_), None) | (Shape::Curve(_), _) => return None,
         };
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
         let brightness = luminance(emission.radiance) * sides;

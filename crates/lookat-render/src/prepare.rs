@@ -9,6 +9,7 @@ use lookat_scene::{Object, Primitive, Scene, Shape};
 use crate::bounds::Bounds;
 use crate::bvh::Bvh;
 use crate::camera::CameraRays;
+use crate::curve::Curves;
 use crate::cutout;
 use crate::parametric::Parametric;
 use crate::ray::{ElementId, Hit, Ray};
@@ -36,6 +37,8 @@ pub(crate) struct Traceable<'s> {
     spheres: Vec<PlacedSphere>,
     /// Which of the spheres a primitive is, or [`NO_SPHERE`].
     sphere_of: Vec<u32>,
+    /// Curves; the index of an element names the piece.
+    pub curves: Curves<'s>,
     world: Group,
     objects: Vec<Group>,
     instances: Vec<PlacedInstance>,
@@ -63,6 +66,10 @@ enum Element {
     Sphere {
         primitive: u32,
         sphere: u32,
+    },
+    Curve {
+        primitive: u32,
+        piece: u32,
     },
     Instance {
         instance: u32,
@@ -105,10 +112,10 @@ impl<'s> Traceable<'s> {
             world.push(bounds, Element::Instance { instance: instances.len() as u32 });
             instances.push(placed);
         }
-        let Builder { primitives, spheres, sphere_of } = builder;
+        let Builder { primitives, spheres, sphere_of, curves } = builder;
         let has_cutouts = primitives.iter().any(|primitive| primitive.cutout.is_some());
         let world = Group::new(world);
-        Traceable { eye, primitives, spheres, sphere_of, world, objects, instances, has_cutouts }
+        Traceable { eye, primitives, spheres, sphere_of, curves, world, objects, instances, has_cutouts }
     }
 
     /// The nearest hit.
@@ -204,6 +211,13 @@ impl<'s> Traceable<'s> {
                 let t = meet_sphere(&self.spheres[sphere as usize], ray, t_max, element == ray.leaving)?;
                 Some(Hit { t, element, barycentric: [0.0; 2] })
             }
+            Element::Curve { primitive, piece } => {
+                let element = ElementId { instance, primitive, index: piece };
+                let same = ElementId { index: ray.leaving.index, ..element } == ray.leaving;
+                let leaving = same.then_some(ray.leaving.index);
+                let meeting = self.curves.meet(piece, ray, t_max, leaving)?;
+                Some(Hit { t: meeting.t, element, barycentric: meeting.uv.into() })
+            }
             Element::Instance { .. } => None,
         }
     }
@@ -230,6 +244,7 @@ struct Builder<'s> {
     primitives: Vec<&'s Primitive>,
     spheres: Vec<PlacedSphere>,
     sphere_of: Vec<u32>,
+    curves: Curves<'s>,
 }
 
 /// Elements with their bounds.
@@ -263,6 +278,12 @@ impl<'s> Builder<'s> {
                     );
                     self.spheres.push(sphere);
                     self.sphere_of.push(number);
+                }
+                Shape::Curve(curve) => {
+                    self.sphere_of.push(NO_SPHERE);
+                    for (piece, [low, high], magnitude) in self.curves.add(curve, eye) {
+                        all.push(padded(low, high, magnitude), Element::Curve { primitive, piece });
+                    }
                 }
                 Shape::TriangleMesh(mesh) => {
                     self.sphere_of.push(NO_SPHERE);
@@ -336,6 +357,11 @@ impl PlacedInstance {
         (self.object_from_world.transpose() * n).normalize_or(DVec3::Z)
     }
 
+    /// A direction of the world, in the object; distances along it are the same.
+    pub fn vector_to_object(&self, v: DVec3) -> DVec3 {
+        self.object_from_world * v
+    }
+
     /// A normal of the world, in the object.
     pub fn normal_to_object(&self, n: DVec3) -> DVec3 {
         (self.world_from_object.transpose() * n).normalize_or(DVec3::Z)
@@ -354,7 +380,7 @@ impl PlacedInstance {
     }
 
     /// The ray in the space of the object; distances along it are the same.
-    fn ray(&self, ray: &Ray, t_max: f64) -> Ray {
+    pub fn ray(&self, ray: &Ray, t_max: f64) -> Ray {
         Ray { o: self.to_object(ray.o), d: self.object_from_world * ray.d, t_max, ..*ray }
     }
 

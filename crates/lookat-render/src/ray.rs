@@ -36,7 +36,7 @@ pub struct ElementId {
     pub instance: u32,
     /// Which primitive.
     pub primitive: u32,
-    /// Which triangle of a mesh; 0 for other shapes.
+    /// Which triangle of a mesh, or piece of all curves; 0 for other shapes.
     pub index: u32,
 }
 
@@ -54,7 +54,7 @@ pub struct Hit {
     pub t: f64,
     /// What is hit.
     pub element: ElementId,
-    /// Weights of the first two vertices of a triangle, 0 for other shapes.
+    /// Weights of the first two vertices of a triangle, u and v of a curve, 0 for other shapes.
     pub barycentric: [f64; 2],
 }
 

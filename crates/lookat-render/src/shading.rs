@@ -1,7 +1,9 @@
 //! How a surface scatters light where a ray has hit it: from the material, its textures and its bumps.
 
+mod coordinates;
+
 use glam::{DMat2, DVec2, DVec3};
-use lookat_scene::{Shape, Texture};
+use lookat_scene::Texture;
 
 use crate::bsdf::{Bsdf, Lobes};
 use crate::camera::CameraRay;
@@ -9,8 +11,8 @@ use crate::parametric::Parametric;
 use crate::prepare::Traceable;
 use crate::surface::{Surface, flipped};
 use crate::texture::{Footprint, TexturePoint};
-use crate::triangle;
 use crate::warp::Frame;
+use coordinates::Coordinates;
 
 /// How the surface scatters light towards `wo`; `None` where light passes. `camera_ray`: what has found it, if nothing
 /// lies between. `lobes` is where the result is kept.
@@ -32,14 +34,19 @@ pub(crate) fn bsdf<'l>(
             lobes,
         );
     }
-    let (at, frame) = point(scene, surface, camera_ray);
+    let (at, frame) = point(scene, surface, wo, camera_ray);
     Bsdf::new(material, &at, (frame, surface.n), wo, lobes)
 }
 
 /// Where textures are asked, and the shading frame that they bend.
-fn point(scene: &Traceable, surface: &Surface, camera_ray: Option<&CameraRay>) -> (TexturePoint, Frame) {
+fn point(
+    scene: &Traceable,
+    surface: &Surface,
+    wo: DVec3,
+    camera_ray: Option<&CameraRay>,
+) -> (TexturePoint, Frame) {
     let material = &surface.primitive.material;
-    let coordinates = Coordinates::new(scene, surface);
+    let coordinates = Coordinates::new(scene, surface, wo);
     let footprint = match camera_ray {
         Some(camera_ray) if material.needs.footprint => footprint(surface, &coordinates.flat, camera_ray),
         _ => Footprint::default(),
@@ -50,45 +57,6 @@ fn point(scene: &Traceable, surface: &Surface, camera_ray: Option<&CameraRay>) -
         None => (surface.ns, coordinates.shading.dpdu),
     };
     (at, Frame::from_zx(ns, dpdu))
-}
-
-/// The texture coordinates of a surface: of the flat one, and as its shading normals have it.
-struct Coordinates {
-    flat: Parametric,
-    shading: Parametric,
-}
-
-impl Coordinates {
-    fn new(scene: &Traceable, surface: &Surface) -> Self {
-        let instance = scene.instance(surface.element.instance);
-        let Shape::TriangleMesh(mesh) = &surface.primitive.shape else {
-            let none = Parametric {
-                uv: DVec2::ZERO,
-                dpdu: DVec3::X,
-                dpdv: DVec3::Y,
-                dndu: DVec3::ZERO,
-                dndv: DVec3::ZERO,
-            };
-            return Coordinates { flat: none, shading: none };
-        };
-        let [b0, b1] = surface.barycentric;
-        let (index, weights) = (surface.element.index as usize, [b0, b1, 1.0 - b0 - b1]);
-        let flat = triangle::parametric::flat(mesh, index, weights);
-        let shading = if mesh.normals.is_empty() && mesh.tangents.is_empty() {
-            flat
-        } else {
-            let ns = instance.map_or(surface.ns, |instance| instance.normal_to_object(surface.ns));
-            let reversed = surface.primitive.reverse_orientation;
-            triangle::parametric::smooth(mesh, index, weights, ns, reversed, flat)
-        };
-        match instance {
-            Some(instance) => Coordinates {
-                flat: instance.parametric_to_world(flat),
-                shading: instance.parametric_to_world(shading),
-            },
-            None => Coordinates { flat, shading },
-        }
-    }
 }
 
 /// How much the point of the surface and its coordinates change from a camera ray to its neighbours (PBR 10.1.1).

@@ -59,6 +59,23 @@ impl<'s> Surface<'s> {
                     primitive,
                 }
             }
+            Shape::Curve(_) => {
+                let local = instance.map_or(*ray, |instance| instance.ray(ray, hit.t));
+                let normal = scene.curves.normal(hit.element.index, &local, hit.barycentric.into());
+                let p = local.at(hit.t);
+                let n = flipped(normal, primitive.reverse_orientation != primitive.mirrored);
+                Surface {
+                    p,
+                    magnitude: p.abs().max(local.o.abs()).max_element(),
+                    n,
+                    ns: n,
+                    // It turns with the ray, so it has no side that is dark.
+                    emitting: -local.d.normalize_or(DVec3::Z),
+                    element: hit.element,
+                    barycentric: hit.barycentric,
+                    primitive,
+                }
+            }
             Shape::TriangleMesh(mesh) => {
                 let eye = if instance.is_some() { DVec3::ZERO } else { scene.eye };
                 let [b0, b1] = hit.barycentric;

@@ -69,7 +69,7 @@ pub use mesh::Mesh;
 pub use overrides::Overrides;
 pub use sampler::{Sampler, SamplerKind};
 pub use scene::{Emission, Instance, Object, Primitive, Scene};
-pub use shape::{Shape, Sphere};
+pub use shape::{Curve, CurveKind, Shape, Sphere};
 pub use sources::{Location, Source, Sources};
 pub use texture::{Texture, Value, Varying};
 pub use transform::{LookAtFault, Transform};

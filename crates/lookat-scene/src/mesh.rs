@@ -109,7 +109,8 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
     finish(params, mesh, world_from_object)
 }
 
-fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
+/// Brings a mesh to its place, and says what of it cannot be seen or computed with.
+pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
     if !params.usable() {
         return None;
     }
@@ -121,7 +122,8 @@ fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Opti
         }
     }
     let without_area = (0..mesh.triangles()).filter(|index| !mesh.has_area(*index)).count();
-    if without_area > 0 {
+    // Poles of surfaces have such triangles as a matter of course.
+    if without_area > 0 && params.kind() != "nurbs" {
         let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
         // One message for all meshes, so that many are told together.
         let help = format!(
@@ -133,6 +135,13 @@ fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Opti
     Some(mesh)
 }
 
+/// The indices of two triangles in each square of a grid whose vertices come in rows.
+pub(crate) fn grid(columns: usize, rows: usize) -> Vec<i32> {
+    let squares = (1..rows).flat_map(|row| (1..columns).map(move |column| (row - 1) * columns + column - 1));
+    let corners = |at: usize| [at, at + 1, at + columns + 1, at, at + columns + 1, at + columns];
+    squares.flat_map(|at| corners(at).map(|vertex| vertex as i32)).collect()
+}
+
 /// Texture coordinates come under two names and two types, in this order in pbrt-v3.
 fn texture_coordinates(params: &mut Params) -> Vec<[f64; 2]> {
     let pairs = params.pairs("uv").or_else(|| params.pairs("st"));
@@ -142,7 +151,8 @@ fn texture_coordinates(params: &mut Params) -> Vec<[f64; 2]> {
         .unwrap_or_default()
 }
 
-fn check_indices(params: &mut Params, mesh: &Mesh) {
+/// Three for each triangle, each of a vertex that there is.
+pub(crate) fn check_indices(params: &mut Params, mesh: &Mesh) {
     let vertices = mesh.positions.len();
     if !mesh.indices.len().is_multiple_of(3) {
         let message = format!("a triangle has 3 vertices, but there are {} indices", mesh.indices.len());

@@ -1,5 +1,10 @@
 //! `Shape`: forms and their places.
 
+mod curve;
+mod heightfield;
+mod loop_subdivision;
+mod nurbs;
+
 use std::sync::Arc;
 
 use glam::DMat3;
@@ -9,6 +14,8 @@ use crate::mesh::{Mesh, ply_mesh, triangle_mesh};
 use crate::params::Params;
 use crate::transform::LARGEST;
 
+pub use curve::{Curve, CurveKind};
+
 /// A form in its place.
 #[derive(Debug, Clone)]
 pub enum Shape {
@@ -16,6 +23,8 @@ pub enum Shape {
     Sphere(Box<Sphere>),
     /// Triangles.
     TriangleMesh(Arc<Mesh>),
+    /// A band along a curve.
+    Curve(Box<Curve>),
 }
 
 /// A sphere around the origin of object space, cut by planes of constant z and by an angle about the z axis.
@@ -56,6 +65,10 @@ pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option
             triangle_mesh(params, world_from_object).map(|mesh| Shape::TriangleMesh(Arc::new(mesh)))
         }
         "plymesh" => ply_mesh(params, world_from_object).map(|mesh| Shape::TriangleMesh(Arc::new(mesh))),
+        "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Box::new(curve))),
+        "heightfield" => heightfield::heightfield(params, world_from_object).map(mesh),
+        "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(mesh),
+        "nurbs" => nurbs::nurbs(params, world_from_object).map(mesh),
         kind if NAMES.contains(&kind) => {
             let message = format!("Shape \"{kind}\" is not rendered yet; it is left out");
             params.unsupported(message);
@@ -68,6 +81,10 @@ pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option
             None
         }
     }
+}
+
+fn mesh(mesh: Mesh) -> Shape {
+    Shape::TriangleMesh(Arc::new(mesh))
 }
 
 fn sphere(params: &mut Params, world_from_object: Transform) -> Option<Sphere> {

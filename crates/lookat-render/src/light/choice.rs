@@ -121,6 +121,10 @@ fn scene_radius(scene: &Scene, eye: DVec3) -> f64 {
                 include(place(-DVec3::ONE));
                 include(place(DVec3::ONE));
             }
+            Shape::Curve(curve) => {
+                let points = curve.segments.as_flattened().iter();
+                points.for_each(|p| include(curve.world_from_object.point(*p)));
+            }
             Shape::TriangleMesh(mesh) => mesh.positions.iter().for_each(|p| include(DVec3::from(*p))),
         }
     }

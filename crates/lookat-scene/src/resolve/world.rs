@@ -162,6 +162,9 @@ impl Resolver<'_> {
             let message =
                 "a shape of an object glows, but lights nothing; place the light outside ObjectBegin";
             self.report.unsupported(shape.span, message.into());
+        } else if shape.value == "curve" {
+            let message = "a curve glows, but lights nothing; a mesh or quadric lights what is around it";
+            self.report.unsupported(shape.span, message.into());
         }
         Some(emission)
     }

@@ -1,0 +1,273 @@
+//! Ray against curve: where the curve, seen along the ray, comes closest to it (PBR 3.7).
+//!
+//! pbrt-v3 halves a curve until its parts are straight to a twentieth of the width; here the least distances are the roots
+//! of a polynomial.
+
+mod bezier;
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DQuat, DVec2, DVec3};
+use lookat_scene::{Curve, CurveKind, Transform};
+
+use crate::parametric::Parametric;
+use crate::ray::Ray;
+
+/// All curves of a scene.
+#[derive(Default)]
+pub(crate) struct Curves<'s> {
+    curves: Vec<PlacedCurve<'s>>,
+    pieces: Vec<Piece>,
+}
+
+/// A curve in its place. Its own space is that of the object, about its first point.
+struct PlacedCurve<'s> {
+    curve: &'s Curve,
+    /// The origin of the own space: in the object, and relative to the eye.
+    origin: DVec3,
+    anchor: DVec3,
+    object_from_world: DMat3,
+    world_from_object: DMat3,
+}
+
+/// The part of a segment that an element of the tree holds.
+struct Piece {
+    curve: u32,
+    segment: u32,
+    /// Its first and last parameter in the segment.
+    range: [f64; 2],
+    /// Control points, in the curve's own space.
+    points: [DVec3; 4],
+}
+
+/// Pieces overlap by this much of their parameter, so that no ray passes between two.
+const OVERLAP: f64 = 1e-9;
+
+/// Where a ray meets a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Meeting {
+    /// Distance in lengths of the ray's direction.
+    pub t: f64,
+    /// Along the segment, and across the curve; 0 to 1.
+    pub uv: DVec2,
+}
+
+impl<'s> Curves<'s> {
+    /// Takes a curve in. Gives the number of each of its pieces, with two corners of the box around it and the largest
+    /// coordinate that they were computed from.
+    pub fn add(&mut self, curve: &'s Curve, eye: DVec3) -> Vec<(u32, [DVec3; 2], f64)> {
+        let number = self.curves.len() as u32;
+        let placed = PlacedCurve::new(curve, eye);
+        let parts = 1 << curve.split_depth;
+        let mut added = Vec::new();
+        for (segment, points) in curve.segments.iter().enumerate() {
+            let points = points.map(|p| p - placed.origin);
+            for part in 0..parts {
+                let share = |at: u32, more: f64| (f64::from(at) / f64::from(parts) + more).clamp(0.0, 1.0);
+                let range = [share(part, -OVERLAP), share(part + 1, OVERLAP)];
+                let points = bezier::part(&points, range[0], range[1]);
+                let piece = Piece { curve: number, segment: segment as u32, range, points };
+                added.push((self.pieces.len() as u32, placed.corners(&piece), placed.magnitude()));
+                self.pieces.push(piece);
+            }
+        }
+        self.curves.push(placed);
+        added
+    }
+
+    /// The nearest meeting of a ray with a piece, at more than 0 and at most `t_max`. A ray that leaves the same curve, at
+    /// the piece that is given, meets it only where it has been away from it.
+    pub fn meet(&self, piece: u32, ray: &Ray, t_max: f64, leaving: Option<u32>) -> Option<Meeting> {
+        let piece = &self.pieces[piece as usize];
+        let placed = &self.curves[piece.curve as usize];
+        let view = placed.view(ray, piece.points[3] - piece.points[0]);
+        let seen = piece.points.map(|p| view.see(p));
+        if !may_meet(&seen, placed.widest(piece) * 0.5, t_max * view.length) {
+            return None;
+        }
+        let flat = seen.map(|p| p.with_z(0.0));
+        let mut nearest: Option<(f64, f64)> = None;
+        bezier::falls(&bezier::approach(&flat), &mut |at| {
+            let u = piece.range[0] + (piece.range[1] - piece.range[0]) * at;
+            let p = bezier::evaluate(&seen, at).0;
+            let t = p.z / view.length;
+            let width = placed.width(piece.segment, u) * placed.facing(piece.segment, u, view.z);
+            let hit = p.truncate().length() <= 0.5 * width && t > 0.0 && t <= t_max;
+            let inside = || leaving.is_some_and(|left| self.is_inside(placed, &view, piece, u, left));
+            if hit && nearest.is_none_or(|(_, least)| t < least) && !inside() {
+                nearest = Some((at, t));
+            }
+        });
+        let (at, t) = nearest?;
+        let u = piece.range[0] + (piece.range[1] - piece.range[0]) * at;
+        let width = placed.width(piece.segment, u) * placed.facing(piece.segment, u, view.z);
+        let (p, along) = bezier::evaluate(&seen, at);
+        let side = p.truncate().perp_dot(along.truncate());
+        let v = 0.5 + (p.truncate().length() / width).copysign(side);
+        Some(Meeting { t, uv: DVec2::new(u, v) })
+    }
+
+    /// Whether a ray that leaves the curve at the piece `left` is, up to a meeting with it, still within half a width of
+    /// it: that is where the ray came from, not where it goes to.
+    fn is_inside(&self, placed: &PlacedCurve, view: &View, piece: &Piece, u: f64, left: u32) -> bool {
+        const STEPS: u32 = 8;
+        let left = self.pieces[left as usize].segment;
+        let start = f64::from(left) + placed.nearest(left, view);
+        let end = f64::from(piece.segment) + u;
+        let steps = STEPS * (1 + left.abs_diff(piece.segment)).min(STEPS);
+        (0..steps).all(|step| {
+            let at = start + (end - start) * f64::from(step) / f64::from(steps);
+            let segment = (at as usize).min(placed.curve.segments.len() - 1);
+            let u = at - segment as f64;
+            let p = bezier::evaluate(&placed.seen(segment, view), u).0;
+            p.truncate().length() <= 0.5 * placed.width(segment as u32, u) * (1.0 + 1e-6)
+        })
+    }
+
+    /// The coordinates where a ray of direction `d` has met a curve.
+    pub fn parametric(&self, piece: u32, d: DVec3, uv: DVec2) -> Parametric {
+        let Piece { curve, segment, .. } = self.pieces[piece as usize];
+        let placed = &self.curves[curve as usize];
+        let direction = (placed.object_from_world * d).normalize_or(DVec3::Z);
+        let [dpdu, dpdv] = placed.tangents(segment, direction, uv).map(|v| placed.world_from_object * v);
+        Parametric { uv, dpdu, dpdv, dndu: DVec3::ZERO, dndv: DVec3::ZERO }
+    }
+
+    /// The unit normal where a ray has met a curve, on the side of `dpdu` times `dpdv` before the curve was placed.
+    pub fn normal(&self, piece: u32, ray: &Ray, uv: DVec2) -> DVec3 {
+        let Piece { curve, segment, .. } = self.pieces[piece as usize];
+        let placed = &self.curves[curve as usize];
+        let direction = (placed.object_from_world * ray.d).normalize_or(DVec3::Z);
+        let [dpdu, dpdv] = placed.tangents(segment, direction, uv);
+        let normal = dpdu.normalize_or_zero().cross(dpdv.normalize_or_zero());
+        (placed.object_from_world.transpose() * normal).normalize_or(DVec3::Z)
+    }
+}
+
+impl<'s> PlacedCurve<'s> {
+    fn new(curve: &'s Curve, eye: DVec3) -> Self {
+        let Transform { m, inv } = curve.world_from_object;
+        let (world_from_object, object_from_world) = (DMat3::from_mat4(m), DMat3::from_mat4(inv));
+        let origin = curve.segments[0][0];
+        let anchor = world_from_object * origin + (m.w_axis.truncate() - eye);
+        PlacedCurve { curve, origin, anchor, object_from_world, world_from_object }
+    }
+
+    /// The box around a piece, relative to the eye: all that is within half a width of it, in object space.
+    fn corners(&self, piece: &Piece) -> [DVec3; 2] {
+        let rows = self.world_from_object.transpose();
+        let round = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());
+        let half = round * (0.5 * self.widest(piece));
+        let [a, b, c, d] = piece.points.map(|p| self.anchor + self.world_from_object * p);
+        [a.min(b).min(c).min(d) - half, a.max(b).max(c).max(d) + half]
+    }
+
+    fn magnitude(&self) -> f64 {
+        let m = &self.world_from_object;
+        let rows = m.x_axis.abs() + m.y_axis.abs() + m.z_axis.abs();
+        let own = self.curve.segments.as_flattened().iter().map(|p| (*p - self.origin).abs().max_element());
+        let widest = self.curve.widths[0].max(self.curve.widths[1]);
+        (rows * (own.fold(0.0, f64::max) + widest) + self.anchor.abs()).max_element()
+    }
+
+    /// The width at a place, in object space.
+    fn width(&self, segment: u32, u: f64) -> f64 {
+        let [first, last] = self.curve.widths;
+        let share = (f64::from(segment) + u) / self.curve.segments.len() as f64;
+        first + (last - first) * share
+    }
+
+    fn widest(&self, piece: &Piece) -> f64 {
+        piece.range.map(|u| self.width(piece.segment, u)).into_iter().fold(0.0, f64::max)
+    }
+
+    /// The share of the width that is seen from a direction: all, except of a ribbon.
+    fn facing(&self, segment: u32, u: f64, direction: DVec3) -> f64 {
+        match &self.curve.kind {
+            CurveKind::Flat | CurveKind::Cylinder => 1.0,
+            CurveKind::Ribbon(normals) => ribbon_normal(normals, segment, u).dot(direction).abs(),
+        }
+    }
+
+    /// The change of the position with u and with v, in object space, as seen from a unit direction. That with v is as long
+    /// as the curve is wide there.
+    fn tangents(&self, segment: u32, direction: DVec3, uv: DVec2) -> [DVec3; 2] {
+        let dpdu = bezier::evaluate(&self.curve.segments[segment as usize], uv.x).1;
+        let across = match &self.curve.kind {
+            CurveKind::Flat => direction.cross(dpdu),
+            CurveKind::Cylinder => {
+                let axis = dpdu.normalize_or(DVec3::X);
+                DQuat::from_axis_angle(axis, (0.5 - uv.y) * PI) * direction.cross(dpdu)
+            }
+            CurveKind::Ribbon(normals) => ribbon_normal(normals, segment, uv.x).cross(dpdu),
+        };
+        let width = self.width(segment, uv.x) * self.facing(segment, uv.x, direction);
+        [dpdu, across.normalize_or(direction.any_orthonormal_vector()) * width]
+    }
+
+    /// The view along a ray, with `along` about in the direction of x.
+    fn view(&self, ray: &Ray, along: DVec3) -> View {
+        let o = self.object_from_world * (ray.o - self.anchor);
+        let d = self.object_from_world * ray.d;
+        let length = d.length();
+        let z = d / length;
+        let y = z.cross(along).try_normalize().unwrap_or_else(|| z.any_orthonormal_vector());
+        View { o, x: y.cross(z), y, z, length }
+    }
+
+    /// The control points of a segment as a view shows them.
+    fn seen(&self, segment: usize, view: &View) -> [DVec3; 4] {
+        self.curve.segments[segment].map(|p| view.see(p - self.origin))
+    }
+
+    /// The place on a segment that is nearest to the start of the ray.
+    fn nearest(&self, segment: u32, view: &View) -> f64 {
+        let seen = self.seen(segment as usize, view);
+        let distance = |u: f64| bezier::evaluate(&seen, u).0.length_squared();
+        let mut nearest = if distance(0.0) <= distance(1.0) { 0.0 } else { 1.0 };
+        bezier::falls(&bezier::approach(&seen), &mut |u| {
+            if distance(u) < distance(nearest) {
+                nearest = u;
+            }
+        });
+        nearest
+    }
+}
+
+/// Space as seen along a ray, from its start: axes of length one, z along the ray.
+struct View {
+    o: DVec3,
+    x: DVec3,
+    y: DVec3,
+    z: DVec3,
+    /// The length of the ray's direction.
+    length: f64,
+}
+
+impl View {
+    fn see(&self, p: DVec3) -> DVec3 {
+        let p = p - self.o;
+        DVec3::new(self.x.dot(p), self.y.dot(p), self.z.dot(p))
+    }
+}
+
+/// Whether the box around a piece, wider by `reach`, is on the ray.
+fn may_meet(seen: &[DVec3; 4], reach: f64, z_max: f64) -> bool {
+    let [a, b, c, d] = *seen;
+    let (low, high) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
+    low.y <= reach && high.y >= -reach && low.x <= reach && high.x >= -reach && high.z > 0.0 && low.z <= z_max
+}
+
+/// The normal of a ribbon at a place, turned evenly from one given normal to the next; as in pbrt-v3, which takes angles
+/// above 90 degrees for 90.
+fn ribbon_normal(normals: &[DVec3], segment: u32, u: f64) -> DVec3 {
+    let (from, to) = (normals[segment as usize], normals[segment as usize + 1]);
+    let angle = from.dot(to).clamp(0.0, 1.0).acos();
+    if angle < 1e-6 {
+        return from;
+    }
+    (from * ((1.0 - u) * angle).sin() + to * (u * angle).sin()) / angle.sin()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,229 @@
+//! `Shape "curve"`: cubic Bézier curves with a width, for hair and grass (PBR 3.7).
+
+use glam::{DMat3, DVec3};
+use lookat_syntax::{ParamType, nearest};
+
+use crate::Transform;
+use crate::params::Params;
+use crate::transform::LARGEST;
+
+/// A curve. Lengths and directions are those of its object space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// The control points of its segments, at least one: cubic Bézier curves (`P`, `basis`, `degree`).
+    pub segments: Vec<[DVec3; 4]>,
+    /// How it turns to a ray (`type`).
+    pub kind: CurveKind,
+    /// The width where it begins and where it ends, at least 0, one of them more; in between it changes evenly from
+    /// segment to segment (`width0` and `width1`, default `width`, default 1).
+    pub widths: [f64; 2],
+    /// Each segment is found in 2^`split_depth` boxes (`splitdepth`, default 3, at most 5).
+    pub split_depth: u32,
+    /// Its place.
+    pub world_from_object: Transform,
+}
+
+/// How a curve turns to a ray.
+#[derive(Debug, Clone, PartialEq)]
+pub enum CurveKind {
+    /// A flat band that faces the ray.
+    Flat,
+    /// The same, shaded as a round thread.
+    Cylinder,
+    /// A flat band with a direction of its own: unit normals where segments begin, and at the end of the last.
+    Ribbon(Vec<DVec3>),
+}
+
+/// More boxes than 2 to this are of no use to a segment.
+const MOST_SPLITS: i32 = 5;
+
+/// pbrt-v3's CreateCurveShape.
+pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option<Curve> {
+    let points = params.triples("P", ParamType::Point3);
+    let bspline = choice(params, "basis", &["bezier", "bspline"]) == 1;
+    let degree = params.integer("degree", 3);
+    let kind = choice(params, "type", &["flat", "cylinder", "ribbon"]);
+    let normals = params.triples("N", ParamType::Normal);
+    let widths = widths(params);
+    let split_depth = split_depth(params);
+    if !matches!(degree, 2 | 3) {
+        params.reject("degree", "the degree of a curve is 2 or 3", None);
+        return None;
+    }
+    let Some(points) = points else {
+        params.missing("P", "a curve needs P", "\"point P\" [...] gives its control points");
+        return None;
+    };
+    check_points(params, &points, &world_from_object, widths);
+    let segments = segments(params, &points, degree as usize, bspline)?;
+    let kind = match kind {
+        0 => CurveKind::Flat,
+        1 => CurveKind::Cylinder,
+        _ => CurveKind::Ribbon(ribbon_normals(params, normals.as_deref(), segments.len())?),
+    };
+    if normals.is_some() && !matches!(kind, CurveKind::Ribbon(_)) {
+        params.warn("N", "N of a curve that is no ribbon is ignored", "\"string type\" \"ribbon\" uses it");
+    }
+    params.usable().then_some(Curve { segments, kind, widths, split_depth, world_from_object })
+}
+
+/// The number of the name that a parameter gives among those that there are. The first is the default.
+fn choice(params: &mut Params, name: &'static str, names: &[&str]) -> usize {
+    let Some(given) = params.string(name) else { return 0 };
+    names.iter().position(|known| *known == given.value).unwrap_or_else(|| {
+        let help = match nearest(&given.value, names.iter().copied()) {
+            Some(known) => format!("did you mean \"{known}\"?"),
+            None => format!("there are {}", names.join(", ")),
+        };
+        params.reject(name, format!("unknown {name} \"{}\" of a curve", given.value), Some(&help));
+        0
+    })
+}
+
+fn widths(params: &mut Params) -> [f64; 2] {
+    let width = params.float("width", 1.0);
+    let widths = [params.float("width0", width), params.float("width1", width)];
+    for (name, width) in [("width0", widths[0]), ("width1", widths[1])] {
+        let name = if params.was_taken(name) { name } else { "width" };
+        if width < 0.0 && params.usable() {
+            params.reject(name, "the width of a curve must be at least 0", None);
+        }
+    }
+    if widths == [0.0; 2] {
+        let name = if params.was_taken("width") { "width" } else { "width1" };
+        params.reject(name, "nothing can be seen of a curve of width 0", None);
+    }
+    widths
+}
+
+fn split_depth(params: &mut Params) -> u32 {
+    // Old files have a float.
+    let old = params.float("splitdepth", 3.0);
+    let depth = params.integer("splitdepth", old as i32);
+    if depth < 0 {
+        params.reject("splitdepth", "splitdepth must be at least 0", None);
+    }
+    depth.clamp(0, MOST_SPLITS) as u32
+}
+
+fn check_points(params: &mut Params, points: &[[f64; 3]], transform: &Transform, widths: [f64; 2]) {
+    let widest = widths[0].max(widths[1]);
+    let scale = DMat3::from_mat4(transform.m).to_cols_array().iter().fold(1.0_f64, |max, x| max.max(x.abs()));
+    let within = |p: &[f64; 3]| {
+        let p = DVec3::from(*p);
+        p.abs().max_element() <= LARGEST && transform.point(p).abs().max_element() <= LARGEST
+    };
+    if widest * scale > LARGEST || !points.iter().all(within) {
+        params.reject("P", format!("the curve goes beyond {LARGEST:e} in the world"), None);
+    }
+}
+
+/// Cubic Bézier curves, whatever the points were given for.
+fn segments(
+    params: &mut Params,
+    points: &[[f64; 3]],
+    degree: usize,
+    bspline: bool,
+) -> Option<Vec<[DVec3; 4]>> {
+    let count = points.len();
+    let p = |at: usize| DVec3::from(points[at]);
+    if bspline && count > degree {
+        return Some((0..count - degree).map(|at| from_bspline(degree, |k| p(at + k))).collect());
+    }
+    if !bspline && count > degree && (count - 1).is_multiple_of(degree) {
+        return Some((0..count - 1).step_by(degree).map(|at| from_bezier(degree, |k| p(at + k))).collect());
+    }
+    let needed = if bspline { "at least " } else { "" };
+    let more = if bspline { String::new() } else { format!(", or {degree} more for each further segment") };
+    let message = format!("a curve of degree {degree} has {needed}{} points{more}; not {count}", degree + 1);
+    params.reject("P", message, None);
+    None
+}
+
+/// The same curve with four points.
+fn from_bezier(degree: usize, p: impl Fn(usize) -> DVec3) -> [DVec3; 4] {
+    if degree == 3 { [p(0), p(1), p(2), p(3)] } else { elevated([p(0), p(1), p(2)]) }
+}
+
+/// One span of a uniform B-spline.
+fn from_bspline(degree: usize, p: impl Fn(usize) -> DVec3) -> [DVec3; 4] {
+    if degree == 2 {
+        return elevated([p(0).midpoint(p(1)), p(1), p(1).midpoint(p(2))]);
+    }
+    let between = |at: usize, share: f64| p(at).lerp(p(at + 1), share);
+    let (near, far) = (between(1, 1.0 / 3.0), between(1, 2.0 / 3.0));
+    [between(0, 2.0 / 3.0).midpoint(near), near, far, far.midpoint(between(2, 1.0 / 3.0))]
+}
+
+/// A quadratic curve as a cubic one.
+fn elevated([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
+    [a, a.lerp(b, 2.0 / 3.0), b.lerp(c, 1.0 / 3.0), c]
+}
+
+/// Unit normals, one more than segments.
+fn ribbon_normals(params: &mut Params, normals: Option<&[[f64; 3]]>, segments: usize) -> Option<Vec<DVec3>> {
+    let Some(normals) = normals else {
+        let help =
+            format!("\"normal N\" [...] gives one where each segment begins or ends: {}", segments + 1);
+        params.missing("N", "a ribbon needs normals N", &help);
+        return None;
+    };
+    if normals.len() != segments + 1 {
+        let message = format!(
+            "a ribbon of {segments} {} needs {} normals, not {}",
+            if segments == 1 { "segment" } else { "segments" },
+            segments + 1,
+            normals.len()
+        );
+        params.reject("N", message, None);
+        return None;
+    }
+    let unit: Option<Vec<DVec3>> = normals.iter().map(|n| DVec3::from(*n).try_normalize()).collect();
+    if unit.is_none() {
+        params.reject("N", "a normal of length 0", None);
+    }
+    unit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn evaluate([a, b, c, d]: [DVec3; 4], u: f64) -> DVec3 {
+        let (ab, bc, cd) = (a.lerp(b, u), b.lerp(c, u), c.lerp(d, u));
+        ab.lerp(bc, u).lerp(bc.lerp(cd, u), u)
+    }
+
+    fn corner(k: usize) -> DVec3 {
+        let k = k as f64;
+        DVec3::new((k * 0.7).sin(), (k * 1.3).cos(), k * 0.5)
+    }
+
+    #[test]
+    fn a_quadratic_curve_stays_the_same() {
+        let cubic = from_bezier(2, corner);
+        for u in [0.0, 0.3, 0.5, 1.0] {
+            let (a, b) = (corner(0).lerp(corner(1), u), corner(1).lerp(corner(2), u));
+            assert!(evaluate(cubic, u).distance(a.lerp(b, u)) < 1e-15);
+        }
+    }
+
+    /// By the basis functions of uniform B-splines.
+    #[test]
+    fn spans_of_b_splines_are_bezier_curves() {
+        for u in [0.0_f64, 0.25, 0.6, 1.0] {
+            let t = 1.0 - u;
+            let cubic = [
+                t.powi(3) / 6.0,
+                (3.0 * u.powi(3) - 6.0 * u * u + 4.0) / 6.0,
+                (3.0 * t.powi(3) - 6.0 * t * t + 4.0) / 6.0,
+                u.powi(3) / 6.0,
+            ];
+            let expected: DVec3 = (0..4).map(|k| corner(k) * cubic[k]).sum();
+            assert!(evaluate(from_bspline(3, corner), u).distance(expected) < 1e-15);
+            let quadratic = [t * t / 2.0, 0.5 + u * t, u * u / 2.0];
+            let expected: DVec3 = (0..3).map(|k| corner(k) * quadratic[k]).sum();
+            assert!(evaluate(from_bspline(2, corner), u).distance(expected) < 1e-15);
+        }
+    }
+}
