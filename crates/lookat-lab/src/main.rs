@@ -1,5 +1,6 @@
 //! Experiments that measure lookat: `cargo run --release -p lookat-lab -- --help`. Their results stand in docs/.
 
+mod contact_sheet;
 mod cost;
 mod false_alarms;
 mod pictures;
@@ -23,6 +24,8 @@ enum Experiment {
     Power(power::Options),
     /// How much longer rendering takes than with textbook intersections in single precision
     Cost(cost::Options),
+    /// All scenes of pbrt-scenes in one picture: docs/scenes.png, with docs/scenes.md
+    ContactSheet(contact_sheet::Options),
     /// How far the scenes of pbrt-scenes are from their references
     References(references::Options),
 }
@@ -32,6 +35,7 @@ fn main() {
         Experiment::FalseAlarms(options) => false_alarms::run(&options),
         Experiment::Power(options) => power::run(&options),
         Experiment::Cost(options) => cost::run(&options),
+        Experiment::ContactSheet(options) => contact_sheet::run(&options),
         Experiment::References(options) => references::run(&options),
     }
 }
