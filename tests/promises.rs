@@ -163,6 +163,27 @@ fn check_light(light: &Light) {
             (direction.length() - 1.0).abs() < 1e-9 && radiance.is_finite()
         }
         Light::Infinite { radiance, samples } => radiance.is_finite() && samples > 0,
+        Light::Environment { ref map, scale, world_from_light, light_from_world, samples } => {
+            map.mean().is_finite()
+                && scale.is_finite()
+                && world_from_light.is_finite()
+                && light_from_world.is_finite()
+                && samples > 0
+        }
+        Light::Goniometric { position, light_from_world, intensity, ref map } => {
+            position.is_finite()
+                && light_from_world.is_finite()
+                && intensity.is_finite()
+                && map.mean().is_finite()
+        }
+        Light::Projection { position, light_from_world, intensity, ref map, half_size } => {
+            position.is_finite()
+                && light_from_world.is_finite()
+                && intensity.is_finite()
+                && map.as_ref().is_none_or(|map| map.mean().is_finite())
+                && half_size.min_element() > 0.0
+                && half_size.is_finite()
+        }
     };
     assert!(finite, "{light:?}");
 }

@@ -19,13 +19,22 @@ const FORMATS: [(&str, ImageFormat, u64); 5] = [
     ("hdr", ImageFormat::Hdr, 1 << 16),
 ];
 
-/// Reads R, G and B. Values of integer formats are taken from the sRGB curve to linear ones; alpha is left out.
-pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path) -> Result<Image, Fault> {
+/// What becomes of the values of integer formats.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Curve {
+    /// They are taken from the sRGB curve to linear ones.
+    Linear,
+    /// They stay as they stand in the file, from 0 to 1.
+    Stored,
+}
+
+/// Reads R, G and B; alpha is left out.
+pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) -> Result<Image, Fault> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
     let Some((_, format, densest)) = FORMATS.iter().find(|(known, ..)| *known == ending) else {
         return Err(Fault::Unfit("lookat reads exr, pfm, png, tga, jpg and hdr".into()));
     };
-    let linear = *format == ImageFormat::Hdr;
+    let as_stored = *format == ImageFormat::Hdr || curve == Curve::Stored;
     let length = input.seek(SeekFrom::End(0))?;
     input.rewind()?;
     let mut reader = ImageReader::with_format(input, *format);
@@ -40,8 +49,10 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path) -> Result<Image,
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
     let decoded = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f();
-    let pixels: Vec<[f32; 3]> =
-        decoded.pixels().map(|pixel| if linear { pixel.0 } else { pixel.0.map(from_srgb) }).collect();
+    let pixels: Vec<[f32; 3]> = decoded
+        .pixels()
+        .map(|pixel| if as_stored { pixel.0 } else { pixel.0.map(linear_from_srgb) })
+        .collect();
     let window = Window { x: 0, y: 0, width, height };
     Ok(Image { precision: Precision::Integer, ..Image::from_rgb(window, window, &pixels) })
 }
@@ -54,8 +65,8 @@ fn fault(error: ::image::ImageError) -> Fault {
     }
 }
 
-/// The inverse of the sRGB curve of IEC 61966-2-1.
-fn from_srgb(encoded: f32) -> f32 {
+/// The inverse of the sRGB curve of IEC 61966-2-1, for any number.
+pub fn linear_from_srgb(encoded: f32) -> f32 {
     let encoded = f64::from(encoded);
     let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
     linear as f32

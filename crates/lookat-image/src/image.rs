@@ -2,9 +2,10 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Write};
+use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
 use std::path::Path;
 
+use crate::decoded::Curve;
 use crate::error::{Fault, ImageError};
 use crate::{Format, decoded, eightbit, exr, pfm};
 
@@ -138,13 +139,20 @@ impl Image {
     /// 2^28 pixels, or what is to be read of an EXR file has deep data, subsampled channels, or DWA or HTJ2K
     /// compression; [`ImageError::NotThatFormat`] and [`ImageError::Damaged`] for contents that are not right.
     pub fn read(path: &Path) -> Result<Image, ImageError> {
-        let open = || File::open(path).map(BufReader::new).map_err(Fault::from);
-        let result = match Format::from_path(path) {
-            Some(Format::Exr) => open().and_then(|input| exr::read(input, None)),
-            Some(Format::Pfm) => open().and_then(pfm::read),
-            _ => open().and_then(|input| decoded::read(input, path)),
-        };
-        result.map_err(|fault| ImageError::reading(path, fault))
+        File::open(path)
+            .map_err(Fault::from)
+            .and_then(|file| read_as(path, BufReader::new(file), Curve::Linear))
+            .map_err(|fault| ImageError::reading(path, fault))
+    }
+
+    /// Reads a picture as textures need it: like [`Image::read`], from the bytes of a file whose path only tells the
+    /// format, and with the values of integer formats as they stand there, from 0 to 1 on whatever curve.
+    ///
+    /// # Errors
+    ///
+    /// As [`Image::read`].
+    pub fn decode(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
+        read_as(path, Cursor::new(bytes), Curve::Stored).map_err(|fault| ImageError::reading(path, fault))
     }
 
     /// Reads one layer of an EXR file.
@@ -216,6 +224,15 @@ impl Image {
             (None, [only]) => Ok(vec![only.samples.as_slice()]),
             _ => Err(Fault::Unfit("the picture has several channels, but neither R, G and B nor Y".into())),
         }
+    }
+}
+
+/// Reads in the format that the path names.
+fn read_as(path: &Path, input: impl BufRead + Seek, curve: Curve) -> Result<Image, Fault> {
+    match Format::from_path(path) {
+        Some(Format::Exr) => exr::read(input, None),
+        Some(Format::Pfm) => pfm::read(input),
+        _ => decoded::read(input, path, curve),
     }
 }
 

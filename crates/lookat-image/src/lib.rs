@@ -29,6 +29,7 @@ mod flip;
 mod format;
 mod image;
 mod metric;
+mod mip_map;
 mod panel;
 mod pfm;
 mod rank;
@@ -39,6 +40,7 @@ mod sum;
 
 pub use agreement::{Agreement, PixelTest, Test, Untestable, agreement};
 pub use align::{AlignError, Aligned, align};
+pub use decoded::linear_from_srgb;
 pub use display::Encoded;
 pub use error::ImageError;
 pub use errors::PixelError;
@@ -49,6 +51,7 @@ pub use metric::{
     Largest, Means, largest_difference, mean, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,
 };
+pub use mip_map::{MipMap, Texel, Wrap};
 pub use panel::{
     DIFFERENCE_COLORS, NOT_FINITE_COLOR, PanelOptions, box_means, difference_color, difference_limit,
     suitable_exposure, write_panel,

@@ -1,7 +1,10 @@
 //! Lights: where to look for light from a point, and how likely each direction is looked at.
 
 mod choice;
+mod environment;
+mod goniometric;
 mod mesh;
+mod projection;
 mod sky;
 mod sphere;
 
@@ -13,7 +16,10 @@ use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::sphere::PlacedSphere;
 use crate::surface::{Surface, flipped, on_triangle, reach};
+use environment::Environment;
+use goniometric::Goniometric;
 use mesh::MeshAreas;
+use projection::Projection;
 
 /// All lights of a scene.
 pub(crate) struct LightTable<'s> {
@@ -22,8 +28,10 @@ pub(crate) struct LightTable<'s> {
     power_cdf: Vec<f64>,
     /// The light that a primitive is, or none.
     of_primitive: Vec<Option<usize>>,
-    /// The sum of what comes from directions in which there is nothing.
+    /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
+    /// The lights that show a picture in such directions.
+    environments: Vec<usize>,
     /// World position of the origin.
     eye: DVec3,
 }
@@ -49,6 +57,9 @@ enum SceneLight<'s> {
         radiance: Vec3,
         samples: u32,
     },
+    Environment(Box<Environment<'s>>),
+    Goniometric(Goniometric<'s>),
+    Projection(Projection<'s>),
     Surface(SurfaceLight<'s>),
 }
 
@@ -99,7 +110,9 @@ impl<'s> LightTable<'s> {
             Light::Infinite { radiance, .. } => sum + *radiance,
             _ => sum,
         });
+        let is_environment = |light: &usize| matches!(lights[*light], SceneLight::Environment(_));
         LightTable {
+            environments: (0..lights.len()).filter(is_environment).collect(),
             power_cdf: choice::power_cdf(&lights, scene, eye),
             lights,
             of_primitive,
@@ -117,6 +130,7 @@ impl<'s> LightTable<'s> {
     pub fn samples(&self, light: usize) -> u32 {
         match &self.lights[light] {
             SceneLight::Infinite { samples, .. } => *samples,
+            SceneLight::Environment(environment) => environment.samples,
             SceneLight::Surface(surface) => surface.samples,
             _ => 1,
         }
@@ -124,12 +138,17 @@ impl<'s> LightTable<'s> {
 
     /// Whether a light is only a point or a direction, which no ray finds by chance.
     pub fn is_delta(&self, light: usize) -> bool {
-        !matches!(self.lights[light], SceneLight::Infinite { .. } | SceneLight::Surface(_))
+        use SceneLight::{Environment, Infinite, Surface};
+        !matches!(self.lights[light], Infinite { .. } | Environment(_) | Surface(_))
     }
 
     /// Radiance from a direction in which there is nothing.
-    pub fn background(&self) -> Vec3 {
-        self.background
+    pub fn background(&self, d: DVec3) -> Vec3 {
+        let shown = self.environments.iter().map(|light| match &self.lights[*light] {
+            SceneLight::Environment(environment) => environment.radiance(d),
+            _ => Vec3::ZERO,
+        });
+        self.background + shown.sum::<Vec3>()
     }
 
     /// A direction towards a light, seen from `from` on the side of `wo`.
@@ -157,6 +176,19 @@ impl<'s> LightTable<'s> {
             SceneLight::Infinite { radiance, .. } => {
                 let (wi, pdf) = sky::sample(from, wo, u);
                 (pdf > 0.0).then_some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
+            }
+            SceneLight::Environment(environment) => {
+                let (wi, pdf) = environment.sample(u)?;
+                Some(LightSample { li: environment.radiance(wi), pdf: Some(pdf), shadow: from.leave(wi) })
+            }
+            SceneLight::Goniometric(light) => {
+                let (li, shadow) = towards(from, light.position, light.intensity)?;
+                Some(LightSample { li: li * light.factor(-shadow.d), pdf: None, shadow })
+            }
+            SceneLight::Projection(light) => {
+                let (li, shadow) = towards(from, light.position, light.intensity)?;
+                let factor = light.factor(-shadow.d)?;
+                Some(LightSample { li: li * factor, pdf: None, shadow })
             }
             SceneLight::Surface(surface) => self.sample_surface(surface, from, u),
         }
@@ -224,13 +256,16 @@ impl<'s> LightTable<'s> {
         let pdf = sky::pdf(from, wo, wi);
         self.lights.iter().enumerate().filter_map(move |(number, light)| match light {
             SceneLight::Infinite { radiance, .. } => Some((number, *radiance, pdf)),
+            SceneLight::Environment(environment) => {
+                Some((number, environment.radiance(wi), environment.pdf(wi)))
+            }
             _ => None,
         })
     }
 }
 
-impl SceneLight<'_> {
-    fn new(light: &Light, eye: DVec3) -> Self {
+impl<'s> SceneLight<'s> {
+    fn new(light: &'s Light, eye: DVec3) -> Self {
         match *light {
             Light::Point { position, intensity } => SceneLight::Point { position: position - eye, intensity },
             Light::Spot { position, light_from_world, intensity, cos_total_width, cos_falloff_start } => {
@@ -239,6 +274,19 @@ impl SceneLight<'_> {
             }
             Light::Distant { direction, radiance } => SceneLight::Distant { direction, radiance },
             Light::Infinite { radiance, samples } => SceneLight::Infinite { radiance, samples },
+            Light::Environment { ref map, scale, world_from_light, light_from_world, samples } => {
+                let spaces = [world_from_light, light_from_world];
+                SceneLight::Environment(Box::new(Environment::new(map, scale, spaces, samples)))
+            }
+            Light::Goniometric { position, light_from_world, intensity, ref map } => {
+                let position = position - eye;
+                SceneLight::Goniometric(Goniometric { position, light_from_world, intensity, map })
+            }
+            Light::Projection { position, light_from_world, intensity, ref map, half_size } => {
+                let position = position - eye;
+                let map = map.as_deref();
+                SceneLight::Projection(Projection { position, light_from_world, intensity, map, half_size })
+            }
         }
     }
 }

@@ -51,7 +51,7 @@ fn point(
         Some(camera_ray) if material.needs.footprint => footprint(surface, &coordinates.flat, camera_ray),
         _ => Footprint::default(),
     };
-    let at = TexturePoint { p: surface.p + scene.eye, uv: coordinates.flat.uv, footprint };
+    let at = TexturePoint { p: surface.p, eye: scene.eye, uv: coordinates.flat.uv, footprint };
     let (ns, dpdu) = match &material.bump {
         Some(bump) => bumped(&at, bump, surface, &coordinates),
         None => (surface.ns, coordinates.shading.dpdu),

@@ -1,13 +1,18 @@
 //! The value of a texture at a point of a surface (PBR 10).
 
+mod imagemap;
+mod mapping;
+
 use glam::{DVec2, DVec3};
 use lookat_scene::{Texture, Value, Varying};
 
 /// Where a texture is asked.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct TexturePoint {
-    /// Position in the world.
+    /// Position, relative to `eye`.
     pub p: DVec3,
+    /// World position of the eye, which positions are relative to.
+    pub eye: DVec3,
     /// Coordinates of the surface.
     pub uv: DVec2,
     /// How position and coordinates change from one camera ray to its neighbours; 0 where there are none.
@@ -37,6 +42,7 @@ impl TexturePoint {
             Varying::Mix { textures: [a, b], amount } => {
                 T::mix(self.value(a), self.value(b), self.value(amount))
             }
+            Varying::ImageMap(image) => imagemap::value(image, self),
         }
     }
 }

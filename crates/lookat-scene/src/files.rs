@@ -45,7 +45,7 @@ impl<'a> Files<'a> {
     /// Reads the file that is named at `span`: relative to the file that names it, or else to the scene file. (pbrt-v3 does
     /// only the second.) Gives the path that was found, or the one tried first with the reason why not.
     pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Vec<u8>), (PathBuf, io::Error)> {
-        let beside = normal(&parent(&self.sources.file(span.file).path).join(name));
+        let beside = self.beside(name, span);
         let error = match (self.read)(&beside) {
             Ok(bytes) => return Ok((beside, bytes)),
             Err(error) => error,
@@ -57,6 +57,11 @@ impl<'a> Files<'a> {
             return Ok((from_root, bytes));
         }
         Err((beside, error))
+    }
+
+    /// The path of a file that is named at `span`, beside the file that names it.
+    pub fn beside(&self, name: &str, span: Span) -> PathBuf {
+        normal(&parent(&self.sources.file(span.file).path).join(name))
     }
 }
 

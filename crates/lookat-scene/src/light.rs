@@ -1,12 +1,25 @@
 //! `LightSource` and `AreaLightSource`: where light comes from.
 
-use glam::{DMat3, DVec3, Vec3};
+mod goniometric;
+mod infinite;
+mod projection;
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use lookat_image::{MipMap, Wrap};
+use lookat_syntax::Text;
 
 use crate::params::Params;
+use crate::picture::{Pictures, Settings};
 use crate::{Emission, Transform};
 
+use goniometric::goniometric;
+use infinite::infinite;
+use projection::projection;
+
 /// A light without a shape.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Light {
     /// From a point, alike in all directions (`point`).
     Point {
@@ -42,22 +55,62 @@ pub enum Light {
         /// Samples of direct light per camera sample, for the direct lighting integrator (`nsamples`, default 1).
         samples: u32,
     },
+    /// The radiance that a picture shows of all directions around the scene (`infinite` with `mapname`).
+    Environment {
+        /// Latitude from +z at its first row to -z at its last, longitude from +x by way of +y, in light space (`mapname`).
+        /// At least 0.
+        map: Arc<MipMap<Vec3>>,
+        /// Factor of the picture (`L` times `scale`).
+        scale: Vec3,
+        /// Takes directions of light space to the world.
+        world_from_light: DMat3,
+        /// The inverse.
+        light_from_world: DMat3,
+        /// Samples of direct light per camera sample, for the direct lighting integrator (`nsamples`, default 1).
+        samples: u32,
+    },
+    /// From a point, in each direction as a picture has it (`goniometric`).
+    Goniometric {
+        /// World position (the origin of light space).
+        position: DVec3,
+        /// Takes world directions to light space.
+        light_from_world: DMat3,
+        /// Radiant intensity where the picture is 1 (`I` times `scale`).
+        intensity: Vec3,
+        /// Latitude from +y at its first row to -y at its last, longitude from +x by way of +z, in light space
+        /// (`mapname`). At least 0.
+        map: Arc<MipMap<Vec3>>,
+    },
+    /// From a point, as a projector of slides (`projection`).
+    Projection {
+        /// World position (the origin of light space).
+        position: DVec3,
+        /// Takes world directions to light space, where the light looks along +z.
+        light_from_world: DMat3,
+        /// Radiant intensity where the picture is 1 (`I` times `scale`).
+        intensity: Vec3,
+        /// The picture, its first row at the least y (`mapname`); without one it is 1 everywhere. At least 0.
+        map: Option<Arc<MipMap<Vec3>>>,
+        /// Half of the picture's size at z = 1 in light space (from `fov`, default 45 degrees, of the shorter side).
+        half_size: DVec2,
+    },
 }
 
 pub(crate) const NAMES: &[&str] = &["point", "spot", "goniometric", "projection", "distant", "infinite"];
 
 /// pbrt-v3's MakeLight.
-pub(crate) fn light(params: &mut Params, world_from_light: Transform) -> Option<Light> {
+pub(crate) fn light(
+    params: &mut Params,
+    world_from_light: Transform,
+    pictures: &mut Pictures,
+) -> Option<Light> {
     let light = match params.kind() {
         "point" => point(params, world_from_light),
         "spot" => spot(params, world_from_light)?,
         "distant" => distant(params, world_from_light)?,
-        "infinite" | "exinfinite" => infinite(params),
-        "goniometric" | "projection" => {
-            let message = format!("LightSource \"{}\" is not rendered yet; it gives no light", params.kind());
-            params.unsupported(message);
-            return None;
-        }
+        "infinite" | "exinfinite" => infinite(params, world_from_light, pictures)?,
+        "goniometric" => goniometric(params, world_from_light, pictures)?,
+        "projection" => projection(params, world_from_light, pictures)?,
         "area" | "diffuse" => {
             let help = "AreaLightSource makes the shapes that follow it emit light";
             params.reject("", "LightSource has no type for shapes", Some(help));
@@ -128,13 +181,16 @@ fn coordinate_system(v: DVec3) -> (DVec3, DVec3) {
     (x, v.cross(x))
 }
 
-fn infinite(params: &mut Params) -> Light {
-    let radiance = scaled(params, "L");
-    let samples = samples(params);
-    if params.string("mapname").is_some() {
-        params.unsupported("the map of LightSource \"infinite\" is not rendered yet; L alone is".into());
-    }
-    Light::Infinite { radiance, samples }
+/// The picture that a light shows: its values as they are in the file, whatever its format.
+fn shown(params: &mut Params, file: &Text, pictures: &mut Pictures) -> Option<Arc<MipMap<Vec3>>> {
+    let settings =
+        Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
+    pictures.colors.get(params, "mapname", file, settings)
+}
+
+fn no_map(params: &mut Params, what_it_does: &str) {
+    let message = format!("LightSource \"{}\" without mapname: {what_it_does}", params.kind());
+    params.warn("mapname", &message, "\"string mapname\" names the picture that it shows");
 }
 
 fn scaled(params: &mut Params, name: &'static str) -> Vec3 {

@@ -260,6 +260,11 @@ impl<'a> Params<'a> {
         }
     }
 
+    /// The path at which [`Params::file`] looks first: the same for names that mean the same file.
+    pub fn first_path(&self, name: &Text) -> PathBuf {
+        self.files.beside(&name.value, name.span)
+    }
+
     /// Where the value of a parameter that was taken stands; of one that was not given, the type of the directive.
     pub fn place(&self, name: &str) -> Span {
         self.places.iter().rev().find(|(taken, _)| *taken == name).map_or(self.kind.span, |(_, span)| *span)

@@ -14,6 +14,7 @@ use crate::files::Files;
 use crate::options::{Options, Settled};
 use crate::overrides::Overrides;
 use crate::params::Params;
+use crate::picture::Pictures;
 use crate::report::Report;
 use crate::sources::Sources;
 use crate::state::{Definitions, GraphicsState, Open, Saved};
@@ -58,6 +59,7 @@ pub(crate) struct Resolver<'a> {
     object: Option<Object>,
     objects: BTreeMap<String, Arc<Object>>,
     media: BTreeSet<String>,
+    pictures: Pictures,
 }
 
 impl<'a> Resolver<'a> {
@@ -84,6 +86,7 @@ impl<'a> Resolver<'a> {
             object: None,
             objects: BTreeMap::new(),
             media: BTreeSet::new(),
+            pictures: Pictures::default(),
         }
     }
 

@@ -1,17 +1,25 @@
 //! `Texture`: named values that vary over surfaces.
 
+mod imagemap;
+mod mapping;
 mod mix;
 mod scale;
 
 use std::sync::Arc;
 
 use glam::Vec3;
+use lookat_image::Texel;
 
+use crate::Transform;
 use crate::params::Params;
+use crate::picture::{Cache, FromColor, Pictures};
+
+pub use imagemap::{ImageFilter, ImageMap};
+pub use mapping::Mapping;
 
 /// A value for each point of a surface: a number (`f64`) or a color (`Vec3`, linear RGB).
 #[derive(Debug, Clone)]
-pub enum Texture<T> {
+pub enum Texture<T: Value> {
     /// Everywhere the same (`constant`: `value`, default 1).
     Constant(T),
     /// Different from point to point.
@@ -20,7 +28,7 @@ pub enum Texture<T> {
 
 /// A texture that is not everywhere the same.
 #[derive(Debug, Clone)]
-pub enum Varying<T> {
+pub enum Varying<T: Value> {
     /// The product of two textures (`scale`).
     Scale([Texture<T>; 2]),
     /// The first texture where `amount` is 0, the second where it is 1 (`mix`).
@@ -30,9 +38,11 @@ pub enum Varying<T> {
         /// The share of the second (`amount`, default 0.5).
         amount: Texture<f64>,
     },
+    /// A picture (`imagemap`).
+    ImageMap(Box<ImageMap<T>>),
 }
 
-impl<T: Copy> Texture<T> {
+impl<T: Value> Texture<T> {
     /// The value, where it is the same everywhere.
     pub fn constant(&self) -> Option<T> {
         match self {
@@ -50,6 +60,7 @@ impl<T: Copy> Texture<T> {
                 Varying::Mix { textures: [a, b], amount } => {
                     a.is_filtered() || b.is_filtered() || amount.is_filtered()
                 }
+                Varying::ImageMap(_) => true,
             },
         }
     }
@@ -61,6 +72,12 @@ impl<T: Copy> Texture<T> {
 
 /// What textures give: numbers and colors.
 pub trait Value: Copy + std::fmt::Debug + Send + Sync + std::ops::Mul<Output = Self> + 'static {
+    /// Of a picture.
+    type Texel: Texel;
+
+    /// The value of a picture.
+    fn from_texel(texel: Self::Texel) -> Self;
+
     /// The value with all channels alike.
     fn gray(value: f64) -> Self;
 
@@ -69,6 +86,12 @@ pub trait Value: Copy + std::fmt::Debug + Send + Sync + std::ops::Mul<Output = S
 }
 
 impl Value for f64 {
+    type Texel = f32;
+
+    fn from_texel(texel: f32) -> f64 {
+        texel.into()
+    }
+
     fn gray(value: f64) -> f64 {
         value
     }
@@ -79,6 +102,12 @@ impl Value for f64 {
 }
 
 impl Value for Vec3 {
+    type Texel = Vec3;
+
+    fn from_texel(texel: Vec3) -> Vec3 {
+        texel
+    }
+
     fn gray(value: f64) -> Vec3 {
         Vec3::splat(value as f32)
     }
@@ -89,12 +118,15 @@ impl Value for Vec3 {
 }
 
 /// A value that parameters can name a texture for.
-pub(crate) trait Parameter: Value {
+pub(crate) trait Parameter: Value<Texel: FromColor> {
     /// The parameter as a texture; where it is missing, the default.
     fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Self>;
 
     /// The parameter as a value: no texture.
     fn value(params: &mut Params, name: &'static str, default: f64) -> Self;
+
+    /// The pictures of such values.
+    fn cache(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
 }
 
 impl Parameter for f64 {
@@ -105,6 +137,10 @@ impl Parameter for f64 {
     fn value(params: &mut Params, name: &'static str, default: f64) -> f64 {
         params.float(name, default)
     }
+
+    fn cache(pictures: &mut Pictures) -> &mut Cache<f32> {
+        &mut pictures.numbers
+    }
 }
 
 impl Parameter for Vec3 {
@@ -114,6 +150,10 @@ impl Parameter for Vec3 {
 
     fn value(params: &mut Params, name: &'static str, default: f64) -> Vec3 {
         params.spectrum(name, Vec3::gray(default))
+    }
+
+    fn cache(pictures: &mut Pictures) -> &mut Cache<Vec3> {
+        &mut pictures.colors
     }
 }
 
@@ -134,11 +174,16 @@ pub(crate) const NAMES: &[&str] = &[
 ];
 
 /// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for what is not rendered, or in error.
-pub(crate) fn texture<T: Parameter>(params: &mut Params) -> Option<Texture<T>> {
+pub(crate) fn texture<T: Parameter>(
+    params: &mut Params,
+    world_from_texture: Transform,
+    pictures: &mut Pictures,
+) -> Option<Texture<T>> {
     let texture = match params.kind() {
         "constant" => Texture::Constant(T::value(params, "value", 1.0)),
         "scale" => scale::scale(params),
         "mix" => mix::mix(params),
+        "imagemap" => imagemap::imagemap(params, world_from_texture, pictures)?,
         _ => return not_rendered(params),
     };
     params.finish().then_some(texture)

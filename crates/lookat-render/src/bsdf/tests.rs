@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use lookat_scene::{
-    Glass, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate, Texture, Translucent, Uber,
+    Glass, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate, Texture, Translucent, Uber, Value,
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -11,7 +11,7 @@ use super::*;
 
 const COLOR: Vec3 = Vec3::new(0.9, 0.5, 0.7);
 
-fn constant<T>(value: T) -> Texture<T> {
+fn constant<T: Value>(value: T) -> Texture<T> {
     Texture::Constant(value)
 }
 

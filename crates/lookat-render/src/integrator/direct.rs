@@ -28,7 +28,7 @@ pub(crate) fn li(
     let (mut depth, mut passed) = (0, 0);
     loop {
         let Some(surface) = tracer.nearest(&ray) else {
-            return radiance + beta * tracer.lights().background();
+            return radiance + beta * tracer.lights().background(ray.d);
         };
         let wo = -ray.d;
         let Some(bsdf) = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes) else {

@@ -140,7 +140,7 @@ fn emitted(tracer: &Tracer, emission: &Emission, surface: &Surface, wo: DVec3, c
 fn background(tracer: &Tracer, emission: &Emission, d: DVec3, choice: LightChoice) -> Vec3 {
     let lights = tracer.lights();
     match emission {
-        Emission::Full => lights.background(),
+        Emission::Full => lights.background(d),
         Emission::Hidden => Vec3::ZERO,
         Emission::Weighed { from, wo, pdf } => lights
             .infinite(from, *wo, d)

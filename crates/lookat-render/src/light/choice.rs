@@ -84,8 +84,15 @@ impl SceneLight<'_> {
             SceneLight::Point { position, intensity } | SceneLight::Spot { position, intensity, .. } => {
                 luminance(*intensity) / position.distance_squared(p).max(f64::MIN_POSITIVE)
             }
+            SceneLight::Goniometric(light) => {
+                luminance(light.mean()) / light.position.distance_squared(p).max(f64::MIN_POSITIVE)
+            }
+            SceneLight::Projection(light) => {
+                luminance(light.mean()) / light.position.distance_squared(p).max(f64::MIN_POSITIVE)
+            }
             SceneLight::Distant { radiance, .. } => luminance(*radiance),
             SceneLight::Infinite { radiance, .. } => luminance(*radiance) * PI,
+            SceneLight::Environment(environment) => environment.brightness() * PI,
             SceneLight::Surface(surface) => {
                 // A distant light fills its area over the squared distance; none fills more than the sky.
                 surface.brightness * PI.min(surface.area / surface.center.distance_squared(p))
@@ -100,8 +107,11 @@ impl SceneLight<'_> {
             SceneLight::Spot { intensity, cos_total_width, cos_falloff_start, .. } => {
                 2.0 * PI * (1.0 - 0.5 * (cos_total_width + cos_falloff_start)) * luminance(*intensity)
             }
+            SceneLight::Goniometric(light) => 4.0 * PI * luminance(light.mean()),
+            SceneLight::Projection(light) => light.solid_angle() * luminance(light.mean()),
             SceneLight::Distant { radiance, .. } => PI * radius * radius * luminance(*radiance),
             SceneLight::Infinite { radiance, .. } => PI * PI * radius * radius * luminance(*radiance),
+            SceneLight::Environment(environment) => PI * PI * radius * radius * environment.brightness(),
             SceneLight::Surface(surface) => surface.brightness * surface.area * PI,
         }
     }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::{MaterialKind, Roughness};
-use crate::texture::Texture;
+use crate::texture::{Texture, Value};
 
 /// What must be known of a point to shade it, beyond its normals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +70,7 @@ impl Needs {
         textures.iter().for_each(|texture| self.texture(texture));
     }
 
-    fn texture<T: Copy>(&mut self, texture: &Texture<T>) {
+    fn texture<T: Value>(&mut self, texture: &Texture<T>) {
         self.coordinates |= texture.constant().is_none();
         self.footprint |= texture.is_filtered();
     }

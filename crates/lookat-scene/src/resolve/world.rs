@@ -77,11 +77,11 @@ impl Resolver<'_> {
             .with_textures(&self.definitions.textures);
         match value.value.as_str() {
             "float" => {
-                let made = texture::texture(params);
+                let made = texture::texture(params, self.state.ctm, &mut self.pictures);
                 self.definitions.textures.float.define(name.value, made);
             }
             "spectrum" | "color" => {
-                let made = texture::texture(params);
+                let made = texture::texture(params, self.state.ctm, &mut self.pictures);
                 self.definitions.textures.spectrum.define(name.value, made);
             }
             other => {
@@ -106,7 +106,7 @@ impl Resolver<'_> {
 
     pub(super) fn light_source(&mut self, entity: Entity) {
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
-        let light = light::light(params, self.state.ctm);
+        let light = light::light(params, self.state.ctm, &mut self.pictures);
         self.dark_light |= light.is_none();
         self.lights.extend(light);
     }

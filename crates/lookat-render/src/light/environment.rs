@@ -1,0 +1,166 @@
+//! Light from a picture of all directions (PBR 14.2.4).
+
+mod table;
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use lookat_image::MipMap;
+
+use table::DirectionTable;
+
+/// An infinite light with a picture.
+pub(super) struct Environment<'s> {
+    map: &'s MipMap<Vec3>,
+    /// Factor of the picture.
+    scale: Vec3,
+    world_from_light: DMat3,
+    light_from_world: DMat3,
+    /// By how much a volume grows from light space to the world.
+    growth: f64,
+    table: DirectionTable,
+    pub samples: u32,
+}
+
+impl<'s> Environment<'s> {
+    /// `spaces`: from light space to the world, and its inverse.
+    pub fn new(map: &'s MipMap<Vec3>, scale: Vec3, spaces: [DMat3; 2], samples: u32) -> Self {
+        let [world_from_light, light_from_world] = spaces;
+        Environment {
+            map,
+            scale,
+            world_from_light,
+            light_from_world,
+            growth: world_from_light.determinant().abs(),
+            table: DirectionTable::new(map, scale),
+            samples,
+        }
+    }
+
+    /// The radiance from direction `wi` of the world.
+    pub fn radiance(&self, wi: DVec3) -> Vec3 {
+        self.scale * self.map.bilinear(place(self.light_from_world * wi))
+    }
+
+    /// A direction, about in proportion to the luminance that comes from it, and its density by solid angle. `None` if
+    /// all is dark.
+    pub fn sample(&self, u: DVec2) -> Option<(DVec3, f64)> {
+        let wi = (self.world_from_light * self.table.sample(u)?).try_normalize()?;
+        let pdf = self.pdf(wi);
+        (pdf > 0.0).then_some((wi, pdf))
+    }
+
+    /// Density of [`Environment::sample`] by solid angle, for `wi` of length one.
+    pub fn pdf(&self, wi: DVec3) -> f64 {
+        let in_light = self.light_from_world * wi;
+        // The solid angle that a direction of light space covers in the world.
+        let stretch = self.growth * in_light.length().powi(3);
+        self.table.pdf(place(in_light)) / stretch
+    }
+
+    /// The mean luminance over all directions of light space.
+    pub fn brightness(&self) -> f64 {
+        self.table.mean()
+    }
+}
+
+/// The place of a direction, of any length, on a picture: longitude from +x by way of +y and latitude from +z, each from
+/// 0 to 1.
+pub(super) fn place(d: DVec3) -> DVec2 {
+    let phi = d.y.atan2(d.x) / TAU;
+    let theta = d.truncate().length().atan2(d.z) / PI;
+    DVec2::new(if phi < 0.0 { phi + 1.0 } else { phi }, theta)
+}
+
+#[cfg(test)]
+mod tests {
+    use lookat_image::Wrap;
+
+    use super::*;
+    use crate::color::luminance;
+
+    /// Turns, shears and mirrors.
+    const SKEWED: DMat3 = DMat3::from_cols_array(&[0.3, 1.2, 0.0, -0.5, 0.4, 0.9, 0.8, 0.1, 0.7]);
+
+    /// A sky with a small sun.
+    fn with<R>(world_from_light: DMat3, check: impl Fn(&Environment) -> R) -> R {
+        let mut texels: Vec<Vec3> = (0..32 * 16).map(|i| Vec3::splat((i * 37 % 11) as f32 * 0.1)).collect();
+        texels[5 * 32 + 7] = Vec3::new(300.0, 200.0, 100.0);
+        let map = MipMap::new(32, 16, texels, Wrap::Repeat);
+        let spaces = [world_from_light, world_from_light.inverse()];
+        check(&Environment::new(&map, Vec3::new(1.0, 0.5, 2.0), spaces, 1))
+    }
+
+    fn grid(side: u32) -> impl Iterator<Item = DVec2> {
+        let cell = move |i: u32| (f64::from(i) + 0.5) / f64::from(side);
+        (0..side * side).map(move |i| DVec2::new(cell(i % side), cell(i / side)))
+    }
+
+    fn on_sphere(u: DVec2) -> DVec3 {
+        let z = 1.0 - 2.0 * u.y;
+        DVec2::from_angle(TAU * u.x).extend(0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z
+    }
+
+    #[test]
+    fn the_density_has_an_integral_of_one() {
+        with(SKEWED, |light| {
+            let sum: f64 = grid(1500).map(|u| light.pdf(on_sphere(u))).sum();
+            let integral = sum * 4.0 * PI / (1500.0 * 1500.0);
+            assert!((integral - 1.0).abs() < 0.01, "{integral}");
+        });
+    }
+
+    /// Chi-square: as many samples fall into each part of the sphere as the density says.
+    #[test]
+    fn samples_follow_the_density() {
+        let part = |d: DVec3| {
+            let st = place(d);
+            ((st.y * 8.0) as usize).min(7) * 16 + ((st.x * 16.0) as usize).min(15)
+        };
+        with(SKEWED, |light| {
+            let (mut expected, mut found) = (vec![0.0_f64; 128], vec![0.0_f64; 128]);
+            let (side, samples) = (2000, 300);
+            let each = 4.0 * PI / f64::from(side * side) * f64::from(samples * samples);
+            for u in grid(side) {
+                let d = on_sphere(u);
+                expected[part(d)] += light.pdf(d) * each;
+            }
+            for u in grid(samples) {
+                found[part(light.sample(u).expect("it is not dark").0)] += 1.0;
+            }
+            let chi: f64 = expected.iter().zip(&found).map(|(e, f)| (f - e).powi(2) / e.max(5.0)).sum();
+            // Of 127 random degrees of freedom one in a million is beyond 215; a grid is nearer.
+            assert!(chi < 215.0, "{chi}");
+        });
+    }
+
+    /// No sample counts for more than four times its share: there are no fireflies.
+    #[test]
+    fn weights_are_bounded() {
+        with(DMat3::from_rotation_y(1.0), |light| {
+            let shown = |d| luminance(light.radiance(d));
+            let mean = grid(1500).map(|u| shown(on_sphere(u))).sum::<f64>() / (1500.0 * 1500.0);
+            assert!((light.brightness() / mean - 1.0).abs() < 0.01);
+            for u in grid(300) {
+                let (wi, pdf) = light.sample(u).expect("it is not dark");
+                assert!(shown(wi) / pdf < 4.01 * 4.0 * PI * light.brightness());
+            }
+        });
+    }
+
+    #[test]
+    fn places_are_those_of_pbrt() {
+        assert_eq!(place(DVec3::Z), DVec2::ZERO);
+        assert_eq!(place(DVec3::Y * 3.0), DVec2::new(0.25, 0.5));
+        assert_eq!(place(-DVec3::Y), DVec2::new(0.75, 0.5));
+        assert_eq!(place(-DVec3::Z).y, 1.0);
+    }
+
+    #[test]
+    fn darkness_is_not_sampled() {
+        let map = MipMap::new(4, 2, vec![Vec3::ZERO; 8], Wrap::Repeat);
+        let light = Environment::new(&map, Vec3::ONE, [DMat3::IDENTITY; 2], 1);
+        assert!(light.sample(DVec2::splat(0.5)).is_none());
+        assert_eq!((light.pdf(DVec3::X), light.brightness()), (0.0, 0.0));
+    }
+}

@@ -1,0 +1,120 @@
+//! Directions in proportion to what a picture shows there.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3, Vec3};
+use lookat_image::MipMap;
+use rayon::prelude::*;
+
+use crate::color::luminance;
+
+/// A density over the sphere that is the same within each cell of a grid over longitude and latitude.
+///
+/// A cell is half a texel wide and high, so the picture is bilinear in it, its mean is the value at its middle, and no
+/// value is more than four times the mean: no sample counts for more than four times its share. Of large pictures a cell
+/// is more than that.
+pub(super) struct DirectionTable {
+    columns: usize,
+    rows: usize,
+    /// In each row, the luminance of the cells up to each.
+    sums: Vec<f64>,
+    /// The luminance times solid angle of the rows up to each.
+    row_sums: Vec<f64>,
+}
+
+/// The most cells: 64 MiB.
+const MOST_CELLS: usize = 1 << 23;
+
+impl DirectionTable {
+    pub fn new(map: &MipMap<Vec3>, scale: Vec3) -> Self {
+        let fine = [2 * map.width(), 2 * map.height()];
+        let mut merged = 1;
+        while (fine[0] / merged).max(1) * (fine[1] / merged).max(1) > MOST_CELLS {
+            merged *= 2;
+        }
+        let [columns, rows] = fine.map(|side| (side / merged).max(1));
+        let mut sums = vec![0.0; columns * rows];
+        sums.par_chunks_mut(columns).enumerate().for_each(|(row, sums)| {
+            let mut sum = 0.0;
+            for (column, place) in sums.iter_mut().enumerate() {
+                sum += cell_mean(map, scale, [column, row], [columns, rows], fine);
+                *place = sum;
+            }
+        });
+        let mut table = DirectionTable { columns, rows, sums, row_sums: Vec::new() };
+        let mut sum = 0.0;
+        for row in 0..rows {
+            sum += table.sums[(row + 1) * columns - 1] * table.cell_angle(row);
+            table.row_sums.push(sum);
+        }
+        table
+    }
+
+    /// A direction. `None` if all is dark.
+    pub fn sample(&self, u: DVec2) -> Option<DVec3> {
+        let (row, down) = pick(&self.row_sums, u.y)?;
+        let (column, along) = pick(self.row(row), u.x)?;
+        let [top, bottom] = self.cosines(row);
+        let cos = top + (bottom - top) * down;
+        let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
+        let (sin_phi, cos_phi) = (TAU * (column as f64 + along) / self.columns as f64).sin_cos();
+        Some(DVec3::new(sin * cos_phi, sin * sin_phi, cos))
+    }
+
+    /// Density by solid angle of the direction at `st`, longitude and latitude from 0 to 1.
+    pub fn pdf(&self, st: DVec2) -> f64 {
+        let index = |x: f64, count: usize| ((x * count as f64) as usize).min(count - 1);
+        let (column, row) = (index(st.x, self.columns), index(st.y, self.rows));
+        let row = self.row(row);
+        let before = if column == 0 { 0.0 } else { row[column - 1] };
+        let total = self.total();
+        if total > 0.0 { (row[column] - before) / total } else { 0.0 }
+    }
+
+    /// The mean luminance over the sphere.
+    pub fn mean(&self) -> f64 {
+        self.total() / (4.0 * PI)
+    }
+
+    fn total(&self) -> f64 {
+        self.row_sums[self.rows - 1]
+    }
+
+    fn row(&self, row: usize) -> &[f64] {
+        &self.sums[row * self.columns..][..self.columns]
+    }
+
+    /// Of the latitudes between which a row lies.
+    fn cosines(&self, row: usize) -> [f64; 2] {
+        [row, row + 1].map(|edge| (PI * edge as f64 / self.rows as f64).cos())
+    }
+
+    /// The solid angle of a cell.
+    fn cell_angle(&self, row: usize) -> f64 {
+        let [top, bottom] = self.cosines(row);
+        (top - bottom) * TAU / self.columns as f64
+    }
+}
+
+/// The mean luminance of a cell: of the middles of the half texels in it.
+fn cell_mean(map: &MipMap<Vec3>, scale: Vec3, cell: [usize; 2], cells: [usize; 2], fine: [usize; 2]) -> f64 {
+    let [wide, high] = [fine[0] / cells[0], fine[1] / cells[1]];
+    let mut sum = 0.0;
+    for y in cell[1] * high..(cell[1] + 1) * high {
+        for x in cell[0] * wide..(cell[0] + 1) * wide {
+            let middle = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+            let st = middle / DVec2::new(fine[0] as f64, fine[1] as f64);
+            sum += luminance(scale * map.bilinear(st)).max(0.0);
+        }
+    }
+    sum / (wide * high) as f64
+}
+
+/// One of the shares that `sums` adds up, by a number from 0 to 1, and what is left of that number, from 0 to 1 again.
+fn pick(sums: &[f64], u: f64) -> Option<(usize, f64)> {
+    let at = u * sums.last()?;
+    let index = sums.partition_point(|sum| *sum <= at);
+    let end = *sums.get(index)?;
+    let before = if index == 0 { 0.0 } else { sums[index - 1] };
+    Some((index, ((at - before) / (end - before)).clamp(0.0, 1.0)))
+}

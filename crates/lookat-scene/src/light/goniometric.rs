@@ -1,0 +1,32 @@
+//! `LightSource "goniometric"`: a point that shines in each direction as a picture has it.
+//!
+//! - `I`: radiant intensity where the picture is 1, color, default 1
+//! - `mapname`: picture of all directions; without one they are alike
+//! - `scale`: a factor, color, default 1
+
+use glam::{DMat3, DVec3};
+
+use super::{Light, no_map, scaled, shown};
+use crate::Transform;
+use crate::params::Params;
+use crate::picture::Pictures;
+
+/// pbrt-v3's CreateGoniometricLight.
+pub(super) fn goniometric(
+    params: &mut Params,
+    world_from_light: Transform,
+    pictures: &mut Pictures,
+) -> Option<Light> {
+    let intensity = scaled(params, "I");
+    let position = world_from_light.point(DVec3::ZERO);
+    let Some(file) = params.string("mapname").filter(|file| !file.value.is_empty()) else {
+        no_map(params, "it shines alike in all directions");
+        return Some(Light::Point { position, intensity });
+    };
+    let Some(map) = shown(params, &file, pictures) else {
+        params.finish();
+        return None;
+    };
+    let light_from_world = DMat3::from_mat4(world_from_light.inv);
+    Some(Light::Goniometric { position, light_from_world, intensity, map })
+}

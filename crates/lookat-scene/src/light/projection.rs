@@ -1,0 +1,48 @@
+//! `LightSource "projection"`: a projector of slides.
+//!
+//! - `I`: radiant intensity where the picture is 1, color, default 1
+//! - `fov`: angle that the shorter side of the picture covers, in degrees, default 45
+//! - `mapname`: the picture; without one it is a white square
+//! - `scale`: a factor, color, default 1
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::{Light, no_map, scaled, shown};
+use crate::Transform;
+use crate::params::Params;
+use crate::picture::Pictures;
+
+/// pbrt-v3's CreateProjectionLight.
+pub(super) fn projection(
+    params: &mut Params,
+    world_from_light: Transform,
+    pictures: &mut Pictures,
+) -> Option<Light> {
+    let intensity = scaled(params, "I");
+    let fov = params.float("fov", 45.0);
+    if !(fov > 0.0 && fov < 180.0) {
+        params.reject("fov", "fov must be more than 0 and less than 180 degrees", None);
+    }
+    let (map, aspect) = match params.string("mapname").filter(|file| !file.value.is_empty()) {
+        Some(file) => {
+            let Some(map) = shown(params, &file, pictures) else {
+                params.finish();
+                return None;
+            };
+            let [width, height] = map.picture_size().map(|side| side as f64);
+            (Some(map), width / height)
+        }
+        None => {
+            no_map(params, "it lights an even square");
+            (None, 1.0)
+        }
+    };
+    let half_size = (fov.to_radians() / 2.0).tan();
+    Some(Light::Projection {
+        position: world_from_light.point(DVec3::ZERO),
+        light_from_world: DMat3::from_mat4(world_from_light.inv),
+        intensity,
+        map,
+        half_size: half_size * DVec2::new(aspect.max(1.0), aspect.recip().max(1.0)),
+    })
+}

@@ -1,0 +1,213 @@
+//! The pictures that lights and textures show. Each is decoded once for the same settings.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::Vec3;
+use lookat_image::{Image, MipMap, Texel, Wrap, linear_from_srgb};
+use lookat_syntax::{Diagnostic, Text};
+
+use crate::color::LARGEST;
+use crate::params::Params;
+
+/// How a picture is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Settings {
+    pub wrap: Wrap,
+    /// Its values are on the sRGB curve, and are to be linear.
+    pub gamma: bool,
+    /// A factor of the linear values.
+    pub scale: f32,
+    /// The first row is the bottom one, as texture coordinates have it.
+    pub bottom_up: bool,
+    /// Values below 0 are 0: the picture is of light.
+    pub not_negative: bool,
+}
+
+/// The most texels of one picture, once its sides are powers of two: 2 GiB of colors.
+const MOST_TEXELS: u64 = 1 << 27;
+/// The most texels of all pictures of a scene.
+const MOST_TEXELS_IN_ALL: u64 = 1 << 29;
+
+/// The pictures of a scene so far.
+#[derive(Default)]
+pub(crate) struct Pictures {
+    /// As colors.
+    pub colors: Cache<Vec3>,
+    /// As single numbers.
+    pub numbers: Cache<f32>,
+}
+
+/// Pictures as texels of one type.
+pub(crate) struct Cache<T> {
+    /// The file that was found for the path that a name was first tried at.
+    found: HashMap<PathBuf, PathBuf>,
+    known: HashMap<Key, Made<T>>,
+    texels: u64,
+}
+
+/// A picture, or why there is none.
+type Made<T> = Result<Arc<MipMap<T>>, String>;
+
+/// The file and its settings, those that are not compared by `Eq` as bits.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+struct Key {
+    path: PathBuf,
+    wrap: Wrap,
+    gamma: bool,
+    bottom_up: bool,
+    not_negative: bool,
+    scale: u32,
+}
+
+impl<T> Default for Cache<T> {
+    fn default() -> Self {
+        Cache { found: HashMap::new(), known: HashMap::new(), texels: 0 }
+    }
+}
+
+/// What a texel becomes.
+pub(crate) trait FromColor: Texel {
+    /// From the values of the file.
+    fn from_color(color: Vec3, settings: &Settings) -> Self;
+}
+
+impl FromColor for Vec3 {
+    fn from_color(color: Vec3, settings: &Settings) -> Self {
+        Vec3::from_array(color.to_array().map(|value| settle(value, settings)))
+    }
+}
+
+impl FromColor for f32 {
+    /// Of the luminance, which pbrt-v3 takes before the curve.
+    fn from_color(color: Vec3, settings: &Settings) -> Self {
+        settle(color.dot(Vec3::new(0.212671, 0.715160, 0.072169)), settings)
+    }
+}
+
+fn settle(value: f32, settings: &Settings) -> f32 {
+    let linear = if settings.gamma { linear_from_srgb(value) } else { value };
+    let scaled = settings.scale * linear;
+    let least = if settings.not_negative { 0.0 } else { -LARGEST };
+    if scaled.is_nan() { 0.0 } else { scaled.clamp(least, LARGEST) }
+}
+
+impl<T: FromColor> Cache<T> {
+    /// The picture that the value of the parameter `name` names. `None`, and an error there, where there is none.
+    pub fn get(
+        &mut self,
+        params: &mut Params,
+        name: &'static str,
+        file: &Text,
+        settings: Settings,
+    ) -> Option<Arc<MipMap<T>>> {
+        let first = params.first_path(file);
+        let (path, bytes) = match self.found.get(&first) {
+            Some(path) => (path.clone(), None),
+            None => {
+                let (path, bytes) = params.file(file)?;
+                self.found.insert(first.clone(), path.clone());
+                (path, Some(bytes))
+            }
+        };
+        let Settings { wrap, gamma, scale, bottom_up, not_negative } = settings;
+        let key = Key { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() };
+        if !self.known.contains_key(&key) {
+            let bytes = match bytes {
+                Some(bytes) => bytes,
+                None => params.file(file)?.1,
+            };
+            let made = self.make(params, name, &key.path, &bytes, &settings);
+            self.known.insert(key.clone(), made);
+        }
+        match &self.known[&key] {
+            Ok(map) => Some(map.clone()),
+            Err(message) => {
+                params.error(Diagnostic::error(file.span, message).help(HELP));
+                None
+            }
+        }
+    }
+
+    fn make(
+        &mut self,
+        params: &mut Params,
+        name: &str,
+        path: &Path,
+        bytes: &[u8],
+        settings: &Settings,
+    ) -> Made<T> {
+        // As a message may show it.
+        let shown = PathBuf::from(path.display().to_string().escape_debug().to_string());
+        let image = Image::decode(&shown, bytes).map_err(|error| error.to_string())?;
+        let (width, height) = (image.data_window.width, image.data_window.height);
+        let size = MipMap::<T>::size_of(width, height);
+        if size > MOST_TEXELS || self.texels + size > MOST_TEXELS_IN_ALL {
+            let whose = if size > MOST_TEXELS { "it has" } else { "the pictures of the scene have" };
+            return Err(format!(
+                "cannot use {}: {whose} too many pixels ({width} x {height})",
+                shown.display()
+            ));
+        }
+        self.texels += size;
+        let colors = image.rgb();
+        // Large pictures are not held twice.
+        drop(image);
+        let mut colors = colors.ok_or_else(|| {
+            format!("cannot use {}: it has neither red, green and blue nor grey", shown.display())
+        })?;
+        if blacken(&mut colors) {
+            let message = "the picture has values that are infinite or no numbers; they count as 0";
+            params.warn(name, message, "a renderer wrote them where it failed; replace them in the picture");
+        }
+        let row = width as usize;
+        let convert = |color: &[f32; 3]| T::from_color(Vec3::from(*color), settings);
+        let texels = match settings.bottom_up {
+            true => colors.chunks_exact(row).rev().flatten().map(convert).collect(),
+            false => colors.iter().map(convert).collect(),
+        };
+        drop(colors);
+        Ok(Arc::new(MipMap::new(row, height as usize, texels, settings.wrap)))
+    }
+}
+
+const HELP: &str = "save the picture again, as exr with ZIP compression or as png, or smaller";
+
+/// Replaces what is infinite or no number. Whether there was any.
+fn blacken(colors: &mut [[f32; 3]]) -> bool {
+    let mut any = false;
+    for value in colors.as_flattened_mut().iter_mut().filter(|value| !value.is_finite()) {
+        *value = 0.0;
+        any = true;
+    }
+    any
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(gamma: bool, scale: f32) -> Settings {
+        Settings { wrap: Wrap::Repeat, gamma, scale, bottom_up: true, not_negative: false }
+    }
+
+    /// pbrt-v3 takes a number from a color by its luminance, and that from the curve, in this order.
+    #[test]
+    fn numbers_are_luminances() {
+        let color = Vec3::new(1.0, 0.0, 0.0);
+        assert_eq!(f32::from_color(color, &settings(false, 2.0)), 2.0 * 0.212671);
+        let linear = ((0.212671_f32 + 0.055) / 1.055).powf(2.4);
+        assert!((f32::from_color(color, &settings(true, 1.0)) - linear).abs() < 1e-6);
+        assert_eq!(Vec3::from_color(color * 0.5, &settings(true, 1.0)).x, linear_from_srgb(0.5));
+    }
+
+    #[test]
+    fn texels_are_finite() {
+        let all = Vec3::from_color(Vec3::new(f32::MAX, -f32::MAX, 0.0), &settings(true, f32::INFINITY));
+        assert_eq!(all, Vec3::new(LARGEST, -LARGEST, 0.0));
+        let mut colors = [[1.0, f32::NAN, f32::INFINITY]];
+        assert!(blacken(&mut colors) && !blacken(&mut colors));
+        assert_eq!(colors, [[1.0, 0.0, 0.0]]);
+    }
+}
