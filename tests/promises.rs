@@ -1,9 +1,10 @@
 //! What the reader promises, whatever it reads.
 
+use glam::Vec3;
 use lookat_scene::syntax::{Diagnostic, Directive, FileId, Severity, Span, parse};
 use lookat_scene::{
-    Camera, Curve, CurveKind, Film, FilterKind, Integrator, Lens, Light, Loaded, Material, Primitive,
-    Projection, Scene, Shape, Sphere, Transform,
+    Camera, Curve, CurveKind, Film, FilterKind, Integrator, Lens, Light, Loaded, Material, MaterialKind,
+    Primitive, Projection, Quadric, QuadricForm, Scene, Shape, Texture, Transform,
 };
 
 /// Prints and reads again what a text says; `None` where the text has faults.
@@ -106,7 +107,7 @@ fn check_film(film: &Film) {
 
 fn check_primitive(primitive: &Primitive) {
     match &primitive.shape {
-        Shape::Sphere(sphere) => check_sphere(sphere),
+        Shape::Quadric(quadric) => check_quadric(quadric),
         Shape::Curve(curve) => check_curve(curve),
         Shape::TriangleMesh(mesh) => {
             let count = mesh.positions.len();
@@ -121,12 +122,34 @@ fn check_primitive(primitive: &Primitive) {
             assert!(mesh.uvs.as_flattened().iter().all(|x| x.is_finite()));
         }
     }
-    if let Material::Matte { kd, sigma } = *primitive.material {
-        assert!(kd.is_finite() && kd.min_element() >= 0.0 && (0.0..=90.0).contains(&sigma), "{kd} {sigma}");
-    }
+    check_material(&primitive.material);
     if let Some(emission) = primitive.emission {
         assert!(emission.radiance.is_finite() && emission.samples > 0, "{emission:?}");
     }
+}
+
+fn check_material(material: &Material) {
+    let share = |texture: &Texture<Vec3>| {
+        texture.constant().is_none_or(|color| color.is_finite() && color.min_element() >= 0.0)
+    };
+    let is_right = match &material.kind {
+        MaterialKind::Matte(m) => share(&m.kd),
+        MaterialKind::Plastic(m) => share(&m.kd) && share(&m.ks),
+        MaterialKind::Translucent(m) => [&m.kd, &m.ks, &m.reflect, &m.transmit].into_iter().all(share),
+        MaterialKind::Glass(m) => {
+            share(&m.kr) && share(&m.kt) && m.eta.constant().is_none_or(|eta| eta > 0.0)
+        }
+        MaterialKind::Mirror(m) => share(&m.kr),
+        MaterialKind::Metal(m) => m.eta.constant().is_none_or(|eta| eta.is_finite()),
+        MaterialKind::Substrate(m) => share(&m.kd) && share(&m.ks),
+        MaterialKind::Uber(m) => [&m.kd, &m.ks, &m.kr, &m.kt, &m.opacity].into_iter().all(share),
+        MaterialKind::Mix(m) => {
+            m.materials.iter().for_each(|part| check_material(part));
+            !m.materials.iter().any(|part| matches!(part.kind, MaterialKind::None))
+        }
+        MaterialKind::None => true,
+    };
+    assert!(is_right, "{material:?}");
 }
 
 fn check_curve(curve: &Curve) {
@@ -141,12 +164,20 @@ fn check_curve(curve: &Curve) {
     check_transform(&curve.world_from_object);
 }
 
-fn check_sphere(sphere: &Sphere) {
-    let Sphere { radius, z_min, z_max, phi_max, world_from_object } = *sphere;
-    assert!(radius > 0.0 && radius.is_finite(), "{sphere:?}");
-    assert!(-radius <= z_min && z_min < z_max && z_max <= radius, "{sphere:?}");
-    assert!(phi_max > 0.0 && phi_max <= std::f64::consts::TAU, "{sphere:?}");
+fn check_quadric(quadric: &Quadric) {
+    let Quadric { form, phi_max, world_from_object } = *quadric;
+    assert!(phi_max > 0.0 && phi_max <= std::f64::consts::TAU, "{quadric:?}");
     check_transform(&world_from_object);
+    let is_right = match form {
+        QuadricForm::Sphere(f) => -f.radius <= f.z_min && f.z_min < f.z_max && f.z_max <= f.radius,
+        QuadricForm::Disk(f) => f.height.is_finite() && 0.0 <= f.inner_radius && f.inner_radius < f.radius,
+        QuadricForm::Cylinder(f) => f.radius > 0.0 && f.z_min < f.z_max,
+        QuadricForm::Cone(f) => f.radius > 0.0 && f.height > 0.0,
+        QuadricForm::Paraboloid(f) => f.radius > 0.0 && f.z_min < f.z_max && f.z_max > 0.0,
+        QuadricForm::Hyperboloid(f) => f.p1.z != f.p2.z && f.p2.z != 0.0,
+    };
+    let (low, high) = quadric.corners();
+    assert!(is_right && low.is_finite() && high.is_finite() && high.x > 0.0, "{quadric:?}");
 }
 
 fn check_light(light: &Light) {

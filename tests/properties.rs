@@ -7,11 +7,12 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 
+use glam::Vec3;
 use lookat_scene::syntax::{
     ActiveTransform, Directive, Entity, EntityKind, FileId, Param, ParamType, Severity, Span, Spanned, Text,
     Values,
 };
-use lookat_scene::{Integrator, Light, Loaded, Material, Overrides, Scene};
+use lookat_scene::{Integrator, Light, Loaded, Material, MaterialKind, Overrides, Scene, Texture};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
@@ -251,9 +252,28 @@ fn tame(scene: &mut Scene) {
     for primitive in scene.primitives.iter_mut().chain(of_objects) {
         primitive.emission.iter_mut().for_each(|emission| emission.samples = emission.samples.min(4));
         // Surfaces that give back a billion times the light go beyond any number in a few bounces.
-        if let Material::Matte { kd, .. } = Arc::make_mut(&mut primitive.material) {
-            *kd = kd.to_array().map(|share| share.min(1.0)).into();
+        tame_material(Arc::make_mut(&mut primitive.material));
+    }
+}
+
+fn tame_material(material: &mut Material) {
+    let shares: Vec<&mut Texture<Vec3>> = match &mut material.kind {
+        MaterialKind::Matte(m) => vec![&mut m.kd],
+        MaterialKind::Plastic(m) => vec![&mut m.kd, &mut m.ks],
+        MaterialKind::Translucent(m) => vec![&mut m.kd, &mut m.ks, &mut m.reflect, &mut m.transmit],
+        MaterialKind::Glass(m) => vec![&mut m.kr, &mut m.kt],
+        MaterialKind::Mirror(m) => vec![&mut m.kr],
+        MaterialKind::Substrate(m) => vec![&mut m.kd, &mut m.ks],
+        MaterialKind::Uber(m) => vec![&mut m.kd, &mut m.ks, &mut m.kr, &mut m.kt, &mut m.opacity],
+        MaterialKind::Mix(m) => {
+            m.materials.iter_mut().for_each(|part| tame_material(Arc::make_mut(part)));
+            vec![&mut m.amount]
         }
+        MaterialKind::Metal(_) | MaterialKind::None => Vec::new(),
+    };
+    for share in shares {
+        let color = share.constant().unwrap_or(Vec3::splat(0.5));
+        *share = Texture::Constant(color.min(Vec3::ONE));
     }
 }
 

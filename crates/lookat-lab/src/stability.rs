@@ -7,6 +7,7 @@ mod camera;
 mod case;
 mod chart;
 mod methods;
+mod quadric;
 mod random;
 mod scenes;
 mod sphere;
@@ -23,7 +24,8 @@ pub use tally::interval;
 
 /// All cases, in the order of their names.
 pub fn cases() -> Vec<Case> {
-    let mut cases = [camera::cases(), sphere::cases(), triangle::cases(), traversal::cases()].concat();
+    let mut cases =
+        [camera::cases(), sphere::cases(), quadric::cases(), triangle::cases(), traversal::cases()].concat();
     let number = |case: &Case| case.id.trim_matches(char::is_alphabetic).parse::<u32>().unwrap_or_default();
     cases.sort_by_key(|case| (case.family, number(case), case.id));
     cases

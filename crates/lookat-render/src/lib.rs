@@ -30,6 +30,7 @@ mod bvh;
 mod camera;
 mod color;
 mod curve;
+mod curved;
 mod cutout;
 mod film;
 mod filter;
@@ -44,7 +45,6 @@ mod ray;
 mod render;
 mod sampler;
 mod shading;
-mod sphere;
 mod surface;
 mod texture;
 #[cfg_attr(feature = "plain-f32", allow(dead_code))]

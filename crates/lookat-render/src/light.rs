@@ -1,20 +1,20 @@
 //! Lights: where to look for light from a point, and how likely each direction is looked at.
 
 mod choice;
+mod curved;
 mod environment;
 mod goniometric;
 mod mesh;
 mod projection;
 mod sky;
-mod sphere;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{Light, Primitive, Scene, Shape};
 
 use crate::color::luminance;
+use crate::curved::Curved;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
-use crate::sphere::PlacedSphere;
 use crate::surface::{Surface, flipped, on_triangle, reach};
 use environment::Environment;
 use goniometric::Goniometric;
@@ -77,7 +77,7 @@ struct SurfaceLight<'s> {
 }
 
 enum SurfaceForm {
-    Sphere(Box<PlacedSphere>),
+    Curved(Box<Curved>),
     Mesh(MeshAreas),
 }
 
@@ -198,9 +198,9 @@ impl<'s> LightTable<'s> {
         let owner = light.primitive;
         let mut element = ElementId { instance: ElementId::WORLD, primitive: light.number, index: 0 };
         let on_light = match (&light.form, &owner.shape) {
-            (SurfaceForm::Sphere(sphere), _) => {
-                let (p, n) = sphere::sample(sphere, from.p, u);
-                let magnitude = sphere.magnitude();
+            (SurfaceForm::Curved(shape), _) => {
+                let (p, n) = curved::sample(shape, from.p, u);
+                let magnitude = shape.magnitude();
                 Surface {
                     p,
                     magnitude,
@@ -229,8 +229,8 @@ impl<'s> LightTable<'s> {
             target: element,
             ..from.leave(wi)
         };
-        if let SurfaceForm::Sphere(sphere) = &light.form
-            && sphere.hides_end_of(&shadow)
+        if let SurfaceForm::Curved(shape) = &light.form
+            && shape.hides_end_of(&shadow)
         {
             return None;
         }
@@ -295,16 +295,16 @@ impl<'s> SurfaceLight<'s> {
     /// The light that a shape of the world is, if it emits and has an area.
     fn new(number: u32, primitive: &'s Primitive, traceable: &Traceable) -> Option<Self> {
         let emission = primitive.emission?;
-        let (form, center, area) = match (&primitive.shape, traceable.sphere(number)) {
+        let (form, center, area) = match (&primitive.shape, traceable.curved(number)) {
             (Shape::TriangleMesh(mesh), _) => {
                 let (areas, center) = MeshAreas::new(mesh, traceable.eye);
                 let area = areas.total();
                 (SurfaceForm::Mesh(areas), center, area)
             }
-            (Shape::Sphere(_), Some(sphere)) => {
-                (SurfaceForm::Sphere(Box::new(*sphere)), sphere.center, sphere::area(sphere))
+            (Shape::Quadric(_), Some(shape)) => {
+                (SurfaceForm::Curved(Box::new(*shape)), shape.center, shape.area())
             }
-            (Shape::Sphere(_), None) | (Shape::Curve(_), _) => return None,
+            (Shape::Quadric(_), None) | (Shape::Curve(_), _) => return None,
         };
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
         let brightness = luminance(emission.radiance) * sides;
@@ -316,7 +316,7 @@ impl<'s> SurfaceLight<'s> {
     /// Density by solid angle from `p` with which a point of the light is sampled.
     fn pdf(&self, p: DVec3, on_light: &Surface) -> Option<f64> {
         match &self.form {
-            SurfaceForm::Sphere(sphere) => sphere::pdf(sphere, p, on_light),
+            SurfaceForm::Curved(shape) => curved::pdf(shape, p, on_light),
             SurfaceForm::Mesh(_) => on_light.pdf_from(p, self.area),
         }
     }

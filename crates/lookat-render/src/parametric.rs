@@ -1,14 +1,53 @@
-//! The coordinates of a surface, and how position and normal change with them.
+//! Surfaces as functions of two parameters.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
-/// A point of a surface in terms of its coordinates u and v. Derivatives are in the world.
-#[derive(Debug, Clone, Copy)]
+/// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the eye-relative world, or the space
+/// of an object.
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Parametric {
+    /// The parameters; 0 to 1 on the shape.
+    pub uv: DVec2,
+    /// Change of the position with u and with v. One is 0 where a surface ends in a point, as at the poles of a sphere.
+    pub dpdu: DVec3,
+    pub dpdv: DVec3,
+    /// Change of the unit normal, as it is before it is flipped.
+    pub dndu: DVec3,
+    pub dndv: DVec3,
+}
+
+/// The same in the space of a form f(p) = 0, with derivatives of f.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Local {
     pub uv: DVec2,
     pub dpdu: DVec3,
     pub dpdv: DVec3,
-    /// Of the unit normal.
-    pub dndu: DVec3,
-    pub dndv: DVec3,
+    /// Half the gradient of f, on the side of `dpdu x dpdv`.
+    pub gradient: DVec3,
+    /// How `gradient` changes along each axis: half the Hessian of f, which is diagonal.
+    pub bend: DVec3,
+}
+
+impl Local {
+    /// In the world. The derivatives of the normal are what the Weingarten equations give (PBR 3.2), but hold under any
+    /// affine transformation: of the unit normal in the world, where pbrt-v3 transforms those of object space.
+    pub fn placed(&self, world_from_local: DMat3, local_from_world: DMat3) -> Parametric {
+        let normals = local_from_world.transpose();
+        let normal = normals * self.gradient;
+        let length = normal.length();
+        let unit = normal / length;
+        let turn = |dp: DVec3| {
+            let change = normals * (self.bend * dp) / length;
+            let across = change - unit * unit.dot(change);
+            // The tip of a cone has no normal.
+            if across.is_finite() { across } else { DVec3::ZERO }
+        };
+        Parametric {
+            uv: self.uv,
+            dpdu: world_from_local * self.dpdu,
+            dpdv: world_from_local * self.dpdv,
+            dndu: turn(self.dpdu),
+            dndv: turn(self.dpdv),
+        }
+    }
 }

@@ -3,8 +3,8 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::curved::Curved;
 use crate::ray::Ray;
-use crate::sphere::PlacedSphere;
 
 /// A ray in single precision.
 #[derive(Debug, Clone, Copy)]
@@ -46,11 +46,12 @@ pub(crate) fn corner(p: DVec3) -> Vec3 {
     p.as_vec3()
 }
 
-/// By the quadratic equation.
-pub(crate) fn sphere(sphere: &PlacedSphere, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
-    let o = (sphere.object_from_world * (ray.o - sphere.center)).as_vec3();
-    let d = (sphere.object_from_world * ray.d).as_vec3();
-    let radius = sphere.shape.radius as f32;
+/// Spheres by the quadratic equation; others as exactly as without this feature.
+pub(crate) fn curved(shape: &Curved, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
+    let Some(ball) = shape.as_ball() else { return shape.intersect(ray, t_max, leaving) };
+    let o = (shape.own_from_world * (ray.o - shape.center)).as_vec3();
+    let d = (shape.own_from_world * ray.d).as_vec3();
+    let radius = ball.radius as f32;
     let (a, b, c) = (d.length_squared(), 2.0 * o.dot(d), o.length_squared() - radius * radius);
     let discriminant = b * b - 4.0 * a * c;
     if discriminant < 0.0 {
@@ -59,6 +60,6 @@ pub(crate) fn sphere(sphere: &PlacedSphere, ray: &Ray, t_max: f64, leaving: bool
     let q = -0.5 * (b + b.signum() * discriminant.sqrt());
     let (x, y) = (q / a, c / q);
     let roots = [x.min(y), x.max(y)];
-    let counts = |&t: &f32| t > 0.0 && f64::from(t) <= t_max && sphere.has((o + d * t).as_dvec3());
+    let counts = |&t: &f32| t > 0.0 && f64::from(t) <= t_max && ball.has((o + d * t).as_dvec3());
     roots[usize::from(leaving)..].iter().copied().find(counts).map(f64::from)
 }

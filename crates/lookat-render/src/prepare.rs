@@ -10,22 +10,22 @@ use crate::bounds::Bounds;
 use crate::bvh::Bvh;
 use crate::camera::CameraRays;
 use crate::curve::Curves;
+use crate::curved::Curved;
 use crate::cutout;
 use crate::parametric::Parametric;
 use crate::ray::{ElementId, Hit, Ray};
-use crate::sphere::PlacedSphere;
 use crate::triangle::{corners, extent, sorted};
 
-#[cfg(feature = "plain-f32")]
-use {
-    crate::plain::{PlainRay as TriangleRay, corner, sphere as meet_sphere},
-    glam::Vec3 as Corner,
-};
 #[cfg(not(feature = "plain-f32"))]
 use {
-    crate::sphere::meet as meet_sphere,
+    crate::curved::meet as meet_curved,
     crate::triangle::{ShearedRay as TriangleRay, corner},
     glam::DVec3 as Corner,
+};
+#[cfg(feature = "plain-f32")]
+use {
+    crate::plain::{PlainRay as TriangleRay, corner, curved as meet_curved},
+    glam::Vec3 as Corner,
 };
 
 /// A scene that rays can be traced in. Positions are relative to the eye.
@@ -34,9 +34,9 @@ pub(crate) struct Traceable<'s> {
     pub eye: DVec3,
     /// All primitives, those of the world first; element names refer to them.
     pub primitives: Vec<&'s Primitive>,
-    spheres: Vec<PlacedSphere>,
-    /// Which of the spheres a primitive is, or [`NO_SPHERE`].
-    sphere_of: Vec<u32>,
+    curved: Vec<Curved>,
+    /// Which of the curved shapes a primitive is, or [`NOT_CURVED`].
+    curved_of: Vec<u32>,
     /// Curves; the index of an element names the piece.
     pub curves: Curves<'s>,
     world: Group,
@@ -52,7 +52,7 @@ struct Group {
     bvh: Bvh,
 }
 
-const NO_SPHERE: u32 = u32::MAX;
+const NOT_CURVED: u32 = u32::MAX;
 
 /// What a leaf holds.
 enum Element {
@@ -63,9 +63,9 @@ enum Element {
         index: u32,
         first: [u8; 2],
     },
-    Sphere {
+    Curved {
         primitive: u32,
-        sphere: u32,
+        shape: u32,
     },
     Curve {
         primitive: u32,
@@ -112,10 +112,10 @@ impl<'s> Traceable<'s> {
             world.push(bounds, Element::Instance { instance: instances.len() as u32 });
             instances.push(placed);
         }
-        let Builder { primitives, spheres, sphere_of, curves } = builder;
+        let Builder { primitives, curved, curved_of, curves } = builder;
         let has_cutouts = primitives.iter().any(|primitive| primitive.cutout.is_some());
         let world = Group::new(world);
-        Traceable { eye, primitives, spheres, sphere_of, curves, world, objects, instances, has_cutouts }
+        Traceable { eye, primitives, curved, curved_of, curves, world, objects, instances, has_cutouts }
     }
 
     /// The nearest hit.
@@ -206,9 +206,9 @@ impl<'s> Traceable<'s> {
                 // What is flat is not met again by a ray that leaves it.
                 (t > 0.0 && t <= t_max && element != ray.leaving).then_some(Hit { t, element, barycentric })
             }
-            Element::Sphere { primitive, sphere } => {
+            Element::Curved { primitive, shape } => {
                 let element = ElementId { instance, primitive, index: 0 };
-                let t = meet_sphere(&self.spheres[sphere as usize], ray, t_max, element == ray.leaving)?;
+                let t = meet_curved(&self.curved[shape as usize], ray, t_max, element == ray.leaving)?;
                 Some(Hit { t, element, barycentric: [0.0; 2] })
             }
             Element::Curve { primitive, piece } => {
@@ -228,9 +228,9 @@ impl<'s> Traceable<'s> {
         !self.has_cutouts || cutout::is_there(self.primitives[hit.element.primitive as usize], hit, is_shadow)
     }
 
-    /// The sphere that a primitive is.
-    pub fn sphere(&self, primitive: u32) -> Option<&PlacedSphere> {
-        self.spheres.get(self.sphere_of[primitive as usize] as usize)
+    /// The curved shape that a primitive is.
+    pub fn curved(&self, primitive: u32) -> Option<&Curved> {
+        self.curved.get(self.curved_of[primitive as usize] as usize)
     }
 
     pub fn instance(&self, instance: u32) -> Option<&PlacedInstance> {
@@ -242,8 +242,8 @@ impl<'s> Traceable<'s> {
 #[derive(Default)]
 struct Builder<'s> {
     primitives: Vec<&'s Primitive>,
-    spheres: Vec<PlacedSphere>,
-    sphere_of: Vec<u32>,
+    curved: Vec<Curved>,
+    curved_of: Vec<u32>,
     curves: Curves<'s>,
 }
 
@@ -268,25 +268,25 @@ impl<'s> Builder<'s> {
             let primitive = self.primitives.len() as u32;
             self.primitives.push(shape);
             match &shape.shape {
-                Shape::Sphere(form) => {
-                    let sphere = PlacedSphere::new(**form, eye);
-                    let half = sphere.half_extent();
-                    let number = self.spheres.len() as u32;
+                Shape::Quadric(quadric) => {
+                    let shape = Curved::new(quadric, eye);
+                    let half = shape.half_extent();
+                    let number = self.curved.len() as u32;
                     all.push(
-                        padded(sphere.center - half, sphere.center + half, sphere.magnitude()),
-                        Element::Sphere { primitive, sphere: number },
+                        padded(shape.center - half, shape.center + half, shape.magnitude()),
+                        Element::Curved { primitive, shape: number },
                     );
-                    self.spheres.push(sphere);
-                    self.sphere_of.push(number);
+                    self.curved.push(shape);
+                    self.curved_of.push(number);
                 }
                 Shape::Curve(curve) => {
-                    self.sphere_of.push(NO_SPHERE);
+                    self.curved_of.push(NOT_CURVED);
                     for (piece, [low, high], magnitude) in self.curves.add(curve, eye) {
                         all.push(padded(low, high, magnitude), Element::Curve { primitive, piece });
                     }
                 }
                 Shape::TriangleMesh(mesh) => {
-                    self.sphere_of.push(NO_SPHERE);
+                    self.curved_of.push(NOT_CURVED);
                     for index in 0..mesh.triangles() {
                         let corners = corners(mesh, index, eye);
                         // Triangles without area cannot be seen.

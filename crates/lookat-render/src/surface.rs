@@ -34,16 +34,16 @@ impl<'s> Surface<'s> {
         let primitive = scene.primitives[hit.element.primitive as usize];
         let instance = scene.instance(hit.element.instance);
         let surface = match &primitive.shape {
-            Shape::Sphere(_) => {
+            Shape::Quadric(_) => {
                 let place = match instance {
                     Some(instance) => instance.to_object(ray.at(hit.t)),
                     None => ray.at(hit.t),
                 };
-                // The hit is as exact as its distance; the sphere is exacter.
-                let (p, outward, magnitude) = match scene.sphere(hit.element.primitive) {
-                    Some(sphere) => {
-                        let (p, outward) = sphere.project(place);
-                        (p, outward, sphere.magnitude())
+                // The hit is as exact as its distance; the shape is exacter.
+                let (p, outward, magnitude) = match scene.curved(hit.element.primitive) {
+                    Some(shape) => {
+                        let (p, outward) = shape.project(place);
+                        (p, outward, shape.magnitude())
                     }
                     None => (place, DVec3::Z, 0.0),
                 };

@@ -44,11 +44,12 @@ impl ShearedRay {
     #[inline]
     pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let [x, y, z] = self.axes;
-        let turned = |p: DVec3| {
+        let sheared = |p: DVec3| {
             let p = (p - self.o).to_array();
             (p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], p[z])
         };
-        let (a, b, c) = (turned(triangle[0]), turned(triangle[1]), turned(triangle[2]));
+        // Compilers do not always inline what `map` calls.
+        let (a, b, c) = (sheared(triangle[0]), sheared(triangle[1]), sheared(triangle[2]));
         // Twice the areas of the triangles between the origin and each edge: they tell the side of the edge.
         let mut u = c.0 * b.1 - c.1 * b.0;
         let mut v = a.0 * c.1 - a.1 * c.0;

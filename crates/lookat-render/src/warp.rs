@@ -67,6 +67,20 @@ pub(crate) fn pbrt_frame(v: DVec3) -> (DVec3, DVec3) {
     (x, v.cross(x))
 }
 
+/// A number from 0 to 1 with a density that goes linearly from `ends[0]` to `ends[1]`, times a factor (PBR4 2.3.2).
+pub(crate) fn linear(u: f64, ends: [f64; 2]) -> f64 {
+    let [a, b] = ends;
+    // Exactly 0 for u = 0, and never beyond 1.
+    let root = (a * a + (b * b - a * a) * u).sqrt();
+    if u == 0.0 { 0.0 } else { (u * (a + b) / (a + root)).min(1.0) }
+}
+
+/// Density of [`linear`].
+pub(crate) fn linear_pdf(x: f64, ends: [f64; 2]) -> f64 {
+    let [a, b] = ends;
+    2.0 * (a + (b - a) * x) / (a + b)
+}
+
 /// An orthonormal frame with `n`, of length one, as its z axis (Duff et al., "Building an Orthonormal Basis,
 /// Revisited", JCGT 6(1), 2017).
 #[derive(Debug, Clone, Copy)]

@@ -70,7 +70,9 @@ pub use mesh::Mesh;
 pub use overrides::Overrides;
 pub use sampler::{Sampler, SamplerKind};
 pub use scene::{Emission, Instance, Object, Primitive, Scene};
-pub use shape::{Curve, CurveKind, Shape, Sphere};
+pub use shape::{
+    Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
+};
 pub use sources::{Location, Source, Sources};
 pub use texture::{ImageFilter, ImageMap, Mapping, Texture, Value, Varying};
 pub use transform::{LookAtFault, Transform};

@@ -28,7 +28,7 @@ pub struct Case {
 pub enum Family {
     /// Camera rays.
     Camera,
-    /// Rays against spheres.
+    /// Rays against spheres and other curved shapes.
     Sphere,
     /// Rays against triangles.
     Triangle,

@@ -2,6 +2,7 @@
 
 pub(super) mod camera;
 pub(super) mod offset;
+pub(super) mod quadric;
 pub(super) mod slab;
 pub(super) mod sphere;
 pub(super) mod triangle;

@@ -126,10 +126,10 @@ fn scene_radius(scene: &Scene, eye: DVec3) -> f64 {
     };
     for primitive in &scene.primitives {
         match &primitive.shape {
-            Shape::Sphere(sphere) => {
-                let place = |corner: DVec3| sphere.world_from_object.point(corner * sphere.radius);
-                include(place(-DVec3::ONE));
-                include(place(DVec3::ONE));
+            Shape::Quadric(quadric) => {
+                let (low, high) = quadric.corners();
+                include(quadric.world_from_object.point(low));
+                include(quadric.world_from_object.point(high));
             }
             Shape::Curve(curve) => {
                 let points = curve.segments.as_flattened().iter();

@@ -18,18 +18,16 @@ impl Coordinates {
     /// Of a surface that is seen from `wo`.
     pub fn new(scene: &Traceable, surface: &Surface, wo: DVec3) -> Self {
         let instance = scene.instance(surface.element.instance);
-        let own = match &surface.primitive.shape {
-            Shape::TriangleMesh(mesh) => Coordinates::of_triangle(mesh, surface, instance),
-            Shape::Sphere(_) => alike(Parametric {
-                uv: glam::DVec2::ZERO,
-                dpdu: DVec3::X,
-                dpdv: DVec3::Y,
-                dndu: DVec3::ZERO,
-                dndv: DVec3::ZERO,
-            }),
-            Shape::Curve(_) => {
+        let own = match (&surface.primitive.shape, scene.curved(surface.element.primitive)) {
+            (Shape::TriangleMesh(mesh), _) => Coordinates::of_triangle(mesh, surface, instance),
+            (Shape::Curve(_), _) => {
                 let d = instance.map_or(-wo, |instance| instance.vector_to_object(-wo));
                 alike(scene.curves.parametric(surface.element.index, d, surface.barycentric.into()))
+            }
+            (Shape::Quadric(_), curved) => {
+                let p = instance.map_or(surface.p, |instance| instance.to_object(surface.p));
+                // Every quadric is one of the curved shapes.
+                alike(curved.map(|curved| curved.parametric(p)).unwrap_or_default())
             }
         };
         match instance {

@@ -1,0 +1,257 @@
+//! Curved shapes in their places: what rays meet of them, and points of them.
+
+mod disk;
+mod paraboloid;
+mod quadric;
+mod segment;
+mod sphere;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use glam::{DMat3, DVec2, DVec3};
+use lookat_scene::{Quadric, QuadricForm, Transform};
+
+use crate::parametric::Parametric;
+use crate::ray::Ray;
+use disk::FlatRing;
+use paraboloid::Bowl;
+use segment::TurnedSegment;
+pub(crate) use sphere::Ball;
+use sweep::Sweep;
+
+/// A curved shape in its place, relative to the eye.
+///
+/// Its own space is object space, moved along z to the middle of the form, and scaled by a power of two that brings the
+/// size of the form to about one, so that products of its measures are finite.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Curved {
+    form: Form,
+    /// The origin of its own space.
+    pub center: DVec3,
+    /// Takes offsets from the centre to its own space.
+    pub own_from_world: DMat3,
+    /// And back.
+    pub world_from_own: DMat3,
+    /// The largest distance from the axis, and half the height; in its own space.
+    radius: f64,
+    half_height: f64,
+}
+
+/// The form, in its own space.
+#[derive(Debug, Clone, Copy)]
+enum Form {
+    Ball(Ball),
+    FlatRing(FlatRing),
+    TurnedSegment(TurnedSegment),
+    Bowl(Bowl),
+}
+
+impl Curved {
+    pub fn new(quadric: &Quadric, eye: DVec3) -> Self {
+        let Transform { m, inv } = quadric.world_from_object;
+        let (low, high, radius) = quadric.extent();
+        let middle = low + 0.5 * (high - low);
+        let half_height = 0.5 * (high - low);
+        let unit = match quadric.form {
+            QuadricForm::Sphere(_) => 1.0,
+            _ => power_of_two(radius.max(half_height)),
+        };
+        let world_from_own = DMat3::from_mat4(m) * unit;
+        Curved {
+            form: Form::new(quadric, middle, unit, world_from_own),
+            center: m.w_axis.truncate() - eye + m.z_axis.truncate() * middle,
+            own_from_world: DMat3::from_mat4(inv) * unit.recip(),
+            world_from_own,
+            radius: radius / unit,
+            half_height: half_height / unit,
+        }
+    }
+
+    /// Half the extent of the uncut form along each axis of the world.
+    pub fn half_extent(&self) -> DVec3 {
+        let rows = self.world_from_own.transpose();
+        let along = |row: DVec3| match self.form {
+            Form::Ball(_) => row.length() * self.radius,
+            _ => row.truncate().length() * self.radius + row.z.abs() * self.half_height,
+        };
+        DVec3::new(along(rows.x_axis), along(rows.y_axis), along(rows.z_axis))
+    }
+
+    /// The largest coordinate of the box around it.
+    pub fn magnitude(&self) -> f64 {
+        (self.center.abs() + self.half_extent()).max_element()
+    }
+
+    /// The sphere that it is.
+    pub fn as_ball(&self) -> Option<&Ball> {
+        match &self.form {
+            Form::Ball(ball) => Some(ball),
+            _ => None,
+        }
+    }
+
+    /// The nearest distance at which the ray meets the shape, more than 0 and at most `t_max`.
+    ///
+    /// A line meets a curved form twice at most. Of a ray that leaves the shape, one of the two is where it starts, and
+    /// does not count; the other one lies at twice the distance of their middle.
+    pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
+        let (o, d) = self.own_ray(ray);
+        match &self.form {
+            Form::Ball(ball) => ball.intersect(o, d, t_max, leaving),
+            other => other.intersect(o, d, t_max, leaving),
+        }
+    }
+
+    /// Whether the end of the ray, a point of the shape, lies behind another part of it.
+    pub fn hides_end_of(&self, ray: &Ray) -> bool {
+        let (o, d) = self.own_ray(ray);
+        let middle = match &self.form {
+            Form::FlatRing(_) => None,
+            Form::Ball(_) => Some(-o.dot(d) / d.length_squared()),
+            Form::TurnedSegment(segment) => segment.profile.meet(o, d).map(|line| line.middle()),
+            Form::Bowl(bowl) => bowl.profile.meet(o, d).map(|line| line.middle()),
+        };
+        middle.is_some_and(|middle| {
+            ray.t_max > middle && self.intersect(ray, middle, ray.leaving == ray.target).is_some()
+        })
+    }
+
+    fn own_ray(&self, ray: &Ray) -> (DVec3, DVec3) {
+        (self.own_from_world * (ray.o - self.center), self.own_from_world * ray.d)
+    }
+
+    /// The point of the shape nearest to `p`, which must be near it, and the unit normal there, as pbrt-v3 has it before
+    /// it flips it; in the world.
+    pub fn project(&self, p: DVec3) -> (DVec3, DVec3) {
+        self.placed(self.own_point(p))
+    }
+
+    /// Position and unit normal of a point of its own space that is on the shape.
+    pub fn placed(&self, own: DVec3) -> (DVec3, DVec3) {
+        let normal = self.own_from_world.transpose() * self.form.gradient(own);
+        (self.center + self.world_from_own * own, normal.normalize_or(DVec3::Z))
+    }
+
+    /// The point of the shape nearest to a point of the world that is near it; in its own space.
+    fn own_point(&self, p: DVec3) -> DVec3 {
+        let own = self.own_from_world * (p - self.center);
+        match &self.form {
+            Form::Ball(ball) => own.normalize_or(DVec3::Z) * ball.radius,
+            Form::FlatRing(_) => own.with_z(0.0),
+            Form::TurnedSegment(segment) => {
+                quadric::project(own, |p| (segment.value(p), segment.gradient(p)))
+            }
+            Form::Bowl(bowl) => quadric::project(own, |p| (bowl.value(p), bowl.gradient(p))),
+        }
+    }
+
+    /// How the surface goes on about the point of it nearest to `p`.
+    pub fn parametric(&self, p: DVec3) -> Parametric {
+        let own = self.own_point(p);
+        let local = match &self.form {
+            Form::Ball(ball) => ball.parametric(own),
+            Form::FlatRing(ring) => ring.parametric(own),
+            Form::TurnedSegment(segment) => segment.parametric(own),
+            Form::Bowl(bowl) => bowl.parametric(own),
+        };
+        local.placed(self.world_from_own, self.own_from_world)
+    }
+
+    /// A point of the shape for one of the unit square; in its own space. Spheres are sampled by their light.
+    pub fn sample(&self, u: DVec2) -> DVec3 {
+        match &self.form {
+            Form::Ball(ball) => ball.sample(u),
+            Form::FlatRing(ring) => ring.sample(u),
+            Form::TurnedSegment(segment) => segment.sample(u),
+            Form::Bowl(bowl) => bowl.sample(u),
+        }
+    }
+
+    /// How much larger a small area is on the shape at `p`, in the world, than the one of the unit square that
+    /// [`Curved::sample`] takes there: the inverse of the density by area.
+    pub fn stretch(&self, p: DVec3) -> f64 {
+        self.own_stretch(self.own_from_world * (p - self.center))
+    }
+
+    fn own_stretch(&self, own: DVec3) -> f64 {
+        let area = match &self.form {
+            Form::Ball(ball) => ball.area(),
+            Form::FlatRing(ring) => ring.area(),
+            Form::TurnedSegment(segment) => segment.stretch(own),
+            Form::Bowl(bowl) => bowl.stretch(own),
+        };
+        // The cofactors of the transformation, applied to the normal.
+        let normal = self.form.gradient(own).normalize_or(DVec3::Z);
+        area * self.world_from_own.determinant().abs() * (self.own_from_world.transpose() * normal).length()
+    }
+
+    /// The area in the world, about: a mean over a grid.
+    pub fn area(&self) -> f64 {
+        const SIDE: u32 = 16;
+        let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
+        let cell = |i: u32| DVec2::new(middle(i % SIDE), middle(i / SIDE));
+        let sum: f64 = (0..SIDE * SIDE).map(|i| self.own_stretch(self.sample(cell(i)))).sum();
+        sum / f64::from(SIDE * SIDE)
+    }
+}
+
+/// Where a ray meets a curved shape, as [`Curved::intersect`].
+#[cfg(not(feature = "plain-f32"))]
+#[inline]
+pub(crate) fn meet(shape: &Curved, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
+    shape.intersect(ray, t_max, leaving)
+}
+
+impl Form {
+    fn new(quadric: &Quadric, middle: f64, unit: f64, world_from_own: DMat3) -> Form {
+        let sweep = Sweep::new(quadric.phi_max);
+        let segment = |p1: DVec3, p2: DVec3| {
+            let own = |p: DVec3| (p - DVec3::Z * middle) / unit;
+            Form::TurnedSegment(TurnedSegment::new([own(p1), own(p2)], sweep))
+        };
+        match quadric.form {
+            QuadricForm::Sphere(sphere) => Form::Ball(Ball::new(sphere, sweep, world_from_own)),
+            QuadricForm::Disk(disk) => {
+                Form::FlatRing(FlatRing::new(disk.radius / unit, disk.inner_radius / unit, sweep))
+            }
+            QuadricForm::Cylinder(form) => {
+                segment(DVec3::new(form.radius, 0.0, form.z_min), DVec3::new(form.radius, 0.0, form.z_max))
+            }
+            QuadricForm::Cone(form) => {
+                segment(DVec3::new(form.radius, 0.0, 0.0), DVec3::new(0.0, 0.0, form.height))
+            }
+            QuadricForm::Hyperboloid(form) => segment(form.p1, form.p2),
+            QuadricForm::Paraboloid(form) => Form::Bowl(Bowl::new(&form, middle, unit, sweep)),
+        }
+    }
+
+    /// Out of line: spheres, of which scenes have many, are not to pay for the others.
+    #[inline(never)]
+    fn intersect(&self, o: DVec3, d: DVec3, t_max: f64, leaving: bool) -> Option<f64> {
+        match self {
+            Form::Ball(ball) => ball.intersect(o, d, t_max, leaving),
+            Form::FlatRing(_) if leaving => None,
+            Form::FlatRing(ring) => ring.intersect(o, d, t_max),
+            Form::TurnedSegment(segment) => {
+                segment.profile.meet(o, d)?.first(t_max, leaving, |p| segment.has(p))
+            }
+            Form::Bowl(bowl) => bowl.profile.meet(o, d)?.first(t_max, leaving, |p| bowl.has(p)),
+        }
+    }
+
+    /// In the direction of the normal, of any length; at the tip of a cone zero.
+    fn gradient(&self, p: DVec3) -> DVec3 {
+        match self {
+            Form::Ball(_) => p,
+            Form::FlatRing(_) => DVec3::Z,
+            Form::TurnedSegment(segment) => segment.gradient(p),
+            Form::Bowl(bowl) => bowl.gradient(p),
+        }
+    }
+}
+
+/// The largest power of two that is not above `x`, a normal number.
+fn power_of_two(x: f64) -> f64 {
+    f64::from_bits(x.to_bits() & f64::INFINITY.to_bits())
+}

@@ -1,0 +1,134 @@
+//! Ray against sphere, by the point of the ray that is closest to the centre.
+
+use glam::{DMat3, DVec2, DVec3};
+use lookat_scene::Sphere;
+use twofloat::TwoFloat;
+
+use super::sweep::Sweep;
+use crate::parametric::Local;
+
+/// A sphere around the origin, or part of one.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ball {
+    pub radius: f64,
+    z_min: f64,
+    z_max: f64,
+    sweep: Sweep,
+    /// The radius in the world, where the sphere is still one there.
+    pub world_radius: Option<f64>,
+}
+
+impl Ball {
+    pub fn new(sphere: Sphere, sweep: Sweep, world_from_own: DMat3) -> Self {
+        let Sphere { radius, z_min, z_max } = sphere;
+        let world_radius = uniform_scale(world_from_own).map(|scale| scale * radius);
+        Ball { radius, z_min, z_max, sweep, world_radius }
+    }
+
+    /// The nearest distance at which the ray meets the sphere, more than 0 and at most `t_max`. A ray that leaves the
+    /// sphere meets it again only on its far side.
+    #[inline]
+    pub fn intersect(&self, o: DVec3, d: DVec3, t_max: f64, leaving: bool) -> Option<f64> {
+        let dd = d.length_squared();
+        let foot = Foot::new(o, d, dd);
+        let radius = self.radius;
+        let mut squared = (radius - foot.distance) * (radius + foot.distance);
+        // Where rounding could turn a hit into a miss.
+        if (radius - foot.distance).abs() <= 8.0 * f64::EPSILON * o.abs().max_element() {
+            squared = exact_margin(o, d, radius) / dd;
+        }
+        if squared < 0.0 {
+            return None;
+        }
+        let half = (squared / dd).sqrt();
+        let middle = foot.k + foot.correction;
+        // Added from the smallest to the largest.
+        let roots = [-half, half].map(|offset| (foot.k + (foot.correction + offset), offset));
+        let first = usize::from(leaving);
+        if leaving && middle <= 0.0 {
+            return None;
+        }
+        let counts = |&(t, offset): &(f64, f64)| t > 0.0 && t <= t_max && self.has(foot.near + d * offset);
+        roots[first..].iter().find(|root| counts(root)).map(|(t, _)| *t)
+    }
+
+    /// Whether nothing is cut off.
+    pub fn is_whole(&self) -> bool {
+        self.z_min <= -self.radius && self.z_max >= self.radius && self.sweep.is_whole()
+    }
+
+    /// Whether the part that is left of the sphere holds a point of it.
+    pub fn has(&self, p: DVec3) -> bool {
+        if (self.z_min > -self.radius && p.z < self.z_min) || (self.z_max < self.radius && p.z > self.z_max) {
+            return false;
+        }
+        self.sweep.has(p.truncate(), DVec2::X)
+    }
+
+    pub fn parametric(&self, p: DVec3) -> Local {
+        let angle = Sweep::angle(p.truncate(), DVec2::X);
+        let polar = |z: f64| (z / self.radius).clamp(-1.0, 1.0).acos();
+        let (start, span) = (polar(self.z_min), polar(self.z_max) - polar(self.z_min));
+        // Exact also next to the poles, where the cosine has few digits.
+        let r = p.truncate().length();
+        let theta = r.atan2(p.z);
+        Local {
+            uv: DVec2::new(angle / self.sweep.max, (theta - start) / span),
+            dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
+            dpdv: (DVec2::from_angle(angle) * p.z).extend(-r) * span,
+            gradient: p,
+            bend: DVec3::ONE,
+        }
+    }
+
+    /// A point of the part that there is, all alike.
+    pub fn sample(&self, u: DVec2) -> DVec3 {
+        let z = self.z_min + (self.z_max - self.z_min) * u.x;
+        let r = ((self.radius - z) * (self.radius + z)).max(0.0).sqrt();
+        (DVec2::from_angle(self.sweep.max * u.y) * r).extend(z)
+    }
+
+    /// The area of the part that there is.
+    pub fn area(&self) -> f64 {
+        (self.z_max - self.z_min) * self.radius * self.sweep.max
+    }
+}
+
+/// The closest approach of a ray to the origin: no digits cancel, whatever the distance (after Haines et al., Ray Tracing
+/// Gems 7, 2019; see docs/conventions.md).
+struct Foot {
+    /// How far along the ray, in lengths of `d`, and what that was corrected by.
+    k: f64,
+    correction: f64,
+    near: DVec3,
+    /// From the origin.
+    distance: f64,
+}
+
+impl Foot {
+    fn new(o: DVec3, d: DVec3, dd: f64) -> Foot {
+        let k = -o.dot(d) / dd;
+        let near = o + d * k;
+        let correction = -near.dot(d) / dd;
+        let near = near + d * correction;
+        Foot { k, correction, near, distance: near.length() }
+    }
+}
+
+/// The squared radius minus the squared distance of the ray, times the squared length of `d`; in double-double numbers.
+#[cold]
+fn exact_margin(o: DVec3, d: DVec3, radius: f64) -> f64 {
+    let minor = |a: usize, b: usize| TwoFloat::new_mul(o[a], d[b]) - TwoFloat::new_mul(o[b], d[a]);
+    let moment = [minor(1, 2), minor(2, 0), minor(0, 1)];
+    let squares = moment.iter().fold(TwoFloat::from(0.0), |sum, x| sum + *x * *x);
+    let dd = d.to_array().iter().fold(TwoFloat::from(0.0), |sum, x| sum + TwoFloat::new_mul(*x, *x));
+    f64::from(TwoFloat::new_mul(radius, radius) * dd - squares)
+}
+
+/// The factor of a matrix that scales all directions alike, within rounding.
+fn uniform_scale(m: DMat3) -> Option<f64> {
+    let scale = m.x_axis.length();
+    let product = m.transpose() * m;
+    let error = (product * (1.0 / (scale * scale)) - DMat3::IDENTITY).to_cols_array();
+    error.iter().all(|x| x.abs() < 1e-9).then_some(scale)
+}

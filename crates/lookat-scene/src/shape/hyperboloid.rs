@@ -1,0 +1,34 @@
+//! `Shape "hyperboloid"`.
+
+use glam::{DVec2, DVec3};
+
+use super::limits::Limits;
+use crate::params::Params;
+
+/// A segment turned about the z axis. Where both its ends have the same angle about the axis, that is a cone or a part
+/// of one; where it is parallel to the axis, a cylinder.
+///
+/// pbrt-v3 makes another surface of it where the waist, the point of the segment's line that is closest to the axis, is
+/// not at z = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hyperboloid {
+    /// Where the texture coordinate v is 0 (`p1`, default 0 0 0).
+    pub p1: DVec3,
+    /// Where it is 1, at another z than `p1`, and not 0 (`p2`, default 1 1 1).
+    pub p2: DVec3,
+}
+
+pub(super) fn hyperboloid(params: &mut Params, limits: &Limits) -> Hyperboloid {
+    let (p1, p2) = (params.point("p1", DVec3::ZERO), params.point("p2", DVec3::ONE));
+    limits.check(params, "p1", &p1.to_array());
+    limits.check(params, "p2", &p2.to_array());
+    let given = if params.was_taken("p2") { "p2" } else { "p1" };
+    if p1.z == p2.z {
+        let help = "a flat ring is Shape \"disk\" with \"float innerradius\"";
+        params.reject(given, "p1 and p2 of a hyperboloid must have different z", Some(help));
+    } else if p1.truncate() == DVec2::ZERO && p2.truncate() == DVec2::ZERO {
+        params.reject(given, "p1 and p2 of a hyperboloid must not both lie on its axis", None);
+    }
+    // The order decides the outer side and the direction of v.
+    if p2.z == 0.0 { Hyperboloid { p1: p2, p2: p1 } } else { Hyperboloid { p1, p2 } }
+}
