@@ -53,7 +53,7 @@ pub(crate) const NAMES: &[&str] =
 pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
     let integrator = match params.kind() {
         "directlighting" => {
-            let all_lights = choice(params, "strategy", "all", &["all", "one"]) == "all";
+            let all_lights = params.choice("strategy", "all", &["all", "one"]) == "all";
             Integrator::DirectLighting { all_lights, max_depth: depth(params) }
         }
         // The same light on average.
@@ -94,7 +94,7 @@ fn pixel_bounds(params: &mut Params) {
 
 fn path(params: &mut Params) -> Integrator {
     let roulette_threshold = params.float("rrthreshold", 1.0);
-    let strategy = choice(params, "lightsamplestrategy", "spatial", &["spatial", "power", "uniform"]);
+    let strategy = params.choice("lightsamplestrategy", "spatial", &["spatial", "power", "uniform"]);
     let light_choice = match strategy.as_str() {
         "uniform" => LightChoice::Uniform,
         "power" => LightChoice::Power,
@@ -109,18 +109,4 @@ fn depth(params: &mut Params) -> u32 {
         params.reject("maxdepth", "maxdepth must be at least 0", None);
     }
     depth.max(0) as u32
-}
-
-/// A string parameter with a closed list of values. pbrt-v3 warns and uses the default for others.
-fn choice(params: &mut Params, name: &'static str, default: &str, known: &[&str]) -> String {
-    let value = params.string(name).map_or_else(|| default.to_owned(), |text| text.value);
-    if known.contains(&value.as_str()) {
-        return value;
-    }
-    params.reject(
-        name,
-        format!("unknown {name} \"{value}\""),
-        Some(&format!("the choices are {}", known.join(", "))),
-    );
-    default.to_owned()
 }

@@ -74,5 +74,8 @@ pub use shape::{
     Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
 };
 pub use sources::{Location, Source, Sources};
-pub use texture::{ImageFilter, ImageMap, Mapping, Texture, Value, Varying};
+pub use texture::{
+    Bilerp, Cells, Checkerboard, Dots, ImageFilter, ImageMap, Mapping, Marble, Node, Octaves, Texture, Value,
+    Varying,
+};
 pub use transform::{LookAtFault, Transform};

@@ -156,6 +156,24 @@ impl<'a> Params<'a> {
         }
     }
 
+    pub fn vector(&mut self, name: &'static str, default: DVec3) -> DVec3 {
+        match self.take_one(name, &[ParamType::Vector3]).map(|p| p.values.value) {
+            Some(Values::Triples(values)) => values[0].into(),
+            _ => default,
+        }
+    }
+
+    /// A string of a closed list. pbrt-v3 warns about others and uses the default.
+    pub fn choice(&mut self, name: &'static str, default: &str, known: &[&str]) -> String {
+        let value = self.string(name).map_or_else(|| default.to_owned(), |text| text.value);
+        if known.contains(&value.as_str()) {
+            return value;
+        }
+        let help = format!("the choices are {}", known.join(", "));
+        self.reject(name, format!("unknown {name} \"{value}\""), Some(&help));
+        default.to_owned()
+    }
+
     /// A length or coordinate is one that can be computed with.
     pub fn check_range(&mut self, name: &'static str, values: &[f64]) {
         if let Some(beyond) = values.iter().find(|value| value.abs() > LARGEST) {

@@ -1,21 +1,35 @@
 //! `Texture`: named values that vary over surfaces.
 
+mod bilerp;
+mod checkerboard;
+mod dots;
+mod fbm;
 mod imagemap;
 mod mapping;
+mod marble;
 mod mix;
+mod octaves;
 mod scale;
+mod uv;
+mod value;
+mod windy;
+mod wrinkled;
 
 use std::sync::Arc;
 
-use glam::Vec3;
-use lookat_image::Texel;
+pub use self::bilerp::Bilerp;
+pub use self::checkerboard::{Cells, Checkerboard};
+pub use self::dots::Dots;
+pub use self::imagemap::{ImageFilter, ImageMap};
+pub use self::mapping::Mapping;
+pub use self::marble::Marble;
+pub use self::octaves::Octaves;
+pub use self::value::Value;
 
-use crate::Transform;
+pub(crate) use self::value::Parameter;
 use crate::params::Params;
-use crate::picture::{Cache, FromColor, Pictures};
-
-pub use imagemap::{ImageFilter, ImageMap};
-pub use mapping::Mapping;
+use crate::picture::Pictures;
+use crate::transform::Transform;
 
 /// A value for each point of a surface: a number (`f64`) or a color (`Vec3`, linear RGB).
 #[derive(Debug, Clone)]
@@ -23,7 +37,18 @@ pub enum Texture<T: Value> {
     /// Everywhere the same (`constant`: `value`, default 1).
     Constant(T),
     /// Different from point to point.
-    Varying(Arc<Varying<T>>),
+    Varying(Arc<Node<T>>),
+}
+
+/// A texture that is not everywhere the same, with what is to be known of it and of the textures below it.
+#[derive(Debug)]
+pub struct Node<T: Value> {
+    /// What it is.
+    pub texture: Varying<T>,
+    /// Whether the distance to neighbouring rays changes its value.
+    filtered: bool,
+    /// How many textures are looked at for one value.
+    cost: u32,
 }
 
 /// A texture that is not everywhere the same.
@@ -38,8 +63,27 @@ pub enum Varying<T: Value> {
         /// The share of the second (`amount`, default 0.5).
         amount: Texture<f64>,
     },
-    /// A picture (`imagemap`).
+    /// A picture.
     ImageMap(Box<ImageMap<T>>),
+    /// Between the values at four corners.
+    Bilerp(Bilerp<T>),
+    /// The fractions of the coordinates as red and green.
+    Uv(Mapping),
+    /// Two textures in turn.
+    Checkerboard(Checkerboard<T>),
+    /// Round dots.
+    Dots(Dots<T>),
+    /// A sum of noise.
+    Fbm(Octaves),
+    /// A sum of absolute values of noise.
+    Wrinkled(Octaves),
+    /// Waves in the wind.
+    Windy {
+        /// What is applied to positions in the world.
+        texture_from_world: Transform,
+    },
+    /// Layers of marble.
+    Marble(Marble),
 }
 
 impl<T: Value> Texture<T> {
@@ -55,105 +99,38 @@ impl<T: Value> Texture<T> {
     pub fn is_filtered(&self) -> bool {
         match self {
             Texture::Constant(_) => false,
-            Texture::Varying(varying) => match &**varying {
-                Varying::Scale([a, b]) => a.is_filtered() || b.is_filtered(),
-                Varying::Mix { textures: [a, b], amount } => {
-                    a.is_filtered() || b.is_filtered() || amount.is_filtered()
-                }
-                Varying::ImageMap(_) => true,
-            },
+            Texture::Varying(node) => node.filtered,
+        }
+    }
+
+    /// How many textures are looked at for one value.
+    fn cost(&self) -> u32 {
+        match self {
+            Texture::Constant(_) => 0,
+            Texture::Varying(node) => node.cost,
         }
     }
 
     fn varying(texture: Varying<T>) -> Self {
-        Texture::Varying(Arc::new(texture))
-    }
-}
-
-/// What textures give: numbers and colors.
-pub trait Value: Copy + std::fmt::Debug + Send + Sync + std::ops::Mul<Output = Self> + 'static {
-    /// Of a picture.
-    type Texel: Texel;
-
-    /// The value of a picture.
-    fn from_texel(texel: Self::Texel) -> Self;
-
-    /// The value with all channels alike.
-    fn gray(value: f64) -> Self;
-
-    /// `a` where `amount` is 0, `b` where it is 1.
-    fn mix(a: Self, b: Self, amount: f64) -> Self;
-}
-
-impl Value for f64 {
-    type Texel = f32;
-
-    fn from_texel(texel: f32) -> f64 {
-        texel.into()
-    }
-
-    fn gray(value: f64) -> f64 {
-        value
-    }
-
-    fn mix(a: f64, b: f64, amount: f64) -> f64 {
-        a * (1.0 - amount) + b * amount
-    }
-}
-
-impl Value for Vec3 {
-    type Texel = Vec3;
-
-    fn from_texel(texel: Vec3) -> Vec3 {
-        texel
-    }
-
-    fn gray(value: f64) -> Vec3 {
-        Vec3::splat(value as f32)
-    }
-
-    fn mix(a: Vec3, b: Vec3, amount: f64) -> Vec3 {
-        a * (1.0 - amount) as f32 + b * amount as f32
-    }
-}
-
-/// A value that parameters can name a texture for.
-pub(crate) trait Parameter: Value<Texel: FromColor> {
-    /// The parameter as a texture; where it is missing, the default.
-    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Self>;
-
-    /// The parameter as a value: no texture.
-    fn value(params: &mut Params, name: &'static str, default: f64) -> Self;
-
-    /// The pictures of such values.
-    fn cache(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
-}
-
-impl Parameter for f64 {
-    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<f64> {
-        params.float_texture(name, default)
-    }
-
-    fn value(params: &mut Params, name: &'static str, default: f64) -> f64 {
-        params.float(name, default)
-    }
-
-    fn cache(pictures: &mut Pictures) -> &mut Cache<f32> {
-        &mut pictures.numbers
-    }
-}
-
-impl Parameter for Vec3 {
-    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Vec3> {
-        params.spectrum_texture(name, Vec3::gray(default))
-    }
-
-    fn value(params: &mut Params, name: &'static str, default: f64) -> Vec3 {
-        params.spectrum(name, Vec3::gray(default))
-    }
-
-    fn cache(pictures: &mut Pictures) -> &mut Cache<Vec3> {
-        &mut pictures.colors
+        let of_two = |[a, b]: [&Self; 2]| {
+            (a.is_filtered() || b.is_filtered(), a.cost().saturating_add(b.cost()).saturating_add(1))
+        };
+        let (filtered, cost) = match &texture {
+            Varying::Scale([a, b]) => of_two([a, b]),
+            Varying::Mix { textures: [a, b], amount } => {
+                let (filtered, cost) = of_two([a, b]);
+                (filtered || amount.is_filtered(), cost.saturating_add(amount.cost()))
+            }
+            Varying::Checkerboard(Checkerboard { textures: [a, b], cells }) => {
+                let (filtered, cost) = of_two([a, b]);
+                (filtered || matches!(cells, Cells::Plane { filtered: true, .. }), cost)
+            }
+            Varying::Dots(dots) => of_two([&dots.dots, &dots.around]),
+            Varying::ImageMap(_) => (true, 1),
+            Varying::Bilerp(_) | Varying::Uv(_) => (false, 1),
+            Varying::Fbm(_) | Varying::Wrinkled(_) | Varying::Windy { .. } | Varying::Marble(_) => (true, 1),
+        };
+        Texture::Varying(Arc::new(Node { texture, filtered, cost }))
     }
 }
 
@@ -173,20 +150,50 @@ pub(crate) const NAMES: &[&str] = &[
     "ptex",
 ];
 
+/// Textures that name textures that name textures: with twice the work at each step, a short file would take forever.
+const MOST_TEXTURES: u32 = 1000;
+
 /// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for what is not rendered, or in error.
 pub(crate) fn texture<T: Parameter>(
     params: &mut Params,
-    world_from_texture: Transform,
+    ctm: Transform,
     pictures: &mut Pictures,
 ) -> Option<Texture<T>> {
     let texture = match params.kind() {
         "constant" => Texture::Constant(T::value(params, "value", 1.0)),
         "scale" => scale::scale(params),
         "mix" => mix::mix(params),
-        "imagemap" => imagemap::imagemap(params, world_from_texture, pictures)?,
+        "imagemap" => imagemap::imagemap(params, ctm, pictures)?,
+        "bilerp" => bilerp::bilerp(params, ctm),
+        "uv" => colors(params, ctm, uv::uv),
+        "checkerboard" => checkerboard::checkerboard(params, ctm),
+        "dots" => dots::dots(params, ctm),
+        "fbm" => fbm::fbm(params, ctm),
+        "wrinkled" => wrinkled::wrinkled(params, ctm),
+        "marble" => colors(params, ctm, marble::marble),
+        "windy" => windy::windy(ctm),
         _ => return not_rendered(params),
     };
+    if texture.cost() > MOST_TEXTURES {
+        let message = format!("this texture is made of more than {MOST_TEXTURES} others");
+        let help = "a texture that two parameters name counts twice, and so do those that it names";
+        params.reject("", message, Some(help));
+    }
     params.finish().then_some(texture)
+}
+
+/// A texture that pbrt-v3 knows with colors only.
+fn colors<T: Parameter>(
+    params: &mut Params,
+    ctm: Transform,
+    make: fn(&mut Params, Transform) -> Varying<T>,
+) -> Texture<T> {
+    let texture = make(params, ctm);
+    if T::TYPE == "float" {
+        let message = format!("there is no float texture of type \"{}\": it gives colors", params.kind());
+        params.reject("", message, Some("declare it \"spectrum\", and name it where a color is due"));
+    }
+    Texture::varying(texture)
 }
 
 fn not_rendered<T>(params: &mut Params) -> Option<T> {

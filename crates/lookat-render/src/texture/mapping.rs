@@ -7,31 +7,44 @@ use lookat_scene::{Mapping, Transform};
 
 use super::TexturePoint;
 
-/// The place, and how much it changes to the ray on the right and to the one below.
-///
-/// pbrt-v3 takes differences on spheres and cylinders, which are wrong where the picture's edges meet; these are derivatives.
-pub(super) fn place(mapping: &Mapping, at: &TexturePoint) -> (DVec2, [DVec2; 2]) {
-    match mapping {
-        Mapping::Uv { scale, delta } => (at.uv * *scale + *delta, at.footprint.duv.map(|duv| duv * *scale)),
-        Mapping::Spherical { texture_from_world } => {
-            let v = in_texture_space(at, texture_from_world);
-            (spherical(v), steps(at, texture_from_world, |dv| spherical_derivative(v, dv)))
-        }
-        Mapping::Cylindrical { texture_from_world } => {
-            let v = in_texture_space(at, texture_from_world);
-            (cylindrical(v), steps(at, texture_from_world, |dv| cylindrical_derivative(v, dv)))
-        }
-        Mapping::Planar { axes, delta } => {
-            let along = |v: DVec3| DVec2::new(v.dot(axes[0]), v.dot(axes[1]));
-            // The eye apart, so that neighbouring points keep their distance however far away it is.
-            (along(at.p) + (along(at.eye) + *delta), at.footprint.dp.map(along))
-        }
-    }
+/// The coordinates. They are finite.
+pub(crate) fn coordinates(mapping: &Mapping, at: &TexturePoint) -> DVec2 {
+    finite(match mapping {
+        Mapping::Uv { scale, offset } => at.uv * *scale + *offset,
+        Mapping::Spherical { texture_from_world } => spherical(at.within(texture_from_world)),
+        Mapping::Cylindrical { texture_from_world } => cylindrical(at.within(texture_from_world)),
+        // The eye apart, so that neighbouring points keep their distance however far away it is.
+        Mapping::Planar { axes, offset } => along(axes, at.p) + (along(axes, at.eye) + *offset),
+    })
 }
 
-/// The place in texture space. The eye is taken there apart, so that neighbouring points keep their distance.
-fn in_texture_space(at: &TexturePoint, texture_from_world: &Transform) -> DVec3 {
-    texture_from_world.vector(at.p) + texture_from_world.point(at.eye)
+/// How the coordinates change to the neighbours at the right and below. They are finite.
+///
+/// pbrt-v3 takes differences on spheres and cylinders, which are wrong where the texture's edges meet; these are
+/// derivatives.
+pub(crate) fn changes(mapping: &Mapping, at: &TexturePoint) -> [DVec2; 2] {
+    let changes = match mapping {
+        Mapping::Uv { scale, .. } => at.footprint.duv.map(|duv| duv * *scale),
+        Mapping::Spherical { texture_from_world } => {
+            let v = at.within(texture_from_world);
+            steps(at, texture_from_world, |dv| spherical_derivative(v, dv))
+        }
+        Mapping::Cylindrical { texture_from_world } => {
+            let v = at.within(texture_from_world);
+            steps(at, texture_from_world, |dv| cylindrical_derivative(v, dv))
+        }
+        Mapping::Planar { axes, .. } => at.footprint.dp.map(|dp| along(axes, dp)),
+    };
+    changes.map(finite)
+}
+
+fn along(axes: &[DVec3; 2], v: DVec3) -> DVec2 {
+    DVec2::new(v.dot(axes[0]), v.dot(axes[1]))
+}
+
+/// Coordinates of the file may overflow under a scale.
+fn finite(st: DVec2) -> DVec2 {
+    if st.is_finite() { st } else { DVec2::ZERO }
 }
 
 fn steps(
@@ -79,6 +92,10 @@ mod tests {
     use super::*;
     use crate::texture::Footprint;
 
+    fn place(mapping: &Mapping, at: &TexturePoint) -> (DVec2, [DVec2; 2]) {
+        (coordinates(mapping, at), changes(mapping, at))
+    }
+
     fn at(p: DVec3) -> TexturePoint {
         let dp = [DVec3::new(1e-3, 2e-3, -1e-3), DVec3::new(0.0, -1e-3, 2e-3)];
         let duv = [DVec2::new(0.1, 0.2), DVec2::new(0.3, 0.4)];
@@ -89,10 +106,10 @@ mod tests {
         let turned = Transform::rotate(40.0, DVec3::new(1.0, 2.0, 3.0)).unwrap()
             * Transform::translate(DVec3::new(0.3, 0.1, 0.2));
         [
-            Mapping::Uv { scale: DVec2::new(2.0, 3.0), delta: DVec2::new(0.5, -0.5) },
+            Mapping::Uv { scale: DVec2::new(2.0, 3.0), offset: DVec2::new(0.5, -0.5) },
             Mapping::Spherical { texture_from_world: turned },
             Mapping::Cylindrical { texture_from_world: turned },
-            Mapping::Planar { axes: [DVec3::new(1.0, 2.0, 0.0), DVec3::Z], delta: DVec2::X },
+            Mapping::Planar { axes: [DVec3::new(1.0, 2.0, 0.0), DVec3::Z], offset: DVec2::X },
         ]
     }
 
@@ -140,6 +157,23 @@ mod tests {
             let there = |p| place(&moved, &TexturePoint { eye: far, ..at(p) }).0;
             let (a, b) = (DVec3::new(0.4, -0.7, 0.5), DVec3::new(0.4, -0.7, 0.5 + 1e-7));
             assert!(((near(a) - near(b)) - (there(a) - there(b))).length() < 1e-7);
+        }
+    }
+
+    #[test]
+    fn no_point_is_without_coordinates() {
+        let texture_from_world = Transform::IDENTITY;
+        let uv = Mapping::Uv { scale: DVec2::splat(1e50), offset: DVec2::ZERO };
+        let all =
+            [uv, Mapping::Spherical { texture_from_world }, Mapping::Cylindrical { texture_from_world }];
+        for mapping in all {
+            for p in [DVec3::ZERO, DVec3::splat(1e200), DVec3::new(1e-300, 0.0, 0.0)] {
+                let uv = DVec2::splat(1e300);
+                let footprint = Footprint { dp: [DVec3::ZERO, DVec3::splat(1e300)], duv: [uv, -uv] };
+                let at = TexturePoint { p, uv, footprint, eye: DVec3::ZERO };
+                assert!(coordinates(&mapping, &at).is_finite());
+                assert!(changes(&mapping, &at).iter().all(|change| change.is_finite()));
+            }
         }
     }
 }

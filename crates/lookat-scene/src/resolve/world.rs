@@ -73,6 +73,7 @@ impl Resolver<'_> {
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
+        self.texture_again(&name, &value);
         let params = &mut Params::new("Texture", entity, &self.files, &mut self.report)
             .with_textures(&self.definitions.textures);
         match value.value.as_str() {
@@ -94,6 +95,20 @@ impl Resolver<'_> {
                 textures.float.define(name.value.clone(), None);
                 textures.spectrum.define(name.value, None);
             }
+        }
+    }
+
+    /// Textures may be defined again: pbrt-v3 says so too.
+    fn texture_again(&mut self, name: &Text, value: &Text) {
+        let textures = &self.definitions.textures;
+        let known = match value.value.as_str() {
+            "float" => textures.float.get(&name.value).is_some(),
+            _ => textures.spectrum.get(&name.value).is_some(),
+        };
+        if known {
+            let message =
+                format!("texture \"{}\" is defined again; the new one counts from here", name.value);
+            self.report.push(Diagnostic::warning(name.span, message));
         }
     }
 

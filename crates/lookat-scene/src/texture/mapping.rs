@@ -1,105 +1,82 @@
-//! From a point of a surface to a place on a picture (PBR 10.2).
+//! From points of surfaces to the two coordinates s and t of a texture (PBR 10.2).
 //!
-//! - `mapping`: `uv` (the default), `spherical`, `cylindrical` or `planar`
-//! - `uscale`, `vscale`: of `uv`, factors of the surface's coordinates, default 1
-//! - `v1`, `v2`: of `planar`, the directions along which s and t grow, default 1 0 0 and 0 1 0
-//! - `udelta`, `vdelta`: of `uv` and `planar`, added to s and t, default 0
+//! - `mapping`: `uv` (default), `spherical`, `cylindrical` or `planar`
+//! - of `uv`: `uscale`, `vscale`, factors of the coordinates of the surface, default 1; `udelta`, `vdelta`, added to
+//!   them, default 0
+//! - of `planar`: `v1`, `v2`, directions in the world, default 1 0 0 and 0 1 0; `udelta`, `vdelta`, default 0
+//!
+//! The poles of `spherical` and the axis of `cylindrical` are the z axis of the space where the texture is defined.
 
 use glam::{DVec2, DVec3};
-use lookat_syntax::ParamType;
 
-use crate::Transform;
 use crate::params::Params;
+use crate::transform::Transform;
 
-/// What gives a point of a surface its place on a picture.
+/// How a texture lies on surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mapping {
-    /// The coordinates of the surface.
+    /// The coordinates of the surface, scaled and then moved.
     Uv {
-        /// Their factors (`uscale`, `vscale`).
+        /// Factors (`uscale`, `vscale`).
         scale: DVec2,
-        /// What is added then (`udelta`, `vdelta`).
-        delta: DVec2,
+        /// What is added (`udelta`, `vdelta`).
+        offset: DVec2,
     },
-    /// The latitude from +z and the longitude from +x in texture space, each from 0 to 1.
+    /// s: the angle from the z axis, over pi. t: the angle around it from the x axis, over 2 pi, 0..1.
     Spherical {
-        /// Takes the world to texture space: the current transformation at the directive.
+        /// To the space with that axis.
         texture_from_world: Transform,
     },
-    /// The longitude from -x, from 0 to 1, and the cosine of the latitude in texture space.
+    /// s: the angle around the z axis from the negative x axis, over 2 pi, 0..1. t: the cosine of the angle from it.
     Cylindrical {
-        /// Takes the world to texture space.
+        /// To the space with that axis.
         texture_from_world: Transform,
     },
-    /// World positions by dot products.
+    /// The position in the world, measured along two directions.
     Planar {
-        /// Along which s grows, and t (`v1`, `v2`).
+        /// The directions, in the world (`v1`, `v2`).
         axes: [DVec3; 2],
         /// What is added (`udelta`, `vdelta`).
-        delta: DVec2,
+        offset: DVec2,
     },
 }
 
 const NAMES: &[&str] = &["uv", "spherical", "cylindrical", "planar"];
 
-/// The parameters of a mapping.
+/// The parameters of all textures with two coordinates; to be called when the others are taken.
 pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Mapping {
     let texture_from_world = world_from_texture.inverse();
-    let name = params.string("mapping");
-    match name.as_ref().map_or("uv", |name| name.value.as_str()) {
-        "spherical" => {
-            idle(params, &["uscale", "vscale", "udelta", "vdelta"], "spherical");
-            Mapping::Spherical { texture_from_world }
-        }
-        "cylindrical" => {
-            idle(params, &["uscale", "vscale", "udelta", "vdelta"], "cylindrical");
-            Mapping::Cylindrical { texture_from_world }
-        }
+    let name = params.choice("mapping", "uv", NAMES);
+    if !params.usable() {
+        // Which of the others belong to it is not known.
+        params.ignore_rest();
+    }
+    match name.as_str() {
+        "spherical" => Mapping::Spherical { texture_from_world },
+        "cylindrical" => Mapping::Cylindrical { texture_from_world },
         "planar" => {
-            idle(params, &["uscale", "vscale"], "planar");
-            Mapping::Planar {
-                axes: [axis(params, "v1", DVec3::X), axis(params, "v2", DVec3::Y)],
-                delta: DVec2::new(number(params, "udelta", 0.0), number(params, "vdelta", 0.0)),
-            }
+            let axes = [axis(params, "v1", DVec3::X), axis(params, "v2", DVec3::Y)];
+            Mapping::Planar { axes, offset: offset(params) }
         }
-        other => {
-            if !NAMES.contains(&other) {
-                let help = "there are \"uv\", \"spherical\", \"cylindrical\" and \"planar\"";
-                params.reject("mapping", format!("unknown mapping \"{other}\""), Some(help));
-            }
-            Mapping::Uv {
-                scale: DVec2::new(number(params, "uscale", 1.0), number(params, "vscale", 1.0)),
-                delta: DVec2::new(number(params, "udelta", 0.0), number(params, "vdelta", 0.0)),
-            }
-        }
+        _ => Mapping::Uv { scale: pair(params, ["uscale", "vscale"], 1.0), offset: offset(params) },
     }
 }
 
-/// Warns about parameters that belong to other mappings.
-fn idle(params: &mut Params, names: &[&'static str], mapping: &str) {
-    for name in names.iter().filter(|name| params.given(name)).copied().collect::<Vec<_>>() {
-        params.float(name, 0.0);
-        let message = format!("{name} has no meaning for the mapping \"{mapping}\"; it is ignored");
-        params.warn(
-            name,
-            &message,
-            "the current transformation, or v1 and v2 of \"planar\", scale such mappings",
-        );
-    }
+fn offset(params: &mut Params) -> DVec2 {
+    pair(params, ["udelta", "vdelta"], 0.0)
 }
 
-fn number(params: &mut Params, name: &'static str, default: f64) -> f64 {
-    let number = params.float(name, default);
-    params.check_range(name, &[number]);
-    number
+fn pair(params: &mut Params, names: [&'static str; 2], default: f64) -> DVec2 {
+    let pair = names.map(|name| {
+        let value = params.float(name, default);
+        params.check_range(name, &[value]);
+        value
+    });
+    pair.into()
 }
 
 fn axis(params: &mut Params, name: &'static str, default: DVec3) -> DVec3 {
-    let given = params.triples(name, ParamType::Vector3);
-    if given.as_ref().is_some_and(|vectors| vectors.len() != 1) {
-        params.reject(name, format!("{name} takes 1 value"), None);
-    }
-    let axis = given.and_then(|vectors| vectors.first().copied()).map_or(default, DVec3::from);
+    let axis = params.vector(name, default);
     params.check_range(name, &axis.to_array());
     axis
 }

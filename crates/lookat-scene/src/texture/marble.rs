@@ -1,0 +1,31 @@
+//! `Texture "marble"`: colors of marble in layers along y that noise bends. There is no float texture of this class.
+//!
+//! - `octaves`, default 8, and `roughness`, default 0.5: see [`Octaves`]
+//! - `scale`: factor of the position, default 1
+//! - `variation`: how far noise moves the layers, default 0.2
+
+use super::octaves::{Octaves, octaves};
+use super::{Value, Varying};
+use crate::params::Params;
+use crate::transform::Transform;
+
+/// Layers of marble.
+#[derive(Debug, Clone, Copy)]
+pub struct Marble {
+    /// The noise that bends the layers.
+    pub octaves: Octaves,
+    /// Factor of the position.
+    pub scale: f64,
+    /// Factor of the noise.
+    pub variation: f64,
+}
+
+pub(super) fn marble<T: Value>(params: &mut Params, ctm: Transform) -> Varying<T> {
+    let octaves = octaves(params, ctm);
+    let [scale, variation] = [("scale", 1.0), ("variation", 0.2)].map(|(name, default)| {
+        let value = params.float(name, default);
+        params.check_range(name, &[value]);
+        value
+    });
+    Varying::Marble(Marble { octaves, scale, variation })
+}

@@ -1,0 +1,13 @@
+//! `Texture "uv"`: the coordinates as colors, the fractions of s as red and of t as green. There is no float texture of
+//! this class.
+//!
+//! - the parameters of [`Mapping`](super::Mapping)
+
+use super::mapping::mapping;
+use super::{Value, Varying};
+use crate::params::Params;
+use crate::transform::Transform;
+
+pub(super) fn uv<T: Value>(params: &mut Params, world_from_texture: Transform) -> Varying<T> {
+    Varying::Uv(mapping(params, world_from_texture))
+}

@@ -1,0 +1,119 @@
+//! What textures give: numbers and colors.
+
+use std::fmt::Debug;
+use std::ops::Mul;
+
+use glam::{DVec3, Vec3};
+use lookat_image::Texel;
+
+use super::Texture;
+use crate::params::Params;
+use crate::picture::{Cache, FromColor, Pictures};
+
+/// A number or a color.
+pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + 'static {
+    /// Of a picture.
+    type Texel: Texel;
+
+    /// The value of a picture.
+    fn from_texel(texel: Self::Texel) -> Self;
+
+    /// The value with all channels alike.
+    fn gray(value: f64) -> Self;
+
+    /// The value of a color; as a number, its luminance.
+    fn from_rgb(rgb: Vec3) -> Self;
+
+    /// `a` where `amount` is 0, `b` where it is 1.
+    fn mix(a: Self, b: Self, amount: f64) -> Self;
+}
+
+impl Value for f64 {
+    type Texel = f32;
+
+    fn from_texel(texel: f32) -> f64 {
+        texel.into()
+    }
+
+    fn gray(value: f64) -> f64 {
+        value
+    }
+
+    fn from_rgb(rgb: Vec3) -> f64 {
+        rgb.as_dvec3().dot(LUMINANCE)
+    }
+
+    fn mix(a: f64, b: f64, amount: f64) -> f64 {
+        a * (1.0 - amount) + b * amount
+    }
+}
+
+/// The weights of linear RGB in luminance, as pbrt-v3 has them.
+const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
+
+impl Value for Vec3 {
+    type Texel = Vec3;
+
+    fn from_texel(texel: Vec3) -> Vec3 {
+        texel
+    }
+
+    fn gray(value: f64) -> Vec3 {
+        Vec3::splat(value as f32)
+    }
+
+    fn from_rgb(rgb: Vec3) -> Vec3 {
+        rgb
+    }
+
+    fn mix(a: Vec3, b: Vec3, amount: f64) -> Vec3 {
+        a * (1.0 - amount) as f32 + b * amount as f32
+    }
+}
+
+/// A value that parameters can give, or name a texture for.
+pub(crate) trait Parameter: Value<Texel: FromColor> {
+    /// The types of textures with such values.
+    const TYPE: &'static str;
+
+    /// The parameter; where it is missing, the default.
+    fn value(params: &mut Params, name: &'static str, default: f64) -> Self;
+
+    /// The parameter as a texture; where it is missing, the default.
+    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Self>;
+
+    /// The pictures of such values.
+    fn cache(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
+}
+
+impl Parameter for f64 {
+    const TYPE: &'static str = "float";
+
+    fn value(params: &mut Params, name: &'static str, default: f64) -> f64 {
+        params.float(name, default)
+    }
+
+    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<f64> {
+        params.float_texture(name, default)
+    }
+
+    fn cache(pictures: &mut Pictures) -> &mut Cache<f32> {
+        &mut pictures.numbers
+    }
+}
+
+impl Parameter for Vec3 {
+    const TYPE: &'static str = "spectrum";
+
+    fn value(params: &mut Params, name: &'static str, default: f64) -> Vec3 {
+        params.spectrum(name, Vec3::gray(default))
+    }
+
+    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Vec3> {
+        params.spectrum_texture(name, Vec3::gray(default))
+    }
+
+    fn cache(pictures: &mut Pictures) -> &mut Cache<Vec3> {
+        &mut pictures.colors
+    }
+}

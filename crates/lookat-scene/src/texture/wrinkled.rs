@@ -1,0 +1,12 @@
+//! `Texture "wrinkled"`: a sum of the absolute values of noise, with creases where it is 0 (turbulence).
+//!
+//! - `octaves`, default 8, and `roughness`, default 0.5: see [`Octaves`](super::Octaves)
+
+use super::octaves::octaves;
+use super::{Texture, Value, Varying};
+use crate::params::Params;
+use crate::transform::Transform;
+
+pub(super) fn wrinkled<T: Value>(params: &mut Params, ctm: Transform) -> Texture<T> {
+    Texture::varying(Varying::Wrinkled(octaves(params, ctm)))
+}
