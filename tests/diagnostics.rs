@@ -264,6 +264,6 @@ fn a_file_full_of_mistakes_is_told_in_few_words() {
     assert_eq!(count(&scene(&b"AttributeEnd\n".repeat(10_000))), 10);
     assert_eq!(count(&b"Shape \"sphere\"\n".repeat(10_000)), 1);
     assert_eq!(count(&scene(&b"Translate 1, 2, 3\n".repeat(10_000))), 1);
-    assert_eq!(count(&scene(&b"Shape \"curve\"\n".repeat(10_000))), 1);
+    assert_eq!(count(&scene(&b"Material \"hair\"\n".repeat(10_000))), 1);
     assert_eq!(count(&b"\xff\x00[\"]\n".repeat(10_000)), 2);
 }

@@ -13,11 +13,12 @@ mod substrate;
 mod translucent;
 mod uber;
 
-use std::sync::Arc;
+use std::rc::Rc;
 
 use glam::Vec3;
 
 use crate::params::Params;
+use crate::state::{MaterialInstance, Names};
 use crate::texture::Texture;
 
 pub use glass::Glass;
@@ -105,7 +106,7 @@ pub(crate) const NAMES: &[&str] = &[
 ];
 
 /// The named materials that a constructor may ask for.
-pub(crate) type Named<'a> = dyn Fn(&str) -> Option<Arc<Material>> + 'a;
+pub(crate) type Named = Names<Rc<MaterialInstance>>;
 
 /// pbrt-v3's MakeMaterial. An unknown type is an error; the material is then matte, as in pbrt-v3.
 pub(crate) fn material(params: &mut Params, named: &Named) -> Material {

@@ -53,8 +53,6 @@ pub(crate) struct Resolver<'a> {
     primitives: Vec<Primitive>,
     instances: Vec<Instance>,
     lights: Vec<Light>,
-    /// There is a light that is not rendered.
-    dark_light: bool,
     /// The object that is being defined.
     object: Option<Object>,
     objects: BTreeMap<String, Arc<Object>>,
@@ -82,7 +80,6 @@ impl<'a> Resolver<'a> {
             primitives: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
-            dark_light: false,
             object: None,
             objects: BTreeMap::new(),
             media: BTreeSet::new(),
@@ -228,9 +225,7 @@ impl<'a> Resolver<'a> {
         // A light in error is a light all the same.
         if self.lights.is_empty() && !emits && !ambient && !self.report.has_errors() {
             let at = self.world_begin.unwrap_or(end);
-            let what =
-                if self.dark_light { "no light of the scene is rendered" } else { "the scene has no lights" };
-            self.report.push(Diagnostic::warning(at, format!("{what}: the picture is black")));
+            self.report.push(Diagnostic::warning(at, "the scene has no lights: the picture is black"));
         }
     }
 }

@@ -14,13 +14,33 @@ use crate::texture::Texture;
 pub struct Mix {
     /// What is mixed (`namedmaterial1`, `namedmaterial2`); neither is [`MaterialKind::None`].
     pub materials: [Arc<Material>; 2],
-    /// The share of the first, used from 0 to 1 (`amount`, default 0.5).
+    /// The share of the first; the second has the rest, if any (`amount`, default 0.5).
     pub amount: Texture<Vec3>,
+    /// How many materials it comes to, where parts are mixes themselves.
+    pub count: u32,
 }
+
+/// Mixes of mixes of mixes: with twice the work at each step, a short file would take forever.
+const MOST: u32 = 100;
 
 pub(super) fn mix(params: &mut Params, named: &Named) -> Mix {
     let materials = ["namedmaterial1", "namedmaterial2"].map(|name| part(params, name, named));
-    Mix { materials, amount: params.spectrum_texture("amount", Vec3::splat(0.5)) }
+    let amount = params.spectrum_texture("amount", Vec3::splat(0.5));
+    let count = materials.iter().map(|part| count(part)).sum();
+    if count > MOST {
+        let help = "a material that two parameters name counts twice, and so do those that it names";
+        params.reject("", format!("this material is made of more than {MOST} others"), Some(help));
+        let materials = [0, 1].map(|_| Arc::new(Material::DEFAULT));
+        return Mix { materials, amount, count: 2 };
+    }
+    Mix { materials, amount, count }
+}
+
+fn count(material: &Material) -> u32 {
+    match &material.kind {
+        MaterialKind::Mix(mix) => mix.count,
+        _ => 1,
+    }
 }
 
 /// One of the two. In error it is matte, as in pbrt-v3.

@@ -122,7 +122,6 @@ impl Resolver<'_> {
     pub(super) fn light_source(&mut self, entity: Entity) {
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
         let light = light::light(params, self.state.ctm, &mut self.pictures);
-        self.dark_light |= light.is_none();
         self.lights.extend(light);
     }
 
@@ -135,10 +134,7 @@ impl Resolver<'_> {
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
         params.finish();
-        let Some(shape) = shape else {
-            self.dark_light |= self.state.emission.is_some();
-            return;
-        };
+        let Some(shape) = shape else { return };
         let material = self.material_for_shape(overriding);
         let emission = self.emission(&name);
         let primitive = Primitive {

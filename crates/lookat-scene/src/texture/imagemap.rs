@@ -52,12 +52,12 @@ pub(super) fn imagemap<T: Parameter>(
     world_from_texture: Transform,
     pictures: &mut Pictures,
 ) -> Option<Texture<T>> {
-    let mapping = mapping::mapping(params, world_from_texture);
     let filter = filter(params);
     let wrap = wrap(params);
     let scale = params.float("scale", 1.0) as f32;
     let file = params.string("filename");
     let gamma = params.bool("gamma", file.as_ref().is_some_and(is_encoded));
+    let mapping = mapping::mapping(params, world_from_texture);
     let Some(file) = file else {
         let help = "\"string filename\" names the picture";
         params.reject("filename", "Texture \"imagemap\" has no filename", Some(help));

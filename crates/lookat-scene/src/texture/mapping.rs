@@ -52,13 +52,30 @@ pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Map
         params.ignore_rest();
     }
     match name.as_str() {
-        "spherical" => Mapping::Spherical { texture_from_world },
-        "cylindrical" => Mapping::Cylindrical { texture_from_world },
+        "spherical" => {
+            idle(params, &["uscale", "vscale", "udelta", "vdelta"], "spherical");
+            Mapping::Spherical { texture_from_world }
+        }
+        "cylindrical" => {
+            idle(params, &["uscale", "vscale", "udelta", "vdelta"], "cylindrical");
+            Mapping::Cylindrical { texture_from_world }
+        }
         "planar" => {
+            idle(params, &["uscale", "vscale"], "planar");
             let axes = [axis(params, "v1", DVec3::X), axis(params, "v2", DVec3::Y)];
             Mapping::Planar { axes, offset: offset(params) }
         }
         _ => Mapping::Uv { scale: pair(params, ["uscale", "vscale"], 1.0), offset: offset(params) },
+    }
+}
+
+/// Warns about parameters that belong to other mappings.
+fn idle(params: &mut Params, names: &[&'static str], mapping: &str) {
+    for name in names.iter().filter(|name| params.given(name)).copied().collect::<Vec<_>>() {
+        params.float(name, 0.0);
+        let message = format!("{name} has no meaning for the mapping \"{mapping}\"; it is ignored");
+        let help = "the current transformation, or v1 and v2 of \"planar\", scale such mappings";
+        params.warn(name, &message, help);
     }
 }
 
