@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_syntax::Diagnostic;
+use lookat_syntax::{Diagnostic, nearest};
 
 use super::{Material, MaterialKind, Named};
 use crate::params::Params;
@@ -50,21 +50,24 @@ fn part(params: &mut Params, parameter: &'static str, named: &Named) -> Arc<Mate
         params.missing(parameter, &format!("a mix of materials needs {parameter}"), help);
         return Arc::new(Material::DEFAULT);
     };
-    match named(&name.value) {
-        Some(material) if !matches!(material.kind, MaterialKind::None) => material,
+    match named.get(&name.value).map(|instance| instance.material.clone()) {
+        Some(material) if !matches!(material.kind, MaterialKind::None) => return material,
         Some(_) => {
             let message =
                 format!("\"{}\" is no surface: it cannot be mixed with another material", name.value);
             let help = "\"uber\" with an opacity, or an alpha texture of the shape, makes holes";
             params.error(Diagnostic::error(name.span, message).help(help));
-            Arc::new(Material::DEFAULT)
         }
         None => {
             let message = format!("there is no named material \"{}\"", name.value);
-            params.error(
-                Diagnostic::error(name.span, message).help("MakeNamedMaterial defines one before this"),
-            );
-            Arc::new(Material::DEFAULT)
+            let error = Diagnostic::error(name.span, message);
+            params.error(match nearest(&name.value, named.keys().map(String::as_str)) {
+                Some(near) => {
+                    error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\""))
+                }
+                None => error.help("MakeNamedMaterial defines one before this"),
+            });
         }
     }
+    Arc::new(Material::DEFAULT)
 }

@@ -23,8 +23,7 @@ impl Resolver<'_> {
             params.ignore_rest();
             return MaterialInstance { material: Arc::new(Material::DEFAULT), known: None, entity: None };
         }
-        let named = |name: &str| self.definitions.materials.get(name).map(|known| known.material.clone());
-        let material = Arc::new(material::material(params, &named));
+        let material = Arc::new(material::material(params, &self.definitions.materials));
         MaterialInstance { material, known: params.known(), entity: Some(entity) }
     }
 
