@@ -29,6 +29,19 @@ pub(super) fn hyperboloid(params: &mut Params, limits: &Limits) -> Hyperboloid {
     } else if p1.truncate() == DVec2::ZERO && p2.truncate() == DVec2::ZERO {
         params.reject(given, "p1 and p2 of a hyperboloid must not both lie on its axis", None);
     }
+    if params.usable() && !has_waist_at_zero(p1, p2) {
+        let message = "pbrt-v3 makes another surface of this hyperboloid, which misses p1 (a known defect)";
+        let help = "lookat turns the segment from p1 to p2; the two agree where its waist is at z = 0";
+        params.warn(given, message, help);
+    }
     // The order decides the outer side and the direction of v.
     if p2.z == 0.0 { Hyperboloid { p1: p2, p2: p1 } } else { Hyperboloid { p1, p2 } }
+}
+
+/// Whether the point of the segment's line that is closest to the axis is at z = 0.
+fn has_waist_at_zero(p1: DVec3, p2: DVec3) -> bool {
+    let along = p2 - p1;
+    let at_zero = p1 - along * (p1.z / along.z);
+    let [p, d] = [at_zero, along].map(DVec3::truncate);
+    p.dot(d).abs() <= 1e-6 * p.length() * d.length()
 }
