@@ -52,6 +52,7 @@ mod sources;
 mod state;
 mod texture;
 mod transform;
+mod vocabulary;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use cutout::Cutout;
@@ -79,3 +80,4 @@ pub use texture::{
     Varying,
 };
 pub use transform::{LookAtFault, Transform};
+pub use vocabulary::{Kind, kinds};

@@ -355,7 +355,7 @@ impl<'a> Params<'a> {
     }
 
     /// The names that were asked for so far.
-    fn asked(&self) -> Vec<&'static str> {
+    pub fn asked(&self) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = Vec::new();
         for (name, _) in &self.asked {
             if !names.contains(name) {

@@ -10,6 +10,8 @@ const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
 const SUM_ROUNDING: f64 = 1.0 / (1 << 13) as f64;
 /// and for a picture that was stored in half precision.
 const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
+/// The steps of half precision grow no smaller than this, however near a value is to 0.
+const HALF_STEP: f64 = 1.0 / (1 << 24) as f64;
 /// A pixel of fewer samples takes itself for exact too often to be held against one of which nothing is known.
 const FEWEST_SAMPLES: u32 = 16;
 /// How much larger the error of a mean of pixels may be than that of independent ones, because filters of several pixels
@@ -45,6 +47,7 @@ pub(super) struct Noise {
     actual: Vec<PixelError>,
     expected: Vec<PixelError>,
     rounding: f64,
+    step: f64,
 }
 
 impl Noise {
@@ -68,12 +71,12 @@ impl Noise {
             (pixels, _) => return Err(Untestable::Actual { pixels, needed }),
         }
         let expected = pair.expected_errors.clone().unwrap_or_else(|| guessed(pair, &actual));
-        let rounding = match (pair.precision, expected_is_known) {
-            (Precision::Single, true) => ROUNDING,
-            (Precision::Single, false) => SUM_ROUNDING,
-            _ => HALF_ROUNDING,
+        let (rounding, step) = match (pair.precision, expected_is_known) {
+            (Precision::Single, true) => (ROUNDING, 0.0),
+            (Precision::Single, false) => (SUM_ROUNDING, 0.0),
+            _ => (HALF_ROUNDING, HALF_STEP),
         };
-        Ok(Noise { expected_is_known, actual, expected, rounding })
+        Ok(Noise { expected_is_known, actual, expected, rounding, step })
     }
 
     /// The differences of all pixels.
@@ -95,7 +98,7 @@ impl Noise {
             value: a - b,
             variance: a_variance + b_variance,
             spread: a_variance.powi(2) / freedom(a_error) + b_variance.powi(2) / freedom(b_error),
-            rounding: self.rounding * a.abs().max(b.abs()),
+            rounding: self.step.max(self.rounding * a.abs().max(b.abs())),
             is_even: self.expected_is_known && (0.5..=2.0).contains(&ratio),
         }
     }

@@ -1,0 +1,105 @@
+//! All types and parameters that scenes may name: what the constructors ask for.
+
+use std::io;
+use std::path::Path;
+
+use glam::Vec3;
+use lookat_syntax::{Entity, FileId, Span, Text};
+
+use crate::files::Files;
+use crate::film::{Film, PixelBounds};
+use crate::overrides::Overrides;
+use crate::params::Params;
+use crate::picture::Pictures;
+use crate::report::Report;
+use crate::state::{Names, Textures};
+use crate::texture::Texture;
+use crate::transform::Transform;
+use crate::{camera, cutout, film, filter, integrator, light, material, sampler, shape, texture};
+
+/// A type of thing, such as `Shape "sphere"`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Kind {
+    /// The directive that makes it.
+    pub directive: &'static str,
+    /// Its name.
+    pub name: &'static str,
+    /// The parameters that it takes; of one that is not rendered, those of what stands in for it.
+    pub parameters: Vec<&'static str>,
+}
+
+/// A directive, the names of its types, and what makes one of them.
+type Table<'a> = (&'static str, &'static [&'static str], &'a dyn Fn(&mut Params));
+
+/// All types that there are.
+pub fn kinds() -> Vec<Kind> {
+    let here = Transform::IDENTITY;
+    let tables: [Table; 11] = [
+        ("Camera", camera::NAMES, &|params| {
+            camera::camera(params, here, &square_film());
+        }),
+        ("Film", film::NAMES, &|params| {
+            film::film(params, &Overrides::default());
+        }),
+        ("PixelFilter", filter::NAMES, &|params| {
+            filter::filter(params);
+        }),
+        ("Sampler", sampler::NAMES, &|params| {
+            sampler::sampler(params, &Overrides::default());
+        }),
+        ("Integrator", integrator::NAMES, &|params| {
+            integrator::integrator(params);
+        }),
+        ("Shape", shape::NAMES, &|params| {
+            if ["trianglemesh", "plymesh"].contains(&params.kind()) {
+                cutout::cutout(params);
+            }
+            shape::shape(params, here);
+        }),
+        ("Material", material::NAMES, &|params| {
+            material::material(params, &Names::default());
+        }),
+        ("LightSource", light::NAMES, &|params| {
+            light::light(params, here, &mut Pictures::default());
+        }),
+        ("AreaLightSource", light::AREA_NAMES, &|params| {
+            light::emission(params);
+        }),
+        ("Texture", texture::NAMES, &|params| {
+            let _: Option<Texture<f64>> = texture::texture(params, here, &mut Pictures::default());
+        }),
+        ("Texture", texture::NAMES, &|params| {
+            let _: Option<Texture<Vec3>> = texture::texture(params, here, &mut Pictures::default());
+        }),
+    ];
+    let of_table = |(directive, names, make): Table| {
+        names.iter().map(move |name| kind(directive, name, make)).collect::<Vec<_>>()
+    };
+    tables.into_iter().flat_map(of_table).collect()
+}
+
+fn square_film() -> Film {
+    let crop = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
+    let max_sample_luminance = f64::INFINITY;
+    Film { resolution: [1, 1], crop, scale: 1.0, max_sample_luminance, file: "x.exr".into() }
+}
+
+/// A type, and what its constructor asks for where nothing is given.
+fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut Params)) -> Kind {
+    let mut parameters = Vec::new();
+    ask(directive, name, &mut |params| {
+        make(params);
+        parameters = params.asked();
+    });
+    Kind { directive, name, parameters }
+}
+
+/// Calls a constructor as a directive without parameters would.
+fn ask(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut Params)) {
+    let read = |_: &Path| -> io::Result<Vec<u8>> { Err(io::ErrorKind::NotFound.into()) };
+    let (files, mut report) = (Files::new(Path::new(""), &read), Report::default());
+    let span = Span { file: FileId(0), start: 0, end: 0 };
+    let entity = Entity { name: Text { value: name.into(), span }, params: Vec::new() };
+    let textures = Textures::default();
+    make(&mut Params::new(directive, entity, &files, &mut report).with_textures(&textures));
+}
