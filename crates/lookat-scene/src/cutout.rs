@@ -3,8 +3,7 @@
 //! - `alpha`: float texture or number, default 1: where it is 0, there is nothing
 //! - `shadowalpha`: the same, for shadow rays alone and besides `alpha`
 
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// Where a mesh has holes.
 #[derive(Debug, Clone)]
@@ -16,7 +15,7 @@ pub struct Cutout {
 }
 
 /// The holes of a mesh, if it may have any.
-pub(crate) fn cutout(params: &mut Params) -> Option<Cutout> {
+pub(crate) fn cutout(params: &mut TextureParams) -> Option<Cutout> {
     let [alpha, shadow_alpha] = ["alpha", "shadowalpha"].map(|name| {
         // What is not 0 is there, however small.
         params.float_texture_if_given(name).filter(|alpha| alpha.constant().is_none_or(|alpha| alpha == 0.0))

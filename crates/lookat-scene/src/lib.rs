@@ -38,6 +38,7 @@ mod light;
 mod load;
 mod material;
 mod mesh;
+mod names;
 mod options;
 mod overrides;
 mod params;

@@ -17,9 +17,10 @@ use std::rc::Rc;
 
 use glam::Vec3;
 
-use crate::params::Params;
-use crate::state::{MaterialInstance, Names};
+use crate::names::Names;
+use crate::state::MaterialInstance;
 use crate::texture::Texture;
+use crate::texture::TextureParams;
 
 pub use glass::Glass;
 pub use matte::Matte;
@@ -109,7 +110,7 @@ pub(crate) const NAMES: &[&str] = &[
 pub(crate) type Named = Names<Rc<MaterialInstance>>;
 
 /// pbrt-v3's MakeMaterial. An unknown type is an error; the material is then matte, as in pbrt-v3.
-pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
+pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
     let kind = match params.kind() {
         "matte" => MaterialKind::Matte(matte::matte(params)),
         "plastic" => MaterialKind::Plastic(plastic::plastic(params)),
@@ -147,13 +148,13 @@ pub(crate) fn material(params: &mut Params, named: &Named) -> Material {
     Material::new(kind, bump)
 }
 
-fn bump(params: &mut Params) -> Option<Texture<f64>> {
+fn bump(params: &mut TextureParams) -> Option<Texture<f64>> {
     // A surface that is moved as a whole is not bent.
     params.float_texture_if_given("bumpmap").filter(|bump| bump.constant().is_none())
 }
 
 /// A share of light. pbrt-v3 takes what is less than 0 for 0.
-fn share(params: &mut Params, name: &'static str, default: f32) -> Texture<Vec3> {
+fn share(params: &mut TextureParams, name: &'static str, default: f32) -> Texture<Vec3> {
     let share = params.spectrum_texture(name, Vec3::splat(default));
     let Texture::Constant(color) = share else { return share };
     if color.max_element() > 1.0 {
@@ -167,7 +168,7 @@ fn share(params: &mut Params, name: &'static str, default: f32) -> Texture<Vec3>
 }
 
 /// An index of refraction by either of its names; pbrt-v3 asks for `eta` first.
-fn index_of_refraction(params: &mut Params) -> Texture<f64> {
+fn index_of_refraction(params: &mut TextureParams) -> Texture<f64> {
     let index = params.float_texture("index", 1.5);
     let eta = params.float_texture_if_given("eta").unwrap_or(index);
     let name = if params.was_taken("eta") { "eta" } else { "index" };

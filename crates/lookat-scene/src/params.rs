@@ -13,11 +13,9 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, 
 use crate::color;
 use crate::files::Files;
 use crate::report::Report;
-use crate::state::Textures;
-use crate::texture::Texture;
 use crate::transform::LARGEST;
 
-/// What a constructor may ask about: the parameters, the textures in scope, and files.
+/// What a constructor may ask about: the parameters, and files.
 pub(crate) struct Params<'a> {
     /// The keyword of the directive, for messages.
     keyword: &'static str,
@@ -30,7 +28,6 @@ pub(crate) struct Params<'a> {
     places: Vec<(&'static str, Span)>,
     failed: bool,
     rest_ignored: bool,
-    textures: Option<&'a Textures>,
     files: &'a Files<'a>,
     report: &'a mut Report,
 }
@@ -48,17 +45,11 @@ impl<'a> Params<'a> {
             places: Vec::new(),
             failed: false,
             rest_ignored: false,
-            textures: None,
             files,
             report,
         };
         params.drop_repeated();
         params
-    }
-
-    pub fn with_textures(mut self, textures: &'a Textures) -> Self {
-        self.textures = Some(textures);
-        self
     }
 
     /// The type that the directive names.
@@ -222,39 +213,6 @@ impl<'a> Params<'a> {
                 self.report.push(*error);
                 self.failed = true;
                 default
-            }
-        }
-    }
-
-    /// A color, or the texture of that name.
-    pub fn spectrum_texture(&mut self, name: &'static str, default: Vec3) -> Texture<Vec3> {
-        let Some(texture) = self.texture(name) else {
-            return Texture::Constant(self.spectrum(name, default));
-        };
-        match self.textures.map(|textures| textures.spectrum.get(&texture.value)) {
-            Some(Some(known)) => known.clone().unwrap_or(Texture::Constant(default)),
-            _ => {
-                self.undefined_texture(&texture, "spectrum");
-                Texture::Constant(default)
-            }
-        }
-    }
-
-    /// A number, or the texture of that name.
-    pub fn float_texture(&mut self, name: &'static str, default: f64) -> Texture<f64> {
-        self.float_texture_if_given(name).unwrap_or(Texture::Constant(default))
-    }
-
-    /// A number, or the texture of that name, where the parameter is given and has a value.
-    pub fn float_texture_if_given(&mut self, name: &'static str) -> Option<Texture<f64>> {
-        let Some(texture) = self.texture(name) else {
-            return self.float_if_given(name).map(Texture::Constant);
-        };
-        match self.textures.map(|textures| textures.float.get(&texture.value)) {
-            Some(Some(known)) => known.clone(),
-            _ => {
-                self.undefined_texture(&texture, "float");
-                None
             }
         }
     }

@@ -1,13 +1,13 @@
 //! The state that directives change: what pbrt-v3's api.cpp keeps in globals.
 
-use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use glam::Vec3;
 use lookat_syntax::{Entity, Param, ParamType, Span};
 
-use crate::{Emission, Material, Texture, Transform};
+use crate::names::Names;
+use crate::texture::Textures;
+use crate::{Emission, Material, Transform};
 
 /// What `AttributeBegin` saves and `AttributeEnd` restores.
 #[derive(Clone)]
@@ -21,64 +21,11 @@ pub(crate) struct GraphicsState {
     pub emission: Option<Emission>,
 }
 
-/// The names that are defined in the current block and around it.
-///
-/// Leaving a block takes its definitions back one by one. A copy of all names for each block, as pbrt-v3 makes where one
-/// is defined, takes time and memory in proportion to their product.
-pub(crate) struct Names<T> {
-    known: HashMap<String, T>,
-    /// What each definition replaced.
-    replaced: Vec<(String, Option<T>)>,
-}
-
-impl<T> Default for Names<T> {
-    fn default() -> Self {
-        Names { known: HashMap::new(), replaced: Vec::new() }
-    }
-}
-
-impl<T> Names<T> {
-    pub fn get(&self, name: &str) -> Option<&T> {
-        self.known.get(name)
-    }
-
-    pub fn keys(&self) -> impl Iterator<Item = &String> {
-        self.known.keys()
-    }
-
-    pub fn define(&mut self, name: String, value: T) {
-        let before = self.known.insert(name.clone(), value);
-        self.replaced.push((name, before));
-    }
-
-    /// The number of definitions so far, for `take_back`.
-    pub fn definitions(&self) -> usize {
-        self.replaced.len()
-    }
-
-    /// Takes back all definitions but the first ones.
-    pub fn take_back(&mut self, definitions: usize) {
-        for (name, before) in self.replaced.drain(definitions..).rev() {
-            match before {
-                Some(value) => self.known.insert(name, value),
-                None => self.known.remove(&name),
-            };
-        }
-    }
-}
-
 /// What directives have given a name to.
 #[derive(Default)]
 pub(crate) struct Definitions {
     pub materials: Names<Rc<MaterialInstance>>,
     pub textures: Textures,
-}
-
-/// The textures in scope. A texture that is not rendered has no value; parameters that name it keep their default.
-#[derive(Default)]
-pub(crate) struct Textures {
-    pub float: Names<Option<Texture<f64>>>,
-    pub spectrum: Names<Option<Texture<Vec3>>>,
 }
 
 impl Definitions {

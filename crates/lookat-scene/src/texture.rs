@@ -9,6 +9,7 @@ mod mapping;
 mod marble;
 mod mix;
 mod octaves;
+mod params;
 mod scale;
 mod uv;
 mod value;
@@ -26,6 +27,7 @@ pub use self::marble::Marble;
 pub use self::octaves::Octaves;
 pub use self::value::Value;
 
+pub(crate) use self::params::{TextureParams, Textures};
 pub(crate) use self::value::Parameter;
 use crate::params::Params;
 use crate::picture::Pictures;
@@ -155,7 +157,7 @@ const MOST_TEXTURES: u32 = 1000;
 
 /// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for what is not rendered, or in error.
 pub(crate) fn texture<T: Parameter>(
-    params: &mut Params,
+    params: &mut TextureParams,
     ctm: Transform,
     pictures: &mut Pictures,
 ) -> Option<Texture<T>> {

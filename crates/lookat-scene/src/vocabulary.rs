@@ -8,12 +8,12 @@ use lookat_syntax::{Entity, FileId, Span, Text};
 
 use crate::files::Files;
 use crate::film::{Film, PixelBounds};
+use crate::names::Names;
 use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::picture::Pictures;
 use crate::report::Report;
-use crate::state::{Names, Textures};
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams, Textures};
 use crate::transform::Transform;
 use crate::{camera, cutout, film, filter, integrator, light, material, sampler, shape, texture};
 
@@ -29,7 +29,7 @@ pub struct Kind {
 }
 
 /// A directive, the names of its types, and what makes one of them.
-type Table<'a> = (&'static str, &'static [&'static str], &'a dyn Fn(&mut Params));
+type Table<'a> = (&'static str, &'static [&'static str], &'a dyn Fn(&mut TextureParams));
 
 /// All types that there are.
 pub fn kinds() -> Vec<Kind> {
@@ -85,7 +85,7 @@ fn square_film() -> Film {
 }
 
 /// A type, and what its constructor asks for where nothing is given.
-fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut Params)) -> Kind {
+fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut TextureParams)) -> Kind {
     let mut parameters = Vec::new();
     ask(directive, name, &mut |params| {
         make(params);
@@ -95,11 +95,12 @@ fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut Params))
 }
 
 /// Calls a constructor as a directive without parameters would.
-fn ask(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut Params)) {
+fn ask(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut TextureParams)) {
     let read = |_: &Path| -> io::Result<Vec<u8>> { Err(io::ErrorKind::NotFound.into()) };
     let (files, mut report) = (Files::new(Path::new(""), &read), Report::default());
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let entity = Entity { name: Text { value: name.into(), span }, params: Vec::new() };
     let textures = Textures::default();
-    make(&mut Params::new(directive, entity, &files, &mut report).with_textures(&textures));
+    let params = &mut Params::new(directive, entity, &files, &mut report);
+    make(&mut TextureParams::new(params, &textures));
 }

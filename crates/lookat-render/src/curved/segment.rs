@@ -60,13 +60,14 @@ impl TurnedSegment {
         self.z_min <= p.z && p.z <= self.z_max && self.sweep.has(p.truncate(), self.start(p.z))
     }
 
-    /// The squared distance from the axis minus that of the line at this height.
+    /// The squared distance from the axis minus that of the line at this height; its sign is that of the side of pbrt-v3's
+    /// normal.
     pub fn value(&self, p: DVec3) -> f64 {
         let (r, at) = (p.truncate().length(), self.start(p.z).length());
-        (r - at) * (r + at)
+        (r - at) * (r + at) * 1.0_f64.copysign(self.along.z)
     }
 
-    /// Half the gradient of that, turned to the side of pbrt-v3's normal.
+    /// Half the gradient of that.
     pub fn gradient(&self, p: DVec3) -> DVec3 {
         let outward = p.truncate().extend(-self.start(p.z).dot(self.slope));
         outward * 1.0_f64.copysign(self.along.z)

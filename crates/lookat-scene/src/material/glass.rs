@@ -4,8 +4,7 @@
 use glam::Vec3;
 
 use super::{Roughness, index_of_refraction, share};
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// Smooth or rough glass.
 #[derive(Debug, Clone)]
@@ -21,7 +20,7 @@ pub struct Glass {
     pub eta: Texture<f64>,
 }
 
-pub(super) fn glass(params: &mut Params) -> Glass {
+pub(super) fn glass(params: &mut TextureParams) -> Glass {
     Glass {
         kr: share(params, "Kr", 1.0),
         kt: share(params, "Kt", 1.0),

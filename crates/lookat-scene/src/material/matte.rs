@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::share;
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// A diffuse surface.
 #[derive(Debug, Clone)]
@@ -15,6 +14,6 @@ pub struct Matte {
     pub sigma: Texture<f64>,
 }
 
-pub(super) fn matte(params: &mut Params) -> Matte {
+pub(super) fn matte(params: &mut TextureParams) -> Matte {
     Matte { kd: share(params, "Kd", 0.5), sigma: params.float_texture("sigma", 0.0) }
 }

@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::Roughness;
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// A rough conductor in air.
 #[derive(Debug, Clone)]
@@ -20,7 +19,7 @@ pub struct Metal {
 /// Index and absorption of copper: the spectra of pbrt-v3 (materials/metal.cpp), turned into RGB as those of a scene.
 const COPPER: [Vec3; 2] = [Vec3::new(0.200438, 0.924033, 1.102212), Vec3::new(3.912949, 2.452848, 2.142188)];
 
-pub(super) fn metal(params: &mut Params) -> Metal {
+pub(super) fn metal(params: &mut TextureParams) -> Metal {
     Metal {
         eta: params.spectrum_texture("eta", COPPER[0]),
         k: params.spectrum_texture("k", COPPER[1]),

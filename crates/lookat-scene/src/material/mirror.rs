@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::share;
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// A smooth mirror.
 #[derive(Debug, Clone)]
@@ -13,6 +12,6 @@ pub struct Mirror {
     pub kr: Texture<Vec3>,
 }
 
-pub(super) fn mirror(params: &mut Params) -> Mirror {
+pub(super) fn mirror(params: &mut TextureParams) -> Mirror {
     Mirror { kr: share(params, "Kr", 0.9) }
 }

@@ -6,8 +6,7 @@ use glam::Vec3;
 use lookat_syntax::{Diagnostic, nearest};
 
 use super::{Material, MaterialKind, Named};
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// Two materials in one.
 #[derive(Debug, Clone)]
@@ -23,7 +22,7 @@ pub struct Mix {
 /// Mixes of mixes of mixes: with twice the work at each step, a short file would take forever.
 const MOST: u32 = 100;
 
-pub(super) fn mix(params: &mut Params, named: &Named) -> Mix {
+pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
     let materials = ["namedmaterial1", "namedmaterial2"].map(|name| part(params, name, named));
     let amount = params.spectrum_texture("amount", Vec3::splat(0.5));
     let count = materials.iter().map(|part| count(part)).sum();
@@ -44,7 +43,7 @@ fn count(material: &Material) -> u32 {
 }
 
 /// One of the two. In error it is matte, as in pbrt-v3.
-fn part(params: &mut Params, parameter: &'static str, named: &Named) -> Arc<Material> {
+fn part(params: &mut TextureParams, parameter: &'static str, named: &Named) -> Arc<Material> {
     let Some(name) = params.string(parameter) else {
         let help = "it names a material that MakeNamedMaterial has defined";
         params.missing(parameter, &format!("a mix of materials needs {parameter}"), help);

@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::{Roughness, share};
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// A diffuse base under a rough gloss of index 1.5.
 #[derive(Debug, Clone)]
@@ -17,7 +16,7 @@ pub struct Plastic {
     pub roughness: Roughness,
 }
 
-pub(super) fn plastic(params: &mut Params) -> Plastic {
+pub(super) fn plastic(params: &mut TextureParams) -> Plastic {
     Plastic {
         kd: share(params, "Kd", 0.25),
         ks: share(params, "Ks", 0.25),

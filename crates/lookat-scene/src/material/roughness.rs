@@ -1,7 +1,6 @@
 //! Roughness of glossy surfaces, by the names that the materials have for it.
 
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// How rough a surface is along the two directions of its texture coordinates.
 #[derive(Debug, Clone)]
@@ -17,19 +16,19 @@ pub struct Roughness {
 
 impl Roughness {
     /// `roughness` alone.
-    pub(super) fn isotropic(params: &mut Params, default: f64) -> Self {
+    pub(super) fn isotropic(params: &mut TextureParams, default: f64) -> Self {
         let u = params.float_texture("roughness", default);
         Roughness { u, v: None, remap: remap(params) }
     }
 
     /// `uroughness` and `vroughness`.
-    pub(super) fn of_two(params: &mut Params, default: f64) -> Self {
+    pub(super) fn of_two(params: &mut TextureParams, default: f64) -> Self {
         let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture(name, default));
         Roughness { u, v: Some(v), remap: remap(params) }
     }
 
     /// `roughness`, and `uroughness` and `vroughness` each in place of it.
-    pub(super) fn of_metal(params: &mut Params, default: f64) -> Self {
+    pub(super) fn of_metal(params: &mut TextureParams, default: f64) -> Self {
         let both = params.float_texture("roughness", default);
         let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture_if_given(name));
         let is_isotropic = u.is_none() && v.is_none();
@@ -38,13 +37,13 @@ impl Roughness {
     }
 
     /// `roughness`, or `uroughness` in place of it, and `vroughness` in place of that.
-    pub(super) fn of_uber(params: &mut Params) -> Self {
+    pub(super) fn of_uber(params: &mut TextureParams) -> Self {
         let both = params.float_texture("roughness", 0.1);
         let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture_if_given(name));
         Roughness { u: u.unwrap_or(both), v, remap: remap(params) }
     }
 }
 
-fn remap(params: &mut Params) -> bool {
+fn remap(params: &mut TextureParams) -> bool {
     params.bool("remaproughness", true)
 }

@@ -9,10 +9,9 @@
 use glam::Vec3;
 
 use super::{MaterialKind, Matte, Plastic, Roughness, Substrate, share};
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
-pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
+pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
     let (stand_in, material) = match params.kind() {
         "disney" => ("a substrate with its color and roughness", disney(params)),
         "hair" => ("matte with its color", matte(share(params, "color", 0.3))),
@@ -23,8 +22,8 @@ pub(super) fn stand_in(params: &mut Params) -> MaterialKind {
         "subsurface" => ("white plastic", plastic(params, gray(0.8))),
         _ => ("grey matte", matte(gray(0.5))),
     };
-    params
-        .unsupported(format!("Material \"{}\" is not rendered; {stand_in} stands in for it", params.kind()));
+    let message = format!("Material \"{}\" is not rendered; {stand_in} stands in for it", params.kind());
+    params.unsupported(message);
     material
 }
 
@@ -37,11 +36,11 @@ fn matte(kd: Texture<Vec3>) -> MaterialKind {
 }
 
 /// The gloss of a dielectric of index 1.5 on something diffuse.
-fn plastic(params: &mut Params, kd: Texture<Vec3>) -> MaterialKind {
+fn plastic(params: &mut TextureParams, kd: Texture<Vec3>) -> MaterialKind {
     MaterialKind::Plastic(Plastic { kd, ks: gray(1.0), roughness: Roughness::isotropic(params, 0.1) })
 }
 
-fn disney(params: &mut Params) -> MaterialKind {
+fn disney(params: &mut TextureParams) -> MaterialKind {
     let kd = share(params, "color", 0.5);
     // What a dielectric of index 1.5 reflects along the normal.
     MaterialKind::Substrate(Substrate { kd, ks: gray(0.04), roughness: Roughness::isotropic(params, 0.5) })

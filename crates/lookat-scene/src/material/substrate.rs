@@ -4,8 +4,7 @@
 use glam::Vec3;
 
 use super::{Roughness, share};
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// A diffuse base under a layer.
 #[derive(Debug, Clone)]
@@ -18,7 +17,7 @@ pub struct Substrate {
     pub roughness: Roughness,
 }
 
-pub(super) fn substrate(params: &mut Params) -> Substrate {
+pub(super) fn substrate(params: &mut TextureParams) -> Substrate {
     Substrate {
         kd: share(params, "Kd", 0.5),
         ks: share(params, "Ks", 0.5),

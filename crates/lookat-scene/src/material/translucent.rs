@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::{Roughness, share};
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// A thin surface of index 1.5 that reflects and lets pass.
 #[derive(Debug, Clone)]
@@ -21,7 +20,7 @@ pub struct Translucent {
     pub roughness: Roughness,
 }
 
-pub(super) fn translucent(params: &mut Params) -> Translucent {
+pub(super) fn translucent(params: &mut TextureParams) -> Translucent {
     Translucent {
         kd: share(params, "Kd", 0.25),
         ks: share(params, "Ks", 0.25),

@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::{Roughness, index_of_refraction, share};
-use crate::params::Params;
-use crate::texture::Texture;
+use crate::texture::{Texture, TextureParams};
 
 /// Diffuse, glossy, mirroring and clear at once.
 #[derive(Debug, Clone)]
@@ -26,7 +25,7 @@ pub struct Uber {
     pub opacity: Texture<Vec3>,
 }
 
-pub(super) fn uber(params: &mut Params) -> Uber {
+pub(super) fn uber(params: &mut TextureParams) -> Uber {
     Uber {
         kd: share(params, "Kd", 0.25),
         ks: share(params, "Ks", 0.25),

@@ -5,29 +5,32 @@ use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, neares
 use super::Params;
 
 impl Params<'_> {
-    pub(super) fn undefined_texture(&mut self, texture: &Text, value: &str) {
+    /// The error for the name of a texture that is not defined, with values of the given type. `own` lists those that are,
+    /// `is_other` says whether one of that name has values of the other type.
+    pub fn undefined_texture<'n>(
+        &mut self,
+        texture: &Text,
+        value: &str,
+        own: impl Iterator<Item = &'n String>,
+        is_other: bool,
+    ) {
         self.failed = true;
-        let Some(textures) = self.textures.filter(|_| !self.report.incomplete) else { return };
-        let of_float = textures.float.get(&texture.value).is_some();
-        let mut own: Vec<&str> = match value {
-            _ if self.report.is_long() => Vec::new(),
-            "float" => textures.float.keys().map(String::as_str).collect(),
-            _ => textures.spectrum.keys().map(String::as_str).collect(),
-        };
-        own.sort_unstable();
-        let mut error =
-            Diagnostic::error(texture.span, format!("there is no {value} texture \"{}\"", texture.value));
-        if of_float || textures.spectrum.get(&texture.value).is_some() {
-            let has = if value == "float" { "spectrum" } else { "float" };
-            error = error
-                .help(format!("the texture of that name is a {has} texture; a {value} one is needed here"));
-        } else if let Some(known) = nearest(&texture.value, own) {
-            error =
-                error.help(format!("did you mean \"{known}\"?")).fix(texture.span, format!("\"{known}\""));
-        } else {
-            error =
-                error.help("a Texture directive before this one, in the same or an outer block, defines it");
+        if self.report.incomplete {
+            return;
         }
+        let mut own: Vec<&str> =
+            if self.report.is_long() { Vec::new() } else { own.map(String::as_str).collect() };
+        own.sort_unstable();
+        let error =
+            Diagnostic::error(texture.span, format!("there is no {value} texture \"{}\"", texture.value));
+        let error = if is_other {
+            let has = if value == "float" { "spectrum" } else { "float" };
+            error.help(format!("the texture of that name is a {has} texture; a {value} one is needed here"))
+        } else if let Some(known) = nearest(&texture.value, own) {
+            error.help(format!("did you mean \"{known}\"?")).fix(texture.span, format!("\"{known}\""))
+        } else {
+            error.help("a Texture directive before this one, in the same or an outer block, defines it")
+        };
         self.report.push(error);
     }
 

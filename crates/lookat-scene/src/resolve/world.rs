@@ -9,17 +9,19 @@ use super::Resolver;
 use crate::cutout::cutout;
 use crate::params::Params;
 use crate::state::MaterialInstance;
+use crate::texture::TextureParams;
 use crate::{Emission, Material, Primitive, light, material, shape, texture};
 
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
-        let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report)
-            .with_textures(&self.definitions.textures);
+        let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report);
+        let params = &mut TextureParams::new(params, &self.definitions.textures);
         if self.definitions.materials.get(params.kind()).is_some()
             && !material::NAMES.contains(&params.kind())
         {
             let help = format!("NamedMaterial \"{}\" uses the material of that name", params.kind());
-            params.reject("", format!("there is no material of type \"{}\"", params.kind()), Some(&help));
+            let message = format!("there is no material of type \"{}\"", params.kind());
+            params.reject("", message, Some(&help));
             params.ignore_rest();
             return MaterialInstance { material: Arc::new(Material::DEFAULT), known: None, entity: None };
         }
@@ -73,8 +75,8 @@ impl Resolver<'_> {
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
         self.texture_again(&name, &value);
-        let params = &mut Params::new("Texture", entity, &self.files, &mut self.report)
-            .with_textures(&self.definitions.textures);
+        let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
+        let params = &mut TextureParams::new(params, &self.definitions.textures);
         match value.value.as_str() {
             "float" => {
                 let made = texture::texture(params, self.state.ctm, &mut self.pictures);
@@ -126,9 +128,11 @@ impl Resolver<'_> {
 
     pub(super) fn shape(&mut self, entity: Entity) {
         let name = entity.name.clone();
-        let params = &mut Params::new("Shape", entity, &self.files, &mut self.report)
-            .with_textures(&self.definitions.textures);
-        let cutout = if ["trianglemesh", "plymesh"].contains(&params.kind()) { cutout(params) } else { None };
+        let params = &mut Params::new("Shape", entity, &self.files, &mut self.report);
+        let cutout = match params.kind() {
+            "trianglemesh" | "plymesh" => cutout(&mut TextureParams::new(params, &self.definitions.textures)),
+            _ => None,
+        };
         let shape = shape::shape(params, self.state.ctm);
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);

@@ -7,8 +7,7 @@
 //!   `none`, and the parameters of [`Mapping`]
 
 use super::mapping::{Mapping, mapping};
-use super::{Parameter, Texture, Value, Varying};
-use crate::params::Params;
+use super::{Parameter, Texture, TextureParams, Value, Varying};
 use crate::transform::Transform;
 
 /// Two textures in turn.
@@ -37,7 +36,7 @@ pub enum Cells {
     },
 }
 
-pub(super) fn checkerboard<T: Parameter>(params: &mut Params, ctm: Transform) -> Texture<T> {
+pub(super) fn checkerboard<T: Parameter>(params: &mut TextureParams, ctm: Transform) -> Texture<T> {
     let dimension = params.integer("dimension", 2);
     let textures = [T::texture(params, "tex1", 1.0), T::texture(params, "tex2", 0.0)];
     let cells = match dimension {

@@ -7,8 +7,7 @@
 //! pbrt-v3 means each of the two where its name says the other, and so do its pictures.
 
 use super::mapping::{Mapping, mapping};
-use super::{Parameter, Texture, Value, Varying};
-use crate::params::Params;
+use super::{Parameter, Texture, TextureParams, Value, Varying};
 use crate::transform::Transform;
 
 /// Dots at random places.
@@ -22,7 +21,7 @@ pub struct Dots<T: Value> {
     pub around: Texture<T>,
 }
 
-pub(super) fn dots<T: Parameter>(params: &mut Params, ctm: Transform) -> Texture<T> {
+pub(super) fn dots<T: Parameter>(params: &mut TextureParams, ctm: Transform) -> Texture<T> {
     let around = T::texture(params, "inside", 1.0);
     let dots = T::texture(params, "outside", 0.0);
     let mapping = mapping(params, ctm);

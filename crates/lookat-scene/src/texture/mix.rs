@@ -4,10 +4,9 @@
 //! - `tex2`: the same, default 1
 //! - `amount`: share of the second, number or float texture, default 0.5
 
-use super::{Parameter, Texture, Varying};
-use crate::params::Params;
+use super::{Parameter, Texture, TextureParams, Varying};
 
-pub(super) fn mix<T: Parameter>(params: &mut Params) -> Texture<T> {
+pub(super) fn mix<T: Parameter>(params: &mut TextureParams) -> Texture<T> {
     let textures = [T::texture(params, "tex1", 0.0), T::texture(params, "tex2", 1.0)];
     let amount = params.float_texture("amount", 0.5);
     match (&textures, &amount) {

@@ -2,10 +2,9 @@
 //!
 //! - `tex1`, `tex2`: numbers, colors or textures, default 1
 
-use super::{Parameter, Texture, Varying};
-use crate::params::Params;
+use super::{Parameter, Texture, TextureParams, Varying};
 
-pub(super) fn scale<T: Parameter>(params: &mut Params) -> Texture<T> {
+pub(super) fn scale<T: Parameter>(params: &mut TextureParams) -> Texture<T> {
     let factors = ["tex1", "tex2"].map(|name| T::texture(params, name, 1.0));
     match &factors {
         [Texture::Constant(a), Texture::Constant(b)] => Texture::Constant(*a * *b),

@@ -6,7 +6,7 @@ use std::ops::Mul;
 use glam::{DVec3, Vec3};
 use lookat_image::Texel;
 
-use super::Texture;
+use super::{Texture, TextureParams};
 use crate::params::Params;
 use crate::picture::{Cache, FromColor, Pictures};
 
@@ -80,7 +80,7 @@ pub(crate) trait Parameter: Value<Texel: FromColor> {
     fn value(params: &mut Params, name: &'static str, default: f64) -> Self;
 
     /// The parameter as a texture; where it is missing, the default.
-    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Self>;
+    fn texture(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<Self>;
 
     /// The pictures of such values.
     fn cache(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
@@ -93,7 +93,7 @@ impl Parameter for f64 {
         params.float(name, default)
     }
 
-    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<f64> {
+    fn texture(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<f64> {
         params.float_texture(name, default)
     }
 
@@ -109,7 +109,7 @@ impl Parameter for Vec3 {
         params.spectrum(name, Vec3::gray(default))
     }
 
-    fn texture(params: &mut Params, name: &'static str, default: f64) -> Texture<Vec3> {
+    fn texture(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<Vec3> {
         params.spectrum_texture(name, Vec3::gray(default))
     }
 

@@ -1,0 +1,75 @@
+//! Parameters that may name textures.
+
+use std::ops::{Deref, DerefMut};
+
+use glam::Vec3;
+
+use super::Texture;
+use crate::names::Names;
+use crate::params::Params;
+
+/// The textures in scope. A texture that is not rendered has no value; parameters that name it keep their default.
+#[derive(Default)]
+pub(crate) struct Textures {
+    pub float: Names<Option<Texture<f64>>>,
+    pub spectrum: Names<Option<Texture<Vec3>>>,
+}
+
+/// Parameters, and the textures that they may name (pbrt-v3's TextureParams).
+pub(crate) struct TextureParams<'t, 'p> {
+    params: &'t mut Params<'p>,
+    textures: &'t Textures,
+}
+
+impl<'t, 'p> TextureParams<'t, 'p> {
+    pub fn new(params: &'t mut Params<'p>, textures: &'t Textures) -> Self {
+        TextureParams { params, textures }
+    }
+
+    /// A color, or the texture of that name.
+    pub fn spectrum_texture(&mut self, name: &'static str, default: Vec3) -> Texture<Vec3> {
+        let Some(texture) = self.texture(name) else {
+            return Texture::Constant(self.spectrum(name, default));
+        };
+        let Textures { float, spectrum } = self.textures;
+        let known = spectrum.get(&texture.value);
+        if known.is_none() {
+            let is_other = float.get(&texture.value).is_some();
+            self.params.undefined_texture(&texture, "spectrum", spectrum.keys(), is_other);
+        }
+        known.cloned().flatten().unwrap_or(Texture::Constant(default))
+    }
+
+    /// A number, or the texture of that name.
+    pub fn float_texture(&mut self, name: &'static str, default: f64) -> Texture<f64> {
+        self.float_texture_if_given(name).unwrap_or(Texture::Constant(default))
+    }
+
+    /// A number, or the texture of that name, where the parameter is given and has a value.
+    pub fn float_texture_if_given(&mut self, name: &'static str) -> Option<Texture<f64>> {
+        let Some(texture) = self.texture(name) else {
+            return self.float_if_given(name).map(Texture::Constant);
+        };
+        let Textures { float, spectrum } = self.textures;
+        let known = float.get(&texture.value);
+        if known.is_none() {
+            let is_other = spectrum.get(&texture.value).is_some();
+            self.params.undefined_texture(&texture, "float", float.keys(), is_other);
+        }
+        known.cloned().flatten()
+    }
+}
+
+impl<'p> Deref for TextureParams<'_, 'p> {
+    type Target = Params<'p>;
+
+    fn deref(&self) -> &Params<'p> {
+        self.params
+    }
+}
+
+impl<'p> DerefMut for TextureParams<'_, 'p> {
+    fn deref_mut(&mut self) -> &mut Params<'p> {
+        self.params
+    }
+}
