@@ -13,9 +13,9 @@ use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Material, MaterialKind, Matte, Texture};
 use smallvec::SmallVec;
 
-use crate::surface::flipped;
+use crate::frame::{Frame, flipped};
 use crate::texture::TexturePoint;
-use crate::warp::{Frame, square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use lobe::Lobe;
 
 /// The scattering of light at a point of a surface towards one direction, `wo`. Directions are in the world and point away

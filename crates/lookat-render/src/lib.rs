@@ -34,6 +34,7 @@ mod curved;
 mod cutout;
 mod film;
 mod filter;
+mod frame;
 mod integrator;
 mod light;
 mod parametric;

@@ -13,9 +13,10 @@ use lookat_scene::{Light, Primitive, Scene, Shape};
 
 use crate::color::luminance;
 use crate::curved::Curved;
+use crate::frame::flipped;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
-use crate::surface::{Surface, flipped, on_triangle, reach};
+use crate::surface::{Surface, on_triangle, reach};
 use environment::Environment;
 use goniometric::Goniometric;
 use mesh::MeshAreas;

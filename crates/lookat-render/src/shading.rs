@@ -7,11 +7,11 @@ use lookat_scene::Texture;
 
 use crate::bsdf::{Bsdf, Lobes};
 use crate::camera::CameraRay;
+use crate::frame::{Frame, flipped};
 use crate::parametric::Parametric;
 use crate::prepare::Traceable;
-use crate::surface::{Surface, flipped};
+use crate::surface::Surface;
 use crate::texture::{Footprint, TexturePoint};
-use crate::warp::Frame;
 use coordinates::Coordinates;
 
 /// How the surface scatters light towards `wo`; `None` where light passes. `camera_ray`: what has found it, if nothing

@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
+use crate::frame::flipped;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::triangle::corners;
@@ -185,8 +186,4 @@ pub(crate) fn on_triangle<'s>(
             }
         }
     }
-}
-
-pub(crate) fn flipped(n: DVec3, flip: bool) -> DVec3 {
-    if flip { -n } else { n }
 }

@@ -60,13 +60,6 @@ pub(crate) fn square_to_triangle(u: DVec2) -> [f64; 2] {
     [1.0 - root, u.y * root]
 }
 
-/// Two directions across `v`, of length one where `v` is (pbrt-v3's CoordinateSystem).
-pub(crate) fn pbrt_frame(v: DVec3) -> (DVec3, DVec3) {
-    let x = if v.x.abs() > v.y.abs() { DVec3::new(-v.z, 0.0, v.x) } else { DVec3::new(0.0, v.z, -v.y) };
-    let x = x.normalize_or(DVec3::X);
-    (x, v.cross(x))
-}
-
 /// A number from 0 to 1 with a density that goes linearly from `ends[0]` to `ends[1]`, times a factor (PBR4 2.3.2).
 pub(crate) fn linear(u: f64, ends: [f64; 2]) -> f64 {
     let [a, b] = ends;
@@ -79,40 +72,4 @@ pub(crate) fn linear(u: f64, ends: [f64; 2]) -> f64 {
 pub(crate) fn linear_pdf(x: f64, ends: [f64; 2]) -> f64 {
     let [a, b] = ends;
     2.0 * (a + (b - a) * x) / (a + b)
-}
-
-/// An orthonormal frame with `n`, of length one, as its z axis (Duff et al., "Building an Orthonormal Basis,
-/// Revisited", JCGT 6(1), 2017).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Frame {
-    pub x: DVec3,
-    pub y: DVec3,
-    pub z: DVec3,
-}
-
-impl Frame {
-    pub fn from_z(z: DVec3) -> Self {
-        let sign = 1.0_f64.copysign(z.z);
-        let a = -1.0 / (sign + z.z);
-        let b = z.x * z.y * a;
-        let x = DVec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x);
-        let y = DVec3::new(b, sign + z.y * z.y * a, -z.y);
-        Frame { x, y, z }
-    }
-
-    /// The frame around `z`, of length one, whose x axis is as near to `x` as can be.
-    pub fn from_zx(z: DVec3, x: DVec3) -> Self {
-        match (x - z * z.dot(x)).try_normalize() {
-            Some(x) => Frame { x, y: z.cross(x), z },
-            None => Frame::from_z(z),
-        }
-    }
-
-    pub fn to_world(self, v: DVec3) -> DVec3 {
-        self.x * v.x + self.y * v.y + self.z * v.z
-    }
-
-    pub fn to_local(self, v: DVec3) -> DVec3 {
-        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
-    }
 }

@@ -7,11 +7,12 @@ use lookat_scene::MaterialKind;
 
 use super::{MAX_PASSED, Tracer};
 use crate::camera::CameraRay;
+use crate::frame::Frame;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 use crate::warp::{
-    Frame, square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
+    square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
 };
 
 /// Pi times the share of the sky that the surface sees, weighed by the cosine.

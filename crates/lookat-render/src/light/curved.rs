@@ -3,8 +3,9 @@
 use glam::{DVec2, DVec3};
 
 use crate::curved::{Ball, Curved};
+use crate::frame::Frame;
 use crate::surface::Surface;
-use crate::warp::{Frame, square_to_uniform_cone, square_to_uniform_cone_pdf};
+use crate::warp::{square_to_uniform_cone, square_to_uniform_cone_pdf};
 
 /// A point of a light of a curved shape and the normal there. Of a whole sphere seen from outside, one of those that can
 /// be seen.

@@ -2,9 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::frame::Frame;
 use crate::surface::Surface;
 use crate::warp::{
-    Frame, square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf, square_to_uniform_hemisphere,
+    square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf, square_to_uniform_hemisphere,
     square_to_uniform_hemisphere_pdf,
 };
 

@@ -3,9 +3,8 @@
 use glam::{DMat2, DVec2, DVec3};
 use lookat_scene::Mesh;
 
+use crate::frame::{flipped, pbrt_frame};
 use crate::parametric::Parametric;
-use crate::surface::flipped;
-use crate::warp::pbrt_frame;
 
 /// Coordinates of a triangle whose mesh has none, as pbrt-v3 gives them.
 const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
