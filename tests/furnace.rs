@@ -8,7 +8,14 @@ use lookat_scene::{Overrides, load};
 
 fn rendered(text: &str) -> Rendered {
     let mesh = include_bytes!("../pbrt-scenes/geometry/icosphere.ply");
-    let read = |path: &Path| Ok(if path.ends_with("icosphere.ply") { mesh.to_vec() } else { text.into() });
+    let white = [&b"PF\n2 1\n-1.0\n"[..], [1.0_f32; 6].map(f32::to_le_bytes).as_flattened()].concat();
+    let read = |path: &Path| {
+        Ok(match path.to_str() {
+            Some("icosphere.ply") => mesh.to_vec(),
+            Some("white.pfm") => white.clone(),
+            _ => text.into(),
+        })
+    };
     let loaded = load(Path::new("furnace.pbrt"), &read, &Overrides::default());
     assert_eq!(loaded.diagnostics, []);
     render(&loaded.scene.unwrap(), &Settings::default(), &|_| ControlFlow::Continue(()))
@@ -63,6 +70,34 @@ fn a_grey_body_under_a_white_sky_is_half_as_bright() {
                 let value = middle(&furnace(integrator, sampler, SKY, shape));
                 // Four standard deviations of independent samples, of which there are 4,096.
                 assert!((value - 0.5).abs() < 2e-3, "{integrator} {sampler} {shape}: {value}");
+            }
+        }
+    }
+}
+
+/// A sky is sampled in another way than a map of one, but is the same, also where normals are bent and light passes.
+#[test]
+fn a_white_sky_is_as_good_as_a_white_map() {
+    let materials = [
+        r#""translucent" "rgb transmit" [1 1 1] "rgb reflect" [0 0 0] "rgb Kd" [1 1 1] "rgb Ks" [0 0 0]"#,
+        r#""translucent" "rgb Kd" [0.5 0.5 0.5] "rgb Ks" [0.5 0.5 0.5] "float roughness" 0.3"#,
+        r#""glass" "float uroughness" 0.4 "float vroughness" 0.4"#,
+        r#""plastic" "rgb Kd" [0.5 0.5 0.5] "rgb Ks" [0.5 0.5 0.5]"#,
+    ];
+    let quad =
+        r#"Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-2 -2 0  2 -2 0  2 2 0  -2 2 0]"#;
+    let tilted = format!(r#"{quad} "normal N" [0 2 -1  0 2 -1  0 2 -1  0 2 -1]"#);
+    let sampler = r#""sobol" "integer pixelsamples" 1024"#;
+    for material in materials {
+        let bumped =
+            r#"Texture "slope" "float" "bilerp" "float v00" 0 "float v01" 0 "float v10" 8 "float v11" 8"#;
+        let bent = format!(r#"{bumped} Material {material} "texture bumpmap" "slope" {quad}"#);
+        for shape in [format!("Material {material} {quad}"), format!("Material {material} {tilted}"), bent] {
+            for integrator in [r#""directlighting""#, r#""path""#] {
+                let value = |sky| middle(&furnace(integrator, sampler, sky, &shape));
+                let (sky, map) =
+                    (value(SKY), value(r#"LightSource "infinite" "string mapname" "white.pfm""#));
+                assert!((sky - map).abs() < 0.02, "{integrator} {shape}: {sky} {map}");
             }
         }
     }

@@ -64,6 +64,17 @@ impl Part {
     }
 }
 
+/// Where the light comes from that a surface scatters into all directions.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Domain {
+    /// The geometric normal on the side of `wo`.
+    pub n: DVec3,
+    /// The shading normal is the geometric one: nothing comes from flat along the surface.
+    pub is_flat: bool,
+    /// Light comes through from behind, too.
+    pub is_two_sided: bool,
+}
+
 /// A direction that light may come from.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BsdfSample {
@@ -123,6 +134,16 @@ impl<'l> Bsdf<'l> {
             (Scattering::Lobes { lobes, specular }, Part::Smooth) => lobes.len() - specular,
             (Scattering::Lobes { specular, .. }, Part::Specular) => specular,
         }
+    }
+
+    /// Where its light comes from, single directions aside.
+    pub fn domain(&self) -> Domain {
+        let is_two_sided = match self.scattering {
+            Scattering::Lambert(_) => false,
+            Scattering::Lobes { lobes, .. } => lobes.iter().any(Lobe::transmits),
+        };
+        let is_flat = self.frame.z == self.n || self.frame.z == -self.n;
+        Domain { n: self.n, is_flat, is_two_sided }
     }
 
     /// The BSDF times the cosine between `wi` and the shading normal; specular lobes count for nothing.

@@ -6,3 +6,8 @@ use glam::{DVec3, Vec3};
 pub(crate) fn luminance(rgb: Vec3) -> f64 {
     rgb.as_dvec3().dot(DVec3::new(0.212671, 0.715160, 0.072169))
 }
+
+/// How bright a color is; negative channels count as positive ones, so that no light with any is 0.
+pub(crate) fn strength(rgb: Vec3) -> f64 {
+    luminance(rgb.abs())
+}

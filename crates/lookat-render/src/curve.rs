@@ -58,7 +58,7 @@ impl<'s> Curves<'s> {
     pub fn add(&mut self, curve: &'s Curve, eye: DVec3) -> Vec<(u32, [DVec3; 2], f64)> {
         let number = self.curves.len() as u32;
         let placed = PlacedCurve::new(curve, eye);
-        let parts = 1 << curve.split_depth;
+        let (parts, magnitude) = (1 << curve.split_depth, placed.magnitude());
         let mut added = Vec::new();
         for (segment, points) in curve.segments.iter().enumerate() {
             let points = points.map(|p| p - placed.origin);
@@ -67,7 +67,7 @@ impl<'s> Curves<'s> {
                 let range = [share(part, -OVERLAP), share(part + 1, OVERLAP)];
                 let points = bezier::part(&points, range[0], range[1]);
                 let piece = Piece { curve: number, segment: segment as u32, range, points };
-                added.push((self.pieces.len() as u32, placed.corners(&piece), placed.magnitude()));
+                added.push((self.pieces.len() as u32, placed.corners(&piece), magnitude));
                 self.pieces.push(piece);
             }
         }

@@ -3,18 +3,22 @@
 use glam::DVec3;
 use lookat_scene::{Mesh, Primitive, Shape};
 
-use crate::ray::Hit;
+use crate::ray::ElementId;
 use crate::texture::{Footprint, TexturePoint};
 use crate::triangle::parametric;
 
-/// Whether there is something of the primitive where a ray meets it, and no hole.
+/// Whether there is something at a point of an element of the primitive, and no hole.
 #[inline(never)]
-pub(crate) fn is_there(primitive: &Primitive, hit: &Hit, is_shadow: bool) -> bool {
+pub(crate) fn is_there(
+    primitive: &Primitive,
+    element: ElementId,
+    [b0, b1]: [f64; 2],
+    is_shadow: bool,
+) -> bool {
     let (Some(cutout), Shape::TriangleMesh(mesh)) = (&primitive.cutout, &primitive.shape) else {
         return true;
     };
-    let [b0, b1] = hit.barycentric;
-    let at = point(mesh, hit.element.index as usize, [b0, b1, 1.0 - b0 - b1]);
+    let at = point(mesh, element.index as usize, [b0, b1, 1.0 - b0 - b1]);
     let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
     cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha) != 0.0)
 }

@@ -9,10 +9,12 @@ mod projection;
 mod sky;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
-use lookat_scene::{Light, Primitive, Scene, Shape};
+use lookat_scene::{Light, Mesh, Primitive, Scene, Shape};
 
-use crate::color::luminance;
+use crate::bsdf::Domain;
+use crate::color::strength;
 use crate::curved::Curved;
+use crate::cutout;
 use crate::frame::flipped;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
@@ -25,7 +27,8 @@ use projection::Projection;
 /// All lights of a scene.
 pub(crate) struct LightTable<'s> {
     lights: Vec<SceneLight<'s>>,
-    /// The share of the power of the lights up to each.
+    /// The share of each light in all samples, where lights are chosen by power; and the sums up to each.
+    power_shares: Vec<f64>,
     power_cdf: Vec<f64>,
     /// The light that a primitive is, or none.
     of_primitive: Vec<Option<usize>>,
@@ -68,7 +71,7 @@ enum SceneLight<'s> {
 struct SurfaceLight<'s> {
     number: u32,
     primitive: &'s Primitive,
-    form: SurfaceForm,
+    form: SurfaceForm<'s>,
     /// About where it is, and its area.
     center: DVec3,
     area: f64,
@@ -77,9 +80,9 @@ struct SurfaceLight<'s> {
     samples: u32,
 }
 
-enum SurfaceForm {
+enum SurfaceForm<'s> {
     Curved(Box<Curved>),
-    Mesh(MeshAreas),
+    Mesh { areas: MeshAreas, mesh: &'s Mesh },
 }
 
 /// Light that may reach a point from one direction.
@@ -111,10 +114,12 @@ impl<'s> LightTable<'s> {
             Light::Infinite { radiance, .. } => sum + *radiance,
             _ => sum,
         });
+        let power_shares = choice::power_shares(&lights, choice::radius(traceable));
         let is_environment = |light: &usize| matches!(lights[*light], SceneLight::Environment(_));
         LightTable {
             environments: (0..lights.len()).filter(is_environment).collect(),
-            power_cdf: choice::power_cdf(&lights, scene, eye),
+            power_cdf: choice::cumulated(&power_shares),
+            power_shares,
             lights,
             of_primitive,
             background,
@@ -152,8 +157,8 @@ impl<'s> LightTable<'s> {
         self.background + shown.sum::<Vec3>()
     }
 
-    /// A direction towards a light, seen from `from` on the side of `wo`.
-    pub fn sample(&self, light: usize, from: &Surface, wo: DVec3, u: DVec2) -> Option<LightSample> {
+    /// A direction towards a light, for a surface that scatters light from `domain`.
+    pub fn sample(&self, light: usize, from: &Surface, domain: &Domain, u: DVec2) -> Option<LightSample> {
         match &self.lights[light] {
             SceneLight::Point { position, intensity } => {
                 let (li, shadow) = towards(from, *position, *intensity)?;
@@ -175,7 +180,7 @@ impl<'s> LightTable<'s> {
                 Some(LightSample { li: *radiance, pdf: None, shadow: from.leave(*direction) })
             }
             SceneLight::Infinite { radiance, .. } => {
-                let (wi, pdf) = sky::sample(from, wo, u);
+                let (wi, pdf) = sky::sample(domain, u);
                 (pdf > 0.0).then_some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Environment(environment) => {
@@ -198,8 +203,8 @@ impl<'s> LightTable<'s> {
     fn sample_surface(&self, light: &SurfaceLight, from: &Surface, u: DVec2) -> Option<LightSample> {
         let owner = light.primitive;
         let mut element = ElementId { instance: ElementId::WORLD, primitive: light.number, index: 0 };
-        let on_light = match (&light.form, &owner.shape) {
-            (SurfaceForm::Curved(shape), _) => {
+        let on_light = match &light.form {
+            SurfaceForm::Curved(shape) => {
                 let (p, n) = curved::sample(shape, from.p, u);
                 let magnitude = shape.magnitude();
                 Surface {
@@ -213,13 +218,16 @@ impl<'s> LightTable<'s> {
                     primitive: owner,
                 }
             }
-            (SurfaceForm::Mesh(areas), Shape::TriangleMesh(mesh)) => {
+            SurfaceForm::Mesh { areas, mesh } => {
                 let (index, barycentric) = areas.sample(u);
                 element.index = index as u32;
                 on_triangle(owner, mesh, element, barycentric, self.eye)
             }
-            _ => return None,
         };
+        // No light comes out of a hole, as none is seen there.
+        if !cutout::is_there(owner, element, on_light.barycentric, false) {
+            return None;
+        }
         let pdf = light.pdf(from.p, &on_light)?;
         // The ray ends at the light, which does not block it.
         let to_light = on_light.p - from.p;
@@ -253,8 +261,8 @@ impl<'s> LightTable<'s> {
     }
 
     /// The lights at infinity, with their radiance and the density with which direction `wi` is sampled.
-    pub fn infinite(&self, from: &Surface, wo: DVec3, wi: DVec3) -> impl Iterator<Item = (usize, Vec3, f64)> {
-        let pdf = sky::pdf(from, wo, wi);
+    pub fn infinite(&self, domain: &Domain, wi: DVec3) -> impl Iterator<Item = (usize, Vec3, f64)> {
+        let pdf = sky::pdf(domain, wi);
         self.lights.iter().enumerate().filter_map(move |(number, light)| match light {
             SceneLight::Infinite { radiance, .. } => Some((number, *radiance, pdf)),
             SceneLight::Environment(environment) => {
@@ -300,7 +308,7 @@ impl<'s> SurfaceLight<'s> {
             (Shape::TriangleMesh(mesh), _) => {
                 let (areas, center) = MeshAreas::new(mesh, traceable.eye);
                 let area = areas.total();
-                (SurfaceForm::Mesh(areas), center, area)
+                (SurfaceForm::Mesh { areas, mesh }, center, area)
             }
             (Shape::Quadric(_), Some(shape)) => {
                 (SurfaceForm::Curved(Box::new(*shape)), shape.center, shape.area())
@@ -308,7 +316,7 @@ impl<'s> SurfaceLight<'s> {
             (Shape::Quadric(_), None) | (Shape::Curve(_), _) => return None,
         };
         let sides = if emission.two_sided { 2.0 } else { 1.0 };
-        let brightness = luminance(emission.radiance) * sides;
+        let brightness = strength(emission.radiance) * sides;
         let light =
             SurfaceLight { number, primitive, form, center, area, brightness, samples: emission.samples };
         (area > 0.0).then_some(light)
@@ -318,7 +326,7 @@ impl<'s> SurfaceLight<'s> {
     fn pdf(&self, p: DVec3, on_light: &Surface) -> Option<f64> {
         match &self.form {
             SurfaceForm::Curved(shape) => curved::pdf(shape, p, on_light),
-            SurfaceForm::Mesh(_) => on_light.pdf_from(p, self.area),
+            SurfaceForm::Mesh { .. } => on_light.pdf_from(p, self.area),
         }
     }
 }

@@ -118,6 +118,11 @@ impl<'s> Traceable<'s> {
         Traceable { eye, primitives, curved, curved_of, curves, world, objects, instances, has_cutouts }
     }
 
+    /// A box around everything.
+    pub fn bounds(&self) -> Bounds {
+        self.world.bounds()
+    }
+
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         self.nearest_of::<false>(ray)
@@ -225,7 +230,8 @@ impl<'s> Traceable<'s> {
     /// Whether there is something where a ray meets a triangle, and no hole.
     #[inline]
     fn is_there(&self, hit: &Hit, is_shadow: bool) -> bool {
-        !self.has_cutouts || cutout::is_there(self.primitives[hit.element.primitive as usize], hit, is_shadow)
+        let primitive = |hit: &Hit| self.primitives[hit.element.primitive as usize];
+        !self.has_cutouts || cutout::is_there(primitive(hit), hit.element, hit.barycentric, is_shadow)
     }
 
     /// The curved shape that a primitive is.

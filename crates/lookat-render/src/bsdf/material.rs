@@ -96,6 +96,10 @@ impl Builder<'_> {
         facets: TrowbridgeReitz,
         eta: f64,
     ) {
+        // Between alike media no facet reflects or bends light; pbrt-v3 ends there.
+        if (eta - 1.0).abs() < ALIKE {
+            return self.push(transmittance, Lobe::Refraction { transmittance, eta: 1.0 });
+        }
         let fresnel = Fresnel::Dielectric { eta };
         self.push(reflectance, Lobe::Microfacet { reflectance, facets, fresnel });
         self.push(transmittance, Lobe::MicrofacetTransmission { transmittance, facets, eta });
@@ -176,3 +180,5 @@ impl Builder<'_> {
 
 /// The index of refraction of plastic and translucent surfaces.
 const PLASTIC: f64 = 1.5;
+/// Indices that differ by less are the same: the direction of a facet that bends light so little is lost in rounding.
+const ALIKE: f64 = 1e-9;

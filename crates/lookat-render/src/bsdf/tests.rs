@@ -36,12 +36,12 @@ fn uber() -> Uber {
 }
 
 fn glass(u: f64, v: f64) -> MaterialKind {
-    MaterialKind::Glass(Glass {
-        kr: constant(Vec3::ONE),
-        kt: constant(Vec3::ONE),
-        roughness: rough(u, v),
-        eta: constant(1.5),
-    })
+    glass_of(1.5, rough(u, v))
+}
+
+fn glass_of(eta: f64, roughness: Roughness) -> MaterialKind {
+    let all = constant(Vec3::ONE);
+    MaterialKind::Glass(Glass { kr: all.clone(), kt: all, roughness, eta: constant(eta) })
 }
 
 fn substrate(u: f64, v: f64) -> MaterialKind {
@@ -245,7 +245,9 @@ fn no_light_is_made() {
     for roughness in [0.001, 0.05, 0.3, 1.0] {
         all.push(("glass", material(glass(roughness, roughness))));
         all.push(("substrate", material(substrate(roughness, roughness))));
-        all.push(("smooth glass", material(glass(0.0, 0.0))));
+        // Between alike media light goes straight on; between nearly alike ones, nearly so.
+        all.push(("smooth glass", material(glass_of(1.0, rough(roughness, roughness)))));
+        all.push(("nearly nothing", material(glass_of(1.0 + 1e-8, rough(roughness, roughness)))));
     }
     for (name, material) in all {
         for degrees in [0.0, 30.0, 60.0, 80.0, 88.0, 100.0, 150.0_f64] {

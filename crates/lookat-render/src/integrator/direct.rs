@@ -1,10 +1,10 @@
 //! Direct lighting (PBR 14.3).
 
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, Vec3};
 use lookat_scene::LightChoice;
 
 use super::{MAX_PASSED, Tracer, power_heuristic};
-use crate::bsdf::{Bsdf, Lobes, Part};
+use crate::bsdf::{Bsdf, Domain, Lobes, Part};
 use crate::camera::CameraRay;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
@@ -42,7 +42,7 @@ pub(crate) fn li(
         };
         radiance += beta * surface.le(wo);
         if bsdf.has(Part::Smooth) {
-            radiance += beta * from_lights(tracer, &surface, &bsdf, wo, stream, all_lights);
+            radiance += beta * from_lights(tracer, &surface, &bsdf, stream, all_lights);
         }
         depth += 1;
         if depth >= max_depth || !bsdf.has(Part::Specular) {
@@ -59,17 +59,16 @@ fn from_lights(
     tracer: &mut Tracer,
     surface: &Surface,
     bsdf: &Bsdf,
-    wo: DVec3,
     stream: &mut SampleStream,
     all_lights: bool,
 ) -> Vec3 {
     let count = tracer.lights().len();
     if all_lights {
-        return lights(tracer, surface, bsdf, wo, stream, 0..count);
+        return lights(tracer, surface, bsdf, stream, 0..count);
     }
     let chosen = tracer.lights().choose(LightChoice::Uniform, surface.p, stream.next_1d());
     let Some((light, probability)) = chosen else { return Vec3::ZERO };
-    lights(tracer, surface, bsdf, wo, stream, light..light + 1) / probability as f32
+    lights(tracer, surface, bsdf, stream, light..light + 1) / probability as f32
 }
 
 /// Light that comes straight to the surface from a range of lights.
@@ -77,7 +76,6 @@ fn lights(
     tracer: &mut Tracer,
     surface: &Surface,
     bsdf: &Bsdf,
-    wo: DVec3,
     stream: &mut SampleStream,
     range: std::ops::Range<usize>,
 ) -> Vec3 {
@@ -89,12 +87,12 @@ fn lights(
         let samples = table.samples(light);
         if table.is_delta(light) {
             // Nothing about it is left to chance.
-            sum += sampled_light(tracer, surface, bsdf, wo, (light, 1, scattered), DVec2::ZERO);
+            sum += sampled_light(tracer, surface, bsdf, (light, 1, scattered), DVec2::ZERO);
             continue;
         }
         for k in 0..samples {
             let u = stream.nested(samples, k).next_2d();
-            sum += sampled_light(tracer, surface, bsdf, wo, (light, samples, scattered), u) / samples as f32;
+            sum += sampled_light(tracer, surface, bsdf, (light, samples, scattered), u) / samples as f32;
         }
         stream.skip(2);
     }
@@ -108,7 +106,7 @@ fn lights(
         let found = found_light(
             tracer,
             surface,
-            wo,
+            &bsdf.domain(),
             &surface.leave(sample.wi),
             sample.pdf * f64::from(scattered),
             &range,
@@ -123,11 +121,10 @@ fn sampled_light(
     tracer: &mut Tracer,
     surface: &Surface,
     bsdf: &Bsdf,
-    wo: DVec3,
     (light, samples, scattered): (usize, u32, u32),
     u: DVec2,
 ) -> Vec3 {
-    let Some(sample) = tracer.lights().sample(light, surface, wo, u) else {
+    let Some(sample) = tracer.lights().sample(light, surface, &bsdf.domain(), u) else {
         return Vec3::ZERO;
     };
     let f_cos = bsdf.f_cos(sample.shadow.d);
@@ -143,14 +140,14 @@ fn sampled_light(
 fn found_light(
     tracer: &mut Tracer,
     from: &Surface,
-    wo: DVec3,
+    domain: &Domain,
     ray: &Ray,
     pdf: f64,
     range: &std::ops::Range<usize>,
 ) -> Vec3 {
     let table = tracer.lights();
     let Some(hit) = tracer.nearest(ray) else {
-        let infinite = table.infinite(from, wo, ray.d).filter(|(light, ..)| range.contains(light));
+        let infinite = table.infinite(domain, ray.d).filter(|(light, ..)| range.contains(light));
         return infinite
             .map(|(light, radiance, other)| {
                 radiance * power_heuristic(pdf, other * f64::from(table.samples(light)))

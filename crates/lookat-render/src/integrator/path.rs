@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
 use super::{MAX_PASSED, Tracer, power_heuristic};
-use crate::bsdf::{Bsdf, Lobes, Part};
+use crate::bsdf::{Bsdf, Domain, Lobes, Part};
 use crate::camera::CameraRay;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
@@ -22,7 +22,7 @@ enum Emission<'s> {
     /// In full: the ray comes from the camera, or from where no light could be sampled.
     Full,
     /// Weighed against light sampling at the surface that the ray left.
-    Weighed { from: Surface<'s>, wo: DVec3, pdf: f64 },
+    Weighed { from: Surface<'s>, domain: Domain, pdf: f64 },
     /// Not at all: pbrt-v3 sees no light through a surface without a material, except from the camera.
     Hidden,
 }
@@ -66,7 +66,7 @@ pub(crate) fn li(
             continue;
         };
         if bsdf.has(Part::Smooth) {
-            radiance += beta * one_light(tracer, &surface, &bsdf, wo, stream, settings.light_choice);
+            radiance += beta * one_light(tracer, &surface, &bsdf, stream, settings.light_choice);
         }
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::All) else { return radiance };
         beta *= sample.weight();
@@ -74,7 +74,7 @@ pub(crate) fn li(
         ray = surface.leave(sample.wi);
         emission = match sample.is_specular {
             true => Emission::Full,
-            false => Emission::Weighed { from: surface, wo, pdf: sample.pdf },
+            false => Emission::Weighed { from: surface, domain: bsdf.domain(), pdf: sample.pdf },
         };
         // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
         let roulette = stream.next_1d();
@@ -95,7 +95,6 @@ fn one_light(
     tracer: &mut Tracer,
     surface: &Surface,
     bsdf: &Bsdf,
-    wo: DVec3,
     stream: &mut SampleStream,
     choice: LightChoice,
 ) -> Vec3 {
@@ -103,7 +102,7 @@ fn one_light(
     let Some((light, probability)) = tracer.lights().choose(choice, surface.p, chooser) else {
         return Vec3::ZERO;
     };
-    let Some(sample) = tracer.lights().sample(light, surface, wo, u) else {
+    let Some(sample) = tracer.lights().sample(light, surface, &bsdf.domain(), u) else {
         return Vec3::ZERO;
     };
     let f_cos = bsdf.f_cos(sample.shadow.d);
@@ -142,8 +141,8 @@ fn background(tracer: &Tracer, emission: &Emission, d: DVec3, choice: LightChoic
     match emission {
         Emission::Full => lights.background(d),
         Emission::Hidden => Vec3::ZERO,
-        Emission::Weighed { from, wo, pdf } => lights
-            .infinite(from, *wo, d)
+        Emission::Weighed { from, domain, pdf } => lights
+            .infinite(domain, d)
             .map(|(light, radiance, other)| {
                 radiance * power_heuristic(*pdf, other * lights.probability(choice, from.p, light))
             })

@@ -3,10 +3,11 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
-use lookat_scene::{LightChoice, Scene, Shape};
+use lookat_scene::LightChoice;
 
 use super::{LightTable, SceneLight};
-use crate::color::luminance;
+use crate::color::strength;
+use crate::prepare::Traceable;
 
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
 const MANY: usize = 32;
@@ -43,8 +44,7 @@ impl LightTable<'_> {
     pub fn probability(&self, choice: LightChoice, p: DVec3, light: usize) -> f64 {
         match self.rule(choice) {
             LightChoice::Uniform => 1.0 / self.lights.len() as f64,
-            LightChoice::Power if light == 0 => self.power_cdf[0],
-            LightChoice::Power => self.power_cdf[light] - self.power_cdf[light - 1],
+            LightChoice::Power => self.power_shares[light],
             LightChoice::Spatial => self.share(p, light, self.estimates(p).sum()),
         }
     }
@@ -63,18 +63,37 @@ impl LightTable<'_> {
     }
 }
 
-/// The share of the power of the lights up to each.
-pub(super) fn power_cdf(lights: &[SceneLight], scene: &Scene, eye: DVec3) -> Vec<f64> {
-    let radius = scene_radius(scene, eye);
+/// This much of all samples goes to lights alike, so that a weak light next to what it lights is not forgotten over a
+/// strong one far away.
+const ALIKE: f64 = 0.01;
+
+/// The share of each light in all samples, about that in their power, in a scene of the given radius.
+pub(super) fn power_shares(lights: &[SceneLight], radius: f64) -> Vec<f64> {
     let power: Vec<f64> = lights.iter().map(|light| light.power(radius)).collect();
     let total: f64 = power.iter().sum();
+    let alike = 1.0 / lights.len() as f64;
+    // Where no light has power, or one has all too much, all are alike.
+    if total <= 0.0 || !total.is_finite() {
+        return vec![alike; lights.len()];
+    }
+    power.iter().map(|power| (1.0 - ALIKE) * power / total + ALIKE * alike).collect()
+}
+
+/// The sums of the shares up to each light.
+pub(super) fn cumulated(shares: &[f64]) -> Vec<f64> {
     let mut sum = 0.0;
-    let shares = power.iter().map(|power| {
-        // Where no light has power, or one has all too much, all are alike.
-        sum += if total > 0.0 && total.is_finite() { power / total } else { 1.0 / lights.len() as f64 };
+    let add = |share: &f64| {
+        sum += share;
         sum
-    });
-    shares.collect()
+    };
+    shares.iter().map(add).collect()
+}
+
+/// About the radius of the scene.
+pub(super) fn radius(traceable: &Traceable) -> f64 {
+    let (low, high) = traceable.bounds().corners();
+    let radius = (high - low).length() * 0.5;
+    if radius.is_finite() { radius } else { 1.0 }
 }
 
 impl SceneLight<'_> {
@@ -82,16 +101,16 @@ impl SceneLight<'_> {
     fn estimate(&self, p: DVec3) -> f64 {
         match self {
             SceneLight::Point { position, intensity } | SceneLight::Spot { position, intensity, .. } => {
-                luminance(*intensity) / position.distance_squared(p).max(f64::MIN_POSITIVE)
+                strength(*intensity) / position.distance_squared(p).max(f64::MIN_POSITIVE)
             }
             SceneLight::Goniometric(light) => {
-                luminance(light.mean()) / light.position.distance_squared(p).max(f64::MIN_POSITIVE)
+                strength(light.mean()) / light.position.distance_squared(p).max(f64::MIN_POSITIVE)
             }
             SceneLight::Projection(light) => {
-                luminance(light.mean()) / light.position.distance_squared(p).max(f64::MIN_POSITIVE)
+                strength(light.mean()) / light.position.distance_squared(p).max(f64::MIN_POSITIVE)
             }
-            SceneLight::Distant { radiance, .. } => luminance(*radiance),
-            SceneLight::Infinite { radiance, .. } => luminance(*radiance) * PI,
+            SceneLight::Distant { radiance, .. } => strength(*radiance),
+            SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI,
             SceneLight::Environment(environment) => environment.brightness() * PI,
             SceneLight::Surface(surface) => {
                 // A distant light fills its area over the squared distance; none fills more than the sky.
@@ -103,41 +122,16 @@ impl SceneLight<'_> {
     /// About the power that the light brings into a scene of the given radius.
     fn power(&self, radius: f64) -> f64 {
         match self {
-            SceneLight::Point { intensity, .. } => 4.0 * PI * luminance(*intensity),
+            SceneLight::Point { intensity, .. } => 4.0 * PI * strength(*intensity),
             SceneLight::Spot { intensity, cos_total_width, cos_falloff_start, .. } => {
-                2.0 * PI * (1.0 - 0.5 * (cos_total_width + cos_falloff_start)) * luminance(*intensity)
+                2.0 * PI * (1.0 - 0.5 * (cos_total_width + cos_falloff_start)) * strength(*intensity)
             }
-            SceneLight::Goniometric(light) => 4.0 * PI * luminance(light.mean()),
-            SceneLight::Projection(light) => light.solid_angle() * luminance(light.mean()),
-            SceneLight::Distant { radiance, .. } => PI * radius * radius * luminance(*radiance),
-            SceneLight::Infinite { radiance, .. } => PI * PI * radius * radius * luminance(*radiance),
+            SceneLight::Goniometric(light) => 4.0 * PI * strength(light.mean()),
+            SceneLight::Projection(light) => light.solid_angle() * strength(light.mean()),
+            SceneLight::Distant { radiance, .. } => PI * radius * radius * strength(*radiance),
+            SceneLight::Infinite { radiance, .. } => PI * PI * radius * radius * strength(*radiance),
             SceneLight::Environment(environment) => PI * PI * radius * radius * environment.brightness(),
             SceneLight::Surface(surface) => surface.brightness * surface.area * PI,
         }
     }
-}
-
-/// About the radius of the scene: from the middle of its shapes to the farthest corner of the box around their places.
-fn scene_radius(scene: &Scene, eye: DVec3) -> f64 {
-    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let mut include = |p: DVec3| {
-        min = min.min(p - eye);
-        max = max.max(p - eye);
-    };
-    for primitive in &scene.primitives {
-        match &primitive.shape {
-            Shape::Quadric(quadric) => {
-                let (low, high) = quadric.corners();
-                include(quadric.world_from_object.point(low));
-                include(quadric.world_from_object.point(high));
-            }
-            Shape::Curve(curve) => {
-                let points = curve.segments.as_flattened().iter();
-                points.for_each(|p| include(curve.world_from_object.point(*p)));
-            }
-            Shape::TriangleMesh(mesh) => mesh.positions.iter().for_each(|p| include(DVec3::from(*p))),
-        }
-    }
-    scene.instances.iter().for_each(|instance| include(instance.world_from_object.point(DVec3::ZERO)));
-    if min.x > max.x { 1.0 } else { (max - min).length() * 0.5 }
 }
