@@ -84,12 +84,25 @@ impl<'a> Params<'a> {
         self.params.iter().any(|param| param.name.value == name)
     }
 
+    fn ask(&mut self, name: &'static str, ty: ParamType) {
+        if !self.asked.contains(&(name, ty)) {
+            self.asked.push((name, ty));
+        }
+    }
+
+    /// That a parameter may also be a color, or a number: for those that name a texture here.
+    pub fn may_be_color(&mut self, name: &'static str) {
+        self.ask(name, SPECTRUM_TYPES[0]);
+    }
+
+    /// See [`Params::may_be_color`].
+    pub fn may_be_number(&mut self, name: &'static str) {
+        self.ask(name, ParamType::Float);
+    }
+
     /// Takes a parameter of one of the given types. pbrt-v3 does not see a parameter of another type.
     fn take(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
-        let asked = (name, types[0]);
-        if !self.asked.contains(&asked) {
-            self.asked.push(asked);
-        }
+        self.ask(name, types[0]);
         let index = self.params.iter().rposition(|p| p.name.value == name && types.contains(&p.ty))?;
         let param = self.params.remove(index);
         self.places.push((name, param.values.span));
@@ -344,6 +357,6 @@ impl<'a> Params<'a> {
 }
 
 /// Types that replace each other: all that give colors do.
-fn class(ty: ParamType) -> ParamType {
+pub(crate) fn class(ty: ParamType) -> ParamType {
     if SPECTRUM_TYPES.contains(&ty) { ParamType::Spectrum } else { ty }
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use lookat_syntax::{Entity, Param, ParamType, Span};
 
 use crate::names::Names;
+use crate::params::class;
 use crate::texture::Textures;
 use crate::{Emission, Material, Transform};
 
@@ -67,9 +68,10 @@ impl MaterialInstance {
     /// Splits the parameters of a shape into those that replace some of the material's, and the others.
     pub fn split(&self, params: Vec<Param>) -> (Vec<Param>, Vec<Param>) {
         let Some(known) = &self.known else { return (params, Vec::new()) };
-        params
-            .into_iter()
-            .partition(|param| known.iter().any(|(name, ty)| *name == param.name.value && *ty == param.ty))
+        let is_known = |param: &Param| {
+            known.iter().any(|(name, ty)| *name == param.name.value && class(*ty) == class(param.ty))
+        };
+        params.into_iter().partition(is_known)
     }
 }
 
@@ -78,17 +80,13 @@ impl GraphicsState {
         let matte = MaterialInstance {
             material: Arc::new(Material::DEFAULT),
             entity: None,
-            known: Some(
-                [
-                    ("Kd", &[ParamType::Rgb, ParamType::Xyz, ParamType::Blackbody, ParamType::Spectrum][..]),
-                    ("sigma", &[ParamType::Float]),
-                ]
-                .into_iter()
-                .flat_map(|(name, types)| {
-                    types.iter().chain(&[ParamType::Texture]).map(move |ty| (name, *ty))
-                })
-                .collect(),
-            ),
+            known: Some(vec![
+                ("Kd", ParamType::Texture),
+                ("Kd", ParamType::Rgb),
+                ("sigma", ParamType::Texture),
+                ("sigma", ParamType::Float),
+                ("bumpmap", ParamType::Texture),
+            ]),
         };
         GraphicsState {
             ctm: Transform::IDENTITY,

@@ -31,6 +31,7 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         let Some(texture) = self.texture(name) else {
             return Texture::Constant(self.spectrum(name, default));
         };
+        self.may_be_color(name);
         let Textures { float, spectrum } = self.textures;
         let known = spectrum.get(&texture.value);
         if known.is_none() {
@@ -50,6 +51,7 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         let Some(texture) = self.texture(name) else {
             return self.float_if_given(name).map(Texture::Constant);
         };
+        self.may_be_number(name);
         let Textures { float, spectrum } = self.textures;
         let known = float.get(&texture.value);
         if known.is_none() {
