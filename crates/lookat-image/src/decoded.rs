@@ -1,6 +1,6 @@
 //! Pictures of 8 and 16 bits and Radiance HDR, as another library decodes them.
 
-use std::io::{BufRead, Seek, SeekFrom};
+use std::io::{BufRead, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
@@ -32,10 +32,13 @@ pub(crate) enum Curve {
 pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) -> Result<Image, Fault> {
     let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
     let Some((_, format, densest)) = FORMATS.iter().find(|(known, ..)| *known == ending) else {
-        return Err(Fault::Unfit("lookat reads exr, pfm, png, tga, jpg and hdr".into()));
+        return Err(Fault::Unfit(
+            "lookat reads exr, pfm, png, tga, jpg and hdr, and tells them by the ending of the name".into(),
+        ));
     };
     let as_stored = *format == ImageFormat::Hdr || curve == Curve::Stored;
     let length = input.seek(SeekFrom::End(0))?;
+    let is_ended = *format != ImageFormat::Jpeg || jpeg_is_ended(&mut input, length)?;
     input.rewind()?;
     let mut reader = ImageReader::with_format(input, *format);
     let mut limits = Limits::default();
@@ -48,6 +51,9 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) ->
     if decoder.total_bytes() > length.saturating_mul(*densest) {
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
+    if !is_ended {
+        return Err(Fault::Damaged("the file ends before the picture does".into()));
+    }
     let decoded = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f();
     let pixels: Vec<[f32; 3]> = decoded
         .pixels()
@@ -55,6 +61,17 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) ->
         .collect();
     let window = Window { x: 0, y: 0, width, height };
     Ok(Image { precision: Precision::Integer, ..Image::from_rgb(window, window, &pixels) })
+}
+
+/// Whether the end of a JPEG picture is among the last bytes of the file: its decoder makes up what is missing.
+fn jpeg_is_ended(input: &mut (impl BufRead + Seek), length: u64) -> Result<bool, Fault> {
+    /// Some programs add bytes of their own.
+    const TAIL: u64 = 1 << 16;
+    const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
+    input.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
+    let mut tail = Vec::new();
+    input.take(TAIL).read_to_end(&mut tail)?;
+    Ok(tail.windows(2).any(|bytes| bytes == END_OF_IMAGE))
 }
 
 fn fault(error: ::image::ImageError) -> Fault {

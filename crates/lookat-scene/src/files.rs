@@ -86,6 +86,9 @@ fn normal(path: &Path) -> PathBuf {
 
 /// The error for a file that a scene names and that cannot be read.
 pub(crate) fn unreadable(verb: &str, name: &Text, path: &Path, error: &io::Error) -> Diagnostic {
+    if name.value.is_empty() {
+        return Diagnostic::error(name.span, "the name of the file is empty");
+    }
     let shown = path.display().to_string().escape_debug().to_string();
     let diagnostic = Diagnostic::error(name.span, format!("cannot {verb} {shown}: {}", reason(error)));
     if name.value.contains(char::is_control) {

@@ -157,7 +157,8 @@ fn bump(params: &mut TextureParams) -> Option<Texture<f64>> {
 fn share(params: &mut TextureParams, name: &'static str, default: f32) -> Texture<Vec3> {
     let share = params.spectrum_texture(name, Vec3::splat(default));
     let Texture::Constant(color) = share else { return share };
-    if color.max_element() > 1.0 {
+    // A spectrum of shares up to 1 may be a color beyond it.
+    if color.max_element() > 1.0 && params.was_rgb(name) {
         params.warn(
             name,
             &format!("{name} is more than 1: the surface gives back more light than it gets"),

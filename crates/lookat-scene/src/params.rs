@@ -26,6 +26,8 @@ pub(crate) struct Params<'a> {
     asked: Vec<(&'static str, ParamType)>,
     /// Where the values that were taken stand.
     places: Vec<(&'static str, Span)>,
+    /// Those of them that were red, green and blue.
+    rgb: Vec<&'static str>,
     failed: bool,
     rest_ignored: bool,
     files: &'a Files<'a>,
@@ -43,6 +45,7 @@ impl<'a> Params<'a> {
             params: entity.params,
             asked: Vec::new(),
             places: Vec::new(),
+            rgb: Vec::new(),
             failed: false,
             rest_ignored: false,
             files,
@@ -106,6 +109,9 @@ impl<'a> Params<'a> {
         let index = self.params.iter().rposition(|p| p.name.value == name && types.contains(&p.ty))?;
         let param = self.params.remove(index);
         self.places.push((name, param.values.span));
+        if param.ty == ParamType::Rgb {
+            self.rgb.push(name);
+        }
         Some(param)
     }
 
@@ -262,6 +268,11 @@ impl<'a> Params<'a> {
     /// Whether a parameter was given and taken.
     pub fn was_taken(&self, name: &str) -> bool {
         self.places.iter().any(|(taken, _)| *taken == name)
+    }
+
+    /// Whether a parameter was given as red, green and blue.
+    pub fn was_rgb(&self, name: &str) -> bool {
+        self.rgb.contains(&name)
     }
 
     /// Where one number of a list that was taken stands.

@@ -25,10 +25,10 @@ pub(crate) struct Settings {
     pub not_negative: bool,
 }
 
-/// The most texels of one picture, once its sides are powers of two: 2 GiB of colors.
-const MOST_TEXELS: u64 = 1 << 27;
-/// The most texels of all pictures of a scene.
-const MOST_TEXELS_IN_ALL: u64 = 1 << 29;
+/// The most texels of one picture, once its sides are powers of two: 1 GiB of colors.
+const MOST_TEXELS: u64 = 1 << 26;
+/// The most texels of all pictures of colors, and of all pictures of numbers, of a scene.
+const MOST_TEXELS_IN_ALL: u64 = 1 << 28;
 
 /// The pictures of a scene so far.
 #[derive(Default)]
@@ -144,9 +144,12 @@ impl<T: FromColor> Cache<T> {
         let (width, height) = (image.data_window.width, image.data_window.height);
         let size = MipMap::<T>::size_of(width, height);
         if size > MOST_TEXELS || self.texels + size > MOST_TEXELS_IN_ALL {
-            let whose = if size > MOST_TEXELS { "it has" } else { "the pictures of the scene have" };
+            let (whose, most) = match size > MOST_TEXELS {
+                true => ("it has", MOST_TEXELS),
+                false => ("the pictures of the scene have", MOST_TEXELS_IN_ALL),
+            };
             return Err(format!(
-                "cannot use {}: {whose} too many pixels ({width} x {height})",
+                "cannot use {}, {width} x {height} pixels: {whose} more than {most} once the sides are powers of two",
                 shown.display()
             ));
         }

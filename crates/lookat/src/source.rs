@@ -10,7 +10,7 @@ use crate::args::Report;
 
 /// Loads a scene, and turns warnings into errors where that is asked for.
 pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded {
-    let read = |path: &Path| if path == Path::new("-") { standard_input() } else { std::fs::read(path) };
+    let read = |path: &Path| if path == Path::new("-") { standard_input() } else { file(path) };
     let mut loaded = load(path, &read, overrides);
     // People know standard input by another name.
     if let Some(first) = loaded.sources.files.first_mut()
@@ -25,6 +25,19 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
         }
     }
     loaded
+}
+
+fn file(path: &Path) -> std::io::Result<Vec<u8>> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        let kind = std::fs::metadata(path)?.file_type();
+        // Some of them never end.
+        if kind.is_char_device() || kind.is_block_device() {
+            return Err(std::io::Error::other("it is a device, not a file"));
+        }
+    }
+    std::fs::read(path)
 }
 
 fn standard_input() -> std::io::Result<Vec<u8>> {

@@ -13,7 +13,7 @@ use crate::texture::{Texture, TextureParams};
 
 pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
     let (stand_in, material) = match params.kind() {
-        "disney" => ("a substrate with its color and roughness", disney(params)),
+        "disney" => ("a substrate, neither metallic nor clear, with its color and roughness", disney(params)),
         "hair" => ("matte with its color", matte(share(params, "color", 0.3))),
         "kdsubsurface" => {
             let kd = share(params, "Kd", 0.5);
