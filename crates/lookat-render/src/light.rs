@@ -252,10 +252,10 @@ impl<'s> LightTable<'s> {
         self.of_primitive.get(surface.element.primitive as usize).copied().flatten().filter(|_| in_world)
     }
 
-    /// Density by solid angle with which [`LightTable::sample`] finds, from `from`, the point `hit` of a light.
-    pub fn surface_pdf(&self, light: usize, from: &Surface, hit: &Surface) -> f64 {
+    /// Density by solid angle with which [`LightTable::sample`] finds, from the point `from`, the point `hit` of a light.
+    pub fn surface_pdf(&self, light: usize, from: DVec3, hit: &Surface) -> f64 {
         match &self.lights[light] {
-            SceneLight::Surface(surface) => surface.pdf(from.p, hit).unwrap_or(0.0),
+            SceneLight::Surface(surface) => surface.pdf(from, hit).unwrap_or(0.0),
             _ => 0.0,
         }
     }

@@ -156,7 +156,7 @@ fn found_light(
     };
     match table.of_surface(&hit).filter(|light| range.contains(light)) {
         Some(light) => {
-            let other = table.surface_pdf(light, from, &hit) * f64::from(table.samples(light));
+            let other = table.surface_pdf(light, from.p, &hit) * f64::from(table.samples(light));
             hit.le(-ray.d) * power_heuristic(pdf, other)
         }
         None => Vec3::ZERO,

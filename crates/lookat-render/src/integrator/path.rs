@@ -18,11 +18,11 @@ pub(crate) struct Settings {
 }
 
 /// How emission that a ray finds counts.
-enum Emission<'s> {
+enum Emission {
     /// In full: the ray comes from the camera, or from where no light could be sampled.
     Full,
-    /// Weighed against light sampling at the surface that the ray left.
-    Weighed { from: Surface<'s>, domain: Domain, pdf: f64 },
+    /// Weighed against light sampling at the point of the surface that the ray left.
+    Weighed { from: DVec3, domain: Domain, pdf: f64 },
     /// Not at all: pbrt-v3 sees no light through a surface without a material, except from the camera.
     Hidden,
 }
@@ -74,7 +74,7 @@ pub(crate) fn li(
         ray = surface.leave(sample.wi);
         emission = match sample.is_specular {
             true => Emission::Full,
-            false => Emission::Weighed { from: surface, domain: bsdf.domain(), pdf: sample.pdf },
+            false => Emission::Weighed { from: surface.p, domain: bsdf.domain(), pdf: sample.pdf },
         };
         // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
         let roulette = stream.next_1d();
@@ -129,7 +129,7 @@ fn emitted(tracer: &Tracer, emission: &Emission, surface: &Surface, wo: DVec3, c
         Emission::Weighed { from, pdf, .. } => {
             let lights = tracer.lights();
             let Some(light) = lights.of_surface(surface) else { return Vec3::ZERO };
-            let other = lights.surface_pdf(light, from, surface) * lights.probability(choice, from.p, light);
+            let other = lights.surface_pdf(light, *from, surface) * lights.probability(choice, *from, light);
             le * power_heuristic(*pdf, other)
         }
     }
@@ -144,7 +144,7 @@ fn background(tracer: &Tracer, emission: &Emission, d: DVec3, choice: LightChoic
         Emission::Weighed { from, domain, pdf } => lights
             .infinite(domain, d)
             .map(|(light, radiance, other)| {
-                radiance * power_heuristic(*pdf, other * lights.probability(choice, from.p, light))
+                radiance * power_heuristic(*pdf, other * lights.probability(choice, *from, light))
             })
             .sum(),
     }
