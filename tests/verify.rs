@@ -82,7 +82,8 @@ fn verify_scenes(folder: &str) -> [usize; 2] {
         files.filter(|file| file.extension().is_some_and(|own| own == ending)).count()
     };
     let (all, references) = (count("pbrt"), count("exr"));
-    assert!(out.contains(&format!("{all} scenes: {references} agree")), "{out}");
+    let noun = if all == 1 { "scene" } else { "scenes" };
+    assert!(out.contains(&format!("{all} {noun}: {references} agree")), "{out}");
     [err.matches("warning: ").count(), all - references]
 }
 

@@ -17,7 +17,7 @@ pub struct Metal {
 }
 
 /// Index and absorption of copper: the spectra of pbrt-v3 (materials/metal.cpp), turned into RGB as those of a scene.
-const COPPER: [Vec3; 2] = [Vec3::new(0.200438, 0.924033, 1.102212), Vec3::new(3.912949, 2.452848, 2.142188)];
+const COPPER: [Vec3; 2] = [Vec3::new(0.199990, 0.922086, 1.099876), Vec3::new(3.904638, 2.447633, 2.137651)];
 
 pub(super) fn metal(params: &mut TextureParams) -> Metal {
     Metal {
