@@ -6,7 +6,7 @@
 //! - `maxanisotropy`: the longest ellipse by its width, default 8
 //! - `scale`: a factor of the values, default 1
 //! - `gamma`: the values are on the sRGB curve; default true for png, tga and jpg
-//! - those of the [mapping](super::mapping)
+//! - those of the mapping (`mapping.rs`)
 
 use std::path::Path;
 use std::sync::Arc;
