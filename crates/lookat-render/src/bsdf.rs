@@ -42,7 +42,9 @@ enum Scattering<'l> {
 
 /// A place for lobes that serves one surface after the other. Few materials have more than these.
 #[derive(Debug, Default)]
-pub(crate) struct Lobes(SmallVec<[Lobe; 8]>);
+pub(crate) struct Lobes(LobeList);
+
+type LobeList = SmallVec<[Lobe; 8]>;
 
 /// Which lobes are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,10 +122,7 @@ impl<'l> Bsdf<'l> {
 
     /// Whether any of its lobes are of a kind.
     pub fn has(&self, part: Part) -> bool {
-        match self.scattering {
-            Scattering::Lambert(_) => part != Part::Specular,
-            Scattering::Lobes { .. } => self.count(part) > 0,
-        }
+        self.count(part) > 0
     }
 
     fn count(&self, part: Part) -> usize {
@@ -235,7 +234,7 @@ impl<'l> Bsdf<'l> {
 }
 
 impl<'l> Scattering<'l> {
-    fn of(material: &MaterialKind, at: &TexturePoint, lobes: &'l mut SmallVec<[Lobe; 8]>) -> Self {
+    fn of(material: &MaterialKind, at: &TexturePoint, lobes: &'l mut LobeList) -> Self {
         lobes.clear();
         material::add_lobes(material, at, lobes);
         let specular = lobes.iter().filter(|lobe| lobe.is_specular()).count();

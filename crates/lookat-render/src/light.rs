@@ -11,7 +11,7 @@ mod sky;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{Light, Mesh, Primitive, Scene, Shape};
 
-use crate::bsdf::Domain;
+use crate::bsdf::{Bsdf, Domain};
 use crate::color::strength;
 use crate::curved::Curved;
 use crate::cutout;
@@ -157,8 +157,8 @@ impl<'s> LightTable<'s> {
         self.background + shown.sum::<Vec3>()
     }
 
-    /// A direction towards a light, for a surface that scatters light from `domain`.
-    pub fn sample(&self, light: usize, from: &Surface, domain: &Domain, u: DVec2) -> Option<LightSample> {
+    /// A direction towards a light, for a surface that scatters light by `bsdf`.
+    pub fn sample(&self, light: usize, from: &Surface, bsdf: &Bsdf, u: DVec2) -> Option<LightSample> {
         match &self.lights[light] {
             SceneLight::Point { position, intensity } => {
                 let (li, shadow) = towards(from, *position, *intensity)?;
@@ -180,7 +180,7 @@ impl<'s> LightTable<'s> {
                 Some(LightSample { li: *radiance, pdf: None, shadow: from.leave(*direction) })
             }
             SceneLight::Infinite { radiance, .. } => {
-                let (wi, pdf) = sky::sample(domain, u);
+                let (wi, pdf) = sky::sample(&bsdf.domain(), u);
                 (pdf > 0.0).then_some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Environment(environment) => {

@@ -230,8 +230,9 @@ impl<'s> Traceable<'s> {
     /// Whether there is something where a ray meets a triangle, and no hole.
     #[inline]
     fn is_there(&self, hit: &Hit, is_shadow: bool) -> bool {
-        let primitive = |hit: &Hit| self.primitives[hit.element.primitive as usize];
-        !self.has_cutouts || cutout::is_there(primitive(hit), hit.element, hit.barycentric, is_shadow)
+        let Hit { element, barycentric, .. } = *hit;
+        !self.has_cutouts
+            || cutout::is_there(self.primitives[element.primitive as usize], element, barycentric, is_shadow)
     }
 
     /// The curved shape that a primitive is.

@@ -25,16 +25,10 @@ pub(crate) fn bsdf<'l>(
     lobes: &'l mut Lobes,
 ) -> Option<Bsdf<'l>> {
     let material = &surface.primitive.material;
-    if !material.needs.coordinates {
-        return Bsdf::new(
-            material,
-            &TexturePoint::default(),
-            (Frame::from_z(surface.ns), surface.n),
-            wo,
-            lobes,
-        );
-    }
-    let (at, frame) = point(scene, surface, wo, camera_ray);
+    let (at, frame) = match material.needs.coordinates {
+        true => point(scene, surface, wo, camera_ray),
+        false => (TexturePoint::default(), Frame::from_z(surface.ns)),
+    };
     Bsdf::new(material, &at, (frame, surface.n), wo, lobes)
 }
 

@@ -23,7 +23,7 @@ pub(crate) struct Surface<'s> {
     pub emitting: DVec3,
     /// What was hit.
     pub element: ElementId,
-    /// Weights of the first two corners of a triangle, 0 for other shapes.
+    /// As in [`Hit::barycentric`].
     pub barycentric: [f64; 2],
     /// The shape with its material.
     pub primitive: &'s Primitive,

@@ -9,6 +9,9 @@ use crate::files::{Files, unreadable};
 /// The largest component of a color: far beyond any light, and so small that a sum of many and a product of two fit `f32`.
 pub(crate) const LARGEST: f32 = 1e18;
 
+/// The weights of linear RGB in luminance, as pbrt-v3 has them.
+pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
+
 /// The color that a parameter gives. A list of several is cut to the first.
 pub(crate) fn from_param(param: &Param, files: &Files) -> Result<Vec3, Box<Diagnostic>> {
     let at = param.values.span;

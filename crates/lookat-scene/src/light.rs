@@ -105,12 +105,12 @@ pub(crate) fn light(
     pictures: &mut Pictures,
 ) -> Option<Light> {
     let light = match params.kind() {
-        "point" => point(params, world_from_light),
-        "spot" => spot(params, world_from_light)?,
-        "distant" => distant(params, world_from_light)?,
-        "infinite" | "exinfinite" => infinite(params, world_from_light, pictures)?,
-        "goniometric" => goniometric(params, world_from_light, pictures)?,
-        "projection" => projection(params, world_from_light, pictures)?,
+        "point" => Some(point(params, world_from_light)),
+        "spot" => spot(params, world_from_light),
+        "distant" => distant(params, world_from_light),
+        "infinite" | "exinfinite" => infinite(params, world_from_light, pictures),
+        "goniometric" => goniometric(params, world_from_light, pictures),
+        "projection" => projection(params, world_from_light, pictures),
         "area" | "diffuse" => {
             let help = "AreaLightSource makes the shapes that follow it emit light";
             params.reject("", "LightSource has no type for shapes", Some(help));
@@ -118,7 +118,8 @@ pub(crate) fn light(
         }
         _ => return params.unknown_kind(NAMES),
     };
-    params.finish().then_some(light)
+    let is_usable = params.finish();
+    light.filter(|_| is_usable)
 }
 
 fn point(params: &mut Params, world_from_light: Transform) -> Light {
@@ -147,7 +148,6 @@ fn same_points<T>(params: &mut Params) -> Option<T> {
     if params.usable() {
         params.reject("to", "from and to are the same point: the light has no direction", None);
     }
-    params.finish();
     None
 }
 
@@ -179,6 +179,11 @@ fn coordinate_system(v: DVec3) -> (DVec3, DVec3) {
     let x = if v.x.abs() > v.y.abs() { DVec3::new(-v.z, 0.0, v.x) } else { DVec3::new(0.0, v.z, -v.y) }
         .normalize();
     (x, v.cross(x))
+}
+
+/// The name of the picture that a light shows. An empty one is none, as in pbrt-v3.
+fn map_name(params: &mut Params) -> Option<Text> {
+    params.string("mapname").filter(|file| !file.value.is_empty())
 }
 
 /// The picture that a light shows: its values as they are in the file, whatever its format.

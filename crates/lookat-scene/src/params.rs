@@ -24,10 +24,8 @@ pub(crate) struct Params<'a> {
     params: Vec<Param>,
     /// Names that were asked for, each with a type.
     asked: Vec<(&'static str, ParamType)>,
-    /// Where the values that were taken stand.
-    places: Vec<(&'static str, Span)>,
-    /// Those of them that were red, green and blue.
-    rgb: Vec<&'static str>,
+    /// Where the values that were taken stand, and their types.
+    places: Vec<(&'static str, Span, ParamType)>,
     failed: bool,
     rest_ignored: bool,
     files: &'a Files<'a>,
@@ -45,7 +43,6 @@ impl<'a> Params<'a> {
             params: entity.params,
             asked: Vec::new(),
             places: Vec::new(),
-            rgb: Vec::new(),
             failed: false,
             rest_ignored: false,
             files,
@@ -87,20 +84,11 @@ impl<'a> Params<'a> {
         self.params.iter().any(|param| param.name.value == name)
     }
 
-    fn ask(&mut self, name: &'static str, ty: ParamType) {
+    /// Notes that a parameter may be given with a type.
+    pub fn ask(&mut self, name: &'static str, ty: ParamType) {
         if !self.asked.contains(&(name, ty)) {
             self.asked.push((name, ty));
         }
-    }
-
-    /// That a parameter may also be a color, or a number: for those that name a texture here.
-    pub fn may_be_color(&mut self, name: &'static str) {
-        self.ask(name, SPECTRUM_TYPES[0]);
-    }
-
-    /// See [`Params::may_be_color`].
-    pub fn may_be_number(&mut self, name: &'static str) {
-        self.ask(name, ParamType::Float);
     }
 
     /// Takes a parameter of one of the given types. pbrt-v3 does not see a parameter of another type.
@@ -108,10 +96,7 @@ impl<'a> Params<'a> {
         self.ask(name, types[0]);
         let index = self.params.iter().rposition(|p| p.name.value == name && types.contains(&p.ty))?;
         let param = self.params.remove(index);
-        self.places.push((name, param.values.span));
-        if param.ty == ParamType::Rgb {
-            self.rgb.push(name);
-        }
+        self.places.push((name, param.values.span, param.ty));
         Some(param)
     }
 
@@ -262,17 +247,21 @@ impl<'a> Params<'a> {
 
     /// Where the value of a parameter that was taken stands; of one that was not given, the type of the directive.
     pub fn place(&self, name: &str) -> Span {
-        self.places.iter().rev().find(|(taken, _)| *taken == name).map_or(self.kind.span, |(_, span)| *span)
+        self.places
+            .iter()
+            .rev()
+            .find(|(taken, ..)| *taken == name)
+            .map_or(self.kind.span, |(_, span, _)| *span)
     }
 
     /// Whether a parameter was given and taken.
     pub fn was_taken(&self, name: &str) -> bool {
-        self.places.iter().any(|(taken, _)| *taken == name)
+        self.places.iter().any(|(taken, ..)| *taken == name)
     }
 
     /// Whether a parameter was given as red, green and blue.
     pub fn was_rgb(&self, name: &str) -> bool {
-        self.rgb.contains(&name)
+        self.places.iter().any(|(taken, _, ty)| *taken == name && *ty == ParamType::Rgb)
     }
 
     /// Where one number of a list that was taken stands.

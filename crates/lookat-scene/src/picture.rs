@@ -8,7 +8,7 @@ use glam::Vec3;
 use lookat_image::{Image, MipMap, Texel, Wrap, linear_from_srgb};
 use lookat_syntax::{Diagnostic, Text};
 
-use crate::color::LARGEST;
+use crate::color::{LARGEST, LUMINANCE};
 use crate::params::Params;
 
 /// How a picture is read.
@@ -82,7 +82,7 @@ impl FromColor for Vec3 {
 impl FromColor for f32 {
     /// Of the luminance, which pbrt-v3 takes before the curve.
     fn from_color(color: Vec3, settings: &Settings) -> Self {
-        settle(color.dot(Vec3::new(0.212671, 0.715160, 0.072169)), settings)
+        settle(color.dot(LUMINANCE.as_vec3()), settings)
     }
 }
 

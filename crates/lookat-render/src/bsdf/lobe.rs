@@ -222,6 +222,9 @@ fn refracted(wo: DVec3, eta: f64, factor: Vec3, probability: f64) -> Option<Sing
 /// The normal of the facet that refracts `wo` into `wi`, upward, and the ratio of the indices; `None` where none does, or
 /// where one direction sees it from behind (which pbrt-v3 counts, but never samples).
 fn refracting(wo: DVec3, wi: DVec3, eta: f64) -> Option<(DVec3, f64)> {
+    if wo.z * wi.z >= 0.0 {
+        return None;
+    }
     let ratio = ratio(wo, eta);
     let wh = upward((wo + wi * ratio).try_normalize()?);
     (wo.dot(wh) * wo.z > 0.0 && wi.dot(wh) * wi.z > 0.0).then_some((wh, ratio))
@@ -234,9 +237,6 @@ fn spread(wo: DVec3, wi: DVec3, wh: DVec3, ratio: f64) -> f64 {
 }
 
 fn microfacet_transmission(facets: &TrowbridgeReitz, eta: f64, wo: DVec3, wi: DVec3) -> f32 {
-    if wo.z * wi.z >= 0.0 {
-        return 0.0;
-    }
     let Some((wh, ratio)) = refracting(wo, wi, eta) else { return 0.0 };
     let shape = facets.density(wh) * facets.seen_by_both(wo, wi) * spread(wo, wi, wh, ratio);
     let passes = 1.0 - dielectric(wo.dot(wh), eta);
@@ -245,9 +245,6 @@ fn microfacet_transmission(facets: &TrowbridgeReitz, eta: f64, wo: DVec3, wi: DV
 }
 
 fn refracted_pdf(facets: &TrowbridgeReitz, eta: f64, wo: DVec3, wi: DVec3) -> f64 {
-    if wo.z * wi.z >= 0.0 {
-        return 0.0;
-    }
     refracting(wo, wi, eta).map_or(0.0, |(wh, ratio)| facets.pdf(wo, wh) * spread(wo, wi, wh, ratio))
 }
 

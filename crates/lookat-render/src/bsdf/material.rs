@@ -5,14 +5,11 @@ use lookat_scene::{
     Glass, MaterialKind, Matte, Metal, Mix, Plastic, Roughness, Substrate, Texture, Translucent, Uber,
 };
 
-use smallvec::SmallVec;
-
+use super::LobeList;
 use super::fresnel::Fresnel;
 use super::lobe::Lobe;
 use super::microfacet::TrowbridgeReitz;
 use crate::texture::TexturePoint;
-
-type LobeList = SmallVec<[Lobe; 8]>;
 
 /// Adds the lobes at a point.
 pub(super) fn add_lobes(material: &MaterialKind, at: &TexturePoint, lobes: &mut LobeList) {

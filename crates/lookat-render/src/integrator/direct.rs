@@ -99,6 +99,7 @@ fn lights(
     if range.clone().all(|light| table.is_delta(light)) {
         return sum;
     }
+    let domain = bsdf.domain();
     for k in 0..scattered {
         let Some(sample) = bsdf.sample(stream.nested(scattered, k).next_2d(), Part::Smooth) else {
             continue;
@@ -106,7 +107,7 @@ fn lights(
         let found = found_light(
             tracer,
             surface,
-            &bsdf.domain(),
+            &domain,
             &surface.leave(sample.wi),
             sample.pdf * f64::from(scattered),
             &range,
@@ -124,7 +125,7 @@ fn sampled_light(
     (light, samples, scattered): (usize, u32, u32),
     u: DVec2,
 ) -> Vec3 {
-    let Some(sample) = tracer.lights().sample(light, surface, &bsdf.domain(), u) else {
+    let Some(sample) = tracer.lights().sample(light, surface, bsdf, u) else {
         return Vec3::ZERO;
     };
     let f_cos = bsdf.f_cos(sample.shadow.d);

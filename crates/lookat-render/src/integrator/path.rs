@@ -102,7 +102,7 @@ fn one_light(
     let Some((light, probability)) = tracer.lights().choose(choice, surface.p, chooser) else {
         return Vec3::ZERO;
     };
-    let Some(sample) = tracer.lights().sample(light, surface, &bsdf.domain(), u) else {
+    let Some(sample) = tracer.lights().sample(light, surface, bsdf, u) else {
         return Vec3::ZERO;
     };
     let f_cos = bsdf.f_cos(sample.shadow.d);

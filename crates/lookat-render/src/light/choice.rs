@@ -99,16 +99,15 @@ pub(super) fn radius(traceable: &Traceable) -> f64 {
 impl SceneLight<'_> {
     /// About the irradiance at `p`, were nothing in the way.
     fn estimate(&self, p: DVec3) -> f64 {
+        let from_point = |intensity, position: DVec3| {
+            strength(intensity) / position.distance_squared(p).max(f64::MIN_POSITIVE)
+        };
         match self {
             SceneLight::Point { position, intensity } | SceneLight::Spot { position, intensity, .. } => {
-                strength(*intensity) / position.distance_squared(p).max(f64::MIN_POSITIVE)
+                from_point(*intensity, *position)
             }
-            SceneLight::Goniometric(light) => {
-                strength(light.mean()) / light.position.distance_squared(p).max(f64::MIN_POSITIVE)
-            }
-            SceneLight::Projection(light) => {
-                strength(light.mean()) / light.position.distance_squared(p).max(f64::MIN_POSITIVE)
-            }
+            SceneLight::Goniometric(light) => from_point(light.mean(), light.position),
+            SceneLight::Projection(light) => from_point(light.mean(), light.position),
             SceneLight::Distant { radiance, .. } => strength(*radiance),
             SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI,
             SceneLight::Environment(environment) => environment.brightness() * PI,

@@ -6,7 +6,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Light, no_map, scaled, shown};
+use super::{Light, map_name, no_map, scaled, shown};
 use crate::Transform;
 use crate::params::Params;
 use crate::picture::Pictures;
@@ -19,14 +19,11 @@ pub(super) fn goniometric(
 ) -> Option<Light> {
     let intensity = scaled(params, "I");
     let position = world_from_light.point(DVec3::ZERO);
-    let Some(file) = params.string("mapname").filter(|file| !file.value.is_empty()) else {
+    let Some(file) = map_name(params) else {
         no_map(params, "it shines alike in all directions");
         return Some(Light::Point { position, intensity });
     };
-    let Some(map) = shown(params, &file, pictures) else {
-        params.finish();
-        return None;
-    };
+    let map = shown(params, &file, pictures)?;
     let light_from_world = DMat3::from_mat4(world_from_light.inv);
     Some(Light::Goniometric { position, light_from_world, intensity, map })
 }

@@ -7,7 +7,7 @@
 
 use glam::DMat3;
 
-use super::{Light, samples, scaled, shown};
+use super::{Light, map_name, samples, scaled, shown};
 use crate::Transform;
 use crate::color::LARGEST;
 use crate::params::Params;
@@ -21,13 +21,10 @@ pub(super) fn infinite(
 ) -> Option<Light> {
     let radiance = scaled(params, "L");
     let samples = samples(params);
-    let Some(file) = params.string("mapname").filter(|file| !file.value.is_empty()) else {
+    let Some(file) = map_name(params) else {
         return Some(Light::Infinite { radiance, samples });
     };
-    let Some(map) = shown(params, &file, pictures) else {
-        params.finish();
-        return None;
-    };
+    let map = shown(params, &file, pictures)?;
     Some(Light::Environment {
         map,
         scale: radiance.clamp(-glam::Vec3::splat(LARGEST), glam::Vec3::splat(LARGEST)),

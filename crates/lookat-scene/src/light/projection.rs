@@ -7,7 +7,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::{Light, no_map, scaled, shown};
+use super::{Light, map_name, no_map, scaled, shown};
 use crate::Transform;
 use crate::params::Params;
 use crate::picture::Pictures;
@@ -23,12 +23,9 @@ pub(super) fn projection(
     if !(fov > 0.0 && fov < 180.0) {
         params.reject("fov", "fov must be more than 0 and less than 180 degrees", None);
     }
-    let (map, aspect) = match params.string("mapname").filter(|file| !file.value.is_empty()) {
+    let (map, aspect) = match map_name(params) {
         Some(file) => {
-            let Some(map) = shown(params, &file, pictures) else {
-                params.finish();
-                return None;
-            };
+            let map = shown(params, &file, pictures)?;
             let [width, height] = map.picture_size().map(|side| side as f64);
             (Some(map), width / height)
         }

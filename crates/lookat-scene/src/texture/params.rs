@@ -3,6 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use glam::Vec3;
+use lookat_syntax::ParamType;
 
 use super::Texture;
 use crate::names::Names;
@@ -31,7 +32,7 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         let Some(texture) = self.texture(name) else {
             return Texture::Constant(self.spectrum(name, default));
         };
-        self.may_be_color(name);
+        self.ask(name, ParamType::Rgb);
         let Textures { float, spectrum } = self.textures;
         let known = spectrum.get(&texture.value);
         if known.is_none() {
@@ -51,7 +52,7 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         let Some(texture) = self.texture(name) else {
             return self.float_if_given(name).map(Texture::Constant);
         };
-        self.may_be_number(name);
+        self.ask(name, ParamType::Float);
         let Textures { float, spectrum } = self.textures;
         let known = float.get(&texture.value);
         if known.is_none() {

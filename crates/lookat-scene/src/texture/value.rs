@@ -3,10 +3,11 @@
 use std::fmt::Debug;
 use std::ops::Mul;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use lookat_image::Texel;
 
 use super::{Texture, TextureParams};
+use crate::color::LUMINANCE;
 use crate::params::Params;
 use crate::picture::{Cache, FromColor, Pictures};
 
@@ -47,9 +48,6 @@ impl Value for f64 {
         a * (1.0 - amount) + b * amount
     }
 }
-
-/// The weights of linear RGB in luminance, as pbrt-v3 has them.
-const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
 
 impl Value for Vec3 {
     type Texel = Vec3;
