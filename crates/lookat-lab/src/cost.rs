@@ -1,73 +1,60 @@
-//! What exactness costs: this build against one with textbook intersections in single precision, in turn.
+//! What exactness costs: rendering by `f32` and `f64` together, against either alone, in turn.
 
-use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::time::Instant;
 
 use clap::Args;
-use lookat_scene::Overrides;
+use lookat_render::{Precision, Settings};
+use lookat_scene::{Overrides, Scene};
 
-use crate::pictures::{names, render_plainly, scene};
+use crate::pictures::{names, scene};
 
 /// What to run.
 #[derive(Debug, Args)]
 pub struct Options {
-    /// The other build of this program: by
-    /// `cargo build --release -p lookat-lab --features plain-f32 --target-dir target/plain`
-    #[arg(long, value_name = "PROGRAM", default_value = "target/plain/release/lookat-lab")]
-    against: PathBuf,
-    /// Renders of each scene by each build, of which the fastest counts
+    /// Renders of each scene by each precision, of which the fastest counts
     #[arg(long, default_value_t = 5)]
     rounds: u32,
     /// Samples per pixel
     #[arg(long, default_value_t = 256)]
     spp: u32,
-    /// Render one scene once, and print the seconds
-    #[arg(long, hide = true)]
-    once: Option<String>,
 }
+
+const PRECISIONS: [Precision; 3] = [Precision::Mixed, Precision::Single, Precision::Double];
 
 /// Prints the table.
 pub fn run(options: &Options) {
-    if let Some(name) = &options.once {
-        println!("{}", seconds(name, options.spp));
-        return;
-    }
-    let own = std::env::current_exe().expect("this program is somewhere");
-    println!(
-        "Time to render with one thread at {} samples per pixel, fastest of {}",
-        options.spp, options.rounds
-    );
-    println!("| scene | lookat | in f32, by textbook | ratio |");
-    println!("|---|---|---|---|");
-    let mut logarithms = Vec::new();
-    for name in names() {
-        let mut best = [f64::INFINITY; 2];
-        for _ in 0..options.rounds {
-            for (best, program) in best.iter_mut().zip([&own, &options.against]) {
-                *best = best.min(ask(program, &name, options.spp));
+    let Options { spp, rounds } = options;
+    println!("Time to render with one thread at {spp} samples per pixel, fastest of {rounds}");
+    println!("| scene | lookat | in f32, by textbook | ratio | in f64 | ratio |");
+    println!("|---|---|---|---|---|---|");
+    let mut logarithms = [0.0; 3];
+    let names = names();
+    for name in &names {
+        let overrides = Overrides { samples_per_pixel: Some(*spp), ..Overrides::default() };
+        let scene = scene(name, &overrides, &|text| text);
+        let mut best = [f64::INFINITY; 3];
+        for _ in 0..*rounds {
+            for (best, precision) in best.iter_mut().zip(PRECISIONS) {
+                *best = best.min(seconds(&scene, precision));
             }
         }
-        let [own, other] = best;
-        println!("| {name} | {own:.3} s | {other:.3} s | {:.3} |", own / other);
-        logarithms.push((own / other).ln());
+        let ratios = best.map(|other| best[0] / other);
+        let [own, single, double] = best;
+        println!(
+            "| {name} | {own:.3} s | {single:.3} s | {:.3} | {double:.3} s | {:.3} |",
+            ratios[1], ratios[2]
+        );
+        for (sum, ratio) in logarithms.iter_mut().zip(ratios) {
+            *sum += ratio.ln();
+        }
     }
-    let mean = (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp();
-    println!("| geometric mean | | | {mean:.3} |");
+    let [_, single, double] = logarithms.map(|sum| (sum / names.len() as f64).exp());
+    println!("| geometric mean | | | {single:.3} | | {double:.3} |");
 }
 
-/// What a build of this program takes for a scene.
-fn ask(program: &Path, name: &str, spp: u32) -> f64 {
-    let output = Command::new(program).args(["cost", "--once", name, "--spp", &spp.to_string()]).output();
-    let output = output.unwrap_or_else(|error| panic!("cannot run {}: {error}", program.display()));
-    let text = String::from_utf8_lossy(&output.stdout);
-    text.trim().parse().unwrap_or_else(|_| panic!("{} cost --once {name}: {text}", program.display()))
-}
-
-fn seconds(name: &str, spp: u32) -> f64 {
-    let overrides = Overrides { samples_per_pixel: Some(spp), ..Overrides::default() };
-    let scene = scene(name, &overrides, &|text| text);
+fn seconds(scene: &Scene, precision: Precision) -> f64 {
+    let settings = Settings { threads: 1, precision, ..Settings::default() };
     let started = Instant::now();
-    render_plainly(&scene, 0, 1);
+    lookat_render::render(scene, &settings, &|_| std::ops::ControlFlow::Continue(()));
     started.elapsed().as_secs_f64()
 }

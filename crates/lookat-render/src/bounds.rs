@@ -10,31 +10,17 @@ pub(crate) struct Bounds {
 }
 
 impl Bounds {
-    /// Holds nothing; the union with it changes nothing.
+    /// Holds nothing.
     pub const EMPTY: Bounds = Bounds { min: [f32::INFINITY; 3], max: [f32::NEG_INFINITY; 3] };
 
     pub fn new(min: DVec3, max: DVec3) -> Self {
         Bounds { min: min.to_array().map(round_down), max: max.to_array().map(round_up) }
     }
 
-    pub fn union(self, other: Bounds) -> Bounds {
-        let axis = [0, 1, 2];
-        Bounds {
-            min: axis.map(|i| self.min[i].min(other.min[i])),
-            max: axis.map(|i| self.max[i].max(other.max[i])),
-        }
-    }
-
-    /// Twice the middle, within the finite numbers.
-    pub fn center2(&self, axis: usize) -> f64 {
-        f64::from(self.min[axis].max(f32::MIN)) + f64::from(self.max[axis].min(f32::MAX))
-    }
-
-    /// Half the surface; 0 for an empty box. Finite: sides are cut to the finite numbers.
-    pub fn half_area(&self) -> f64 {
-        let side = |i: usize| f64::from(self.max[i].min(f32::MAX)) - f64::from(self.min[i].max(f32::MIN));
-        let [x, y, z] = [side(0), side(1), side(2)];
-        if x < 0.0 { 0.0 } else { x * y + y * z + z * x }
+    /// A box whose corners were computed from coordinates of a magnitude: wider by what rounding may have taken.
+    pub fn padded(min: DVec3, max: DVec3, magnitude: f64) -> Self {
+        let error = magnitude * 1e-14;
+        Bounds::new(min - error, max + error)
     }
 
     /// The corners, as `f64`.
@@ -43,12 +29,12 @@ impl Bounds {
     }
 }
 
-fn round_down(x: f64) -> f32 {
+pub(crate) fn round_down(x: f64) -> f32 {
     let rounded = x as f32;
     if f64::from(rounded) > x { rounded.next_down() } else { rounded }
 }
 
-fn round_up(x: f64) -> f32 {
+pub(crate) fn round_up(x: f64) -> f32 {
     -round_down(-x)
 }
 

@@ -196,13 +196,6 @@ impl Curved {
     }
 }
 
-/// Where a ray meets a curved shape, as [`Curved::intersect`].
-#[cfg(not(feature = "plain-f32"))]
-#[inline]
-pub(crate) fn meet(shape: &Curved, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
-    shape.intersect(ray, t_max, leaving)
-}
-
 impl Form {
     fn new(quadric: &Quadric, middle: f64, unit: f64, world_from_own: DMat3) -> Form {
         let sweep = Sweep::new(quadric.phi_max);

@@ -22,10 +22,9 @@
 //! assert!((middle[0] - 0.5).abs() < 0.01);
 //! ```
 
+mod arithmetic;
 mod bounds;
 mod bsdf;
-// The exact tests stand idle in the build that is measured against.
-#[cfg_attr(feature = "plain-f32", allow(dead_code))]
 mod bvh;
 mod camera;
 mod color;
@@ -35,10 +34,10 @@ mod cutout;
 mod film;
 mod filter;
 mod frame;
+mod instance;
 mod integrator;
 mod light;
 mod parametric;
-#[cfg(feature = "plain-f32")]
 mod plain;
 mod prepare;
 mod probe;
@@ -48,10 +47,11 @@ mod sampler;
 mod shading;
 mod surface;
 mod texture;
-#[cfg_attr(feature = "plain-f32", allow(dead_code))]
+mod trace;
 mod triangle;
 mod warp;
 
+pub use arithmetic::Precision;
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::Scene;

@@ -1,5 +1,5 @@
 //! Intersections in single precision by textbook formulas, which lose geometry: what the exact ones cost is measured
-//! against them. Only in builds with the feature `plain-f32`.
+//! against them.
 
 use glam::{DVec3, Vec3};
 
@@ -19,15 +19,16 @@ impl PlainRay {
     }
 
     /// Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", 1997.
-    pub fn intersect(&self, [a, b, c]: &[Vec3; 3]) -> Option<(f64, [f64; 3])> {
-        let (e1, e2) = (*b - *a, *c - *a);
+    pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
+        let [a, b, c] = triangle.map(|p| p.as_vec3());
+        let (e1, e2) = (b - a, c - a);
         let p = self.d.cross(e2);
         let det = e1.dot(p);
         if det == 0.0 {
             return None;
         }
         let inverse = 1.0 / det;
-        let s = self.o - *a;
+        let s = self.o - a;
         let v = s.dot(p) * inverse;
         if !(0.0..=1.0).contains(&v) {
             return None;
@@ -39,11 +40,6 @@ impl PlainRay {
         }
         Some((f64::from(e2.dot(q) * inverse), [1.0 - v - w, v, w].map(f64::from)))
     }
-}
-
-/// The corner of a triangle.
-pub(crate) fn corner(p: DVec3) -> Vec3 {
-    p.as_vec3()
 }
 
 /// Spheres by the quadratic equation; others as exactly as without this feature.

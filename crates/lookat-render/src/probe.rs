@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 use lookat_scene::Scene;
 
+use crate::arithmetic::Precision;
 use crate::camera::CameraRays;
 use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
@@ -28,7 +29,10 @@ pub struct Point {
 impl<'s> Probe<'s> {
     /// Prepares the scene as rendering does.
     pub fn new(scene: &'s Scene) -> Self {
-        Probe { traceable: Traceable::new(scene), camera: CameraRays::new(&scene.camera, &scene.film) }
+        Probe {
+            traceable: Traceable::new(scene, Precision::Mixed),
+            camera: CameraRays::new(&scene.camera, &scene.film),
+        }
     }
 
     /// The world position that all others are relative to.

@@ -8,6 +8,7 @@ use lookat_image::Image;
 use lookat_scene::{Integrator, Sampler, Scene};
 use rayon::prelude::*;
 
+use crate::arithmetic::Precision;
 use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, Tile, develop, limited, tiles};
 use crate::filter::FilterSampler;
@@ -29,6 +30,8 @@ pub struct Settings {
     /// one pattern do not tell how large its error is. Smaller patterns are noisier, so the picture is another one, and
     /// up to a few times noisier in smooth scenes. Default false.
     pub error_layers: bool,
+    /// What intersections are computed with.
+    pub precision: Precision,
 }
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
@@ -86,7 +89,7 @@ fn run(
     settings: &Settings,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Rendered {
-    let traceable = Traceable::new(scene);
+    let traceable = Traceable::new(scene, settings.precision);
     let prepared = Prepared { scene, lights: LightTable::new(scene, &traceable), traceable };
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
     match scene.integrator {

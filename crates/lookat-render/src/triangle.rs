@@ -1,5 +1,6 @@
 //! Ray against triangle, watertight.
 
+pub(crate) mod block;
 pub(crate) mod parametric;
 
 use std::cmp::Ordering;
@@ -10,6 +11,60 @@ use lookat_scene::Mesh;
 use crate::bvh::within_box;
 use crate::ray::Ray;
 
+/// An axis of space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+impl Axis {
+    /// All three, in cyclic order, the longest of a vector last.
+    #[inline(always)]
+    pub fn longest_last(v: DVec3) -> [Axis; 3] {
+        let size = v.abs();
+        if size.x >= size.y && size.x >= size.z {
+            [Axis::Y, Axis::Z, Axis::X]
+        } else if size.y >= size.z {
+            [Axis::Z, Axis::X, Axis::Y]
+        } else {
+            [Axis::X, Axis::Y, Axis::Z]
+        }
+    }
+
+    #[inline(always)]
+    pub fn of<T: Copy>(self, v: &[T; 3]) -> T {
+        v[self as usize]
+    }
+}
+
+/// A triangle of a mesh.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Triangle {
+    /// Sorted.
+    pub corners: [DVec3; 3],
+    pub primitive: u32,
+    pub index: u32,
+    /// The places of the first two vertices.
+    first: [u8; 2],
+}
+
+impl Triangle {
+    /// Triangle `index` of the mesh that a primitive is, relative to `eye`.
+    pub fn new(mesh: &Mesh, index: usize, primitive: u32, eye: DVec3) -> Self {
+        let (corners, first) = sorted(corners(mesh, index, eye));
+        Triangle { corners, primitive, index: index as u32, first }
+    }
+
+    /// The weights of its first two vertices, from what is in proportion to those of its corners.
+    #[inline(always)]
+    pub fn barycentric(&self, sides: [f64; 3]) -> [f64; 2] {
+        let sum = sides[0] + sides[1] + sides[2];
+        self.first.map(|at| sides[usize::from(at)] / sum)
+    }
+}
+
 /// A ray turned so that it runs along +z from the origin: what all triangles share.
 ///
 /// Woop, Benthin and Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, in `f64`.
@@ -18,38 +73,31 @@ pub(crate) struct ShearedRay {
     o: DVec3,
     /// One over the direction.
     inverse: DVec3,
-    axes: [usize; 3],
+    /// The longest axis of the direction last.
+    pub axes: [Axis; 3],
     shear: DVec3,
 }
 
 impl ShearedRay {
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
-        let d = ray.d.to_array();
-        let size = ray.d.abs();
-        let z = if size.x >= size.y && size.x >= size.z {
-            0
-        } else if size.y >= size.z {
-            1
-        } else {
-            2
-        };
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        let inverse = ray.d.recip();
-        let shear = DVec3::new(d[x] / d[z], d[y] / d[z], inverse[z]);
-        ShearedRay { o: ray.o, inverse, axes: [x, y, z], shear }
+        let axes = Axis::longest_last(ray.d);
+        let [x, y, z] = axes.map(|axis| axis.of(&ray.d.to_array()));
+        ShearedRay { o: ray.o, inverse: ray.d.recip(), axes, shear: DVec3::new(x / z, y / z, 1.0 / z) }
     }
 
-    /// Distance, more than 0, and the weights of the vertices, where the ray crosses the triangle. Edges and vertices belong
-    /// to the triangle, so that neighbours leave no gap.
-    #[inline]
+    /// Distance, more than 0, and in proportion to what the corners weigh, where the ray crosses the triangle. Edges and
+    /// vertices belong to the triangle, so that neighbours leave no gap.
+    #[inline(always)]
     pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
-        let [x, y, z] = self.axes;
-        let sheared = |p: DVec3| {
-            let p = (p - self.o).to_array();
-            (p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], p[z])
+        let o = self.axes.map(|axis| axis.of(self.o.as_ref()));
+        let sheared = |p: &DVec3| {
+            let [x, y, z] = self.axes.map(|axis| axis.of(p.as_ref()));
+            let (x, y, z) = (x - o[0], y - o[1], z - o[2]);
+            (x - self.shear.x * z, y - self.shear.y * z, z)
         };
         // Compilers do not always inline what `map` calls.
-        let (a, b, c) = (sheared(triangle[0]), sheared(triangle[1]), sheared(triangle[2]));
+        let (a, b, c) = (sheared(&triangle[0]), sheared(&triangle[1]), sheared(&triangle[2]));
         // Twice the areas of the triangles between the origin and each edge: they tell the side of the edge.
         let mut u = c.0 * b.1 - c.1 * b.0;
         let mut v = a.0 * c.1 - a.1 * c.0;
@@ -72,7 +120,7 @@ impl ShearedRay {
         }
         let (low, high) = extent(triangle);
         let t = within_box(self.o, self.inverse, low, high, t)?;
-        (t > 0.0).then_some((t, [u / det, v / det, w / det]))
+        (t > 0.0).then_some((t, [u, v, w]))
     }
 }
 
@@ -82,12 +130,6 @@ pub(crate) fn extent([p, q, r]: &[DVec3; 3]) -> (DVec3, DVec3) {
     let (low, high) = (p.min(*q).min(*r), p.max(*q).max(*r));
     let rounding = DVec3::splat(4.0 * f64::EPSILON * (high - low).max_element());
     (low - rounding, high + rounding)
-}
-
-/// The corner of a triangle, as [`ShearedRay`] takes it.
-#[cfg(not(feature = "plain-f32"))]
-pub(crate) fn corner(p: DVec3) -> DVec3 {
-    p
 }
 
 /// The corners of a triangle relative to the eye.
@@ -122,7 +164,8 @@ mod tests {
     use super::*;
 
     fn hit(o: DVec3, d: DVec3, triangle: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
-        ShearedRay::new(&Ray::new(o, d)).intersect(&triangle)
+        let (t, sides) = ShearedRay::new(&Ray::new(o, d)).intersect(&triangle)?;
+        Some((t, sides.map(|side| side / sides.iter().sum::<f64>())))
     }
 
     #[test]

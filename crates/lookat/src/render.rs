@@ -153,6 +153,7 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         seed: arguments.seed,
         threads: arguments.threads.map_or(0, usize::from),
         error_layers: arguments.error_layers,
+        ..Settings::default()
     };
     let started = Instant::now();
     let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));

@@ -213,6 +213,7 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene) -> Rendered {
         threads: arguments.threads.map_or(0, usize::from),
         // Always, so that limits are those of the picture that they were read from.
         error_layers: samples_per_pixel > 1,
+        ..Settings::default()
     };
     let started = Instant::now();
     let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;

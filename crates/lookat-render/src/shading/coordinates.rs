@@ -3,8 +3,9 @@
 use glam::DVec3;
 use lookat_scene::{Mesh, Shape};
 
+use crate::instance::PlacedInstance;
 use crate::parametric::Parametric;
-use crate::prepare::{PlacedInstance, Traceable};
+use crate::prepare::Traceable;
 use crate::surface::Surface;
 use crate::triangle::parametric::{flat, smooth};
 

@@ -1,0 +1,41 @@
+//! What intersections are computed with.
+
+/// The numbers that decide what a ray meets. All but [`Precision::Mixed`] are there to be measured against it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// `f32`, eight at a time, leaves out what is not met for certain; `f64` decides about the rest. The default.
+    #[default]
+    Mixed,
+    /// `f64` alone: the same picture, more slowly.
+    Double,
+    /// `f32` alone, by textbook formulas for spheres and triangles, that lose geometry.
+    Single,
+}
+
+/// What the processor offers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Simd {
+    /// Nothing that is asked for by name.
+    Portable,
+    /// AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    /// These, with the registers of AVX-512.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Simd {
+    /// The best that this processor has.
+    pub fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            let more = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2");
+            return if more { Simd::Avx512 } else { Simd::Avx2 };
+        }
+        Simd::Portable
+    }
+}

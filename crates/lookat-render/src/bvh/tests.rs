@@ -1,0 +1,131 @@
+use glam::DVec3;
+
+use super::*;
+use crate::ray::Ray;
+
+/// Numbers without a pattern, from -1 to 1.
+fn noise(i: usize, k: f64) -> f64 {
+    ((i as f64 * k).sin() * 1e4).fract()
+}
+
+fn node(boxes: &[Bounds]) -> Node {
+    let at = |lane: usize| boxes.get(lane).copied().unwrap_or(Bounds::EMPTY);
+    let planes = |axis: usize| {
+        [[0, 1, 2, 3, 4, 5, 6, 7].map(|i| at(i).min[axis]), [0, 1, 2, 3, 4, 5, 6, 7].map(|i| at(i).max[axis])]
+    };
+    Node { planes: [planes(0), planes(1), planes(2)], children: [Child::EMPTY; WIDTH] }
+}
+
+#[test]
+fn a_ray_in_the_plane_of_a_side_meets_the_box() {
+    let node = node(&[Bounds { min: [0.0; 3], max: [1.0; 3] }]);
+    for x in [0.0, 1.0] {
+        for zero in [0.0, -0.0] {
+            let ray = Ray::new(DVec3::new(x, 0.5, -1.0), DVec3::new(zero, 0.0, 1.0));
+            assert_eq!(Slabs::new(&ray).meet(&node, f32::INFINITY).0, 1, "{x} {zero}");
+            assert_eq!(DoubleSlabs::new(&ray).meet(&node, f32::INFINITY).0, 1, "{x} {zero}");
+        }
+    }
+    let outside = Ray::new(DVec3::new(2.0, 0.5, -1.0), DVec3::Z);
+    assert_eq!(Slabs::new(&outside).meet(&node, f32::INFINITY).0, 0);
+}
+
+/// The test in `f32` says yes wherever that in `f64` does, and seldom else; by AVX2 it is the same to the bit.
+#[test]
+fn no_box_that_is_met_is_left_out() {
+    let (mut met, mut extra) = (0, 0);
+    for case in 0..20_000 {
+        let size = 10_f64.powi(case as i32 % 13 - 6);
+        let point = |k: f64| DVec3::new(noise(case, k), noise(case, k + 0.1), noise(case, k + 0.2)) * size;
+        let boxes = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].map(|k| {
+            let (p, q) = (point(k), point(k + 0.5));
+            // Flat, or as thin as rounding.
+            let q = if case % 3 == 0 { DVec3::new(p.x, q.y, q.z) } else { q };
+            Bounds::new(p.min(q), p.max(q))
+        });
+        let node = node(&boxes);
+        // Aimed at a corner, and sometimes along an axis.
+        let target = DVec3::from(boxes[case % 6].min.map(f64::from));
+        let o = point(9.0) * [1.0, 1e3, 1e-3][case % 7 % 3];
+        let d = if case % 5 == 0 { DVec3::Z } else { (target - o).normalize() };
+        let ray = Ray::new(if case % 5 == 0 { target - d * size } else { o }, d);
+        let t_max = [f32::INFINITY, size as f32][case % 2];
+        let (exact, _) = DoubleSlabs::new(&ray).meet(&node, t_max);
+        let (hits, near) = Slabs::new(&ray).meet(&node, t_max);
+        assert_eq!(exact & !hits, 0, "{ray:?} {boxes:?}");
+        assert!(near.iter().all(|near| *near >= 0.0));
+        met += exact.count_ones();
+        extra += (hits & !exact).count_ones();
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+            // SAFETY: the processor has what the functions ask for.
+            #[allow(unsafe_code)]
+            let (wide_hits, wide_near) = unsafe { WideSlabs::new(&Slabs::new(&ray)).meet(&node, t_max) };
+            assert_eq!((wide_hits, wide_near.map(f32::to_bits)), (hits, near.map(f32::to_bits)));
+        }
+    }
+    assert!(met > 20_000 && extra < met / 10, "{met} {extra}");
+}
+
+fn leaves(bvh: &Bvh, ray: &Ray) -> Vec<Leaf> {
+    let slabs = Slabs::new(ray);
+    let mut leaves = Vec::new();
+    bvh.traverse(
+        f64::INFINITY,
+        |node, t_max| slabs.meet(node, t_max),
+        |leaf| {
+            leaves.push(leaf);
+            Some(f64::INFINITY)
+        },
+    );
+    leaves
+}
+
+/// Also in a tree large enough to be built by several threads, and with elements of both kinds.
+#[test]
+fn every_box_that_a_ray_meets_is_visited() {
+    let count = 40_000;
+    let bounds: Vec<Bounds> = (0..count)
+        .map(|i| DVec3::new(noise(i, 1.1), noise(i, 2.3), noise(i, 3.7)) * 10.0)
+        .map(|low| Bounds::new(low, low + 0.5))
+        .collect();
+    let reference = |(i, bounds): (usize, &Bounds)| match i % 3 {
+        0 => Reference::other(*bounds, i as u32),
+        _ => Reference::triangle(*bounds, i as u32),
+    };
+    let mut references: Vec<Reference> = bounds.iter().enumerate().map(reference).collect();
+    let tree = build(&mut references);
+    assert!(tree.blocks.iter().all(|block| (1..=WIDTH).contains(&block.len())));
+    for (o, d) in [(DVec3::splat(-20.0), DVec3::ONE), (DVec3::new(3.0, 2.0, 30.0), DVec3::NEG_Z)] {
+        let ray = Ray::new(o, d.normalize());
+        let mut visited = vec![0; count];
+        for leaf in leaves(&tree.bvh, &ray) {
+            match leaf {
+                Leaf::Other(number) => visited[number] += 1,
+                Leaf::Block(block) => references[tree.blocks[block].clone()]
+                    .iter()
+                    .for_each(|reference| visited[reference.number as usize] += 1),
+            }
+        }
+        assert!(visited.iter().all(|times| *times <= 1));
+        let met = |i: &usize| DoubleSlabs::new(&ray).meet(&node(&[bounds[*i]]), f32::INFINITY).0 == 1;
+        assert!((0..count).filter(met).all(|i| visited[i] == 1));
+        assert!((0..count).filter(met).count() > 10);
+    }
+}
+
+#[test]
+fn elements_that_cannot_be_told_apart_make_a_shallow_tree() {
+    for same in
+        [Bounds { min: [1.0; 3], max: [2.0; 3] }, Bounds::new(DVec3::splat(-1e300), DVec3::splat(1e300))]
+    {
+        let reference = |i| if i % 2 == 0 { Reference::other(same, i) } else { Reference::triangle(same, i) };
+        let mut references: Vec<Reference> = (0..100_000).map(reference).collect();
+        let tree = build(&mut references);
+        let seen: usize = leaves(&tree.bvh, &Ray::new(DVec3::splat(1.5), DVec3::X))
+            .into_iter()
+            .map(|leaf| if let Leaf::Block(block) = leaf { tree.blocks[block].len() } else { 1 })
+            .sum();
+        assert_eq!(seen, 100_000);
+    }
+}

@@ -1,0 +1,194 @@
+//! Eight triangles in `f32`: which of them a ray may meet, before `f64` decides.
+
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod avx2;
+
+use glam::DVec3;
+
+use super::Axis;
+use crate::bvh::WIDTH;
+use crate::ray::Ray;
+
+/// The corners of up to eight triangles, and how far `f32` is to be trusted with them.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(32))]
+pub(crate) struct Block {
+    /// By corner, axis and triangle.
+    corners: [[[f32; WIDTH]; 3]; 3],
+    /// The largest coordinate.
+    magnitude: f32,
+    /// The longest side of the box of any of the triangles.
+    extent: f32,
+    /// The number of the first triangle; the others follow.
+    pub first: u32,
+    count: u32,
+}
+
+impl Block {
+    /// Of triangles that are numbered from `first` on.
+    pub fn new<'t>(first: usize, triangles: impl ExactSizeIterator<Item = &'t [DVec3; 3]>) -> Self {
+        let mut block = Block {
+            corners: [[[0.0; WIDTH]; 3]; 3],
+            magnitude: 0.0,
+            extent: 0.0,
+            first: first as u32,
+            count: triangles.len() as u32,
+        };
+        for (lane, triangle) in triangles.enumerate() {
+            for (corner, p) in triangle.iter().enumerate() {
+                for axis in 0..3 {
+                    block.corners[corner][axis][lane] = p[axis] as f32;
+                }
+                block.magnitude = block.magnitude.max(p.abs().max_element() as f32);
+            }
+            let [p, q, r] = triangle;
+            let sides = p.max(*q).max(*r) - p.min(*q).min(*r);
+            block.extent = block.extent.max(sides.max_element() as f32);
+        }
+        block
+    }
+
+    /// A bit for each triangle.
+    #[inline(always)]
+    pub fn all(&self) -> u32 {
+        (1 << self.count) - 1
+    }
+}
+
+/// A ray turned to run along z, as [`super::ShearedRay`], in `f32`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FilterRay {
+    o: [f32; 3],
+    axes: [Axis; 3],
+    shear: [f32; 2],
+    /// The sign of the direction along the last axis, and its size.
+    sign: f32,
+    length: f64,
+    /// The largest coordinate of the origin.
+    magnitude: f32,
+}
+
+/// What rounding may do to the sides of a triangle, and the depths between which it has to lie.
+#[derive(Debug, Clone, Copy)]
+struct Limits {
+    side: f32,
+    nearest: f32,
+    farthest: f32,
+}
+
+/// The rounding of one operation, relative to its result.
+const UNIT: f32 = f32::EPSILON / 2.0;
+
+impl FilterRay {
+    /// `axes`: those of the ray, its longest last.
+    #[inline(always)]
+    pub fn new(ray: &Ray, axes: [Axis; 3]) -> Self {
+        let [x, y, z] = axes.map(|axis| axis.of(ray.d.as_ref()));
+        FilterRay {
+            o: ray.o.as_vec3().to_array(),
+            axes,
+            shear: [(x / z) as f32, (y / z) as f32],
+            sign: z.signum() as f32,
+            length: z.abs(),
+            magnitude: ray.o.abs().max_element() as f32,
+        }
+    }
+
+    /// Corners and origin are rounded, and their difference, and its product with the shear: a corner moves by less than
+    /// `error`. Where the ray passes the box of a triangle, its corners are not farther from it than `size`. The cross
+    /// product of two of them then moves by less than `side`. Where products overflow or vanish, nothing is known.
+    #[inline(always)]
+    fn limits(&self, block: &Block, t_max: f64) -> Limits {
+        let error = 12.0 * UNIT * (block.magnitude + self.magnitude);
+        let size = 2.0 * (block.extent + error);
+        let is_safe = (1e-15..1e18).contains(&size);
+        let side = if is_safe { 4.0 * size * (error + UNIT * size) } else { f32::INFINITY };
+        // A product in f32 may overflow to infinity, which is a limit too.
+        let farthest = (t_max * self.length) as f32 * (1.0 + 4.0 * UNIT) + error;
+        Limits { side, nearest: -error, farthest }
+    }
+
+    /// Which triangles of a block the ray may meet before `t_max`, as bits: all that it does meet, and few others.
+    ///
+    /// It misses where it certainly passes one edge on the one side, and another edge on the other.
+    #[inline(always)]
+    pub fn may_meet(&self, block: &Block, t_max: f64) -> u32 {
+        let limits = self.limits(block, t_max);
+        let bit = |lane: usize| {
+            let sheared = |corner: &[[f32; WIDTH]; 3]| {
+                let [x, y, z] = self.axes.map(|axis| axis.of(corner)[lane] - axis.of(&self.o));
+                [x - self.shear[0] * z, y - self.shear[1] * z, z * self.sign]
+            };
+            let [a, b, c] = [0, 1, 2].map(|corner| sheared(&block.corners[corner]));
+            let (u, v, w) = (c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]);
+            let passes = u.min(v).min(w) < -limits.side && u.max(v).max(w) > limits.side;
+            let (front, back) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
+            let is_out = passes || front > limits.farthest || back < limits.nearest;
+            u32::from(!is_out) << lane
+        };
+        (0..WIDTH).map(bit).sum::<u32>() & block.all()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::triangle::ShearedRay;
+
+    fn noise(i: usize, k: f64) -> f64 {
+        ((i as f64 * k).sin() * 1e4).fract()
+    }
+
+    /// Triangles near and far, small and large, and rays at their edges: whatever `f64` meets, the filter lets through,
+    /// and little else.
+    #[test]
+    fn no_triangle_that_is_met_is_left_out() {
+        let (mut met, mut extra) = (0, 0);
+        for case in 0..40_000 {
+            let (size, away) = (10_f64.powi(case as i32 % 9 - 4), 10_f64.powi(case as i32 % 7 - 1));
+            let point = |k: f64| DVec3::new(noise(case, k), noise(case, k + 0.1), noise(case, k + 0.2));
+            let place = point(7.0) * away;
+            let triangles = [1.0, 2.0, 3.0, 4.0, 5.0]
+                .map(|k| [0.0, 0.3, 0.6].map(|corner| place + point(k + corner) * size));
+            let block = Block::new(0, triangles.iter());
+            let [p, q, _] = triangles[case % 5];
+            let o = place + point(8.0) * size * 3.0;
+            // At an edge, or at random.
+            let target =
+                if case % 2 == 0 { p + (q - p) * noise(case, 9.0).abs() } else { place + point(9.0) * size };
+            let ray = Ray::new(o, (target - o).normalize());
+            let sheared = ShearedRay::new(&ray);
+            let t_max = if case % 3 == 0 { size } else { f64::INFINITY };
+            let hits = |triangle| sheared.intersect(triangle).is_some_and(|(t, _)| t <= t_max);
+            let exact: u32 =
+                triangles.iter().zip(0..).map(|(triangle, lane)| u32::from(hits(triangle)) << lane).sum();
+            let filter = FilterRay::new(&ray, sheared.axes);
+            let may = filter.may_meet(&block, t_max);
+            assert_eq!(exact & !may, 0, "{ray:?} {triangles:?}");
+            met += exact.count_ones();
+            // Where all is far larger than the triangles, f32 cannot tell.
+            extra += if away <= size * 10.0 { (may & !exact).count_ones() } else { 0 };
+            #[cfg(target_arch = "x86_64")]
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                // SAFETY: the processor has what the functions ask for.
+                #[allow(unsafe_code)]
+                let wide = unsafe { avx2::WideFilterRay::new(filter).may_meet(&block, t_max) };
+                assert_eq!(exact & !wide, 0, "{ray:?} {triangles:?}");
+            }
+        }
+        assert!(met > 10_000 && extra < met, "{met} {extra}");
+    }
+
+    /// Where `f32` overflows, vanishes or is not a number, `f64` decides.
+    #[test]
+    fn numbers_beyond_f32_pass() {
+        for size in [1e-100, 1e-45, 1e-30, 1e19, 1e30, 1e39, 1e100] {
+            let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| (p + DVec3::Z) * size);
+            let block = Block::new(0, [triangle].iter());
+            let ray = Ray::new(DVec3::new(0.25, 0.25, 0.0) * size, DVec3::Z);
+            let sheared = ShearedRay::new(&ray);
+            assert!(sheared.intersect(&triangle).is_some(), "{size}");
+            assert_eq!(FilterRay::new(&ray, sheared.axes).may_meet(&block, f64::INFINITY), 1, "{size}");
+        }
+    }
+}
