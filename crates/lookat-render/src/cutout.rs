@@ -1,23 +1,28 @@
 //! Holes of meshes, where their alpha is 0.
 
 use glam::DVec3;
-use lookat_scene::{Mesh, Primitive, Shape};
+use lookat_scene::{Cutout, Mesh, Primitive, Shape};
 
 use crate::ray::ElementId;
 use crate::texture::{Footprint, TexturePoint};
 use crate::triangle::parametric;
 
 /// Whether there is something at a point of an element of the primitive, and no hole.
-#[inline(never)]
+#[inline]
 pub(crate) fn is_there(
     primitive: &Primitive,
     element: ElementId,
-    [b0, b1]: [f64; 2],
+    barycentric: [f64; 2],
     is_shadow: bool,
 ) -> bool {
-    let (Some(cutout), Shape::TriangleMesh(mesh)) = (&primitive.cutout, &primitive.shape) else {
-        return true;
-    };
+    match (&primitive.cutout, &primitive.shape) {
+        (Some(cutout), Shape::TriangleMesh(mesh)) => is_left(cutout, mesh, element, barycentric, is_shadow),
+        _ => true,
+    }
+}
+
+#[inline(never)]
+fn is_left(cutout: &Cutout, mesh: &Mesh, element: ElementId, [b0, b1]: [f64; 2], is_shadow: bool) -> bool {
     let at = point(mesh, element.index as usize, [b0, b1, 1.0 - b0 - b1]);
     let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
     cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha) != 0.0)

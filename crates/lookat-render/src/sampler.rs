@@ -97,8 +97,9 @@ impl SampleStream {
                 let within = if *jitter { unit(mix(hash ^ u64::from(index) << 32)) } else { 0.5 };
                 (f64::from(stratum) + within) / f64::from(count)
             }
-            Pattern::Halton { .. } => match PRIMES.get(dimension as usize) {
-                Some(base) => scrambled_radical_inverse(*base, index, count, hash(seed, dimension)),
+            Pattern::Halton { .. } => match BASES.get(dimension as usize) {
+                Some(Base { prime: 2, .. }) => scrambled_van_der_corput(index, hash(seed, dimension) as u32),
+                Some(base) => scrambled_radical_inverse(base, index, count, hash(seed, dimension)),
                 None => unit(mix(hash(seed, dimension) ^ u64::from(index) << 32)),
             },
             Pattern::Sobol { set, numbers } => {
@@ -145,24 +146,37 @@ fn sobol(index: u32, set: u32, seed: u64) -> [f32; 4] {
 ///
 /// The permutations are the affine maps modulo the base, a prime. Any two digits go to any two others with the same
 /// probability under them, which is all that the variance of Owen's scrambling depends on.
-fn scrambled_radical_inverse(base: u32, index: u32, count: u32, hash: u64) -> f64 {
-    let wide = u64::from(base);
-    let below = |bits: u64, n: u64| ((bits & 0xffff_ffff) * n) >> 32;
+#[inline(always)]
+fn scrambled_radical_inverse(base: &Base, index: u32, count: u32, hash: u64) -> f64 {
+    let below = |bits: u64, n: u32| ((bits & 0xffff_ffff) * u64::from(n)) >> 32;
     let (mut rest, mut told_apart) = (index, 1_u64);
     let (mut prefix, mut scale, mut value) = (0_u64, 1.0, 0.0);
-    let inverse = 1.0 / f64::from(base);
     while told_apart < u64::from(count) {
-        let random = mix(hash ^ prefix);
-        let (factor, shift) = (1 + below(random >> 32, wide - 1), below(random, wide));
-        let digit = (u64::from(rest % base) * factor + shift) % wide;
-        rest /= base;
-        told_apart *= wide;
+        let random = fold(hash ^ prefix);
+        let (factor, shift) = (1 + below(random >> 32, base.prime - 1), below(random, base.prime));
+        let digit = base.remainder(u64::from(rest % base.prime) * factor + shift);
+        rest /= base.prime;
+        told_apart *= u64::from(base.prime);
         // Counted from 1, so that prefixes of different lengths differ.
-        prefix = prefix.wrapping_mul(wide).wrapping_add(digit + 1);
-        scale *= inverse;
+        prefix = prefix.wrapping_mul(u64::from(base.prime)).wrapping_add(digit + 1);
+        scale *= base.inverse;
         value += digit as f64 * scale;
     }
-    (value + unit(mix(hash ^ prefix ^ 0x1234_5678_9abc_def0)) * scale).min(BELOW_ONE)
+    (value + unit(fold(hash ^ prefix ^ 0x1234_5678_9abc_def0)) * scale).min(BELOW_ONE)
+}
+
+/// The same in base 2, all digits at once (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020, with the
+/// constants of Vegdahl).
+#[inline(always)]
+fn scrambled_van_der_corput(index: u32, seed: u32) -> f64 {
+    // The digits of the index count from its lowest bit, as the scrambling does.
+    let mut x = index;
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^= x.wrapping_mul(0x53a2_2864);
+    f64::from(x.reverse_bits()) * (0.5 / f64::from(1_u32 << 31))
 }
 
 /// The image of `i` under a permutation of `0..n` that `seed` chooses (Kensler, "Correlated Multi-Jittered Sampling",
@@ -214,24 +228,50 @@ fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// The bases of the Halton sequence. Dimensions beyond them are random.
-const PRIMES: [u32; 128] = primes();
+/// Spreads every bit over all bits, in one multiplication (the folded product of Yi's wyhash).
+fn fold(x: u64) -> u64 {
+    let product = u128::from(x ^ 0xa076_1d64_78bd_642f) * u128::from(x ^ 0xe703_7ed1_a0b4_28db);
+    (product >> 64) as u64 ^ product as u64
+}
 
-const fn primes() -> [u32; 128] {
-    let mut primes = [2; 128];
+/// A base of the Halton sequence.
+#[derive(Debug, Clone, Copy)]
+struct Base {
+    prime: u32,
+    inverse: f64,
+    /// 2^32 over the prime, rounded up.
+    reciprocal: u64,
+}
+
+impl Base {
+    const fn new(prime: u32) -> Self {
+        Base { prime, inverse: 1.0 / prime as f64, reciprocal: (1 << 32) / prime as u64 + 1 }
+    }
+
+    /// The remainder of a number below the square of the prime, without a division.
+    fn remainder(&self, x: u64) -> u64 {
+        x - ((x * self.reciprocal) >> 32) * self.prime as u64
+    }
+}
+
+/// The bases of the Halton sequence. Dimensions beyond them are random.
+static BASES: [Base; 128] = bases();
+
+const fn bases() -> [Base; 128] {
+    let mut bases = [Base::new(2); 128];
     let (mut found, mut candidate) = (1, 3);
-    while found < primes.len() {
+    while found < bases.len() {
         let mut at = 0;
-        while at < found && candidate % primes[at] != 0 {
+        while at < found && candidate % bases[at].prime != 0 {
             at += 1;
         }
         if at == found {
-            primes[found] = candidate;
+            bases[found] = Base::new(candidate);
             found += 1;
         }
         candidate += 2;
     }
-    primes
+    bases
 }
 
 #[cfg(test)]
@@ -320,6 +360,14 @@ mod tests {
             let mean = numbers.iter().sum::<f64>() / 64.0;
             // Four standard deviations of independent samples.
             assert!((mean - 0.5).abs() < 4.0 * (1.0 / 12.0_f64 / 64.0).sqrt(), "{kind:?}: {mean}");
+        }
+    }
+
+    #[test]
+    fn remainders_need_no_division() {
+        for base in &BASES {
+            let square = u64::from(base.prime).pow(2);
+            assert!((0..square).all(|x| base.remainder(x) == x % u64::from(base.prime)), "{}", base.prime);
         }
     }
 

@@ -123,6 +123,18 @@ impl<'s> Surface<'s> {
     }
 }
 
+/// The direction of the cross product of two edges, of length one.
+fn direction_across(e1: DVec3, e2: DVec3) -> DVec3 {
+    let product = e1.cross(e2);
+    let squared = product.length_squared();
+    if squared > 1e-200 && squared < 1e200 {
+        return product * squared.sqrt().recip();
+    }
+    // Scaled, so that the product of edges of any length neither vanishes nor overflows.
+    let size = e1.abs().max_element().max(e2.abs().max_element());
+    (e1 / size).cross(e2 / size).normalize_or(DVec3::Z)
+}
+
 /// The distance up to which a shadow ray from `from` is blocked on its way to a point whose coordinates are up to
 /// `magnitude`: all the way, but for rounding, so that what lies in the plane of a light does not hide it.
 pub(crate) fn reach(from: &Surface, distance: f64, magnitude: f64) -> f64 {
@@ -144,10 +156,7 @@ pub(crate) fn on_triangle<'s>(
     let [p0, p1, p2] = corners(mesh, index, eye);
     let p = p0 * b0 + p1 * b1 + p2 * b2;
     let magnitude = p0.abs().max(p1.abs()).max(p2.abs()).max_element();
-    // Scaled, so that the product of edges of any length neither vanishes nor overflows.
-    let (e1, e2) = (p1 - p0, p2 - p0);
-    let size = e1.abs().max_element().max(e2.abs().max_element());
-    let winding = (e1 / size).cross(e2 / size).normalize_or(DVec3::Z);
+    let winding = direction_across(p1 - p0, p2 - p0);
     let interpolated = |normals: &[[f64; 3]]| {
         let [n0, n1, n2] = mesh.triangle(index).map(|vertex| DVec3::from(normals[vertex]));
         (n0 * b0 + n1 * b1 + n2 * b2).try_normalize()

@@ -66,7 +66,7 @@ fn from_lights(
     if all_lights {
         return lights(tracer, surface, bsdf, stream, 0..count);
     }
-    let chosen = tracer.lights().choose(LightChoice::Uniform, surface.p, stream.next_1d());
+    let chosen = tracer.lights().choose(LightChoice::Uniform, surface.p, stream);
     let Some((light, probability)) = chosen else { return Vec3::ZERO };
     lights(tracer, surface, bsdf, stream, light..light + 1) / probability as f32
 }

@@ -77,14 +77,15 @@ pub(crate) fn li(
             false => Emission::Weighed { from: surface.p, domain: bsdf.domain(), pdf: sample.pdf },
         };
         // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
-        let roulette = stream.next_1d();
         let strength = f64::from(beta.max_element() / compression);
         if bounces > 3 && strength < settings.roulette_threshold {
             let end = (1.0 - strength).max(0.05);
-            if roulette < end {
+            if stream.next_1d() < end {
                 return radiance;
             }
             beta /= (1.0 - end) as f32;
+        } else {
+            stream.skip(1);
         }
         bounces += 1;
     }
@@ -98,10 +99,9 @@ fn one_light(
     stream: &mut SampleStream,
     choice: LightChoice,
 ) -> Vec3 {
-    let (chooser, u) = (stream.next_1d(), stream.next_2d());
-    let Some((light, probability)) = tracer.lights().choose(choice, surface.p, chooser) else {
-        return Vec3::ZERO;
-    };
+    let chosen = tracer.lights().choose(choice, surface.p, stream);
+    let u = stream.next_2d();
+    let Some((light, probability)) = chosen else { return Vec3::ZERO };
     let Some(sample) = tracer.lights().sample(light, surface, bsdf, u) else {
         return Vec3::ZERO;
     };

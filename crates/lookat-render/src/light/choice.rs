@@ -8,14 +8,20 @@ use lookat_scene::LightChoice;
 use super::{LightTable, SceneLight};
 use crate::color::strength;
 use crate::prepare::Traceable;
+use crate::sampler::SampleStream;
 
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
 const MANY: usize = 32;
 
 impl LightTable<'_> {
-    /// A light for the point `p` by a number from 0 to 1, and its probability.
-    pub fn choose(&self, choice: LightChoice, p: DVec3, u: f64) -> Option<(usize, f64)> {
-        let last = self.lights.len().checked_sub(1)?;
+    /// A light for the point `p`, and its probability; by one number, whether there is a choice or not.
+    pub fn choose(&self, choice: LightChoice, p: DVec3, stream: &mut SampleStream) -> Option<(usize, f64)> {
+        let last = self.lights.len().saturating_sub(1);
+        if last == 0 {
+            stream.skip(1);
+            return (!self.lights.is_empty()).then_some((0, 1.0));
+        }
+        let u = stream.next_1d();
         let (light, probability) = match self.rule(choice) {
             LightChoice::Uniform => {
                 let light = ((u * self.lights.len() as f64) as usize).min(last);
@@ -43,6 +49,7 @@ impl LightTable<'_> {
     /// The probability with which [`LightTable::choose`] gives a light.
     pub fn probability(&self, choice: LightChoice, p: DVec3, light: usize) -> f64 {
         match self.rule(choice) {
+            _ if self.lights.len() == 1 => 1.0,
             LightChoice::Uniform => 1.0 / self.lights.len() as f64,
             LightChoice::Power => self.power_shares[light],
             LightChoice::Spatial => self.share(p, light, self.estimates(p).sum()),

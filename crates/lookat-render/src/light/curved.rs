@@ -19,7 +19,9 @@ pub(super) fn sample(shape: &Curved, p: DVec3, u: DVec2) -> (DVec3, DVec3) {
     let sin_squared = (1.0 - local.z) * (1.0 + local.z);
     let (radius, distance) = (cone.radius, cone.distance);
     let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
-    shape.project(p + wi * (distance * local.z - half))
+    // From the centre through that point, so that it lies on the sphere to the last digits.
+    let n = (wi * (distance * local.z - half) - cone.axis * distance).normalize_or(-cone.axis);
+    (shape.center + n * radius, n)
 }
 
 /// Density of [`sample`] by solid angle from `p`.
