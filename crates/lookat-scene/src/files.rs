@@ -11,22 +11,69 @@ use crate::sources::{Source, Sources};
 /// Reads a whole file. Tests need no disk, and programs decide what `-` means.
 pub type Read<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
 
+/// Opens a file, so that it can be read piece by piece.
+pub type Open<'a> = dyn Fn(&Path) -> io::Result<Box<dyn io::Read>> + 'a;
+
+/// How files are come by.
+#[derive(Clone, Copy)]
+pub(crate) enum Access<'a> {
+    Read(&'a Read<'a>),
+    Open(&'a Open<'a>),
+}
+
+/// What a file holds.
+pub(crate) enum Content {
+    Whole(Vec<u8>),
+    Stream(Box<dyn io::Read>),
+}
+
+impl Content {
+    /// All of it.
+    pub fn bytes(self) -> io::Result<Vec<u8>> {
+        match self {
+            Content::Whole(bytes) => Ok(bytes),
+            Content::Stream(mut file) => {
+                let mut bytes = Vec::new();
+                file.read_to_end(&mut bytes)?;
+                Ok(bytes)
+            }
+        }
+    }
+
+    /// From its beginning.
+    pub fn stream(self) -> Box<dyn io::Read> {
+        match self {
+            Content::Whole(bytes) => Box::new(io::Cursor::new(bytes)),
+            Content::Stream(file) => file,
+        }
+    }
+}
+
+impl Access<'_> {
+    fn content(self, path: &Path) -> io::Result<Content> {
+        match self {
+            Access::Read(read) => read(path).map(Content::Whole),
+            Access::Open(open) => open(path).map(Content::Stream),
+        }
+    }
+}
+
 /// The files of a scene, and how to read more.
 pub(crate) struct Files<'a> {
     pub sources: Sources,
-    read: &'a Read<'a>,
+    access: Access<'a>,
     /// The directory of the scene file.
     root: PathBuf,
 }
 
 impl<'a> Files<'a> {
-    pub fn new(scene: &Path, read: &'a Read<'a>) -> Self {
-        Files { sources: Sources::default(), read, root: parent(scene) }
+    pub fn new(scene: &Path, access: Access<'a>) -> Self {
+        Files { sources: Sources::default(), access, root: parent(scene) }
     }
 
     /// Reads a scene file or an included one.
     pub fn open(&mut self, path: PathBuf, included_at: Option<Span>) -> io::Result<FileId> {
-        let text: Arc<Vec<u8>> = (self.read)(&path)?.into();
+        let text: Arc<Vec<u8>> = self.access.content(&path)?.bytes()?.into();
         Ok(self.add(path, text, included_at))
     }
 
@@ -45,16 +92,35 @@ impl<'a> Files<'a> {
     /// Reads the file that is named at `span`: relative to the file that names it, or else to the scene file. (pbrt-v3 does
     /// only the second.) Gives the path that was found, or the one tried first with the reason why not.
     pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Vec<u8>), (PathBuf, io::Error)> {
+        self.named(name, span, Content::bytes)
+    }
+
+    /// Like `read_named`, but opens it.
+    pub fn open_named(
+        &self,
+        name: &str,
+        span: Span,
+    ) -> Result<(PathBuf, Box<dyn io::Read>), (PathBuf, io::Error)> {
+        self.named(name, span, |content| Ok(content.stream()))
+    }
+
+    fn named<T>(
+        &self,
+        name: &str,
+        span: Span,
+        take: impl Fn(Content) -> io::Result<T>,
+    ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
+        let get = |path: &Path| self.access.content(path).and_then(&take);
         let beside = self.beside(name, span);
-        let error = match (self.read)(&beside) {
-            Ok(bytes) => return Ok((beside, bytes)),
+        let error = match get(&beside) {
+            Ok(taken) => return Ok((beside, taken)),
             Err(error) => error,
         };
         let from_root = normal(&self.root.join(name));
         if from_root != beside
-            && let Ok(bytes) = (self.read)(&from_root)
+            && let Ok(taken) = get(&from_root)
         {
-            return Ok((from_root, bytes));
+            return Ok((from_root, taken));
         }
         Err((beside, error))
     }

@@ -57,12 +57,12 @@ mod vocabulary;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use cutout::Cutout;
-pub use files::Read;
+pub use files::{Open, Read};
 pub use film::{Film, MAX_PIXELS, PixelBounds};
 pub use filter::{Filter, FilterKind};
 pub use integrator::{Integrator, LightChoice};
 pub use light::Light;
-pub use load::{Loaded, load};
+pub use load::{Loaded, load, load_opened};
 pub use lookat_syntax as syntax;
 pub use material::{
     Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
 
-use crate::files::{Files, Read, other_format, reason, unreadable};
+use crate::files::{Access, Files, Open, Read, other_format, reason, unreadable};
 use crate::overrides::Overrides;
 use crate::resolve::Resolver;
 use crate::{Scene, Sources};
@@ -33,8 +33,17 @@ const MAX_REPEATED: usize = 256 << 20;
 ///
 /// Included files and other files are looked for beside the file that names them, then beside the scene file.
 pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
+    load_through(Access::Read(read), path, overrides)
+}
+
+/// Like [`load`], through a function that opens files: meshes in files of their own are never in memory as bytes.
+pub fn load_opened(path: &Path, open: &Open, overrides: &Overrides) -> Loaded {
+    load_through(Access::Open(open), path, overrides)
+}
+
+fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
     let mut loader = Loader {
-        resolver: Resolver::new(Files::new(path, read), overrides),
+        resolver: Resolver::new(Files::new(path, access), overrides),
         open: Vec::new(),
         texts: HashMap::new(),
         repeated: 0,

@@ -35,8 +35,19 @@ impl Mesh {
 
     /// Whether a triangle has an area. Without one it cannot be seen.
     pub fn has_area(&self, index: usize) -> bool {
-        let [a, b, c] = self.triangle(index).map(|vertex| DVec3::from(self.positions[vertex]));
+        self.spans_area(self.triangle(index))
+    }
+
+    #[inline]
+    fn spans_area(&self, corners: [usize; 3]) -> bool {
+        let [a, b, c] = corners.map(|vertex| DVec3::from(self.positions[vertex]));
         (b - a).cross(c - a) != DVec3::ZERO
+    }
+
+    /// Triangles without an area.
+    fn without_area(&self) -> usize {
+        let triangles = self.indices.as_chunks().0.iter();
+        triangles.filter(|corners| !self.spans_area(corners.map(|vertex| vertex as usize))).count()
     }
 
     /// Brings the arrays from the mesh's own space to that of the world, in place.
@@ -84,10 +95,14 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
         params.missing("filename", "a plymesh needs a file", "\"string filename\" \"mesh.ply\" names it");
         return None;
     };
-    let (path, bytes) = params.file(&name)?;
-    let mesh = match ply::read(&bytes) {
-        Ok(mesh) => mesh,
+    let (path, file) = params.open(&name)?;
+    let mesh = match ply::read(file) {
+        Ok(Ok(mesh)) => mesh,
         Err(error) => {
+            params.unreadable(&name, &path, &error);
+            return None;
+        }
+        Ok(Err(error)) => {
             params.error(Diagnostic::error(name.span, format!("{}: {error}", path.display())));
             return None;
         }
@@ -116,12 +131,12 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     }
     let mesh = mesh.place(world_from_object);
     for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
-        if !values.as_flattened().iter().all(|x| x.abs() <= LARGEST) {
+        if !in_range(values.as_flattened()) {
             params.reject(name, format!("{name} has values beyond {LARGEST:e} in the world"), None);
             return None;
         }
     }
-    let without_area = (0..mesh.triangles()).filter(|index| !mesh.has_area(*index)).count();
+    let without_area = mesh.without_area();
     // Poles of surfaces have such triangles as a matter of course.
     if without_area > 0 && params.kind() != "nurbs" {
         let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
@@ -133,6 +148,11 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
         params.warn(name, "triangles without area are left out", &help);
     }
     Some(mesh)
+}
+
+/// Whether all values can be computed with. Does not stop at the first that cannot: so many are compared at once.
+fn in_range(values: &[f64]) -> bool {
+    values.iter().fold(true, |all, x| all & (x.abs() <= LARGEST))
 }
 
 /// The indices of two triangles in each square of a grid whose vertices come in rows.
@@ -158,7 +178,11 @@ pub(crate) fn check_indices(params: &mut Params, mesh: &Mesh) {
         let message = format!("a triangle has 3 vertices, but there are {} indices", mesh.indices.len());
         params.reject("indices", message, None);
     }
-    if let Some(at) = mesh.indices.iter().position(|index| *index < 0 || *index as usize >= vertices) {
+    // A negative index becomes a huge one.
+    let beyond = |index: &i32| *index as u32 as usize >= vertices;
+    if mesh.indices.iter().fold(false, |any, index| any | beyond(index))
+        && let Some(at) = mesh.indices.iter().position(beyond)
+    {
         let message = format!("index {} of {vertices} vertices", mesh.indices[at]);
         let error = Diagnostic::error(params.value_place("indices", at), message).help(if vertices == 0 {
             "P is empty".into()

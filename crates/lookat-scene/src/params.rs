@@ -5,7 +5,8 @@ use std::collections::HashSet;
 
 mod advice;
 
-use std::path::PathBuf;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, Values};
@@ -231,13 +232,19 @@ impl<'a> Params<'a> {
 
     /// The bytes of a file that a parameter names. `None`, and an error, where it cannot be read.
     pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Vec<u8>)> {
-        match self.files.read_named(&name.value, name.span) {
-            Ok(found) => Some(found),
-            Err((path, error)) => {
-                self.error(crate::files::unreadable("read", name, &path, &error));
-                None
-            }
-        }
+        let found = self.files.read_named(&name.value, name.span);
+        found.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()
+    }
+
+    /// A file that a parameter names, to be read piece by piece. `None`, and an error, where it cannot be opened.
+    pub fn open(&mut self, name: &Text) -> Option<(PathBuf, Box<dyn Read>)> {
+        let opened = self.files.open_named(&name.value, name.span);
+        opened.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()
+    }
+
+    /// Reports that a file cannot be read.
+    pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
+        self.error(crate::files::unreadable("read", name, path, error));
     }
 
     /// The path at which [`Params::file`] looks first: the same for names that mean the same file.

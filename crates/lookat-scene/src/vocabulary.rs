@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::Vec3;
 use lookat_syntax::{Entity, FileId, Span, Text};
 
-use crate::files::Files;
+use crate::files::{Access, Files};
 use crate::film::{Film, PixelBounds};
 use crate::names::Names;
 use crate::overrides::Overrides;
@@ -97,7 +97,7 @@ fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut TextureP
 /// Calls a constructor as a directive without parameters would.
 fn ask(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut TextureParams)) {
     let read = |_: &Path| -> io::Result<Vec<u8>> { Err(io::ErrorKind::NotFound.into()) };
-    let (files, mut report) = (Files::new(Path::new(""), &read), Report::default());
+    let (files, mut report) = (Files::new(Path::new(""), Access::Read(&read)), Report::default());
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let entity = Entity { name: Text { value: name.into(), span }, params: Vec::new() };
     let textures = Textures::default();

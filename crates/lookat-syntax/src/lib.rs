@@ -13,16 +13,19 @@
 //! assert_eq!(parsed.statements[0].directive.to_string(), "Translate 0 1.5 0");
 //! ```
 
+mod decimal;
 mod diagnostic;
 mod directive;
 mod format;
 mod grammar;
+mod lists;
 mod nearest;
 mod param;
 mod span;
 mod token;
 mod values;
 
+pub use decimal::{decimal, digits};
 pub use diagnostic::{Diagnostic, Fix, Label, Severity};
 pub use directive::{ActiveTransform, Directive, Entity, EntityKind, Statement};
 pub use grammar::{Parsed, parse};

@@ -7,6 +7,7 @@ use nom::error::{ErrorKind, ParseError};
 use nom::{IResult, Parser};
 
 use crate::Span;
+use crate::decimal::{decimal, parts};
 
 pub(crate) type Input<'a> = &'a [u8];
 pub(crate) type Parsing<'a, T> = IResult<Input<'a>, T, Fault<'a>>;
@@ -159,75 +160,31 @@ pub(crate) fn separator(input: Input) -> Parsing<bool> {
 }
 
 /// A finite decimal number: `1`, `-.5`, `1.`, `1e-3`, `1e+006`. Read to the nearest `f64`.
+#[inline]
 pub(crate) fn number(input: Input) -> Parsing<f64> {
-    let (negative, digits_from) = match input.first() {
-        Some(b'-') => (true, 1),
-        Some(b'+') => (false, 1),
-        _ => (false, 0),
-    };
-    // Digits and exponent in one pass: at most 19 digits fit the mantissa, more take the slow way.
-    let mut at = digits_from;
-    let (mut mantissa, mut digits, mut scale) = (0_u64, 0_usize, 0_i32);
-    let mut point = false;
-    loop {
-        match input.get(at) {
-            Some(byte @ b'0'..=b'9') => {
-                mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
-                digits += 1;
-                scale -= i32::from(point);
-            }
-            Some(b'.') if !point => point = true,
-            _ => break,
+    match decimal(input) {
+        Some((value, length)) if ends_number(&input[length..]) => Ok((&input[length..], value)),
+        _ => no_number(input),
+    }
+}
+
+/// Whether a number ends where `rest` starts.
+#[inline]
+pub(crate) fn ends_number(rest: Input) -> bool {
+    rest.first().is_none_or(|byte| is_delimiter(*byte) || *byte == b',')
+}
+
+/// The fault for what cannot be read as a number.
+#[cold]
+fn no_number<T>(input: Input) -> Parsing<T> {
+    match parts(input) {
+        Some((.., length)) if ends_number(&input[length..]) => {
+            Fault::new(&input[..length], "the number is too large")
+                .help("the largest number is about 1.8e308")
+                .fail()
         }
-        at += 1;
+        _ => not_a_number(input),
     }
-    if digits == 0 {
-        return not_a_number(input);
-    }
-    if matches!(input.get(at), Some(b'e' | b'E')) {
-        let Some((exponent, length)) = exponent(&input[at + 1..]) else { return not_a_number(input) };
-        scale = scale.saturating_add(exponent);
-        at += 1 + length;
-    }
-    if input.get(at).is_some_and(|byte| !is_delimiter(*byte) && *byte != b',') {
-        return not_a_number(input);
-    }
-    let value = match exact(mantissa, digits, scale) {
-        Some(value) if negative => -value,
-        Some(value) => value,
-        // The bytes are ASCII digits, so the conversions cannot fail.
-        None => std::str::from_utf8(&input[..at]).ok().and_then(|text| text.parse().ok()).unwrap_or(0.0),
-    };
-    if value.is_finite() {
-        return Ok((&input[at..], value));
-    }
-    Fault::new(&input[..at], "the number is too large").help("the largest number is about 1.8e308").fail()
-}
-
-/// The exponent after `e`, and how many bytes it takes. Saturates: 1e999999999999 is still only too large.
-fn exponent(input: Input) -> Option<(i32, usize)> {
-    let signed = usize::from(matches!(input.first(), Some(b'-' | b'+')));
-    let digits = input[signed..].iter().take_while(|byte| byte.is_ascii_digit());
-    let (mut value, mut length) = (0_i32, signed);
-    for digit in digits {
-        value = value.saturating_mul(10).saturating_add(i32::from(digit - b'0'));
-        length += 1;
-    }
-    let value = if input.first() == Some(&b'-') { -value } else { value };
-    (length > signed).then_some((value, length))
-}
-
-/// `mantissa * 10^scale` where one rounding suffices: both factors are exact in `f64` (Clinger 1990).
-fn exact(mantissa: u64, digits: usize, scale: i32) -> Option<f64> {
-    const POWERS: [f64; 23] = [
-        1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17,
-        1e18, 1e19, 1e20, 1e21, 1e22,
-    ];
-    if digits > 19 || mantissa > 1 << 53 {
-        return None;
-    }
-    let power = *POWERS.get(scale.unsigned_abs() as usize)?;
-    Some(if scale < 0 { mantissa as f64 / power } else { mantissa as f64 * power })
 }
 
 /// The fault for a word that stands where a number should.

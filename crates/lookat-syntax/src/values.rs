@@ -1,6 +1,7 @@
 //! The grammar of parameters and their values.
 
 use crate::grammar::{Reader, ends_list, unclosed};
+use crate::lists;
 use crate::param::{Param, ParamType, Values};
 use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separator, shown, word};
 use crate::{Diagnostic, Spanned, Text, nearest};
@@ -176,6 +177,9 @@ impl<'a> Reader<'a> {
         let mut input = input;
         let (mut count, mut faults) = (0, 0);
         loop {
+            let quick;
+            (input, quick) = lists::plain(input, values, count);
+            count += quick;
             (input, _) = self.separator(input)?;
             match input.first() {
                 Some(b']') => return Ok((&input[1..], count)),

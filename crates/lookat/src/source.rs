@@ -1,17 +1,17 @@
 //! Loads scenes for the program: from files, or from standard input.
 
-use std::io::Read;
+use std::fs::File;
+use std::io::{ErrorKind, Read, Result};
 use std::path::{Path, PathBuf};
 
 use lookat_scene::syntax::Severity;
-use lookat_scene::{Loaded, Overrides, load};
+use lookat_scene::{Loaded, Overrides, load_opened};
 
 use crate::args::Report;
 
 /// Loads a scene, and turns warnings into errors where that is asked for.
 pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded {
-    let read = |path: &Path| if path == Path::new("-") { standard_input() } else { file(path) };
-    let mut loaded = load(path, &read, overrides);
+    let mut loaded = load_opened(path, &open, overrides);
     // People know standard input by another name.
     if let Some(first) = loaded.sources.files.first_mut()
         && first.path == Path::new("-")
@@ -27,21 +27,22 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
     loaded
 }
 
-fn file(path: &Path) -> std::io::Result<Vec<u8>> {
+/// Opens a file; `-` is standard input.
+fn open(path: &Path) -> Result<Box<dyn Read>> {
+    if path == Path::new("-") {
+        return Ok(Box::new(std::io::stdin()));
+    }
+    let kind = std::fs::metadata(path)?.file_type();
+    if kind.is_dir() {
+        return Err(ErrorKind::IsADirectory.into());
+    }
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;
-        let kind = std::fs::metadata(path)?.file_type();
         // Some of them never end.
         if kind.is_char_device() || kind.is_block_device() {
             return Err(std::io::Error::other("it is a device, not a file"));
         }
     }
-    std::fs::read(path)
-}
-
-fn standard_input() -> std::io::Result<Vec<u8>> {
-    let mut text = Vec::new();
-    std::io::stdin().read_to_end(&mut text)?;
-    Ok(text)
+    Ok(Box::new(File::open(path)?))
 }

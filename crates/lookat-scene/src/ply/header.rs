@@ -1,5 +1,8 @@
 //! The header of a PLY file: which elements the body holds, in which order and encoding.
 
+use std::io::Read;
+
+use super::stream::Stream;
 use super::{PlyError, quote};
 
 /// How the body is written.
@@ -104,8 +107,13 @@ impl Element {
         }
     }
 
+    /// What the header says of the number of rows, for a message.
+    pub fn promise(&self) -> String {
+        format!("the header promises {} {}", self.count, self.plural())
+    }
+
     /// What to call several rows in a message.
-    pub fn plural(&self) -> String {
+    fn plural(&self) -> String {
         match self.name.as_str() {
             "vertex" => "vertices".to_owned(),
             "face" => "faces".to_owned(),
@@ -121,34 +129,36 @@ pub struct Header {
     /// In the order of the body.
     pub elements: Vec<Element>,
     /// Bytes before the body.
-    pub size: usize,
+    pub size: u64,
 }
 
 /// Reads the lines up to `end_header`. Lines may end in LF or CR LF.
-pub fn parse(bytes: &[u8]) -> Result<Header, PlyError> {
-    let mut format = None;
-    let mut elements = Vec::new();
-    let mut size = 0;
-    for (index, line) in bytes.split_inclusive(|&byte| byte == b'\n').enumerate() {
-        size += line.len();
-        let line = String::from_utf8_lossy(line);
-        let words: Vec<&str> = line.split_ascii_whitespace().collect();
-        if index == 0 {
-            if words != ["ply"] {
-                break;
-            }
-        } else if words == ["end_header"] {
-            let format = format.ok_or_else(|| PlyError("the header has no `format` line".into()))?;
-            return Ok(Header { format, elements, size });
-        } else {
-            read_line(&words, &mut format, &mut elements)
-                .map_err(|message| PlyError(format!("line {}: {message}", index + 1)))?;
-        }
-    }
-    Err(PlyError(match bytes.strip_prefix(b"ply") {
+pub fn parse(stream: &mut Stream<impl Read>) -> Result<Header, PlyError> {
+    let first = stream.line();
+    let no_end = PlyError(match first.strip_prefix(b"ply") {
         Some([b'\r' | b'\n' | b' ' | b'\t', ..]) => "the header has no `end_header` line".into(),
         _ => "line 1: this is not a PLY file, which begins with a line `ply`".into(),
-    }))
+    });
+    if first.trim_ascii() != b"ply" {
+        return Err(no_end);
+    }
+    let mut format = None;
+    let mut elements = Vec::new();
+    for number in 2.. {
+        let line = stream.line();
+        if line.is_empty() {
+            break;
+        }
+        let line = String::from_utf8_lossy(line);
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        if words == ["end_header"] {
+            let format = format.ok_or_else(|| PlyError("the header has no `format` line".into()))?;
+            return Ok(Header { format, elements, size: stream.position() });
+        }
+        read_line(&words, &mut format, &mut elements)
+            .map_err(|message| PlyError(format!("line {number}: {message}")))?;
+    }
+    Err(no_end)
 }
 
 /// Takes in one line between the first and the last.
@@ -221,7 +231,7 @@ mod tests {
     #[track_caller]
     fn check_error(lines: &str, expected: &str) {
         let text = format!("ply\n{lines}\nend_header\n");
-        assert_eq!(parse(text.as_bytes()), Err(PlyError(expected.into())));
+        assert_eq!(parse(&mut Stream::new(text.as_bytes())), Err(PlyError(expected.into())));
     }
 
     #[test]
@@ -234,13 +244,15 @@ mod tests {
             property("l", Kind::List { count: Scalar::U8, item: Scalar::U32 }),
         ];
         let elements = vec![Element { name: "vertex".into(), count: 7, properties }];
-        let expected = Ok(Header { format: Format::Ascii, elements, size: text.len() });
-        assert_eq!(parse(format!("{text}\n1 2 3").as_bytes()), expected);
+        let expected = Ok(Header { format: Format::Ascii, elements, size: text.len() as u64 });
+        assert_eq!(parse(&mut Stream::new(format!("{text}\n1 2 3").as_bytes())), expected);
     }
 
     #[test]
     fn comments_need_not_be_utf8() {
-        assert!(parse(b"ply\ncomment \xff\xfe\nformat ascii 1.0\nend_header\n").is_ok());
+        assert!(
+            parse(&mut Stream::new(&b"ply\ncomment \xff\xfe\nformat ascii 1.0\nend_header\n"[..])).is_ok()
+        );
     }
 
     #[test]
@@ -257,11 +269,11 @@ mod tests {
     #[test]
     fn files_that_are_not_ply() {
         for bytes in [&b""[..], b"pl", b"plymouth\n", b"solid cube\n", b"\xff\xd8\xff\xe0\n", b"ply ply\n"] {
-            let error = parse(bytes).unwrap_err().0;
+            let error = parse(&mut Stream::new(bytes)).unwrap_err().0;
             assert!(error.starts_with("line 1: ") || error.contains("end_header"), "{error}");
         }
         let expected = PlyError("the header has no `end_header` line".into());
-        assert_eq!(parse(b"ply\nformat ascii 1.0\nelement vertex 1"), Err(expected));
+        assert_eq!(parse(&mut Stream::new(&b"ply\nformat ascii 1.0\nelement vertex 1"[..])), Err(expected));
     }
 
     #[test]

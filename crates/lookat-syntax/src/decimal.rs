@@ -1,0 +1,226 @@
+//! Decimal numbers, many digits at a time: most of a large scene is numbers.
+
+/// The number that the text begins with, as in `-1.5e-3`, to the nearest `f64`, and how many bytes it takes. What follows
+/// is the caller's concern. `None` where there is no number, or one beyond all `f64`.
+#[inline(always)]
+pub fn decimal(text: &[u8]) -> Option<(f64, usize)> {
+    short(text).or_else(|| long(text))
+}
+
+/// A number of at most 15 bytes without exponent, as most are. Has no branch that depends on the number of digits or on
+/// the sign, for these are a matter of chance.
+#[inline(always)]
+fn short(text: &[u8]) -> Option<(f64, usize)> {
+    let word = u128::from_le_bytes(*text.first_chunk()?);
+    let sign = usize::from(text[0] == b'-');
+    // Beyond the word it cannot go on.
+    let others = (non_digits(word) | 3 << 16) & !(sign as u32);
+    let point = others.trailing_zeros() as usize;
+    let dotted = text.get(point) == Some(&b'.');
+    let end = if dotted { (others & (others - 1)).trailing_zeros() as usize } else { point };
+    let length = end - usize::from(dotted);
+    if length == sign || end > 15 || matches!(text[end], b'e' | b'E') {
+        return None;
+    }
+    // The bytes without the sign and the point, then moved up to the last places, zeros in front of them.
+    let digits = word & !(0xFF * sign as u128);
+    let whole = (1 << (8 * point)) - 1;
+    let digits = if dotted { digits & whole | digits >> 8 & !whole } else { digits };
+    let digits = digits << (128 - 8 * length);
+    let mantissa = eight(digits as u64) * 100_000_000 + eight((digits >> 64) as u64);
+    // At most 15 digits and such a power are exact.
+    Some((mantissa as f64 * [1.0, -1.0][sign] / POWERS[length - point.min(length)], end))
+}
+
+/// Any number.
+#[inline(never)]
+fn long(text: &[u8]) -> Option<(f64, usize)> {
+    let (mantissa, scale, length) = parts(text)?;
+    let value = match mantissa.and_then(|mantissa| exact(mantissa, scale)) {
+        Some(value) if text[0] == b'-' => -value,
+        Some(value) => value,
+        None => std::str::from_utf8(&text[..length]).ok()?.parse().ok()?,
+    };
+    value.is_finite().then_some((value, length))
+}
+
+/// The digits of a number as one whole number, if 19 of them suffice; the power of ten to multiply it by; and how many
+/// bytes it takes.
+pub(crate) fn parts(text: &[u8]) -> Option<(Option<u64>, i32, usize)> {
+    let whole_at = usize::from(matches!(text.first(), Some(b'-' | b'+')));
+    let (mut mantissa, mut count) = digits(&text[whole_at..]);
+    let (mut at, mut scale) = (whole_at + count, 0);
+    if text.get(at) == Some(&b'.') {
+        let (fraction, length) = digits(&text[at + 1..]);
+        mantissa = mantissa.wrapping_mul(TENS[length.min(19)]).wrapping_add(fraction);
+        count += length;
+        at += 1 + length;
+        scale = -i32::try_from(length).unwrap_or(i32::MAX);
+    }
+    if count == 0 {
+        return None;
+    }
+    if matches!(text.get(at), Some(b'e' | b'E')) {
+        let (exponent, length) = exponent(&text[at + 1..])?;
+        scale = scale.saturating_add(exponent);
+        at += 1 + length;
+    }
+    Some(((count <= 19).then_some(mantissa), scale, at))
+}
+
+/// The digits that the text begins with as one number, and how many there are. The number is right for at most 19.
+#[inline(always)]
+pub fn digits(text: &[u8]) -> (u64, usize) {
+    let (value, count) = up_to_eight(text);
+    if count < 8 { (value, count) } else { more_digits(text, value, count) }
+}
+
+/// As many digits as there are, after the first ones.
+#[inline(never)]
+fn more_digits(text: &[u8], first: u64, length: usize) -> (u64, usize) {
+    let (mut value, mut count) = (first, length);
+    loop {
+        let (more, length) = up_to_eight(&text[count..]);
+        value = value.wrapping_mul(TENS[length]).wrapping_add(more);
+        count += length;
+        if length < 8 {
+            return (value, count);
+        }
+    }
+}
+
+/// The first digits, at most eight of them, and how many there are. Without branches, for how many is a matter of chance.
+#[inline(always)]
+fn up_to_eight(text: &[u8]) -> (u64, usize) {
+    let word = u64::from_le_bytes(text.first_chunk().copied().unwrap_or_else(|| padded(text)));
+    let count = high_bits(word).trailing_zeros() / 8;
+    // The digits move up to the last places, zeros in front of them.
+    (eight(word.checked_shl(64 - 8 * count).unwrap_or(0)), count as usize)
+}
+
+/// Marks the bytes that are no digits, the first byte by the lowest bit.
+#[inline(always)]
+fn non_digits(word: u128) -> u32 {
+    let marks = |half: u64| (high_bits(half) >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+    (marks(word as u64) | marks((word >> 64) as u64) << 8) as u32
+}
+
+/// The highest bit of each byte that is no digit.
+#[inline(always)]
+fn high_bits(word: u64) -> u64 {
+    // Digits become 0 to 9, and stay below 128 when 118 is added.
+    let values = word ^ 0x3030_3030_3030_3030;
+    let sums = (values & 0x7F7F_7F7F_7F7F_7F7F) + 0x7676_7676_7676_7676;
+    (values | sums) & 0x8080_8080_8080_8080
+}
+
+/// The number with these eight digits, the first in the lowest byte; a byte of 0 is a digit too.
+#[inline(always)]
+fn eight(digits: u64) -> u64 {
+    // Neighbours are joined, three times.
+    let ones = digits & 0x0F0F_0F0F_0F0F_0F0F;
+    let pairs = (ones.wrapping_mul(10 << 8 | 1) >> 8) & 0x00FF_00FF_00FF_00FF;
+    let fours = (pairs.wrapping_mul(100 << 16 | 1) >> 16) & 0x0000_FFFF_0000_FFFF;
+    fours.wrapping_mul(10_000 << 32 | 1) >> 32
+}
+
+/// The last bytes of a text.
+#[cold]
+fn padded<const N: usize>(text: &[u8]) -> [u8; N] {
+    let mut bytes = [0; N];
+    bytes[..text.len()].copy_from_slice(text);
+    bytes
+}
+
+/// The exponent after `e`, and how many bytes it takes. Saturates: 1e999999999999 is still only too large.
+fn exponent(text: &[u8]) -> Option<(i32, usize)> {
+    let signed = usize::from(matches!(text.first(), Some(b'-' | b'+')));
+    let (value, count) = digits(&text[signed..]);
+    let value = if count > 19 { i32::MAX } else { i32::try_from(value).unwrap_or(i32::MAX) };
+    (count > 0).then_some((if text.first() == Some(&b'-') { -value } else { value }, signed + count))
+}
+
+/// The powers of ten that are exact in `f64`.
+const POWERS: [f64; 23] = [
+    1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18,
+    1e19, 1e20, 1e21, 1e22,
+];
+
+/// `mantissa * 10^scale` where one rounding suffices: both factors are exact in `f64` (Clinger 1990).
+fn exact(mantissa: u64, scale: i32) -> Option<f64> {
+    if mantissa > 1 << 53 {
+        return None;
+    }
+    let power = *POWERS.get(scale.unsigned_abs() as usize)?;
+    Some(if scale < 0 { mantissa as f64 / power } else { mantissa as f64 * power })
+}
+
+/// The powers of ten that fit a `u64`.
+const TENS: [u64; 20] = {
+    let mut tens = [1; 20];
+    let mut at = 1;
+    while at < 20 {
+        tens[at] = 10 * tens[at - 1];
+        at += 1;
+    }
+    tens
+};
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn digits_end_at_any_other_byte() {
+        for count in 0..=19 {
+            let number = &"1234567890987654321"[..count];
+            let value = number.parse().unwrap_or(0);
+            assert_eq!(digits(number.as_bytes()), (value, count));
+            for byte in (0..=255_u8).filter(|byte| !byte.is_ascii_digit()) {
+                // What follows the byte is of no account.
+                for rest in ["", "7", "12345678901", "\u{ff}\u{ff}\u{ff}\u{ff}"] {
+                    let text = [number.as_bytes(), &[byte], rest.as_bytes()].concat();
+                    assert_eq!(digits(&text), (value, count), "{text:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_number_may_be_the_end_of_the_text_or_not() {
+        let at = |text: &str| decimal(text.as_bytes());
+        assert_eq!(at("-1.5e-3"), Some((-0.0015, 7)));
+        assert_eq!(at("-1.5e-3]"), Some((-0.0015, 7)));
+        assert_eq!(at("12.x"), Some((12.0, 3)));
+        assert_eq!(at(".5.5"), Some((0.5, 2)));
+        assert_eq!(at("+7 8"), Some((7.0, 2)));
+        assert_eq!(at("12345678901234567890"), Some((12345678901234567890.0, 20)));
+        for text in ["", "-", ".", "-.", "e1", "1e", "1e+", "--1", "1e309"] {
+            assert_eq!(at(text), None, "{text}");
+        }
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 20_000, failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn numbers_are_the_nearest(
+            text in r"[+-]?([0-9]{1,20}\.?[0-9]{0,20}|\.[0-9]{1,20})([eE][+-]?[0-9]{1,3})?",
+            rest in "[ \\]\"x,].{0,20}",
+        ) {
+            let expected: f64 = text.parse().unwrap();
+            for text in [text.clone(), text.clone() + &rest, text.clone() + &" ".repeat(20)] {
+                match decimal(text.as_bytes()) {
+                    Some((value, length)) => {
+                        prop_assert_eq!(value.to_bits(), expected.to_bits());
+                        prop_assert_eq!(text[..length].parse(), Ok(expected));
+                        prop_assert!(!text[length..].starts_with(|c: char| c.is_ascii_digit()));
+                    }
+                    None => prop_assert!(expected.is_infinite()),
+                }
+            }
+        }
+    }
+}
