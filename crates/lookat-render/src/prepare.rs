@@ -179,17 +179,20 @@ impl<'s> Elements<'s> {
 
     /// Sorts the elements into a tree.
     fn group(mut self) -> Group {
-        let tree = build(&mut self.references);
-        let of_block =
-            |range: &Range<usize>| self.references[range.clone()].iter().map(|it| self.triangle(it.number));
-        let triangles: Vec<Triangle> = tree.blocks.iter().flat_map(of_block).collect();
+        let mut references = std::mem::take(&mut self.references);
+        let tree = build(&mut references);
+        let sorted = references.iter().filter(|reference| reference.is_triangle);
+        let order: Vec<u32> = sorted.map(|reference| reference.number).collect();
+        drop(references);
+        let triangles: Vec<Triangle> = order.par_iter().map(|number| self.triangle(*number)).collect();
         let mut first = 0;
-        let block = |range: &Range<usize>| {
-            let own = first..first + range.len();
-            first = own.end;
-            Block::new(own.start, triangles[own].iter().map(|triangle| &triangle.corners))
+        let next = |length: &u8| {
+            first += usize::from(*length);
+            first - usize::from(*length)..first
         };
-        let blocks = tree.blocks.iter().map(block).collect();
+        let ranges: Vec<Range<usize>> = tree.blocks.iter().map(next).collect();
+        let block = |range: &Range<usize>| Block::new(range.start, &triangles[range.clone()]);
+        let blocks = ranges.par_iter().map(block).collect();
         Group { bvh: tree.bvh, triangles, blocks, others: self.others }
     }
 

@@ -57,6 +57,12 @@ impl Triangle {
         Triangle { corners, primitive, index: index as u32, first }
     }
 
+    /// A triangle that belongs to nothing.
+    #[cfg(test)]
+    pub fn of_corners(corners: [DVec3; 3]) -> Self {
+        Triangle { corners, primitive: 0, index: 0, first: [0, 1] }
+    }
+
     /// The weights of its first two vertices, from what is in proportion to those of its corners.
     #[inline(always)]
     pub fn barycentric(&self, sides: [f64; 3]) -> [f64; 2] {

@@ -21,7 +21,7 @@ pub(crate) struct Reference {
     /// Among the triangles, or among the others.
     pub number: u32,
     max: [f32; 3],
-    is_triangle: bool,
+    pub is_triangle: bool,
 }
 
 impl Reference {
@@ -38,8 +38,8 @@ impl Reference {
 /// What [`build`] gives.
 pub(crate) struct Tree {
     pub bvh: Bvh,
-    /// For each block its triangles, as a range of the references, which are sorted.
-    pub blocks: Vec<Range<usize>>,
+    /// How many triangles each block has: of the triangles among the references, which are sorted, the next ones.
+    pub blocks: Vec<u8>,
 }
 
 /// Builds the tree over some elements. They are sorted so that those of one block are neighbours.
@@ -51,19 +51,26 @@ pub(crate) fn build(references: &mut [Reference]) -> Tree {
     let bounds = whole.bounds.into();
     let mut branches = Vec::new();
     let root = build_part(references, 0, whole, &mut branches);
-    let mut blocks = Vec::new();
-    let mut numbered = |child: &Built| match child {
+    let children = || branches.iter().flat_map(|branch| &branch.children).chain([&root]);
+    // Blocks are numbered as their triangles are sorted.
+    let mut length_at = vec![0; references.len()];
+    children().for_each(|child| {
+        if let Built::Block(range) = child {
+            length_at[range.start] = range.len() as u8;
+        }
+    });
+    let blocks: Vec<u8> = length_at.iter().copied().filter(|length| *length > 0).collect();
+    let mut number_at = vec![0; references.len()];
+    let starts = length_at.iter().zip(&mut number_at).filter(|(length, _)| **length > 0);
+    starts.zip(0..).for_each(|((_, number), block)| *number = block);
+    let numbered = |child: &Built| match child {
         Built::Empty => Child::EMPTY,
         Built::Inner(node) => Child::inner(*node),
         Built::Other(number) => Child::leaf(Leaf::Other(*number)),
-        Built::Block(range) => {
-            blocks.push(range.clone());
-            Child::leaf(Leaf::Block(blocks.len() - 1))
-        }
+        Built::Block(range) => Child::leaf(Leaf::Block(number_at[range.start])),
     };
-    let root = numbered(&root);
-    let nodes = branches.iter().map(|branch| branch.node(&mut numbered)).collect();
-    Tree { bvh: Bvh { nodes, root, bounds }, blocks }
+    let nodes = branches.iter().map(|branch| branch.node(&numbered)).collect();
+    Tree { bvh: Bvh { nodes, root: numbered(&root), bounds }, blocks }
 }
 
 /// A child whose block has no number yet.
@@ -83,7 +90,7 @@ struct Branch {
 }
 
 impl Branch {
-    fn node(&self, numbered: &mut impl FnMut(&Built) -> Child) -> Node {
+    fn node(&self, numbered: &impl Fn(&Built) -> Child) -> Node {
         let planes = |axis: usize| {
             [self.bounds.map(|bounds| bounds.min[axis]), self.bounds.map(|bounds| bounds.max[axis])]
         };

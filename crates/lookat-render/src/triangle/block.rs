@@ -3,9 +3,7 @@
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
 
-use glam::DVec3;
-
-use super::Axis;
+use super::{Axis, Triangle};
 use crate::bvh::WIDTH;
 use crate::ray::Ray;
 
@@ -26,7 +24,7 @@ pub(crate) struct Block {
 
 impl Block {
     /// Of triangles that are numbered from `first` on.
-    pub fn new<'t>(first: usize, triangles: impl ExactSizeIterator<Item = &'t [DVec3; 3]>) -> Self {
+    pub fn new(first: usize, triangles: &[Triangle]) -> Self {
         let mut block = Block {
             corners: [[[0.0; WIDTH]; 3]; 3],
             magnitude: 0.0,
@@ -34,14 +32,14 @@ impl Block {
             first: first as u32,
             count: triangles.len() as u32,
         };
-        for (lane, triangle) in triangles.enumerate() {
-            for (corner, p) in triangle.iter().enumerate() {
+        for (lane, triangle) in triangles.iter().enumerate() {
+            for (corner, p) in triangle.corners.iter().enumerate() {
                 for axis in 0..3 {
                     block.corners[corner][axis][lane] = p[axis] as f32;
                 }
                 block.magnitude = block.magnitude.max(p.abs().max_element() as f32);
             }
-            let [p, q, r] = triangle;
+            let [p, q, r] = &triangle.corners;
             let sides = p.max(*q).max(*r) - p.min(*q).min(*r);
             block.extent = block.extent.max(sides.max_element() as f32);
         }
@@ -132,8 +130,15 @@ impl FilterRay {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
     use crate::triangle::ShearedRay;
+
+    fn block(triangles: &[[DVec3; 3]]) -> Block {
+        let triangles: Vec<Triangle> = triangles.iter().copied().map(Triangle::of_corners).collect();
+        Block::new(0, &triangles)
+    }
 
     fn noise(i: usize, k: f64) -> f64 {
         ((i as f64 * k).sin() * 1e4).fract()
@@ -150,7 +155,7 @@ mod tests {
             let place = point(7.0) * away;
             let triangles = [1.0, 2.0, 3.0, 4.0, 5.0]
                 .map(|k| [0.0, 0.3, 0.6].map(|corner| place + point(k + corner) * size));
-            let block = Block::new(0, triangles.iter());
+            let block = block(&triangles);
             let [p, q, _] = triangles[case % 5];
             let o = place + point(8.0) * size * 3.0;
             // At an edge, or at random.
@@ -184,7 +189,7 @@ mod tests {
     fn numbers_beyond_f32_pass() {
         for size in [1e-100, 1e-45, 1e-30, 1e19, 1e30, 1e39, 1e100] {
             let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| (p + DVec3::Z) * size);
-            let block = Block::new(0, [triangle].iter());
+            let block = block(&[triangle]);
             let ray = Ray::new(DVec3::new(0.25, 0.25, 0.0) * size, DVec3::Z);
             let sheared = ShearedRay::new(&ray);
             assert!(sheared.intersect(&triangle).is_some(), "{size}");
