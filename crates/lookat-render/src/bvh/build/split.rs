@@ -75,7 +75,7 @@ pub(super) fn split(references: &mut [Reference], bounds: &Aabb, depth: usize) -
     let best = if depth < HALVING_DEPTH { bins.best_split(&binning) } else { None };
     match best {
         // A block costs the same, however many triangles are in it.
-        Some(split) if may_be_leaf && split.area >= 0.5 * bounds.half_area() => None,
+        Some(split) if may_be_leaf && split.area >= 0.8 * bounds.half_area() => None,
         Some(split) => {
             let middle = partition(references, |reference| binning.bin(reference)[split.axis] <= split.bin);
             Some((middle, split.bounds))
