@@ -18,7 +18,7 @@ mod triangle;
 mod truth;
 
 pub use case::{Axis, Case, Effort, Family, Found, LOOKAT, Row};
-pub use chart::Chart;
+pub use chart::draw;
 pub use table::{as_csv, as_json};
 pub use tally::interval;
 

@@ -2,6 +2,7 @@
 
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 
 use glam::{DVec2, Vec3};
 use lookat_image::Image;
@@ -54,6 +55,8 @@ pub struct Rendered {
     pub image: Image,
     /// What it took.
     pub statistics: Statistics,
+    /// How long it took to sort the scene into trees and to weigh its lights, before the first sample.
+    pub preparation: Duration,
     /// Whether all samples were taken; not so after the callback broke off.
     pub complete: bool,
 }
@@ -89,8 +92,10 @@ fn run(
     settings: &Settings,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Rendered {
+    let started = Instant::now();
     let traceable = Traceable::new(scene, settings.precision);
-    let prepared = Prepared { scene, lights: LightTable::new(scene, &traceable), traceable };
+    let lights = LightTable::new(scene, &traceable);
+    let prepared = Prepared { scene, lights, traceable, preparation: started.elapsed() };
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
     match scene.integrator {
         Integrator::DirectLighting { all_lights, max_depth } => {
@@ -117,6 +122,7 @@ struct Prepared<'s> {
     scene: &'s Scene,
     traceable: Traceable<'s>,
     lights: LightTable<'s>,
+    preparation: Duration,
 }
 
 /// What every sample needs.
@@ -194,6 +200,7 @@ where
     Rendered {
         image: develop(&tiles, &scene.film, context.filter.weight()),
         statistics,
+        preparation: prepared.preparation,
         complete: statistics.samples == total,
     }
 }

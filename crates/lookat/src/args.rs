@@ -1,10 +1,13 @@
 //! The command line.
 
+mod chart;
+
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
 
 use crate::metric::{Limit, Metric};
+pub use chart::{Chart, Other};
 
 /// What was typed.
 #[derive(Debug, Parser)]
@@ -27,6 +30,8 @@ pub enum Command {
     Compare(Compare),
     /// Render the scenes of a folder, and compare them with the pictures beside them
     Verify(Verify),
+    /// Chart the error of a scene's pictures against the time they take, for several methods
+    Chart(Chart),
     /// Show where methods of ray tracing fail, and that lookat does not
     Stability(Stability),
 }

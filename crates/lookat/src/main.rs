@@ -1,8 +1,10 @@
 //! The program `lookat`. See its `--help`, and README.md.
 
 mod args;
+mod chart;
 mod check;
 mod compare;
+mod interrupt;
 mod metric;
 mod noise;
 mod render;
@@ -29,6 +31,7 @@ fn main() -> ExitCode {
         args::Command::Check(arguments) => check::check(&arguments),
         args::Command::Compare(arguments) => compare::compare(&arguments),
         args::Command::Verify(arguments) => verify::verify(&arguments),
+        args::Command::Chart(arguments) => chart::chart(&arguments),
         args::Command::Stability(arguments) => stability::stability(&arguments),
     }
 }

@@ -14,17 +14,14 @@ use lookat_scene::{Loaded, MAX_PIXELS, Overrides, Scene};
 use serde::Serialize;
 
 use crate::args::Render;
+use crate::interrupt;
 use crate::report::{self, JsonDiagnostic};
 use crate::source::load_scene;
 
-/// Set by Ctrl-C.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Set when there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
 
 const FAILED: u8 = 1;
-/// As the shell has it for a program that SIGINT ends.
-const INTERRUPTED_STATUS: u8 = 130;
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -99,7 +96,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         None => FAILED,
         Some(scene) => match picture(arguments, scene, &loaded) {
             Ok(picture) => {
-                let status = if picture.complete { 0 } else { INTERRUPTED_STATUS };
+                let status = if picture.complete { 0 } else { interrupt::STATUS };
                 result.picture = Some(picture);
                 status
             }
@@ -141,14 +138,8 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
             note_jitter(scene, loaded);
         }
     }
-    // A second Ctrl-C, or one before there is anything to write, ends the program at once.
-    let interrupt = || {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) || !HAS_SAMPLES.load(Ordering::Relaxed) {
-            std::process::exit(i32::from(INTERRUPTED_STATUS));
-        }
-        crate::say("stopping; once more ends at once, without a picture");
-    };
-    ctrlc::set_handler(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))?;
+    let notice = "stopping; once more ends at once, without a picture";
+    interrupt::watch(notice, || HAS_SAMPLES.load(Ordering::Relaxed))?;
     let settings = Settings {
         seed: arguments.seed,
         threads: arguments.threads.map_or(0, usize::from),
@@ -237,19 +228,25 @@ fn with_progress(
     arguments: &Render,
     render: impl FnOnce(&(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Rendered,
 ) -> Rendered {
-    let silent = arguments.quiet || arguments.report.json || !std::io::stderr().is_terminal();
-    let bar = if silent { ProgressBar::hidden() } else { ProgressBar::new(1000) };
+    let bar = progress_bar(arguments.quiet || arguments.report.json);
+    let rendered = render(&|progress: Progress| {
+        HAS_SAMPLES.store(true, Ordering::Relaxed);
+        bar.set_position(progress.done * 1000 / progress.total.max(1));
+        if interrupt::is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    bar.finish_and_clear();
+    rendered
+}
+
+/// A bar of a thousand steps on a terminal.
+pub fn progress_bar(silent: bool) -> ProgressBar {
+    let hidden = silent || !std::io::stderr().is_terminal();
+    let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
     if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left") {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(200));
-    let rendered = render(&|progress: Progress| {
-        HAS_SAMPLES.store(true, Ordering::Relaxed);
-        bar.set_position(progress.done * 1000 / progress.total.max(1));
-        if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    });
-    bar.finish_and_clear();
-    rendered
+    bar
 }
 
 /// The one line at the end.

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::write_file;
-use lookat_lab::stability::{Case, Chart, Effort, Found, LOOKAT, Row, as_csv, as_json, cases, interval};
+use lookat_lab::stability::{Case, Effort, Found, LOOKAT, Row, as_csv, as_json, cases, interval};
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
@@ -174,22 +174,11 @@ fn share(x: f64) -> String {
 }
 
 fn draw(case: &Case, found: &Found, folder: &Path) -> Result<(), String> {
-    let Some(chart) = Chart::new(case, found).map_err(|error| format!("cannot draw {}: {error}", case.id))?
-    else {
-        return Ok(());
-    };
+    let cannot = |error| format!("cannot draw {}: {error}", case.id);
+    let Some(plot) = lookat_lab::stability::draw(case, found).map_err(cannot)? else { return Ok(()) };
     let file = folder.join(format!("{}-{}", case.id, case.name));
-    write(&file.with_extension("svg"), chart.svg.as_bytes())?;
-    let png = png(&chart).map_err(|error| format!("cannot draw {}: {error}", case.id))?;
-    write(&file.with_extension("png"), &png)
-}
-
-fn png(chart: &Chart) -> Result<Vec<u8>, png::EncodingError> {
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, chart.size.0, chart.size.1);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header()?.write_image_data(&chart.pixels)?;
-    Ok(file)
+    write(&file.with_extension("svg"), plot.svg.as_bytes())?;
+    write(&file.with_extension("png"), &plot.png().map_err(cannot)?)
 }
 
 fn write(file: &Path, bytes: &[u8]) -> Result<(), String> {

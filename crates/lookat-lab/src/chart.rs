@@ -1,0 +1,36 @@
+//! Speed against accuracy: methods of rendering one scene, each with more and more samples, their time and their error.
+//!
+//! [`Runner`] renders, [`plan`] decides how far to climb, [`climb`] measures, [`Results`] draws conclusions, and [`draw`],
+//! [`as_csv`] and [`as_json`] show them.
+
+mod climb;
+mod draw;
+mod equal;
+mod estimate;
+mod fit;
+mod front;
+mod level;
+mod marker;
+mod method;
+mod plan;
+mod point;
+mod reference;
+mod results;
+mod runner;
+mod table;
+
+pub use climb::climb;
+pub use draw::draw;
+pub use equal::{Comparison, Curve};
+pub use estimate::Estimate;
+pub use fit::Fit;
+pub use front::Reign;
+pub use level::Level;
+pub use marker::Marker;
+pub use method::{DEFAULT, METHODS, Method, Way, named};
+pub use plan::{Cost, FEWEST_RUNGS, MOST_RUNGS, Plan, plan};
+pub use point::{Point, Row};
+pub use reference::{Fitted, Origin, Reference, fitted};
+pub use results::{Measured, Results};
+pub use runner::{Rendering, Runner, Watch};
+pub use table::{Header, as_csv, as_json};

@@ -1,0 +1,193 @@
+//! The chart: error over time, both axes logarithmic.
+
+mod canvas;
+mod label;
+mod legend;
+
+use std::error::Error;
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use super::equal::round_numbers;
+use super::results::Results;
+use crate::plot::{Drawing, FONT, Plot, axis, plain, powers, range};
+use canvas::{Canvas, Look};
+use label::Labels;
+
+/// Width, and the least height; pixels are finer by `UNIT`.
+const SIZE: (u32, u32) = (960, 560);
+/// Pixels of a PNG for each unit of length.
+const UNIT: u32 = 2;
+/// Width of the list of methods.
+const LIST: u32 = 260;
+/// The front: a broad pale line behind the others.
+const FRONT: RGBColor = RGBColor(0xff, 0xe3, 0x8a);
+/// What is there for comparison.
+const GRAY: RGBColor = RGBColor(0x70, 0x70, 0x70);
+
+/// What is drawn.
+struct Chart<'a> {
+    results: &'a Results,
+    title: &'a str,
+    /// The root mean squared noise of the reference, where it is known.
+    noise: Option<f64>,
+    seconds: Range<f64>,
+    errors: Range<f64>,
+}
+
+/// Draws the results; `None` if there is no error to draw.
+///
+/// # Errors
+///
+/// Those of the drawing library; none is known.
+pub fn draw(results: &Results, title: &str) -> Result<Option<Plot>, Box<dyn Error>> {
+    let points = || results.measured.points.iter().flatten();
+    let markers = || results.markers.iter();
+    // One picture that was held up must not rule the chart: intervals of time may be cut.
+    let seconds = points().map(|point| point.seconds.value).chain(markers().map(|marker| marker.seconds));
+    let errors = points().flat_map(|point| [point.rmse.low, point.rmse.high]);
+    let shown = |value: &f64| *value > 0.0 && value.is_finite();
+    let seconds: Vec<f64> = seconds.filter(shown).collect();
+    let mut errors: Vec<f64> = errors.chain(markers().map(|marker| marker.rmse)).filter(shown).collect();
+    let noise = results.noise();
+    let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
+    // Noise far below everything is not worth the room.
+    errors.extend(noise.filter(|noise| *noise > 0.1 * least));
+    let (Some(seconds), Some(errors)) = (range(&seconds, 1.4), range(&errors, 1.4)) else { return Ok(None) };
+    let size = (SIZE.0, SIZE.1.max(legend::height(results) + 10));
+    Plot::new(&Chart { results, title, noise, seconds, errors }, size, UNIT).map(Some)
+}
+
+impl Drawing for Chart<'_> {
+    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, unit: u32) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        area.fill(&WHITE)?;
+        let (left, _) = area.split_horizontally((SIZE.0 - LIST) * unit);
+        let font = |size: u32| (FONT, size * unit);
+        let (across, up) =
+            (axis(&self.seconds, marks(&self.seconds)), axis(&self.errors, marks(&self.errors)));
+        let mut chart = ChartBuilder::on(&left)
+            .caption(self.title, font(17))
+            .margin(10 * unit)
+            .x_label_area_size(44 * unit)
+            .y_label_area_size(74 * unit)
+            .build_cartesian_2d(across, up)?;
+        chart
+            .configure_mesh()
+            .bold_line_style(RGBColor(0xe4, 0xe4, 0xe4).stroke_width(unit))
+            .light_line_style(WHITE)
+            .axis_style(BLACK.stroke_width(unit))
+            .label_style(font(14))
+            .x_desc("seconds of rendering, at 1, 2, 4, ... samples per pixel")
+            .y_desc("root mean squared error")
+            .x_label_formatter(&|x| plain(*x))
+            .y_label_formatter(&|y| plain(*y))
+            .draw()?;
+        let plotting = chart.plotting_area();
+        let place = |point: (f64, f64)| plotting.map_coordinate(&point);
+        let (x, y) = plotting.get_pixel_range();
+        let canvas = Canvas { area, unit: unit as i32, x: x.clone(), y: y.clone(), place: &place };
+        self.background(&canvas)?;
+        self.methods(&canvas)?;
+        self.others(&canvas, Labels::new(x, y))?;
+        legend::draw(&canvas, self.results, ((SIZE.0 - LIST) * unit) as i32)
+    }
+}
+
+impl Chart<'_> {
+    /// The front, the line of slope -1/2, and the noise of the reference.
+    fn background<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        let front: Vec<(f64, f64)> =
+            self.results.front.iter().flat_map(|reign| reign.points.clone()).collect();
+        canvas.line(&front, FRONT, 13)?;
+        if let Some(start) = self.results.curves.first().and_then(|curve| curve.0.first()) {
+            canvas.dashes(*start, half_slope(*start, &self.seconds, &self.errors), GRAY, [6, 4])?;
+        }
+        if let Some(noise) = self.noise.filter(|noise| self.errors.contains(noise)) {
+            let ends = [(self.seconds.start, noise), (self.seconds.end, noise)];
+            canvas.dashes(ends[0], ends[1], GRAY, [2, 3])?;
+            let hollow = self.results.curves.iter().flat_map(|curve| &curve.0);
+            let is_hollow = hollow.clone().any(|point| !self.results.is_clear(point.1));
+            let more = if is_hollow { ", which rules hollow points" } else { "" };
+            canvas.text(&format!("noise of the reference{more}"), ends[0], [6, -14], 12, GRAY)?;
+        }
+        Ok(())
+    }
+
+    /// Lines, error bars and points. Points that the noise of the reference rules are hollow.
+    fn methods<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        for (method, curve) in self.results.curves.iter().enumerate() {
+            canvas.line(&curve.0, Look::of(method).color, 2)?;
+        }
+        for (method, points) in self.results.measured.points.iter().enumerate() {
+            let look = Look::of(method);
+            for point in points.iter().filter(|point| point.seconds.value > 0.0 && point.rmse.value > 0.0) {
+                let at = (point.seconds.value, point.rmse.value);
+                canvas.bar((point.seconds.low, at.1), (point.seconds.high, at.1), look.color)?;
+                canvas.bar((at.0, point.rmse.low), (at.0, point.rmse.high), look.color)?;
+                canvas.mark(at, look, self.results.is_clear(at.1))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Other renderers, with their names where there is room.
+    fn others<B: DrawingBackend>(&self, canvas: &Canvas<B>, mut labels: Labels) -> Result<(), Box<dyn Error>>
+    where
+        B::ErrorType: 'static,
+    {
+        let markers = || self.results.markers.iter().filter(|marker| marker.rmse > 0.0);
+        let ours = self.results.curves.iter().flat_map(|curve| curve.0.iter().copied());
+        for at in ours.chain(markers().map(|marker| (marker.seconds, marker.rmse))) {
+            labels.avoid((canvas.place)(at), 7 * canvas.unit);
+        }
+        for marker in markers() {
+            let at = (marker.seconds, marker.rmse);
+            canvas.mark(at, Look::OTHER, true)?;
+            let size = canvas.text_size(&marker.name, 14)?;
+            let offset = labels.place((canvas.place)(at), size, 11 * canvas.unit);
+            canvas.text(&marker.name, at, offset.map(|length| length / canvas.unit), 14, BLACK)?;
+        }
+        Ok(())
+    }
+}
+
+/// Where a line of slope -1/2 leaves the chart.
+fn half_slope(start: (f64, f64), seconds: &Range<f64>, errors: &Range<f64>) -> (f64, f64) {
+    let at_end = start.1 * (start.0 / seconds.end).sqrt();
+    if at_end >= errors.start {
+        return (seconds.end, at_end);
+    }
+    (start.0 * (start.1 / errors.start).powi(2), errors.start)
+}
+
+/// Marks at powers of ten; over less than three also at 2 and 5 times those.
+fn marks(range: &Range<f64>) -> Vec<f64> {
+    if range.end < 1000.0 * range.start {
+        round_numbers(&(range.start..=range.end), 9)
+    } else {
+        powers(range)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_of_half_slope_ends_at_an_edge() {
+        // From 1 at 1 s to 0.1 at 100 s.
+        assert_eq!(half_slope((1.0, 1.0), &(1.0..100.0), &(0.01..1.0)), (100.0, 0.1));
+        assert_eq!(half_slope((1.0, 1.0), &(1.0..1e4), &(0.1..1.0)), (100.0, 0.1));
+    }
+}

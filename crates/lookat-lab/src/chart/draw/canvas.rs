@@ -1,0 +1,188 @@
+//! Lines, marks and text at places of the chart.
+
+use std::error::Error;
+use std::ops::Range;
+
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use crate::plot::{COLORS, FONT};
+
+/// Where things are drawn. Sizes and offsets are in units, places in seconds and error.
+pub(super) struct Canvas<'a, B: DrawingBackend> {
+    pub area: &'a DrawingArea<B, Shift>,
+    /// Pixels for each unit.
+    pub unit: i32,
+    /// The pixels that show places.
+    pub x: Range<i32>,
+    /// The same upwards.
+    pub y: Range<i32>,
+    /// The pixel of a place.
+    pub place: &'a dyn Fn((f64, f64)) -> (i32, i32),
+}
+
+/// How points look: by color and form, since either may not be seen.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Look {
+    pub color: RGBColor,
+    form: &'static [(f64, f64)],
+}
+
+/// Forms about the middle, each of about the same area.
+const FORMS: [&[(f64, f64)]; 6] = [
+    // Nearly a circle.
+    &[(1.0, 0.4), (0.4, 1.0), (-0.4, 1.0), (-1.0, 0.4), (-1.0, -0.4), (-0.4, -1.0), (0.4, -1.0), (1.0, -0.4)],
+    &[(0.9, 0.9), (-0.9, 0.9), (-0.9, -0.9), (0.9, -0.9)],
+    &[(0.0, -1.3), (1.15, 0.8), (-1.15, 0.8)],
+    &[(0.0, -1.3), (1.3, 0.0), (0.0, 1.3), (-1.3, 0.0)],
+    &[(0.0, 1.3), (-1.15, -0.8), (1.15, -0.8)],
+    &[(0.0, -1.2), (1.15, -0.35), (0.7, 1.0), (-0.7, 1.0), (-1.15, -0.35)],
+];
+/// For other renderers: a star.
+const STAR: &[(f64, f64)] = &[
+    (0.0, -1.9),
+    (0.45, -0.6),
+    (1.8, -0.6),
+    (0.72, 0.25),
+    (1.1, 1.55),
+    (0.0, 0.75),
+    (-1.1, 1.55),
+    (-0.72, 0.25),
+    (-1.8, -0.6),
+    (-0.45, -0.6),
+];
+/// Half the width of a mark.
+const MARK: f64 = 4.0;
+
+impl Look {
+    /// That of other renderers.
+    pub const OTHER: Look = Look { color: BLACK, form: STAR };
+
+    /// That of a method.
+    pub fn of(method: usize) -> Look {
+        Look { color: COLORS[method % COLORS.len()], form: FORMS[method % FORMS.len()] }
+    }
+}
+
+impl<B: DrawingBackend> Canvas<'_, B>
+where
+    B::ErrorType: 'static,
+{
+    /// A line through places.
+    pub fn line(&self, places: &[(f64, f64)], color: RGBColor, width: u32) -> Result<(), Box<dyn Error>> {
+        let pixels: Vec<_> = places.iter().map(|at| (self.place)(*at)).collect();
+        let style = color.stroke_width(width * self.unit as u32);
+        if let [only] = pixels[..] {
+            self.area.draw(&Circle::new(only, width as i32 * self.unit / 2, color.filled()))?;
+        }
+        self.area.draw(&PathElement::new(pixels, style))?;
+        Ok(())
+    }
+
+    /// A dashed line from here to there, of dashes and gaps of these lengths.
+    pub fn dashes(
+        &self,
+        from: (f64, f64),
+        to: (f64, f64),
+        color: RGBColor,
+        lengths: [i32; 2],
+    ) -> Result<(), Box<dyn Error>> {
+        self.dashes_between((self.place)(from), (self.place)(to), color, lengths)
+    }
+
+    /// The same between pixels.
+    pub fn dashes_between(
+        &self,
+        from: (i32, i32),
+        to: (i32, i32),
+        color: RGBColor,
+        lengths: [i32; 2],
+    ) -> Result<(), Box<dyn Error>> {
+        let [dash, gap] = lengths.map(|length| f64::from(length * self.unit));
+        let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
+        let length = dx.hypot(dy).max(1.0);
+        let at = |along: f64| {
+            let share = (along / length).min(1.0);
+            (from.0 + (dx * share).round() as i32, from.1 + (dy * share).round() as i32)
+        };
+        for i in 0..(length / (dash + gap)).ceil() as u32 {
+            let start = f64::from(i) * (dash + gap);
+            let style = color.stroke_width(self.unit as u32);
+            self.area.draw(&PathElement::new([at(start), at(start + dash)], style))?;
+        }
+        Ok(())
+    }
+
+    /// An interval, as far as it is in the chart, with caps where it ends within and is wider than a mark.
+    pub fn bar(&self, low: (f64, f64), high: (f64, f64), color: RGBColor) -> Result<(), Box<dyn Error>> {
+        if !(low.0 > 0.0 && low.1 > 0.0) {
+            return Ok(());
+        }
+        let within =
+            |(x, y): (i32, i32)| (x.clamp(self.x.start, self.x.end), y.clamp(self.y.start, self.y.end));
+        let ends = [(self.place)(low), (self.place)(high)];
+        let [from, to] = ends.map(within);
+        let style = color.stroke_width(self.unit as u32);
+        self.area.draw(&PathElement::new([from, to], style))?;
+        let cap = 3 * self.unit;
+        let (dx, dy) = if from.0 == to.0 { (cap, 0) } else { (0, cap) };
+        let is_wide = (to.0 - from.0).abs() + (to.1 - from.1).abs() > 2 * cap;
+        for (x, y) in ends.into_iter().filter(|end| is_wide && within(*end) == *end) {
+            self.area.draw(&PathElement::new([(x - dx, y - dy), (x + dx, y + dy)], style))?;
+        }
+        Ok(())
+    }
+
+    /// A mark; hollow unless it is `filled`.
+    pub fn mark(&self, at: (f64, f64), look: Look, filled: bool) -> Result<(), Box<dyn Error>> {
+        self.mark_at((self.place)(at), look, filled)
+    }
+
+    /// The same at a pixel.
+    pub fn mark_at(&self, at: (i32, i32), look: Look, filled: bool) -> Result<(), Box<dyn Error>> {
+        let outline = |size: f64| {
+            let scale = size * f64::from(self.unit);
+            let pixel =
+                |(x, y): &(f64, f64)| (at.0 + (x * scale).round() as i32, at.1 + (y * scale).round() as i32);
+            look.form.iter().map(pixel).collect::<Vec<_>>()
+        };
+        self.area.draw(&Polygon::new(outline(MARK), look.color.filled()))?;
+        if !filled {
+            self.area.draw(&Polygon::new(outline(0.55 * MARK), WHITE.filled()))?;
+        }
+        Ok(())
+    }
+
+    /// Text whose upper left corner is so far from a place.
+    pub fn text(
+        &self,
+        text: &str,
+        at: (f64, f64),
+        offset: [i32; 2],
+        size: u32,
+        color: RGBColor,
+    ) -> Result<(), Box<dyn Error>> {
+        let (x, y) = (self.place)(at);
+        self.text_at(text, (x + offset[0] * self.unit, y + offset[1] * self.unit), size, color)
+    }
+
+    /// The same at a pixel.
+    pub fn text_at(
+        &self,
+        text: &str,
+        at: (i32, i32),
+        size: u32,
+        color: RGBColor,
+    ) -> Result<(), Box<dyn Error>> {
+        let style = TextStyle::from((FONT, size * self.unit as u32)).color(&color);
+        self.area.draw(&Text::new(text, at, style))?;
+        Ok(())
+    }
+
+    /// Width and height in pixels.
+    pub fn text_size(&self, text: &str, size: u32) -> Result<(i32, i32), Box<dyn Error>> {
+        let style = TextStyle::from((FONT, size * self.unit as u32));
+        let (width, height) = self.area.estimate_text_size(text, &style)?;
+        Ok((width as i32, height as i32))
+    }
+}

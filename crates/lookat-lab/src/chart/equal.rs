@@ -1,0 +1,169 @@
+//! Errors at equal times, and times to equal errors, between the measured points.
+
+use std::ops::RangeInclusive;
+
+/// Most columns of a table.
+const COLUMNS: usize = 6;
+
+/// The points of a method: seconds and error, both positive, by rising number of samples. Between them it is straight on
+/// logarithmic axes; beyond them nothing is known.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Curve(pub Vec<(f64, f64)>);
+
+/// Methods at a few places.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// The places: seconds, or errors.
+    pub at: Vec<f64>,
+    /// For each method, what it has there; `None` where it has no points on both sides.
+    pub values: Vec<Vec<Option<f64>>>,
+}
+
+impl Curve {
+    /// The error after so many seconds.
+    pub fn error_at(&self, seconds: f64) -> Option<f64> {
+        first_crossing(&self.0, seconds)
+    }
+
+    /// The least error within so many seconds.
+    pub(super) fn reached(&self, seconds: f64) -> Option<f64> {
+        let before = self.0.iter().filter(|point| point.0 <= seconds).map(|point| point.1);
+        before.chain(self.error_at(seconds)).reduce(f64::min)
+    }
+
+    /// The seconds until the error is as small as this for the first time.
+    pub fn seconds_to(&self, error: f64) -> Option<f64> {
+        let swapped: Vec<(f64, f64)> = self.0.iter().map(|(seconds, error)| (*error, *seconds)).collect();
+        first_crossing(&swapped, error)
+    }
+
+    fn seconds(&self) -> Option<RangeInclusive<f64>> {
+        span(self.0.iter().map(|point| point.0))
+    }
+
+    fn errors(&self) -> Option<RangeInclusive<f64>> {
+        span(self.0.iter().map(|point| point.1))
+    }
+}
+
+/// Errors at a few times that all curves have or, if there are none, that the first has.
+pub(super) fn equal_times(curves: &[Curve]) -> Comparison {
+    let at = places(curves, Curve::seconds);
+    let values = curves.iter().map(|curve| at.iter().map(|at| curve.error_at(*at)).collect()).collect();
+    Comparison { at, values }
+}
+
+/// Times to a few errors that all curves have or, if there are none, that the first has; the largest first.
+pub(super) fn equal_errors(curves: &[Curve]) -> Comparison {
+    let mut at = places(curves, Curve::errors);
+    at.reverse();
+    let values = curves.iter().map(|curve| at.iter().map(|at| curve.seconds_to(*at)).collect()).collect();
+    Comparison { at, values }
+}
+
+/// The ordinate where a line through points first comes to an abscissa, from either side.
+fn first_crossing(points: &[(f64, f64)], at: f64) -> Option<f64> {
+    points.windows(2).find_map(|pair| {
+        let [a, b] = [pair[0], pair[1]];
+        if !(a.0.min(b.0)..=a.0.max(b.0)).contains(&at) {
+            return None;
+        }
+        let share = if a.0 == b.0 { 0.0 } else { (at / a.0).ln() / (b.0 / a.0).ln() };
+        Some((a.1.ln() + share * (b.1 / a.1).ln()).exp())
+    })
+}
+
+fn span(values: impl Iterator<Item = f64> + Clone) -> Option<RangeInclusive<f64>> {
+    let (least, most) = (values.clone().reduce(f64::min)?, values.reduce(f64::max)?);
+    Some(least..=most)
+}
+
+/// Round numbers in what all curves have or, if that gives less than two, in what the first has.
+fn places(curves: &[Curve], range: impl Fn(&Curve) -> Option<RangeInclusive<f64>>) -> Vec<f64> {
+    let ranges: Vec<_> = curves.iter().filter_map(range).collect();
+    let common = ranges.iter().cloned().reduce(|a, b| a.start().max(*b.start())..=a.end().min(*b.end()));
+    let of = |range: &RangeInclusive<f64>| round_numbers(range, COLUMNS);
+    let common = common.as_ref().map_or(Vec::new(), of);
+    if common.len() > 1 { common } else { ranges.first().map_or(Vec::new(), of) }
+}
+
+/// The numbers 1, 2, 5, 10, ... within a range or, where these are less than three, also some between; of more than `most`
+/// only some of them.
+pub(super) fn round_numbers(range: &RangeInclusive<f64>, most: usize) -> Vec<f64> {
+    let coarse = multiples(range, &["1", "2", "5"]);
+    let all = if coarse.len() < 3 { multiples(range, &["1", "1.5", "2", "3", "5", "7"]) } else { coarse };
+    let step = all.len().div_ceil(most).max(1);
+    all.into_iter().step_by(step).collect()
+}
+
+/// These numbers times powers of ten within a range.
+fn multiples(range: &RangeInclusive<f64>, numbers: &[&str]) -> Vec<f64> {
+    let decades = range.start().log10().floor() as i32..=range.end().log10().floor() as i32;
+    // Read as people write them, they are not off in the last digit.
+    let all =
+        decades.flat_map(|decade| numbers.iter().map(move |number| format!("{number}e{decade}").parse()));
+    all.filter_map(Result::ok).filter(|number| range.contains(number)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn close(found: Option<f64>, expected: f64) {
+        let found = found.unwrap();
+        assert!((found / expected - 1.0).abs() < 1e-12, "{found}, not {expected}");
+    }
+
+    /// error = a seconds^slope at 1, 2, 4, ... times `start`.
+    fn power(a: f64, slope: f64, start: f64) -> Curve {
+        let seconds = (0..6).map(|i| start * 2.0_f64.powi(i));
+        Curve(seconds.map(|seconds| (seconds, a * seconds.powf(slope))).collect())
+    }
+
+    #[test]
+    fn powers_are_exact_between_the_points() {
+        let curve = power(0.3, -0.5, 1.0);
+        close(curve.error_at(7.0), 0.3 / 7.0_f64.sqrt());
+        close(curve.seconds_to(0.1), 9.0);
+        close(curve.error_at(1.0), 0.3);
+        close(curve.seconds_to(0.3), 1.0);
+        assert_eq!([curve.error_at(0.99), curve.error_at(32.1), curve.seconds_to(0.31)], [None; 3]);
+        // Where an error rises again, the first time counts.
+        let bent = Curve(vec![(1.0, 1.0), (2.0, 0.1), (4.0, 0.4), (8.0, 0.1)]);
+        assert!(bent.seconds_to(0.2).unwrap() < 2.0);
+        assert_eq!(Curve::default().error_at(1.0), None);
+    }
+
+    #[test]
+    fn tables_hold_what_all_have() {
+        // Twice the samples in the same time: half the variance.
+        let curves = [power(0.4, -0.5, 1.0), power(0.4 / 2.0_f64.sqrt(), -0.5, 2.0)];
+        let times = equal_times(&curves);
+        assert_eq!(times.at, [2.0, 5.0, 10.0, 20.0]);
+        for (first, second) in times.values[0].iter().zip(&times.values[1]) {
+            close(Some(first.unwrap() / second.unwrap()), 2.0_f64.sqrt());
+        }
+        let errors = equal_errors(&curves);
+        assert_eq!(errors.at, [0.2, 0.15, 0.1]);
+        for (first, second) in errors.values[0].iter().zip(&errors.values[1]) {
+            close(Some(first.unwrap() / second.unwrap()), 2.0);
+        }
+    }
+
+    #[test]
+    fn where_nothing_is_shared_the_first_counts() {
+        let found = equal_times(&[power(1.0, -0.5, 1.0), power(1.0, -0.5, 1000.0)]);
+        assert_eq!(found.at, [1.0, 2.0, 5.0, 10.0, 20.0]);
+        assert!(found.values[0].iter().all(Option::is_some) && found.values[1].iter().all(Option::is_none));
+        assert_eq!(equal_times(&[]).at, [0.0; 0]);
+    }
+
+    #[test]
+    fn round_numbers_are_few() {
+        assert_eq!(round_numbers(&(0.9..=5.0), 6), [1.0, 2.0, 5.0]);
+        assert_eq!(round_numbers(&(3e-4..=1.0), 6).len(), 6);
+        assert_eq!(round_numbers(&(3e-4..=1.0), 6)[0], 5e-4);
+        assert_eq!(round_numbers(&(1.1..=5.1), 6), [1.5, 2.0, 3.0, 5.0]);
+        assert!(round_numbers(&(1.1..=1.4), 6).is_empty());
+    }
+}

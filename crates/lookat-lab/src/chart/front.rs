@@ -1,0 +1,149 @@
+//! The Pareto front: the least error that anything reaches within each time.
+
+use super::equal::Curve;
+
+/// Times that are looked at, from the first to the last: to about 1 % over five decades.
+const TIMES: u32 = 1000;
+
+/// A method or another renderer.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Entry<'a> {
+    pub curve: &'a Curve,
+    /// Half a 95 % interval of the logarithm of its errors.
+    pub uncertainty: f64,
+}
+
+/// A stretch of time in which one of them is on the front.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reign {
+    /// The method or, counting on, the other renderer.
+    pub who: usize,
+    /// What it reaches: seconds and error where the line bends, the first and the last.
+    pub points: Vec<(f64, f64)>,
+    /// When another takes over, in seconds; `None` for the last one.
+    pub until: Option<f64>,
+    /// Who else is as good at the end of it, within the uncertainty of both.
+    pub ties: Vec<usize>,
+}
+
+/// Who reaches the least error, by time. Another takes over only where it is better by more than the uncertainty of both.
+/// Someone who stops early keeps the error that was reached.
+pub(super) fn front(entries: &[Entry]) -> Vec<Reign> {
+    let mut front: Vec<Reign> = Vec::new();
+    for seconds in times(entries) {
+        let reached = |who: usize| entries[who].curve.reached(seconds).unwrap_or(f64::INFINITY);
+        let Some(best) = (0..entries.len()).min_by(|a, b| reached(*a).total_cmp(&reached(*b))) else { break };
+        let is_worse = |who: usize, than: usize| {
+            let uncertainty = entries[who].uncertainty.hypot(entries[than].uncertainty);
+            who != than && (reached(who) / reached(than)).ln() > uncertainty
+        };
+        if front.last().is_none_or(|last| is_worse(last.who, best)) {
+            if let Some(last) = front.last_mut() {
+                last.until = Some(seconds);
+            }
+            front.push(Reign { who: best, points: Vec::new(), until: None, ties: Vec::new() });
+        }
+        if let Some(last) = front.last_mut() {
+            last.points.push((seconds, reached(last.who)));
+            let who = last.who;
+            last.ties = (0..entries.len()).filter(|other| *other != who && !is_worse(*other, who)).collect();
+        }
+    }
+    front.iter_mut().for_each(|reign| reign.points = bends(&reign.points));
+    front
+}
+
+/// Evenly on a logarithmic scale, and all points of the curves.
+fn times(entries: &[Entry]) -> Vec<f64> {
+    let own = entries.iter().flat_map(|entry| entry.curve.0.iter().map(|point| point.0));
+    let mut times: Vec<f64> = own.collect();
+    times.sort_by(f64::total_cmp);
+    let (Some(first), Some(last)) = (times.first().copied(), times.last().copied()) else { return times };
+    let share = |i: u32| f64::from(i) / f64::from(TIMES);
+    times.extend((1..TIMES).map(|i| first * (last / first).powf(share(i))));
+    times.sort_by(f64::total_cmp);
+    times.dedup();
+    times
+}
+
+/// The points of a line, straight on logarithmic axes, without those that it does not need.
+fn bends(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    for (i, point) in points.iter().enumerate() {
+        let (Some(from), Some(to)) = (kept.last(), points.get(i + 1)) else {
+            kept.push(*point);
+            continue;
+        };
+        let share = (point.0 / from.0).ln() / (to.0 / from.0).ln();
+        let straight = (from.1.ln() + share * (to.1 / from.1).ln()).exp();
+        if (point.1 / straight - 1.0).abs() > 1e-9 {
+            kept.push(*point);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// error = a seconds^slope at 1, 2, 4, ... times `start`.
+    fn power(a: f64, slope: f64, start: f64) -> Curve {
+        let seconds = (0..6).map(|i| start * 2.0_f64.powi(i));
+        Curve(seconds.map(|seconds| (seconds, a * seconds.powf(slope))).collect())
+    }
+
+    fn found(curves: &[Curve], uncertainty: f64) -> Vec<Reign> {
+        front(&curves.iter().map(|curve| Entry { curve, uncertainty }).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn the_front_changes_hands_where_lines_cross() {
+        // t^-1/2 and 2 t^-1 cross at 4 s.
+        let curves = [power(1.0, -0.5, 1.0), power(2.0, -1.0, 1.0), power(3.0, -0.5, 1.0)];
+        let front = found(&curves, 0.0);
+        assert_eq!(front.iter().map(|reign| reign.who).collect::<Vec<_>>(), [0, 1]);
+        let until = front[0].until.unwrap();
+        assert!((4.0..4.05).contains(&until), "{until}");
+        assert_eq!(front[1].points.last(), Some(&(32.0, 2.0 / 32.0)));
+        // Straight lines have no bends, up to rounding.
+        assert_eq!([front[0].points.len(), front[1].points.len(), front[1].points.len()], [2; 3]);
+        assert!(front.iter().all(|reign| reign.ties.is_empty()), "{front:?}");
+        // With 10 % of uncertainty each, the second must be better by 1 / exp(0.1414): from 4 exp(0.2828) s on.
+        let late = found(&curves, 0.1)[0].until.unwrap();
+        assert!((late / (4.0 * (2.0 * 0.02_f64.sqrt()).exp()) - 1.0).abs() < 0.01, "{late}");
+    }
+
+    #[test]
+    fn single_points_count_from_their_time_on() {
+        let point = |seconds, error| Curve(vec![(seconds, error)]);
+        // 0.5 is worse than the line at 16 s, 0.2 is better, and 0.2 later is too late.
+        let front =
+            found(&[power(1.0, -0.5, 1.0), point(16.0, 0.5), point(16.0, 0.2), point(20.0, 0.2)], 0.0);
+        let who: Vec<_> = front.iter().map(|reign| (reign.who, reign.until)).collect();
+        assert_eq!(who[0], (0, Some(16.0)));
+        // 1 / sqrt(t) is 0.2 at 25 s.
+        assert!(who[1].0 == 2 && (25.0..25.2).contains(&who[1].1.unwrap()), "{who:?}");
+        assert_eq!(who[2], (0, None));
+        assert_eq!(found(&[], 0.0), []);
+        assert_eq!(
+            found(&[point(1.0, 0.5)], 0.0),
+            [Reign { who: 0, points: vec![(1.0, 0.5)], until: None, ties: Vec::new() }]
+        );
+    }
+
+    #[test]
+    fn ties_are_named() {
+        let curves = [power(1.0, -0.5, 1.0), power(1.05, -0.5, 1.0), power(1.5, -0.5, 1.0)];
+        let front = found(&curves, 0.05);
+        assert_eq!((front.len(), front[0].who, front[0].ties.as_slice()), (1, 0, [1].as_slice()));
+    }
+
+    #[test]
+    fn what_was_reached_is_kept() {
+        let stops = Curve(vec![(1.0, 0.5), (2.0, 0.1), (4.0, 0.3)]);
+        let front = found(&[stops, power(1.0, -0.5, 1.0)], 0.0);
+        assert_eq!(front.len(), 1);
+        assert_eq!(front[0].points.last(), Some(&(32.0, 0.1)));
+    }
+}

@@ -1,0 +1,160 @@
+//! The methods that can be charted.
+
+use lookat_render::{Precision, Settings};
+use lookat_scene::{Integrator, LightChoice, SamplerKind, Scene};
+
+/// What methods may change: all else is the scene's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Way {
+    /// How samples are placed.
+    pub sampler: SamplerKind,
+    /// How light is computed.
+    pub integrator: Integrator,
+    /// The rest; the seed and error layers are set elsewhere.
+    pub settings: Settings,
+}
+
+/// A way to render, to be held against others.
+#[derive(Debug)]
+pub struct Method {
+    /// As users type it.
+    pub name: &'static str,
+    /// In a few words.
+    pub about: &'static str,
+    /// Changes how the scene is rendered with so many samples per pixel.
+    pub choose: fn(&mut Way, u32),
+}
+
+/// All of them. Another one is another line here.
+pub const METHODS: &[Method] = &[
+    Method {
+        name: "random",
+        about: "independent samples",
+        choose: |way, _| way.sampler = SamplerKind::Random,
+    },
+    Method {
+        name: "stratified",
+        about: "one sample in each cell of a grid",
+        choose: |way, _| way.sampler = SamplerKind::Stratified { cells: [1, 1], jitter: true },
+    },
+    Method {
+        name: "halton",
+        about: "Halton's sequence",
+        choose: |way, _| way.sampler = SamplerKind::Halton { pixel_center: false },
+    },
+    Method { name: "sobol", about: "Sobol's sequence", choose: |way, _| way.sampler = SamplerKind::Sobol },
+    Method {
+        name: "direct-one",
+        about: "direct lighting, one light at a time",
+        choose: |way, _| way.integrator = direct(way.integrator, false),
+    },
+    Method {
+        name: "direct-all",
+        about: "direct lighting, all lights",
+        choose: |way, _| way.integrator = direct(way.integrator, true),
+    },
+    Method {
+        name: "path",
+        about: "path tracing",
+        choose: |way, _| way.integrator = path(way.integrator, None),
+    },
+    Method {
+        name: "path-uniform",
+        about: "path tracing, all lights alike",
+        choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Uniform)),
+    },
+    Method {
+        name: "path-power",
+        about: "path tracing, lights by power",
+        choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Power)),
+    },
+    Method {
+        name: "path-spatial",
+        about: "path tracing, lights by what each brings to a point",
+        choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Spatial)),
+    },
+    Method {
+        name: "mixed",
+        about: "f32 leaves out, f64 decides: as lookat does",
+        choose: |way, _| way.settings.precision = Precision::Mixed,
+    },
+    Method {
+        name: "double",
+        about: "f64 alone",
+        choose: |way, _| way.settings.precision = Precision::Double,
+    },
+    Method {
+        name: "single",
+        about: "f32 alone, by textbook formulas",
+        choose: |way, _| way.settings.precision = Precision::Single,
+    },
+];
+
+/// The methods that are charted where none is named: the samplers.
+pub const DEFAULT: &str = "random,stratified,halton,sobol";
+
+/// Depth where the scene's integrator has none, and pbrt-v3's default.
+const DEPTH: u32 = 5;
+
+impl Way {
+    /// How the scene says that it is rendered, on so many threads; 0 is one for each processor.
+    pub fn of(scene: &Scene, threads: usize) -> Way {
+        let settings = Settings { threads, ..Settings::default() };
+        Way { sampler: scene.sampler.kind, integrator: scene.integrator, settings }
+    }
+}
+
+/// The method of this name.
+pub fn named(name: &str) -> Option<&'static Method> {
+    METHODS.iter().find(|method| method.name == name)
+}
+
+/// Direct lighting, as deep as the scene's integrator.
+fn direct(integrator: Integrator, all_lights: bool) -> Integrator {
+    Integrator::DirectLighting { all_lights, max_depth: depth(integrator) }
+}
+
+/// Path tracing, as deep as the scene's integrator, with its choice of lights if no other is given.
+fn path(integrator: Integrator, choice: Option<LightChoice>) -> Integrator {
+    let (roulette_threshold, own) = match integrator {
+        Integrator::Path { roulette_threshold, light_choice, .. } => (roulette_threshold, light_choice),
+        _ => (1.0, LightChoice::Spatial),
+    };
+    Integrator::Path { max_depth: depth(integrator), roulette_threshold, light_choice: choice.unwrap_or(own) }
+}
+
+fn depth(integrator: Integrator) -> u32 {
+    match integrator {
+        Integrator::DirectLighting { max_depth, .. } | Integrator::Path { max_depth, .. } => max_depth,
+        Integrator::AmbientOcclusion { .. } => DEPTH,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_change_what_they_name() {
+        let integrator =
+            Integrator::Path { max_depth: 7, roulette_threshold: 0.5, light_choice: LightChoice::Power };
+        let way = Way {
+            sampler: SamplerKind::Halton { pixel_center: true },
+            integrator,
+            settings: Settings::default(),
+        };
+        let chosen = |name: &str| {
+            let mut way = way;
+            (named(name).unwrap().choose)(&mut way, 4);
+            way
+        };
+        assert_eq!(chosen("sobol"), Way { sampler: SamplerKind::Sobol, ..way });
+        assert_eq!(chosen("path"), way);
+        let direct = Integrator::DirectLighting { all_lights: true, max_depth: 7 };
+        assert_eq!(chosen("direct-all"), Way { integrator: direct, ..way });
+        let uniform =
+            Integrator::Path { max_depth: 7, roulette_threshold: 0.5, light_choice: LightChoice::Uniform };
+        assert_eq!(chosen("path-uniform"), Way { integrator: uniform, ..way });
+        assert!(DEFAULT.split(',').all(|name| named(name).is_some()));
+    }
+}

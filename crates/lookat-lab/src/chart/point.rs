@@ -1,0 +1,97 @@
+//! Single pictures, and what the pictures of all seeds say together.
+
+use lookat_image::means;
+
+use super::estimate::{Estimate, mean, median, positive_mean};
+use super::level::Level;
+use super::runner::Rendering;
+
+/// One picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Which of the methods.
+    pub method: usize,
+    /// Samples per pixel that were asked for.
+    pub rung: u32,
+    /// Samples per pixel that were taken.
+    pub samples: f64,
+    /// Chose the random numbers.
+    pub seed: u64,
+    /// Wall time of rendering.
+    pub seconds: f64,
+    /// Wall time of what comes before the first sample, in seconds.
+    pub preparation: f64,
+    /// The root mean squared error, in the unit of the picture.
+    pub rmse: f64,
+    /// The relative mean squared error of [`lookat_image::Means`].
+    pub relative_mse: f64,
+    /// The mean signed error.
+    pub error: f64,
+}
+
+/// The pictures of one method and number of samples.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Samples per pixel that were asked for.
+    pub rung: u32,
+    /// Samples per pixel that were taken, the mean over the seeds.
+    pub samples: f64,
+    /// The median over the seeds.
+    pub seconds: Estimate,
+    /// The root of the mean over the seeds of the squared error.
+    pub rmse: Estimate,
+    /// The mean over the seeds.
+    pub relative_mse: Estimate,
+    /// The mean over the seeds of the mean signed error; the reference has one too, which this interval does not hold.
+    pub error: Estimate,
+    /// The part of the squared error that is the same for all seeds.
+    pub level: Level,
+    /// The squared errors of the seeds.
+    pub(super) squares: Vec<f64>,
+}
+
+impl Row {
+    pub(super) fn new(
+        method: usize,
+        rung: u32,
+        seed: u64,
+        rendering: &Rendering,
+        expected: &[[f32; 3]],
+    ) -> Row {
+        let means = means(&rendering.pixels, expected);
+        Row {
+            method,
+            rung,
+            samples: rendering.samples,
+            seed,
+            seconds: rendering.seconds,
+            preparation: rendering.preparation,
+            rmse: means.rmse,
+            relative_mse: means.relative_mse,
+            error: means.error,
+        }
+    }
+}
+
+impl Point {
+    /// Of the rows of one method and number of samples.
+    pub(super) fn new(rows: &[Row], level: Level) -> Point {
+        let all = |value: fn(&Row) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
+        let squares = all(|row| row.rmse * row.rmse);
+        Point {
+            rung: rows[0].rung,
+            samples: all(|row| row.samples).iter().sum::<f64>() / rows.len() as f64,
+            seconds: median(&all(|row| row.seconds)),
+            rmse: positive_mean(&squares).map(f64::sqrt),
+            relative_mse: positive_mean(&all(|row| row.relative_mse)),
+            error: mean(&all(|row| row.error)),
+            level,
+            squares,
+        }
+    }
+
+    /// The squared error.
+    pub(super) fn square(&self) -> f64 {
+        self.rmse.value.powi(2)
+    }
+}

@@ -1,0 +1,91 @@
+//! The arguments of `lookat chart`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::resolution;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = after_help()
+)]
+pub struct Chart {
+    /// The scene file; - is standard input
+    pub scene: PathBuf,
+    /// The picture to measure errors by: .exr, .pfm, .png, .tga, .jpg or .hdr [default: one is rendered, with 16 times the samples of the highest point]
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// Some of the methods below, or all; the others are compared with the first
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = lookat_lab::chart::DEFAULT)]
+    pub methods: Vec<String>,
+    /// Wall time for everything, which decides how many samples are reached
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    pub budget: f64,
+    /// Go up to this many samples per pixel, however long it takes: a power of two
+    #[arg(long, value_name = "N", conflicts_with = "budget", value_parser = power_of_two)]
+    pub spp: Option<u32>,
+    /// The result of another renderer: its name, its wall time and its picture of the scene; may be repeated
+    #[arg(long, value_name = "NAME=SECONDS,IMAGE", value_parser = other)]
+    pub point: Vec<Other>,
+    /// Size of the full picture, in place of the Film's
+    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    pub resolution: Option<[u32; 2]>,
+    /// Pictures for each point, each with another seed
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(8..=1000))]
+    pub seeds: u32,
+    /// The seed of the first picture; those of the others follow
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Threads [default: one for each processor]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// The folder to write to, made if need be [default: the name of the scene, with -chart, in the current folder]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+}
+
+/// The result of another renderer, as it is given.
+#[derive(Debug, Clone)]
+pub struct Other {
+    /// How it is called.
+    pub name: String,
+    /// Wall time.
+    pub seconds: f64,
+    /// Its picture.
+    pub image: PathBuf,
+}
+
+/// What can be charted, and what comes of it.
+fn after_help() -> String {
+    let methods = lookat_lab::chart::METHODS.iter();
+    let list: String = methods.map(|method| format!("  {:13} {}\n", method.name, method.about)).collect();
+    format!(
+        "Methods:\n{list}\nEach renders the scene with 1, 2, 4, ... samples per pixel, each several times. \
+         The chart and what follows from it are written to DIR: chart.svg, chart.png, chart.csv, chart.json.\n\n\
+         Exit status: 0 charted; 1 the scene has errors; 2 wrong usage or trouble; 130 interrupted"
+    )
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| *seconds > 0.0 && *seconds <= 1e7);
+    seconds.ok_or_else(|| "expected a number of seconds, more than 0".into())
+}
+
+fn power_of_two(text: &str) -> Result<u32, String> {
+    let count =
+        text.parse().ok().filter(|count: &u32| count.is_power_of_two() && (4..=1 << 16).contains(count));
+    count.ok_or_else(|| "expected a power of two from 4 to 65536".into())
+}
+
+fn other(text: &str) -> Result<Other, String> {
+    let expected = "expected NAME=SECONDS,IMAGE, as in pbrt=3.8,pbrt.exr";
+    let (name, rest) = text.split_once('=').ok_or(expected)?;
+    let (time, image) = rest.split_once(',').ok_or(expected)?;
+    if name.is_empty() || image.is_empty() || name.chars().any(char::is_control) || name.chars().count() > 40
+    {
+        return Err(expected.into());
+    }
+    let seconds = seconds(time).map_err(|error| format!("`{time}`: {error}"))?;
+    Ok(Other { name: name.into(), seconds, image: image.into() })
+}

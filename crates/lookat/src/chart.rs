@@ -1,0 +1,241 @@
+//! `lookat chart`: the error of pictures against the time that they take.
+
+mod text;
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+use lookat_image::{Image, write_file};
+use lookat_lab::chart::{
+    Cost, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method, Origin, Plan, Reference, Results,
+    Runner, as_csv, as_json, climb, draw, fitted, named, plan,
+};
+use lookat_scene::syntax::nearest;
+use lookat_scene::{Overrides, Scene};
+
+use crate::args::{Chart, Other, Report};
+use crate::render::progress_bar;
+use crate::source::load_scene;
+use crate::{interrupt, report};
+
+/// How long the pilot of one method may take, about: a share of the budget, and in seconds.
+const PILOT: (f64, f64) = (0.005, 0.2);
+
+/// Runs the command.
+pub fn chart(arguments: &Chart) -> ExitCode {
+    crate::exit_code(run(arguments))
+}
+
+/// Measures and writes; the exit status.
+fn run(arguments: &Chart) -> Result<u8, String> {
+    let started = Instant::now();
+    let methods = chosen(&arguments.methods)?;
+    let overrides = Overrides { resolution: arguments.resolution, ..Overrides::default() };
+    let how = Report { strict: false, keep_going: false, json: false };
+    let loaded = load_scene(&arguments.scene, &overrides, how);
+    let parse = started.elapsed().as_secs_f64();
+    report::print(&loaded, false);
+    let Some(scene) = loaded.scene else { return Ok(1) };
+    // Before minutes of rendering, not after.
+    let reference =
+        arguments.reference.as_deref().map(|file| read_reference(file, &scene, arguments)).transpose()?;
+    let others = arguments.point.iter().map(|other| Ok((other, read(&other.image, &scene)?)));
+    let others = others.collect::<Result<Vec<_>, String>>()?;
+    let folder = arguments.output.clone().unwrap_or_else(|| folder_of(&arguments.scene));
+    std::fs::create_dir_all(&folder)
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+
+    let mut header = header(arguments, &scene, parse);
+    let mut runner = Runner::new(scene, arguments.threads.map_or(0, usize::from));
+    let bench = Bench { arguments, methods, started, bar: progress_bar(false) };
+    interrupt::watch("stopping", || true)?;
+    let found = bench.measure(&mut runner, reference)?;
+    bench.bar.finish_and_clear();
+    let Some((plan, reference, measured)) = found else {
+        crate::say("interrupted; nothing is written");
+        return Ok(interrupt::STATUS);
+    };
+    header.preparation = measured.preparation();
+    let markers = others.iter().map(|(other, found)| marker(other, found, &reference)).collect();
+    let results = Results::new(measured, markers, &reference);
+    write(&folder, &header, &plan, &reference, &results)?;
+    let printed = crate::print(&text::results(&header, &reference, &results));
+    let (folder, seconds) = (folder.display(), started.elapsed().as_secs_f64());
+    crate::say(&format!("{folder}: chart.svg, chart.png, chart.csv, chart.json; {seconds:.1} s in all"));
+    if printed { Ok(0) } else { Err("cannot write the result".into()) }
+}
+
+/// What is known before anything is measured.
+fn header(arguments: &Chart, scene: &Scene, parse: f64) -> Header {
+    let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
+    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+    Header {
+        scene: name.display().to_string(),
+        size: [scene.film.crop.width(), scene.film.crop.height()],
+        threads: arguments.threads.map_or_else(processors, usize::from),
+        seed: arguments.seed,
+        parse,
+        preparation: 0.0,
+    }
+}
+
+/// What measuring takes.
+struct Bench<'a> {
+    arguments: &'a Chart,
+    methods: Vec<&'static Method>,
+    started: Instant,
+    bar: ProgressBar,
+}
+
+impl Bench<'_> {
+    /// Plans, renders a reference if there is none, and climbs. `None` if that is interrupted.
+    fn measure(
+        &self,
+        runner: &mut Runner,
+        given: Option<Reference>,
+    ) -> Result<Option<(Plan, Reference, Measured)>, String> {
+        let Some(costs) = self.costs(runner, given.is_none()) else { return Ok(None) };
+        let plan = self.plan(costs, given.is_some())?;
+        self.bar.suspend(|| crate::say(&text::plan(&plan, &self.methods, self.arguments.spp.is_some())));
+        // Of the bar, the reference has the share that it has of the samples.
+        let share = plan.reference_share();
+        let watch = |from: f64, to: f64| {
+            move |done: f64| {
+                self.bar.set_position((1000.0 * (from + done * (to - from))) as u64);
+                if interrupt::is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            }
+        };
+        let first = self.arguments.seed;
+        let reference = match given {
+            Some(given) => Some(given),
+            None => runner.reference(plan.reference, plan.reference_seed(first), &watch(0.0, share)),
+        };
+        let Some(reference) = reference else { return Ok(None) };
+        let must_keep = self.arguments.spp.is_some();
+        let measured = climb(runner, &self.methods, &plan, first, must_keep, &reference, &watch(share, 1.0));
+        Ok(measured.map(|measured| (plan, reference, measured)))
+    }
+
+    /// What the methods cost, and the reference where one is to be rendered, as the last. `None` if interrupted.
+    fn costs(&self, runner: &mut Runner, with_reference: bool) -> Option<Vec<Cost>> {
+        let watch =
+            |_| if interrupt::is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        // The reference is rendered as by this method.
+        let reference = with_reference.then(|| named("sobol")).flatten();
+        let methods = self.methods.iter().copied().chain(reference);
+        // Where the plan is fixed, a pilot is but a warm-up.
+        let seconds =
+            if self.arguments.spp.is_some() { 0.0 } else { PILOT.1.min(PILOT.0 * self.arguments.budget) };
+        methods.map(|method| Cost::pilot(runner, method, seconds, &watch)).collect()
+    }
+
+    fn plan(&self, mut costs: Vec<Cost>, has_reference: bool) -> Result<Plan, String> {
+        let reference = if has_reference { None } else { costs.pop() };
+        let seeds = self.arguments.seeds;
+        if let Some(samples) = self.arguments.spp {
+            return Ok(Plan::fixed(costs, reference, seeds, samples.ilog2() + 1));
+        }
+        let left = self.arguments.budget - self.started.elapsed().as_secs_f64();
+        plan(&costs, reference, seeds, left.max(0.0)).map_err(|needed| {
+            let needed = needed + self.started.elapsed().as_secs_f64();
+            let budget = self.arguments.budget;
+            format!(
+                "a chart of {} methods takes {needed:.1} s at least, the budget is {budget} s; raise --budget, \
+                 name fewer --methods, or lower --resolution",
+                costs.len()
+            )
+        })
+    }
+}
+
+/// The methods of these names.
+fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
+    if names.iter().any(|name| name == "all") {
+        return Ok(METHODS.iter().collect());
+    }
+    let known = || METHODS.iter().map(|method| method.name);
+    let mut methods: Vec<&'static Method> = Vec::new();
+    for name in names {
+        let Some(method) = named(name) else {
+            let hint =
+                nearest(name, known()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
+            let all = known().collect::<Vec<_>>().join(", ");
+            return Err(format!("there is no method `{name}`; {hint}the methods are {all}, or all"));
+        };
+        if !methods.iter().any(|other| other.name == method.name) {
+            methods.push(method);
+        }
+    }
+    Ok(methods)
+}
+
+/// Where the results go if nothing is said.
+fn folder_of(scene: &Path) -> PathBuf {
+    let name = if scene == Path::new("-") {
+        "scene".into()
+    } else {
+        scene.file_stem().unwrap_or_default().to_owned()
+    };
+    PathBuf::from(format!("{}-chart", name.display()))
+}
+
+/// Reads a picture of the scene.
+fn read(file: &Path, scene: &Scene) -> Result<Fitted, String> {
+    fit(file, &Image::read(file).map_err(|error| error.to_string())?, scene)
+}
+
+fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {
+    fitted(image, &scene.film).map_err(|fault| format!("{}: the picture {fault}", file.display()))
+}
+
+fn read_reference(file: &Path, scene: &Scene, arguments: &Chart) -> Result<Reference, String> {
+    let image = Image::read(file).map_err(|error| error.to_string())?;
+    let found = fit(file, &image, scene)?;
+    let last = arguments.seed.saturating_add(u64::from(MOST_RUNGS * arguments.seeds) - 1);
+    if let Some(seed) = seed(&image).filter(|seed| (arguments.seed..=last).contains(seed)) {
+        crate::say(&format!(
+            "warning: {} has the seed {seed}, which a measured picture may have too: their errors would not be \
+             independent; --seed {} avoids that",
+            file.display(),
+            last.saturating_add(1)
+        ));
+    }
+    let origin = Origin::File { path: file.into(), rounded: found.rounded };
+    Ok(Reference { pixels: found.pixels, noise: found.noise, origin })
+}
+
+/// The seed that lookat rendered a picture with, if its samples are those of other pictures of this seed. With error layers
+/// they are not.
+fn seed(image: &Image) -> Option<u64> {
+    let metadata: serde_json::Value = serde_json::from_str(image.metadata.as_deref()?).ok()?;
+    if metadata["program"] == "lookat" && image.errors().is_none() { metadata["seed"].as_u64() } else { None }
+}
+
+fn marker(other: &Other, found: &Fitted, reference: &Reference) -> Marker {
+    Marker::new(&other.name, other.seconds, &found.pixels, found.rounded, &reference.pixels)
+}
+
+fn write(
+    folder: &Path,
+    header: &Header,
+    plan: &Plan,
+    reference: &Reference,
+    results: &Results,
+) -> Result<(), String> {
+    let write =
+        |name: &str, bytes: &[u8]| write_file(&folder.join(name), bytes).map_err(|error| error.to_string());
+    let title = text::title(header);
+    let cannot = |error| format!("cannot draw the chart: {error}");
+    match draw(results, &title).map_err(cannot)? {
+        Some(plot) => {
+            write("chart.svg", plot.svg.as_bytes())?;
+            write("chart.png", &plot.png().map_err(cannot)?)?;
+        }
+        None => return Err("there is nothing to chart: every picture is the same as the reference".into()),
+    }
+    write("chart.csv", as_csv(results).as_bytes())?;
+    write("chart.json", format!("{:#}\n", as_json(header, plan, reference, results)).as_bytes())
+}

@@ -1,0 +1,25 @@
+//! Ctrl-C.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The exit status after it, as the shell has it for a program that SIGINT ends.
+pub const STATUS: u8 = 130;
+
+static ASKED: AtomicBool = AtomicBool::new(false);
+
+/// Whether the program is asked to stop.
+pub fn is_asked() -> bool {
+    ASKED.load(Ordering::Relaxed)
+}
+
+/// Watches for Ctrl-C. The first asks to stop, and `notice` is said; a second, or one while it is not worth while to stop
+/// in order, ends the program at once.
+pub fn watch(notice: &'static str, is_worth_while: fn() -> bool) -> Result<(), String> {
+    let interrupt = move || {
+        if ASKED.swap(true, Ordering::Relaxed) || !is_worth_while() {
+            std::process::exit(i32::from(STATUS));
+        }
+        crate::say(notice);
+    };
+    ctrlc::set_handler(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))
+}
