@@ -2,4 +2,6 @@
 
 pub mod chart;
 pub mod plot;
+
+pub mod coverage;
 pub mod stability;

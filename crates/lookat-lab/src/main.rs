@@ -2,6 +2,7 @@
 
 mod contact_sheet;
 mod cost;
+mod coverage_tables;
 mod false_alarms;
 mod pictures;
 mod power;
@@ -22,6 +23,8 @@ enum Experiment {
     FalseAlarms(false_alarms::Options),
     /// How often an error of 1 % in one material is found
     Power(power::Options),
+    /// How often pixels are as exact as `--target-error` says
+    Coverage(coverage_tables::Options),
     /// How much longer rendering takes than with textbook intersections in single precision
     Cost(cost::Options),
     /// All scenes of pbrt-scenes in one picture: docs/scenes.png, with docs/scenes.md
@@ -34,6 +37,7 @@ fn main() {
     match Arguments::parse().experiment {
         Experiment::FalseAlarms(options) => false_alarms::run(&options),
         Experiment::Power(options) => power::run(&options),
+        Experiment::Coverage(options) => coverage_tables::run(&options),
         Experiment::Cost(options) => cost::run(&options),
         Experiment::ContactSheet(options) => contact_sheet::run(&options),
         Experiment::References(options) => references::run(&options),

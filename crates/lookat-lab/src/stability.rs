@@ -8,8 +8,8 @@ mod case;
 mod chart;
 mod methods;
 mod quadric;
-mod random;
-mod scenes;
+pub(crate) mod random;
+pub(crate) mod scenes;
 mod sphere;
 mod table;
 mod tally;
@@ -20,7 +20,7 @@ mod truth;
 pub use case::{Axis, Case, Effort, Family, Found, LOOKAT, Row};
 pub use chart::draw;
 pub use table::{as_csv, as_json};
-pub use tally::interval;
+pub use tally::{interval, interval_at};
 
 /// All cases, in the order of their names.
 pub fn cases() -> Vec<Case> {

@@ -57,4 +57,4 @@ pub use lookat_scene as scene;
 pub use lookat_scene::Scene;
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
-pub use render::{Progress, Rendered, Settings, Statistics, render};
+pub use render::{DARK, Progress, Reached, Rendered, Settings, Statistics, TargetError, render};

@@ -3,6 +3,7 @@
 mod chart;
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
@@ -43,9 +44,18 @@ pub struct Render {
     /// The picture: .exr, .png, .pfm or .tga [default: the Film's filename]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Samples per pixel, in place of the Sampler's
+    /// Samples per pixel, in place of the Sampler's; with --target-error or --time, the most
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
     pub spp: Option<u32>,
+    /// Sample each pixel until its error is at most this share of its brightness, such as 0.05, at most 65536 times or --spp
+    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = target_error)]
+    pub target_error: Option<f64>,
+    /// How sure that is to be for each pixel [default: 0.95]
+    #[arg(long, value_name = "SHARE", requires = "target_error", allow_negative_numbers = true, value_parser = confidence)]
+    pub confidence: Option<f64>,
+    /// Render for so long: more samples, for the whole picture, until the time is up or --target-error or --spp is reached
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
+    pub time: Option<Duration>,
     /// Size of the full picture, in place of the Film's
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
@@ -59,7 +69,7 @@ pub struct Render {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
     /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["target_error", "time"])]
     pub quick: bool,
     /// Also write how noisy each pixel is: its standard error and number of samples, as layers of the EXR file
     #[arg(long)]
@@ -201,6 +211,21 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 fn samples(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|count| (1..=1 << 30).contains(count));
     count.ok_or_else(|| "expected a whole number from 1 to 1073741824".into())
+}
+
+fn target_error(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share: &f64| (1e-6..=1.0).contains(share));
+    share.ok_or_else(|| "expected a number from 0.000001 to 1, as in 0.05 for 5 %".into())
+}
+
+fn confidence(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share: &f64| (0.5..=0.999999).contains(share));
+    share.ok_or_else(|| "expected a number from 0.5 to 0.999999, as in 0.95 for 95 %".into())
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse().ok().filter(|seconds: &f64| (0.001..=1e8).contains(seconds));
+    seconds.map(Duration::from_secs_f64).ok_or_else(|| "expected seconds, from 0.001 to 1e8".into())
 }
 
 fn rays(text: &str) -> Result<u64, String> {

@@ -1,5 +1,7 @@
 //! `lookat render`: from a scene file to a picture.
 
+mod summary;
+
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -9,64 +11,22 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use lookat_image::Format;
-use lookat_render::{Progress, Rendered, Settings};
-use lookat_scene::{Loaded, MAX_PIXELS, Overrides, Scene};
-use serde::Serialize;
+use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError};
+use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
 use crate::args::Render;
 use crate::interrupt;
-use crate::report::{self, JsonDiagnostic};
+use crate::report;
 use crate::source::load_scene;
+pub use summary::Metadata;
+use summary::{JsonPicture, JsonResult, JsonTarget, summarize};
 
 /// Set when there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
 
 const FAILED: u8 = 1;
-
-/// What `--json` prints.
-#[derive(Serialize)]
-struct JsonResult<'a> {
-    scene: String,
-    diagnostics: Vec<JsonDiagnostic<'a>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    picture: Option<JsonPicture>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<String>,
-}
-
-#[derive(Serialize)]
-struct JsonPicture {
-    file: String,
-    width: u32,
-    height: u32,
-    samples_per_pixel: f64,
-    seconds: f64,
-    rays: u64,
-    rejected_samples: u64,
-    complete: bool,
-}
-
-/// What a picture says of its making. It must not change from run to run.
-#[derive(Serialize)]
-pub struct Metadata {
-    program: &'static str,
-    version: &'static str,
-    scene: String,
-    seed: u64,
-    samples_per_pixel: f64,
-    complete: bool,
-}
-
-impl Metadata {
-    pub fn new(scene: &Path, seed: u64, samples_per_pixel: f64, complete: bool) -> Metadata {
-        let (program, version) = ("lookat", env!("CARGO_PKG_VERSION"));
-        Metadata { program, version, scene: scene.display().to_string(), seed, samples_per_pixel, complete }
-    }
-
-    pub fn as_json(&self) -> Option<String> {
-        serde_json::to_string(self).ok()
-    }
-}
+/// The share of pixels that are to be within the target error, where it is not given.
+const CONFIDENCE: f64 = 0.95;
 
 /// Runs the command.
 pub fn render(arguments: &Render) -> ExitCode {
@@ -75,8 +35,10 @@ pub fn render(arguments: &Render) -> ExitCode {
         return ExitCode::from(crate::TROUBLE);
     }
     let crop = arguments.crop.as_deref().and_then(|edges| <[f64; 4]>::try_from(edges).ok());
+    let is_open = arguments.target_error.is_some() || arguments.time.is_some();
     let overrides = Overrides {
-        samples_per_pixel: arguments.spp,
+        // Where it is the most samples, the scene keeps its own.
+        samples_per_pixel: arguments.spp.filter(|_| !is_open),
         resolution: arguments.resolution,
         crop,
         quick: arguments.quick,
@@ -124,7 +86,30 @@ fn check_arguments(arguments: &Render) -> Result<(), String> {
         let message = "--resolution asks for more than 100 million pixels; render parts of it with --crop";
         return Err(message.into());
     }
+    if arguments.target_error.is_some() && arguments.spp.is_some_and(|most| most < 64) {
+        return Err("--target-error needs 64 samples per pixel or more, to tell the error; see --spp".into());
+    }
+    if arguments.error_layers && arguments.time.is_some() && arguments.target_error.is_none() {
+        return Err("--error-layers goes with --time only where there is a --target-error".into());
+    }
     Ok(())
+}
+
+/// The settings that the arguments ask for.
+fn settings(arguments: &Render, file: &Path) -> Settings {
+    let confidence = arguments.confidence.unwrap_or(CONFIDENCE);
+    let target = arguments.target_error.map(|relative| TargetError { relative, confidence });
+    Settings {
+        seed: arguments.seed,
+        threads: arguments.threads.map_or(0, usize::from),
+        // A picture of which so much is known says it.
+        error_layers: arguments.error_layers
+            || target.is_some() && Format::from_path(file) == Some(Format::Exr),
+        target_error: target,
+        time: arguments.time,
+        max_samples: arguments.spp,
+        ..Settings::default()
+    }
 }
 
 /// Renders and writes the picture.
@@ -133,19 +118,14 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     // Before hours of rendering, not after.
     check_output(&file)?;
     if arguments.error_layers {
-        check_error_layers(&file, scene)?;
-        if !arguments.quiet {
-            note_jitter(scene, loaded);
-        }
+        check_error_layers(&file, arguments, scene)?;
+    }
+    if !arguments.quiet {
+        note_sampler(arguments, scene, loaded);
     }
     let notice = "stopping; once more ends at once, without a picture";
     interrupt::watch(notice, || HAS_SAMPLES.load(Ordering::Relaxed))?;
-    let settings = Settings {
-        seed: arguments.seed,
-        threads: arguments.threads.map_or(0, usize::from),
-        error_layers: arguments.error_layers,
-        ..Settings::default()
-    };
+    let settings = settings(arguments, &file);
     let started = Instant::now();
     let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));
     let seconds = started.elapsed().as_secs_f64();
@@ -153,18 +133,22 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let samples_per_pixel = rendered.statistics.samples as f64 / scene.film.crop.area() as f64;
     let scene_file = &loaded.sources.files[0].path;
     let metadata = Metadata::new(scene_file, arguments.seed, samples_per_pixel, rendered.complete);
-    rendered.image.metadata = metadata.as_json();
+    rendered.image.metadata = metadata.with_target(settings.target_error).as_json();
     let file = if rendered.complete { file } else { partial(&file) };
     rendered.image.write(&file).map_err(|error| error.to_string())?;
+    let Statistics { least, most, rays, rejected, target, .. } = rendered.statistics;
     let picture = JsonPicture {
         file: file.display().to_string(),
         width: rendered.image.data_window.width,
         height: rendered.image.data_window.height,
         samples_per_pixel,
+        least_samples: least,
+        most_samples: most,
         seconds,
-        rays: rendered.statistics.rays,
-        rejected_samples: rendered.statistics.rejected,
+        rays,
+        rejected_samples: rejected,
         complete: rendered.complete,
+        target: settings.target_error.zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
     if !arguments.quiet && !arguments.report.json {
         summarize(&picture, &rendered);
@@ -192,14 +176,14 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
 }
 
 /// Fails where there can be no error layers.
-fn check_error_layers(file: &Path, scene: &Scene) -> Result<(), String> {
+fn check_error_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), String> {
     if Format::from_path(file) != Some(Format::Exr) {
         return Err(format!(
             "{}: only an .exr file can hold error layers; choose one with -o",
             file.display()
         ));
     }
-    if scene.sampler.samples_per_pixel < 2 {
+    if arguments.target_error.is_none() && scene.sampler.samples_per_pixel < 2 {
         return Err("--error-layers needs at least 2 samples per pixel, better 16 or more; see --spp".into());
     }
     Ok(())
@@ -212,6 +196,25 @@ pub fn note_jitter(scene: &Scene, loaded: &Loaded) {
         crate::say(&format!(
             "{file}: the samples are jittered for the error layers, in spite of \"bool jitter\" false"
         ));
+    }
+}
+
+/// Says where the picture has another sampler than the scene asks for.
+fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
+    let option = match (arguments.target_error, arguments.time) {
+        (Some(_), _) => "--target-error",
+        (None, Some(_)) => "--time",
+        (None, None) if arguments.error_layers => return note_jitter(scene, loaded),
+        (None, None) => return,
+    };
+    let is_kept = match scene.sampler.kind {
+        SamplerKind::Sobol => true,
+        SamplerKind::Random => arguments.target_error.is_none(),
+        SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } => false,
+    };
+    if !is_kept {
+        let file = loaded.sources.files[0].path.display();
+        crate::say(&format!("{file}: with {option} the Sampler is \"sobol\""));
     }
 }
 
@@ -229,9 +232,12 @@ fn with_progress(
     render: impl FnOnce(&(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Rendered,
 ) -> Rendered {
     let bar = progress_bar(arguments.quiet || arguments.report.json);
+    let started = Instant::now();
     let rendered = render(&|progress: Progress| {
         HAS_SAMPLES.store(true, Ordering::Relaxed);
-        bar.set_position(progress.done * 1000 / progress.total.max(1));
+        let samples = progress.done as f64 / progress.total.max(1) as f64;
+        let time = arguments.time.map_or(0.0, |time| started.elapsed().as_secs_f64() / time.as_secs_f64());
+        bar.set_position((1000.0 * samples.max(time).min(1.0)) as u64);
         if interrupt::is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     bar.finish_and_clear();
@@ -247,26 +253,4 @@ pub fn progress_bar(silent: bool) -> ProgressBar {
     }
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
-}
-
-/// The one line at the end.
-fn summarize(picture: &JsonPicture, rendered: &Rendered) {
-    let JsonPicture { file, width, height, samples_per_pixel, seconds, rays, .. } = picture;
-    let rate = *rays as f64 / seconds / 1e6;
-    let samples = match (rendered.complete, *samples_per_pixel) {
-        (true, 1.0) => "1 sample".to_owned(),
-        (true, count) => format!("{count} samples"),
-        (false, count) => format!("{count:.1} samples"),
-    };
-    let part = if rendered.complete { "" } else { "; interrupted, a partial picture" };
-    crate::say(&format!(
-        "{file}: {width} x {height} pixels, {samples} each, {seconds:.2} s, {rate:.2} million rays/s{part}"
-    ));
-    if rendered.image.channels.iter().all(|channel| channel.samples.iter().all(|sample| *sample == 0.0)) {
-        crate::say("the picture is all black: no light reaches what the camera sees");
-    }
-    if rendered.statistics.rejected > 0 {
-        let count = rendered.statistics.rejected;
-        crate::say(&format!("{count} samples were infinite or not a number, and count as black"));
-    }
 }

@@ -1,6 +1,6 @@
 //! The methods that can be charted.
 
-use lookat_render::{Precision, Settings};
+use lookat_render::{Precision, Settings, TargetError};
 use lookat_scene::{Integrator, LightChoice, SamplerKind, Scene};
 
 /// What methods may change: all else is the scene's.
@@ -74,6 +74,15 @@ pub const METHODS: &[Method] = &[
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Spatial)),
     },
     Method {
+        name: "target-error",
+        about: "as many samples as each pixel needs for one error, by Sobol's sequence",
+        choose: |way, samples| {
+            way.sampler = SamplerKind::Sobol;
+            way.settings.target_error = Some(target(samples));
+            way.settings.max_samples = Some(samples.saturating_mul(4).max(64));
+        },
+    },
+    Method {
         name: "mixed",
         about: "f32 leaves out, f64 decides: as lookat does",
         choose: |way, _| way.settings.precision = Precision::Mixed,
@@ -107,6 +116,12 @@ impl Way {
 /// The method of this name.
 pub fn named(name: &str) -> Option<&'static Method> {
     METHODS.iter().find(|method| method.name == name)
+}
+
+/// The target error on the rung of so many samples: what as many independent samples of a pixel give whose deviation is
+/// about its value. The samples that are really taken are counted.
+fn target(samples: u32) -> TargetError {
+    TargetError { relative: f64::from(samples).sqrt().recip(), confidence: 0.95 }
 }
 
 /// Direct lighting, as deep as the scene's integrator.

@@ -5,7 +5,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 /// Between two numbers.
-pub(super) fn between(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
+pub(crate) fn between(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }
 

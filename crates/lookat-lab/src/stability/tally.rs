@@ -60,17 +60,21 @@ pub(super) fn tally<const N: usize>(
 
 /// The interval of Clopper and Pearson for a share, at 95 %.
 pub fn interval(count: u64, of: u64) -> [f64; 2] {
-    const TAIL: f64 = 0.025;
+    interval_at(0.025, count, of)
+}
+
+/// The same; each of its bounds is wrong with probability `tail`.
+pub fn interval_at(tail: f64, count: u64, of: u64) -> [f64; 2] {
     let all = of.max(1) as f64;
     let low = match count {
         0 => 0.0,
-        _ if count == of => TAIL.powf(1.0 / all),
-        _ => quantile(count, of - count + 1, TAIL),
+        _ if count == of => tail.powf(1.0 / all),
+        _ => quantile(count, of - count + 1, tail),
     };
     let high = match count {
-        0 => 1.0 - TAIL.powf(1.0 / all),
+        0 => 1.0 - tail.powf(1.0 / all),
         _ if count == of => 1.0,
-        _ => quantile(count + 1, of - count, 1.0 - TAIL),
+        _ => quantile(count + 1, of - count, 1.0 - tail),
     };
     [low, high]
 }

@@ -1,5 +1,6 @@
-//! Trees, secondary rays, samples and whole pictures: V1 to V10, V14 and V15.
+//! Trees, secondary rays, samples and whole pictures: V1 to V15.
 
+mod adaptive;
 mod boxes;
 mod brute_force;
 mod crowds;
@@ -24,6 +25,7 @@ pub(super) fn cases() -> Vec<Case> {
         run,
     };
     let offset = "offset of the origin / largest of coordinates and size";
+    let beyond = "share of pixels beyond the target, 99 % bound of the worst stratum";
     vec![
         case(
             "V1",
@@ -115,6 +117,33 @@ pub(super) fn cases() -> Vec<Case> {
             "correlation of errors",
             0.05,
             samples::neighbours,
+        ),
+        case(
+            "V11",
+            "few-first-samples",
+            "with a target error, pixels at sharp edges are as exact as it says, however dark",
+            Axis::None,
+            beyond,
+            adaptive::LIMIT,
+            adaptive::sharp,
+        ),
+        case(
+            "V12",
+            "half-buffers",
+            "the same at edges out of focus",
+            Axis::None,
+            beyond,
+            adaptive::LIMIT,
+            adaptive::out_of_focus,
+        ),
+        case(
+            "V13",
+            "fireflies",
+            "light too rare for a target error to be sure of is told of, edges are not taken for it",
+            Axis::None,
+            "",
+            0.0,
+            adaptive::rare,
         ),
         case(
             "V14",

@@ -1,0 +1,131 @@
+//! Whether pixels are as exact as a target error says: pictures that are known in closed form, rendered until the renderer
+//! takes each pixel for exact, and held against what they should be.
+
+mod known;
+mod rules;
+
+use std::ops::ControlFlow;
+
+use lookat_render::{DARK, Reached, Settings, TargetError};
+use lookat_scene::Scene;
+
+use crate::stability::interval_at;
+pub use known::{Known, edges, fireflies, lens, plain, tinted, wall};
+pub use rules::{RULES, Rule, rule_pixels};
+
+/// What was asked for.
+#[derive(Debug, Clone, Copy)]
+pub struct Target {
+    /// The target error.
+    pub relative: f64,
+    /// Its probability.
+    pub confidence: f64,
+    /// The most samples of a pixel.
+    pub max_samples: u32,
+}
+
+/// What has become of a pixel.
+#[derive(Debug, Clone, Copy)]
+pub struct Judged {
+    /// The true value, of green.
+    pub value: f64,
+    /// The signed error of the worst channel, over what it may be.
+    pub error: f64,
+    /// Camera samples.
+    pub samples: u32,
+    /// As many independent samples would give the target error with its probability.
+    pub independent: f64,
+}
+
+/// Renders a picture to a target error, and holds each pixel against the truth.
+pub fn judge(known: &Known, target: &Target, seed: u64) -> (Vec<Judged>, Reached) {
+    let settings = Settings {
+        seed,
+        error_layers: true,
+        target_error: Some(TargetError { relative: target.relative, confidence: target.confidence }),
+        max_samples: Some(target.max_samples),
+        ..Settings::default()
+    };
+    let rendered = lookat_render::render(&known.scene, &settings, &|_| ControlFlow::Continue(()));
+    let errors_of = rendered.image.errors().unwrap_or_default();
+    let rgb = rendered.image.rgb().unwrap_or_default();
+    let dark = DARK * brightness(&known.values);
+    let judge = |at: usize| {
+        let (value, found) = (&known.values[at], rgb[at]);
+        let allowed = target.relative * luminance(value).max(dark);
+        let errors = [0, 1, 2].map(|c| (f64::from(found[c]) - value[c]) / allowed);
+        let error = errors.into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        let needed = known.deviations[at].map(|sigma| (1.96 * sigma / allowed).powi(2));
+        let independent = needed.into_iter().fold(1.0, f64::max);
+        Judged { value: value[1], error, samples: errors_of[at].samples, independent }
+    };
+    ((0..rgb.len()).map(judge).collect(), rendered.statistics.target.unwrap_or_default())
+}
+
+fn luminance(rgb: &[f64; 3]) -> f64 {
+    0.212671 * rgb[0] + 0.715160 * rgb[1] + 0.072169 * rgb[2]
+}
+
+/// As the renderer has it: the square of the mean of the roots of luminances.
+fn brightness(values: &[[f64; 3]]) -> f64 {
+    (values.iter().map(|value| luminance(value).sqrt()).sum::<f64>() / values.len() as f64).powi(2)
+}
+
+/// Pixels of like value.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Stratum {
+    /// How many there are.
+    pub pixels: u64,
+    /// Those at the most samples, for which nothing is promised.
+    pub at_cap: u64,
+    /// Those of the others that are as exact as promised.
+    pub within: u64,
+    /// The mean signed error of the others, over what it may be.
+    pub bias: f64,
+    /// Mean samples of all.
+    pub samples: f64,
+    /// Mean number of independent samples that would do, no more than the cap.
+    pub independent: f64,
+}
+
+/// Bounds of strata, by the value of pixels: that of a pixel that an edge cuts is between 0 and 1.
+pub const STRATA: [[f64; 2]; 4] = [[0.0, 0.02], [0.02, 0.1], [0.1, 0.5], [0.5, 1.0]];
+
+impl Stratum {
+    /// Counts those pixels of which `belongs` holds.
+    pub fn count(pixels: &[Judged], cap: u32, belongs: impl Fn(&Judged) -> bool) -> Stratum {
+        let mut stratum = Stratum::default();
+        for pixel in pixels.iter().filter(|pixel| belongs(pixel)) {
+            stratum.pixels += 1;
+            stratum.samples += f64::from(pixel.samples);
+            stratum.independent += pixel.independent.min(f64::from(cap));
+            if pixel.samples >= cap {
+                stratum.at_cap += 1;
+            } else {
+                stratum.within += u64::from(pixel.error.abs() <= 1.0);
+                stratum.bias += pixel.error;
+            }
+        }
+        let all = stratum.pixels.max(1) as f64;
+        stratum.samples /= all;
+        stratum.independent /= all;
+        stratum.bias /= stratum.promised().max(1) as f64;
+        stratum
+    }
+
+    /// The share of promised pixels that are as exact as promised, and the bound that it is above with 99 %.
+    pub fn coverage(&self) -> [f64; 2] {
+        let promised = self.promised();
+        [self.within as f64 / promised.max(1) as f64, interval_at(0.01, self.within, promised)[0]]
+    }
+
+    /// Pixels for which something is promised.
+    pub fn promised(&self) -> u64 {
+        self.pixels - self.at_cap
+    }
+}
+
+/// The scene of a text without fault.
+fn scene(text: &str) -> Scene {
+    crate::stability::scenes::scene(text)
+}

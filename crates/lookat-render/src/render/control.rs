@@ -1,0 +1,119 @@
+//! When to stop, and how far it is.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use super::Progress;
+
+/// Shared by all threads of a rendering.
+pub(super) struct Control<'p> {
+    progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    /// Of a time that no clock reaches there is none.
+    deadline: Option<Instant>,
+    stopped: AtomicBool,
+    interrupted: AtomicBool,
+    done: AtomicU64,
+    total: AtomicU64,
+    rays: AtomicU64,
+    rejected: AtomicU64,
+}
+
+impl<'p> Control<'p> {
+    /// The time begins now.
+    pub fn new(
+        progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+        time: Option<Duration>,
+    ) -> Control<'p> {
+        Control {
+            progress,
+            deadline: time.and_then(|time| Instant::now().checked_add(time)),
+            stopped: AtomicBool::new(false),
+            interrupted: AtomicBool::new(false),
+            done: AtomicU64::new(0),
+            total: AtomicU64::new(0),
+            rays: AtomicU64::new(0),
+            rejected: AtomicU64::new(0),
+        }
+    }
+
+    /// How many samples there will be.
+    pub fn expect(&self, total: u64) {
+        self.total.store(total, Ordering::Relaxed);
+    }
+
+    /// Counts samples as done, and asks the clock and the caller.
+    fn advance(&self, samples: u64) {
+        let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
+        if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+        if (self.progress)(Progress { done, total: self.total() }).is_break() {
+            self.interrupted.store(true, Ordering::Relaxed);
+            self.stopped.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Counts what a tile took.
+    pub fn add(&self, rays: u64, rejected: u64) {
+        self.rays.fetch_add(rays, Ordering::Relaxed);
+        self.rejected.fetch_add(rejected, Ordering::Relaxed);
+    }
+
+    pub fn is_stopped(&self) -> bool {
+        self.stopped.load(Ordering::Relaxed)
+    }
+
+    /// Whether the callback broke off.
+    pub fn is_interrupted(&self) -> bool {
+        self.interrupted.load(Ordering::Relaxed)
+    }
+
+    pub fn done(&self) -> u64 {
+        self.done.load(Ordering::Relaxed)
+    }
+
+    pub fn total(&self) -> u64 {
+        self.total.load(Ordering::Relaxed)
+    }
+
+    pub fn rays(&self) -> u64 {
+        self.rays.load(Ordering::Relaxed)
+    }
+
+    pub fn rejected(&self) -> u64 {
+        self.rejected.load(Ordering::Relaxed)
+    }
+}
+
+/// Samples that a thread takes before it asks whether to stop. They may take long: so a few only.
+pub(super) const BATCH: u32 = 256;
+
+/// Counts the samples of one thread, to tell of them in batches.
+pub(super) struct Meter<'c, 'p> {
+    control: &'c Control<'p>,
+    since: u64,
+}
+
+impl<'c, 'p> Meter<'c, 'p> {
+    pub fn new(control: &'c Control<'p>) -> Self {
+        Meter { control, since: 0 }
+    }
+
+    /// Counts samples; whether to go on.
+    pub fn add(&mut self, samples: u32) -> bool {
+        self.since += u64::from(samples);
+        if self.since >= u64::from(BATCH) {
+            self.control.advance(std::mem::take(&mut self.since));
+        }
+        !self.control.is_stopped()
+    }
+}
+
+impl Drop for Meter<'_, '_> {
+    fn drop(&mut self) {
+        if self.since > 0 {
+            self.control.advance(self.since);
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! The same number of samples for every pixel: passes over all tiles.
+
+use std::ops::Range;
+
+use glam::Vec3;
+use lookat_scene::{Sampler, SamplerKind, Scene};
+use rayon::prelude::*;
+
+use super::Settings;
+use super::control::{BATCH, Meter};
+use super::sample::{Context, Pattern, Samples};
+use crate::camera::CameraRay;
+use crate::film::{REPLICATES, Tile, places, tiles};
+use crate::integrator::Tracer;
+use crate::sampler::{SampleStream, replicate_seed};
+
+/// The most samples of a pixel where nothing else limits them.
+const MOST: u32 = 1 << 30;
+
+/// Samples that are taken of every pixel before the next pass begins.
+struct Pass {
+    pattern: Pattern,
+    samples: Range<u32>,
+}
+
+/// Samples per pixel that textures are filtered for. It has to be known in advance, so that all samples of a pixel have
+/// one mean.
+pub(super) fn nominal_samples(scene: &Scene, settings: &Settings) -> u32 {
+    let is_open = settings.target_error.is_some() || settings.time.is_some();
+    if is_open { super::adaptive::FIRST } else { scene.sampler.samples_per_pixel }
+}
+
+/// The pattern of a picture, with as many samples as there may be.
+fn sampler(scene: &Scene, settings: &Settings) -> Sampler {
+    if settings.time.is_none() {
+        return scene.sampler;
+    }
+    let kind = match scene.sampler.kind {
+        SamplerKind::Random => SamplerKind::Random,
+        SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } | SamplerKind::Sobol => {
+            SamplerKind::Sobol
+        }
+    };
+    Sampler { kind, samples_per_pixel: settings.max_samples.unwrap_or(MOST).clamp(1, MOST) }
+}
+
+/// Passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole picture. The
+/// samples of a pixel are added up in their order, so the passes do not change it. With error layers each pass is a
+/// replicate.
+fn passes(sampler: Sampler, settings: &Settings) -> Vec<Pass> {
+    let samples = sampler.samples_per_pixel;
+    if has_spreads(settings) {
+        let count = samples.min(REPLICATES);
+        let replicate = |i: u32| {
+            // Patterns without jitter are all the same, and show no error.
+            let sampler = sampler.jittered().with_samples(samples / count + u32::from(i < samples % count));
+            let pattern = Pattern { sampler, seed: replicate_seed(settings.seed, i), is_watched: false };
+            Pass { pattern, samples: 0..sampler.samples_per_pixel }
+        };
+        return (0..count).map(replicate).collect();
+    }
+    let ends = std::iter::successors(Some(1), |end: &u32| Some(end.saturating_mul(2).min(samples)));
+    let mut from = 0;
+    let pass = |to| {
+        let samples = from..to;
+        from = to;
+        Pass { pattern: Pattern { sampler, seed: settings.seed, is_watched: false }, samples }
+    };
+    ends.take_while(|end| *end < samples).chain([samples]).map(pass).collect()
+}
+
+/// Error layers need replicates, and these need a number of samples.
+fn has_spreads(settings: &Settings) -> bool {
+    settings.error_layers && settings.time.is_none()
+}
+
+/// Renders pass after pass.
+pub(super) fn render<F>(context: &Context<F>, settings: &Settings) -> Vec<Tile>
+where
+    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
+{
+    let scene = context.prepared.scene;
+    let sampler = sampler(scene, settings);
+    let mut tiles = tiles(scene.film.crop, has_spreads(settings));
+    context.control.expect(scene.film.crop.area() * u64::from(sampler.samples_per_pixel));
+    for pass in passes(sampler, settings) {
+        tiles.par_iter_mut().for_each(|tile| render_tile(context, tile, &pass));
+        if context.control.is_stopped() {
+            break;
+        }
+    }
+    tiles.iter_mut().for_each(|tile| tile.settle(context.filter.weight()));
+    tiles
+}
+
+fn render_tile<F>(context: &Context<F>, tile: &mut Tile, pass: &Pass)
+where
+    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+{
+    if context.control.is_stopped() {
+        return;
+    }
+    let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
+    let (mut rejected, mut goes_on) = (0, true);
+    let places = places(tile.bounds);
+    let mut spreads = tile.spreads.iter_mut();
+    for (pixel, place) in tile.pixels.iter_mut().zip(places) {
+        let spread = spreads.next();
+        let before = if spread.is_some() { Default::default() } else { *pixel };
+        let mut samples = Samples::after(before);
+        let mut from = pass.samples.start;
+        while from < pass.samples.end && goes_on {
+            let to = pass.samples.end.min(from.saturating_add(BATCH));
+            samples = context.sample(&mut tracer, &pass.pattern, place, from..to, samples);
+            goes_on = meter.add(to - from);
+            from = to;
+        }
+        rejected += samples.rejected;
+        match spread {
+            // Half a replicate is none.
+            Some(_) if from < pass.samples.end => {}
+            Some(spread) => {
+                spread.add(&samples.sum);
+                *pixel += samples.sum;
+            }
+            None => *pixel = samples.sum,
+        }
+        if !goes_on {
+            break;
+        }
+    }
+    context.control.add(tracer.rays, rejected);
+}

@@ -1,0 +1,141 @@
+//! Samples of one pixel.
+
+use std::ops::Range;
+
+use std::time::Duration;
+
+use glam::{DVec2, Vec3};
+use lookat_scene::{Sampler, Scene};
+
+use super::control::Control;
+use super::{Settings, passes};
+use crate::camera::{CameraRay, CameraRays};
+use crate::film::{Pixel, limited};
+use crate::filter::FilterSampler;
+use crate::integrator::Tracer;
+use crate::light::LightTable;
+use crate::prepare::Traceable;
+use crate::sampler::SampleStream;
+
+/// The scene, and what is made of it once.
+pub(super) struct Prepared<'s> {
+    pub scene: &'s Scene,
+    pub traceable: Traceable<'s>,
+    pub lights: LightTable<'s>,
+    /// What making it took.
+    pub preparation: Duration,
+}
+
+/// What every sample needs.
+pub(super) struct Context<'a, F> {
+    pub prepared: &'a Prepared<'a>,
+    pub control: &'a Control<'a>,
+    pub filter: FilterSampler,
+    camera: CameraRays,
+    /// The distance of samples on the film, in pixels.
+    spacing: f64,
+    /// Light along a camera ray.
+    li: F,
+}
+
+impl<'a, F> Context<'a, F> {
+    pub fn new(prepared: &'a Prepared<'a>, settings: &Settings, control: &'a Control<'a>, li: F) -> Self {
+        let scene = prepared.scene;
+        Context {
+            prepared,
+            control,
+            filter: FilterSampler::new(&scene.filter),
+            camera: CameraRays::new(&scene.camera, &scene.film),
+            spacing: f64::from(passes::nominal_samples(scene, settings)).sqrt().recip(),
+            li,
+        }
+    }
+
+    pub fn tracer(&self) -> Tracer<'a, 'a> {
+        Tracer::new(&self.prepared.traceable, &self.prepared.lights)
+    }
+}
+
+/// Where the samples of a pixel lie.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pattern {
+    pub sampler: Sampler,
+    pub seed: u64,
+    /// Whether the bounds of the samples are asked for.
+    pub is_watched: bool,
+}
+
+/// What samples have shown.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Samples {
+    pub sum: Pixel,
+    /// Only of patterns that are watched.
+    pub seen: Seen,
+    /// How many were infinite or not a number.
+    pub rejected: u64,
+}
+
+impl Samples {
+    /// To be added to those of a pixel so far.
+    pub fn after(sum: Pixel) -> Samples {
+        Samples { sum, seen: Seen::NOTHING, rejected: 0 }
+    }
+}
+
+/// Bounds of samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Seen {
+    pub least: Vec3,
+    pub most: Vec3,
+}
+
+impl Seen {
+    pub const NOTHING: Seen = Seen { least: Vec3::INFINITY, most: Vec3::NEG_INFINITY };
+
+    pub fn union(self, other: Seen) -> Seen {
+        Seen { least: self.least.min(other.least), most: self.most.max(other.most) }
+    }
+
+    /// How far apart they are; 0 where there is nothing.
+    pub fn range(self) -> Vec3 {
+        (self.most - self.least).max(Vec3::ZERO)
+    }
+}
+
+impl<F> Context<'_, F>
+where
+    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+{
+    /// Takes samples of a pixel. Not inlined, so that there is one copy of the integrator.
+    #[inline(never)]
+    pub fn sample(
+        &self,
+        tracer: &mut Tracer,
+        pattern: &Pattern,
+        place: [u32; 2],
+        indices: Range<u32>,
+        mut samples: Samples,
+    ) -> Samples {
+        let film = &self.prepared.scene.film;
+        let center = DVec2::new(f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5);
+        for index in indices {
+            let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, place, index);
+            let (offset, negative) = self.filter.sample(stream.next_2d());
+            let on_lens = if self.camera.has_lens() { stream.next_2d() } else { DVec2::ZERO };
+            let camera_ray =
+                CameraRay { camera: &self.camera, film: center + offset, on_lens, spacing: self.spacing };
+            let mut radiance = (self.li)(tracer, &camera_ray, &mut stream);
+            if !radiance.is_finite() {
+                debug_assert!(false, "radiance {radiance} in pixel {place:?}, sample {index}");
+                samples.rejected += 1;
+                radiance = Vec3::ZERO;
+            }
+            let radiance = limited(radiance, film);
+            samples.sum.add(radiance, negative);
+            if pattern.is_watched {
+                samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
+            }
+        }
+        samples
+    }
+}

@@ -1,0 +1,138 @@
+//! When a pixel is exact enough.
+
+use glam::{DVec3, Vec3};
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::sample::Seen;
+use super::{DARK, TargetError};
+use crate::color::luminance;
+use crate::film::REPLICATES;
+
+/// The rule by which pixels are done: the interval of Student's t over replicates is narrow enough, and would be if all
+/// replicates agreed only by chance.
+///
+/// Replicates of n samples that see a step between two values can all agree while their mean is off by a part of one
+/// sample: the step over n. So their standard deviation counts as at least a share of that, for a step as high as what the
+/// pixel and its neighbours have seen lies apart. What has not been seen, as a rare bright light, is not accounted for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct StopRule {
+    relative: f64,
+    /// Half the width of the interval over the standard error.
+    quantile: f64,
+    /// The least luminance that errors are relative to.
+    dark: f64,
+}
+
+/// The least standard deviation of replicates, in steps over samples.
+const FLOOR: f64 = 0.25;
+
+/// How well a pixel is known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Estimate {
+    pub value: DVec3,
+    pub standard_error: Vec3,
+    /// Samples in each replicate.
+    pub count: u32,
+    /// What the pixel and its neighbours have seen.
+    pub around: Seen,
+}
+
+impl StopRule {
+    /// A rule for a picture of that brightness, [`brightness`].
+    pub fn new(target: &TargetError, brightness: f64) -> StopRule {
+        let tail = 0.5 * (1.0 - target.confidence.clamp(0.0, 1.0));
+        let quantile = StudentsT::new(0.0, 1.0, f64::from(REPLICATES - 1))
+            .map_or(f64::INFINITY, |t| -t.inverse_cdf(tail));
+        StopRule { relative: target.relative, quantile, dark: DARK * brightness }
+    }
+
+    /// By how many times the error of a pixel may be too large; at most 1 where it is done.
+    pub fn excess(&self, estimate: &Estimate) -> f64 {
+        let allowed = self.relative * luminance(estimate.value.as_vec3()).max(self.dark);
+        let least = estimate.around.range().as_dvec3() * FLOOR
+            / (f64::from(estimate.count) * f64::from(REPLICATES).sqrt());
+        let half_width = self.quantile * estimate.standard_error.as_dvec3().max(least).max_element();
+        // Black is exact in a picture that is all black.
+        if half_width == 0.0 { 0.0 } else { half_width / allowed }
+    }
+}
+
+/// The brightness of a picture: the square of the mean of the roots of luminances. Few very bright pixels, as of a lamp,
+/// change it little.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Brightness {
+    roots: f64,
+    pixels: u64,
+}
+
+impl Brightness {
+    pub fn add(&mut self, value: DVec3) {
+        self.roots += luminance(value.as_vec3()).max(0.0).sqrt();
+        self.pixels += 1;
+    }
+
+    pub fn get(self) -> f64 {
+        (self.roots / self.pixels.max(1) as f64).powi(2)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STEP: Seen = Seen { least: Vec3::ZERO, most: Vec3::ONE };
+
+    fn rule() -> StopRule {
+        StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 }, 0.5)
+    }
+
+    fn estimate(value: f64, error: f32, around: Seen) -> Estimate {
+        Estimate { value: DVec3::splat(value), standard_error: Vec3::splat(error), count: 64, around }
+    }
+
+    #[test]
+    fn the_interval_is_that_of_students_t() {
+        // SciPy: t.ppf(0.975, 15).
+        assert!((rule().quantile - 2.131449545559323).abs() < 1e-9);
+        let flat = Seen { least: Vec3::ONE, most: Vec3::ONE };
+        let excess = rule().excess(&estimate(1.0, 0.02, flat));
+        assert!((excess - 2.131449545559323 * 0.02 / 0.1).abs() < 1e-6, "{excess}");
+    }
+
+    #[test]
+    fn each_channel_counts() {
+        let mut estimate = estimate(1.0, 0.0, Seen::NOTHING);
+        assert!(rule().excess(&estimate) < 1.0);
+        estimate.standard_error.z = 0.1;
+        assert!(rule().excess(&estimate) > 1.0);
+        estimate.standard_error.z = f32::INFINITY;
+        assert!(rule().excess(&estimate) > 1.0);
+    }
+
+    /// Replicates that agree by chance do not end a pixel beside a step, until there are many samples.
+    #[test]
+    fn agreement_counts_only_with_many_samples() {
+        let few = Estimate { count: 4, ..estimate(0.1, 0.0, STEP) };
+        assert!(rule().excess(&few) > 1.0);
+        assert!(rule().excess(&Estimate { count: 64, ..few }) < 1.0);
+        assert!(rule().excess(&Estimate { around: Seen { most: Vec3::splat(1e-3), ..STEP }, ..few }) < 1.0);
+    }
+
+    #[test]
+    fn dark_pixels_are_judged_by_the_picture() {
+        let by_picture = rule().excess(&estimate(0.0, 1e-3, Seen::NOTHING));
+        assert!((by_picture - rule().excess(&estimate(0.5 * DARK, 1e-3, Seen::NOTHING))).abs() < 1e-6);
+        assert!(by_picture > rule().excess(&estimate(DARK, 1e-3, Seen::NOTHING)));
+        let black = StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 }, 0.0);
+        assert!(black.excess(&estimate(0.0, 0.0, Seen::NOTHING)) < 1.0);
+    }
+
+    #[test]
+    fn a_lamp_changes_the_brightness_little() {
+        let mut brightness = Brightness::default();
+        (0..99).for_each(|_| brightness.add(DVec3::splat(0.25)));
+        assert!((brightness.get() - 0.25).abs() < 1e-6);
+        brightness.add(DVec3::splat(100.0));
+        assert!(brightness.get() < 0.4);
+    }
+}

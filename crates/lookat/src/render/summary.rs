@@ -1,0 +1,166 @@
+//! What is said of a picture when it is done: in lines, as JSON, and in the picture itself.
+
+use std::path::Path;
+
+use lookat_render::{Reached, Rendered, TargetError};
+use serde::Serialize;
+
+use crate::report::JsonDiagnostic;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+pub(super) struct JsonResult<'a> {
+    pub scene: String,
+    pub diagnostics: Vec<JsonDiagnostic<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub picture: Option<JsonPicture>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<String>,
+}
+
+#[derive(Serialize)]
+pub(super) struct JsonPicture {
+    pub file: String,
+    pub width: u32,
+    pub height: u32,
+    pub samples_per_pixel: f64,
+    pub least_samples: u32,
+    pub most_samples: u32,
+    pub seconds: f64,
+    pub rays: u64,
+    pub rejected_samples: u64,
+    pub complete: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target: Option<JsonTarget>,
+}
+
+/// What became of the target error: numbers of pixels.
+#[derive(Serialize)]
+pub(super) struct JsonTarget {
+    error: f64,
+    confidence: f64,
+    within: u64,
+    at_cap: u64,
+    out_of_time: u64,
+    outliers: u64,
+}
+
+/// What a picture says of its making. It must not change from run to run.
+#[derive(Serialize)]
+pub struct Metadata {
+    program: &'static str,
+    version: &'static str,
+    scene: String,
+    seed: u64,
+    samples_per_pixel: f64,
+    complete: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    confidence: Option<f64>,
+}
+
+impl Metadata {
+    pub fn new(scene: &Path, seed: u64, samples_per_pixel: f64, complete: bool) -> Metadata {
+        let (program, version) = ("lookat", env!("CARGO_PKG_VERSION"));
+        Metadata {
+            program,
+            version,
+            scene: scene.display().to_string(),
+            seed,
+            samples_per_pixel,
+            complete,
+            target_error: None,
+            confidence: None,
+        }
+    }
+
+    /// With what each pixel was sampled for.
+    pub(super) fn with_target(self, target: Option<TargetError>) -> Metadata {
+        let (relative, confidence) =
+            (target.map(|target| target.relative), target.map(|target| target.confidence));
+        Metadata { target_error: relative, confidence, ..self }
+    }
+
+    pub fn as_json(&self) -> Option<String> {
+        serde_json::to_string(self).ok()
+    }
+}
+
+/// The lines at the end.
+pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
+    let JsonPicture { file, width, height, seconds, rays, .. } = picture;
+    let rate = *rays as f64 / seconds / 1e6;
+    let samples = samples(picture);
+    let part = if rendered.complete { "" } else { "; interrupted, a partial picture" };
+    crate::say(&format!(
+        "{file}: {width} x {height} pixels, {samples}, {seconds:.2} s, {rate:.2} million rays/s{part}"
+    ));
+    if let Some(target) = &picture.target {
+        target.summarize(picture);
+    }
+    if picture.least_samples == 0 && rendered.complete {
+        crate::say("the time was too short for a sample of each pixel; those without one are black");
+    }
+    if rendered
+        .image
+        .channels
+        .iter()
+        .take(3)
+        .all(|channel| channel.samples.iter().all(|sample| *sample == 0.0))
+    {
+        crate::say("the picture is all black: no light reaches what the camera sees");
+    }
+    if rendered.statistics.rejected > 0 {
+        let count = rendered.statistics.rejected;
+        crate::say(&format!("{count} samples were infinite or not a number, and count as black"));
+    }
+}
+
+/// How many samples the pixels have.
+fn samples(picture: &JsonPicture) -> String {
+    let JsonPicture { samples_per_pixel: mean, least_samples: least, most_samples: most, .. } = picture;
+    match (least, most) {
+        (1, 1) => "1 sample each".into(),
+        (least, most) if least == most => format!("{most} samples each"),
+        (least, most) => format!("{least} to {most} samples each, {mean:.1} on average"),
+    }
+}
+
+impl JsonTarget {
+    pub fn new(target: TargetError, reached: Reached) -> JsonTarget {
+        let Reached { within, at_cap, out_of_time, outliers } = reached;
+        let TargetError { relative: error, confidence } = target;
+        JsonTarget { error, confidence, within, at_cap, out_of_time, outliers }
+    }
+
+    /// How many pixels are as exact as they should be, and what is not promised.
+    fn summarize(&self, picture: &JsonPicture) {
+        let all = (self.within + self.at_cap + self.out_of_time) as f64;
+        let pixels = |count: u64| format!("{count} pixels ({:.2} %)", 100.0 * count as f64 / all);
+        let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
+        crate::say(&format!(
+            "{} are within {error} % of their brightness, each with {confidence} % confidence",
+            pixels(self.within)
+        ));
+        if self.at_cap > 0 {
+            let most = picture.most_samples;
+            crate::say(&format!(
+                "{} are not after {most} samples: nothing is claimed of them",
+                pixels(self.at_cap)
+            ));
+        }
+        if self.out_of_time > 0 {
+            crate::say(&format!(
+                "{} were not when the time was up: nothing is claimed of them",
+                pixels(self.out_of_time)
+            ));
+        }
+        if self.outliers > 0 {
+            crate::say(&format!(
+                "{} hold a sample over 20 times as bright as all around: around them, pixels may be off by light that they have not seen; maxsampleluminance of the Film limits it",
+                pixels(self.outliers)
+            ));
+        }
+    }
+}
