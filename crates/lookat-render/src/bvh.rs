@@ -96,48 +96,70 @@ impl Bvh {
         mut visit: impl FnMut(Leaf) -> Option<f64>,
     ) {
         let mut limit = not_less(t_max);
-        // The distance in the upper half: distances that are not negative are sorted as their bits are.
-        let mut stack: ArrayVec<u64, STACK> = ArrayVec::new();
+        let mut stack = Stack::new();
         let mut at = self.root;
-        'leaves: loop {
-            while let Some(inner) = at.as_inner() {
+        loop {
+            if let Some(inner) = at.as_inner() {
                 let node = &self.nodes[inner];
-                let (mut hits, near) = boxes(node, limit);
-                if hits == 0 {
-                    break;
+                let (hits, near) = boxes(node, limit);
+                if let Some(nearest) = descend(node, hits, &near, &mut stack) {
+                    at = nearest;
+                    continue;
                 }
-                let mut take = || {
-                    let lane = hits.trailing_zeros() as usize % WIDTH;
-                    hits &= hits - 1;
-                    let key = u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane].0);
-                    (key, hits == 0)
-                };
-                let (mut nearest, mut is_last) = take();
-                let first = stack.len();
-                while !is_last {
-                    let key;
-                    (key, is_last) = take();
-                    stack.push(nearest.max(key));
-                    nearest = nearest.min(key);
-                }
-                sort_descending(&mut stack[first..]);
-                at = Child(nearest as u32);
-            }
-            if at.as_inner().is_none() && at != Child::EMPTY {
+            } else if at != Child::EMPTY {
                 match visit(at.as_leaf()) {
                     Some(t_max) => limit = not_less(t_max),
                     None => return,
                 }
             }
-            loop {
-                let Some(key) = stack.pop() else { break 'leaves };
-                if (key >> 32) as u32 <= limit.to_bits() {
-                    at = Child(key as u32);
-                    break;
-                }
-            }
+            let Some(next) = pop(&mut stack, limit) else { return };
+            at = next;
         }
     }
+}
+
+/// Children that wait, the nearest on top: the distance in the upper half, for distances that are not negative are sorted
+/// as their bits are.
+type Stack = ArrayVec<u64, STACK>;
+
+/// The nearest of the children that are hit; the others wait.
+#[inline(always)]
+fn descend(node: &Node, mut hits: u32, near: &[f32; WIDTH], stack: &mut Stack) -> Option<Child> {
+    let first = next_lane(&mut hits)?;
+    // Mostly there are one or two, which need no sorting.
+    let Some(second) = next_lane(&mut hits) else { return Some(node.children[first]) };
+    let key = |lane: usize| u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane].0);
+    let (a, b) = (key(first), key(second));
+    let mut nearest = a.min(b);
+    let bottom = stack.len();
+    stack.push(a.max(b));
+    if hits != 0 {
+        while let Some(lane) = next_lane(&mut hits) {
+            stack.push(nearest.max(key(lane)));
+            nearest = nearest.min(key(lane));
+        }
+        sort_descending(&mut stack[bottom..]);
+    }
+    Some(Child(nearest as u32))
+}
+
+/// The nearest child that waits, if it is not beyond the limit.
+#[inline(always)]
+fn pop(stack: &mut Stack, limit: f32) -> Option<Child> {
+    while let Some(key) = stack.pop() {
+        if (key >> 32) as u32 <= limit.to_bits() {
+            return Some(Child(key as u32));
+        }
+    }
+    None
+}
+
+/// The place of the lowest bit, which is cleared.
+#[inline(always)]
+fn next_lane(hits: &mut u32) -> Option<usize> {
+    let lane = (*hits != 0).then(|| hits.trailing_zeros() as usize % WIDTH);
+    *hits &= hits.wrapping_sub(1);
+    lane
 }
 
 /// A distance in `f32` that is not less.
