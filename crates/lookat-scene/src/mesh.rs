@@ -29,6 +29,7 @@ impl Mesh {
     }
 
     /// The three vertices of a triangle.
+    #[inline]
     pub fn triangle(&self, index: usize) -> [usize; 3] {
         [0, 1, 2].map(|corner| self.indices[3 * index + corner] as usize)
     }
