@@ -103,6 +103,11 @@ impl<T: Texel> MipMap<T> {
         self.levels[0].height
     }
 
+    /// Bytes that the texels of all versions take.
+    pub fn bytes(&self) -> usize {
+        self.levels.iter().map(|level| size_of_val(&level.texels[..])).sum()
+    }
+
     /// The mean of all texels.
     pub fn mean(&self) -> T {
         self.levels[self.levels.len() - 1].texels[0]

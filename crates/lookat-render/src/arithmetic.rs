@@ -26,6 +26,17 @@ pub(crate) enum Simd {
 }
 
 impl Simd {
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Simd::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Simd::Avx2 => "AVX2",
+            #[cfg(target_arch = "x86_64")]
+            Simd::Avx512 => "AVX-512",
+        }
+    }
+
     /// The best that this processor has.
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]

@@ -17,6 +17,7 @@ use crate::frame::{Frame, flipped};
 use crate::texture::TexturePoint;
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 use lobe::Lobe;
+pub(crate) use material::most_lobes;
 
 /// The scattering of light at a point of a surface towards one direction, `wo`. Directions are in the world and point away
 /// from the surface.
@@ -98,6 +99,15 @@ impl BsdfSample {
     }
 }
 
+/// The reflectance of a material that goes without a list of lobes.
+#[inline(always)]
+pub(crate) fn lambert(material: &MaterialKind) -> Option<&Texture<Vec3>> {
+    match material {
+        MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) }) => Some(kd),
+        _ => None,
+    }
+}
+
 impl<'l> Bsdf<'l> {
     /// The scattering at a point of a material towards `wo`: `frame` holds the shading normal, `n` is the geometric normal.
     /// `None` for a material that is not there: light passes.
@@ -109,12 +119,10 @@ impl<'l> Bsdf<'l> {
         wo: DVec3,
         lobes: &'l mut Lobes,
     ) -> Option<Self> {
-        let scattering = match &material.kind {
-            MaterialKind::None => return None,
-            MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) }) => {
-                Scattering::Lambert(at.value(kd).max(Vec3::ZERO))
-            }
-            kind => Scattering::of(kind, at, &mut lobes.0),
+        let scattering = match (&material.kind, lambert(&material.kind)) {
+            (MaterialKind::None, _) => return None,
+            (_, Some(kd)) => Scattering::Lambert(at.value(kd).max(Vec3::ZERO)),
+            (kind, None) => Scattering::of(kind, at, &mut lobes.0),
         };
         let n = flipped(n, n.dot(wo) < 0.0);
         Some(Bsdf { frame, n, local_o: frame.to_local(wo), scattering })

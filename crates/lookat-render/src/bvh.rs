@@ -83,6 +83,24 @@ impl Bvh {
         self.bounds
     }
 
+    /// How many nodes there are; none where one leaf holds all.
+    pub fn nodes(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// The most nodes on a way from the root to a leaf.
+    pub fn depth(&self) -> usize {
+        let (mut depth, mut level) = (0, vec![self.root]);
+        loop {
+            let nodes = level.iter().filter_map(|child| child.as_inner());
+            level = nodes.flat_map(|node| self.nodes[node].children).collect();
+            if level.is_empty() {
+                return depth;
+            }
+            depth += 1;
+        }
+    }
+
     /// Calls `visit` with each leaf that a ray may meet before `t_max`, about from near to far. `visit` gives the new limit,
     /// or `None` to stop. `boxes` tests the children of a node: which may be met before a limit, as bits, and from which
     /// distance on, not negative.

@@ -25,6 +25,11 @@ impl FilterSampler {
         (DVec2::new(x, y), negative_x != negative_y)
     }
 
+    /// Whether places are looked up in tables.
+    pub fn has_tables(&self) -> bool {
+        !self.x.cdf.is_empty() || !self.y.cdf.is_empty()
+    }
+
     /// The integral of the absolute value over the integral: 1 for a filter that is nowhere negative.
     pub fn weight(&self) -> f64 {
         self.x.weight * self.y.weight

@@ -60,6 +60,17 @@ impl<'t, 's> Tracer<'t, 's> {
     }
 }
 
+/// Numbers that are taken at each surface, and for what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Draw {
+    /// What they choose.
+    pub of: &'static str,
+    /// How many, at most.
+    pub numbers: u32,
+    /// The first surface where they are, counted from 0.
+    pub from: u32,
+}
+
 /// The weight of a sample that was drawn with density `a`, where another way would have drawn it with density `b`: Veach's
 /// power heuristic with exponent 2 (PBR 13.10.1). Densities are multiplied by the number of samples of each way.
 pub(crate) fn power_heuristic(a: f64, b: f64) -> f32 {

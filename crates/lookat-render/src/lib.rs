@@ -34,6 +34,7 @@ mod cutout;
 mod film;
 mod filter;
 mod frame;
+mod inspect;
 mod instance;
 mod integrator;
 mod light;
@@ -52,6 +53,8 @@ mod triangle;
 mod warp;
 
 pub use arithmetic::Precision;
+pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
+pub use integrator::Draw;
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::Scene;

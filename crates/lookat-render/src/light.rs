@@ -132,6 +132,21 @@ impl<'s> LightTable<'s> {
         self.lights.len()
     }
 
+    /// The kind of each light.
+    pub fn kinds(&self) -> impl Iterator<Item = &'static str> {
+        self.lights.iter().map(|light| match light {
+            SceneLight::Point { .. } => "point",
+            SceneLight::Spot { .. } => "spot",
+            SceneLight::Distant { .. } => "distant",
+            SceneLight::Infinite { .. } => "infinite",
+            SceneLight::Environment(_) => "infinite with a picture",
+            SceneLight::Goniometric(_) => "goniometric",
+            SceneLight::Projection(_) => "projection",
+            SceneLight::Surface(SurfaceLight { form: SurfaceForm::Mesh { .. }, .. }) => "mesh",
+            SceneLight::Surface(SurfaceLight { form: SurfaceForm::Curved(_), .. }) => "quadric",
+        })
+    }
+
     /// How many samples of direct light are asked for of a light.
     pub fn samples(&self, light: usize) -> u32 {
         match &self.lights[light] {

@@ -37,6 +37,7 @@ mod integrator;
 mod light;
 mod load;
 mod material;
+mod memory;
 mod mesh;
 mod names;
 mod options;
@@ -65,9 +66,10 @@ pub use light::Light;
 pub use load::{Loaded, load, load_opened};
 pub use lookat_syntax as syntax;
 pub use material::{
-    Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness, Substrate,
-    Translucent, Uber,
+    AnyTexture, Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness,
+    Substrate, Translucent, Uber,
 };
+pub use memory::Memory;
 pub use mesh::Mesh;
 pub use overrides::Overrides;
 pub use sampler::{Sampler, SamplerKind};

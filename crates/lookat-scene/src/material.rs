@@ -10,6 +10,7 @@ mod plastic;
 mod roughness;
 mod stand_in;
 mod substrate;
+mod textures;
 mod translucent;
 mod uber;
 
@@ -31,6 +32,7 @@ pub use needs::Needs;
 pub use plastic::Plastic;
 pub use roughness::Roughness;
 pub use substrate::Substrate;
+pub use textures::AnyTexture;
 pub use translucent::Translucent;
 pub use uber::Uber;
 

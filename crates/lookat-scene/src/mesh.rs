@@ -28,6 +28,15 @@ impl Mesh {
         self.indices.len() / 3
     }
 
+    /// Bytes that the arrays take.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.positions[..])
+            + size_of_val(&self.indices[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.tangents[..])
+            + size_of_val(&self.uvs[..])
+    }
+
     /// The three vertices of a triangle.
     #[inline]
     pub fn triangle(&self, index: usize) -> [usize; 3] {

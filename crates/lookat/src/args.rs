@@ -35,6 +35,8 @@ pub enum Command {
     Chart(Chart),
     /// Show where methods of ray tracing fail, and that lookat does not
     Stability(Stability),
+    /// Say what a scene needs, and what it does not pay for
+    Inspect(Inspect),
 }
 
 #[derive(Debug, Args)]
@@ -77,6 +79,14 @@ pub struct Render {
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub report: Report,
+}
+
+#[derive(Debug, Args)]
+pub struct Inspect {
+    /// The scene file; - is standard input
+    pub scene: PathBuf,
     #[command(flatten)]
     pub report: Report,
 }

@@ -4,6 +4,7 @@ mod args;
 mod chart;
 mod check;
 mod compare;
+mod inspect;
 mod interrupt;
 mod metric;
 mod noise;
@@ -33,6 +34,7 @@ fn main() -> ExitCode {
         args::Command::Verify(arguments) => verify::verify(&arguments),
         args::Command::Chart(arguments) => chart::chart(&arguments),
         args::Command::Stability(arguments) => stability::stability(&arguments),
+        args::Command::Inspect(arguments) => inspect::inspect(&arguments),
     }
 }
 

@@ -2,7 +2,8 @@
 
 use glam::{DVec2, Vec3};
 use lookat_scene::{
-    Glass, MaterialKind, Matte, Metal, Mix, Plastic, Roughness, Substrate, Texture, Translucent, Uber,
+    Glass, Material, MaterialKind, Matte, Metal, Mix, Plastic, Roughness, Substrate, Texture, Translucent,
+    Uber,
 };
 
 use super::LobeList;
@@ -14,6 +15,42 @@ use crate::texture::TexturePoint;
 /// Adds the lobes at a point.
 pub(super) fn add_lobes(material: &MaterialKind, at: &TexturePoint, lobes: &mut LobeList) {
     Builder { at, lobes }.add(material, Vec3::ONE);
+}
+
+/// The most lobes that a material has at any point, and how many of them are specular at most.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct MostLobes {
+    pub all: usize,
+    pub specular: usize,
+}
+
+/// The most lobes of a material: exact where it is everywhere alike, else a bound.
+pub(crate) fn most_lobes(material: &Material) -> MostLobes {
+    if material.needs.coordinates {
+        return bound(&material.kind);
+    }
+    let mut lobes = LobeList::new();
+    add_lobes(&material.kind, &TexturePoint::default(), &mut lobes);
+    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.is_specular()).count() }
+}
+
+/// What [`Builder`] adds at most, whatever the textures give.
+fn bound(material: &MaterialKind) -> MostLobes {
+    let most = |all, specular| MostLobes { all, specular };
+    match material {
+        MaterialKind::None => most(0, 0),
+        MaterialKind::Matte(_) | MaterialKind::Metal(_) | MaterialKind::Substrate(_) => most(1, 0),
+        MaterialKind::Mirror(_) => most(1, 1),
+        MaterialKind::Plastic(_) => most(2, 0),
+        MaterialKind::Translucent(_) => most(4, 0),
+        // Smooth it has one lobe, and so between alike media.
+        MaterialKind::Glass(_) => most(2, 1),
+        MaterialKind::Uber(_) => most(5, 3),
+        MaterialKind::Mix(mix) => {
+            let [a, b] = [0, 1].map(|part: usize| bound(&mix.materials[part].kind));
+            most(a.all + b.all, a.specular + b.specular)
+        }
+    }
 }
 
 /// Collects the lobes of a material.

@@ -322,3 +322,22 @@ fn opacity_lets_light_through() {
     let share: f32 = straight.map(|sample| sample.weight().x).sum::<f32>() / (96.0 * 96.0);
     assert!((share - 0.75).abs() < 1e-4, "{share}");
 }
+
+#[test]
+fn no_material_has_more_lobes_than_is_said_of_it() {
+    for (name, material) in materials() {
+        let exact = most_lobes(&material);
+        let varying = Needs { coordinates: true, ..Needs::NOTHING };
+        let bound = most_lobes(&Material { needs: varying, ..material });
+        assert!(exact.all <= bound.all && exact.specular <= bound.specular, "{name}: {exact:?}, {bound:?}");
+    }
+    let exact = |kind| {
+        let most = most_lobes(&material(kind));
+        (most.all, most.specular)
+    };
+    assert_eq!(exact(MaterialKind::Uber(Box::new(uber()))), (5, 3));
+    assert_eq!(
+        (exact(glass(0.0, 0.0)), exact(glass(0.3, 0.3)), exact(substrate(0.1, 0.1))),
+        ((1, 1), (2, 0), (1, 0))
+    );
+}

@@ -3,9 +3,10 @@
 use glam::{DVec2, Vec3};
 use lookat_scene::LightChoice;
 
-use super::{MAX_PASSED, Tracer, power_heuristic};
+use super::{Draw, MAX_PASSED, Tracer, power_heuristic};
 use crate::bsdf::{Bsdf, Domain, Lobes, Part};
 use crate::camera::CameraRay;
+use crate::light::LightTable;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
@@ -52,6 +53,22 @@ pub(crate) fn li(
         beta *= sample.weight();
         ray = surface.leave(sample.wi);
     }
+}
+
+/// What is drawn at each surface among these lights; `is_specular` where some material has single directions.
+pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> Vec<Draw> {
+    let extended: Vec<u32> =
+        (0..table.len()).filter(|light| !table.is_delta(*light)).map(|light| table.samples(light)).collect();
+    let most = (0..table.len()).map(|light| table.samples(light)).max().unwrap_or(0);
+    let samples =
+        if all_lights { extended.iter().sum() } else { extended.iter().copied().max().unwrap_or(0) };
+    let scattered = if extended.is_empty() { 0 } else { most };
+    let mut draws = Vec::new();
+    let mut draw = |of, numbers| draws.extend((numbers > 0).then_some(Draw { of, numbers, from: 0 }));
+    draw("light choice", u32::from(!all_lights && table.len() > 1));
+    draw("lights", 2 * samples);
+    draw("direction", 2 * scattered + 2 * u32::from(is_specular));
+    draws
 }
 
 /// Light that comes straight to the surface: from all lights, or from one, chosen at random.

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
-use super::{MAX_PASSED, Tracer, power_heuristic};
+use super::{Draw, MAX_PASSED, Tracer, power_heuristic};
 use crate::bsdf::{Bsdf, Domain, Lobes, Part};
 use crate::camera::CameraRay;
 use crate::sampler::SampleStream;
@@ -15,6 +15,21 @@ pub(crate) struct Settings {
     pub max_depth: u32,
     pub roulette_threshold: f64,
     pub light_choice: LightChoice,
+}
+
+/// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
+const FIRST_ROULETTE: u32 = 4;
+
+/// What is drawn at each surface with a material, among so many lights.
+pub(crate) fn draws(max_depth: u32, lights: usize) -> Vec<Draw> {
+    let draw = |of, numbers, from, needed: bool| needed.then_some(Draw { of, numbers, from });
+    let all = [
+        draw("light choice", 1, 0, lights > 1),
+        draw("light", 2, 0, true),
+        draw("direction", 2, 0, true),
+        draw("roulette", 1, FIRST_ROULETTE, max_depth > FIRST_ROULETTE),
+    ];
+    all.into_iter().flatten().collect()
 }
 
 /// How emission that a ray finds counts.
@@ -78,7 +93,7 @@ pub(crate) fn li(
         };
         // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
         let strength = f64::from(beta.max_element() / compression);
-        if bounces > 3 && strength < settings.roulette_threshold {
+        if bounces >= FIRST_ROULETTE && strength < settings.roulette_threshold {
             let end = (1.0 - strength).max(0.05);
             if stream.next_1d() < end {
                 return radiance;
@@ -147,5 +162,41 @@ fn background(tracer: &Tracer, emission: &Emission, d: DVec3, choice: LightChoic
                 radiance * power_heuristic(*pdf, other * lights.probability(choice, *from, light))
             })
             .sum(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::DVec2;
+    use lookat_scene::{Overrides, load};
+
+    use super::*;
+    use crate::Precision;
+    use crate::camera::CameraRays;
+    use crate::light::LightTable;
+    use crate::prepare::Traceable;
+
+    /// In a closed room that absorbs nothing, a path takes at each surface all dimensions that it ever takes.
+    #[test]
+    fn a_surface_takes_as_many_dimensions_as_it_is_said_to_draw() {
+        let text = "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
+            LightSource \"point\" \"point from\" [.5 0 0] LightSource \"point\" \"point from\" [0 .5 0]
+            Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"sphere\" WorldEnd";
+        let scene = load(Path::new("x"), &|_| Ok(text.into()), &Overrides::default()).scene.unwrap();
+        let traceable = Traceable::new(&scene, Precision::Mixed);
+        let lights = LightTable::new(&scene, &traceable);
+        let camera = CameraRays::new(&scene.camera, &scene.film);
+        let camera_ray =
+            CameraRay { camera: &camera, film: DVec2::new(700.0, 300.0), on_lens: DVec2::ZERO, spacing: 1.0 };
+        for max_depth in [5, 9] {
+            let settings = Settings { max_depth, roulette_threshold: 0.0, light_choice: LightChoice::Power };
+            let mut stream = SampleStream::new(&scene.sampler, 0, [0, 0], 0);
+            let mut tracer = Tracer::new(&traceable, &lights);
+            li(&mut tracer, &camera_ray, &mut stream, &settings);
+            let said: u32 = draws(max_depth, lights.len()).iter().map(|draw| draw.numbers).sum();
+            assert_eq!(stream.dimension(), said * max_depth);
+        }
     }
 }

@@ -61,7 +61,8 @@ impl LightTable<'_> {
         if total > 0.0 { self.lights[light].estimate(p) / total } else { 0.0 }
     }
 
-    fn rule(&self, choice: LightChoice) -> LightChoice {
+    /// How lights are chosen where `choice` is asked for.
+    pub fn rule(&self, choice: LightChoice) -> LightChoice {
         if choice == LightChoice::Spatial && self.lights.len() > MANY { LightChoice::Power } else { choice }
     }
 

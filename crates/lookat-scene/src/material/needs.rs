@@ -1,8 +1,6 @@
 //! What a material asks of the surface that it is on, so that others are not asked.
 
-use glam::Vec3;
-
-use super::{MaterialKind, Roughness};
+use super::{AnyTexture, MaterialKind, Roughness};
 use crate::texture::{Texture, Value};
 
 /// What must be known of a point to shade it, beyond its normals.
@@ -20,43 +18,17 @@ impl Needs {
 
     pub(super) fn of(kind: &MaterialKind, bump: Option<&Texture<f64>>) -> Self {
         let mut needs = Needs { coordinates: bump.is_some(), footprint: bump.is_some() };
-        match kind {
-            MaterialKind::Matte(matte) => {
-                needs.colors(&[&matte.kd]);
-                needs.texture(&matte.sigma);
+        for texture in kind.textures() {
+            match texture {
+                AnyTexture::Number(texture) => needs.texture(texture),
+                AnyTexture::Color(texture) => needs.texture(texture),
             }
-            MaterialKind::Plastic(plastic) => {
-                needs.colors(&[&plastic.kd, &plastic.ks]);
-                needs.roughness(&plastic.roughness);
-            }
-            MaterialKind::Translucent(this) => {
-                needs.colors(&[&this.kd, &this.ks, &this.reflect, &this.transmit]);
-                needs.roughness(&this.roughness);
-            }
-            MaterialKind::Glass(glass) => {
-                needs.colors(&[&glass.kr, &glass.kt]);
-                needs.roughness(&glass.roughness);
-                needs.texture(&glass.eta);
-            }
-            MaterialKind::Mirror(mirror) => needs.colors(&[&mirror.kr]),
-            MaterialKind::Metal(metal) => {
-                needs.colors(&[&metal.eta, &metal.k]);
-                needs.roughness(&metal.roughness);
-            }
-            MaterialKind::Substrate(substrate) => {
-                needs.colors(&[&substrate.kd, &substrate.ks]);
-                needs.roughness(&substrate.roughness);
-            }
-            MaterialKind::Uber(uber) => {
-                needs.colors(&[&uber.kd, &uber.ks, &uber.kr, &uber.kt, &uber.opacity]);
-                needs.roughness(&uber.roughness);
-                needs.texture(&uber.eta);
-            }
-            MaterialKind::Mix(mix) => {
-                needs.colors(&[&mix.amount]);
-                mix.materials.iter().for_each(|material| needs.add(material.needs));
-            }
-            MaterialKind::None => {}
+        }
+        if let Some(Roughness { u, v: Some(v), .. }) = kind.roughness() {
+            needs.coordinates |= u.constant() != v.constant();
+        }
+        if let MaterialKind::Mix(mix) = kind {
+            mix.materials.iter().for_each(|material| needs.add(material.needs));
         }
         needs
     }
@@ -66,19 +38,8 @@ impl Needs {
         self.footprint |= other.footprint;
     }
 
-    fn colors(&mut self, textures: &[&Texture<Vec3>]) {
-        textures.iter().for_each(|texture| self.texture(texture));
-    }
-
     fn texture<T: Value>(&mut self, texture: &Texture<T>) {
         self.coordinates |= texture.constant().is_none();
         self.footprint |= texture.is_filtered();
-    }
-
-    fn roughness(&mut self, roughness: &Roughness) {
-        self.texture(&roughness.u);
-        let Some(v) = &roughness.v else { return };
-        self.texture(v);
-        self.coordinates |= roughness.u.constant() != v.constant();
     }
 }

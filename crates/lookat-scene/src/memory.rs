@@ -1,0 +1,172 @@
+//! What the arrays of a scene take in memory.
+
+use std::collections::{HashMap, HashSet};
+use std::sync::Arc;
+
+use lookat_image::{MipMap, Texel};
+
+use crate::texture::{Checkerboard, Dots};
+use crate::{
+    AnyTexture, Light, Material, MaterialKind, Object, Primitive, Scene, Shape, Texture, Value, Varying,
+};
+
+/// The arrays of a scene. What several things share counts once.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Memory {
+    /// Bytes of the meshes.
+    pub meshes: usize,
+    /// How many pictures there are: the same file read in two ways is two.
+    pub pictures: usize,
+    /// Their bytes, coarser versions included.
+    pub picture_bytes: usize,
+}
+
+impl Scene {
+    /// The objects that have copies in the world, each once.
+    pub fn objects(&self) -> Vec<&Arc<Object>> {
+        let mut objects: Vec<&Arc<Object>> = Vec::new();
+        let mut known = HashSet::new();
+        for instance in &self.instances {
+            if known.insert(Arc::as_ptr(&instance.object)) {
+                objects.push(&instance.object);
+            }
+        }
+        objects
+    }
+
+    /// What the arrays of the scene take.
+    pub fn memory(&self) -> Memory {
+        let mut found = Found::default();
+        let of_objects = self.objects().into_iter().flat_map(|object| &object.primitives);
+        self.primitives.iter().chain(of_objects).for_each(|primitive| found.primitive(primitive));
+        for light in &self.lights {
+            match light {
+                Light::Environment { map, .. } | Light::Goniometric { map, .. } => found.picture(map),
+                Light::Projection { map: Some(map), .. } => found.picture(map),
+                _ => {}
+            }
+        }
+        Memory {
+            meshes: found.meshes.values().sum(),
+            pictures: found.pictures.len(),
+            picture_bytes: found.pictures.values().sum(),
+        }
+    }
+}
+
+/// Bytes by address.
+#[derive(Default)]
+struct Found {
+    meshes: HashMap<usize, usize>,
+    pictures: HashMap<usize, usize>,
+    materials: HashSet<usize>,
+}
+
+impl Found {
+    fn primitive(&mut self, primitive: &Primitive) {
+        if let Shape::TriangleMesh(mesh) = &primitive.shape {
+            self.meshes.insert(Arc::as_ptr(mesh).addr(), mesh.bytes());
+        }
+        if let Some(cutout) = &primitive.cutout {
+            cutout.alpha.iter().chain(&cutout.shadow_alpha).for_each(|alpha| self.texture(alpha));
+        }
+        self.material(&primitive.material);
+    }
+
+    fn material(&mut self, material: &Arc<Material>) {
+        if !self.materials.insert(Arc::as_ptr(material).addr()) {
+            return;
+        }
+        material.bump.iter().for_each(|bump| self.texture(bump));
+        for texture in material.kind.textures() {
+            match texture {
+                AnyTexture::Number(texture) => self.texture(texture),
+                AnyTexture::Color(texture) => self.texture(texture),
+            }
+        }
+        if let MaterialKind::Mix(mix) = &material.kind {
+            mix.materials.iter().for_each(|part| self.material(part));
+        }
+    }
+
+    fn texture<T: Value>(&mut self, texture: &Texture<T>) {
+        let Texture::Varying(node) = texture else { return };
+        match &node.texture {
+            Varying::Scale(parts) => parts.iter().for_each(|part| self.texture(part)),
+            Varying::Mix { textures, amount } => {
+                textures.iter().for_each(|part| self.texture(part));
+                self.texture(amount);
+            }
+            Varying::Checkerboard(Checkerboard { textures, .. }) => {
+                textures.iter().for_each(|part| self.texture(part));
+            }
+            Varying::Dots(Dots { dots, around, .. }) => {
+                [dots, around].into_iter().for_each(|part| self.texture(part))
+            }
+            Varying::ImageMap(image) => self.picture(&image.map),
+            Varying::Bilerp(_)
+            | Varying::Uv(_)
+            | Varying::Fbm(_)
+            | Varying::Wrinkled(_)
+            | Varying::Windy { .. }
+            | Varying::Marble(_) => {}
+        }
+    }
+
+    fn picture<T: Texel>(&mut self, map: &Arc<MipMap<T>>) {
+        self.pictures.insert(Arc::as_ptr(map).addr(), map.bytes());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::{Memory, Overrides, load};
+
+    fn memory(world: &str) -> Memory {
+        let text = format!(
+            "Film \"image\" Sampler \"sobol\" Camera \"perspective\" Integrator \"path\" WorldBegin
+            LightSource \"infinite\" {world} WorldEnd"
+        );
+        let read = |path: &Path| match path.extension() {
+            Some(_) => Ok(pfm()),
+            None => Ok(text.clone().into()),
+        };
+        load(Path::new("x"), &read, &Overrides::default()).scene.unwrap().memory()
+    }
+
+    /// Two by two pixels of grey.
+    fn pfm() -> Vec<u8> {
+        [b"Pf\n2 2\n-1\n".as_slice(), &[0; 16]].concat()
+    }
+
+    const TRIANGLE: &str =
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 1 1 0 1 0 1 1]";
+
+    #[test]
+    fn what_is_shared_counts_once() {
+        let one = 3 * 24 + 3 * 4;
+        assert_eq!(memory(&TRIANGLE.repeat(2)).meshes, 2 * one);
+        let object = format!("ObjectBegin \"a\" {TRIANGLE} ObjectEnd");
+        let copies = "ObjectInstance \"a\" ".repeat(3);
+        assert_eq!(memory(&format!("{object} {copies}")).meshes, one);
+        assert_eq!(memory(&object).meshes, 0);
+    }
+
+    #[test]
+    fn pictures_are_found_in_textures_of_textures_and_in_cutouts() {
+        let map = |name: &str, kind: &str, more: &str| {
+            format!("Texture \"{name}\" \"{kind}\" \"imagemap\" \"string filename\" \"a.pfm\" {more} ")
+        };
+        // Four texels and their mean.
+        let of_numbers = map("n", "float", "");
+        let cut = format!("{of_numbers} {TRIANGLE} \"texture alpha\" \"n\"");
+        assert_eq!(memory(&cut), Memory { meshes: 84, pictures: 1, picture_bytes: 5 * 4 });
+        let of_colors = map("c", "spectrum", "");
+        let scaled = "Texture \"s\" \"spectrum\" \"scale\" \"texture tex1\" \"c\" \"rgb tex2\" [.1 .2 .3]
+            Material \"plastic\" \"texture Ks\" \"s\" \"texture Kd\" \"c\"";
+        let found = memory(&format!("{of_colors} {scaled} Shape \"sphere\" {cut}"));
+        assert_eq!(found, Memory { meshes: 84, pictures: 2, picture_bytes: 5 * 4 + 5 * 12 });
+    }
+}

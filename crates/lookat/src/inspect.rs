@@ -1,0 +1,180 @@
+//! `lookat inspect`: what a scene needs, and what it does not pay for.
+
+mod text;
+
+use std::process::ExitCode;
+
+use lookat_render::{Choice, Draw, Elements, Inspection};
+use lookat_scene::{FilterKind, Integrator, LightChoice, Memory, Overrides, Projection, Scene};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use crate::args::Inspect;
+use crate::report::{self, JsonDiagnostic};
+use crate::source::load_scene;
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct JsonResult<'a> {
+    scene: String,
+    diagnostics: Vec<JsonDiagnostic<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    needs: Option<Value>,
+}
+
+/// All that there is to say of a scene.
+struct Found<'s> {
+    scene: &'s Scene,
+    inspection: Inspection,
+    memory: Memory,
+}
+
+/// Runs the command.
+pub fn inspect(arguments: &Inspect) -> ExitCode {
+    let overrides = Overrides { keep_going: arguments.report.keep_going, ..Overrides::default() };
+    let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
+    let name = arguments.scene.display().to_string();
+    let found = loaded.scene.as_ref().map(Found::new);
+    let printed = if arguments.report.json {
+        let needs = found.as_ref().map(Found::json);
+        crate::print_json(&JsonResult { scene: name, diagnostics: report::json(&loaded), needs })
+    } else {
+        report::print(&loaded, false);
+        found.as_ref().is_none_or(|found| crate::print(&found.text(&name)))
+    };
+    ExitCode::from(if printed { u8::from(found.is_none()) } else { crate::TROUBLE })
+}
+
+impl<'s> Found<'s> {
+    fn new(scene: &'s Scene) -> Self {
+        Found { scene, inspection: lookat_render::inspect(scene), memory: scene.memory() }
+    }
+
+    /// The trees of the world and of all objects.
+    fn trees(&self) -> impl Iterator<Item = &Elements> {
+        std::iter::once(&self.inspection.world).chain(&self.inspection.objects)
+    }
+
+    /// Numbers that one camera sample draws, at most.
+    fn most_numbers(&self) -> u64 {
+        let depth = self.inspection.depth;
+        let all = |draw: &Draw| u64::from(draw.numbers) * u64::from(depth.saturating_sub(draw.from));
+        2 + u64::from(self.lens_numbers()) + self.inspection.draws.iter().map(all).sum::<u64>()
+    }
+
+    fn lens_numbers(&self) -> u32 {
+        if self.inspection.has_lens { 2 } else { 0 }
+    }
+
+    /// What the scene does without.
+    fn not_paid_for(&self) -> Vec<&'static str> {
+        let it = &self.inspection;
+        let is_path = matches!(self.scene.integrator, Integrator::Path { .. });
+        let has = |draw: &str| it.draws.iter().any(|drawn| drawn.of == draw);
+        let mut absent = vec![
+            (!it.has_lens, "points on a lens"),
+            (!it.has_filter_table, "filter tables"),
+            (it.world.nodes == 0, "a tree"),
+            (it.world.instances == 0, "instances"),
+            (!it.has_cutouts, "holes"),
+        ];
+        match &it.surfaces {
+            None => absent.push((true, "materials, textures and lights")),
+            Some(surfaces) => absent.extend([
+                (surfaces.lambert == surfaces.kinds.len(), "lists of lobes"),
+                (surfaces.coordinates == 0, "texture coordinates"),
+                (surfaces.footprints == 0, "footprints of textures"),
+                (surfaces.bumps == 0, "bumps"),
+                (it.lights.is_empty(), "shadow rays"),
+                (it.choice == Choice::Nothing, "choice of a light"),
+                (is_path && !has("roulette"), "roulette"),
+            ]),
+        }
+        absent.into_iter().filter(|(is_absent, _)| *is_absent).map(|(_, what)| what).collect()
+    }
+
+    fn json(&self) -> Value {
+        let Found { scene, inspection: it, memory } = self;
+        let elements = |elements: &Elements| {
+            json!({
+                "triangles": elements.triangles, "quadrics": elements.quadrics,
+                "curve_pieces": elements.curve_pieces, "instances": elements.instances,
+                "nodes": elements.nodes, "depth": elements.depth, "bytes": elements.bytes,
+            })
+        };
+        let draws = |draw: &Draw| json!({ "of": draw.of, "numbers": draw.numbers, "from": draw.from });
+        let samples = scene.sampler.samples_per_pixel;
+        json!({
+            "film": {
+                "resolution": scene.film.resolution,
+                "crop": [scene.film.crop.width(), scene.film.crop.height()],
+                "samples_per_pixel": samples,
+                "samples": scene.film.crop.area() * u64::from(samples),
+                "filter": filter_name(scene), "has_table": it.has_filter_table,
+            },
+            "camera": {
+                "projection": projection_name(scene), "has_lens": it.has_lens,
+                "lens": scene.camera.lens.map(|lens| json!({
+                    "radius": lens.radius, "focal_distance": lens.focal_distance,
+                })),
+            },
+            "integrator": { "name": integrator_name(scene), "depth": it.depth },
+            "numbers": {
+                "film": 2, "lens": self.lens_numbers(),
+                "surface": it.draws.iter().map(draws).collect::<Vec<_>>(), "most": self.most_numbers(),
+            },
+            "world": elements(&it.world),
+            "objects": it.objects.iter().map(elements).collect::<Vec<_>>(),
+            "has_cutouts": it.has_cutouts,
+            "surfaces": it.surfaces.as_ref().map(|surfaces| json!({
+                "kinds": surfaces.kinds, "lambert": surfaces.lambert, "most_lobes": surfaces.most_lobes,
+                "specular": surfaces.specular, "coordinates": surfaces.coordinates,
+                "footprints": surfaces.footprints, "bumps": surfaces.bumps,
+            })),
+            "lights": it.lights, "light_choice": choice_name(it.choice),
+            "memory": {
+                "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
+                "pictures": memory.pictures, "picture_bytes": memory.picture_bytes,
+            },
+            "simd": lookat_render::simd(),
+            "not_paid_for": self.not_paid_for(),
+        })
+    }
+}
+
+fn filter_name(scene: &Scene) -> &'static str {
+    match scene.filter.kind {
+        FilterKind::Box => "box",
+        FilterKind::Triangle => "triangle",
+        FilterKind::Gaussian { .. } => "gaussian",
+        FilterKind::Mitchell { .. } => "mitchell",
+        FilterKind::Sinc { .. } => "sinc",
+    }
+}
+
+fn projection_name(scene: &Scene) -> &'static str {
+    match scene.camera.projection {
+        Projection::Perspective { .. } => "perspective",
+        Projection::Orthographic { .. } => "orthographic",
+        Projection::Environment => "environment",
+    }
+}
+
+fn integrator_name(scene: &Scene) -> &'static str {
+    match scene.integrator {
+        Integrator::DirectLighting { .. } => "directlighting",
+        Integrator::Path { .. } => "path",
+        Integrator::AmbientOcclusion { .. } => "ambientocclusion",
+    }
+}
+
+fn choice_name(choice: Choice) -> &'static str {
+    match choice {
+        Choice::Unused => "unused",
+        Choice::Nothing => "none",
+        Choice::All => "all",
+        Choice::One(LightChoice::Uniform) => "uniform",
+        Choice::One(LightChoice::Power) => "power",
+        Choice::One(LightChoice::Spatial) => "spatial",
+    }
+}

@@ -1,0 +1,239 @@
+//! What a scene needs, for people: a line for each part of it.
+
+use lookat_render::{Choice, Draw, Elements, Surfaces};
+use lookat_scene::LightChoice;
+
+use super::{Found, filter_name, integrator_name, projection_name};
+
+impl Found<'_> {
+    pub fn text(&self, name: &str) -> String {
+        let lines = [
+            ("film", self.film()),
+            ("camera", self.camera()),
+            ("integrator", self.integrator()),
+            ("numbers", self.numbers()),
+            ("shapes", self.shapes()),
+            ("tree", self.tree()),
+            ("materials", self.inspection.surfaces.as_ref().map_or("not asked for".into(), materials)),
+            ("textures", self.inspection.surfaces.as_ref().map_or("not asked for".into(), textures)),
+            ("lights", self.lights()),
+            ("memory", self.memory()),
+            ("arithmetic", arithmetic()),
+            ("not paid for", listed(&self.not_paid_for())),
+        ];
+        let line = |(title, text): &(&str, String)| format!("  {title:14}{}\n", wrapped(text));
+        format!("{name}\n") + &lines.iter().map(line).collect::<String>()
+    }
+
+    fn film(&self) -> String {
+        let (film, samples) = (&self.scene.film, self.scene.sampler.samples_per_pixel);
+        let [width, height] = film.resolution;
+        let size = format!("{} x {}", film.crop.width(), film.crop.height());
+        let whole = if film.crop.area() == u64::from(width) * u64::from(height) {
+            String::new()
+        } else {
+            format!(" of {width} x {height}")
+        };
+        let all = thousands(film.crop.area() * u64::from(samples));
+        let each = count(u64::from(samples), "sample");
+        format!("{size}{whole} pixels, {each} each, {all} in all; {} filter", filter_name(self.scene))
+    }
+
+    fn camera(&self) -> String {
+        let lens = match self.scene.camera.lens {
+            Some(lens) => {
+                format!("thin lens of radius {}, sharp at distance {}", lens.radius, lens.focal_distance)
+            }
+            None => "pinhole".into(),
+        };
+        match projection_name(self.scene) {
+            "environment" => "environment".into(),
+            projection => format!("{projection}, {lens}"),
+        }
+    }
+
+    fn integrator(&self) -> String {
+        let depth = self.inspection.depth;
+        let surfaces = if depth == 1 { "surface" } else { "surfaces" };
+        format!("{}, over at most {depth} {surfaces}", integrator_name(self.scene))
+    }
+
+    fn numbers(&self) -> String {
+        let lens = if self.inspection.has_lens { ", lens 2" } else { "" };
+        let drawn = |draw: &Draw| match draw.from {
+            0 => format!("{} {}", draw.of, thousands(draw.numbers.into())),
+            from => format!("{} {} from surface {} on", draw.of, draw.numbers, from + 1),
+        };
+        let at_surface: Vec<String> = self.inspection.draws.iter().map(drawn).collect();
+        let at_surface = match at_surface[..] {
+            [] => String::new(),
+            _ => format!("; at each surface {}", listed(&at_surface)),
+        };
+        format!("film 2{lens}{at_surface}: at most {} a sample", thousands(self.most_numbers()))
+    }
+
+    fn shapes(&self) -> String {
+        let world = &self.inspection.world;
+        let mut parts = elements(world);
+        if world.instances > 0 {
+            let objects = self.inspection.objects.iter().fold(Elements::default(), |sum, object| Elements {
+                triangles: sum.triangles + object.triangles,
+                quadrics: sum.quadrics + object.quadrics,
+                curve_pieces: sum.curve_pieces + object.curve_pieces,
+                ..sum
+            });
+            parts.push(format!(
+                "{} of {} ({})",
+                plural(world.instances as u64, "copy", "copies"),
+                count(self.inspection.objects.len() as u64, "object"),
+                listed(&elements(&objects)),
+            ));
+        }
+        listed(&parts)
+    }
+
+    fn tree(&self) -> String {
+        let tree = |of: &str, elements: &Elements| match elements.nodes {
+            0 => format!("{of}a list"),
+            nodes => format!("{of}{}, {} deep", count(nodes as u64, "node"), elements.depth),
+        };
+        let world = tree("", &self.inspection.world);
+        let deepest = self.inspection.objects.iter().max_by_key(|object| object.depth);
+        match deepest {
+            Some(object) => format!("{world}; {}", tree("in the deepest object ", object)),
+            None => world,
+        }
+    }
+
+    fn lights(&self) -> String {
+        let it = &self.inspection;
+        let how = match it.choice {
+            Choice::Unused => return "not asked for".into(),
+            Choice::Nothing => "",
+            Choice::All => "; all are sampled at each surface",
+            Choice::One(LightChoice::Uniform) => "; one is chosen at each surface, all alike",
+            Choice::One(LightChoice::Power) => "; one is chosen at each surface, by power",
+            Choice::One(LightChoice::Spatial) => "; one is chosen at each surface, by what it brings there",
+        };
+        format!("{}{how}", tallied(&it.lights))
+    }
+
+    fn memory(&self) -> String {
+        let trees = self.trees().map(|tree| tree.bytes).sum();
+        let mut parts = vec![format!("trees {}", megabytes(trees))];
+        if self.memory.meshes > 0 {
+            parts.push(format!("meshes {}", megabytes(self.memory.meshes)));
+        }
+        if self.memory.pictures > 0 {
+            let pictures = count(self.memory.pictures as u64, "picture");
+            parts.push(format!("{pictures} {}", megabytes(self.memory.picture_bytes)));
+        }
+        listed(&parts)
+    }
+}
+
+/// The elements that there are, but for instances.
+fn elements(elements: &Elements) -> Vec<String> {
+    let Elements { triangles, quadrics, curve_pieces, .. } = *elements;
+    let all = [(triangles, "triangle"), (quadrics, "quadric"), (curve_pieces, "piece of curves")];
+    let there = all.into_iter().filter(|(number, _)| *number > 0);
+    there
+        .map(|(number, name)| match name {
+            "piece of curves" => plural(number as u64, name, "pieces of curves"),
+            _ => count(number as u64, name),
+        })
+        .collect()
+}
+
+fn materials(surfaces: &Surfaces) -> String {
+    let others = surfaces.kinds.len() - surfaces.lambert;
+    let kinds = tallied(&surfaces.kinds);
+    let lobes = count(surfaces.most_lobes as u64, "lobe");
+    match (surfaces.lambert, others) {
+        (0, 0) => kinds,
+        (_, 0) => format!("{kinds}; all diffuse, without a list of lobes"),
+        (0, _) => format!("{kinds}; up to {lobes}"),
+        (lambert, _) => format!("{kinds}; {lambert} without a list of lobes, the others up to {lobes}"),
+    }
+}
+
+fn textures(surfaces: &Surfaces) -> String {
+    let Surfaces { coordinates, footprints, bumps, .. } = *surfaces;
+    let all = [(coordinates, "coordinates"), (footprints, "footprints"), (bumps, "bumps")];
+    let needs: Vec<String> = all
+        .into_iter()
+        .filter(|(materials, _)| *materials > 0)
+        .map(|(materials, what)| format!("{what} for {}", count(materials as u64, "material")))
+        .collect();
+    listed(&needs)
+}
+
+fn arithmetic() -> String {
+    let by = match lookat_render::simd() {
+        "portable" => "portable code".to_owned(),
+        simd => simd.to_owned(),
+    };
+    format!("f32, eight boxes or triangles at a time, {by}; f64 decides")
+}
+
+/// Text in lines, each below the start of the first.
+fn wrapped(text: &str) -> String {
+    let (mut lines, mut column) = (String::new(), 0);
+    for word in text.split(' ') {
+        let width = word.chars().count();
+        if column > 0 && column + 1 + width > WIDTH {
+            lines += "\n                ";
+            column = 0;
+        } else if column > 0 {
+            lines.push(' ');
+            column += 1;
+        }
+        lines += word;
+        column += width;
+    }
+    lines
+}
+
+/// Columns of text beside the titles.
+const WIDTH: usize = 84;
+
+/// How many there are of each name.
+fn tallied(names: &[&str]) -> String {
+    let mut tally: Vec<(&str, usize)> = Vec::new();
+    for name in names {
+        match tally.iter_mut().find(|(known, _)| known == name) {
+            Some((_, number)) => *number += 1,
+            None => tally.push((name, 1)),
+        }
+    }
+    let texts: Vec<String> = tally.iter().map(|(name, number)| format!("{number} {name}")).collect();
+    listed(&texts)
+}
+
+fn listed<T: AsRef<str>>(texts: &[T]) -> String {
+    let texts: Vec<&str> = texts.iter().map(AsRef::as_ref).collect();
+    if texts.is_empty() { "none".into() } else { texts.join(", ") }
+}
+
+fn count(number: u64, name: &str) -> String {
+    plural(number, name, &format!("{name}s"))
+}
+
+fn plural(number: u64, one: &str, many: &str) -> String {
+    format!("{} {}", thousands(number), if number == 1 { one } else { many })
+}
+
+/// A number with commas.
+fn thousands(number: u64) -> String {
+    let digits = number.to_string();
+    let groups: Vec<&str> =
+        digits.as_bytes().rchunks(3).rev().filter_map(|group| str::from_utf8(group).ok()).collect();
+    groups.join(",")
+}
+
+fn megabytes(bytes: usize) -> String {
+    match bytes as f64 / 1e6 {
+        size if size < 0.1 => format!("{:.1} kB", size * 1e3),
+        size => format!("{size:.1} MB"),
+    }
+}

@@ -1,0 +1,124 @@
+//! `lookat inspect`: what scenes need, and what they do without.
+
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+fn run(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_lookat")).args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+/// What `--json` says of a scene of the project, which people are told too.
+fn needs(name: &str) -> Value {
+    let scene =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pbrt-scenes").join(name).with_extension("pbrt");
+    let file = scene.to_str().unwrap();
+    let (status, text, err) = run(&["inspect", file]);
+    assert_eq!((status, err.as_str()), (0, ""), "{name}");
+    let (status, out, err) = run(&["inspect", file, "--json"]);
+    assert_eq!((status, err.as_str()), (0, ""), "{name}");
+    let mut result: Value = serde_json::from_str(&out).unwrap();
+    let needs = result["needs"].take();
+    // Both say the same.
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    for absent in needs["not_paid_for"].as_array().unwrap() {
+        assert!(
+            words(text.split_once("not paid for").unwrap().1).contains(absent.as_str().unwrap()),
+            "{text}"
+        );
+    }
+    needs
+}
+
+/// Whether a scene does without.
+fn lacks(needs: &Value, what: &str) -> bool {
+    needs["not_paid_for"].as_array().unwrap().iter().any(|absent| absent == what)
+}
+
+#[test]
+fn a_lens_and_instances_are_seen() {
+    let first = needs("first");
+    assert_eq!(first["film"]["samples"], 640 * 360 * 64);
+    assert_eq!(first["camera"]["lens"]["focal_distance"], 6.0);
+    assert_eq!(first["world"]["triangles"], 2306);
+    assert_eq!((&first["world"]["quadrics"], &first["world"]["instances"]), (&3.into(), &26.into()));
+    assert_eq!((&first["objects"][0]["quadrics"], &first["objects"][0]["nodes"]), (&1.into(), &0.into()));
+    // The floor is rough.
+    assert_eq!(
+        (&first["surfaces"]["kinds"], &first["surfaces"]["lambert"]),
+        (&vec!["matte"; 6].into(), &5.into())
+    );
+    assert_eq!(first["lights"], Value::from(["infinite", "quadric"].as_slice()));
+    // The film and the lens, and at each of four surfaces the choice of a light, a light and a direction.
+    assert_eq!(first["numbers"]["most"], 2 + 2 + 4 * (1 + 2 + 2));
+    assert!(
+        !lacks(&first, "points on a lens") && !lacks(&first, "a tree") && !lacks(&first, "filter tables")
+    );
+    assert!(lacks(&first, "texture coordinates") && lacks(&first, "roulette") && lacks(&first, "holes"));
+}
+
+#[test]
+fn lobes_and_roulette_are_seen() {
+    let glossy = needs("cornell-glossy");
+    assert_eq!(glossy["surfaces"]["lambert"], 4);
+    assert_eq!((&glossy["surfaces"]["most_lobes"], &glossy["light_choice"]), (&3.into(), &"none".into()));
+    // At five surfaces, and roulette at the fifth.
+    assert_eq!(glossy["numbers"]["most"], 2 + 5 * (2 + 2) + 1);
+    assert!(lacks(&glossy, "points on a lens") && lacks(&glossy, "choice of a light"));
+    assert!(!lacks(&glossy, "lists of lobes") && !lacks(&glossy, "roulette"));
+}
+
+#[test]
+fn textures_are_seen() {
+    let textured = needs("textures-envmap");
+    assert_eq!(
+        (&textured["surfaces"]["coordinates"], &textured["surfaces"]["footprints"]),
+        (&3.into(), &3.into())
+    );
+    assert_eq!(
+        (&textured["memory"]["pictures"], &textured["lights"][0]),
+        (&2.into(), &"infinite with a picture".into())
+    );
+    assert!(lacks(&textured, "lists of lobes") && lacks(&textured, "bumps"));
+    assert!(!lacks(&textured, "texture coordinates") && !lacks(&textured, "footprints of textures"));
+}
+
+#[test]
+fn lights_without_extent_take_no_numbers() {
+    let lit = needs("delta-lights");
+    assert_eq!((&lit["numbers"]["most"], &lit["light_choice"]), (&2.into(), &"all".into()));
+    assert_eq!(lit["integrator"]["depth"], 1);
+}
+
+#[test]
+fn a_scene_with_errors_is_told_as_by_check() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("wrong.pbrt");
+    let text = "Film \"image\" Sampler \"sobol\" Camera \"perspective\" Integrator \"ambientocclusion\"
+        WorldBegin Shape \"sphere\" Shape \"sphrere\" WorldEnd";
+    std::fs::write(&path, text).unwrap();
+    let file = path.to_str().unwrap();
+    let (status, out, err) = run(&["inspect", file]);
+    assert_eq!((status, out.as_str()), (1, ""));
+    assert_eq!(err, run(&["check", file]).2);
+    let (status, out, _) = run(&["inspect", file, "--json"]);
+    let result: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(
+        (status, &result["needs"], &result["diagnostics"][0]["severity"]),
+        (1, &Value::Null, &"error".into())
+    );
+    // Without what is in error there is a scene.
+    let (status, out, err) = run(&["inspect", file, "--keep-going"]);
+    assert!(status == 0 && err.contains("sphrere") && out.contains("1 quadric\n"), "{out}{err}");
+    let (status, out, _) = run(&["inspect", file, "--keep-going", "--json"]);
+    let result: Value = serde_json::from_str(&out).unwrap();
+    // One leaf, and an integrator that asks for no material.
+    assert!(status == 0 && lacks(&result["needs"], "a tree"), "{out}");
+    assert!(lacks(&result["needs"], "materials, textures and lights"), "{out}");
+    assert_eq!(result["needs"]["numbers"]["most"], 2 + 2 * 64);
+    assert_eq!(run(&["inspect", "nothing.pbrt"]).0, 1);
+    assert_eq!(run(&["inspect"]).0, 2);
+}
