@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use lookat_render::{DARK, Reached, Settings, TargetError};
 use lookat_scene::Scene;
 
-use crate::stability::interval_at;
+use crate::interval::interval_at;
 pub use known::{Known, edges, fireflies, lens, plain, tinted, wall};
 pub use rules::{RULES, Rule, rule_pixels};
 
@@ -127,5 +127,5 @@ impl Stratum {
 
 /// The scene of a text without fault.
 fn scene(text: &str) -> Scene {
-    crate::stability::scenes::scene(text)
+    crate::text_scene::scene(text)
 }

@@ -2,7 +2,7 @@
 
 use clap::Args;
 use lookat_image::{Aligned, Image, agreement, align};
-use lookat_lab::stability::interval;
+use lookat_lab::interval::interval;
 use lookat_scene::Overrides;
 use statrs::distribution::{ContinuousCDF, Normal};
 

@@ -1,7 +1,8 @@
 //! Measures lookat against formulas of others, and against the truth. The results stand in `docs/`.
 
 pub mod chart;
-pub mod plot;
-
 pub mod coverage;
+pub mod interval;
+pub mod plot;
 pub mod stability;
+mod text_scene;

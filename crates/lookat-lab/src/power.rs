@@ -5,7 +5,7 @@ use lookat_image::{Image, agreement, align, mean};
 use lookat_scene::Overrides;
 
 use crate::pictures::{render, scene};
-use lookat_lab::stability::interval;
+use lookat_lab::interval::interval;
 
 /// What to run.
 #[derive(Debug, Args)]

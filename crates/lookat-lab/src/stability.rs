@@ -9,7 +9,6 @@ mod chart;
 mod methods;
 mod quadric;
 pub(crate) mod random;
-pub(crate) mod scenes;
 mod sphere;
 mod table;
 mod tally;
@@ -20,7 +19,6 @@ mod truth;
 pub use case::{Axis, Case, Effort, Family, Found, LOOKAT, Row};
 pub use chart::draw;
 pub use table::{as_csv, as_json};
-pub use tally::{interval, interval_at};
 
 /// All cases, in the order of their names.
 pub fn cases() -> Vec<Case> {

@@ -164,7 +164,9 @@ fn render_tiles<F>(prepared: &Prepared, settings: &Settings, control: &Control, 
 where
     F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
 {
-    let context = Context::new(prepared, settings, control, li);
+    let is_open = settings.target_error.is_some() || settings.time.is_some();
+    let nominal = if is_open { adaptive::FIRST } else { prepared.scene.sampler.samples_per_pixel };
+    let context = Context::new(prepared, nominal, control, li);
     let (tiles, target) = match &settings.target_error {
         Some(target) => {
             let (tiles, reached) = adaptive::render(&context, settings, target);

@@ -75,38 +75,41 @@ impl Traceable<'_> {
         let sheared = ShearedRay::new(query.ray);
         let slabs = WideSlabs::new(&Slabs::new(query.ray));
         let filter = WideFilterRay::new(FilterRay::new(query.ray, sheared.axes));
-        let tests = Tests {
-            boxes: |node: &Node, t_max| slabs.meet(node, t_max),
-            filter: |block: &Block, t_max| filter.may_meet(block, t_max),
-            decide: |triangle: &Triangle| sheared.intersect(&triangle.corners),
-        };
-        self.search_with::<ANY>(query, hit, &tests)
+        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
+        self.search_mixed::<ANY>(query, hit, &sheared, boxes, |block, t_max| filter.may_meet(block, t_max))
     }
 
+    /// The same, with the registers of AVX-512.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
     fn search_avx512<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = WideSlabs::new(&Slabs::new(query.ray));
         let filter = WideFilterRay::new(FilterRay::new(query.ray, sheared.axes));
-        let tests = Tests {
-            boxes: |node: &Node, t_max| slabs.meet(node, t_max),
-            filter: |block: &Block, t_max| filter.may_meet(block, t_max),
-            decide: |triangle: &Triangle| sheared.intersect(&triangle.corners),
-        };
-        self.search_with::<ANY>(query, hit, &tests)
+        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
+        self.search_mixed::<ANY>(query, hit, &sheared, boxes, |block, t_max| filter.may_meet(block, t_max))
     }
 
     fn search_portable<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = Slabs::new(query.ray);
         let filter = FilterRay::new(query.ray, sheared.axes);
-        let tests = Tests {
-            boxes: |node: &Node, t_max| slabs.meet(node, t_max),
-            filter: |block: &Block, t_max| filter.may_meet(block, t_max),
-            decide: |triangle: &Triangle| sheared.intersect(&triangle.corners),
-        };
-        self.search_with::<ANY>(query, hit, &tests)
+        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
+        self.search_mixed::<ANY>(query, hit, &sheared, boxes, |block, t_max| filter.may_meet(block, t_max))
+    }
+
+    /// By tests in `f32` that leave out what is not met.
+    #[inline(always)]
+    fn search_mixed<const ANY: bool>(
+        &self,
+        query: Query,
+        hit: &mut Hit,
+        sheared: &ShearedRay,
+        boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
+        filter: impl Fn(&Block, f64) -> u32,
+    ) -> bool {
+        let decide = |triangle: &Triangle| sheared.intersect(&triangle.corners);
+        self.search_with::<ANY>(query, hit, &Tests { boxes, filter, decide })
     }
 
     fn search_double<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {

@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::write_file;
-use lookat_lab::stability::{Case, Effort, Found, LOOKAT, Row, as_csv, as_json, cases, interval};
+use lookat_lab::interval::interval;
+use lookat_lab::stability::{Case, Effort, Found, LOOKAT, Row, as_csv, as_json, cases};
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;

@@ -11,8 +11,8 @@ use super::case::{Axis, Case, Effort, Family, Found, LOOKAT};
 use super::methods::quadric::{Round, pbrt_v3, pbrt_v3_disk};
 use super::methods::{double, single};
 use super::random::{between, chance, direction, in_cube};
-use super::scenes::scene;
 use super::tally::{Tally, tally};
+use crate::text_scene::scene;
 use truth::Truth;
 
 #[rustfmt::skip]

@@ -11,8 +11,8 @@ use twofloat::TwoFloat;
 
 use super::case::{Axis, Case, Family};
 use super::random::direction;
-use super::scenes::scene;
 use super::truth::{Wide, quotient};
+use crate::text_scene::scene;
 
 const DISTANCE: Axis = Axis::Of("distance / radius");
 const RADIUS: Axis = Axis::Of("radius");

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::case::{Case, Found};
-use super::tally::interval;
+use crate::interval::interval;
 
 /// One line for each row of each case, after a line of names.
 pub fn as_csv(results: &[(Case, Found)]) -> String {

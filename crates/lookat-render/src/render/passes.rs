@@ -23,13 +23,6 @@ struct Pass {
     samples: Range<u32>,
 }
 
-/// Samples per pixel that textures are filtered for. It has to be known in advance, so that all samples of a pixel have
-/// one mean.
-pub(super) fn nominal_samples(scene: &Scene, settings: &Settings) -> u32 {
-    let is_open = settings.target_error.is_some() || settings.time.is_some();
-    if is_open { super::adaptive::FIRST } else { scene.sampler.samples_per_pixel }
-}
-
 /// The pattern of a picture, with as many samples as there may be.
 fn sampler(scene: &Scene, settings: &Settings) -> Sampler {
     if settings.time.is_none() {

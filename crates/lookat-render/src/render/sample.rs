@@ -1,14 +1,12 @@
 //! Samples of one pixel.
 
 use std::ops::Range;
-
 use std::time::Duration;
 
 use glam::{DVec2, Vec3};
 use lookat_scene::{Sampler, Scene};
 
 use super::control::Control;
-use super::{Settings, passes};
 use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, limited};
 use crate::filter::FilterSampler;
@@ -39,14 +37,16 @@ pub(super) struct Context<'a, F> {
 }
 
 impl<'a, F> Context<'a, F> {
-    pub fn new(prepared: &'a Prepared<'a>, settings: &Settings, control: &'a Control<'a>, li: F) -> Self {
+    /// `nominal_samples`: those of a pixel that textures are filtered for. They have to be known in advance, so that all
+    /// samples of a pixel have one mean.
+    pub fn new(prepared: &'a Prepared<'a>, nominal_samples: u32, control: &'a Control<'a>, li: F) -> Self {
         let scene = prepared.scene;
         Context {
             prepared,
             control,
             filter: FilterSampler::new(&scene.filter),
             camera: CameraRays::new(&scene.camera, &scene.film),
-            spacing: f64::from(passes::nominal_samples(scene, settings)).sqrt().recip(),
+            spacing: f64::from(nominal_samples).sqrt().recip(),
             li,
         }
     }

@@ -9,8 +9,8 @@ use super::exact::{Pinhole, View, angle, tan_half};
 use super::{anywhere, case, film, text};
 use crate::stability::case::{Axis, Case, Effort, Found, LOOKAT};
 use crate::stability::methods::camera as by;
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::scene;
 
 pub(super) fn cases() -> Vec<Case> {
     let exact = |case| Case { error: "direction, rad", limit: 1e-15, ..case };

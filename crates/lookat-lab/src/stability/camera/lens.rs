@@ -11,10 +11,10 @@ use super::perspective::far_look_at;
 use super::{anywhere, case, film, look_at, square, text};
 use crate::stability::case::{Axis, Case, Effort, Found, LOOKAT};
 use crate::stability::methods::{Vector, camera as by, double, single};
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
 use crate::stability::truth::Wide;
 use crate::stability::truth::quotient;
+use crate::text_scene::scene;
 
 pub(super) fn cases() -> Vec<Case> {
     vec![

@@ -9,8 +9,8 @@ use super::exact::{Pinhole, View, angle, tan_half};
 use super::{anywhere, case, film, look_at, text};
 use crate::stability::case::{Axis, Case, Effort, Found, LOOKAT};
 use crate::stability::methods::{camera as by, double, single};
-use crate::stability::scenes::{load, scene};
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::{load, scene};
 
 pub(super) fn cases() -> Vec<Case> {
     vec![

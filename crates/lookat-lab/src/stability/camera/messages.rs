@@ -9,7 +9,7 @@ use lookat_scene::syntax::Severity;
 
 use super::{case, text};
 use crate::stability::case::{Case, Effort, Found};
-use crate::stability::scenes::{load, scene};
+use crate::text_scene::{load, scene};
 
 pub(super) fn cases() -> Vec<Case> {
     vec![

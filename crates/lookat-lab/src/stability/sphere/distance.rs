@@ -7,8 +7,8 @@ use rand::RngExt;
 use super::{Truth, aimed, direction, sphere_at_eye};
 use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::{double, single, sphere as by};
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::scene;
 
 const METHODS: [&str; 9] = [
     LOOKAT,

@@ -6,9 +6,9 @@ use lookat_render::{Probe, Ray};
 use super::{Truth, aimed, direction, sphere_at_eye};
 use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::{single, sphere as by};
-use crate::stability::scenes::{load, scene};
 use crate::stability::tally::{Tally, tally};
 use crate::stability::truth::Wide;
+use crate::text_scene::{load, scene};
 
 const SIZES: [f64; 7] = [1e-30, 1e-12, 1e-3, 1.0, 1e3, 1e12, 1e30];
 

@@ -10,8 +10,8 @@ use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::slab::{self, Box32};
 use crate::stability::methods::{double, single};
 use crate::stability::random::{below, between, chance};
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::scene;
 
 const METHODS: [&str; 7] = [
     LOOKAT,

@@ -10,9 +10,9 @@ use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::slab::{self, Box32};
 use crate::stability::methods::{double, single};
 use crate::stability::random::{below, chance, direction};
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
 use crate::stability::truth::Wide;
+use crate::text_scene::scene;
 
 mod world;
 

@@ -7,7 +7,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::stability::case::{Effort, Found};
 use crate::stability::random::{direction, in_cube};
-use crate::stability::scenes::scene;
+use crate::text_scene::scene;
 
 const HEAD: &str = r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#;
 

@@ -10,8 +10,8 @@ use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::offset::{Body, HitPoint, normal};
 use crate::stability::methods::{double, single};
 use crate::stability::random::{between, direction, in_triangle};
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::scene;
 
 /// Formulas that put the origin beyond the next surface fail; what is tried is the offset alone, on a surface that single
 /// precision holds, so that the rounding of the gap is not counted.

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use lookat_scene::{Sampler, SamplerKind, Scene};
 
-use crate::stability::scenes::scene;
+use crate::text_scene::scene;
 
 /// Pixels on a side.
 pub(super) const SIDE: u32 = 16;

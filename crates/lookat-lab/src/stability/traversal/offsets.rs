@@ -8,8 +8,8 @@ use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::offset::{self, Body, HitPoint, normal};
 use crate::stability::methods::{double, single};
 use crate::stability::random::{between, chance, direction, in_cube, leaving};
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::scene;
 
 mod bodies;
 

@@ -1,7 +1,7 @@
 //! Pictures of unusual size, and the same picture on any number of threads: V14 and V15.
 
 use crate::stability::case::{Effort, Found};
-use crate::stability::scenes::{load, render, scene};
+use crate::text_scene::{load, render, scene};
 
 /// A scene, whose film and sampler are what the case is about.
 fn text(film: &str, sampler: &str, integrator: &str, world: &str) -> String {

@@ -138,7 +138,7 @@ const WIDE: u32 = 24;
 /// reflectance. All pixels show it.
 fn sky() -> Scene {
     // The sine of half the angle that the sphere covers, squared, is the form factor.
-    crate::stability::scenes::scene(&format!(
+    crate::text_scene::scene(&format!(
         "LookAt 2 0.5 0  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 1e-6
          Film \"image\" \"integer xresolution\" {WIDE} \"integer yresolution\" {WIDE}
          Sampler \"sobol\" Integrator \"directlighting\" WorldBegin

@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::random::between;
-use crate::stability::scenes::{render, scene};
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::{render, scene};
 
 /// How far the light is from the floor.
 const DISTANCE: f64 = 10.0;

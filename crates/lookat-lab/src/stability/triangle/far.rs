@@ -11,9 +11,9 @@ use super::truth::{cosine, crossing};
 use super::{COUNT, ask_double, ask_single, direction, inside, mesh_text, names, rounded, text};
 use crate::stability::case::{Effort, Found};
 use crate::stability::methods::{double, single};
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
 use crate::stability::truth::quotient;
+use crate::text_scene::scene;
 
 /// A square on the ground, its middle below an eye at height 1.
 pub(super) fn horizon(effort: &Effort) -> Found {

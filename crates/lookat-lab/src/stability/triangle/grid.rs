@@ -11,8 +11,8 @@ use rand_pcg::Pcg64Mcg;
 use super::{COUNT, ask_double, ask_single, mesh_text, names};
 use crate::stability::case::{Effort, Found};
 use crate::stability::methods::single;
-use crate::stability::scenes::scene;
 use crate::stability::tally::Tally;
+use crate::text_scene::scene;
 
 /// About as many vertices as rays are asked for, up to a million.
 pub(super) fn grid(effort: &Effort) -> Found {

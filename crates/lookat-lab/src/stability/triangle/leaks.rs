@@ -12,8 +12,8 @@ use super::{COUNT, direction, mesh_text, names, text};
 use crate::stability::case::{Effort, Found};
 use crate::stability::methods::triangle::{DOUBLE, Formula, SINGLE, Triangle};
 use crate::stability::methods::{Vector, double, single};
-use crate::stability::scenes::scene;
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::scene;
 
 /// The formulas get world coordinates, as their renderers do; lookat makes them relative to the eye. At 1e8 the vertices
 /// of single precision are 8 apart: there it is the rounding of the mesh that fails, not the formula.

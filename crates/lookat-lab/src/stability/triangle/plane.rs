@@ -9,8 +9,8 @@ use super::far::poses;
 use super::{COUNT, ask_double, ask_single, direction, inside, mesh_text, names, text};
 use crate::stability::case::{Effort, Found, LOOKAT};
 use crate::stability::methods::single;
-use crate::stability::scenes::{render, scene};
 use crate::stability::tally::{Tally, tally};
+use crate::text_scene::{render, scene};
 
 /// Copies in each of two meshes, enough for a tree of several leaves.
 const COPIES: usize = 6;
