@@ -1,5 +1,6 @@
 //! Measures lookat against formulas of others, and against the truth. The results stand in `docs/`.
 
+pub mod bench;
 pub mod chart;
 pub mod coverage;
 pub mod interval;

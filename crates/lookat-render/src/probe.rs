@@ -35,6 +35,13 @@ impl<'s> Probe<'s> {
         }
     }
 
+    /// The same scene, intersected with other numbers.
+    #[must_use]
+    pub fn with_precision(mut self, precision: Precision) -> Self {
+        self.traceable.precision = precision;
+        self
+    }
+
     /// The world position that all others are relative to.
     pub fn eye(&self) -> DVec3 {
         self.traceable.eye

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
+use lookat_lab::bench::Part;
 
 use crate::metric::{Limit, Metric};
 pub use chart::{Chart, Other};
@@ -37,6 +38,8 @@ pub enum Command {
     Stability(Stability),
     /// Say what a scene needs, and what it does not pay for
     Inspect(Inspect),
+    /// Measure how fast lookat is on this machine
+    Bench(Bench),
 }
 
 #[derive(Debug, Args)]
@@ -81,6 +84,20 @@ pub struct Render {
     pub quiet: bool,
     #[command(flatten)]
     pub report: Report,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Takes about a minute. Other programs that run at the same time show in the numbers.")]
+pub struct Bench {
+    /// Measure only these: tracing, reading, rendering or features
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = part)]
+    pub only: Vec<Part>,
+    /// How often each thing is measured; medians are printed
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub rounds: u16,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -182,6 +199,11 @@ pub struct Verify {
 
 fn metric(text: &str) -> Result<Metric, String> {
     Metric::from_name(text).ok_or_else(|| format!("the metrics are {}", Metric::names()))
+}
+
+fn part(text: &str) -> Result<Part, String> {
+    let found = Part::ALL.into_iter().find(|part| part.name() == text);
+    found.ok_or_else(|| format!("there are {}", Part::ALL.map(Part::name).join(", ")))
 }
 
 fn limit(text: &str) -> Result<Limit, String> {

@@ -1,6 +1,7 @@
 //! The program `lookat`. See its `--help`, and README.md.
 
 mod args;
+mod bench;
 mod chart;
 mod check;
 mod compare;
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         args::Command::Chart(arguments) => chart::chart(&arguments),
         args::Command::Stability(arguments) => stability::stability(&arguments),
         args::Command::Inspect(arguments) => inspect::inspect(&arguments),
+        args::Command::Bench(arguments) => bench::bench(&arguments),
     }
 }
 

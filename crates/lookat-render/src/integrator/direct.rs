@@ -131,6 +131,7 @@ fn lights(
         );
         sum += sample.weight() * found / scattered as f32;
     }
+    stream.skip(2);
     sum
 }
 

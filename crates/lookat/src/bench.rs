@@ -1,0 +1,113 @@
+//! `lookat bench`: how fast lookat is on the machine at hand.
+
+use std::fmt::Write;
+use std::process::ExitCode;
+
+use lookat_lab::bench::{Cell, Machine, Part, Table};
+use serde_json::{Value, json};
+
+use crate::args::Bench;
+
+/// Runs the command.
+pub fn bench(arguments: &Bench) -> ExitCode {
+    crate::exit_code(run(arguments).map(|()| 0))
+}
+
+fn run(arguments: &Bench) -> Result<(), String> {
+    let Bench { only, rounds, json } = arguments;
+    let machine = Machine::here();
+    let mut tables = Vec::new();
+    if !json {
+        print(&head(&machine, *rounds))?;
+    }
+    for part in Part::ALL.into_iter().filter(|part| only.is_empty() || only.contains(part)) {
+        crate::say(&format!("measuring {} ...", part.name()));
+        for table in part.measure((*rounds).into()) {
+            if !json {
+                print(&as_text(&table))?;
+            }
+            tables.push(table);
+        }
+    }
+    if *json && !crate::print_json(&as_json(&machine, *rounds, &tables)) {
+        return Err(UNWRITTEN.into());
+    }
+    Ok(())
+}
+
+const UNWRITTEN: &str = "cannot write the result";
+
+fn print(text: &str) -> Result<(), String> {
+    if crate::print(text) { Ok(()) } else { Err(UNWRITTEN.into()) }
+}
+
+/// What is measured, and where.
+fn head(machine: &Machine, rounds: u16) -> String {
+    let Machine { processor, threads, simd } = machine;
+    let rounds = if rounds == 1 { "one round".into() } else { format!("medians of {rounds} rounds") };
+    format!(
+        "lookat {}, {processor}, threads: {threads}, SIMD: {simd}\n{rounds}; in brackets half the way from the least to the most, in percent\n\n",
+        env!("CARGO_PKG_VERSION")
+    )
+}
+
+/// A line for each thing, with columns as wide as they must be.
+fn as_text(table: &Table) -> String {
+    let name = table.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
+    let cells: Vec<Vec<String>> =
+        table.rows.iter().map(|row| row.cells.iter().map(number).collect()).collect();
+    let width = |column: usize| {
+        let longest = cells.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+        longest.max(table.columns[column].chars().count()) + 2
+    };
+    let widths: Vec<usize> = (0..table.columns.len()).map(width).collect();
+    let mut text = format!("{}: {}\n", table.name, table.title);
+    let mut line = |name_of_row: &str, cells: &mut dyn Iterator<Item = &str>| {
+        let _ = write!(text, "  {name_of_row:name$}");
+        for (cell, width) in cells.zip(&widths) {
+            let _ = write!(text, "{cell:>width$}");
+        }
+        text.push('\n');
+    };
+    line("", &mut table.columns.iter().copied());
+    for (row, cells) in table.rows.iter().zip(&cells) {
+        line(&row.name, &mut cells.iter().map(String::as_str));
+    }
+    text + "\n"
+}
+
+/// Three digits, and how far the rounds are apart.
+fn number(cell: &Cell) -> String {
+    let decimals = match cell.median.abs() {
+        ..1e-3 => 6,
+        ..0.01 => 5,
+        ..0.1 => 4,
+        ..1.0 => 3,
+        ..10.0 => 2,
+        ..100.0 => 1,
+        _ => 0,
+    };
+    let spread = 100.0 * cell.spread();
+    match cell.low == cell.high {
+        true => format!("{:.decimals$}     ", cell.median),
+        false => format!("{:.decimals$} ({spread:2.0})", cell.median),
+    }
+}
+
+fn as_json(machine: &Machine, rounds: u16, tables: &[Table]) -> Value {
+    let cell = |cell: &Cell| json!({ "median": cell.median, "low": cell.low, "high": cell.high });
+    let table = |table: &Table| {
+        let rows = table
+            .rows
+            .iter()
+            .map(|row| json!({ "name": row.name, "cells": row.cells.iter().map(cell).collect::<Vec<_>>() }));
+        json!({
+            "name": table.name, "title": table.title, "columns": table.columns,
+            "rows": rows.collect::<Vec<_>>(),
+        })
+    };
+    json!({
+        "version": env!("CARGO_PKG_VERSION"), "processor": machine.processor, "threads": machine.threads,
+        "simd": machine.simd, "rounds": rounds, "tables": tables.iter().map(table).collect::<Vec<_>>(),
+    })
+}

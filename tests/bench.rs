@@ -1,0 +1,53 @@
+//! `lookat bench`: what it prints; how fast lookat is, no test can say.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+fn run(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_lookat")).arg("bench").args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code().unwrap(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn tables_are_whole() {
+    let (status, out, err) = run(&["--only", "reading,rendering", "--rounds", "2", "--json"]);
+    assert_eq!(status, 0, "{err}");
+    // Progress is not in the way of programs.
+    assert!(err.contains("reading") && err.contains("rendering"), "{err}");
+    let result: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((&result["rounds"], &result["version"]), (&2.into(), &env!("CARGO_PKG_VERSION").into()));
+    assert!(result["threads"].as_u64().unwrap() > 0 && !result["processor"].as_str().unwrap().is_empty());
+    let tables = result["tables"].as_array().unwrap();
+    let names: Vec<&str> = tables.iter().map(|table| table["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["reading", "rendering"]);
+    for table in tables {
+        let columns = table["columns"].as_array().unwrap().len();
+        for row in table["rows"].as_array().unwrap() {
+            let cells = row["cells"].as_array().unwrap();
+            assert_eq!(cells.len(), columns);
+            for cell in cells {
+                let [low, median, high] = ["low", "median", "high"].map(|name| cell[name].as_f64().unwrap());
+                assert!(0.0 < low && low <= median && median <= high, "{row}");
+            }
+        }
+    }
+    // The rows of reading are the same mesh, the last one at 12 bytes a vertex and 13 a triangle.
+    let binary = tables[0]["rows"][2]["cells"][0]["median"].as_f64().unwrap();
+    assert!(
+        (binary - (12.0 * 6.0 * 290.0 * 290.0 + 13.0 * 12.0 * 289.0 * 289.0) / 1e6).abs() < 0.001,
+        "{binary}"
+    );
+}
+
+#[test]
+fn people_read_the_same() {
+    let (status, out, _) = run(&["--only", "reading", "--rounds", "1"]);
+    assert!(status == 0 && out.starts_with("lookat ") && out.contains("SIMD: "), "{out}");
+    let table = out.split_once("reading: ").unwrap().1;
+    assert_eq!(table.trim_end().lines().count(), 1 + 1 + 3, "{out}");
+    let (status, out, err) = run(&["--only", "spelling"]);
+    assert!(status == 2 && out.is_empty() && err.contains("tracing, reading, rendering, features"), "{err}");
+    assert_eq!(run(&["--rounds", "0"]).0, 2);
+}
