@@ -12,10 +12,17 @@ pub enum Precision {
     Single,
 }
 
-/// What the processor offers.
+/// What the processor offers. Whoever has one may call the functions that ask for that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Simd {
-    /// Nothing that is asked for by name.
+pub(crate) struct Simd {
+    /// Private: it must be true.
+    kind: SimdKind,
+}
+
+/// Instructions that compute eight numbers at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SimdKind {
+    /// None that are asked for by name.
     Portable,
     /// AVX2 and FMA.
     #[cfg(target_arch = "x86_64")]
@@ -28,12 +35,12 @@ pub(crate) enum Simd {
 impl Simd {
     /// Its name for people.
     pub fn name(self) -> &'static str {
-        match self {
-            Simd::Portable => "portable",
+        match self.kind {
+            SimdKind::Portable => "portable",
             #[cfg(target_arch = "x86_64")]
-            Simd::Avx2 => "AVX2",
+            SimdKind::Avx2 => "AVX2",
             #[cfg(target_arch = "x86_64")]
-            Simd::Avx512 => "AVX-512",
+            SimdKind::Avx512 => "AVX-512",
         }
     }
 
@@ -45,8 +52,12 @@ impl Simd {
                 && is_x86_feature_detected!("avx512vl")
                 && is_x86_feature_detected!("bmi1")
                 && is_x86_feature_detected!("bmi2");
-            return if more { Simd::Avx512 } else { Simd::Avx2 };
+            return Simd { kind: if more { SimdKind::Avx512 } else { SimdKind::Avx2 } };
         }
-        Simd::Portable
+        Simd { kind: SimdKind::Portable }
+    }
+
+    pub fn kind(self) -> SimdKind {
+        self.kind
     }
 }

@@ -40,6 +40,8 @@ impl Child {
     const LEAF: u32 = 1 << 31;
     const OTHER: u32 = 1 << 30;
     const EMPTY: Child = Child(u32::MAX);
+    /// As many can be numbered.
+    const MOST: usize = Child::OTHER as usize - 1;
 
     fn inner(node: usize) -> Self {
         Child(node as u32)

@@ -43,14 +43,19 @@ impl SampleStream {
     /// distributed as `count` times as many samples of the pixel.
     pub fn nested(&self, count: u32, k: u32) -> Self {
         let mut nested = self.clone();
-        let Some(all) = self.count.checked_mul(count) else {
+        let index = self.index.checked_mul(count).and_then(|index| index.checked_add(k));
+        let all = match self.pattern {
+            // Only these have to know how many there are.
+            Pattern::Stratified { .. } | Pattern::Halton { .. } => self.count.checked_mul(count),
+            Pattern::Random(_) | Pattern::Sobol { .. } => Some(self.count.saturating_mul(count)),
+        };
+        let (Some(index), Some(all)) = (index, all) else {
             // More than can be numbered: independent ones.
             let seed = mix(hash(self.seed, self.dimension) ^ (u64::from(self.index) << 32 | u64::from(k)));
             nested.pattern = Pattern::Random(Pcg64Mcg::seed_from_u64(seed));
             return nested;
         };
-        nested.index = self.index.wrapping_mul(count).wrapping_add(k);
-        nested.count = all;
+        (nested.index, nested.count) = (index, all);
         match &mut nested.pattern {
             Pattern::Random(random) => {
                 *random =
@@ -234,8 +239,10 @@ fn mix(mut x: u64) -> u64 {
     x ^ (x >> 31)
 }
 
-/// Spreads every bit over all bits, in one multiplication (the folded product of Yi's wyhash).
+/// Spreads every bit over all bits (the folded product of Yi's wyhash). Neighbours are first torn apart, for both factors
+/// hold the same number.
 fn fold(x: u64) -> u64 {
+    let x = x.wrapping_mul(0x9e37_79b9_7f4a_7c15);
     let product = u128::from(x ^ 0xa076_1d64_78bd_642f) * u128::from(x ^ 0xe703_7ed1_a0b4_28db);
     (product >> 64) as u64 ^ product as u64
 }
@@ -366,6 +373,35 @@ mod tests {
             let mean = numbers.iter().sum::<f64>() / 64.0;
             // Four standard deviations of independent samples.
             assert!((mean - 0.5).abs() < 4.0 * (1.0 / 12.0_f64 / 64.0).sqrt(), "{kind:?}: {mean}");
+        }
+    }
+
+    /// The permutations of the first and of the second digits have nothing in common.
+    #[test]
+    fn digits_of_neighbouring_prefixes_are_independent() {
+        for base in [3_usize, 7] {
+            let (tries, mut counts) = (20_000_u64, vec![0_u32; base * base]);
+            for i in 0..tries {
+                let shift =
+                    |prefix: u64| (((fold(mix(i) ^ prefix) & 0xffff_ffff) * base as u64) >> 32) as usize;
+                counts[shift(0) * base + shift(1)] += 1;
+            }
+            let expected = tries as f64 / (base * base) as f64;
+            let chi_square: f64 = counts.iter().map(|n| (f64::from(*n) - expected).powi(2) / expected).sum();
+            // Mean and five standard deviations.
+            let freedom = (base * base - 1) as f64;
+            assert!(chi_square < freedom + 5.0 * (2.0 * freedom).sqrt(), "{base}: {chi_square}");
+        }
+    }
+
+    /// However many samples there may be, those that are nested belong to one pattern.
+    #[test]
+    fn nested_samples_of_sobol_need_no_count() {
+        let few = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 16 };
+        let many = Sampler { samples_per_pixel: 1 << 30, ..few };
+        for index in 0..16 {
+            let number = |sampler| SampleStream::new(&sampler, 7, [1, 2], index).nested(8, 3).next_1d();
+            assert_eq!(number(few), number(many));
         }
     }
 

@@ -1,6 +1,6 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
-use crate::arithmetic::{Precision, Simd};
+use crate::arithmetic::{Precision, SimdKind};
 #[cfg(target_arch = "x86_64")]
 use crate::bvh::WideSlabs;
 use crate::bvh::{DoubleSlabs, Leaf, Node, Slabs, WIDTH};
@@ -54,16 +54,16 @@ impl Traceable<'_> {
 
     /// Looks for hits that `hit` yields to. With `ANY` the first will do, if it is not the target of the ray.
     fn search<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        match (self.precision, self.simd) {
+        match (self.precision, self.simd.kind()) {
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: the processor has what the function asks for.
+            // SAFETY: `Simd` says what the processor has.
             #[allow(unsafe_code)]
-            (Precision::Mixed, Simd::Avx2) => unsafe { self.search_avx2::<ANY>(query, hit) },
+            (Precision::Mixed, SimdKind::Avx2) => unsafe { self.search_avx2::<ANY>(query, hit) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
             #[allow(unsafe_code)]
-            (Precision::Mixed, Simd::Avx512) => unsafe { self.search_avx512::<ANY>(query, hit) },
-            (Precision::Mixed, Simd::Portable) => self.search_portable::<ANY>(query, hit),
+            (Precision::Mixed, SimdKind::Avx512) => unsafe { self.search_avx512::<ANY>(query, hit) },
+            (Precision::Mixed, SimdKind::Portable) => self.search_portable::<ANY>(query, hit),
             (Precision::Double, _) => self.search_double::<ANY>(query, hit),
             (Precision::Single, _) => self.search_single::<ANY>(query, hit),
         }

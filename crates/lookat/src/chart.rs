@@ -44,9 +44,14 @@ fn run(arguments: &Chart) -> Result<u8, String> {
         arguments.reference.as_deref().map(|file| read_reference(file, &scene, arguments)).transpose()?;
     let others = arguments.point.iter().map(|other| Ok((other, read(&other.image, &scene)?)));
     let others = others.collect::<Result<Vec<_>, String>>()?;
+    check_names(&arguments.point)?;
     let folder = arguments.output.clone().unwrap_or_else(|| folder_of(&arguments.scene));
-    std::fs::create_dir_all(&folder)
-        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+    let is_new = !folder.exists();
+    make_folder(&folder)?;
+    if is_new {
+        // Only a test: nothing is left behind if there will be nothing in it.
+        let _ = std::fs::remove_dir(&folder);
+    }
 
     let mut header = header(arguments, &scene, parse);
     let mut runner = Runner::new(scene, arguments.threads.map_or(0, usize::from));
@@ -61,6 +66,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     header.preparation = measured.preparation();
     let markers = others.iter().map(|(other, found)| marker(other, found, &reference)).collect();
     let results = Results::new(measured, markers, &reference);
+    make_folder(&folder)?;
     write(&folder, &header, &plan, &reference, &results)?;
     let printed = crate::print(&text::results(&header, &reference, &results));
     let (folder, seconds) = (folder.display(), started.elapsed().as_secs_f64());
@@ -153,12 +159,12 @@ impl Bench<'_> {
 
 /// The methods of these names.
 fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
-    if names.iter().any(|name| name == "all") {
+    if names.iter().any(|name| name.trim() == "all") {
         return Ok(METHODS.iter().collect());
     }
     let known = || METHODS.iter().map(|method| method.name);
     let mut methods: Vec<&'static Method> = Vec::new();
-    for name in names {
+    for name in names.iter().map(|name| name.trim()) {
         let Some(method) = named(name) else {
             let hint =
                 nearest(name, known()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
@@ -170,6 +176,25 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
         }
     }
     Ok(methods)
+}
+
+/// Fails where a point could be taken for another one, or for a method.
+fn check_names(points: &[Other]) -> Result<(), String> {
+    for (i, point) in points.iter().enumerate() {
+        let name = &point.name;
+        if named(name).is_some() {
+            return Err(format!("--point {name}: that is the name of a method; choose another one"));
+        }
+        if points[..i].iter().any(|other| other.name == *name) {
+            return Err(format!("--point {name} is given twice; choose another name for one of them"));
+        }
+    }
+    Ok(())
+}
+
+fn make_folder(folder: &Path) -> Result<(), String> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))
 }
 
 /// Where the results go if nothing is said.

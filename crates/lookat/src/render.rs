@@ -28,6 +28,9 @@ const FAILED: u8 = 1;
 /// The share of pixels that are to be within the target error, where it is not given.
 const CONFIDENCE: f64 = 0.95;
 
+/// Pixels with a target error: each takes about 300 bytes while it is not done.
+const MOST_PIXELS: u64 = 1 << 24;
+
 /// Runs the command.
 pub fn render(arguments: &Render) -> ExitCode {
     if let Err(message) = check_arguments(arguments) {
@@ -117,6 +120,11 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let file = arguments.output.clone().unwrap_or_else(|| scene.film.file.clone());
     // Before hours of rendering, not after.
     check_output(&file)?;
+    if arguments.target_error.is_some() && scene.film.crop.area() > MOST_PIXELS {
+        return Err(format!(
+            "--target-error keeps 16 patterns for each pixel, and takes up to {MOST_PIXELS} pixels; render parts with --crop"
+        ));
+    }
     if arguments.error_layers {
         check_error_layers(&file, arguments, scene)?;
     }

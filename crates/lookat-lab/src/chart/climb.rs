@@ -84,8 +84,9 @@ fn climb_rung(
             // Each is the first in its turn.
             let method = climbing[(turn + index as usize) % climbing.len()];
             let watch_one = |share: f64| -> ControlFlow<()> { watch((done + share) / pictures) };
-            let rendering = runner.render(measured.methods[method], 1 << rung, seed, &watch_one)?;
-            rows[method].push(Row::new(method, 1 << rung, seed, &rendering, &reference.pixels));
+            let samples = measured.methods[method].first << rung;
+            let rendering = runner.render(measured.methods[method], samples, seed, &watch_one)?;
+            rows[method].push(Row::new(method, samples, seed, &rendering, &reference.pixels));
             differences[method].add(&rendering.pixels, &reference.pixels);
             done += 1.0;
         }

@@ -31,6 +31,11 @@ pub(super) fn fit(rungs: &[Rung]) -> Option<Fit> {
     if rungs.len() < 3 || seeds < 2 || rungs.iter().any(|rung| rung.squares.len() != seeds) {
         return None;
     }
+    // A slope over hardly any range says nothing.
+    let samples = || rungs.iter().map(|rung| rung.samples);
+    if samples().fold(0.0, f64::max) < 2.0 * samples().fold(f64::INFINITY, f64::min) {
+        return None;
+    }
     let squares: Vec<f64> = rungs.iter().map(|rung| moments(rung.squares).mean).collect();
     if squares.iter().any(|square| *square <= 0.0 || !square.is_finite()) {
         return None;

@@ -21,6 +21,8 @@ pub struct Method {
     pub name: &'static str,
     /// In a few words.
     pub about: &'static str,
+    /// The samples per pixel that it begins with, in place of 1; they double from there.
+    pub first: u32,
     /// Changes how the scene is rendered with so many samples per pixel.
     pub choose: fn(&mut Way, u32),
 }
@@ -30,74 +32,95 @@ pub const METHODS: &[Method] = &[
     Method {
         name: "random",
         about: "independent samples",
+        first: 1,
         choose: |way, _| way.sampler = SamplerKind::Random,
     },
     Method {
         name: "stratified",
         about: "one sample in each cell of a grid",
+        first: 1,
         choose: |way, _| way.sampler = SamplerKind::Stratified { cells: [1, 1], jitter: true },
     },
     Method {
         name: "halton",
         about: "Halton's sequence",
+        first: 1,
         choose: |way, _| way.sampler = SamplerKind::Halton { pixel_center: false },
     },
-    Method { name: "sobol", about: "Sobol's sequence", choose: |way, _| way.sampler = SamplerKind::Sobol },
+    Method {
+        name: "sobol",
+        about: "Sobol's sequence",
+        first: 1,
+        choose: |way, _| way.sampler = SamplerKind::Sobol,
+    },
     Method {
         name: "direct-one",
         about: "direct lighting, one light at a time",
+        first: 1,
         choose: |way, _| way.integrator = direct(way.integrator, false),
     },
     Method {
         name: "direct-all",
         about: "direct lighting, all lights",
+        first: 1,
         choose: |way, _| way.integrator = direct(way.integrator, true),
     },
     Method {
         name: "path",
         about: "path tracing",
+        first: 1,
         choose: |way, _| way.integrator = path(way.integrator, None),
     },
     Method {
         name: "path-uniform",
         about: "path tracing, all lights alike",
+        first: 1,
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Uniform)),
     },
     Method {
         name: "path-power",
         about: "path tracing, lights by power",
+        first: 1,
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Power)),
     },
     Method {
         name: "path-spatial",
         about: "path tracing, lights by what each brings to a point",
+        first: 1,
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Spatial)),
     },
     Method {
         name: "target-error",
         about: "as many samples as each pixel needs for one error, by Sobol's sequence",
+        first: FIRST_OF_TARGET,
         choose: |way, samples| {
             way.sampler = SamplerKind::Sobol;
             way.settings.target_error = Some(target(samples));
-            way.settings.max_samples = Some(samples.saturating_mul(4).max(64));
+            way.settings.max_samples = Some(samples.saturating_mul(4));
         },
     },
     Method {
         name: "mixed",
         about: "f32 leaves out, f64 decides: as lookat does",
+        first: 1,
         choose: |way, _| way.settings.precision = Precision::Mixed,
     },
     Method {
         name: "double",
         about: "f64 alone",
+        first: 1,
         choose: |way, _| way.settings.precision = Precision::Double,
     },
     Method {
         name: "single",
         about: "f32 alone, by textbook formulas",
+        first: 1,
         choose: |way, _| way.settings.precision = Precision::Single,
     },
 ];
+
+/// Every pixel takes as many before it is judged.
+const FIRST_OF_TARGET: u32 = 64;
 
 /// The methods that are charted where none is named: the samplers.
 pub const DEFAULT: &str = "random,stratified,halton,sobol";

@@ -17,16 +17,18 @@ const REFERENCE_FACTOR: u32 = 16;
 /// Samples that a pilot goes up to.
 const PILOT_SAMPLES: u32 = 1 << 16;
 
-/// What a picture of `n` samples per pixel costs: `fixed + n * per_sample`, in seconds.
+/// What a picture costs in seconds that has `n` times the samples of the lowest rung: `fixed + n * per_sample`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cost {
     /// Preparing the scene, and measuring the error.
     pub fixed: f64,
     /// Rendering.
     pub per_sample: f64,
+    /// The samples per pixel of the lowest rung.
+    pub first: u32,
 }
 
-/// What is to be rendered. Rung `i` has `2^i` samples per pixel.
+/// What is to be rendered. Rung `i` has `2^i` times the samples per pixel of the lowest.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// How many rungs each method climbs.
@@ -42,7 +44,7 @@ pub struct Plan {
 }
 
 impl Cost {
-    /// Of a picture of so many samples.
+    /// Of a picture of so many times the samples of the lowest rung.
     pub fn of(&self, samples: u32) -> f64 {
         self.fixed + self.per_sample * f64::from(samples)
     }
@@ -50,44 +52,48 @@ impl Cost {
     /// Renders a few pictures; the first, which is slower than others, does not count. They get so many seconds, or
     /// little more. `None` if `watch` breaks.
     pub fn pilot(runner: &mut Runner, method: &Method, seconds: f64, watch: Watch) -> Option<Cost> {
-        runner.render(method, 1, 0, watch)?;
-        let mut timed = |samples| {
+        let first = method.first;
+        runner.render(method, first, 0, watch)?;
+        let mut timed = |samples: u32| {
             let started = Instant::now();
-            let rendering = runner.render(method, samples, 0, watch)?;
+            let rendering = runner.render(method, first * samples, 0, watch)?;
             let pixels = &rendering.pixels;
             std::hint::black_box(means(pixels, pixels));
             Some(started.elapsed().as_secs_f64())
         };
         let once = timed(1)?;
         let (mut samples, mut last) = (1, once);
-        while last < seconds && samples < PILOT_SAMPLES {
+        while last < seconds && first * samples < PILOT_SAMPLES {
             samples *= 2;
             last = timed(samples)?;
         }
         if samples == 1 {
-            return Some(Cost { fixed: 0.0, per_sample: once });
+            return Some(Cost { fixed: 0.0, per_sample: once, first });
         }
         let per_sample = ((last - once) / f64::from(samples - 1)).max(0.0);
-        Some(Cost { fixed: (once - per_sample).max(0.0), per_sample })
+        Some(Cost { fixed: (once - per_sample).max(0.0), per_sample, first })
     }
 }
 
 impl Plan {
-    /// All methods up to `2^(rungs - 1)` samples, whatever that takes. The reference counts if one is to be rendered.
+    /// All methods up to `2^(rungs - 1)` samples, or three rungs where they begin with more, whatever that takes. The reference counts if one is to be rendered.
     pub fn fixed(costs: Vec<Cost>, reference: Option<Cost>, seeds: u32, rungs: u32) -> Plan {
-        Plan::new(&costs, reference, seeds, vec![rungs; costs.len()])
+        let of = |cost: &Cost| rungs.saturating_sub(cost.first.ilog2()).max(FEWEST_RUNGS);
+        let rungs = costs.iter().map(of).collect();
+        Plan::new(&costs, reference, seeds, rungs)
     }
 
     /// The share of the reference in all samples.
     pub fn reference_share(&self) -> f64 {
-        let samples = |rungs: &u32| f64::from((1_u32 << rungs) - 1);
-        let others = f64::from(self.seeds) * self.rungs.iter().map(samples).sum::<f64>();
+        let samples = |(rungs, cost): (&u32, &Cost)| f64::from(cost.first) * f64::from((1_u32 << rungs) - 1);
+        let others = f64::from(self.seeds) * self.rungs.iter().zip(&self.costs).map(samples).sum::<f64>();
         let own = f64::from(self.reference);
         own / (own + others).max(1.0)
     }
 
     fn new(costs: &[Cost], reference: Option<Cost>, seeds: u32, rungs: Vec<u32>) -> Plan {
-        let most = rungs.iter().max().map_or(1, |rungs| 1 << (rungs - 1));
+        let highest = |(cost, rungs): (&Cost, &u32)| cost.first << (rungs - 1);
+        let most = costs.iter().zip(&rungs).map(highest).max().unwrap_or(1);
         let samples = if reference.is_some() { REFERENCE_FACTOR * most } else { 0 };
         let methods: f64 = costs.iter().zip(&rungs).map(|(cost, rungs)| climbing(cost, *rungs, seeds)).sum();
         let seconds = methods + reference.map_or(0.0, |cost| cost.of(samples));
@@ -112,7 +118,8 @@ pub fn plan(costs: &[Cost], reference: Option<Cost>, seeds: u32, seconds: f64) -
         return Err(best.seconds);
     }
     loop {
-        let mut order: Vec<usize> = (0..costs.len()).filter(|i| best.rungs[*i] < MOST_RUNGS).collect();
+        let mut order: Vec<usize> =
+            (0..costs.len()).filter(|i| costs[*i].first << best.rungs[*i] < 1 << MOST_RUNGS).collect();
         let used = |i: usize| climbing(&costs[i], best.rungs[i], seeds);
         order.sort_by(|a, b| used(*a).total_cmp(&used(*b)));
         let one_up = |i: usize| {
@@ -133,7 +140,7 @@ mod tests {
 
     #[test]
     fn plans_keep_to_the_budget_and_share_it() {
-        let cost = |per_sample| Cost { fixed: 0.0, per_sample };
+        let cost = |per_sample| Cost { fixed: 0.0, per_sample, first: 1 };
         // 8 seeds of 1 to 128 samples at 1 ms are 8 * 0.255 s, twice that, and 2048 samples of the reference.
         let costs = [cost(1e-3), cost(1e-3)];
         let found = plan(&costs, Some(cost(1e-3)), 8, 7.0).unwrap();

@@ -44,6 +44,8 @@ pub(crate) struct Tree {
 
 /// Builds the tree over some elements. They are sorted so that those of one block are neighbours.
 pub(crate) fn build(references: &mut [Reference]) -> Tree {
+    // That many take a hundred gigabytes.
+    assert!(references.len() < Child::MOST, "more than {} triangles and shapes", Child::MOST);
     let Some(whole) = Part::whole(references) else {
         let bvh = Bvh { nodes: Vec::new(), root: Child::EMPTY, bounds: Bounds::EMPTY };
         return Tree { bvh, blocks: Vec::new() };

@@ -37,13 +37,12 @@ impl Slab {
         let (o, inverse) = (o as f32, inverse as f32);
         // More than rounding takes. A box is entered earlier if the origin is moved along the ray.
         let along = (o.abs() * f32::EPSILON + f32::MIN_POSITIVE).copysign(inverse);
-        Slab {
-            near_o: o + along,
-            far_o: o - along,
-            near_inverse: (inverse * (1.0 - SLACK)).clamp(-f32::MAX, f32::MAX),
-            far_inverse: inverse * (1.0 + SLACK),
-            near,
-        }
+        let (near_inverse, far_inverse) = match inverse.abs() < f32::MIN_POSITIVE {
+            // Too small to be rounded to one part in many.
+            true => (0.0, f32::MIN_POSITIVE.copysign(inverse)),
+            false => ((inverse * (1.0 - SLACK)).clamp(-f32::MAX, f32::MAX), inverse * (1.0 + SLACK)),
+        };
+        Slab { near_o: o + along, far_o: o - along, near_inverse, far_inverse, near }
     }
 }
 

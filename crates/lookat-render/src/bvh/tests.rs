@@ -123,6 +123,22 @@ fn every_box_that_a_ray_meets_is_visited() {
     }
 }
 
+/// No bin beyond those that are looked at, whatever the middles are apart.
+#[test]
+fn elements_as_far_apart_as_f32_goes_are_in_their_boxes() {
+    for far in [1e30_f64, 1.8e38, 2e38, 3e38, 1e39] {
+        let places = [-1.0, 0.0, 0.002, 0.004, 1.0].map(|x| DVec3::new(x * far, 0.0, 0.0));
+        let bounds = places.map(|p| Bounds::new(p, p + far * 0.01));
+        let mut references: Vec<Reference> =
+            (0..).zip(&bounds).map(|(i, bounds)| Reference::other(*bounds, i)).collect();
+        let tree = build(&mut references);
+        for (number, place) in places.iter().enumerate() {
+            let ray = Ray::new(*place + far * 0.005 - DVec3::Z * far * 0.1, DVec3::Z);
+            assert!(leaves(&tree.bvh, &ray).contains(&Leaf::Other(number)), "{far} {number}");
+        }
+    }
+}
+
 #[test]
 fn elements_that_cannot_be_told_apart_make_a_shallow_tree() {
     for same in

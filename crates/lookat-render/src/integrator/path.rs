@@ -25,7 +25,7 @@ pub(crate) fn draws(max_depth: u32, lights: usize) -> Vec<Draw> {
     let draw = |of, numbers, from, needed: bool| needed.then_some(Draw { of, numbers, from });
     let all = [
         draw("light choice", 1, 0, lights > 1),
-        draw("light", 2, 0, true),
+        draw("light", 2, 0, lights > 0),
         draw("direction", 2, 0, true),
         draw("roulette", 1, FIRST_ROULETTE, max_depth > FIRST_ROULETTE),
     ];
@@ -114,9 +114,11 @@ fn one_light(
     stream: &mut SampleStream,
     choice: LightChoice,
 ) -> Vec3 {
-    let chosen = tracer.lights().choose(choice, surface.p, stream);
+    let Some((light, probability)) = tracer.lights().choose(choice, surface.p, stream) else {
+        stream.skip(2);
+        return Vec3::ZERO;
+    };
     let u = stream.next_2d();
-    let Some((light, probability)) = chosen else { return Vec3::ZERO };
     let Some(sample) = tracer.lights().sample(light, surface, bsdf, u) else {
         return Vec3::ZERO;
     };

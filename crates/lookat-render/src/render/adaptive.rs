@@ -33,8 +33,9 @@ struct Part {
     tile: Tile,
     /// For each pixel.
     seen: Vec<Seen>,
-    /// For each pixel that is not done.
-    active: Vec<Active>,
+    /// For each pixel that is not done; `None` before the first round, for they take much memory.
+    active: Option<Vec<Active>>,
+    has_lobes: bool,
 }
 
 /// The replicates of a pixel that is not done.
@@ -76,7 +77,7 @@ where
         let rule =
             rule.get_or_insert_with(|| StopRule::new(target, brightness(&parts, context.filter.weight())));
         judge(&mut parts, context.filter.weight(), rule);
-        let active = || parts.iter().flat_map(|part| &part.active);
+        let active = || parts.iter().flat_map(Part::active);
         if active().next().is_none() || count >= most || context.control.is_stopped() {
             break;
         }
@@ -97,14 +98,23 @@ impl Part {
         let area = tile.pixels.len();
         tile.errors =
             vec![PixelError { standard_error: [f32::INFINITY; 3], samples: 0, replicates: 0 }; area];
+        Part { tile, seen: vec![Seen::NOTHING; area], active: None, has_lobes }
+    }
+
+    fn all_active(&self) -> Vec<Active> {
         let active = |at| Active {
             at,
             count: 0,
             sums: Default::default(),
-            signed: has_lobes.then(Default::default),
+            signed: self.has_lobes.then(Default::default),
             excess: f64::INFINITY,
         };
-        Part { tile, seen: vec![Seen::NOTHING; area], active: (0..area).map(active).collect() }
+        (0..self.seen.len()).map(active).collect()
+    }
+
+    /// The pixels that are not done, of those that were begun.
+    fn active(&self) -> &[Active] {
+        self.active.as_deref().unwrap_or_default()
     }
 
     /// Takes one sample of each pixel, to have a whole picture soon. The first round replaces them.
@@ -134,7 +144,11 @@ impl Part {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
         let mut rejected = 0;
         let bounds = self.tile.bounds;
-        for active in &mut self.active {
+        if context.control.is_stopped() {
+            return;
+        }
+        let mut all_active = self.active.take().unwrap_or_else(|| self.all_active());
+        for active in &mut all_active {
             if context.control.is_stopped() {
                 break;
             }
@@ -160,6 +174,7 @@ impl Part {
             }
             active.count = count;
         }
+        self.active = Some(all_active);
         context.control.add(tracer.rays, rejected);
     }
 }
@@ -219,7 +234,7 @@ fn brightness(parts: &[Part], weight: f64) -> f64 {
 fn judge(parts: &mut [Part], weight: f64, rule: &StopRule) {
     let judge = |index: usize| -> Vec<(PixelError, f64)> {
         let part = &parts[index];
-        let pixels = part.active.iter().map(|active| {
+        let pixels = part.active().iter().map(|active| {
             let (pixel, spread) = (&part.tile.pixels[active.at], active.spread());
             let error = spread.error(pixel, weight);
             let estimate = Estimate {
@@ -235,14 +250,15 @@ fn judge(parts: &mut [Part], weight: f64, rule: &StopRule) {
     };
     let judged: Vec<_> = (0..parts.len()).into_par_iter().map(judge).collect();
     parts.par_iter_mut().zip(judged).for_each(|(part, judged)| {
-        for (active, (error, excess)) in part.active.iter_mut().zip(judged) {
+        let Some(all_active) = &mut part.active else { return };
+        for (active, (error, excess)) in all_active.iter_mut().zip(judged) {
             active.excess = excess;
             if active.count > 0 {
                 part.tile.errors[active.at] = error;
             }
         }
-        part.active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
-        part.active.shrink_to_fit();
+        all_active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
+        all_active.shrink_to_fit();
     });
 }
 
@@ -274,9 +290,10 @@ fn expected<'a>(active: impl Iterator<Item = &'a Active>, most: u32) -> u64 {
 
 /// Counts the pixels.
 fn reached(parts: &[Part], most: u32, weight: f64) -> Reached {
-    let active = || parts.iter().flat_map(|part| &part.active);
+    let active = || parts.iter().flat_map(Part::active);
     let at_cap = active().filter(|active| active.count >= most).count() as u64;
-    let out_of_time = active().count() as u64 - at_cap;
+    let not_begun = parts.iter().filter(|part| part.active.is_none()).map(|part| part.seen.len() as u64);
+    let out_of_time = active().count() as u64 - at_cap + not_begun.sum::<u64>();
     let pixels = parts.iter().map(|part| part.seen.len() as u64).sum::<u64>();
     let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
     let is_outlier = |(index, at): (usize, usize)| {

@@ -97,7 +97,7 @@ impl FilterRay {
     /// product of two of them then moves by less than `side`. Where products overflow or vanish, nothing is known.
     #[inline(always)]
     fn limits(&self, block: &Block, t_max: f64) -> Limits {
-        let error = 12.0 * UNIT * (block.magnitude + self.magnitude);
+        let error = 12.0 * UNIT * (block.magnitude + self.magnitude) + f32::MIN_POSITIVE;
         let size = 2.0 * (block.extent + error);
         let is_safe = (1e-15..1e18).contains(&size);
         let side = if is_safe { 4.0 * size * (error + UNIT * size) } else { f32::INFINITY };
@@ -193,7 +193,10 @@ mod tests {
             let ray = Ray::new(DVec3::new(0.25, 0.25, 0.0) * size, DVec3::Z);
             let sheared = ShearedRay::new(&ray);
             assert!(sheared.intersect(&triangle).is_some(), "{size}");
-            assert_eq!(FilterRay::new(&ray, sheared.axes).may_meet(&block, f64::INFINITY), 1, "{size}");
+            let filter = FilterRay::new(&ray, sheared.axes);
+            for t_max in [f64::INFINITY, size] {
+                assert_eq!(filter.may_meet(&block, t_max), 1, "{size} {t_max}");
+            }
         }
     }
 }

@@ -20,7 +20,7 @@ pub struct Chart {
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = lookat_lab::chart::DEFAULT)]
     pub methods: Vec<String>,
     /// Wall time for everything, which decides how many samples are reached
-    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
     /// Go up to this many samples per pixel, however long it takes: a power of two
     #[arg(long, value_name = "N", conflicts_with = "budget", value_parser = power_of_two)]
@@ -61,15 +61,16 @@ fn after_help() -> String {
     let methods = lookat_lab::chart::METHODS.iter();
     let list: String = methods.map(|method| format!("  {:13} {}\n", method.name, method.about)).collect();
     format!(
-        "Methods:\n{list}\nEach renders the scene with 1, 2, 4, ... samples per pixel, each several times. \
+        "Methods:\n{list}\nEach renders the scene with 1, 2, 4, ... samples per pixel, each several times; target-error begins \
+         with 64, and doubles what it aims at. \
          The chart and what follows from it are written to DIR: chart.svg, chart.png, chart.csv, chart.json.\n\n\
          Exit status: 0 charted; 1 the scene has errors; 2 wrong usage or trouble; 130 interrupted"
     )
 }
 
 fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|seconds: &f64| *seconds > 0.0 && *seconds <= 1e7);
-    seconds.ok_or_else(|| "expected a number of seconds, more than 0".into())
+    let seconds = text.parse().ok().filter(|seconds: &f64| (1e-9..=1e7).contains(seconds));
+    seconds.ok_or_else(|| "expected a number of seconds, from 1e-9 to 1e7".into())
 }
 
 fn power_of_two(text: &str) -> Result<u32, String> {

@@ -16,7 +16,8 @@ pub fn title(header: &Header) -> String {
 
 /// What is going to be rendered.
 pub fn plan(plan: &Plan, methods: &[&Method], is_fixed: bool) -> String {
-    let tops: Vec<u32> = plan.rungs.iter().map(|rungs| 1 << (rungs - 1)).collect();
+    let tops: Vec<u32> =
+        plan.rungs.iter().zip(&plan.costs).map(|(rungs, cost)| cost.first << (rungs - 1)).collect();
     let most = tops.iter().copied().max().unwrap_or(1);
     let less = methods.iter().zip(&tops).filter(|(_, top)| **top < most);
     let less: Vec<String> = less.map(|(method, top)| format!("{} {top}", method.name)).collect();
@@ -89,8 +90,8 @@ fn methods(results: &Results) -> String {
     for (i, points) in results.measured.points.iter().enumerate() {
         let Some(last) = points.last() else { continue };
         let (slope, fitted) = results.fits[i].map_or(("-".into(), "-".into()), |fit| {
-            let to = points[fit.rungs - 1].rung;
-            (format!("{:.3} ± {:.3}", fit.slope, fit.half_width), format!("1 to {to}"))
+            let [from, to] = [0, fit.rungs - 1].map(|at| significant(points[at].samples, 3));
+            (format!("{:.3} ± {:.3}", fit.slope, fit.half_width), format!("{from} to {to}"))
         });
         let with_spread = |estimate: &Estimate, digits: usize| {
             let half = 0.5 * (estimate.high - estimate.low);
@@ -98,7 +99,7 @@ fn methods(results: &Results) -> String {
         };
         rows.push(vec![
             results.name(i).into(),
-            last.rung.to_string(),
+            significant(last.samples, 3),
             slope,
             fitted,
             significant(last.seconds.value, 3),

@@ -137,7 +137,14 @@ impl JsonTarget {
     /// How many pixels are as exact as they should be, and what is not promised.
     fn summarize(&self, picture: &JsonPicture) {
         let all = (self.within + self.at_cap + self.out_of_time) as f64;
-        let pixels = |count: u64| format!("{count} pixels ({:.2} %)", 100.0 * count as f64 / all);
+        let pixels = |count: u64| {
+            let share = 100.0 * count as f64 / all;
+            // Rounded, some must not become none or all.
+            let share = if count as f64 == all { share } else { share.min(99.99) };
+            let least =
+                if count > 0 && share < 0.01 { "under 0.01".to_owned() } else { format!("{share:.2}") };
+            format!("{count} {} ({least} %)", if count == 1 { "pixel" } else { "pixels" })
+        };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
             "{} are within {error} % of their brightness, each with {confidence} % confidence",
@@ -149,10 +156,15 @@ impl JsonTarget {
                 "{} are not after {most} samples: nothing is claimed of them",
                 pixels(self.at_cap)
             ));
+            if self.at_cap as f64 > 0.1 * all {
+                crate::say(
+                    "with so many, those that stopped earlier are partly luck: raise --spp or the target",
+                );
+            }
         }
         if self.out_of_time > 0 {
             crate::say(&format!(
-                "{} were not when the time was up: nothing is claimed of them",
+                "{} were not when the rendering was ended: nothing is claimed of them",
                 pixels(self.out_of_time)
             ));
         }

@@ -10,7 +10,8 @@ const BINS: usize = 16;
 /// Which bins the middles of elements fall into.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Binning {
-    low: Vec3A,
+    /// Half of the least middle: differences of halves are finite.
+    half_low: Vec3A,
     scale: Vec3A,
     count: usize,
     /// Axes along which the middles differ.
@@ -24,16 +25,17 @@ impl Binning {
         let count = (4 + elements / 8).min(BINS);
         let extent = centers.max * 0.5 - centers.min * 0.5;
         // Just less than the number of bins, so that the greatest falls into the last.
-        let scale = Vec3A::splat(count as f32 * 0.999_999 * 0.5) / extent;
+        let scale = Vec3A::splat(count as f32 * 0.999_999) / extent;
         let is_wide = [0, 1, 2].map(|axis| extent[axis] > 0.0 && scale[axis].is_finite());
-        Binning { low: centers.min, scale, count, is_wide }
+        Binning { half_low: centers.min * 0.5, scale, count, is_wide }
     }
 
     #[inline(always)]
     pub fn bin(&self, reference: &Reference) -> [usize; 3] {
-        let place = (Aabb::of(reference).center() - self.low) * self.scale - 0.5;
+        let place = (Aabb::of(reference).center() * 0.5 - self.half_low) * self.scale - 0.5;
         // Sums with 2^23 are rounded to whole numbers, which then stand in the last bits. Casts take longer.
-        let whole = place.max(Vec3A::ZERO).min(Vec3A::splat((BINS - 1) as f32)) + Vec3A::splat(8_388_608.0);
+        let whole =
+            place.max(Vec3A::ZERO).min(Vec3A::splat((self.count - 1) as f32)) + Vec3A::splat(8_388_608.0);
         whole.to_array().map(|whole| whole.to_bits() as usize % BINS)
     }
 }
