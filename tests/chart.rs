@@ -240,7 +240,7 @@ fn what_cannot_be_charted_is_refused() {
     refused(&["scene.pbrt", "--reference", "nothing.exr"], "cannot read nothing.exr");
     refused(&["scene.pbrt", "--point", "x=1,text.exr"], "text.exr");
     refused(&["scene.pbrt", "--point", "x=1"], "expected NAME=SECONDS,IMAGE");
-    refused(&["scene.pbrt", "--point", "x=-1,small.exr"], "more than 0");
+    refused(&["scene.pbrt", "--point", "x=-1,small.exr"], "from 1e-9");
     refused(&["scene.pbrt", "--methods", "sobol,haltn"], "did you mean `halton`?");
     refused(&["scene.pbrt", "--spp", "12"], "power of two");
     refused(&["black.pbrt", "--spp", "4"], "there is nothing to chart");
@@ -261,5 +261,5 @@ fn an_interrupt_leaves_nothing() {
     assert!(kill.success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(lines.any(|line| line == "interrupted; nothing is written"));
-    assert_eq!(std::fs::read_dir(folder.path("out")).unwrap().count(), 0);
+    assert!(!folder.path("out").exists());
 }

@@ -38,7 +38,7 @@ pub(super) struct Estimate {
 }
 
 impl StopRule {
-    /// A rule for a picture of that brightness, [`brightness`].
+    /// A rule for a picture of that [`Brightness`].
     pub fn new(target: &TargetError, brightness: f64) -> StopRule {
         let tail = 0.5 * (1.0 - target.confidence.clamp(0.0, 1.0));
         let quantile = StudentsT::new(0.0, 1.0, f64::from(REPLICATES - 1))
