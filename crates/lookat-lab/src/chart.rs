@@ -1,6 +1,6 @@
 //! Speed against accuracy: methods of rendering one scene, each with more and more samples, their time and their error.
 //!
-//! [`Runner`] renders, [`plan`] decides how far to climb, [`climb`] measures, [`Results`] draws conclusions, and [`draw`],
+//! [`Runner`] renders, [`plan()`] decides how far to climb, [`climb()`] measures, [`Results`] draws conclusions, and [`draw()`],
 //! [`as_csv`] and [`as_json`] show them.
 
 mod climb;
