@@ -8,7 +8,7 @@ pub enum Precision {
     Mixed,
     /// `f64` alone: the same picture, more slowly.
     Double,
-    /// `f32` alone, by textbook formulas for spheres and triangles, that lose geometry.
+    /// `f32` alone: it decides by textbook formulas for spheres and triangles, that lose geometry.
     Single,
 }
 

@@ -54,53 +54,63 @@ impl Traceable<'_> {
 
     /// Looks for hits that `hit` yields to. With `ANY` the first will do, if it is not the target of the ray.
     fn search<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        match (self.precision, self.simd.kind()) {
+        match self.precision {
+            Precision::Mixed => self.search_wide::<ANY, false>(query, hit),
+            Precision::Single => self.search_wide::<ANY, true>(query, hit),
+            Precision::Double => self.search_double::<ANY>(query, hit),
+        }
+    }
+
+    /// By tests in `f32` that leave out what is not met. What is left is decided about in `f64`; or if `SINGLE` is set, to
+    /// be measured against that, in `f32` too.
+    fn search_wide<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
+        match self.simd.kind() {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Simd` says what the processor has.
             #[allow(unsafe_code)]
-            (Precision::Mixed, SimdKind::Avx2) => unsafe { self.search_avx2::<ANY>(query, hit) },
+            SimdKind::Avx512 => unsafe { self.search_avx512::<ANY, SINGLE>(query, hit) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
             #[allow(unsafe_code)]
-            (Precision::Mixed, SimdKind::Avx512) => unsafe { self.search_avx512::<ANY>(query, hit) },
-            (Precision::Mixed, SimdKind::Portable) => self.search_portable::<ANY>(query, hit),
-            (Precision::Double, _) => self.search_double::<ANY>(query, hit),
-            (Precision::Single, _) => self.search_single::<ANY>(query, hit),
+            SimdKind::Avx2 => unsafe { self.search_avx2::<ANY, SINGLE>(query, hit) },
+            SimdKind::Portable => self.search_portable::<ANY, SINGLE>(query, hit),
         }
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn search_avx2<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
+    fn search_avx2<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = WideSlabs::new(&Slabs::new(query.ray));
         let filter = WideFilterRay::new(FilterRay::new(query.ray, sheared.axes));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        self.search_mixed::<ANY>(query, hit, &sheared, boxes, |block, t_max| filter.may_meet(block, t_max))
+        let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
+        self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
     }
 
     /// The same, with the registers of AVX-512.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
-    fn search_avx512<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
+    fn search_avx512<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = WideSlabs::new(&Slabs::new(query.ray));
         let filter = WideFilterRay::new(FilterRay::new(query.ray, sheared.axes));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        self.search_mixed::<ANY>(query, hit, &sheared, boxes, |block, t_max| filter.may_meet(block, t_max))
+        let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
+        self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
     }
 
-    fn search_portable<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
+    fn search_portable<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = Slabs::new(query.ray);
         let filter = FilterRay::new(query.ray, sheared.axes);
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        self.search_mixed::<ANY>(query, hit, &sheared, boxes, |block, t_max| filter.may_meet(block, t_max))
+        let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
+        self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
     }
 
-    /// By tests in `f32` that leave out what is not met.
     #[inline(always)]
-    fn search_mixed<const ANY: bool>(
+    fn search_by<const ANY: bool, const SINGLE: bool>(
         &self,
         query: Query,
         hit: &mut Hit,
@@ -108,10 +118,15 @@ impl Traceable<'_> {
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
         filter: impl Fn(&Block, f64) -> u32,
     ) -> bool {
-        let decide = |triangle: &Triangle| sheared.intersect(&triangle.corners);
+        let plain = PlainRay::new(query.ray);
+        let decide = |triangle: &Triangle| match SINGLE {
+            true => plain.intersect(&triangle.corners),
+            false => sheared.intersect(&triangle.corners),
+        };
         self.search_with::<ANY>(query, hit, &Tests { boxes, filter, decide })
     }
 
+    /// All in `f64`.
     fn search_double<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = DoubleSlabs::new(query.ray);
@@ -119,17 +134,6 @@ impl Traceable<'_> {
             boxes: |node: &Node, t_max| slabs.meet(node, t_max),
             filter: |block: &Block, _| block.all(),
             decide: |triangle: &Triangle| sheared.intersect(&triangle.corners),
-        };
-        self.search_with::<ANY>(query, hit, &tests)
-    }
-
-    fn search_single<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        let plain = PlainRay::new(query.ray);
-        let slabs = Slabs::new(query.ray);
-        let tests = Tests {
-            boxes: |node: &Node, t_max| slabs.meet(node, t_max),
-            filter: |block: &Block, _| block.all(),
-            decide: |triangle: &Triangle| plain.intersect(&triangle.corners),
         };
         self.search_with::<ANY>(query, hit, &tests)
     }
