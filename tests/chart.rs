@@ -1,11 +1,14 @@
 //! The command `lookat chart`.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use lookat_image::{Image, means};
 use serde_json::Value;
-use tempfile::TempDir;
+
+mod folder;
+
+use folder::{Folder, Run};
 
 /// A sphere on a floor, which shine on each other.
 const SCENE: &str = r#"LookAt 0 1 -5  0 0 0  0 1 0
@@ -22,41 +25,11 @@ Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-5 -1 -5  -5 -1 
 WorldEnd
 "#;
 
-/// A folder with a scene, in which the program runs.
-struct Folder(TempDir);
-
-/// How a run ended.
-struct Run {
-    status: i32,
-    out: String,
-    err: String,
-}
-
 impl Folder {
     fn new() -> Self {
-        let folder = Folder(tempfile::tempdir().unwrap());
+        let folder = Folder::empty();
         folder.write("scene.pbrt", SCENE);
         folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.path(name), text).unwrap();
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_lookat"));
-        command.args(arguments).current_dir(self.0.path());
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Run {
-        let output = self.command(arguments).output().unwrap();
-        let text = |bytes| String::from_utf8(bytes).unwrap();
-        Run { status: output.status.code().unwrap(), out: text(output.stdout), err: text(output.stderr) }
     }
 
     /// Charts the scene into a folder, and reads `chart.json`.

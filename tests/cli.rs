@@ -1,14 +1,19 @@
 //! The program as people and scripts meet it: arguments, exit statuses, and what it prints and writes.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::Path;
+use std::process::Stdio;
 
 use lookat_image::{Image, agreement, align};
 use lookat_scene::Overrides;
 use lookat_scene::syntax::Severity;
 use serde_json::Value;
-use tempfile::TempDir;
+
+mod folder;
+#[path = "cli/stopping.rs"]
+mod stopping;
+
+use folder::{Folder, Run};
 
 /// A scene without fault that renders in a moment.
 const FINE: &str = r#"LookAt 0 0 -4  0 0 0  0 1 0
@@ -23,19 +28,9 @@ Shape "sphere"
 WorldEnd
 "#;
 
-/// A folder with scenes, in which the program runs.
-struct Folder(TempDir);
-
-/// How a run of the program ended.
-struct Run {
-    status: i32,
-    out: String,
-    err: String,
-}
-
 impl Folder {
     fn new() -> Self {
-        let folder = Folder(tempfile::tempdir().unwrap());
+        let folder = Folder::empty();
         folder.write("fine.pbrt", FINE);
         folder.write("warns.pbrt", &FINE.replace("Shape \"sphere\"", "Shape \"sphere\" \"float raduis\" 2"));
         folder.write(
@@ -43,14 +38,6 @@ impl Folder {
             &FINE.replace("Shape \"sphere\"", "Shape \"sphrere\"\nShape \"sphere\"\nMaterial \"mate\""),
         );
         folder
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.path(name), text).unwrap();
     }
 
     /// The names of all files, in order.
@@ -62,23 +49,12 @@ impl Folder {
         names
     }
 
-    fn run(&self, arguments: &[&str]) -> Run {
-        self.run_with_input(arguments, "")
-    }
-
     fn run_with_input(&self, arguments: &[&str], input: &str) -> Run {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_lookat"))
-            .args(arguments)
-            .current_dir(self.0.path())
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
+        let mut command = self.command(arguments);
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().unwrap();
         child.stdin.take().unwrap().write_all(input.as_bytes()).unwrap();
-        let output = child.wait_with_output().unwrap();
-        let text = |bytes| String::from_utf8(bytes).unwrap();
-        Run { status: output.status.code().unwrap(), out: text(output.stdout), err: text(output.stderr) }
+        Run::of(child.wait_with_output().unwrap())
     }
 
     /// Renders `fine.pbrt` into `picture.exr` with more arguments, and reads it.
@@ -426,138 +402,4 @@ fn error_layers_tell_how_noisy_each_pixel_is() {
     };
     refused(&["-o", "a.exr", "--spp", "1"], "--error-layers needs at least 2 samples per pixel");
     refused(&["-o", "a.png"], "a.png: only an .exr file can hold error layers");
-}
-
-/// Pixels are sampled until they are exact: those of the sky stop at once, those of edges and shadows do not.
-#[test]
-fn a_target_error_is_reached_pixel_by_pixel() {
-    let folder = Folder::new();
-    let run = folder.run(&["render", "fine.pbrt", "-o", "a.exr", "--target-error", "0.02", "--json"]);
-    assert_eq!((run.status, run.err.as_str()), (0, ""));
-    let picture = &json_lines(&run)[0]["picture"];
-    let target = &picture["target"];
-    let count = |name: &str| target[name].as_u64().unwrap();
-    assert_eq!(count("within") + count("at_cap") + count("out_of_time"), 32 * 24);
-    assert_eq!((target["error"].as_f64(), target["confidence"].as_f64()), (Some(0.02), Some(0.95)));
-    assert_eq!(picture["least_samples"], 64);
-
-    // The picture says it, and what it says holds: against one of many samples.
-    let image = Image::read(&folder.path("a.exr")).unwrap();
-    let metadata: Value = serde_json::from_str(image.metadata.as_deref().unwrap()).unwrap();
-    assert_eq!(metadata["target_error"].as_f64(), Some(0.02));
-    let errors = image.errors().unwrap();
-    let samples: Vec<u32> = errors.iter().map(|error| error.samples).collect();
-    assert_eq!(samples.iter().max().map(|most| u64::from(*most)), picture["most_samples"].as_u64());
-    assert!(samples.iter().all(|count| count.is_power_of_two()) && samples.iter().any(|count| *count > 64));
-    let truth = folder.picture(&["--spp", "4096", "--seed", "9"]).rgb().unwrap();
-    let luminance = |rgb: &[f32; 3]| 0.2127 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-    let found = image.rgb().unwrap();
-    let off = found.iter().zip(&truth).filter(|(found, truth)| {
-        let allowed = 0.02 * luminance(truth);
-        found.iter().zip(*truth).any(|(a, b)| (a - b).abs() > allowed)
-    });
-    // One in twenty, and three deviations of that.
-    assert!(off.count() <= 57);
-
-    // More sure, more samples.
-    let mean = |confidence: &str| {
-        let run = folder.run(&[
-            "render",
-            "fine.pbrt",
-            "-o",
-            "b.exr",
-            "--target-error",
-            "0.02",
-            "--confidence",
-            confidence,
-            "--json",
-        ]);
-        json_lines(&run)[0]["picture"]["samples_per_pixel"].as_f64().unwrap()
-    };
-    assert!(mean("0.6") < mean("0.999"));
-}
-
-#[test]
-fn a_target_error_gives_the_same_picture_on_any_number_of_threads() {
-    let folder = Folder::new();
-    // Negative lobes, and an edge of tiles in the picture.
-    folder.write("fine.pbrt", &FINE.replace("Integrator", "PixelFilter \"mitchell\" Integrator"));
-    let bytes = |threads: &str| {
-        folder.picture(&["--target-error", "0.05", "--spp", "1000", "--threads", threads]);
-        std::fs::read(folder.path("picture.exr")).unwrap()
-    };
-    let one = bytes("1");
-    assert!(bytes("2") == one && bytes("5") == one);
-}
-
-#[test]
-fn pixels_at_the_cap_are_told_of() {
-    let folder = Folder::new();
-    let run = folder.run(&["render", "fine.pbrt", "--target-error", "0.001", "--spp", "100"]);
-    assert_eq!(run.status, 0, "{}", run.err);
-    // Replicates are of one size: 6 samples in each of 16.
-    assert!(run.err.contains("are not after 96 samples: nothing is claimed of them"), "{}", run.err);
-    assert!(
-        run.err.contains("are within 0.1 % of their brightness, each with 95 % confidence"),
-        "{}",
-        run.err
-    );
-    assert!(run.err.contains("64 to 96 samples each"), "{}", run.err);
-
-    folder.write("halton.pbrt", &FINE.replace("\"sobol\"", "\"halton\""));
-    let run = folder.run(&["render", "halton.pbrt", "--target-error", "0.5"]);
-    assert!(
-        run.err.starts_with("halton.pbrt: with --target-error the Sampler is \"sobol\"\n"),
-        "{}",
-        run.err
-    );
-}
-
-/// A time ends the rendering, with a whole picture where it is long enough for one; how long it takes is not tested.
-#[test]
-fn a_time_ends_with_a_whole_picture() {
-    let folder = Folder::new();
-    let json = |arguments: &[&str]| {
-        let run = folder.run(&[&["render", "fine.pbrt", "-o", "a.exr", "--json"], arguments].concat());
-        assert_eq!(run.status, 0, "{}", run.err);
-        json_lines(&run)[0]["picture"].clone()
-    };
-    // What comes first ends it: the samples, the target, the time.
-    let picture = json(&["--time", "3600", "--spp", "32"]);
-    assert_eq!((picture["most_samples"].as_u64(), picture["complete"].as_bool()), (Some(32), Some(true)));
-    assert_eq!(
-        Image::read(&folder.path("a.exr")).unwrap().channels,
-        folder.picture(&["--spp", "32"]).channels
-    );
-    let target = &json(&["--time", "3600", "--target-error", "0.2"])["target"];
-    assert_eq!(target["out_of_time"], 0);
-    let picture = json(&["--time", "0.001", "--target-error", "0.000001"]);
-    assert_eq!(picture["complete"], true);
-    assert!(picture["target"]["out_of_time"].as_u64() > Some(0));
-    let picture = json(&["--time", "0.5"]);
-    assert_eq!(picture["complete"], true);
-    // More than the scene asks for.
-    assert!(picture["most_samples"].as_u64() > Some(4));
-}
-
-#[test]
-fn targets_and_times_that_make_no_sense_are_refused() {
-    let folder = Folder::new();
-    for (arguments, message) in [
-        (&["--target-error", "0"][..], "expected a number from 0.000001 to 1"),
-        (&["--target-error", "-0.1"], "expected a number from 0.000001 to 1"),
-        (&["--target-error", "nan"], "expected a number from 0.000001 to 1"),
-        (&["--target-error", "0.1", "--confidence", "1"], "expected a number from 0.5 to 0.999999"),
-        (&["--confidence", "0.9"], "--target-error <E>"),
-        (&["--target-error", "0.1", "--quick"], "cannot be used with '--quick'"),
-        (&["--target-error", "0.1", "--spp", "63"], "needs 64 samples per pixel"),
-        (&["--time", "0"], "expected seconds"),
-        (&["--time", "inf"], "expected seconds"),
-        (&["--time", "1", "--quick"], "cannot be used with '--quick'"),
-        (&["--time", "1", "--error-layers", "-o", "a.exr"], "only where there is a --target-error"),
-        (&["--target-error", "0.1", "--error-layers"], "only an .exr file can hold error layers"),
-    ] {
-        let run = folder.run(&[&["render", "fine.pbrt"], arguments].concat());
-        assert!(run.status == 2 && run.err.contains(message), "{arguments:?}: {}", run.err);
-    }
 }

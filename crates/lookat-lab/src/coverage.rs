@@ -7,7 +7,6 @@ mod rules;
 use std::ops::ControlFlow;
 
 use lookat_render::{DARK, Reached, Settings, TargetError};
-use lookat_scene::Scene;
 
 use crate::interval::interval_at;
 pub use known::{Known, edges, fireflies, lens, plain, tinted, wall};
@@ -123,9 +122,4 @@ impl Stratum {
     pub fn promised(&self) -> u64 {
         self.pixels - self.at_cap
     }
-}
-
-/// The scene of a text without fault.
-fn scene(text: &str) -> Scene {
-    crate::text_scene::scene(text)
 }

@@ -27,7 +27,7 @@ struct Tests<B, F, D> {
     boxes: B,
     /// Which triangles of a block it may meet within a limit, as bits.
     filter: F,
-    /// Where it does meet a triangle, and the weights of its corners.
+    /// Where it does meet a triangle, and in proportion to what its corners weigh.
     decide: D,
 }
 
@@ -82,7 +82,7 @@ impl Traceable<'_> {
     fn search_avx2<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = WideSlabs::new(&Slabs::new(query.ray));
-        let filter = WideFilterRay::new(FilterRay::new(query.ray, sheared.axes));
+        let filter = WideFilterRay::new(FilterRay::new(query.ray, &sheared));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
         self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
@@ -94,7 +94,7 @@ impl Traceable<'_> {
     fn search_avx512<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = WideSlabs::new(&Slabs::new(query.ray));
-        let filter = WideFilterRay::new(FilterRay::new(query.ray, sheared.axes));
+        let filter = WideFilterRay::new(FilterRay::new(query.ray, &sheared));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
         self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
@@ -103,7 +103,7 @@ impl Traceable<'_> {
     fn search_portable<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = Slabs::new(query.ray);
-        let filter = FilterRay::new(query.ray, sheared.axes);
+        let filter = FilterRay::new(query.ray, &sheared);
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
         self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)

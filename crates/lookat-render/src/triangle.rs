@@ -80,7 +80,7 @@ pub(crate) struct ShearedRay {
     /// One over the direction.
     inverse: DVec3,
     /// The longest axis of the direction last.
-    pub axes: [Axis; 3],
+    axes: [Axis; 3],
     shear: DVec3,
 }
 

@@ -1,11 +1,12 @@
 //! Meshes to measure with, and the scenes that they stand in.
 
 use std::fmt::Write;
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
 use lookat_scene::{Mesh, Scene, Shape};
+
+use crate::text_scene;
 
 /// A closed surface around the origin, of `12 n^2` triangles: the faces of a cube, moved to `place` of their directions.
 pub(super) fn closed(n: usize, place: impl Fn(DVec3) -> DVec3) -> Mesh {
@@ -75,22 +76,11 @@ fn scene(eye: DVec3, meshes: Vec<Mesh>) -> Scene {
          Sampler \"sobol\" Integrator \"path\" WorldBegin LightSource \"infinite\" Shape \"sphere\" WorldEnd",
         eye.x, eye.y, eye.z
     );
-    let mut scene = load(&text);
+    let mut scene = text_scene::scene(&text);
     let one = scene.primitives.remove(0);
     let shapes = meshes.into_iter().map(|mesh| Shape::TriangleMesh(Arc::new(mesh)));
     scene.primitives = shapes.map(|shape| lookat_scene::Primitive { shape, ..one.clone() }).collect();
     scene
-}
-
-/// A scene that must be right.
-///
-/// # Panics
-///
-/// If it has errors.
-pub(super) fn load(text: &str) -> Scene {
-    let loaded = lookat_scene::load(Path::new("bench.pbrt"), &|_| Ok(text.into()), &Default::default());
-    let problems: Vec<&str> = loaded.diagnostics.iter().map(|problem| problem.message.as_str()).collect();
-    loaded.scene.unwrap_or_else(|| panic!("{}: {text}", problems.join("; ")))
 }
 
 /// The mesh as a shape in a scene file.
@@ -135,6 +125,8 @@ pub(super) fn as_ply(mesh: &Mesh, binary: bool) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use std::path::Path;
+
     use super::*;
 
     /// The mesh of a scene that is the text of a shape, or names a file.

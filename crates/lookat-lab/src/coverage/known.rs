@@ -7,8 +7,8 @@ use lookat_scene::Scene;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::scene;
 use crate::stability::random::between;
+use crate::text_scene::scene;
 
 /// A scene, and its picture.
 #[derive(Debug, Clone)]

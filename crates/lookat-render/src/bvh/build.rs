@@ -122,7 +122,7 @@ impl Part {
 }
 
 /// Parts of at least so many elements are built side by side.
-const PARALLEL: usize = 1 << 12;
+const PARALLEL_PART: usize = 1 << 12;
 
 /// Builds a part of `references`, which are numbered from `base` on.
 fn build_part(references: &mut [Reference], base: usize, part: Part, branches: &mut Vec<Branch>) -> Built {
@@ -141,7 +141,7 @@ fn build_part(references: &mut [Reference], base: usize, part: Part, branches: &
         jobs.push((lane, own, base + taken, Part { range: 0..part.range.len(), ..part }));
         (rest, taken) = (after, part.range.end);
     }
-    if taken < PARALLEL {
+    if taken < PARALLEL_PART {
         for (lane, own, base, part) in jobs {
             branches[at].children[lane] = build_child(own, base, part, branches);
         }

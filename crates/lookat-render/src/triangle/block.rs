@@ -3,7 +3,7 @@
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
 
-use super::{Axis, Triangle};
+use super::{Axis, ShearedRay, Triangle};
 use crate::bvh::WIDTH;
 use crate::ray::Ray;
 
@@ -78,14 +78,14 @@ struct Limits {
 const UNIT: f32 = f32::EPSILON / 2.0;
 
 impl FilterRay {
-    /// `axes`: those of the ray, its longest last.
     #[inline(always)]
-    pub fn new(ray: &Ray, axes: [Axis; 3]) -> Self {
-        let [x, y, z] = axes.map(|axis| axis.of(ray.d.as_ref()));
+    pub fn new(ray: &Ray, sheared: &ShearedRay) -> Self {
+        let ShearedRay { axes, shear, .. } = *sheared;
+        let z = axes[2].of(ray.d.as_ref());
         FilterRay {
             o: ray.o.as_vec3().to_array(),
             axes,
-            shear: [(x / z) as f32, (y / z) as f32],
+            shear: [shear.x as f32, shear.y as f32],
             sign: z.signum() as f32,
             length: z.abs(),
             magnitude: ray.o.abs().max_element() as f32,
@@ -133,7 +133,6 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::triangle::ShearedRay;
 
     fn block(triangles: &[[DVec3; 3]]) -> Block {
         let triangles: Vec<Triangle> = triangles.iter().copied().map(Triangle::of_corners).collect();
@@ -167,7 +166,7 @@ mod tests {
             let hits = |triangle| sheared.intersect(triangle).is_some_and(|(t, _)| t <= t_max);
             let exact: u32 =
                 triangles.iter().zip(0..).map(|(triangle, lane)| u32::from(hits(triangle)) << lane).sum();
-            let filter = FilterRay::new(&ray, sheared.axes);
+            let filter = FilterRay::new(&ray, &sheared);
             let may = filter.may_meet(&block, t_max);
             assert_eq!(exact & !may, 0, "{ray:?} {triangles:?}");
             met += exact.count_ones();
@@ -193,7 +192,7 @@ mod tests {
             let ray = Ray::new(DVec3::new(0.25, 0.25, 0.0) * size, DVec3::Z);
             let sheared = ShearedRay::new(&ray);
             assert!(sheared.intersect(&triangle).is_some(), "{size}");
-            let filter = FilterRay::new(&ray, sheared.axes);
+            let filter = FilterRay::new(&ray, &sheared);
             for t_max in [f64::INFINITY, size] {
                 assert_eq!(filter.may_meet(&block, t_max), 1, "{size} {t_max}");
             }

@@ -61,7 +61,7 @@ impl From<Aabb> for Bounds {
 /// Below so many splits elements are halved, whatever it costs, so that the tree stays shallow.
 const HALVING_DEPTH: usize = 48;
 /// From so many elements on, one split is made by all threads.
-const PARALLEL: usize = 1 << 15;
+const PARALLEL_SPLIT: usize = 1 << 15;
 
 /// Sorts references into two parts: the length of the first, and the boxes of both. `None` where they are a leaf.
 pub(super) fn split(references: &mut [Reference], bounds: &Aabb, depth: usize) -> Option<(usize, [Aabb; 2])> {
@@ -101,10 +101,10 @@ fn fold<T: Clone + Send + Sync>(
         references.iter().for_each(|reference| add(&mut sum, reference));
         sum
     };
-    if references.len() < PARALLEL {
+    if references.len() < PARALLEL_SPLIT {
         return sum(references);
     }
-    let sums: Vec<T> = references.par_chunks(PARALLEL / 2).map(sum).collect();
+    let sums: Vec<T> = references.par_chunks(PARALLEL_SPLIT / 2).map(sum).collect();
     let mut all = empty.clone();
     sums.iter().for_each(|sum| join(&mut all, sum));
     all
