@@ -160,20 +160,21 @@ fn sobol(index: u32, set: u32, seed: u64) -> [f32; 4] {
 #[inline(always)]
 fn scrambled_radical_inverse(base: &Base, index: u32, count: u32, hash: u64) -> f64 {
     let below = |bits: u64, n: u32| ((bits & 0xffff_ffff) * u64::from(n)) >> 32;
-    let (mut rest, mut told_apart) = (index, 1_u64);
-    let (mut prefix, mut scale, mut value) = (0_u64, 1.0, 0.0);
-    while told_apart < u64::from(count) {
-        let random = fold(hash ^ prefix);
+    let (index, prime) = (u64::from(index), u64::from(base.prime));
+    // `rest` of the index is above the digits before, and `power` above all numbers with so many digits.
+    let (mut rest, mut power) = (index, 1);
+    let (mut digits, mut scale) = (0, 1.0);
+    while power < u64::from(count) {
+        // The digits before, with a leading one: no two that differ have the same, whatever their lengths.
+        let random = fold(hash ^ (power + index - rest * power));
         let (factor, shift) = (1 + below(random >> 32, base.prime - 1), below(random, base.prime));
-        let digit = base.remainder(u64::from(rest % base.prime) * factor + shift);
-        rest /= base.prime;
-        told_apart *= u64::from(base.prime);
-        // Counted from 1, so that prefixes of different lengths differ.
-        prefix = prefix.wrapping_mul(u64::from(base.prime)).wrapping_add(digit + 1);
-        scale *= base.inverse;
-        value += digit as f64 * scale;
+        let above = base.quotient(rest);
+        let image = (rest - above * prime) * factor + shift;
+        digits = digits * prime + image - base.quotient(image) * prime;
+        (rest, power, scale) = (above, power * prime, scale * base.inverse);
     }
-    (value + unit(fold(hash ^ prefix ^ 0x1234_5678_9abc_def0)) * scale).min(BELOW_ONE)
+    let beyond = unit(fold(hash ^ (power + index)));
+    ((digits as i64 as f64 + beyond) * scale).min(BELOW_ONE)
 }
 
 /// The same in base 2, all digits at once (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020, with the
@@ -252,18 +253,19 @@ fn fold(x: u64) -> u64 {
 struct Base {
     prime: u32,
     inverse: f64,
-    /// 2^32 over the prime, rounded up.
+    /// 2^64 over the prime, rounded up.
     reciprocal: u64,
 }
 
 impl Base {
     const fn new(prime: u32) -> Self {
-        Base { prime, inverse: 1.0 / prime as f64, reciprocal: (1 << 32) / prime as u64 + 1 }
+        Base { prime, inverse: 1.0 / prime as f64, reciprocal: u64::MAX / prime as u64 + 1 }
     }
 
-    /// The remainder of a number below the square of the prime, without a division.
-    fn remainder(&self, x: u64) -> u64 {
-        x - ((x * self.reciprocal) >> 32) * self.prime as u64
+    /// A number below 2^32 over the prime, rounded down, without a division (Lemire, Kaser and Kurz, "Faster Remainder by
+    /// Direct Computation", 2019).
+    fn quotient(&self, x: u64) -> u64 {
+        ((u128::from(x) * u128::from(self.reciprocal)) >> 64) as u64
     }
 }
 
@@ -376,21 +378,29 @@ mod tests {
         }
     }
 
-    /// The permutations of the first and of the second digits have nothing in common.
+    /// The permutations of the first digits, and of second digits after different first ones, have nothing in common.
     #[test]
-    fn digits_of_neighbouring_prefixes_are_independent() {
-        for base in [3_usize, 7] {
-            let (tries, mut counts) = (20_000_u64, vec![0_u32; base * base]);
+    fn permutations_of_digits_are_independent() {
+        for prime in [3_u32, 7] {
+            let (n, tries) = (prime as usize, 20_000_u64);
+            let (base, mut counts) = (Base::new(prime), [vec![0_u32; n * n], vec![0_u32; n * n]]);
             for i in 0..tries {
-                let shift =
-                    |prefix: u64| (((fold(mix(i) ^ prefix) & 0xffff_ffff) * base as u64) >> 32) as usize;
-                counts[shift(0) * base + shift(1)] += 1;
+                let digits = |index| {
+                    let number = scrambled_radical_inverse(&base, index, prime * prime, mix(i));
+                    ((number * f64::from(prime)) as usize, (number * f64::from(prime * prime)) as usize % n)
+                };
+                let (here, there) = (digits(0), digits(1));
+                counts[0][here.0 * n + here.1] += 1;
+                counts[1][here.1 * n + there.1] += 1;
             }
-            let expected = tries as f64 / (base * base) as f64;
-            let chi_square: f64 = counts.iter().map(|n| (f64::from(*n) - expected).powi(2) / expected).sum();
-            // Mean and five standard deviations.
-            let freedom = (base * base - 1) as f64;
-            assert!(chi_square < freedom + 5.0 * (2.0 * freedom).sqrt(), "{base}: {chi_square}");
+            let expected = tries as f64 / (n * n) as f64;
+            for counts in counts {
+                let chi_square: f64 =
+                    counts.iter().map(|n| (f64::from(*n) - expected).powi(2) / expected).sum();
+                // Mean and five standard deviations.
+                let freedom = (n * n - 1) as f64;
+                assert!(chi_square < freedom + 5.0 * (2.0 * freedom).sqrt(), "{prime}: {chi_square}");
+            }
         }
     }
 
@@ -406,10 +416,11 @@ mod tests {
     }
 
     #[test]
-    fn remainders_need_no_division() {
+    fn quotients_need_no_division() {
         for base in &BASES {
-            let square = u64::from(base.prime).pow(2);
-            assert!((0..square).all(|x| base.remainder(x) == x % u64::from(base.prime)), "{}", base.prime);
+            let (prime, end) = (u64::from(base.prime), 1_u64 << 32);
+            let mut numbers = (0..prime * prime).chain(end - 2 * prime..end);
+            assert!(numbers.all(|x| base.quotient(x) == x / prime), "{prime}");
         }
     }
 
