@@ -9,7 +9,7 @@ use crate::plain::{self, PlainRay};
 use crate::prepare::{Group, Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
 #[cfg(target_arch = "x86_64")]
-use crate::triangle::block::avx2::WideFilterRay;
+use crate::triangle::block::avx2::filter_ray;
 use crate::triangle::block::{Block, FilterRay};
 use crate::triangle::{ShearedRay, Triangle};
 
@@ -82,7 +82,7 @@ impl Traceable<'_> {
     fn search_avx2<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = WideSlabs::new(&Slabs::new(query.ray));
-        let filter = WideFilterRay::new(FilterRay::new(query.ray, &sheared));
+        let filter = filter_ray(query.ray, &sheared);
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
         self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
@@ -94,7 +94,7 @@ impl Traceable<'_> {
     fn search_avx512<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = WideSlabs::new(&Slabs::new(query.ray));
-        let filter = WideFilterRay::new(FilterRay::new(query.ray, &sheared));
+        let filter = filter_ray(query.ray, &sheared);
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
         self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
@@ -103,7 +103,7 @@ impl Traceable<'_> {
     fn search_portable<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let slabs = Slabs::new(query.ray);
-        let filter = FilterRay::new(query.ray, &sheared);
+        let filter = FilterRay::new(query.ray, &sheared, |x| x);
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
         self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)

@@ -20,17 +20,15 @@ pub(crate) enum Axis {
 }
 
 impl Axis {
-    /// All three, in cyclic order, the longest of a vector last.
+    /// All three, in cyclic order, the longest of a vector last. Without branches: rays come from everywhere.
     #[inline(always)]
     pub fn longest_last(v: DVec3) -> [Axis; 3] {
+        const ORDERS: [[Axis; 3]; 3] =
+            [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
         let size = v.abs();
-        if size.x >= size.y && size.x >= size.z {
-            [Axis::Y, Axis::Z, Axis::X]
-        } else if size.y >= size.z {
-            [Axis::Z, Axis::X, Axis::Y]
-        } else {
-            [Axis::X, Axis::Y, Axis::Z]
-        }
+        let is_not_x = usize::from(!((size.x >= size.y) & (size.x >= size.z)));
+        let is_not_y = usize::from(!(size.y >= size.z));
+        ORDERS[is_not_x + (is_not_x & is_not_y)]
     }
 
     #[inline(always)]
@@ -77,6 +75,8 @@ impl Triangle {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ShearedRay {
     o: DVec3,
+    /// The origin along each of `axes`.
+    turned: [f64; 3],
     /// One over the direction.
     inverse: DVec3,
     /// The longest axis of the direction last.
@@ -88,15 +88,21 @@ impl ShearedRay {
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
         let axes = Axis::longest_last(ray.d);
-        let [x, y, z] = axes.map(|axis| axis.of(&ray.d.to_array()));
-        ShearedRay { o: ray.o, inverse: ray.d.recip(), axes, shear: DVec3::new(x / z, y / z, 1.0 / z) }
+        let [x, y, z] = axes.map(|axis| axis.of(ray.d.as_ref()));
+        ShearedRay {
+            o: ray.o,
+            turned: axes.map(|axis| axis.of(ray.o.as_ref())),
+            inverse: ray.d.recip(),
+            axes,
+            shear: DVec3::new(x / z, y / z, 1.0 / z),
+        }
     }
 
     /// Distance, more than 0, and in proportion to what the corners weigh, where the ray crosses the triangle. Edges and
     /// vertices belong to the triangle, so that neighbours leave no gap.
     #[inline(always)]
     pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
-        let o = self.axes.map(|axis| axis.of(self.o.as_ref()));
+        let o = self.turned;
         let sheared = |p: &DVec3| {
             let [x, y, z] = self.axes.map(|axis| axis.of(p.as_ref()));
             let (x, y, z) = (x - o[0], y - o[1], z - o[2]);

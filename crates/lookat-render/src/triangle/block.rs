@@ -53,14 +53,22 @@ impl Block {
     }
 }
 
-/// A ray turned to run along z, as [`super::ShearedRay`], in `f32`.
+/// A ray turned to run along z, as [`ShearedRay`], in `f32`: each number as often as `Lanes` has room for it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct FilterRay {
-    o: [f32; 3],
+pub(crate) struct FilterRay<Lanes> {
+    /// The origin along each of `axes`.
+    turned: [Lanes; 3],
     axes: [Axis; 3],
-    shear: [f32; 2],
-    /// The sign of the direction along the last axis, and its size.
-    sign: f32,
+    shear: [Lanes; 2],
+    /// The sign of the direction along the last axis.
+    sign: Lanes,
+    scale: Scale,
+}
+
+/// What the rounding of a ray is in proportion to.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    /// The size of the direction along the last axis.
     length: f64,
     /// The largest coordinate of the origin.
     magnitude: f32,
@@ -77,21 +85,7 @@ struct Limits {
 /// The rounding of one operation, relative to its result.
 const UNIT: f32 = f32::EPSILON / 2.0;
 
-impl FilterRay {
-    #[inline(always)]
-    pub fn new(ray: &Ray, sheared: &ShearedRay) -> Self {
-        let ShearedRay { axes, shear, .. } = *sheared;
-        let z = axes[2].of(ray.d.as_ref());
-        FilterRay {
-            o: ray.o.as_vec3().to_array(),
-            axes,
-            shear: [shear.x as f32, shear.y as f32],
-            sign: z.signum() as f32,
-            length: z.abs(),
-            magnitude: ray.o.abs().max_element() as f32,
-        }
-    }
-
+impl Scale {
     /// Corners and origin are rounded, and their difference, and its product with the shear: a corner moves by less than
     /// `error`. Where the ray passes the box of a triangle, its corners are not farther from it than `size`. The cross
     /// product of two of them then moves by less than `side`. Where products overflow or vanish, nothing is known.
@@ -105,16 +99,34 @@ impl FilterRay {
         let farthest = (t_max * self.length) as f32 * (1.0 + 4.0 * UNIT) + error;
         Limits { side, nearest: -error, farthest }
     }
+}
 
+impl<Lanes> FilterRay<Lanes> {
+    /// `splat` gives lanes that all hold one number.
+    #[inline(always)]
+    pub fn new(ray: &Ray, sheared: &ShearedRay, splat: impl Fn(f32) -> Lanes) -> Self {
+        let ShearedRay { turned: [x, y, z], axes, shear, .. } = *sheared;
+        let along = axes[2].of(ray.d.as_ref());
+        FilterRay {
+            turned: [splat(x as f32), splat(y as f32), splat(z as f32)],
+            axes,
+            shear: [splat(shear.x as f32), splat(shear.y as f32)],
+            sign: splat(along.signum() as f32),
+            scale: Scale { length: along.abs(), magnitude: ray.o.abs().max_element() as f32 },
+        }
+    }
+}
+
+impl FilterRay<f32> {
     /// Which triangles of a block the ray may meet before `t_max`, as bits: all that it does meet, and few others.
     ///
     /// It misses where it certainly passes one edge on the one side, and another edge on the other.
     #[inline(always)]
     pub fn may_meet(&self, block: &Block, t_max: f64) -> u32 {
-        let limits = self.limits(block, t_max);
+        let limits = self.scale.limits(block, t_max);
         let bit = |lane: usize| {
             let sheared = |corner: &[[f32; WIDTH]; 3]| {
-                let [x, y, z] = self.axes.map(|axis| axis.of(corner)[lane] - axis.of(&self.o));
+                let [x, y, z] = [0, 1, 2].map(|k| self.axes[k].of(corner)[lane] - self.turned[k]);
                 [x - self.shear[0] * z, y - self.shear[1] * z, z * self.sign]
             };
             let [a, b, c] = [0, 1, 2].map(|corner| sheared(&block.corners[corner]));
@@ -166,7 +178,7 @@ mod tests {
             let hits = |triangle| sheared.intersect(triangle).is_some_and(|(t, _)| t <= t_max);
             let exact: u32 =
                 triangles.iter().zip(0..).map(|(triangle, lane)| u32::from(hits(triangle)) << lane).sum();
-            let filter = FilterRay::new(&ray, &sheared);
+            let filter = FilterRay::new(&ray, &sheared, |x| x);
             let may = filter.may_meet(&block, t_max);
             assert_eq!(exact & !may, 0, "{ray:?} {triangles:?}");
             met += exact.count_ones();
@@ -176,7 +188,7 @@ mod tests {
             if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
                 // SAFETY: the processor has what the functions ask for.
                 #[allow(unsafe_code)]
-                let wide = unsafe { avx2::WideFilterRay::new(filter).may_meet(&block, t_max) };
+                let wide = unsafe { avx2::filter_ray(&ray, &sheared).may_meet(&block, t_max) };
                 assert_eq!(exact & !wide, 0, "{ray:?} {triangles:?}");
             }
         }
@@ -192,7 +204,7 @@ mod tests {
             let ray = Ray::new(DVec3::new(0.25, 0.25, 0.0) * size, DVec3::Z);
             let sheared = ShearedRay::new(&ray);
             assert!(sheared.intersect(&triangle).is_some(), "{size}");
-            let filter = FilterRay::new(&ray, &sheared);
+            let filter = FilterRay::new(&ray, &sheared, |x| x);
             for t_max in [f64::INFINITY, size] {
                 assert_eq!(filter.may_meet(&block, t_max), 1, "{size} {t_max}");
             }

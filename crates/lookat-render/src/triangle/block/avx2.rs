@@ -10,34 +10,22 @@ use bytemuck::cast;
 
 use super::{Block, FilterRay};
 use crate::bvh::WIDTH;
+use crate::ray::Ray;
+use crate::triangle::ShearedRay;
 
-/// [`FilterRay`], each number in all lanes, its axes in their turned order.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct WideFilterRay {
-    ray: FilterRay,
-    o: [__m256; 3],
-    shear: [__m256; 2],
-    sign: __m256,
+/// The ray for the filter of eight triangles.
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+pub(crate) fn filter_ray(ray: &Ray, sheared: &ShearedRay) -> FilterRay<__m256> {
+    FilterRay::new(ray, sheared, |x| _mm256_set1_ps(x))
 }
 
-impl WideFilterRay {
-    #[target_feature(enable = "avx2,fma")]
-    #[inline]
-    pub fn new(ray: FilterRay) -> Self {
-        let [x, y, z] = ray.axes.map(|axis| axis.of(&ray.o));
-        WideFilterRay {
-            ray,
-            o: [_mm256_set1_ps(x), _mm256_set1_ps(y), _mm256_set1_ps(z)],
-            shear: [_mm256_set1_ps(ray.shear[0]), _mm256_set1_ps(ray.shear[1])],
-            sign: _mm256_set1_ps(ray.sign),
-        }
-    }
-
-    /// As [`FilterRay::may_meet`], but for what rounding does to triangles that may be met or not.
+impl FilterRay<__m256> {
+    /// As for one number at a time, but for what rounding does to triangles that may be met or not.
     #[target_feature(enable = "avx2,fma")]
     #[inline]
     pub fn may_meet(&self, block: &Block, t_max: f64) -> u32 {
-        let limits = self.ray.limits(block, t_max);
+        let limits = self.scale.limits(block, t_max);
         let (a, b, c) = (
             self.sheared(&block.corners[0]),
             self.sheared(&block.corners[1]),
@@ -65,10 +53,10 @@ impl WideFilterRay {
     #[target_feature(enable = "avx2,fma")]
     #[inline]
     fn sheared(&self, corner: &[[f32; WIDTH]; 3]) -> [__m256; 3] {
-        let [x, y, z] = self.ray.axes;
-        let x = _mm256_sub_ps(cast(x.of(corner)), self.o[0]);
-        let y = _mm256_sub_ps(cast(y.of(corner)), self.o[1]);
-        let z = _mm256_sub_ps(cast(z.of(corner)), self.o[2]);
+        let [x, y, z] = self.axes;
+        let x = _mm256_sub_ps(cast(x.of(corner)), self.turned[0]);
+        let y = _mm256_sub_ps(cast(y.of(corner)), self.turned[1]);
+        let z = _mm256_sub_ps(cast(z.of(corner)), self.turned[2]);
         [
             _mm256_fnmadd_ps(self.shear[0], z, x),
             _mm256_fnmadd_ps(self.shear[1], z, y),
