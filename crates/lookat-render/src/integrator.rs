@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, Lobes};
 use crate::camera::CameraRay;
 use crate::light::LightTable;
 use crate::prepare::Traceable;
-use crate::ray::Ray;
+use crate::ray::{Hit, Ray};
 use crate::shading;
 use crate::surface::Surface;
 
@@ -33,11 +33,16 @@ impl<'t, 's> Tracer<'t, 's> {
         self.lights
     }
 
-    /// The nearest surface.
-    pub fn nearest(&mut self, ray: &Ray) -> Option<Surface<'s>> {
+    /// The nearest hit.
+    pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
-        let hit = self.scene.nearest(ray)?;
-        Some(Surface::new(self.scene, ray, &hit))
+        self.scene.nearest(ray)
+    }
+
+    /// The surface at a hit of `ray`. Apart from the search for it, because large values are best not moved.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface<'s> {
+        Surface::new(self.scene, ray, hit)
     }
 
     /// How a surface scatters light towards `wo`; `None` where light passes. `camera_ray`: what has found it, if nothing

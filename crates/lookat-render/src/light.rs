@@ -19,6 +19,7 @@ use crate::frame::flipped;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::surface::{Surface, on_triangle, reach};
+use curved::LightPoint;
 use environment::Environment;
 use goniometric::Goniometric;
 use mesh::MeshAreas;
@@ -218,9 +219,11 @@ impl<'s> LightTable<'s> {
     fn sample_surface(&self, light: &SurfaceLight, from: &Surface, u: DVec2) -> Option<LightSample> {
         let owner = light.primitive;
         let mut element = ElementId { instance: ElementId::WORLD, primitive: light.number, index: 0 };
+        let mut visible_pdf = None;
         let on_light = match &light.form {
             SurfaceForm::Curved(shape) => {
-                let (p, n) = curved::sample(shape, from.p, u);
+                let LightPoint { p, n, visible_pdf: pdf } = curved::sample(shape, from.p, u);
+                visible_pdf = pdf;
                 let magnitude = shape.magnitude();
                 Surface {
                     p,
@@ -243,7 +246,10 @@ impl<'s> LightTable<'s> {
         if !cutout::is_there(owner, element, on_light.barycentric, false) {
             return None;
         }
-        let pdf = light.pdf(from.p, &on_light)?;
+        let pdf = match visible_pdf {
+            Some(pdf) => pdf,
+            None => light.pdf(from.p, &on_light)?,
+        };
         // The ray ends at the light, which does not block it.
         let to_light = on_light.p - from.p;
         let wi = to_light.try_normalize()?;
@@ -253,7 +259,7 @@ impl<'s> LightTable<'s> {
             target: element,
             ..from.leave(wi)
         };
-        if let SurfaceForm::Curved(shape) = &light.form
+        if let (SurfaceForm::Curved(shape), None) = (&light.form, visible_pdf)
             && shape.hides_end_of(&shadow)
         {
             return None;
@@ -261,10 +267,10 @@ impl<'s> LightTable<'s> {
         (li != Vec3::ZERO && pdf > 0.0).then_some(LightSample { li, pdf: Some(pdf), shadow })
     }
 
-    /// The light that a surface belongs to.
-    pub fn of_surface(&self, surface: &Surface) -> Option<usize> {
-        let in_world = surface.element.instance == ElementId::WORLD;
-        self.of_primitive.get(surface.element.primitive as usize).copied().flatten().filter(|_| in_world)
+    /// The light that an element belongs to.
+    pub fn of_element(&self, element: ElementId) -> Option<usize> {
+        let in_world = element.instance == ElementId::WORLD;
+        self.of_primitive.get(element.primitive as usize).copied().flatten().filter(|_| in_world)
     }
 
     /// Density by solid angle with which [`LightTable::sample`] finds, from the point `from`, the point `hit` of a light.

@@ -31,8 +31,21 @@ pub(crate) struct Surface<'s> {
 
 impl<'s> Surface<'s> {
     /// The surface at a hit of `ray`.
+    #[inline]
     pub fn new(scene: &Traceable<'s>, ray: &Ray, hit: &Hit) -> Self {
         let primitive = scene.primitives[hit.element.primitive as usize];
+        match &primitive.shape {
+            Shape::TriangleMesh(mesh) if hit.element.instance == ElementId::WORLD => {
+                let [b0, b1] = hit.barycentric;
+                on_triangle(primitive, mesh, hit.element, [b0, b1, 1.0 - b0 - b1], scene.eye)
+            }
+            _ => Surface::of_any(scene, primitive, ray, hit),
+        }
+    }
+
+    /// Out of line, so that triangles of the world, the most of all, are copied nowhere.
+    #[inline(never)]
+    fn of_any(scene: &Traceable<'s>, primitive: &'s Primitive, ray: &Ray, hit: &Hit) -> Self {
         let instance = scene.instance(hit.element.instance);
         let surface = match &primitive.shape {
             Shape::Quadric(_) => {

@@ -44,7 +44,8 @@ pub(crate) fn li(
 /// The nearest surface that has a material.
 fn first_material<'s>(tracer: &mut Tracer<'_, 's>, mut ray: Ray) -> Option<Surface<'s>> {
     for _ in 0..MAX_PASSED {
-        let surface = tracer.nearest(&ray)?;
+        let hit = tracer.nearest(&ray)?;
+        let surface = tracer.surface(&ray, &hit);
         if !matches!(surface.primitive.material.kind, MaterialKind::None) {
             return Some(surface);
         }

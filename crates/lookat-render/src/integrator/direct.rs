@@ -28,9 +28,10 @@ pub(crate) fn li(
     let mut lobes = Lobes::default();
     let (mut depth, mut passed) = (0, 0);
     loop {
-        let Some(surface) = tracer.nearest(&ray) else {
+        let Some(hit) = tracer.nearest(&ray) else {
             return radiance + beta * tracer.lights().background(ray.d);
         };
+        let surface = tracer.surface(&ray, &hit);
         let wo = -ray.d;
         let Some(bsdf) = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes) else {
             // pbrt-v3 looks through a surface without a material, and does not see it glow.
@@ -173,11 +174,10 @@ fn found_light(
             })
             .sum();
     };
-    match table.of_surface(&hit).filter(|light| range.contains(light)) {
-        Some(light) => {
-            let other = table.surface_pdf(light, from.p, &hit) * f64::from(table.samples(light));
-            hit.le(-ray.d) * power_heuristic(pdf, other)
-        }
-        None => Vec3::ZERO,
-    }
+    let Some(light) = table.of_element(hit.element).filter(|light| range.contains(light)) else {
+        return Vec3::ZERO;
+    };
+    let on_light = tracer.surface(ray, &hit);
+    let other = table.surface_pdf(light, from.p, &on_light) * f64::from(table.samples(light));
+    on_light.le(-ray.d) * power_heuristic(pdf, other)
 }

@@ -61,9 +61,10 @@ pub(crate) fn li(
     let mut lobes = Lobes::default();
     let (mut bounces, mut passed) = (0, 0);
     loop {
-        let Some(surface) = tracer.nearest(&ray) else {
+        let Some(hit) = tracer.nearest(&ray) else {
             return radiance + beta * background(tracer, &emission, ray.d, settings.light_choice);
         };
+        let surface = tracer.surface(&ray, &hit);
         let wo = -ray.d;
         radiance += beta * emitted(tracer, &emission, &surface, wo, settings.light_choice);
         if bounces >= settings.max_depth {
@@ -145,7 +146,7 @@ fn emitted(tracer: &Tracer, emission: &Emission, surface: &Surface, wo: DVec3, c
         Emission::Hidden => Vec3::ZERO,
         Emission::Weighed { from, pdf, .. } => {
             let lights = tracer.lights();
-            let Some(light) = lights.of_surface(surface) else { return Vec3::ZERO };
+            let Some(light) = lights.of_element(surface.element) else { return Vec3::ZERO };
             let other = lights.surface_pdf(light, *from, surface) * lights.probability(choice, *from, light);
             le * power_heuristic(*pdf, other)
         }

@@ -7,11 +7,21 @@ use crate::frame::Frame;
 use crate::surface::Surface;
 use crate::warp::{square_to_uniform_cone, square_to_uniform_cone_pdf};
 
-/// A point of a light of a curved shape and the normal there. Of a whole sphere seen from outside, one of those that can
-/// be seen.
-pub(super) fn sample(shape: &Curved, p: DVec3, u: DVec2) -> (DVec3, DVec3) {
+/// A point of a light.
+pub(super) struct LightPoint {
+    pub p: DVec3,
+    /// The normal there.
+    pub n: DVec3,
+    /// Density by solid angle, if the point is one of those that can be seen; `None` if it is any of the whole light.
+    pub visible_pdf: Option<f64>,
+}
+
+/// A point of a light of a curved shape, to be seen from `p`. Of a whole sphere seen from outside, one of those that can be
+/// seen.
+pub(super) fn sample(shape: &Curved, p: DVec3, u: DVec2) -> LightPoint {
     let Some(cone) = VisibleCone::new(shape, p) else {
-        return shape.placed(shape.sample(u));
+        let (p, n) = shape.placed(shape.sample(u));
+        return LightPoint { p, n, visible_pdf: None };
     };
     let local = square_to_uniform_cone(u, cone.one_minus_cos_max);
     let wi = Frame::from_z(cone.axis).to_world(local);
@@ -21,7 +31,8 @@ pub(super) fn sample(shape: &Curved, p: DVec3, u: DVec2) -> (DVec3, DVec3) {
     let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
     // From the centre through that point, so that it lies on the sphere to the last digits.
     let n = (wi * (distance * local.z - half) - cone.axis * distance).normalize_or(-cone.axis);
-    (shape.center + n * radius, n)
+    let visible_pdf = Some(square_to_uniform_cone_pdf(cone.one_minus_cos_max));
+    LightPoint { p: shape.center + n * radius, n, visible_pdf }
 }
 
 /// Density of [`sample`] by solid angle from `p`.
