@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 use lookat_scene::LightChoice;
 
@@ -32,15 +33,15 @@ impl LightTable<'_> {
                 (light, self.probability(choice, p, light))
             }
             LightChoice::Spatial => {
-                // The sum serves both the choice and its probability.
-                let total: f64 = self.estimates(p).sum();
+                let estimates: ArrayVec<f64, MANY> = self.estimates(p).collect();
+                let total: f64 = estimates.iter().sum();
                 let mut rest = u * total;
-                let passed = |estimate| {
+                let passed = |estimate: &f64| {
                     rest -= estimate;
                     rest < 0.0
                 };
-                let light = self.estimates(p).position(passed).unwrap_or(last);
-                (light, self.share(p, light, total))
+                let light = estimates.iter().position(passed).unwrap_or(last);
+                (light, share(estimates[light], total))
             }
         };
         (probability > 0.0).then_some((light, probability))
@@ -52,13 +53,8 @@ impl LightTable<'_> {
             _ if self.lights.len() == 1 => 1.0,
             LightChoice::Uniform => 1.0 / self.lights.len() as f64,
             LightChoice::Power => self.power_shares[light],
-            LightChoice::Spatial => self.share(p, light, self.estimates(p).sum()),
+            LightChoice::Spatial => share(self.lights[light].estimate(p), self.estimates(p).sum()),
         }
-    }
-
-    /// The share of a light in the sum of the estimates.
-    fn share(&self, p: DVec3, light: usize, total: f64) -> f64 {
-        if total > 0.0 { self.lights[light].estimate(p) / total } else { 0.0 }
     }
 
     /// How lights are chosen where `choice` is asked for.
@@ -69,6 +65,11 @@ impl LightTable<'_> {
     fn estimates(&self, p: DVec3) -> impl Iterator<Item = f64> {
         self.lights.iter().map(move |light| light.estimate(p))
     }
+}
+
+/// The share of an estimate in the sum of all.
+fn share(estimate: f64, total: f64) -> f64 {
+    if total > 0.0 { estimate / total } else { 0.0 }
 }
 
 /// This much of all samples goes to lights alike, so that a weak light next to what it lights is not forgotten over a
