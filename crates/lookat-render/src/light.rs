@@ -20,7 +20,7 @@ use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::surface::{Surface, on_triangle, reach};
 use curved::LightPoint;
-use environment::Environment;
+use environment::{Environment, EnvironmentSample};
 use goniometric::Goniometric;
 use mesh::MeshAreas;
 use projection::Projection;
@@ -200,8 +200,8 @@ impl<'s> LightTable<'s> {
                 (pdf > 0.0).then_some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Environment(environment) => {
-                let (wi, pdf) = environment.sample(u)?;
-                Some(LightSample { li: environment.radiance(wi), pdf: Some(pdf), shadow: from.leave(wi) })
+                let EnvironmentSample { wi, radiance, pdf } = environment.sample(u)?;
+                Some(LightSample { li: radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Goniometric(light) => {
                 let (li, shadow) = towards(from, light.position, light.intensity)?;
@@ -287,7 +287,8 @@ impl<'s> LightTable<'s> {
         self.lights.iter().enumerate().filter_map(move |(number, light)| match light {
             SceneLight::Infinite { radiance, .. } => Some((number, *radiance, pdf)),
             SceneLight::Environment(environment) => {
-                Some((number, environment.radiance(wi), environment.pdf(wi)))
+                let (radiance, pdf) = environment.evaluate(wi);
+                Some((number, radiance, pdf))
             }
             _ => None,
         })

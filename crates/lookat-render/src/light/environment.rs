@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 
-use table::DirectionTable;
+use table::{DirectionTable, TableSample};
 
 /// An infinite light with a picture.
 pub(super) struct Environment<'s> {
@@ -20,6 +20,16 @@ pub(super) struct Environment<'s> {
     growth: f64,
     table: DirectionTable,
     pub samples: u32,
+}
+
+/// A direction of the world that has been sampled.
+pub(super) struct EnvironmentSample {
+    /// Of length one.
+    pub wi: DVec3,
+    /// From there.
+    pub radiance: Vec3,
+    /// Density by solid angle.
+    pub pdf: f64,
 }
 
 impl<'s> Environment<'s> {
@@ -42,20 +52,27 @@ impl<'s> Environment<'s> {
         self.scale * self.map.bilinear(place(self.light_from_world * wi))
     }
 
-    /// A direction, about in proportion to the luminance that comes from it, and its density by solid angle. `None` if
-    /// all is dark.
-    pub fn sample(&self, u: DVec2) -> Option<(DVec3, f64)> {
-        let wi = (self.world_from_light * self.table.sample(u)?).try_normalize()?;
-        let pdf = self.pdf(wi);
-        (pdf > 0.0).then_some((wi, pdf))
+    /// A direction, about in proportion to the luminance that comes from it. `None` if all is dark.
+    pub fn sample(&self, u: DVec2) -> Option<EnvironmentSample> {
+        let TableSample { d, st, pdf } = self.table.sample(u)?;
+        let in_world = self.world_from_light * d;
+        let wi = in_world.try_normalize()?;
+        // In light space, `wi` is `d` over that length.
+        let pdf = pdf / self.stretch(in_world.length().recip());
+        let radiance = self.scale * self.map.bilinear(st);
+        (pdf > 0.0).then_some(EnvironmentSample { wi, radiance, pdf })
     }
 
-    /// Density of [`Environment::sample`] by solid angle, for `wi` of length one.
-    pub fn pdf(&self, wi: DVec3) -> f64 {
+    /// The radiance from `wi`, of length one, and the density of [`Environment::sample`] by solid angle there.
+    pub fn evaluate(&self, wi: DVec3) -> (Vec3, f64) {
         let in_light = self.light_from_world * wi;
-        // The solid angle that a direction of light space covers in the world.
-        let stretch = self.growth * in_light.length().powi(3);
-        self.table.pdf(place(in_light)) / stretch
+        let st = place(in_light);
+        (self.scale * self.map.bilinear(st), self.table.pdf(st) / self.stretch(in_light.length()))
+    }
+
+    /// The solid angle that a direction of light space covers in the world, given the length of the world's there.
+    fn stretch(&self, length_in_light: f64) -> f64 {
+        self.growth * length_in_light.powi(3)
     }
 
     /// The mean luminance over all directions of light space.
@@ -104,7 +121,7 @@ mod tests {
     #[test]
     fn the_density_has_an_integral_of_one() {
         with(SKEWED, |light| {
-            let sum: f64 = grid(1500).map(|u| light.pdf(on_sphere(u))).sum();
+            let sum: f64 = grid(1500).map(|u| light.evaluate(on_sphere(u)).1).sum();
             let integral = sum * 4.0 * PI / (1500.0 * 1500.0);
             assert!((integral - 1.0).abs() < 0.01, "{integral}");
         });
@@ -123,10 +140,10 @@ mod tests {
             let each = 4.0 * PI / f64::from(side * side) * f64::from(samples * samples);
             for u in grid(side) {
                 let d = on_sphere(u);
-                expected[part(d)] += light.pdf(d) * each;
+                expected[part(d)] += light.evaluate(d).1 * each;
             }
             for u in grid(samples) {
-                found[part(light.sample(u).expect("it is not dark").0)] += 1.0;
+                found[part(light.sample(u).expect("it is not dark").wi)] += 1.0;
             }
             let chi: f64 = expected.iter().zip(&found).map(|(e, f)| (f - e).powi(2) / e.max(5.0)).sum();
             // Of 127 random degrees of freedom one in a million is beyond 215; a grid is nearer.
@@ -142,7 +159,9 @@ mod tests {
             let mean = grid(1500).map(|u| shown(on_sphere(u))).sum::<f64>() / (1500.0 * 1500.0);
             assert!((light.brightness() / mean - 1.0).abs() < 0.01);
             for u in grid(300) {
-                let (wi, pdf) = light.sample(u).expect("it is not dark");
+                let EnvironmentSample { wi, radiance, pdf } = light.sample(u).expect("it is not dark");
+                // What is told with the sample is what is told of its direction.
+                assert!((radiance - light.radiance(wi)).abs().max_element() < 1e-3 * radiance.max_element());
                 assert!(shown(wi) / pdf < 4.01 * 4.0 * PI * light.brightness());
             }
         });
@@ -161,6 +180,6 @@ mod tests {
         let map = MipMap::new(4, 2, vec![Vec3::ZERO; 8], Wrap::Repeat);
         let light = Environment::new(&map, Vec3::ONE, [DMat3::IDENTITY; 2], 1);
         assert!(light.sample(DVec2::splat(0.5)).is_none());
-        assert_eq!((light.pdf(DVec3::X), light.brightness()), (0.0, 0.0));
+        assert_eq!((light.evaluate(DVec3::X).1, light.brightness()), (0.0, 0.0));
     }
 }

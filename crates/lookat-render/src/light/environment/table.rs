@@ -20,6 +20,18 @@ pub(super) struct DirectionTable {
     sums: Vec<f64>,
     /// The luminance times solid angle of the rows up to each.
     row_sums: Vec<f64>,
+    /// Of the latitudes between which rows lie.
+    cosines: Vec<f64>,
+}
+
+/// A direction that has been sampled.
+pub(super) struct TableSample {
+    /// Of length one.
+    pub d: DVec3,
+    /// Its longitude and latitude, from 0 to 1.
+    pub st: DVec2,
+    /// Density by solid angle.
+    pub pdf: f64,
 }
 
 /// The most cells: 64 MiB.
@@ -41,7 +53,8 @@ impl DirectionTable {
                 *place = sum;
             }
         });
-        let mut table = DirectionTable { columns, rows, sums, row_sums: Vec::new() };
+        let cosines = (0..=rows).map(|edge| (PI * edge as f64 / rows as f64).cos()).collect();
+        let mut table = DirectionTable { columns, rows, sums, row_sums: Vec::new(), cosines };
         let mut sum = 0.0;
         for row in 0..rows {
             sum += table.sums[(row + 1) * columns - 1] * table.cell_angle(row);
@@ -51,20 +64,28 @@ impl DirectionTable {
     }
 
     /// A direction. `None` if all is dark.
-    pub fn sample(&self, u: DVec2) -> Option<DVec3> {
+    pub fn sample(&self, u: DVec2) -> Option<TableSample> {
         let (row, down) = pick(&self.row_sums, u.y)?;
         let (column, along) = pick(self.row(row), u.x)?;
-        let [top, bottom] = self.cosines(row);
+        let (top, bottom) = (self.cosines[row], self.cosines[row + 1]);
         let cos = top + (bottom - top) * down;
         let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
-        let (sin_phi, cos_phi) = (TAU * (column as f64 + along) / self.columns as f64).sin_cos();
-        Some(DVec3::new(sin * cos_phi, sin * sin_phi, cos))
+        let st = DVec2::new((column as f64 + along) / self.columns as f64, sin.atan2(cos) / PI);
+        let (sin_phi, cos_phi) = (TAU * st.x).sin_cos();
+        Some(TableSample {
+            d: DVec3::new(sin * cos_phi, sin * sin_phi, cos),
+            st,
+            pdf: self.cell_pdf(column, row),
+        })
     }
 
     /// Density by solid angle of the direction at `st`, longitude and latitude from 0 to 1.
     pub fn pdf(&self, st: DVec2) -> f64 {
         let index = |x: f64, count: usize| ((x * count as f64) as usize).min(count - 1);
-        let (column, row) = (index(st.x, self.columns), index(st.y, self.rows));
+        self.cell_pdf(index(st.x, self.columns), index(st.y, self.rows))
+    }
+
+    fn cell_pdf(&self, column: usize, row: usize) -> f64 {
         let row = self.row(row);
         let before = if column == 0 { 0.0 } else { row[column - 1] };
         let total = self.total();
@@ -84,15 +105,9 @@ impl DirectionTable {
         &self.sums[row * self.columns..][..self.columns]
     }
 
-    /// Of the latitudes between which a row lies.
-    fn cosines(&self, row: usize) -> [f64; 2] {
-        [row, row + 1].map(|edge| (PI * edge as f64 / self.rows as f64).cos())
-    }
-
     /// The solid angle of a cell.
     fn cell_angle(&self, row: usize) -> f64 {
-        let [top, bottom] = self.cosines(row);
-        (top - bottom) * TAU / self.columns as f64
+        (self.cosines[row] - self.cosines[row + 1]) * TAU / self.columns as f64
     }
 }
 
