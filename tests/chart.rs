@@ -221,18 +221,58 @@ fn what_cannot_be_charted_is_refused() {
     assert!(!folder.has("wrong-chart"));
 }
 
+/// Starts a chart of the scene, which takes hours, and interrupts it so long after it has told its plan.
 #[cfg(unix)]
-#[test]
-fn an_interrupt_leaves_nothing() {
-    use std::io::{BufRead, BufReader};
-    let folder = Folder::new();
-    let arguments = ["chart", "scene.pbrt", "--spp", "65536", "-o", "out"];
-    let mut child = folder.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
-    assert!(lines.next().unwrap().starts_with("plan: "));
+fn interrupted(folder: &Folder, arguments: &[&str], after: f32) -> Run {
+    use std::io::{BufRead, BufReader, Read};
+    let arguments = [&["chart", "scene.pbrt", "--spp", "65536", "-o", "out"], arguments].concat();
+    let mut child = folder.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut err = BufReader::new(child.stderr.take().unwrap());
+    let mut plan = String::new();
+    err.read_line(&mut plan).unwrap();
+    assert!(plan.starts_with("plan: "), "{plan}");
+    std::thread::sleep(std::time::Duration::from_secs_f32(after));
     let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(kill.success());
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert!(lines.any(|line| line == "interrupted; nothing is written"));
-    assert!(!folder.path("out").exists());
+    let mut run = Run::of(child.wait_with_output().unwrap());
+    err.read_to_string(&mut run.err).unwrap();
+    assert_eq!(run.status, 130, "{}", run.err);
+    run
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_before_the_first_point_leaves_nothing() {
+    let folder = Folder::new();
+    let run = interrupted(&folder, &[], 0.0);
+    assert!(run.err.ends_with("interrupted before the first point; nothing is written\n"), "{}", run.err);
+    assert!(!folder.has("out") && run.out.is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_what_was_measured() {
+    let folder = Folder::new();
+    folder.render("reference.exr", &["--spp", "64", "--seed", "1000000"]);
+    let methods = ["--methods", "random,sobol", "--reference", "reference.exr", "--threads", "1"];
+    folder.chart(&[&["--spp", "4"], &methods[..]].concat());
+    let expected = folder.rows();
+    std::fs::remove_dir_all(folder.path("out")).unwrap();
+    // How soon it has its first points depends on the machine.
+    let mut runs = [0.0, 1.0, 4.0, 16.0].into_iter().map(|after| interrupted(&folder, &methods, after));
+    let run = runs.find(|_| folder.has("out")).unwrap();
+    assert!(run.out.contains("\ninterrupted: ") && run.out.contains("\non the front "), "{}", run.out);
+    for name in ["svg", "png", "csv", "json"] {
+        assert!(folder.has(&format!("out/chart.{name}")), "{name}");
+    }
+    let json: Value = serde_json::from_slice(&std::fs::read(folder.path("out/chart.json")).unwrap()).unwrap();
+    assert_eq!((&json["complete"], &json["interrupted"]), (&Value::Bool(false), &Value::Bool(true)));
+    for method in ["random", "sobol"] {
+        let points = self::method(&json, method)["points"].as_array().unwrap();
+        assert!(points.len() < 17 && points.iter().all(|point| point["pictures"] == 8), "{points:?}");
+    }
+    // The title, and the pictures of the first point at least.
+    let (rows, least) = (folder.rows(), 1 + 8);
+    let same = rows.iter().zip(&expected).take_while(|(row, expected)| row == expected).count();
+    assert!(same >= least, "{rows:?}");
 }

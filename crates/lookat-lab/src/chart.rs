@@ -1,8 +1,9 @@
 //! Speed against accuracy: methods of rendering one scene, each with more and more samples, their time and their error.
 //!
-//! [`Runner`] renders, [`plan()`] decides how far to climb, [`climb()`] measures, [`Results`] draws conclusions, and [`draw()`],
+//! [`Runner`] renders, [`plan()`] decides how far to climb, [`Climb`] measures, [`Results`] draws conclusions, and [`draw()`],
 //! [`as_csv`] and [`as_json`] show them.
 
+mod budget;
 mod climb;
 mod draw;
 mod equal;
@@ -19,7 +20,8 @@ mod results;
 mod runner;
 mod table;
 
-pub use climb::climb;
+pub use budget::Budget;
+pub use climb::Climb;
 pub use draw::draw;
 pub use equal::{Comparison, Curve};
 pub use estimate::Estimate;
@@ -28,9 +30,9 @@ pub use front::Reign;
 pub use level::Level;
 pub use marker::Marker;
 pub use method::{DEFAULT, METHODS, Method, Way, named};
-pub use plan::{Cost, FEWEST_RUNGS, MOST_RUNGS, Plan, plan};
+pub use plan::{Cost, FEWEST_SEEDS, MOST_RUNGS, Plan, plan};
 pub use point::{Point, Row};
 pub use reference::{Fitted, Origin, Reference, fitted};
-pub use results::{Measured, Results};
+pub use results::{End, Measured, Results};
 pub use runner::{Rendering, Runner, Watch};
 pub use table::{Header, as_csv, as_json};

@@ -10,8 +10,8 @@ use std::time::Instant;
 use indicatif::ProgressBar;
 use lookat_image::{Image, write_file};
 use lookat_lab::chart::{
-    Cost, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method, Origin, Plan, Reference, Results,
-    Runner, as_csv, as_json, climb, draw, fitted, named, plan,
+    Budget, Climb, Cost, End, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method, Origin, Plan,
+    Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
 };
 use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
@@ -21,8 +21,8 @@ use crate::render::progress_bar;
 use crate::source::load_scene;
 use crate::{interrupt, report};
 
-/// How long the pilot of one method may take, about: a share of the budget, and in seconds.
-const PILOT: (f64, f64) = (0.005, 0.2);
+/// How long a picture of the pilot takes at least: a share of the budget, but at most so many seconds.
+const PILOT: (f64, f64) = (0.0025, 0.1);
 
 /// Runs the command.
 pub fn chart(arguments: &Chart) -> ExitCode {
@@ -55,14 +55,16 @@ fn run(arguments: &Chart) -> Result<u8, String> {
 
     let mut header = header(arguments, &scene, parse);
     let mut runner = Runner::new(scene, arguments.threads.map_or(0, usize::from));
-    let bench = Bench { arguments, methods, started, bar: progress_bar(false) };
-    interrupt::watch("stopping", || true)?;
+    let budget = Budget { started, seconds: arguments.budget };
+    let bench = Bench { arguments, methods, budget, bar: progress_bar(false) };
+    interrupt::watch("stopping; once more ends at once, without a chart", || true)?;
     let found = bench.measure(&mut runner, reference)?;
     bench.bar.finish_and_clear();
     let Some((plan, reference, measured)) = found else {
-        crate::say("interrupted; nothing is written");
+        crate::say("interrupted before the first point; nothing is written");
         return Ok(interrupt::STATUS);
     };
+    let status = if measured.end == End::Interrupted { interrupt::STATUS } else { 0 };
     header.preparation = measured.preparation();
     let markers = others.iter().map(|(other, found)| marker(other, found, &reference)).collect();
     let results = Results::new(measured, markers, &reference);
@@ -71,7 +73,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let printed = crate::print(&text::results(&header, &reference, &results));
     let (folder, seconds) = (folder.display(), started.elapsed().as_secs_f64());
     crate::say(&format!("{folder}: chart.svg, chart.png, chart.csv, chart.json; {seconds:.1} s in all"));
-    if printed { Ok(0) } else { Err("cannot write the result".into()) }
+    if printed { Ok(status) } else { Err("cannot write the result".into()) }
 }
 
 /// What is known before anything is measured.
@@ -92,12 +94,13 @@ fn header(arguments: &Chart, scene: &Scene, parse: f64) -> Header {
 struct Bench<'a> {
     arguments: &'a Chart,
     methods: Vec<&'static Method>,
-    started: Instant,
+    budget: Budget,
     bar: ProgressBar,
 }
 
 impl Bench<'_> {
-    /// Plans, renders a reference if there is none, and climbs. `None` if that is interrupted.
+    /// Plans, renders a reference if there is none, and climbs. `None` if that is interrupted before the
+    /// first point.
     fn measure(
         &self,
         runner: &mut Runner,
@@ -120,9 +123,11 @@ impl Bench<'_> {
             None => runner.reference(plan.reference, plan.reference_seed(first), &watch(0.0, share)),
         };
         let Some(reference) = reference else { return Ok(None) };
-        let must_keep = self.arguments.spp.is_some();
-        let measured = climb(runner, &self.methods, &plan, first, must_keep, &reference, &watch(share, 1.0));
-        Ok(measured.map(|measured| (plan, reference, measured)))
+        let budget = self.arguments.spp.is_none().then_some(self.budget);
+        let climb =
+            Climb { methods: &self.methods, plan: &plan, first_seed: first, reference: &reference, budget };
+        let measured = climb.run(runner, &watch(share, 1.0));
+        Ok(measured.has_points().then_some((plan, reference, measured)))
     }
 
     /// What the methods cost, and the reference where one is to be rendered, as the last. `None` if interrupted.
@@ -144,14 +149,13 @@ impl Bench<'_> {
         if let Some(samples) = self.arguments.spp {
             return Ok(Plan::fixed(costs, reference, seeds, samples.ilog2() + 1));
         }
-        let left = self.arguments.budget - self.started.elapsed().as_secs_f64();
-        plan(&costs, reference, seeds, left.max(0.0)).map_err(|needed| {
-            let needed = needed + self.started.elapsed().as_secs_f64();
-            let budget = self.arguments.budget;
+        plan(&costs, reference, seeds, self.budget.left()).map_err(|needed| {
+            let needed = needed + self.budget.started.elapsed().as_secs_f64();
             format!(
-                "a chart of {} methods takes {needed:.1} s at least, the budget is {budget} s; raise --budget, \
+                "a chart of {} methods takes {needed:.1} s at least, the budget is {} s; raise --budget, \
                  name fewer --methods, or lower --resolution",
-                costs.len()
+                costs.len(),
+                self.arguments.budget
             )
         })
     }

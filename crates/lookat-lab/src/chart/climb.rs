@@ -3,16 +3,14 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::budget::Budget;
 use super::level::Differences;
 use super::method::Method;
-use super::plan::{FEWEST_RUNGS, MOST_RUNGS, Plan};
+use super::plan::{FEWEST_RUNGS, FEWEST_SEEDS, MOST_RUNGS, Plan};
 use super::point::{Point, Row};
 use super::reference::Reference;
-use super::results::Measured;
+use super::results::{End, Measured};
 use super::runner::{Runner, Watch};
-
-/// By how much a run may exceed the seconds of its plan.
-const LATE: f64 = 1.4;
 
 /// The seed of a picture. Each rung has seeds of its own, so that the errors of rungs are independent.
 fn seed_of(first: u64, plan: &Plan, rung: u32, index: u32) -> u64 {
@@ -26,74 +24,188 @@ impl Plan {
     }
 }
 
-/// Climbs rung by rung. On each the methods take turns, seed by seed, so that a machine that slows down is no advantage to
-/// any of them. Where all takes much longer than planned, the highest rungs are left out, unless the plan must be kept.
-/// `None` if `watch` breaks.
-pub fn climb(
-    runner: &mut Runner,
-    methods: &[&'static Method],
-    plan: &Plan,
-    first_seed: u64,
-    must_keep: bool,
-    reference: &Reference,
-    watch: Watch,
-) -> Option<Measured> {
-    let started = Instant::now();
-    let mut measured = Measured { methods: methods.to_vec(), ..Measured::default() };
-    measured.points.resize(methods.len(), Vec::new());
-    let total = cost_to(plan, MOST_RUNGS);
-    for rung in 0..plan.rungs.iter().copied().max().unwrap_or(0) {
-        let (before, after) = (cost_to(plan, rung), cost_to(plan, rung + 1));
-        let spent = started.elapsed().as_secs_f64();
-        let pace = if before > 0.0 { (spent / before).max(1.0) } else { 1.0 };
-        if !must_keep && rung >= FEWEST_RUNGS && spent + pace * (after - before) > LATE * total {
-            measured.is_cut = true;
-            break;
-        }
-        let watch_rung = |share: f64| watch((before + share * (after - before)) / total);
-        climb_rung(runner, plan, rung, first_seed, reference, &watch_rung, &mut measured)?;
-    }
-    Some(measured)
+/// What is climbed.
+#[derive(Debug, Clone, Copy)]
+pub struct Climb<'a> {
+    /// The methods, in the order of the plan.
+    pub methods: &'a [&'static Method],
+    /// How high.
+    pub plan: &'a Plan,
+    /// The seed of the first picture.
+    pub first_seed: u64,
+    /// What errors are measured by.
+    pub reference: &'a Reference,
+    /// `None` if the plan is to be kept, however long that takes.
+    pub budget: Option<Budget>,
 }
 
-/// What all methods cost below a rung, in seconds.
-fn cost_to(plan: &Plan, rung: u32) -> f64 {
-    let of_method = |(i, rungs): (usize, &u32)| {
-        (0..rung.min(*rungs)).map(|rung| plan.costs[i].of(1 << rung)).sum::<f64>()
-    };
-    f64::from(plan.seeds) * plan.rungs.iter().enumerate().map(of_method).sum::<f64>()
+/// One rung, as far as it has come: what each method has.
+struct Rung {
+    index: u32,
+    rows: Vec<Vec<Row>>,
+    differences: Vec<Differences>,
+    /// The wall time of its pictures, with that of measuring them.
+    seconds: Vec<f64>,
 }
 
-fn climb_rung(
-    runner: &mut Runner,
-    plan: &Plan,
-    rung: u32,
-    first_seed: u64,
-    reference: &Reference,
-    watch: Watch,
-    measured: &mut Measured,
-) -> Option<()> {
-    let climbing: Vec<usize> = (0..plan.rungs.len()).filter(|i| plan.rungs[*i] > rung).collect();
-    let mut rows = vec![Vec::new(); plan.rungs.len()];
-    let mut differences: Vec<Differences> = plan.rungs.iter().map(|_| Differences::default()).collect();
-    let pictures = f64::from(plan.seeds) * climbing.len() as f64;
-    let mut done = 0.0;
-    for index in 0..plan.seeds {
-        let seed = seed_of(first_seed, plan, rung, index);
-        for turn in 0..climbing.len() {
-            // Each is the first in its turn.
-            let method = climbing[(turn + index as usize) % climbing.len()];
-            let watch_one = |share: f64| -> ControlFlow<()> { watch((done + share) / pictures) };
-            let samples = measured.methods[method].first << rung;
-            let rendering = runner.render(measured.methods[method], samples, seed, &watch_one)?;
-            rows[method].push(Row::new(method, samples, seed, &rendering, &reference.pixels));
-            differences[method].add(&rendering.pixels, &reference.pixels);
-            done += 1.0;
+impl Climb<'_> {
+    /// Climbs rung by rung. On each the methods take turns, seed by seed, so that a machine that slows down is no advantage
+    /// to any of them. With a budget, the rest is planned anew after each rung, from the times that were measured.
+    /// Where `watch` breaks, or the budget is exceeded, the picture in hand is left out.
+    pub fn run(&self, runner: &mut Runner, watch: Watch) -> Measured {
+        let started = Instant::now();
+        let mut plan = self.plan.clone();
+        let mut measured = Measured { methods: self.methods.to_vec(), ..Measured::default() };
+        measured.points.resize(self.methods.len(), Vec::new());
+        for index in 0..MOST_RUNGS {
+            if plan.rungs.iter().all(|rungs| *rungs <= index) {
+                break;
+            }
+            let spent = started.elapsed().as_secs_f64();
+            let (next, rest) = (plan.cost_of(index..index + 1), plan.cost_of(index..MOST_RUNGS));
+            let watch_rung = |share: f64| watch((spent + share * next) / (spent + rest).max(1e-9));
+            let mut rung = Rung::new(index, self.methods.len());
+            let whole = self.climb(&mut rung, &plan, runner, &watch_rung);
+            rung.add_to(&mut measured, plan.seeds.min(FEWEST_SEEDS));
+            if whole.is_none() {
+                measured.end = if watch_rung(1.0).is_break() { End::Interrupted } else { End::Late };
+                return measured;
+            }
+            rung.correct(&mut plan);
+            if let Some(budget) = self.budget {
+                plan.replan(index + 1, budget.left());
+            }
+        }
+        let is_short = |(points, rungs): (&Vec<Point>, &u32)| points.len() < *rungs as usize;
+        if measured.points.iter().zip(&self.plan.rungs).any(is_short) {
+            measured.end = End::Late;
+        }
+        measured
+    }
+
+    /// The pictures of a rung. `None` if it is broken off.
+    fn climb(&self, rung: &mut Rung, plan: &Plan, runner: &mut Runner, watch: Watch) -> Option<()> {
+        let climbing: Vec<usize> = (0..plan.rungs.len()).filter(|i| plan.rungs[*i] > rung.index).collect();
+        let pictures = f64::from(plan.seeds) * climbing.len() as f64;
+        let may_be_late = rung.index < FEWEST_RUNGS;
+        let is_late = || !may_be_late && self.budget.is_some_and(|budget| budget.is_exceeded());
+        let mut done = 0.0;
+        for index in 0..plan.seeds {
+            let seed = seed_of(self.first_seed, plan, rung.index, index);
+            for turn in 0..climbing.len() {
+                // Each is the first in its turn.
+                let method = climbing[(turn + index as usize) % climbing.len()];
+                let watch_one = |share: f64| {
+                    if is_late() { ControlFlow::Break(()) } else { watch((done + share) / pictures) }
+                };
+                let started = Instant::now();
+                let samples = self.methods[method].first << rung.index;
+                let rendering = runner.render(self.methods[method], samples, seed, &watch_one)?;
+                rung.rows[method].push(Row::new(method, samples, seed, &rendering, &self.reference.pixels));
+                rung.differences[method].add(&rendering.pixels, &self.reference.pixels);
+                rung.seconds[method] += started.elapsed().as_secs_f64();
+                done += 1.0;
+            }
+        }
+        Some(())
+    }
+}
+
+impl Rung {
+    fn new(index: u32, methods: usize) -> Rung {
+        let differences = (0..methods).map(|_| Differences::default()).collect();
+        Rung { index, rows: vec![Vec::new(); methods], differences, seconds: vec![0.0; methods] }
+    }
+
+    /// Tells a plan what pictures really cost.
+    fn correct(&self, plan: &mut Plan) {
+        for (method, rows) in self.rows.iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
+            plan.costs[method].correct(self.index, self.seconds[method] / rows.len() as f64);
         }
     }
-    for method in climbing {
-        measured.points[method].push(Point::new(&rows[method], differences[method].level()));
-        measured.rows.extend(&rows[method]);
+
+    /// Adds all pictures, and points where there are so many.
+    fn add_to(&self, measured: &mut Measured, fewest: u32) {
+        for (method, rows) in self.rows.iter().enumerate() {
+            measured.rows.extend(rows);
+            if !rows.is_empty() && rows.len() >= fewest as usize {
+                measured.points[method].push(Point::new(rows, self.differences[method].level()));
+            }
+        }
     }
-    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use super::super::method::named;
+    use super::super::plan::Cost;
+    use super::*;
+    use crate::text_scene::scene;
+
+    const RUNGS: u32 = 5;
+
+    /// What is measured of a small scene by two methods of five rungs, if it is told to stop when it has asked so often,
+    /// and how often it has asked.
+    fn measured(stop: u32, budget: Option<Budget>) -> (Measured, u32) {
+        let scene = scene(
+            r#"Camera "perspective" Film "image" "integer xresolution" 8 "integer yresolution" 6
+            WorldBegin LightSource "point" Translate 0 0 4 Shape "sphere" WorldEnd"#,
+        );
+        let mut runner = Runner::new(scene, 1);
+        let goes_on = |_| ControlFlow::Continue(());
+        let reference = runner.reference(64, 1000, &goes_on).unwrap();
+        let cost = Cost { fixed: 0.0, per_sample: 1e-3, first: 1 };
+        let plan = Plan::fixed(vec![cost; 2], None, 10, RUNGS);
+        let methods = [named("random").unwrap(), named("sobol").unwrap()];
+        let climb = Climb { methods: &methods, plan: &plan, first_seed: 1, reference: &reference, budget };
+        let asked = AtomicU32::new(0);
+        let watch = |_| {
+            let stops = asked.fetch_add(1, Ordering::Relaxed) >= stop;
+            if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        (climb.run(&mut runner, &watch), asked.load(Ordering::Relaxed))
+    }
+
+    /// All but the times.
+    fn errors(measured: &Measured, method: usize) -> Vec<(u32, u64, f64)> {
+        let rows = measured.rows.iter().filter(|row| row.method == method);
+        rows.map(|row| (row.rung, row.seed, row.rmse)).collect()
+    }
+
+    #[test]
+    fn what_was_measured_before_an_interrupt_is_kept() {
+        let (whole, asked) = measured(u32::MAX, None);
+        assert_eq!((whole.end, whole.rows.len()), (End::Whole, 2 * 10 * RUNGS as usize));
+        let mut lengths = Vec::new();
+        // At the start, in the first rung, in the last one before and after it has points.
+        for stop in [0, asked / 40, asked * 17 / 20, asked * 79 / 80] {
+            let (part, _) = measured(stop, None);
+            assert_eq!(part.end, End::Interrupted);
+            for method in 0..2 {
+                let (part_of, whole_of) = (errors(&part, method), errors(&whole, method));
+                assert_eq!(part_of[..], whole_of[..part_of.len()]);
+                // Ten pictures for each point, eight for the last one.
+                let rungs = (part_of.len() + 2) / 10;
+                assert_eq!(part.points[method].len(), rungs);
+                let last = part.points[method].last();
+                assert!(last.is_none_or(
+                    |point| point.squares.len() == part_of.len().min(10 * rungs) - 10 * (rungs - 1)
+                ));
+            }
+            lengths.push(part.rows.len());
+        }
+        assert!(lengths[0] == 0 && lengths[1] < 20 && lengths[2] > 80 && lengths.is_sorted(), "{lengths:?}");
+        assert!((96..100).contains(&lengths[3]), "{lengths:?}");
+    }
+
+    #[test]
+    fn a_spent_budget_leaves_the_fewest_rungs() {
+        let budget = Budget { started: Instant::now(), seconds: 0.0 };
+        let (found, _) = measured(u32::MAX, Some(budget));
+        assert_eq!(found.end, End::Late);
+        assert!(found.points.iter().all(|points| points.len() == FEWEST_RUNGS as usize));
+        assert_eq!(found.rows.len(), 2 * 10 * FEWEST_RUNGS as usize);
+    }
 }

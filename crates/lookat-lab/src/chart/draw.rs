@@ -13,7 +13,7 @@ use plotters::prelude::*;
 use super::equal::round_numbers;
 use super::results::Results;
 use crate::plot::{Drawing, FONT, Plot, axis, plain, powers, range};
-use canvas::{Canvas, Look};
+use canvas::{Canvas, Look, Stroke};
 use label::Labels;
 
 /// Width, and the least height; pixels are finer by `UNIT`.
@@ -23,9 +23,13 @@ const UNIT: u32 = 2;
 /// Width of the list of methods.
 const LIST: u32 = 260;
 /// The front: a broad pale line behind the others.
-const FRONT: RGBColor = RGBColor(0xff, 0xe3, 0x8a);
+const FRONT: Stroke = Stroke { color: RGBColor(0xff, 0xe3, 0x8a), width: 13, dashes: None };
 /// What is there for comparison.
 const GRAY: RGBColor = RGBColor(0x70, 0x70, 0x70);
+/// The slope of independent samples.
+const SLOPE: Stroke = Stroke { color: GRAY, width: 1, dashes: Some([6, 4]) };
+/// The noise of the reference.
+const NOISE: Stroke = Stroke { color: GRAY, width: 1, dashes: Some([2, 3]) };
 
 /// What is drawn.
 struct Chart<'a> {
@@ -106,13 +110,13 @@ impl Chart<'_> {
     {
         let front: Vec<(f64, f64)> =
             self.results.front.iter().flat_map(|reign| reign.points.clone()).collect();
-        canvas.line(&front, FRONT, 13)?;
+        canvas.line(&front, FRONT)?;
         if let Some(start) = self.results.curves.first().and_then(|curve| curve.0.first()) {
-            canvas.dashes(*start, half_slope(*start, &self.seconds, &self.errors), GRAY, [6, 4])?;
+            canvas.line(&[*start, half_slope(*start, &self.seconds, &self.errors)], SLOPE)?;
         }
         if let Some(noise) = self.noise.filter(|noise| self.errors.contains(noise)) {
             let ends = [(self.seconds.start, noise), (self.seconds.end, noise)];
-            canvas.dashes(ends[0], ends[1], GRAY, [2, 3])?;
+            canvas.line(&ends, NOISE)?;
             let hollow = self.results.curves.iter().flat_map(|curve| &curve.0);
             let is_hollow = hollow.clone().any(|point| !self.results.is_clear(point.1));
             let more = if is_hollow { ", which rules hollow points" } else { "" };
@@ -127,14 +131,14 @@ impl Chart<'_> {
         B::ErrorType: 'static,
     {
         for (method, curve) in self.results.curves.iter().enumerate() {
-            canvas.line(&curve.0, Look::of(method).color, 2)?;
+            canvas.line(&curve.0, Look::of(method).stroke)?;
         }
         for (method, points) in self.results.measured.points.iter().enumerate() {
             let look = Look::of(method);
             for point in points.iter().filter(|point| point.seconds.value > 0.0 && point.rmse.value > 0.0) {
                 let at = (point.seconds.value, point.rmse.value);
-                canvas.bar((point.seconds.low, at.1), (point.seconds.high, at.1), look.color)?;
-                canvas.bar((at.0, point.rmse.low), (at.0, point.rmse.high), look.color)?;
+                canvas.bar((point.seconds.low, at.1), (point.seconds.high, at.1), look.stroke.color)?;
+                canvas.bar((at.0, point.rmse.low), (at.0, point.rmse.high), look.stroke.color)?;
                 canvas.mark(at, look, self.results.is_clear(at.1))?;
             }
         }

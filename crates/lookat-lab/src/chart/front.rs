@@ -10,7 +10,29 @@ const TIMES: u32 = 1000;
 pub(super) struct Entry<'a> {
     pub curve: &'a Curve,
     /// Half a 95 % interval of the logarithm of its errors.
-    pub uncertainty: f64,
+    pub of_errors: f64,
+    /// The same of its times.
+    pub of_times: f64,
+}
+
+impl Entry<'_> {
+    /// The least error within so many seconds; infinite before the first.
+    fn reached(&self, seconds: f64) -> f64 {
+        self.curve.reached(seconds).unwrap_or(f64::INFINITY)
+    }
+
+    /// Half a 95 % interval of the logarithm of that. An interval of time is one of error as the curve has it: from what is
+    /// reached so much earlier to what is reached so much later.
+    fn uncertainty(&self, seconds: f64) -> f64 {
+        let now = self.reached(seconds);
+        let (early, late) = (seconds / self.of_times.exp(), seconds * self.of_times.exp());
+        let half = match self.curve.reached(early) {
+            Some(before) => 0.5 * (before / self.reached(late)).ln(),
+            None if now.is_finite() => (now / self.reached(late)).ln(),
+            None => 0.0,
+        };
+        self.of_errors.hypot(half)
+    }
 }
 
 /// A stretch of time in which one of them is on the front.
@@ -31,10 +53,10 @@ pub struct Reign {
 pub(super) fn front(entries: &[Entry]) -> Vec<Reign> {
     let mut front: Vec<Reign> = Vec::new();
     for seconds in times(entries) {
-        let reached = |who: usize| entries[who].curve.reached(seconds).unwrap_or(f64::INFINITY);
+        let reached = |who: usize| entries[who].reached(seconds);
         let Some(best) = (0..entries.len()).min_by(|a, b| reached(*a).total_cmp(&reached(*b))) else { break };
         let is_worse = |who: usize, than: usize| {
-            let uncertainty = entries[who].uncertainty.hypot(entries[than].uncertainty);
+            let uncertainty = entries[who].uncertainty(seconds).hypot(entries[than].uncertainty(seconds));
             who != than && (reached(who) / reached(than)).ln() > uncertainty
         };
         if front.last().is_none_or(|last| is_worse(last.who, best)) {
@@ -93,8 +115,13 @@ mod tests {
         Curve(seconds.map(|seconds| (seconds, a * seconds.powf(slope))).collect())
     }
 
-    fn found(curves: &[Curve], uncertainty: f64) -> Vec<Reign> {
-        front(&curves.iter().map(|curve| Entry { curve, uncertainty }).collect::<Vec<_>>())
+    fn found(curves: &[Curve], of_errors: f64) -> Vec<Reign> {
+        uncertain(curves, of_errors, 0.0)
+    }
+
+    fn uncertain(curves: &[Curve], of_errors: f64, of_times: f64) -> Vec<Reign> {
+        let entry = |curve| Entry { curve, of_errors, of_times };
+        front(&curves.iter().map(entry).collect::<Vec<_>>())
     }
 
     #[test]
@@ -112,6 +139,22 @@ mod tests {
         // With 10 % of uncertainty each, the second must be better by 1 / exp(0.1414): from 4 exp(0.2828) s on.
         let late = found(&curves, 0.1)[0].until.unwrap();
         assert!((late / (4.0 * (2.0 * 0.02_f64.sqrt()).exp()) - 1.0).abs() < 0.01, "{late}");
+    }
+
+    #[test]
+    fn uncertain_times_count_by_the_slope() {
+        // t^-1/2 and 2 t^-1: 10 % of time are 5 % of the error of the first, 10 % of that of the second.
+        let curves = [power(1.0, -0.5, 1.0), power(2.0, -1.0, 1.0)];
+        let until = |of_errors, of_times| uncertain(&curves, of_errors, of_times)[0].until.unwrap();
+        let expected = |uncertainty: f64| 4.0 * (2.0 * uncertainty).exp();
+        let close = |found: f64, expected: f64| {
+            assert!((found / expected - 1.0).abs() < 0.01, "{found}, not {expected}")
+        };
+        close(until(0.0, 0.1), expected(0.05_f64.hypot(0.1)));
+        close(until(0.1, 0.1), expected(0.05_f64.hypot(0.1).hypot(0.02_f64.sqrt())));
+        // Where a line is flat, times do not matter; before its first point there is nothing to compare.
+        let flat = [Curve(vec![(1.0, 1.0), (32.0, 1.0)]), Curve(vec![(8.0, 0.9), (32.0, 0.9)])];
+        close(uncertain(&flat, 0.0, 1.0)[0].until.unwrap(), 8.0);
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! How far to climb within a budget.
 
+use std::ops::Range;
 use std::time::Instant;
 
 use lookat_image::means;
 
+use super::budget::LATE;
 use super::method::Method;
 use super::runner::{Runner, Watch};
 
@@ -11,11 +13,13 @@ use super::runner::{Runner, Watch};
 pub const FEWEST_RUNGS: u32 = 3;
 /// Up to 65536 samples, which is as long as Sobol's sequence is.
 pub const MOST_RUNGS: u32 = 17;
+/// A point takes as many pictures.
+pub const FEWEST_SEEDS: u32 = 8;
 /// Samples of a reference that is rendered, for each of the highest rung. In its 16 replicates each has as many as that
 /// rung, so whatever the slope is, the reference has a 16th of the variance that the same sampler has there.
 const REFERENCE_FACTOR: u32 = 16;
-/// Samples that a pilot goes up to.
-const PILOT_SAMPLES: u32 = 1 << 16;
+/// Samples per pixel that a method goes up to.
+const MOST_SAMPLES: u32 = 1 << (MOST_RUNGS - 1);
 
 /// What a picture costs in seconds that has `n` times the samples of the lowest rung: `fixed + n * per_sample`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,8 +53,14 @@ impl Cost {
         self.fixed + self.per_sample * f64::from(samples)
     }
 
-    /// Renders a few pictures; the first, which is slower than others, does not count. They get so many seconds, or
-    /// little more. `None` if `watch` breaks.
+    /// Corrects it by what a picture took on a rung, in seconds.
+    pub(super) fn correct(&mut self, rung: u32, seconds: f64) {
+        self.fixed = self.fixed.min(seconds);
+        self.per_sample = (seconds - self.fixed) / f64::from(1_u32 << rung);
+    }
+
+    /// Renders a few pictures; the first, which is slower than others, does not count. The last takes so many seconds, or
+    /// up to twice as many. `None` if `watch` breaks.
     pub fn pilot(runner: &mut Runner, method: &Method, seconds: f64, watch: Watch) -> Option<Cost> {
         let first = method.first;
         runner.render(method, first, 0, watch)?;
@@ -61,11 +71,13 @@ impl Cost {
             std::hint::black_box(means(pixels, pixels));
             Some(started.elapsed().as_secs_f64())
         };
-        let once = timed(1)?;
+        // One that was held up must not rule the plan.
+        let mut faster_of_two = |samples: u32| Some(timed(samples)?.min(timed(samples)?));
+        let once = faster_of_two(1)?;
         let (mut samples, mut last) = (1, once);
-        while last < seconds && first * samples < PILOT_SAMPLES {
+        while last < seconds && first * samples < MOST_SAMPLES {
             samples *= 2;
-            last = timed(samples)?;
+            last = faster_of_two(samples)?;
         }
         if samples == 1 {
             return Some(Cost { fixed: 0.0, per_sample: once, first });
@@ -91,45 +103,81 @@ impl Plan {
         own / (own + others).max(1.0)
     }
 
+    /// What all methods cost on these rungs, in seconds.
+    pub(super) fn cost_of(&self, range: Range<u32>) -> f64 {
+        let of_method =
+            |(cost, rungs): (&Cost, &u32)| climbing(cost, range.start..range.end.min(*rungs), self.seeds);
+        self.costs.iter().zip(&self.rungs).map(of_method).sum()
+    }
+
+    /// Plans the rest anew where so many rungs are climbed and so many seconds are left. Who has stopped does not go on, and none
+    /// goes higher than the reference was made for.
+    pub(super) fn replan(&mut self, climbed: u32, seconds: f64) {
+        let rungs = self.rungs.iter().map(|rungs| (*rungs).min(climbed.max(FEWEST_RUNGS))).collect();
+        let most = if self.reference > 0 { self.reference / REFERENCE_FACTOR } else { MOST_SAMPLES };
+        let goes_on = |i: usize, samples: u32| self.rungs[i] >= climbed && samples <= most;
+        let seeds = self.seeds;
+        let fits = |rungs: &[u32]| {
+            let rest =
+                self.costs.iter().zip(rungs).map(|(cost, rungs)| climbing(cost, climbed..*rungs, seeds));
+            rest.sum::<f64>() <= seconds
+        };
+        self.rungs = grow(&self.costs, rungs, seeds, goes_on, fits);
+    }
+
     fn new(costs: &[Cost], reference: Option<Cost>, seeds: u32, rungs: Vec<u32>) -> Plan {
         let highest = |(cost, rungs): (&Cost, &u32)| cost.first << (rungs - 1);
         let most = costs.iter().zip(&rungs).map(highest).max().unwrap_or(1);
         let samples = if reference.is_some() { REFERENCE_FACTOR * most } else { 0 };
-        let methods: f64 = costs.iter().zip(&rungs).map(|(cost, rungs)| climbing(cost, *rungs, seeds)).sum();
+        let methods: f64 =
+            costs.iter().zip(&rungs).map(|(cost, rungs)| climbing(cost, 0..*rungs, seeds)).sum();
         let seconds = methods + reference.map_or(0.0, |cost| cost.of(samples));
         Plan { rungs, seeds, reference: samples, seconds, costs: costs.to_vec() }
     }
 }
 
-/// The time for the rungs of one method.
-fn climbing(cost: &Cost, rungs: u32, seeds: u32) -> f64 {
-    f64::from(seeds) * (0..rungs).map(|rung| cost.of(1 << rung)).sum::<f64>()
+/// The time for some rungs of one method.
+fn climbing(cost: &Cost, rungs: Range<u32>, seeds: u32) -> f64 {
+    f64::from(seeds) * rungs.map(|rung| cost.of(1 << rung)).sum::<f64>()
 }
 
-/// Rungs that fit in so many seconds, with the reference if one is to be rendered at this cost: the method that has used
-/// least goes one up, as long as there is time.
+/// Rungs that fit in so many seconds, with the reference if one is to be rendered at this cost.
 ///
 /// # Errors
 ///
-/// If not even the fewest rungs fit, by half as much again; the seconds that they take.
+/// If even the fewest rungs take more than 1.15 times as long; the seconds that they take.
 pub fn plan(costs: &[Cost], reference: Option<Cost>, seeds: u32, seconds: f64) -> Result<Plan, f64> {
-    let mut best = Plan::new(costs, reference, seeds, vec![FEWEST_RUNGS; costs.len()]);
-    if best.seconds > 1.5 * seconds {
-        return Err(best.seconds);
+    let fewest = Plan::new(costs, reference, seeds, vec![FEWEST_RUNGS; costs.len()]);
+    if fewest.seconds > LATE * seconds {
+        return Err(fewest.seconds);
     }
+    let of = |rungs: &[u32]| Plan::new(costs, reference, seeds, rungs.to_vec());
+    let goes_on = |_, samples| samples <= MOST_SAMPLES;
+    Ok(of(&grow(costs, fewest.rungs, seeds, goes_on, |rungs| of(rungs).seconds <= seconds)))
+}
+
+/// Lets the method that has used least go one rung up, as long as that fits. `goes_on` says of each method whether it may go
+/// up to so many samples per pixel.
+fn grow(
+    costs: &[Cost],
+    mut rungs: Vec<u32>,
+    seeds: u32,
+    goes_on: impl Fn(usize, u32) -> bool,
+    fits: impl Fn(&[u32]) -> bool,
+) -> Vec<u32> {
     loop {
         let mut order: Vec<usize> =
-            (0..costs.len()).filter(|i| costs[*i].first << best.rungs[*i] < 1 << MOST_RUNGS).collect();
-        let used = |i: usize| climbing(&costs[i], best.rungs[i], seeds);
+            (0..costs.len()).filter(|i| goes_on(*i, costs[*i].first << rungs[*i])).collect();
+        let used = |i: usize| climbing(&costs[i], 0..rungs[i], seeds);
         order.sort_by(|a, b| used(*a).total_cmp(&used(*b)));
         let one_up = |i: usize| {
-            let mut rungs = best.rungs.clone();
+            let mut rungs = rungs.clone();
             rungs[i] += 1;
-            Plan::new(costs, reference, seeds, rungs)
+            rungs
         };
-        match order.into_iter().map(one_up).find(|plan| plan.seconds <= seconds) {
-            Some(better) => best = better,
-            None => return Ok(best),
+        match order.into_iter().map(one_up).find(|rungs| fits(rungs)) {
+            Some(more) => rungs = more,
+            None => return rungs,
         }
     }
 }
@@ -156,5 +204,39 @@ mod tests {
         // Too little time is refused, and so is no climb without end.
         assert_eq!(plan(&costs, None, 8, 0.01), Err(2.0 * 8.0 * 7e-3));
         assert_eq!(plan(&[cost(0.0)], None, 8, 1.0).unwrap().rungs, [MOST_RUNGS]);
+    }
+
+    #[test]
+    fn the_rest_is_planned_by_what_was_measured() {
+        let cost = |per_sample| Cost { fixed: 0.0, per_sample, first: 1 };
+        let planned = plan(&[cost(1e-3), cost(1e-3)], Some(cost(1e-3)), 8, 7.0).unwrap();
+        assert_eq!(planned.rungs, [8, 8]);
+        let replanned = |pace: [f64; 2], climbed: u32, seconds: f64| {
+            let mut plan = planned.clone();
+            let costs = plan.costs.iter_mut().zip(pace);
+            costs.for_each(|(cost, pace)| {
+                cost.correct(climbed - 1, pace * 1e-3 * f64::from(1 << (climbed - 1)))
+            });
+            plan.replan(climbed, seconds);
+            plan.rungs
+        };
+        // As planned, 8 seeds of 16 to 128 samples at 1 ms are 1.92 s for each; with more time left none goes beyond what the
+        // reference is made for.
+        assert_eq!(replanned([1.0, 1.0], 4, 3.84 + 1e-9), [8, 8]);
+        assert_eq!(replanned([1.0, 1.0], 4, 100.0), [8, 8]);
+        // Where the second takes three times as long, 0.896 s are for 16 to 64 of the first, 1.152 s for 16 and 32 of it.
+        assert_eq!(replanned([1.0, 3.0], 4, 0.896 + 1.152 + 1e-9), [7, 6]);
+        // The fewest rungs are climbed whatever they take, and nothing more.
+        assert_eq!(replanned([1.0, 1.0], 2, 0.0), [FEWEST_RUNGS; 2]);
+        // Who has stopped does not go on.
+        let mut plan = Plan { rungs: vec![5, 8], ..planned.clone() };
+        plan.replan(6, 100.0);
+        assert_eq!(plan.rungs, [5, 8]);
+        // What a picture costs anyway is no cost of samples.
+        let mut cost = Cost { fixed: 0.5, per_sample: 1.0, first: 1 };
+        cost.correct(3, 4.5);
+        assert_eq!((cost.fixed, cost.per_sample), (0.5, 0.5));
+        cost.correct(0, 0.25);
+        assert_eq!((cost.fixed, cost.per_sample), (0.25, 0.0));
     }
 }

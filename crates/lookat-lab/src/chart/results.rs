@@ -3,7 +3,7 @@
 use std::iter::repeat;
 
 use super::equal::{Comparison, Curve, equal_errors, equal_times};
-use super::estimate::median;
+use super::estimate::{Estimate, median};
 use super::fit::{Fit, Rung, fit};
 use super::front::{Entry, Reign, front};
 use super::level::Level;
@@ -25,12 +25,29 @@ pub struct Measured {
     pub rows: Vec<Row>,
     /// For each method its points, from few to many samples.
     pub points: Vec<Vec<Point>>,
-    /// Whether the highest rungs of the plan were left out for want of time.
-    pub is_cut: bool,
+    /// How far it came.
+    pub end: End,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum End {
+    /// With all that was planned.
+    #[default]
+    Whole,
+    /// Without the highest points of the plan, for want of time.
+    Late,
+    /// When it was told to stop.
+    Interrupted,
 }
 
 impl Measured {
-    /// The median over all pictures of the seconds before the first sample.
+    /// Whether there is anything to conclude from.
+    pub fn has_points(&self) -> bool {
+        self.points.iter().any(|points| !points.is_empty())
+    }
+
+    /// The median over all pictures of the seconds before the first sample; there must be one.
     pub fn preparation(&self) -> f64 {
         let all: Vec<f64> = self.rows.iter().map(|row| row.preparation).collect();
         median(&all).value
@@ -76,9 +93,13 @@ impl Results {
         let curves: Vec<Curve> = measured.points.iter().map(|points| curve(points)).collect();
         let others = markers.iter().map(|marker| clear_curve([(marker.seconds, marker.rmse)]));
         let others: Vec<Curve> = others.collect();
-        let uncertainties = measured.points.iter().map(|points| uncertainty(points)).chain(repeat(0.0));
+        let uncertainty = |points: &Vec<Point>| {
+            (half_interval(points, |point| point.rmse), half_interval(points, |point| point.seconds))
+        };
+        let uncertainties = measured.points.iter().map(uncertainty).chain(repeat((0.0, 0.0)));
         let entries = curves.iter().chain(&others).zip(uncertainties);
-        let entries: Vec<Entry> = entries.map(|(curve, uncertainty)| Entry { curve, uncertainty }).collect();
+        let entry = |(curve, (of_errors, of_times))| Entry { curve, of_errors, of_times };
+        let entries: Vec<Entry> = entries.map(entry).collect();
         Results {
             fits: fits.collect(),
             levels: levels.iter().map(|level| bias(level).map(f64::sqrt)).collect(),
@@ -115,9 +136,11 @@ fn is_clear(square: f64, floor: f64) -> bool {
     square >= CLEAR * floor
 }
 
-/// The slope over the points before the first that is close to the floor, which is a mean square.
+/// The slope over the points before the first that is close to the floor, which is a mean square. The last point of a run that
+/// is broken off may have fewer pictures than the others; it does not count.
 fn fit_above(points: &[Point], floor: f64) -> Option<Fit> {
-    let clear = points.iter().take_while(|point| is_clear(point.square(), floor));
+    let is_whole = |point: &&Point| point.squares.len() == points[0].squares.len();
+    let clear = points.iter().take_while(is_whole).take_while(|point| is_clear(point.square(), floor));
     let rungs: Vec<Rung> =
         clear.map(|point| Rung { samples: point.samples, squares: &point.squares }).collect();
     fit(&rungs)
@@ -133,16 +156,15 @@ fn clear_curve(points: impl IntoIterator<Item = (f64, f64)>) -> Curve {
     Curve(points.into_iter().filter(shown).collect())
 }
 
-/// How uncertain the errors of a method are: the median over its points.
-fn uncertainty(points: &[Point]) -> f64 {
-    let halves = points.iter().map(|point| 0.5 * (point.rmse.high / point.rmse.low).ln());
+/// Half an interval on a logarithmic scale: the median over the points of a method.
+fn half_interval(points: &[Point], of: fn(&Point) -> Estimate) -> f64 {
+    let halves = points.iter().map(of).map(|estimate| 0.5 * (estimate.high / estimate.low).ln());
     let halves: Vec<f64> = halves.filter(|half| half.is_finite()).collect();
     if halves.is_empty() { 0.0 } else { median(&halves).value }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::estimate::Estimate;
     use super::super::method::METHODS;
     use super::super::reference::Origin;
     use super::*;
@@ -201,6 +223,14 @@ mod tests {
         // Up to 32 samples.
         assert_eq!(found.fits[0].unwrap().rungs, 6);
         assert!(found.is_clear(0.2) && !found.is_clear(0.1));
+    }
+
+    #[test]
+    fn a_point_of_fewer_pictures_is_no_part_of_the_slope() {
+        let mut points: Vec<Point> = (0..5).map(|i| point(1 << i, 0.0)).collect();
+        points[4].squares.truncate(6);
+        let found = fit_above(&points, 0.0).unwrap();
+        assert!(found.rungs == 4 && (found.slope + 0.5).abs() < 1e-9, "{found:?}");
     }
 
     #[test]

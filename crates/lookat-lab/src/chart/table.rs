@@ -7,7 +7,7 @@ use super::estimate::Estimate;
 use super::plan::Plan;
 use super::point::Point;
 use super::reference::{Origin, Reference};
-use super::results::Results;
+use super::results::{End, Results};
 
 /// What was asked for, and what it was done with.
 #[derive(Debug, Clone)]
@@ -55,7 +55,7 @@ pub fn as_json(header: &Header, plan: &Plan, reference: &Reference, results: &Re
         "scene": header.scene, "size": header.size, "threads": header.threads, "seed": header.seed,
         "seeds_per_point": plan.seeds, "parse_seconds": header.parse, "preparation_seconds": header.preparation,
         "reference": of_reference(reference),
-        "complete": !results.measured.is_cut,
+        "complete": results.measured.end == End::Whole, "interrupted": results.measured.end == End::Interrupted,
         "methods": (0..results.measured.methods.len()).map(|i| of_method(results, i)).collect::<Vec<_>>(),
         "points": results.markers.iter().map(|marker| json!({
             "name": marker.name, "seconds": marker.seconds, "rmse": marker.rmse,
@@ -98,7 +98,7 @@ fn of_method(results: &Results, i: usize) -> Value {
     });
     let point = |point: &Point| {
         json!({
-            "samples_per_pixel": point.rung, "samples_taken": point.samples, "seconds": of(point.seconds),
+            "samples_per_pixel": point.rung, "samples_taken": point.samples, "pictures": point.squares.len(), "seconds": of(point.seconds),
             "rmse": of(point.rmse), "relative_mse": of(point.relative_mse), "mean_error": of(point.error),
             "common_square_error": {"value": point.level.square, "standard_error": finite(point.level.standard_error)},
             "above_reference_noise": results.is_clear(point.rmse.value),

@@ -32,7 +32,7 @@ pub struct Chart {
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// Pictures for each point, each with another seed
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(8..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(i64::from(lookat_lab::chart::FEWEST_SEEDS)..=1000))]
     pub seeds: u32,
     /// The seed of the first picture; those of the others follow
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -64,7 +64,7 @@ fn after_help() -> String {
         "Methods:\n{list}\nEach renders the scene with 1, 2, 4, ... samples per pixel, each several times; target-error begins \
          with 64, and doubles what it aims at. \
          The chart and what follows from it are written to DIR: chart.svg, chart.png, chart.csv, chart.json.\n\n\
-         Exit status: 0 charted; 1 the scene has errors; 2 wrong usage or trouble; 130 interrupted"
+         Exit status: 0 charted; 1 the scene has errors; 2 wrong usage or trouble; 130 interrupted, with what was measured until then"
     )
 }
 

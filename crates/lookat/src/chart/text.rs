@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use lookat_lab::chart::{
-    Comparison, Curve, Estimate, Header, Marker, Method, Origin, Plan, Point, Reference, Results,
+    Comparison, Curve, End, Estimate, Header, Marker, Method, Origin, Plan, Point, Reference, Results,
 };
 use lookat_lab::plot::{plain, significant};
 
@@ -42,9 +42,13 @@ pub fn results(header: &Header, reference: &Reference, results: &Results) -> Str
         "reading the scene took {parse} s, preparing it {preparation} s; both are apart from what follows"
     );
     let _ = writeln!(text, "{}", of_reference(reference));
-    if results.measured.is_cut {
-        text += "the machine was slower than planned: the highest points are left out\n";
-    }
+    text += match results.measured.end {
+        End::Whole => "",
+        End::Late => "the machine was slower than planned: the highest points are left out\n",
+        End::Interrupted => {
+            "interrupted: this is what was measured until then; the highest points are missing\n"
+        }
+    };
     let _ = write!(text, "\n{}", methods(results));
     if !results.markers.is_empty() {
         let _ = write!(text, "\n{}", others(results));

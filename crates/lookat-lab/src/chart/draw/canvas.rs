@@ -4,6 +4,7 @@ use std::error::Error;
 use std::ops::Range;
 
 use plotters::coord::Shift;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use crate::plot::{COLORS, FONT};
@@ -21,12 +22,26 @@ pub(super) struct Canvas<'a, B: DrawingBackend> {
     pub place: &'a dyn Fn((f64, f64)) -> (i32, i32),
 }
 
-/// How points look: by color and form, since either may not be seen.
+/// How a line looks. Lengths are in units.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stroke {
+    pub color: RGBColor,
+    pub width: u32,
+    /// The lengths of a dash and of a gap; `None` if the line is solid.
+    pub dashes: Option<[i32; 2]>,
+}
+
+/// How a method looks: its points by color and form, since either may not be seen, and its line.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Look {
-    pub color: RGBColor,
+    pub stroke: Stroke,
     form: &'static [(f64, f64)],
 }
+
+/// Lines differ by color first. Where colors repeat, they differ by these.
+const DASHES: [Option<[i32; 2]>; 3] = [None, Some([6, 4]), Some([2, 3])];
+/// The width of lines of methods.
+const WIDTH: u32 = 2;
 
 /// Forms about the middle, each of about the same area.
 const FORMS: [&[(f64, f64)]; 6] = [
@@ -56,11 +71,13 @@ const MARK: f64 = 4.0;
 
 impl Look {
     /// That of other renderers.
-    pub const OTHER: Look = Look { color: BLACK, form: STAR };
+    pub const OTHER: Look = Look { stroke: Stroke { color: BLACK, width: WIDTH, dashes: None }, form: STAR };
 
     /// That of a method.
     pub fn of(method: usize) -> Look {
-        Look { color: COLORS[method % COLORS.len()], form: FORMS[method % FORMS.len()] }
+        let color = COLORS[method % COLORS.len()];
+        let dashes = DASHES[method / COLORS.len() % DASHES.len()];
+        Look { stroke: Stroke { color, width: WIDTH, dashes }, form: FORMS[method % FORMS.len()] }
     }
 }
 
@@ -69,46 +86,20 @@ where
     B::ErrorType: 'static,
 {
     /// A line through places.
-    pub fn line(&self, places: &[(f64, f64)], color: RGBColor, width: u32) -> Result<(), Box<dyn Error>> {
-        let pixels: Vec<_> = places.iter().map(|at| (self.place)(*at)).collect();
-        let style = color.stroke_width(width * self.unit as u32);
+    pub fn line(&self, places: &[(f64, f64)], stroke: Stroke) -> Result<(), Box<dyn Error>> {
+        self.line_at(places.iter().map(|at| (self.place)(*at)).collect(), stroke)
+    }
+
+    /// The same through pixels. A single one is drawn as a dot.
+    pub fn line_at(&self, pixels: Vec<(i32, i32)>, stroke: Stroke) -> Result<(), Box<dyn Error>> {
+        let style = stroke.color.stroke_width(stroke.width * self.unit as u32);
         if let [only] = pixels[..] {
-            self.area.draw(&Circle::new(only, width as i32 * self.unit / 2, color.filled()))?;
+            let radius = stroke.width as i32 * self.unit / 2;
+            self.area.draw(&Circle::new(only, radius, stroke.color.filled()))?;
         }
-        self.area.draw(&PathElement::new(pixels, style))?;
-        Ok(())
-    }
-
-    /// A dashed line from here to there, of dashes and gaps of these lengths.
-    pub fn dashes(
-        &self,
-        from: (f64, f64),
-        to: (f64, f64),
-        color: RGBColor,
-        lengths: [i32; 2],
-    ) -> Result<(), Box<dyn Error>> {
-        self.dashes_between((self.place)(from), (self.place)(to), color, lengths)
-    }
-
-    /// The same between pixels.
-    pub fn dashes_between(
-        &self,
-        from: (i32, i32),
-        to: (i32, i32),
-        color: RGBColor,
-        lengths: [i32; 2],
-    ) -> Result<(), Box<dyn Error>> {
-        let [dash, gap] = lengths.map(|length| f64::from(length * self.unit));
-        let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
-        let length = dx.hypot(dy).max(1.0);
-        let at = |along: f64| {
-            let share = (along / length).min(1.0);
-            (from.0 + (dx * share).round() as i32, from.1 + (dy * share).round() as i32)
-        };
-        for i in 0..(length / (dash + gap)).ceil() as u32 {
-            let start = f64::from(i) * (dash + gap);
-            let style = color.stroke_width(self.unit as u32);
-            self.area.draw(&PathElement::new([at(start), at(start + dash)], style))?;
+        match stroke.dashes.map(|lengths| lengths.map(|length| length * self.unit)) {
+            Some([dash, gap]) => self.area.draw(&DashedPathElement::new(pixels, dash, gap, style))?,
+            None => self.area.draw(&PathElement::new(pixels, style))?,
         }
         Ok(())
     }
@@ -146,7 +137,7 @@ where
                 |(x, y): &(f64, f64)| (at.0 + (x * scale).round() as i32, at.1 + (y * scale).round() as i32);
             look.form.iter().map(pixel).collect::<Vec<_>>()
         };
-        self.area.draw(&Polygon::new(outline(MARK), look.color.filled()))?;
+        self.area.draw(&Polygon::new(outline(MARK), look.stroke.color.filled()))?;
         if !filled {
             self.area.draw(&Polygon::new(outline(0.55 * MARK), WHITE.filled()))?;
         }
@@ -184,5 +175,22 @@ where
         let style = TextStyle::from((FONT, size * self.unit as u32));
         let (width, height) = self.area.estimate_text_size(text, &style)?;
         Ok((width as i32, height as i32))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::method::METHODS;
+    use super::*;
+
+    #[test]
+    fn all_methods_differ_by_line_and_by_mark() {
+        let looks: Vec<Look> = (0..METHODS.len()).map(Look::of).collect();
+        for (i, a) in looks.iter().enumerate() {
+            for b in &looks[..i] {
+                assert_ne!(a.stroke, b.stroke);
+                assert!((a.stroke.color, a.form) != (b.stroke.color, b.form), "{a:?} {b:?}");
+            }
+        }
     }
 }

@@ -5,8 +5,8 @@ use std::error::Error;
 use plotters::prelude::*;
 
 use super::super::results::Results;
-use super::canvas::{Canvas, Look};
-use super::{FRONT, GRAY};
+use super::canvas::{Canvas, Look, Stroke};
+use super::{FRONT, GRAY, SLOPE};
 use crate::plot::significant;
 
 /// Stretches of the front that are listed.
@@ -42,12 +42,9 @@ where
     let text = |text: &str, y: i32, size: i32, color: RGBColor| {
         canvas.text_at(text, (left + 36 * unit, y - (size / 2 - 3) * unit), size as u32, color)
     };
-    let stroke = |y: i32, color: RGBColor, width: u32| {
-        let style = color.stroke_width(width * unit as u32);
-        canvas.area.draw(&PathElement::new([(left, y), (left + 28 * unit, y)], style))
-    };
+    let line = |y: i32, stroke: Stroke| canvas.line_at(vec![(left, y), (left + 28 * unit, y)], stroke);
     for (method, of_method) in results.measured.methods.iter().enumerate() {
-        stroke(y, Look::of(method).color, 2)?;
+        line(y, Look::of(method).stroke)?;
         canvas.mark_at((left + 14 * unit, y), Look::of(method), true)?;
         text(of_method.name, y, 14, BLACK)?;
         text(&reading(results, method), y + READING * unit, 12, GRAY)?;
@@ -58,10 +55,10 @@ where
         text("other renderers", y, 14, BLACK)?;
         y += ENTRY * unit;
     }
-    canvas.dashes_between((left, y), (left + 28 * unit, y), GRAY, [6, 4])?;
+    line(y, SLOPE)?;
     text("slope \u{2212}1/2", y, 14, BLACK)?;
     y += ENTRY * unit;
-    stroke(y, FRONT, 13)?;
+    line(y, FRONT)?;
     text("Pareto front", y, 14, BLACK)?;
     let lines = reigns(results);
     lines.iter().zip(1..).try_for_each(|(line, i)| text(line, y + i * REIGN * unit, 12, GRAY))
