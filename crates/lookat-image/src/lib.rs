@@ -26,6 +26,7 @@ mod error;
 mod errors;
 mod exr;
 mod flip;
+mod floor;
 mod format;
 mod image;
 mod metric;
@@ -45,6 +46,7 @@ pub use display::Encoded;
 pub use error::ImageError;
 pub use errors::PixelError;
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
+pub use floor::floor;
 pub use format::Format;
 pub use image::{Channel, Image, Precision, Window, write_file};
 pub use metric::{

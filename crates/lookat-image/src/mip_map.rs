@@ -9,6 +9,7 @@ use std::ops::{Add, Mul};
 use glam::{DVec2, Vec3};
 use rayon::prelude::*;
 
+use crate::floor;
 use resample::to_powers_of_two;
 
 /// What lies beyond the edges of a picture.
@@ -129,15 +130,15 @@ impl<T: Texel> MipMap<T> {
             return self.bilinear(st);
         }
         let finer = level as usize;
-        lerp(level.fract() as f32, self.bilinear_at(finer, st), self.bilinear_at(finer + 1, st))
+        let share = (level - finer as f64) as f32;
+        lerp(share, self.bilinear_at(finer, st), self.bilinear_at(finer + 1, st))
     }
 
     fn bilinear_at(&self, level: usize, st: DVec2) -> T {
         let level = &self.levels[level];
         let place = level.place(st);
-        let corner = place.floor();
-        let rest = (place - corner).as_vec2();
-        let (s, t) = (corner.x as i64, corner.y as i64);
+        let (s, t) = (floor(place.x), floor(place.y));
+        let rest = (place - DVec2::new(s as f64, t as f64)).as_vec2();
         let row = |t| lerp(rest.x, level.texel(s, t, self.wrap), level.texel(s + 1, t, self.wrap));
         lerp(rest.y, row(t), row(t + 1))
     }
@@ -146,10 +147,12 @@ impl<T: Texel> MipMap<T> {
 impl<T: Texel> Level<T> {
     /// The texel, which may lie beyond the edges.
     fn texel(&self, s: i64, t: i64, wrap: Wrap) -> T {
-        match (wrapped(s, self.width, wrap), wrapped(t, self.height, wrap)) {
-            (Some(s), Some(t)) => self.texels[t * self.width + s],
-            _ => T::default(),
-        }
+        texel(self.row(t, wrap), s, wrap)
+    }
+
+    /// The row, which may lie beyond the edges; without texels where nothing is.
+    fn row(&self, t: i64, wrap: Wrap) -> &[T] {
+        wrapped(t, self.height, wrap).map_or(&[], |t| &self.texels[t * self.width..][..self.width])
     }
 
     /// Where `st` lies among the centres of texels. Places that are too far to tell texels apart are brought nearer.
@@ -175,11 +178,19 @@ impl<T: Texel> Level<T> {
     }
 }
 
-/// Where `index` lies among `count` texels, which are at least one.
+/// The texel of a row, which may lie beyond the edges.
+fn texel<T: Texel>(row: &[T], s: i64, wrap: Wrap) -> T {
+    wrapped(s, row.len(), wrap).map_or(T::default(), |s| row[s])
+}
+
+/// Where `index` lies among `count` texels, of which there may be none only where black lies beyond.
+#[inline]
 fn wrapped(index: i64, count: usize, wrap: Wrap) -> Option<usize> {
     let end = count as i64;
     match wrap {
         _ if (0..end).contains(&index) => Some(index as usize),
+        // A division would take longer than all else that is done with a texel.
+        Wrap::Repeat if count.is_power_of_two() => Some(index as usize & (count - 1)),
         Wrap::Repeat => Some(index.rem_euclid(end) as usize),
         Wrap::Clamp => Some(index.clamp(0, end - 1) as usize),
         Wrap::Black => None,

@@ -70,7 +70,8 @@ fn footprint(surface: &Surface, flat: &Parametric, camera_ray: &CameraRay) -> Fo
         () => DVec2::new(v.x, v.y),
     };
     let matrix = DMat2::from_cols(pick(flat.dpdu), pick(flat.dpdv));
-    let solve = |dp| if matrix.determinant() == 0.0 { DVec2::ZERO } else { matrix.inverse() * pick(dp) };
+    let inverse = matrix.inverse_or_zero();
+    let solve = |dp| inverse * pick(dp);
     let duv = beside.map(|dp| Some(solve(dp)).filter(|duv| duv.is_finite()).unwrap_or_default());
     Footprint { dp: beside, duv }
 }

@@ -128,11 +128,13 @@ impl Transform {
     }
 
     /// Applies it to a position.
+    #[inline]
     pub fn point(&self, p: DVec3) -> DVec3 {
         self.m.transform_point3(p)
     }
 
     /// Applies it to a direction, lengths included.
+    #[inline]
     pub fn vector(&self, v: DVec3) -> DVec3 {
         self.m.transform_vector3(v)
     }

@@ -1,15 +1,17 @@
 //! Elliptically weighted averages (PBR 10.4.5; Heckbert, "Fundamentals of Texture Mapping and Image Warping", 1989).
 
+use std::ops::Range;
 use std::sync::LazyLock;
 
 use glam::DVec2;
 
-use super::{Level, MipMap, Texel, Wrap, lerp};
+use super::{Level, MipMap, Texel, Wrap, lerp, texel};
+use crate::floor;
 
 /// Steps of the squared radius in the table of weights, as in pbrt-v3.
 const STEPS: usize = 128;
 
-/// A Gaussian that comes to 0 at radius 1.
+/// A Gaussian that comes to 0 at radius 1: the last weight is 0.
 static WEIGHTS: LazyLock<[f32; STEPS]> = LazyLock::new(|| {
     const ALPHA: f64 = 2.0;
     std::array::from_fn(|i| {
@@ -23,6 +25,12 @@ struct Ellipse {
     a: f64,
     b: f64,
     c: f64,
+    /// Of a parallelogram that touches it on all four sides, two of which are along rows.
+    half_height: f64,
+    /// Half the length of those sides.
+    half_width: f64,
+    /// How far the middle of a row of the parallelogram is from that of the row before.
+    shear: f64,
 }
 
 impl<T: Texel> MipMap<T> {
@@ -47,7 +55,11 @@ impl<T: Texel> MipMap<T> {
         let level = (last as f64 + minor_length.log2()).max(0.0);
         let finer = level as usize;
         let at = |level| self.ewa_at(level, st, major, minor);
-        lerp(level.fract() as f32, at(finer), at(finer + 1))
+        match (level - finer as f64) as f32 {
+            // As it is all over a picture that is seen enlarged.
+            0.0 => at(finer),
+            share => lerp(share, at(finer), at(finer + 1)),
+        }
     }
 
     fn ewa_at(&self, level: usize, st: DVec2, dst0: DVec2, dst1: DVec2) -> T {
@@ -64,31 +76,32 @@ impl Ellipse {
         let b = -2.0 * (x.x * x.y + y.x * y.y);
         let c = x.x * x.x + y.x * y.x + 1.0;
         let f = a * c - b * b * 0.25;
-        Ellipse { a: a / f, b: b / f, c: c / f }
+        let (half_height, half_width) = (a.sqrt(), (f / a).sqrt());
+        Ellipse { a: a / f, b: b / f, c: c / f, half_height, half_width, shear: -0.5 * b / a }
     }
 
     fn mean<T: Texel>(&self, level: &Level<T>, center: DVec2, wrap: Wrap) -> T {
         let weights = &*WEIGHTS;
-        let Ellipse { a, b, c } = *self;
-        let half_height = 2.0 * (a / (4.0 * a * c - b * b)).sqrt();
         let (mut sum, mut total) = (T::default(), 0.0);
-        for t in (center.y - half_height).ceil() as i64..=(center.y + half_height).floor() as i64 {
+        for t in whole(center.y, self.half_height) {
+            let row = level.row(t, wrap);
             let dt = t as f64 - center.y;
-            // Where the row enters and leaves the ellipse: only what is inside is looked at, however thin it is.
-            let middle = center.x - b * dt / (2.0 * a);
-            let half_width = ((b * b * dt * dt / 4.0 - a * (c * dt * dt - 1.0)).max(0.0)).sqrt() / a;
-            for s in (middle - half_width).ceil() as i64..=(middle + half_width).floor() as i64 {
+            for s in whole(center.x + self.shear * dt, self.half_width) {
                 let ds = s as f64 - center.x;
-                let squared_radius = a * ds * ds + b * ds * dt + c * dt * dt;
-                if squared_radius < 1.0 {
-                    let weight = weights[((squared_radius * STEPS as f64) as usize).min(STEPS - 1)];
-                    sum = sum + level.texel(s, t, wrap) * weight;
-                    total += weight;
-                }
+                let squared_radius = self.a * ds * ds + self.b * ds * dt + self.c * dt * dt;
+                // Outside it is the last one.
+                let weight = weights[((squared_radius * STEPS as f64) as i32 as usize).min(STEPS - 1)];
+                sum = sum + texel(row, s, wrap) * weight;
+                total += weight;
             }
         }
         if total > 0.0 { sum * (1.0 / total) } else { level.texel(center.x as i64, center.y as i64, wrap) }
     }
+}
+
+/// The whole numbers that are not farther than `reach` from `middle`.
+fn whole(middle: f64, reach: f64) -> Range<i64> {
+    -floor(reach - middle)..floor(middle + reach) + 1
 }
 
 #[cfg(test)]

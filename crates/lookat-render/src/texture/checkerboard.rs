@@ -1,6 +1,7 @@
 //! The value of a checkerboard (PBR 10.5).
 
 use glam::DVec2;
+use lookat_image::floor;
 use lookat_scene::{Cells, Checkerboard, Mapping, Value};
 
 use super::{TexturePoint, mapping};
@@ -31,8 +32,7 @@ fn parity(p: &[f64]) -> f64 {
 }
 
 fn is_odd(x: f64) -> bool {
-    // Beyond the range of integers all numbers are even, as is the result.
-    x.floor() % 2.0 != 0.0
+    floor(x) & 1 == 1
 }
 
 /// How far s and t change up to the neighbours, at most.
@@ -51,7 +51,7 @@ fn filtered_share(st: DVec2, reach: DVec2) -> f64 {
 }
 
 fn within_cell(x: f64, reach: f64) -> bool {
-    (x - reach).floor() == (x + reach).floor()
+    floor(x - reach) == floor(x + reach)
 }
 
 /// The share of odd cells in `x - reach..x + reach`: 0 or 1 where that is within one.
@@ -60,10 +60,11 @@ fn share(x: f64, reach: f64) -> f64 {
         return parity(&[x]);
     }
     // The length of odd cells up to x, halved; counted from the first cell, so that no digits cancel.
-    let first = ((x - reach) * 0.5).floor();
+    let first = floor((x - reach) * 0.5) as f64;
     let up_to = |x: f64| {
         let pairs = x * 0.5 - first;
-        pairs.floor() + 2.0 * (pairs.fract() - 0.5).max(0.0)
+        let whole = floor(pairs) as f64;
+        whole + 2.0 * (pairs - whole - 0.5).max(0.0)
     };
     ((up_to(x + reach) - up_to(x - reach)) / (2.0 * reach)).clamp(0.0, 1.0)
 }

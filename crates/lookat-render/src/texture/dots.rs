@@ -1,6 +1,7 @@
 //! The value of a texture of dots (PBR 10.5).
 
 use glam::{DVec2, DVec3};
+use lookat_image::floor;
 use lookat_scene::{Dots, Value};
 
 use super::noise::noise;
@@ -18,7 +19,7 @@ pub(super) fn dots<T: Value>(at: &TexturePoint, dots: &Dots<T>) -> T {
 
 /// Whether there is a dot in the cell of `st`, and `st` is in it. The places for noise are those of pbrt-v3.
 fn in_dot(st: DVec2) -> bool {
-    let cell = (st + 0.5).floor();
+    let cell = DVec2::new(floor(st.x + 0.5) as f64, floor(st.y + 0.5) as f64);
     let random = |s: f64, t: f64| noise(DVec3::new(cell.x + s, cell.y + t, 0.5));
     if random(0.5, 0.5) <= 0.0 {
         return false;

@@ -1,12 +1,13 @@
 //! Noise in space, and sums of it (PBR 10.6).
 
 use glam::DVec3;
+use lookat_image::floor;
 use lookat_scene::{Octaves, Transform};
 
 use super::TexturePoint;
 
 /// The permutation of Perlin's "Improving Noise" (2002), which pbrt-v3 has too: its pictures are the same.
-const PERMUTATION: [u8; 256] = [
+static PERMUTATION: [u8; 256] = [
     151, 160, 137, 91, 90, 15, 131, 13, 201, 95, 96, 53, 194, 233, 7, 225, 140, 36, 103, 30, 69, 142, 8, 99,
     37, 240, 21, 10, 23, 190, 6, 148, 247, 120, 234, 75, 0, 26, 197, 62, 94, 252, 219, 203, 117, 35, 11, 32,
     57, 177, 33, 88, 237, 149, 56, 87, 174, 20, 125, 136, 171, 168, 68, 175, 74, 165, 71, 134, 139, 48, 27,
@@ -21,29 +22,54 @@ const PERMUTATION: [u8; 256] = [
     66, 215, 61, 156, 180,
 ];
 
+/// The gradients of corners: directions to the edges of a cube, four of them twice.
+static GRADIENTS: [DVec3; 16] = [
+    DVec3::new(1.0, 1.0, 0.0),
+    DVec3::new(-1.0, 1.0, 0.0),
+    DVec3::new(1.0, -1.0, 0.0),
+    DVec3::new(-1.0, -1.0, 0.0),
+    DVec3::new(1.0, 0.0, 1.0),
+    DVec3::new(-1.0, 0.0, 1.0),
+    DVec3::new(1.0, 0.0, -1.0),
+    DVec3::new(-1.0, 0.0, -1.0),
+    DVec3::new(0.0, 1.0, 1.0),
+    DVec3::new(0.0, -1.0, 1.0),
+    DVec3::new(0.0, 1.0, -1.0),
+    DVec3::new(0.0, -1.0, -1.0),
+    DVec3::new(1.0, 1.0, 0.0),
+    DVec3::new(-1.0, 1.0, 0.0),
+    DVec3::new(0.0, 1.0, -1.0),
+    DVec3::new(0.0, -1.0, -1.0),
+];
+
 /// Perlin's gradient noise with pbrt-v3's gradients: smooth, about -1..1, 0 at whole coordinates.
+#[inline]
 pub(super) fn noise(p: DVec3) -> f64 {
-    let cell = p.floor();
-    let d = p - cell;
-    // Far beyond all digits any cell will do; the conversion stays in range.
-    let corner = cell.to_array().map(|x| (x as i64 & 255) as usize);
+    noise_at(p.x, p.y, p.z)
+}
+
+/// Three numbers come in registers; a vector would come by way of memory, and wait there to be written.
+fn noise_at(x: f64, y: f64, z: f64) -> f64 {
+    let p = DVec3::new(x, y, z);
+    let cell = p.to_array().map(floor);
+    // Far beyond all digits, where no integer is near, any place in the cell will do.
+    let d = (p - DVec3::from(cell.map(|x| x as f64))).clamp(DVec3::ZERO, DVec3::ONE);
     let weight = d * d * d * (d * (d * 6.0 - 15.0) + 10.0);
-    let at = |x: usize, y: usize, z: usize| {
-        let offset = d - DVec3::new(x as f64, y as f64, z as f64);
-        gradient([corner[0] + x, corner[1] + y, corner[2] + z], offset)
+    let at = |x: u8, y: u8, z: u8| {
+        let [i, j, k] = cell.map(|x| x as u8);
+        let corner = [i.wrapping_add(x), j.wrapping_add(y), k.wrapping_add(z)];
+        gradient(corner).dot(d - DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
     };
     let along_x = |y, z| lerp(at(0, y, z), at(1, y, z), weight.x);
     let along_y = |z| lerp(along_x(0, z), along_x(1, z), weight.y);
     lerp(along_y(0), along_y(1), weight.z)
 }
 
-/// The product of `offset` with the gradient of a corner: one of the twelve directions to the edges of a cube.
-fn gradient([x, y, z]: [usize; 3], offset: DVec3) -> f64 {
-    let permuted = |index: usize| usize::from(PERMUTATION[index & 255]);
-    let hash = permuted(permuted(permuted(x) + y) + z) & 15;
-    let u = if hash < 8 || hash == 12 || hash == 13 { offset.x } else { offset.y };
-    let v = if hash < 4 || hash == 12 || hash == 13 { offset.y } else { offset.z };
-    (if hash & 1 == 0 { u } else { -u }) + (if hash & 2 == 0 { v } else { -v })
+/// That of a corner. The corners repeat after 256 cells.
+fn gradient([x, y, z]: [u8; 3]) -> DVec3 {
+    let permuted = |index: u8| PERMUTATION[usize::from(index)];
+    let hash = permuted(permuted(permuted(x).wrapping_add(y)).wrapping_add(z));
+    GRADIENTS[usize::from(hash & 15)]
 }
 
 fn lerp(a: f64, b: f64, t: f64) -> f64 {
@@ -72,7 +98,8 @@ impl PointInSpace {
     fn octaves(&self, most: u32) -> (u32, f64) {
         // All where there are no neighbours; none where the distance is no number.
         let octaves = (-1.0 - self.spread.log2()).max(0.0).min(f64::from(most));
-        (octaves as u32, smooth_step(0.3, 0.7, octaves.fract()))
+        let whole = octaves as u32;
+        (whole, smooth_step(0.3, 0.7, octaves - f64::from(whole)))
     }
 }
 
@@ -89,7 +116,10 @@ pub(super) fn fbm(at: &PointInSpace, most: u32, roughness: f64) -> f64 {
         frequency *= LACUNARITY;
         height *= roughness;
     }
-    bounded(sum + height * share * noise(at.p * frequency))
+    if share > 0.0 {
+        sum += height * share * noise(at.p * frequency);
+    }
+    bounded(sum)
 }
 
 /// The mean of the absolute value of noise, about, in place of octaves that are too fine.
@@ -105,7 +135,8 @@ pub(super) fn turbulence(at: &PointInSpace, most: u32, roughness: f64) -> f64 {
         frequency *= LACUNARITY;
         height *= roughness;
     }
-    sum += height * lerp(MEAN, noise(at.p * frequency).abs(), share);
+    let last = if share > 0.0 { lerp(MEAN, noise(at.p * frequency).abs(), share) } else { MEAN };
+    sum += height * last;
     // As pbrt-v3 has it, with the octave that was just added counted once more.
     for _ in count..most {
         sum += height * MEAN;
@@ -152,11 +183,23 @@ mod tests {
         for (x, y, z) in [(0, 0, 0), (3, -5, 7), (255, 256, -1), (-1000, 12345, 99)] {
             let p = DVec3::new(f64::from(x), f64::from(y), f64::from(z));
             assert_eq!(noise(p), 0.0);
-            let corner = [x, y, z].map(|x: i32| x.rem_euclid(256) as usize);
+            let gradient = gradient([x, y, z].map(|x: i32| x.rem_euclid(256) as u8));
             for offset in [DVec3::X, DVec3::Y, -DVec3::Z, DVec3::ONE] {
                 let slope = noise(p + offset * 1e-6) / 1e-6;
-                assert!((slope - gradient(corner, offset)).abs() < 1e-4, "{p} {offset} {slope}");
+                assert!((slope - gradient.dot(offset)).abs() < 1e-4, "{p} {offset} {slope}");
             }
+        }
+    }
+
+    /// Perlin's way to choose two components by the bits of the hash, and their signs.
+    #[test]
+    fn gradients_are_those_of_pbrt() {
+        let offset = DVec3::new(0.3, -0.7, 0.11);
+        for (hash, gradient) in GRADIENTS.iter().enumerate() {
+            let u = if hash < 8 || hash == 12 || hash == 13 { offset.x } else { offset.y };
+            let v = if hash < 4 || hash == 12 || hash == 13 { offset.y } else { offset.z };
+            let expected = (if hash & 1 == 0 { u } else { -u }) + (if hash & 2 == 0 { v } else { -v });
+            assert_eq!(gradient.dot(offset), expected, "{hash}");
         }
     }
 
