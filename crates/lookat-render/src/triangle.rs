@@ -26,8 +26,8 @@ impl Axis {
         const ORDERS: [[Axis; 3]; 3] =
             [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
         let size = v.abs();
-        let is_not_x = usize::from(!((size.x >= size.y) & (size.x >= size.z)));
-        let is_not_y = usize::from(!(size.y >= size.z));
+        let is_not_x = usize::from((size.x < size.y) | (size.x < size.z));
+        let is_not_y = usize::from(size.y < size.z);
         ORDERS[is_not_x + (is_not_x & is_not_y)]
     }
 
