@@ -60,6 +60,12 @@ impl CameraRays {
 
     /// The ray through `film`, in pixels from the top left corner; `u` chooses the point on the lens (PBR 6.2.3).
     pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
+        let (o, d) = self.line(film, u);
+        Ray::new(o, d.normalize())
+    }
+
+    /// The origin of that ray, and its direction, of any length.
+    fn line(&self, film: DVec2, u: DVec2) -> (DVec3, DVec3) {
         let p = self.origin + self.step * (film - self.film_middle);
         let (o, d) = match (self.projection, self.lens) {
             (Projection::Environment, _) => (DVec3::ZERO, around(film / (self.film_middle * 2.0))),
@@ -74,7 +80,7 @@ impl CameraRays {
                 through_lens(-self.middle, (p + self.middle) / lens.focal_distance, lens, u)
             }
         };
-        Ray::new(self.world_from_camera * o, (self.world_from_camera * d).normalize())
+        (self.world_from_camera * o, self.world_from_camera * d)
     }
 }
 
@@ -96,9 +102,9 @@ impl CameraRay<'_> {
         self.camera.ray(self.film, self.on_lens)
     }
 
-    /// The neighbours to the right and below, through the same point of the lens.
-    pub fn neighbours(&self) -> [Ray; 2] {
-        [DVec2::X, DVec2::Y].map(|step| self.camera.ray(self.film + step * self.spacing, self.on_lens))
+    /// Origins and directions, of any length, of the neighbours to the right and below, through the same point of the lens.
+    pub fn neighbours(&self) -> [(DVec3, DVec3); 2] {
+        [DVec2::X, DVec2::Y].map(|step| self.camera.line(self.film + step * self.spacing, self.on_lens))
     }
 }
 

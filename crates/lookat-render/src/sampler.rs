@@ -41,7 +41,7 @@ impl SampleStream {
 
     /// The stream from here on for the `k`-th of `count` samples that are nested in this one: together they are as well
     /// distributed as `count` times as many samples of the pixel.
-    pub fn nested(&self, count: u32, k: u32) -> Self {
+    fn nested(&self, count: u32, k: u32) -> Self {
         let mut nested = self.clone();
         let index = self.index.checked_mul(count).and_then(|index| index.checked_add(k));
         let all = match self.pattern {
@@ -68,7 +68,19 @@ impl SampleStream {
         nested
     }
 
-    /// Leaves dimensions for what [`SampleStream::nested`] streams take.
+    /// A point of the unit square for the `k`-th of `count` samples that are nested in this one. The last takes the dimensions.
+    pub fn nested_2d(&mut self, count: u32, k: u32) -> DVec2 {
+        if count == 1 {
+            return self.next_2d();
+        }
+        let point = self.nested(count, k).next_2d();
+        if k + 1 == count {
+            self.skip(2);
+        }
+        point
+    }
+
+    /// Leaves dimensions to be taken by others.
     pub fn skip(&mut self, dimensions: u32) {
         self.dimension += dimensions;
     }

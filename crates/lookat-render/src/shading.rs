@@ -55,9 +55,9 @@ fn point(
 
 /// How much the point of the surface and its coordinates change from a camera ray to its neighbours (PBR 10.1.1).
 fn footprint(surface: &Surface, flat: &Parametric, camera_ray: &CameraRay) -> Footprint {
-    let beside = camera_ray.neighbours().map(|ray| {
-        let t = surface.n.dot(surface.p - ray.o) / surface.n.dot(ray.d);
-        ray.at(t) - surface.p
+    let beside = camera_ray.neighbours().map(|(o, d)| {
+        let t = surface.n.dot(surface.p - o) / surface.n.dot(d);
+        o + d * t - surface.p
     });
     if !beside.iter().all(|dp| dp.is_finite()) {
         return Footprint::default();

@@ -3,54 +3,48 @@
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 
 use super::{Node, WIDTH};
 use crate::bounds::round_down;
 use crate::ray::Ray;
 
-/// What the test in `f32` needs of a ray, axis by axis.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Slabs([Slab; 3]);
-
+/// What the test in `f32` needs of a ray.
+///
 /// All is rounded to the side on which boxes are entered earlier or left later, so that the test says yes wherever that in
 /// `f64` does.
 #[derive(Debug, Clone, Copy)]
-struct Slab {
+pub(crate) struct Slabs {
     /// The origin, for the planes where boxes are entered, and for those where they are left.
-    near_o: f32,
-    far_o: f32,
+    near_o: Vec3A,
+    far_o: Vec3A,
     /// One over the direction, likewise.
-    near_inverse: f32,
-    far_inverse: f32,
-    /// Which of the two planes of a box it is entered at; it is left at the other one.
-    near: usize,
+    near_inverse: Vec3A,
+    far_inverse: Vec3A,
+    /// Along each axis, which of the two planes of a box it is entered at; it is left at the other one.
+    near: [usize; 3],
 }
 
 /// Covers the rounding of an inverse, a difference and a product, and more.
 const SLACK: f32 = 5.0 * f32::EPSILON;
 
-impl Slab {
-    #[inline(always)]
-    fn new(o: f64, inverse: f64) -> Self {
-        let near = usize::from(inverse.is_sign_negative());
-        let (o, inverse) = (o as f32, inverse as f32);
-        // More than rounding takes. A box is entered earlier if the origin is moved along the ray.
-        let along = (o.abs() * f32::EPSILON + f32::MIN_POSITIVE).copysign(inverse);
-        let (near_inverse, far_inverse) = match inverse.abs() < f32::MIN_POSITIVE {
-            // Too small to be rounded to one part in many.
-            true => (0.0, f32::MIN_POSITIVE.copysign(inverse)),
-            false => ((inverse * (1.0 - SLACK)).clamp(-f32::MAX, f32::MAX), inverse * (1.0 + SLACK)),
-        };
-        Slab { near_o: o + along, far_o: o - along, near_inverse, far_inverse, near }
-    }
-}
-
 impl Slabs {
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
-        let (o, inverse) = (ray.o, ray.d.recip());
-        Slabs([Slab::new(o.x, inverse.x), Slab::new(o.y, inverse.y), Slab::new(o.z, inverse.z)])
+        let (o, inverse) = (ray.o.as_vec3a(), ray.d.recip().as_vec3a());
+        let (least, most) = (Vec3A::splat(f32::MIN_POSITIVE), Vec3A::splat(f32::MAX));
+        // More than rounding takes. A box is entered earlier if the origin is moved along the ray.
+        let along = (o.abs() * f32::EPSILON + least).copysign(inverse);
+        // Too small to be rounded to one part in many.
+        let is_tiny = inverse.abs().cmplt(least);
+        let negative = inverse.is_negative_bitmask() as usize;
+        Slabs {
+            near_o: o + along,
+            far_o: o - along,
+            near_inverse: Vec3A::select(is_tiny, Vec3A::ZERO, (inverse * (1.0 - SLACK)).clamp(-most, most)),
+            far_inverse: Vec3A::select(is_tiny, least.copysign(inverse), inverse * (1.0 + SLACK)),
+            near: [negative & 1, negative >> 1 & 1, negative >> 2 & 1],
+        }
     }
 
     /// Which boxes of a node the ray may meet before `t_max`, as bits, and from which distance on, not negative.
@@ -59,11 +53,11 @@ impl Slabs {
     #[inline(always)]
     pub fn meet(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
         let (mut near, mut far) = ([0.0; WIDTH], [t_max; WIDTH]);
-        for (slab, planes) in self.0.iter().zip(&node.planes) {
-            let (first, last) = (&planes[slab.near & 1], &planes[!slab.near & 1]);
+        for (axis, planes) in node.planes.iter().enumerate() {
+            let (first, last) = (&planes[self.near[axis] & 1], &planes[!self.near[axis] & 1]);
             for lane in 0..WIDTH {
-                let enter = (first[lane] - slab.near_o) * slab.near_inverse;
-                let leave = (last[lane] - slab.far_o) * slab.far_inverse;
+                let enter = (first[lane] - self.near_o[axis]) * self.near_inverse[axis];
+                let leave = (last[lane] - self.far_o[axis]) * self.far_inverse[axis];
                 near[lane] = if enter > near[lane] { enter } else { near[lane] };
                 far[lane] = if leave < far[lane] { leave } else { far[lane] };
             }

@@ -30,7 +30,7 @@ pub(crate) fn li(
     let frame = Frame::from_z(n);
     let mut sum = 0.0;
     for k in 0..samples {
-        let u = stream.nested(samples, k).next_2d();
+        let u = stream.nested_2d(samples, k);
         let local = if cosine { square_to_cosine_hemisphere(u) } else { square_to_uniform_hemisphere(u) };
         // The cosine over the density by solid angle.
         let value = if cosine { PI } else { local.z / square_to_uniform_hemisphere_pdf() };

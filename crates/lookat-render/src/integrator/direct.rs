@@ -109,19 +109,16 @@ fn lights(
             continue;
         }
         for k in 0..samples {
-            let u = stream.nested(samples, k).next_2d();
+            let u = stream.nested_2d(samples, k);
             sum += sampled_light(tracer, surface, bsdf, (light, samples, scattered), u) / samples as f32;
         }
-        stream.skip(2);
     }
     if range.clone().all(|light| table.is_delta(light)) {
         return sum;
     }
     let domain = bsdf.domain();
     for k in 0..scattered {
-        let Some(sample) = bsdf.sample(stream.nested(scattered, k).next_2d(), Part::Smooth) else {
-            continue;
-        };
+        let Some(sample) = bsdf.sample(stream.nested_2d(scattered, k), Part::Smooth) else { continue };
         let found = found_light(
             tracer,
             surface,
@@ -132,7 +129,6 @@ fn lights(
         );
         sum += sample.weight() * found / scattered as f32;
     }
-    stream.skip(2);
     sum
 }
 

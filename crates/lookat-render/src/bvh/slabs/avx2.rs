@@ -6,42 +6,32 @@ use std::arch::x86_64::{
 };
 
 use bytemuck::cast;
+use glam::Vec3A;
 
-use super::{Slab, Slabs};
+use super::Slabs;
 use crate::bvh::{Node, WIDTH};
 
 /// [`Slabs`], each number in all lanes.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct WideSlabs([WideSlab; 3]);
-
-#[derive(Debug, Clone, Copy)]
-struct WideSlab {
-    near_o: __m256,
-    far_o: __m256,
-    near_inverse: __m256,
-    far_inverse: __m256,
-    near: usize,
-}
-
-impl WideSlab {
-    #[target_feature(enable = "avx2,fma")]
-    #[inline]
-    fn new(slab: &Slab) -> Self {
-        WideSlab {
-            near_o: _mm256_set1_ps(slab.near_o),
-            far_o: _mm256_set1_ps(slab.far_o),
-            near_inverse: _mm256_set1_ps(slab.near_inverse),
-            far_inverse: _mm256_set1_ps(slab.far_inverse),
-            near: slab.near,
-        }
-    }
+pub(crate) struct WideSlabs {
+    near_o: [__m256; 3],
+    far_o: [__m256; 3],
+    near_inverse: [__m256; 3],
+    far_inverse: [__m256; 3],
+    near: [usize; 3],
 }
 
 impl WideSlabs {
     #[target_feature(enable = "avx2,fma")]
     #[inline]
-    pub fn new(Slabs([x, y, z]): &Slabs) -> Self {
-        WideSlabs([WideSlab::new(x), WideSlab::new(y), WideSlab::new(z)])
+    pub fn new(slabs: &Slabs) -> Self {
+        WideSlabs {
+            near_o: splat(slabs.near_o),
+            far_o: splat(slabs.far_o),
+            near_inverse: splat(slabs.near_inverse),
+            far_inverse: splat(slabs.far_inverse),
+            near: slabs.near,
+        }
     }
 
     /// As [`Slabs::meet`], to the bit.
@@ -49,10 +39,11 @@ impl WideSlabs {
     #[inline]
     pub fn meet(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
         let (mut near, mut far) = (_mm256_setzero_ps(), _mm256_set1_ps(t_max));
-        for (slab, planes) in self.0.iter().zip(&node.planes) {
-            let (first, last): (__m256, __m256) = (cast(planes[slab.near & 1]), cast(planes[!slab.near & 1]));
-            let enter = _mm256_mul_ps(_mm256_sub_ps(first, slab.near_o), slab.near_inverse);
-            let leave = _mm256_mul_ps(_mm256_sub_ps(last, slab.far_o), slab.far_inverse);
+        for (axis, planes) in node.planes.iter().enumerate() {
+            let entered = self.near[axis];
+            let (first, last): (__m256, __m256) = (cast(planes[entered & 1]), cast(planes[!entered & 1]));
+            let enter = _mm256_mul_ps(_mm256_sub_ps(first, self.near_o[axis]), self.near_inverse[axis]);
+            let leave = _mm256_mul_ps(_mm256_sub_ps(last, self.far_o[axis]), self.far_inverse[axis]);
             // Of a NaN and a number, these give the second.
             near = _mm256_max_ps(enter, near);
             far = _mm256_min_ps(leave, far);
@@ -60,4 +51,10 @@ impl WideSlabs {
         let hits = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far));
         (hits as u32, cast(near))
     }
+}
+
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+fn splat(v: Vec3A) -> [__m256; 3] {
+    [_mm256_set1_ps(v.x), _mm256_set1_ps(v.y), _mm256_set1_ps(v.z)]
 }
