@@ -189,7 +189,7 @@ fn a_budget_decides_how_far_it_goes() {
     }
     let run = folder.run(&["chart", "scene.pbrt", "--budget", "1e-6"]);
     assert_eq!(run.status, 2);
-    assert!(run.err.contains("the budget is 0.000001 s; raise --budget"), "{}", run.err);
+    assert!(run.err.contains("the budget is 0.000001 s: raise --budget"), "{}", run.err);
 }
 
 #[test]

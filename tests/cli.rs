@@ -259,6 +259,13 @@ fn a_failure_writes_nothing() {
     assert!(run.err.contains("exr, png, pfm and tga"), "it says what it writes: {}", run.err);
     let run = folder.run(&["render", "fine.pbrt", "-o", "nowhere/picture.exr"]);
     assert!(run.err.contains("there is no folder nowhere"), "{}", run.err);
+    // A folder that takes no files is found out before anything is rendered.
+    #[cfg(target_os = "linux")]
+    {
+        let run = folder.run(&["render", "fine.pbrt", "-o", "/proc/picture.exr"]);
+        assert_eq!((run.status, run.err.lines().count()), (2, 1), "{}", run.err);
+        assert!(run.err.contains("cannot write /proc/picture.exr"), "{}", run.err);
+    }
 }
 
 #[test]

@@ -349,6 +349,23 @@ mod tests {
         assert_eq!(occupied(KINDS[3], 64, 3), 64);
     }
 
+    /// Wherever a block of the sequence begins, it has one point in each stratum.
+    #[test]
+    fn blocks_of_halton_are_stratified() {
+        for (prime, digits) in [(3, 4), (5, 3), (7, 2), (719, 1)] {
+            let (base, size) = (Base::new(prime), prime.pow(digits));
+            let last = u32::MAX / size - 1;
+            for block in [0, 1, 2, last] {
+                let mut strata = vec![0; size as usize];
+                for index in block * size..(block + 1) * size {
+                    let number = scrambled_radical_inverse(&base, index, u32::MAX, mix(7));
+                    strata[(number * f64::from(size)) as usize] += 1;
+                }
+                assert!(strata.iter().all(|count| *count == 1), "{prime} {block}: {strata:?}");
+            }
+        }
+    }
+
     /// The errors of estimates in neighbouring pixels, and of different dimensions in one pixel, have nothing in common.
     #[test]
     fn errors_of_neighbours_are_not_correlated() {

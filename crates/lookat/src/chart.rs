@@ -13,11 +13,12 @@ use lookat_lab::chart::{
     Budget, Climb, Cost, End, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method, Origin, Plan,
     Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
 };
+use lookat_lab::plot::significant;
 use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Chart, Other, Report};
-use crate::render::progress_bar;
+use crate::render::{check_folder, progress_bar};
 use crate::source::load_scene;
 use crate::{interrupt, report};
 
@@ -151,10 +152,18 @@ impl Bench<'_> {
         }
         plan(&costs, reference, seeds, self.budget.left()).map_err(|needed| {
             let needed = needed + self.budget.started.elapsed().as_secs_f64();
+            let costly = (0..costs.len()).max_by(|a, b| costs[*a].of(1).total_cmp(&costs[*b].of(1)));
+            let methods = match &self.methods[..] {
+                [only] => format!("a chart of {}", only.name),
+                several => format!("the smallest chart of {} methods", several.len()),
+            };
+            let costly = costly
+                .filter(|_| costs.len() > 1)
+                .map_or(String::new(), |costly| format!(", most of all for {}", self.methods[costly].name));
             format!(
-                "a chart of {} methods takes {needed:.1} s at least, the budget is {} s; raise --budget, \
-                 name fewer --methods, or lower --resolution",
-                costs.len(),
+                "{methods} takes about {} s{costly}; the budget is {} s: raise --budget, name fewer \
+                 --methods, or lower --resolution",
+                significant(needed, 2),
                 self.arguments.budget
             )
         })
@@ -198,7 +207,8 @@ fn check_names(points: &[Other]) -> Result<(), String> {
 
 fn make_folder(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+    check_folder(&folder.join("chart.svg"))
 }
 
 /// Where the results go if nothing is said.

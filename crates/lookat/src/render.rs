@@ -173,14 +173,18 @@ fn check_output(file: &Path) -> Result<(), String> {
     check_folder(file)
 }
 
-/// Fails where there is no folder to write a file to.
+/// Fails where there is no folder to write a file to, or none that may be written to.
 pub fn check_folder(file: &Path) -> Result<(), String> {
-    match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() && !folder.is_dir() => {
-            Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()))
-        }
-        _ => Ok(()),
+    let folder = match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()));
     }
+    // Without a name: nothing is left.
+    tempfile::tempfile_in(folder).map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    Ok(())
 }
 
 /// Fails where there can be no error layers.

@@ -53,6 +53,9 @@ impl<T: Texel> MipMap<T> {
         }
         let last = self.levels.len() - 1;
         let level = (last as f64 + minor_length.log2()).max(0.0);
+        if level >= last as f64 + 1.0 {
+            return self.mean();
+        }
         let finer = level as usize;
         let at = |level| self.ewa_at(level, st, major, minor);
         match (level - finer as f64) as f32 {

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::budget::Budget;
+use super::estimate::median;
 use super::level::Differences;
 use super::method::Method;
 use super::plan::{FEWEST_RUNGS, FEWEST_SEEDS, MOST_RUNGS, Plan};
@@ -44,8 +45,8 @@ struct Rung {
     index: u32,
     rows: Vec<Vec<Row>>,
     differences: Vec<Differences>,
-    /// The wall time of its pictures, with that of measuring them.
-    seconds: Vec<f64>,
+    /// The wall time of each picture, with that of measuring it.
+    seconds: Vec<Vec<f64>>,
 }
 
 impl Climb<'_> {
@@ -103,7 +104,7 @@ impl Climb<'_> {
                 let rendering = runner.render(self.methods[method], samples, seed, &watch_one)?;
                 rung.rows[method].push(Row::new(method, samples, seed, &rendering, &self.reference.pixels));
                 rung.differences[method].add(&rendering.pixels, &self.reference.pixels);
-                rung.seconds[method] += started.elapsed().as_secs_f64();
+                rung.seconds[method].push(started.elapsed().as_secs_f64());
                 done += 1.0;
             }
         }
@@ -114,13 +115,13 @@ impl Climb<'_> {
 impl Rung {
     fn new(index: u32, methods: usize) -> Rung {
         let differences = (0..methods).map(|_| Differences::default()).collect();
-        Rung { index, rows: vec![Vec::new(); methods], differences, seconds: vec![0.0; methods] }
+        Rung { index, rows: vec![Vec::new(); methods], differences, seconds: vec![Vec::new(); methods] }
     }
 
-    /// Tells a plan what pictures really cost.
+    /// Tells a plan what pictures really cost. One that was held up must not rule it.
     fn correct(&self, plan: &mut Plan) {
-        for (method, rows) in self.rows.iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
-            plan.costs[method].correct(self.index, self.seconds[method] / rows.len() as f64);
+        for (cost, seconds) in plan.costs.iter_mut().zip(&self.seconds).filter(|(_, all)| !all.is_empty()) {
+            cost.correct(self.index, median(seconds).value);
         }
     }
 
@@ -207,5 +208,19 @@ mod tests {
         assert_eq!(found.end, End::Late);
         assert!(found.points.iter().all(|points| points.len() == FEWEST_RUNGS as usize));
         assert_eq!(found.rows.len(), 2 * 10 * FEWEST_RUNGS as usize);
+    }
+
+    #[test]
+    fn a_picture_that_was_held_up_does_not_end_a_method() {
+        let cost = Cost { fixed: 0.0, per_sample: 1e-3, first: 1 };
+        let mut plan = super::super::plan::plan(&[cost, cost], Some(cost), 8, 60.0).unwrap();
+        let planned = plan.rungs.clone();
+        let mut rung = Rung::new(2, 2);
+        rung.seconds = vec![vec![4e-3; 8]; 2];
+        rung.seconds[0][5] = 10.0;
+        rung.correct(&mut plan);
+        // What it took is gone, but no more than that.
+        plan.replan(3, plan.cost_of(3..MOST_RUNGS));
+        assert_eq!(plan.rungs, planned);
     }
 }

@@ -40,7 +40,7 @@ impl Entry<'_> {
 pub struct Reign {
     /// The method or, counting on, the other renderer.
     pub who: usize,
-    /// What it reaches: seconds and error where the line bends, the first and the last.
+    /// The least error of all meanwhile: seconds and error where the line bends, the first and the last.
     pub points: Vec<(f64, f64)>,
     /// When another takes over, in seconds; `None` for the last one.
     pub until: Option<f64>,
@@ -66,7 +66,7 @@ pub(super) fn front(entries: &[Entry]) -> Vec<Reign> {
             front.push(Reign { who: best, points: Vec::new(), until: None, ties: Vec::new() });
         }
         if let Some(last) = front.last_mut() {
-            last.points.push((seconds, reached(last.who)));
+            last.points.push((seconds, reached(best)));
             let who = last.who;
             last.ties = (0..entries.len()).filter(|other| *other != who && !is_worse(*other, who)).collect();
         }

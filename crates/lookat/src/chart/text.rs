@@ -168,6 +168,13 @@ fn others(results: &Results) -> String {
         "other renderers, and the seconds that lookat takes to the same RMSE (theirs are so many times more)"
     );
     text += &table(&rows);
+    for marker in results.markers.iter().filter(|marker| marker.rmse == 0.0) {
+        let _ = writeln!(
+            text,
+            "the picture of {} is the same as the reference: it has no place on the chart",
+            marker.name
+        );
+    }
     for marker in results.markers.iter().filter(|marker| marker.rounded) {
         let _ = writeln!(
             text,

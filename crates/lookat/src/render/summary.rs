@@ -158,7 +158,7 @@ impl JsonTarget {
             ));
             if self.at_cap as f64 > 0.1 * all {
                 crate::say(
-                    "with so many, those that stopped earlier are partly luck: raise --spp or the target",
+                    "with so many, those that did reach it may partly be lucky: raise --spp or the target",
                 );
             }
         }
