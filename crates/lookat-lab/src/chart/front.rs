@@ -44,14 +44,15 @@ pub struct Reign {
     pub points: Vec<(f64, f64)>,
     /// When another takes over, in seconds; `None` for the last one.
     pub until: Option<f64>,
-    /// Who else is as good at the end of it, within the uncertainty of both.
+    /// Who else is as good by the end of it, within uncertainty.
     pub ties: Vec<usize>,
 }
 
-/// Who reaches the least error, by time. Another takes over only where it is better by more than the uncertainty of both.
-/// Someone who stops early keeps the error that was reached.
+/// Who reaches the least error, by time. Another takes over only where it is better by more than the uncertainty of both; so
+/// each stretch is of several who are as good, and goes by the name of the one that is the best for most of it. Someone who
+/// stops early keeps the error that was reached.
 pub(super) fn front(entries: &[Entry]) -> Vec<Reign> {
-    let mut front: Vec<Reign> = Vec::new();
+    let mut front: Vec<(Reign, Vec<u32>)> = Vec::new();
     for seconds in times(entries) {
         let reached = |who: usize| entries[who].reached(seconds);
         let Some(best) = (0..entries.len()).min_by(|a, b| reached(*a).total_cmp(&reached(*b))) else { break };
@@ -59,20 +60,52 @@ pub(super) fn front(entries: &[Entry]) -> Vec<Reign> {
             let uncertainty = entries[who].uncertainty(seconds).hypot(entries[than].uncertainty(seconds));
             who != than && (reached(who) / reached(than)).ln() > uncertainty
         };
-        if front.last().is_none_or(|last| is_worse(last.who, best)) {
-            if let Some(last) = front.last_mut() {
+        if front.last().is_none_or(|(last, _)| is_worse(last.who, best)) {
+            if let Some((last, _)) = front.last_mut() {
                 last.until = Some(seconds);
             }
-            front.push(Reign { who: best, points: Vec::new(), until: None, ties: Vec::new() });
+            let reign = Reign { who: best, points: Vec::new(), until: None, ties: Vec::new() };
+            front.push((reign, vec![0; entries.len()]));
         }
-        if let Some(last) = front.last_mut() {
+        if let Some((last, best_at)) = front.last_mut() {
             last.points.push((seconds, reached(best)));
+            best_at[best] += 1;
             let who = last.who;
             last.ties = (0..entries.len()).filter(|other| *other != who && !is_worse(*other, who)).collect();
         }
     }
+    joined(front.into_iter().map(|(reign, best_at)| reign.named(&best_at)))
+}
+
+/// Makes one of stretches that have the same name.
+fn joined(reigns: impl Iterator<Item = Reign>) -> Vec<Reign> {
+    let mut front: Vec<Reign> = Vec::new();
+    for mut reign in reigns {
+        match front.last_mut().filter(|last| last.who == reign.who) {
+            Some(last) => {
+                last.points.append(&mut reign.points);
+                (last.until, last.ties) = (reign.until, reign.ties);
+            }
+            None => front.push(reign),
+        }
+    }
     front.iter_mut().for_each(|reign| reign.points = bends(&reign.points));
     front
+}
+
+impl Reign {
+    /// Under the name of the one that is the best at most of the times.
+    fn named(mut self, best_at: &[u32]) -> Reign {
+        let most = best_at.iter().max();
+        let is_first = |who: usize| Some(&best_at[who]) == most;
+        if !is_first(self.who)
+            && let Some(tie) = self.ties.iter_mut().find(|tie| is_first(**tie))
+        {
+            std::mem::swap(&mut self.who, tie);
+            self.ties.sort_unstable();
+        }
+        self
+    }
 }
 
 /// Evenly on a logarithmic scale, and all points of the curves.
@@ -155,6 +188,18 @@ mod tests {
         // Where a line is flat, times do not matter; before its first point there is nothing to compare.
         let flat = [Curve(vec![(1.0, 1.0), (32.0, 1.0)]), Curve(vec![(8.0, 0.9), (32.0, 0.9)])];
         close(uncertain(&flat, 0.0, 1.0)[0].until.unwrap(), 8.0);
+    }
+
+    #[test]
+    fn a_stretch_has_the_name_of_the_one_that_is_best_for_most_of_it() {
+        // The first begins earlier; the second is soon better, but by no more than the uncertainty of both.
+        let curves = [power(1.0, -0.5, 0.9), power(0.97, -0.5, 1.0)];
+        let found = found(&curves, 0.1);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!((found[0].who, found[0].ties.as_slice()), (1, [0].as_slice()));
+        // What is drawn is the least of both.
+        assert_eq!(found[0].points[0], (0.9, 0.9_f64.powf(-0.5)));
+        assert_eq!(found[0].points.last(), Some(&(32.0, 0.97 * 32.0_f64.powf(-0.5))));
     }
 
     #[test]

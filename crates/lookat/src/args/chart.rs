@@ -22,7 +22,7 @@ pub struct Chart {
     /// Wall time for everything, which decides how many samples are reached
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
-    /// Go up to this many samples per pixel, however long it takes: a power of two
+    /// In place of a budget: up to this many samples per pixel, a power of two, however long that takes
     #[arg(long, value_name = "N", conflicts_with = "budget", value_parser = power_of_two)]
     pub spp: Option<u32>,
     /// The result of another renderer: its name, its wall time and its picture of the scene; may be repeated
@@ -31,7 +31,7 @@ pub struct Chart {
     /// Size of the full picture, in place of the Film's
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
-    /// Pictures for each point, each with another seed
+    /// Pictures for each point, each with another seed; at least 8
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(i64::from(lookat_lab::chart::FEWEST_SEEDS)..=1000))]
     pub seeds: u32,
     /// The seed of the first picture; those of the others follow

@@ -80,8 +80,8 @@ fn reading(results: &Results, method: usize) -> String {
 /// Who is on the front, and from when on.
 fn reigns(results: &Results) -> Vec<String> {
     let line = |(i, who, from): (usize, usize, f64)| {
-        let name = results.name(who);
-        if i == 0 { name.into() } else { format!("{name} from {} s", significant(from, 2)) }
+        let name = shortened(results.name(who));
+        if i == 0 { name } else { format!("{name} from {} s", significant(from, 2)) }
     };
     let all = results.front.iter().enumerate();
     let mut lines: Vec<String> =
@@ -90,4 +90,13 @@ fn reigns(results: &Results) -> Vec<String> {
         lines.push("...".into());
     }
     lines
+}
+
+/// The name, so that a time beside it has room in the legend.
+fn shortened(name: &str) -> String {
+    const MOST: usize = 24;
+    match name.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}...", &name[..end]),
+        None => name.into(),
+    }
 }
