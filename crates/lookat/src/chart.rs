@@ -110,11 +110,14 @@ impl Bench<'_> {
         let Some(costs) = self.costs(runner, given.is_none()) else { return Ok(None) };
         let plan = self.plan(costs, given.is_some())?;
         self.bar.suspend(|| crate::say(&text::plan(&plan, &self.methods, self.arguments.spp.is_some())));
+        self.bar.reset_eta();
         // Of the bar, the reference has the share that it has of the samples.
         let share = plan.reference_share();
         let watch = |from: f64, to: f64| {
             move |done: f64| {
-                self.bar.set_position((1000.0 * (from + done * (to - from))) as u64);
+                // What is planned anew may take longer; the bar waits then.
+                let at = (1000.0 * (from + done * (to - from))) as u64;
+                self.bar.set_position(at.max(self.bar.position()));
                 if interrupt::is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             }
         };

@@ -1,5 +1,6 @@
 //! Ctrl-C.
 
+use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The exit status after it, as the shell has it for a program that SIGINT ends.
@@ -18,6 +19,10 @@ pub fn watch(notice: &'static str, is_worth_while: fn() -> bool) -> Result<(), S
     let interrupt = move || {
         if ASKED.swap(true, Ordering::Relaxed) || !is_worth_while() {
             std::process::exit(i32::from(STATUS));
+        }
+        // Below the bar.
+        if std::io::stderr().is_terminal() {
+            eprintln!();
         }
         crate::say(notice);
     };

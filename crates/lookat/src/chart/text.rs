@@ -56,16 +56,15 @@ pub fn results(header: &Header, reference: &Reference, results: &Results) -> Str
     let _ = write!(text, "\n{}", front(results));
     let first = results.name(0).to_owned();
     let ratio = if results.curves.len() > 1 { format!(" (times that of {first})") } else { String::new() };
-    let _ = write!(
-        text,
-        "\nRMSE after equal times{ratio}\n{}",
-        comparison("seconds", results, &results.equal_times)
-    );
-    let _ = write!(
-        text,
-        "\nseconds to equal RMSE{ratio}\n{}",
-        comparison("RMSE", results, &results.equal_errors)
-    );
+    for (title, what, found) in [
+        ("RMSE after equal times", "seconds", &results.equal_times),
+        ("seconds to equal RMSE", "RMSE", &results.equal_errors),
+    ] {
+        // Single points have nothing between them.
+        if !found.at.is_empty() {
+            let _ = write!(text, "\n{title}{ratio}\n{}", comparison(what, results, found));
+        }
+    }
     text
 }
 
