@@ -53,20 +53,26 @@ fn shadow_rays(probe: &Probe) -> Vec<Ray> {
 
 #[divan::bench(args = [Precision::Mixed, Precision::Double, Precision::Single])]
 fn nearest(bencher: Bencher, precision: Precision) {
-    let probe = Probe::new(&SCENE).with_precision(precision);
-    let rays = camera_rays(&probe);
-    bencher
-        .counter(ItemsCount::new(rays.len()))
-        .bench_local(|| rays.iter().filter(|ray| probe.nearest(black_box(ray)).is_some()).count());
+    trace(bencher, precision, camera_rays, |probe, ray| probe.nearest(ray).is_some());
 }
 
 #[divan::bench(args = [Precision::Mixed, Precision::Double, Precision::Single])]
 fn occluded(bencher: Bencher, precision: Precision) {
+    trace(bencher, precision, shadow_rays, |probe, ray| probe.occluded(ray));
+}
+
+/// Counts the rays that meet something.
+fn trace(
+    bencher: Bencher,
+    precision: Precision,
+    rays: fn(&Probe) -> Vec<Ray>,
+    meets: impl Fn(&Probe, &Ray) -> bool,
+) {
     let probe = Probe::new(&SCENE).with_precision(precision);
-    let rays = shadow_rays(&probe);
+    let rays = rays(&probe);
     bencher
         .counter(ItemsCount::new(rays.len()))
-        .bench_local(|| rays.iter().filter(|ray| probe.occluded(black_box(ray))).count());
+        .bench_local(|| rays.iter().filter(|ray| meets(&probe, black_box(ray))).count());
 }
 
 /// From the scene to the tree.

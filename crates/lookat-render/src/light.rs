@@ -219,13 +219,11 @@ impl<'s> LightTable<'s> {
     fn sample_surface(&self, light: &SurfaceLight, from: &Surface, u: DVec2) -> Option<LightSample> {
         let owner = light.primitive;
         let mut element = ElementId { instance: ElementId::WORLD, primitive: light.number, index: 0 };
-        let mut visible_pdf = None;
-        let on_light = match &light.form {
+        let (on_light, visible_pdf) = match &light.form {
             SurfaceForm::Curved(shape) => {
-                let LightPoint { p, n, visible_pdf: pdf } = curved::sample(shape, from.p, u);
-                visible_pdf = pdf;
+                let LightPoint { p, n, visible_pdf } = curved::sample(shape, from.p, u);
                 let magnitude = shape.magnitude();
-                Surface {
+                let on_light = Surface {
                     p,
                     magnitude,
                     n,
@@ -234,12 +232,13 @@ impl<'s> LightTable<'s> {
                     element,
                     barycentric: [0.0; 2],
                     primitive: owner,
-                }
+                };
+                (on_light, visible_pdf)
             }
             SurfaceForm::Mesh { areas, mesh } => {
                 let (index, barycentric) = areas.sample(u);
                 element.index = index as u32;
-                on_triangle(owner, mesh, element, barycentric, self.eye)
+                (on_triangle(owner, mesh, element, barycentric, self.eye), None)
             }
         };
         // No light comes out of a hole, as none is seen there.

@@ -90,10 +90,10 @@ impl<'s> Surface<'s> {
                     primitive,
                 }
             }
+            // That of an object: its vertices are relative to nothing.
             Shape::TriangleMesh(mesh) => {
-                let eye = if instance.is_some() { DVec3::ZERO } else { scene.eye };
                 let [b0, b1] = hit.barycentric;
-                on_triangle(primitive, mesh, hit.element, [b0, b1, 1.0 - b0 - b1], eye)
+                on_triangle(primitive, mesh, hit.element, [b0, b1, 1.0 - b0 - b1], DVec3::ZERO)
             }
         };
         match instance {

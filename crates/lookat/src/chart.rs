@@ -2,7 +2,6 @@
 
 mod text;
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -49,6 +48,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let folder = arguments.output.clone().unwrap_or_else(|| folder_of(&arguments.scene));
     let is_new = !folder.exists();
     make_folder(&folder)?;
+    check_folder(&folder.join("chart.svg"))?;
     if is_new {
         // Only a test: nothing is left behind if there will be nothing in it.
         let _ = std::fs::remove_dir(&folder);
@@ -118,7 +118,7 @@ impl Bench<'_> {
                 // What is planned anew may take longer; the bar waits then.
                 let at = (1000.0 * (from + done * (to - from))) as u64;
                 self.bar.set_position(at.max(self.bar.position()));
-                if interrupt::is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                interrupt::flow()
             }
         };
         let first = self.arguments.seed;
@@ -136,15 +136,13 @@ impl Bench<'_> {
 
     /// What the methods cost, and the reference where one is to be rendered, as the last. `None` if interrupted.
     fn costs(&self, runner: &mut Runner, with_reference: bool) -> Option<Vec<Cost>> {
-        let watch =
-            |_| if interrupt::is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         // The reference is rendered as by this method.
         let reference = with_reference.then(|| named("sobol")).flatten();
         let methods = self.methods.iter().copied().chain(reference);
         // Where the plan is fixed, a pilot is but a warm-up.
         let seconds =
             if self.arguments.spp.is_some() { 0.0 } else { PILOT.1.min(PILOT.0 * self.arguments.budget) };
-        methods.map(|method| Cost::pilot(runner, method, seconds, &watch)).collect()
+        methods.map(|method| Cost::pilot(runner, method, seconds, &|_| interrupt::flow())).collect()
     }
 
     fn plan(&self, mut costs: Vec<Cost>, has_reference: bool) -> Result<Plan, String> {
@@ -210,8 +208,7 @@ fn check_names(points: &[Other]) -> Result<(), String> {
 
 fn make_folder(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
-    check_folder(&folder.join("chart.svg"))
+        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))
 }
 
 /// Where the results go if nothing is said.

@@ -1,6 +1,7 @@
 //! Ctrl-C.
 
 use std::io::IsTerminal;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The exit status after it, as the shell has it for a program that SIGINT ends.
@@ -8,9 +9,9 @@ pub const STATUS: u8 = 130;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
-/// Whether the program is asked to stop.
-pub fn is_asked() -> bool {
-    ASKED.load(Ordering::Relaxed)
+/// What long work is told: to stop if the program is asked to.
+pub fn flow() -> ControlFlow<()> {
+    if ASKED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
 /// Watches for Ctrl-C. The first asks to stop, and `notice` is said; a second, or one while it is not worth while to stop

@@ -250,7 +250,7 @@ fn with_progress(
         let samples = progress.done as f64 / progress.total.max(1) as f64;
         let time = arguments.time.map_or(0.0, |time| started.elapsed().as_secs_f64() / time.as_secs_f64());
         bar.set_position((1000.0 * samples.max(time).min(1.0)) as u64);
-        if interrupt::is_asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        interrupt::flow()
     });
     bar.finish_and_clear();
     rendered

@@ -88,7 +88,8 @@ impl Cost {
 }
 
 impl Plan {
-    /// All methods up to `2^(rungs - 1)` samples, or three rungs where they begin with more, whatever that takes. The reference counts if one is to be rendered.
+    /// All methods up to `2^(rungs - 1)` samples, or three rungs where they begin with more, whatever that takes. The
+    /// reference counts if one is to be rendered.
     pub fn fixed(costs: Vec<Cost>, reference: Option<Cost>, seeds: u32, rungs: u32) -> Plan {
         let of = |cost: &Cost| rungs.saturating_sub(cost.first.ilog2()).max(FEWEST_RUNGS);
         let rungs = costs.iter().map(of).collect();
@@ -105,9 +106,7 @@ impl Plan {
 
     /// What all methods cost on these rungs, in seconds.
     pub(super) fn cost_of(&self, range: Range<u32>) -> f64 {
-        let of_method =
-            |(cost, rungs): (&Cost, &u32)| climbing(cost, range.start..range.end.min(*rungs), self.seeds);
-        self.costs.iter().zip(&self.rungs).map(of_method).sum()
+        climbing_all(&self.costs, &self.rungs, range, self.seeds)
     }
 
     /// Plans the rest anew where so many rungs are climbed and so many seconds are left. Who has stopped does not go on, and none
@@ -117,11 +116,7 @@ impl Plan {
         let most = if self.reference > 0 { self.reference / REFERENCE_FACTOR } else { MOST_SAMPLES };
         let goes_on = |i: usize, samples: u32| self.rungs[i] >= climbed && samples <= most;
         let seeds = self.seeds;
-        let fits = |rungs: &[u32]| {
-            let rest =
-                self.costs.iter().zip(rungs).map(|(cost, rungs)| climbing(cost, climbed..*rungs, seeds));
-            rest.sum::<f64>() <= seconds
-        };
+        let fits = |rungs: &[u32]| climbing_all(&self.costs, rungs, climbed..MOST_RUNGS, seeds) <= seconds;
         self.rungs = grow(&self.costs, rungs, seeds, goes_on, fits);
     }
 
@@ -129,8 +124,7 @@ impl Plan {
         let highest = |(cost, rungs): (&Cost, &u32)| cost.first << (rungs - 1);
         let most = costs.iter().zip(&rungs).map(highest).max().unwrap_or(1);
         let samples = if reference.is_some() { REFERENCE_FACTOR * most } else { 0 };
-        let methods: f64 =
-            costs.iter().zip(&rungs).map(|(cost, rungs)| climbing(cost, 0..*rungs, seeds)).sum();
+        let methods = climbing_all(costs, &rungs, 0..MOST_RUNGS, seeds);
         let seconds = methods + reference.map_or(0.0, |cost| cost.of(samples));
         Plan { rungs, seeds, reference: samples, seconds, costs: costs.to_vec() }
     }
@@ -139,6 +133,12 @@ impl Plan {
 /// The time for some rungs of one method.
 fn climbing(cost: &Cost, rungs: Range<u32>, seeds: u32) -> f64 {
     f64::from(seeds) * rungs.map(|rung| cost.of(1 << rung)).sum::<f64>()
+}
+
+/// The same of all methods, each as far as it goes.
+fn climbing_all(costs: &[Cost], rungs: &[u32], range: Range<u32>, seeds: u32) -> f64 {
+    let of_method = |(cost, rungs): (&Cost, &u32)| climbing(cost, range.start..range.end.min(*rungs), seeds);
+    costs.iter().zip(rungs).map(of_method).sum()
 }
 
 /// Rungs that fit in so many seconds, with the reference if one is to be rendered at this cost.

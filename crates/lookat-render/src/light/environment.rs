@@ -49,7 +49,12 @@ impl<'s> Environment<'s> {
 
     /// The radiance from direction `wi` of the world.
     pub fn radiance(&self, wi: DVec3) -> Vec3 {
-        self.scale * self.map.bilinear(place(self.light_from_world * wi))
+        self.shown(place(self.light_from_world * wi))
+    }
+
+    /// The radiance from a place on the picture.
+    fn shown(&self, st: DVec2) -> Vec3 {
+        self.scale * self.map.bilinear(st)
     }
 
     /// A direction, about in proportion to the luminance that comes from it. `None` if all is dark.
@@ -59,15 +64,14 @@ impl<'s> Environment<'s> {
         let wi = in_world.try_normalize()?;
         // In light space, `wi` is `d` over that length.
         let pdf = pdf / self.stretch(in_world.length().recip());
-        let radiance = self.scale * self.map.bilinear(st);
-        (pdf > 0.0).then_some(EnvironmentSample { wi, radiance, pdf })
+        (pdf > 0.0).then(|| EnvironmentSample { wi, radiance: self.shown(st), pdf })
     }
 
     /// The radiance from `wi`, of length one, and the density of [`Environment::sample`] by solid angle there.
     pub fn evaluate(&self, wi: DVec3) -> (Vec3, f64) {
         let in_light = self.light_from_world * wi;
         let st = place(in_light);
-        (self.scale * self.map.bilinear(st), self.table.pdf(st) / self.stretch(in_light.length()))
+        (self.shown(st), self.table.pdf(st) / self.stretch(in_light.length()))
     }
 
     /// The solid angle that a direction of light space covers in the world, given the length of the world's there.
