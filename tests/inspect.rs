@@ -51,7 +51,7 @@ fn a_lens_and_instances_are_seen() {
         (&first["surfaces"]["kinds"], &first["surfaces"]["lambert"]),
         (&vec!["matte"; 6].into(), &5.into())
     );
-    assert_eq!(first["lights"], Value::from(["infinite", "quadric"].as_slice()));
+    assert_eq!(first["lights"], Value::from(["quadric", "infinite"].as_slice()));
     // The film and the lens, and at each of four surfaces the choice of a light, a light and a direction.
     assert_eq!(first["numbers"]["most"], 2 + 2 + 4 * (1 + 2 + 2));
     assert!(

@@ -72,8 +72,8 @@ impl Part {
 pub(crate) struct Domain {
     /// The geometric normal on the side of `wo`.
     pub n: DVec3,
-    /// The shading normal is the geometric one: nothing comes from flat along the surface.
-    pub is_flat: bool,
+    /// The shading normal on the side of `wo`: the BSDF samples directions on the same side of it.
+    pub ns: DVec3,
     /// Light comes through from behind, too.
     pub is_two_sided: bool,
 }
@@ -149,8 +149,8 @@ impl<'l> Bsdf<'l> {
             Scattering::Lambert(_) => false,
             Scattering::Lobes { lobes, .. } => lobes.iter().any(Lobe::transmits),
         };
-        let is_flat = self.frame.z == self.n || self.frame.z == -self.n;
-        Domain { n: self.n, is_flat, is_two_sided }
+        let ns = flipped(self.frame.z, self.local_o.z < 0.0);
+        Domain { n: self.n, ns, is_two_sided }
     }
 
     /// The BSDF times the cosine between `wi` and the shading normal; specular lobes count for nothing.

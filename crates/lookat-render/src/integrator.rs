@@ -1,8 +1,9 @@
-//! What all integrators share: tracing with a count of rays, and multiple importance sampling.
+//! What all integrators share: tracing with a count of rays.
 
 pub(crate) mod ambient;
 pub(crate) mod direct;
 pub(crate) mod path;
+mod weighed;
 
 use glam::DVec3;
 
@@ -58,6 +59,12 @@ impl<'t, 's> Tracer<'t, 's> {
         shading::bsdf(self.scene, surface, wo, camera_ray, lobes)
     }
 
+    /// Whether a ray meets anything.
+    pub fn meets(&mut self, ray: &Ray) -> bool {
+        self.rays += 1;
+        self.scene.meets(ray)
+    }
+
     /// Whether something is in the way of a shadow ray.
     pub fn occluded(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
@@ -74,12 +81,4 @@ pub struct Draw {
     pub numbers: u32,
     /// The first surface where they are, counted from 0.
     pub from: u32,
-}
-
-/// The weight of a sample that was drawn with density `a`, where another way would have drawn it with density `b`: Veach's
-/// power heuristic with exponent 2 (PBR 13.10.1). Densities are multiplied by the number of samples of each way.
-pub(crate) fn power_heuristic(a: f64, b: f64) -> f32 {
-    // As a ratio, so that no square overflows.
-    let ratio = b / a;
-    (1.0 / (1.0 + ratio * ratio)) as f32
 }

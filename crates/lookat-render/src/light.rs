@@ -4,9 +4,9 @@ mod choice;
 mod curved;
 mod environment;
 mod goniometric;
+mod lune;
 mod mesh;
 mod projection;
-mod sky;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{Light, Mesh, Primitive, Scene, Shape};
@@ -22,17 +22,22 @@ use crate::surface::{Surface, on_triangle, reach};
 use curved::LightPoint;
 use environment::{Environment, EnvironmentSample};
 use goniometric::Goniometric;
+use lune::Lune;
 use mesh::MeshAreas;
 use projection::Projection;
 
 /// All lights of a scene.
 pub(crate) struct LightTable<'s> {
+    /// Skies that are everywhere alike last.
     lights: Vec<SceneLight<'s>>,
+    /// How many the others are: all that there is to choose from for a surface without a [`Lune`].
+    uneven: usize,
     /// The share of each light in all samples, where lights are chosen by power; and the sums up to each.
     power_shares: Vec<f64>,
     power_cdf: Vec<f64>,
     /// The light that a primitive is, or none.
     of_primitive: Vec<Option<usize>>,
+    has_surfaces: bool,
     /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
     /// The lights that show a picture in such directions.
@@ -102,8 +107,8 @@ impl<'s> LightTable<'s> {
     /// The lights of a scene, in the coordinates of its traceable form.
     pub fn new(scene: &'s Scene, traceable: &Traceable) -> Self {
         let eye = traceable.eye;
-        let mut lights: Vec<SceneLight> =
-            scene.lights.iter().map(|light| SceneLight::new(light, eye)).collect();
+        let all = scene.lights.iter().map(|light| SceneLight::new(light, eye));
+        let (even, mut lights): (Vec<SceneLight>, Vec<SceneLight>) = all.partition(SceneLight::is_even);
         let mut of_primitive = vec![None; scene.primitives.len()];
         for (number, primitive) in scene.primitives.iter().enumerate() {
             if let Some(light) = SurfaceLight::new(number as u32, primitive, traceable) {
@@ -115,6 +120,8 @@ impl<'s> LightTable<'s> {
             Light::Infinite { radiance, .. } => sum + *radiance,
             _ => sum,
         });
+        let uneven = lights.len();
+        lights.extend(even);
         let power_shares = choice::power_shares(&lights, choice::radius(traceable));
         let is_environment = |light: &usize| matches!(lights[*light], SceneLight::Environment(_));
         LightTable {
@@ -122,6 +129,8 @@ impl<'s> LightTable<'s> {
             power_cdf: choice::cumulated(&power_shares),
             power_shares,
             lights,
+            uneven,
+            has_surfaces: of_primitive.iter().any(Option::is_some),
             of_primitive,
             background,
             eye,
@@ -196,11 +205,13 @@ impl<'s> LightTable<'s> {
                 Some(LightSample { li: *radiance, pdf: None, shadow: from.leave(*direction) })
             }
             SceneLight::Infinite { radiance, .. } => {
-                let (wi, pdf) = sky::sample(&bsdf.domain(), u);
-                (pdf > 0.0).then_some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
+                let lune = Lune::new(&bsdf.domain())?;
+                let (wi, pdf) = (lune.sample(u), lune.inside_pdf());
+                Some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Environment(environment) => {
-                let EnvironmentSample { wi, radiance, pdf } = environment.sample(u)?;
+                let lune = Lune::new(&bsdf.domain());
+                let EnvironmentSample { wi, radiance, pdf } = environment.sample(lune.as_ref(), u)?;
                 Some(LightSample { li: radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Goniometric(light) => {
@@ -266,6 +277,23 @@ impl<'s> LightTable<'s> {
         (li != Vec3::ZERO && pdf > 0.0).then_some(LightSample { li, pdf: Some(pdf), shadow })
     }
 
+    /// The weight of a sample that was drawn with density `a`, where another way would have drawn it with density `b`
+    /// (Veach; PBR 13.10.1). Densities are multiplied by the number of samples of each way.
+    pub fn weight(&self, light: usize, a: f64, b: f64) -> f32 {
+        let ratio = b / a;
+        match self.lights[light] {
+            // The balance heuristic: their samples leave to the BSDF what it finds.
+            SceneLight::Infinite { .. } | SceneLight::Environment(_) => (1.0 / (1.0 + ratio)) as f32,
+            // The power heuristic with exponent 2; as a ratio, so that no square overflows.
+            _ => (1.0 / (1.0 + ratio * ratio)) as f32,
+        }
+    }
+
+    /// Whether any surface is a light.
+    pub fn has_surfaces(&self) -> bool {
+        self.has_surfaces
+    }
+
     /// The light that an element belongs to.
     pub fn of_element(&self, element: ElementId) -> Option<usize> {
         let in_world = element.instance == ElementId::WORLD;
@@ -282,11 +310,13 @@ impl<'s> LightTable<'s> {
 
     /// The lights at infinity, with their radiance and the density with which direction `wi` is sampled.
     pub fn infinite(&self, domain: &Domain, wi: DVec3) -> impl Iterator<Item = (usize, Vec3, f64)> {
-        let pdf = sky::pdf(domain, wi);
+        let lune = Lune::new(domain);
         self.lights.iter().enumerate().filter_map(move |(number, light)| match light {
-            SceneLight::Infinite { radiance, .. } => Some((number, *radiance, pdf)),
+            SceneLight::Infinite { radiance, .. } => {
+                Some((number, *radiance, lune.map_or(0.0, |lune| lune.pdf(wi))))
+            }
             SceneLight::Environment(environment) => {
-                let (radiance, pdf) = environment.evaluate(wi);
+                let (radiance, pdf) = environment.evaluate(lune.as_ref(), wi);
                 Some((number, radiance, pdf))
             }
             _ => None,
@@ -295,6 +325,11 @@ impl<'s> LightTable<'s> {
 }
 
 impl<'s> SceneLight<'s> {
+    /// Whether it is a sky that is everywhere alike.
+    fn is_even(&self) -> bool {
+        matches!(self, SceneLight::Infinite { .. })
+    }
+
     fn new(light: &'s Light, eye: DVec3) -> Self {
         match *light {
             Light::Point { position, intensity } => SceneLight::Point { position: position - eye, intensity },

@@ -19,6 +19,8 @@ struct Query<'q> {
     group: &'q Group,
     ray: &'q Ray,
     instance: u32,
+    /// Whether holes are those that shadow rays pass.
+    is_shadow: bool,
 }
 
 /// The tests of one ray.
@@ -35,21 +37,27 @@ impl Traceable<'_> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = nothing(ray);
-        let query = Query { group: &self.world, ray, instance: ElementId::WORLD };
-        self.search::<false>(query, &mut hit).then_some(hit)
+        self.search::<false>(self.query(ray, false), &mut hit).then_some(hit)
     }
 
     /// Whether anything but its target is in the way of a shadow ray.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let query = Query { group: &self.world, ray, instance: ElementId::WORLD };
-        self.search::<true>(query, &mut nothing(ray))
+        self.search::<true>(self.query(ray, true), &mut nothing(ray))
+    }
+
+    /// Whether a ray meets anything at all.
+    pub fn meets(&self, ray: &Ray) -> bool {
+        self.search::<true>(self.query(ray, false), &mut nothing(ray))
     }
 
     /// The nearest hit, found without trees.
     pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = nothing(ray);
-        let query = Query { group: &self.world, ray, instance: ElementId::WORLD };
-        self.search_all(query, &mut hit).then_some(hit)
+        self.search_all(self.query(ray, false), &mut hit).then_some(hit)
+    }
+
+    fn query<'q>(&'q self, ray: &'q Ray, is_shadow: bool) -> Query<'q> {
+        Query { group: &self.world, ray, instance: ElementId::WORLD, is_shadow }
     }
 
     /// Looks for hits that `hit` yields to. With `ANY` the first will do, if it is not the target of the ray.
@@ -183,7 +191,7 @@ impl Traceable<'_> {
                 Other::Instance { instance } => {
                     let placed = &self.instances[instance as usize];
                     let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
-                    self.search_all(Query { group, ray, instance }, hit)
+                    self.search_all(Query { group, ray, instance, ..query }, hit)
                 }
                 other => self.meet_other::<false>(query, other, hit),
             };
@@ -199,10 +207,13 @@ impl Traceable<'_> {
             Other::Instance { instance } => {
                 let placed = &self.instances[instance as usize];
                 let (group, ray) = (&self.objects[placed.object], &placed.ray(ray, hit.t));
-                self.search::<ANY>(Query { group, ray, instance }, hit)
+                self.search::<ANY>(Query { group, ray, instance, ..query }, hit)
             }
             Other::Curved { primitive, shape } => {
                 let element = ElementId { instance, primitive, index: 0 };
+                if ANY && element == ray.target {
+                    return false;
+                }
                 let (shape, leaving) = (&self.curved[shape as usize], element == ray.leaving);
                 let t = match self.precision {
                     Precision::Single => plain::curved(shape, ray, hit.t, leaving),
@@ -233,7 +244,7 @@ impl Traceable<'_> {
             true => found.t <= hit.t && found.element != query.ray.target,
             false => hit.yields_to(found.t, found.element),
         };
-        let accepted = counts && self.is_there(&found, ANY);
+        let accepted = counts && self.is_there(&found, query.is_shadow);
         if accepted {
             *hit = found;
         }

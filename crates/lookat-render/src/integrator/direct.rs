@@ -3,8 +3,9 @@
 use glam::{DVec2, Vec3};
 use lookat_scene::LightChoice;
 
-use super::{Draw, MAX_PASSED, Tracer, power_heuristic};
-use crate::bsdf::{Bsdf, Domain, Lobes, Part};
+use super::weighed::{Direction, Samples, one_light, sampled_light};
+use super::{Draw, MAX_PASSED, Tracer};
+use crate::bsdf::{Bsdf, Lobes, Part};
 use crate::camera::CameraRay;
 use crate::light::LightTable;
 use crate::ray::Ray;
@@ -56,14 +57,18 @@ pub(crate) fn li(
     }
 }
 
+/// How one light is chosen; as in pbrt-v3.
+const CHOICE: LightChoice = LightChoice::Uniform;
+
 /// What is drawn at each surface among these lights; `is_specular` where some material has single directions.
 pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> Vec<Draw> {
     let extended: Vec<u32> =
         (0..table.len()).filter(|light| !table.is_delta(*light)).map(|light| table.samples(light)).collect();
-    let most = (0..table.len()).map(|light| table.samples(light)).max().unwrap_or(0);
-    let samples =
-        if all_lights { extended.iter().sum() } else { extended.iter().copied().max().unwrap_or(0) };
-    let scattered = if extended.is_empty() { 0 } else { most };
+    let (samples, scattered) = match all_lights {
+        _ if extended.is_empty() => (0, 0),
+        true => (extended.iter().sum(), directions(table, table.always_eligible()).sum()),
+        false => (1, 1),
+    };
     let mut draws = Vec::new();
     let mut draw = |of, numbers| draws.extend((numbers > 0).then_some(Draw { of, numbers, from: 0 }));
     draw("light choice", u32::from(!all_lights && table.len() > 1));
@@ -72,7 +77,7 @@ pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> 
     draws
 }
 
-/// Light that comes straight to the surface: from all lights, or from one, chosen at random.
+/// Light that comes straight to the surface: from one light, chosen at random, or from all.
 fn from_lights(
     tracer: &mut Tracer,
     surface: &Surface,
@@ -80,100 +85,64 @@ fn from_lights(
     stream: &mut SampleStream,
     all_lights: bool,
 ) -> Vec3 {
-    let count = tracer.lights().len();
-    if all_lights {
-        return lights(tracer, surface, bsdf, stream, 0..count);
-    }
-    let chosen = tracer.lights().choose(LightChoice::Uniform, surface.p, stream);
-    let Some((light, probability)) = chosen else { return Vec3::ZERO };
-    lights(tracer, surface, bsdf, stream, light..light + 1) / probability as f32
-}
-
-/// Light that comes straight to the surface from a range of lights.
-fn lights(
-    tracer: &mut Tracer,
-    surface: &Surface,
-    bsdf: &Bsdf,
-    stream: &mut SampleStream,
-    range: std::ops::Range<usize>,
-) -> Vec3 {
     let table = tracer.lights();
-    // As many directions from the BSDF as the most that a light asks for: one direction serves all lights.
-    let scattered = range.clone().map(|light| table.samples(light)).max().unwrap_or(0);
+    if !all_lights {
+        let samples = Samples::One(CHOICE);
+        let light = one_light(tracer, (surface, bsdf, Part::Smooth), stream, CHOICE);
+        return light + by_directions(tracer, (surface, bsdf), stream, samples, 1);
+    }
+    let eligible = table.eligible(&bsdf.domain());
+    let samples = Samples::Each { directions: directions(table, eligible).sum() };
     let mut sum = Vec3::ZERO;
-    for light in range.clone() {
-        let samples = table.samples(light);
-        if table.is_delta(light) {
-            // Nothing about it is left to chance.
-            sum += sampled_light(tracer, surface, bsdf, (light, 1, scattered), DVec2::ZERO);
-            continue;
-        }
-        for k in 0..samples {
-            let u = stream.nested_2d(samples, k);
-            sum += sampled_light(tracer, surface, bsdf, (light, samples, scattered), u) / samples as f32;
+    for light in 0..eligible {
+        let count = table.samples(light);
+        for k in 0..count {
+            // Where nothing about a light is left to chance, no numbers are.
+            let u = if table.is_delta(light) { DVec2::ZERO } else { stream.nested_2d(count, k) };
+            let light = (light, f64::from(count));
+            sum += sampled_light(tracer, (surface, bsdf, Part::Smooth), light, samples, u);
         }
     }
-    if range.clone().all(|light| table.is_delta(light)) {
-        return sum;
-    }
-    let domain = bsdf.domain();
-    for k in 0..scattered {
-        let Some(sample) = bsdf.sample(stream.nested_2d(scattered, k), Part::Smooth) else { continue };
-        let found = found_light(
-            tracer,
-            surface,
-            &domain,
-            &surface.leave(sample.wi),
-            sample.pdf * f64::from(scattered),
-            &range,
-        );
-        sum += sample.weight() * found / scattered as f32;
-    }
-    sum
+    directions(table, eligible)
+        .fold(sum, |sum, count| sum + by_directions(tracer, (surface, bsdf), stream, samples, count))
 }
 
-/// One sample of a light: its number, how many samples it has, and how many directions the BSDF.
-fn sampled_light(
-    tracer: &mut Tracer,
-    surface: &Surface,
-    bsdf: &Bsdf,
-    (light, samples, scattered): (usize, u32, u32),
-    u: DVec2,
-) -> Vec3 {
-    let Some(sample) = tracer.lights().sample(light, surface, bsdf, u) else {
-        return Vec3::ZERO;
-    };
-    let f_cos = bsdf.f_cos(sample.shadow.d);
-    if f_cos == Vec3::ZERO || tracer.occluded(&sample.shadow) {
-        return Vec3::ZERO;
-    }
-    let Some(pdf) = sample.pdf else { return f_cos * sample.li };
-    let other = bsdf.pdf(sample.shadow.d, Part::Smooth) * f64::from(scattered);
-    f_cos * sample.li * power_heuristic(pdf * f64::from(samples), other) / pdf as f32
+/// How many directions from the BSDF look for all lights, pattern by pattern, where the first so many lights are eligible
+/// for samples: as many as the most that a light asks for, and those that the others ask for.
+fn directions(table: &LightTable, eligible: usize) -> impl Iterator<Item = u32> {
+    let all_delta = (0..table.len()).all(|light| table.is_delta(light));
+    let most = (0..table.len()).map(|light| table.samples(light)).max().filter(|_| !all_delta);
+    most.into_iter().chain((eligible..table.len()).map(|light| table.samples(light)))
 }
 
-/// Light that a direction from the BSDF finds, weighed against light sampling.
-fn found_light(
+/// Light that some of the directions from the BSDF find: `count`, of one pattern.
+fn by_directions(
     tracer: &mut Tracer,
-    from: &Surface,
-    domain: &Domain,
-    ray: &Ray,
-    pdf: f64,
-    range: &std::ops::Range<usize>,
+    (surface, bsdf): (&Surface, &Bsdf),
+    stream: &mut SampleStream,
+    samples: Samples,
+    count: u32,
 ) -> Vec3 {
-    let table = tracer.lights();
+    let mut sum = Vec3::ZERO;
+    for k in 0..count {
+        let Some(sample) = bsdf.sample(stream.nested_2d(count, k), Part::Smooth) else { continue };
+        let direction = Direction::new(surface, bsdf, &sample, samples);
+        sum += sample.weight() * found_light(tracer, &direction, &surface.leave(sample.wi));
+    }
+    sum / samples.directions() as f32
+}
+
+/// Light that one direction finds.
+fn found_light(tracer: &mut Tracer, direction: &Direction, ray: &Ray) -> Vec3 {
+    let lights = tracer.lights();
+    if !lights.has_surfaces() {
+        return if tracer.meets(ray) { Vec3::ZERO } else { direction.background(lights, ray.d) };
+    }
     let Some(hit) = tracer.nearest(ray) else {
-        let infinite = table.infinite(domain, ray.d).filter(|(light, ..)| range.contains(light));
-        return infinite
-            .map(|(light, radiance, other)| {
-                radiance * power_heuristic(pdf, other * f64::from(table.samples(light)))
-            })
-            .sum();
+        return direction.background(lights, ray.d);
     };
-    let Some(light) = table.of_element(hit.element).filter(|light| range.contains(light)) else {
+    if lights.of_element(hit.element).is_none() {
         return Vec3::ZERO;
-    };
-    let on_light = tracer.surface(ray, &hit);
-    let other = table.surface_pdf(light, from.p, &on_light) * f64::from(table.samples(light));
-    on_light.le(-ray.d) * power_heuristic(pdf, other)
+    }
+    direction.emitted(lights, &tracer.surface(ray, &hit), -ray.d)
 }

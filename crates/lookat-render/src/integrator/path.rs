@@ -3,9 +3,11 @@
 use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
-use super::{Draw, MAX_PASSED, Tracer, power_heuristic};
-use crate::bsdf::{Bsdf, Domain, Lobes, Part};
+use super::weighed::{Direction, Samples, one_light};
+use super::{Draw, MAX_PASSED, Tracer};
+use crate::bsdf::{Lobes, Part};
 use crate::camera::CameraRay;
+use crate::light::LightTable;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 
@@ -36,8 +38,8 @@ pub(crate) fn draws(max_depth: u32, lights: usize) -> Vec<Draw> {
 enum Emission {
     /// In full: the ray comes from the camera, or from where no light could be sampled.
     Full,
-    /// Weighed against light sampling at the point of the surface that the ray left.
-    Weighed { from: DVec3, domain: Domain, pdf: f64 },
+    /// Weighed against samples of lights at the surface that the ray left.
+    Weighed(Direction),
     /// Not at all: pbrt-v3 sees no light through a surface without a material, except from the camera.
     Hidden,
 }
@@ -52,9 +54,11 @@ pub(crate) fn li(
     stream: &mut SampleStream,
     settings: &Settings,
 ) -> Vec3 {
+    let lights = tracer.lights();
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
     // What refraction has done to beta: roulette is to count light, not its density.
     let mut compression = 1.0;
+    let samples = Samples::One(settings.light_choice);
     let mut emission = Emission::Full;
     let mut ray = camera_ray.ray();
     let mut seen_by = Some(camera_ray);
@@ -62,11 +66,11 @@ pub(crate) fn li(
     let (mut bounces, mut passed) = (0, 0);
     loop {
         let Some(hit) = tracer.nearest(&ray) else {
-            return radiance + beta * background(tracer, &emission, ray.d, settings.light_choice);
+            return radiance + beta * background(lights, &emission, ray.d);
         };
         let surface = tracer.surface(&ray, &hit);
         let wo = -ray.d;
-        radiance += beta * emitted(tracer, &emission, &surface, wo, settings.light_choice);
+        radiance += beta * emitted(lights, &emission, &surface, wo);
         if bounces >= settings.max_depth {
             return radiance;
         }
@@ -82,7 +86,7 @@ pub(crate) fn li(
             continue;
         };
         if bsdf.has(Part::Smooth) {
-            radiance += beta * one_light(tracer, &surface, &bsdf, stream, settings.light_choice);
+            radiance += beta * one_light(tracer, (&surface, &bsdf, Part::All), stream, settings.light_choice);
         }
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::All) else { return radiance };
         beta *= sample.weight();
@@ -90,7 +94,7 @@ pub(crate) fn li(
         ray = surface.leave(sample.wi);
         emission = match sample.is_specular {
             true => Emission::Full,
-            false => Emission::Weighed { from: surface.p, domain: bsdf.domain(), pdf: sample.pdf },
+            false => Emission::Weighed(Direction::new(&surface, &bsdf, &sample, samples)),
         };
         // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
         let strength = f64::from(beta.max_element() / compression);
@@ -107,64 +111,21 @@ pub(crate) fn li(
     }
 }
 
-/// Light that comes straight to a surface from one light, chosen at random.
-fn one_light(
-    tracer: &mut Tracer,
-    surface: &Surface,
-    bsdf: &Bsdf,
-    stream: &mut SampleStream,
-    choice: LightChoice,
-) -> Vec3 {
-    let Some((light, probability)) = tracer.lights().choose(choice, surface.p, stream) else {
-        stream.skip(2);
-        return Vec3::ZERO;
-    };
-    let u = stream.next_2d();
-    let Some(sample) = tracer.lights().sample(light, surface, bsdf, u) else {
-        return Vec3::ZERO;
-    };
-    let f_cos = bsdf.f_cos(sample.shadow.d);
-    if f_cos == Vec3::ZERO || tracer.occluded(&sample.shadow) {
-        return Vec3::ZERO;
-    }
-    let direct = f_cos * sample.li / probability as f32;
-    match sample.pdf {
-        None => direct,
-        Some(pdf) => {
-            let weight = power_heuristic(pdf * probability, bsdf.pdf(sample.shadow.d, Part::All));
-            direct * weight / pdf as f32
-        }
-    }
-}
-
 /// The emission of a surface that the path has found.
-fn emitted(tracer: &Tracer, emission: &Emission, surface: &Surface, wo: DVec3, choice: LightChoice) -> Vec3 {
-    let le = surface.le(wo);
+fn emitted(lights: &LightTable, emission: &Emission, surface: &Surface, wo: DVec3) -> Vec3 {
     match emission {
-        _ if le == Vec3::ZERO => le,
-        Emission::Full => le,
+        Emission::Full => surface.le(wo),
+        Emission::Weighed(direction) => direction.emitted(lights, surface, wo),
         Emission::Hidden => Vec3::ZERO,
-        Emission::Weighed { from, pdf, .. } => {
-            let lights = tracer.lights();
-            let Some(light) = lights.of_element(surface.element) else { return Vec3::ZERO };
-            let other = lights.surface_pdf(light, *from, surface) * lights.probability(choice, *from, light);
-            le * power_heuristic(*pdf, other)
-        }
     }
 }
 
 /// The radiance from where there is nothing.
-fn background(tracer: &Tracer, emission: &Emission, d: DVec3, choice: LightChoice) -> Vec3 {
-    let lights = tracer.lights();
+fn background(lights: &LightTable, emission: &Emission, d: DVec3) -> Vec3 {
     match emission {
         Emission::Full => lights.background(d),
+        Emission::Weighed(direction) => direction.background(lights, d),
         Emission::Hidden => Vec3::ZERO,
-        Emission::Weighed { from, domain, pdf } => lights
-            .infinite(domain, d)
-            .map(|(light, radiance, other)| {
-                radiance * power_heuristic(*pdf, other * lights.probability(choice, *from, light))
-            })
-            .sum(),
     }
 }
 
@@ -178,7 +139,6 @@ mod tests {
     use super::*;
     use crate::Precision;
     use crate::camera::CameraRays;
-    use crate::light::LightTable;
     use crate::prepare::Traceable;
 
     /// In a closed room that absorbs nothing, a path takes at each surface all dimensions that it ever takes.

@@ -6,7 +6,9 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 use lookat_scene::LightChoice;
 
+use super::lune::Lune;
 use super::{LightTable, SceneLight};
+use crate::bsdf::Domain;
 use crate::color::strength;
 use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
@@ -15,25 +17,30 @@ use crate::sampler::SampleStream;
 const MANY: usize = 32;
 
 impl LightTable<'_> {
-    /// A light for the point `p`, and its probability; by one number, whether there is a choice or not.
-    pub fn choose(&self, choice: LightChoice, p: DVec3, stream: &mut SampleStream) -> Option<(usize, f64)> {
-        let last = self.lights.len().saturating_sub(1);
-        if last == 0 {
+    /// A light for a point `p`, and its probability; by one number, whether there is a choice or not.
+    pub fn choose(
+        &self,
+        choice: LightChoice,
+        p: DVec3,
+        domain: &Domain,
+        stream: &mut SampleStream,
+    ) -> Option<(usize, f64)> {
+        let lune = Lune::new(domain);
+        let count = self.first(lune.as_ref());
+        if count < 2 {
             stream.skip(1);
-            return (!self.lights.is_empty()).then_some((0, 1.0));
+            return (count == 1).then_some((0, 1.0));
         }
-        let u = stream.next_1d();
+        let (u, last) = (stream.next_1d(), count - 1);
         let (light, probability) = match self.rule(choice) {
-            LightChoice::Uniform => {
-                let light = ((u * self.lights.len() as f64) as usize).min(last);
-                (light, self.probability(choice, p, light))
-            }
+            LightChoice::Uniform => (((u * count as f64) as usize).min(last), 1.0 / count as f64),
             LightChoice::Power => {
-                let light = self.power_cdf.partition_point(|share| *share <= u).min(last);
-                (light, self.probability(choice, p, light))
+                let total = self.power_cdf[last];
+                let light = self.power_cdf[..last].partition_point(|sum| *sum <= u * total);
+                (light, share(self.power_shares[light], total))
             }
             LightChoice::Spatial => {
-                let estimates: ArrayVec<f64, MANY> = self.estimates(p).collect();
+                let estimates: ArrayVec<f64, MANY> = self.estimates(count, p, lune.as_ref()).collect();
                 let total: f64 = estimates.iter().sum();
                 let mut rest = u * total;
                 let passed = |estimate: &f64| {
@@ -48,13 +55,33 @@ impl LightTable<'_> {
     }
 
     /// The probability with which [`LightTable::choose`] gives a light.
-    pub fn probability(&self, choice: LightChoice, p: DVec3, light: usize) -> f64 {
+    pub fn probability(&self, choice: LightChoice, p: DVec3, domain: &Domain, light: usize) -> f64 {
+        let lune = Lune::new(domain);
+        let count = self.first(lune.as_ref());
         match self.rule(choice) {
-            _ if self.lights.len() == 1 => 1.0,
-            LightChoice::Uniform => 1.0 / self.lights.len() as f64,
-            LightChoice::Power => self.power_shares[light],
-            LightChoice::Spatial => share(self.lights[light].estimate(p), self.estimates(p).sum()),
+            _ if light >= count => 0.0,
+            _ if count == 1 => 1.0,
+            LightChoice::Uniform => 1.0 / count as f64,
+            LightChoice::Power => share(self.power_shares[light], self.power_cdf[count - 1]),
+            LightChoice::Spatial => {
+                let total = self.estimates(count, p, lune.as_ref()).sum();
+                share(self.lights[light].estimate(p, lune.as_ref()), total)
+            }
         }
+    }
+
+    /// How many lights there are to sample from any surface: the first ones.
+    pub fn always_eligible(&self) -> usize {
+        self.uneven
+    }
+
+    /// How many there are to sample from this one.
+    pub fn eligible(&self, domain: &Domain) -> usize {
+        self.first(Lune::new(domain).as_ref())
+    }
+
+    fn first(&self, lune: Option<&Lune>) -> usize {
+        if lune.is_some() { self.lights.len() } else { self.uneven }
     }
 
     /// How lights are chosen where `choice` is asked for.
@@ -62,8 +89,9 @@ impl LightTable<'_> {
         if choice == LightChoice::Spatial && self.lights.len() > MANY { LightChoice::Power } else { choice }
     }
 
-    fn estimates(&self, p: DVec3) -> impl Iterator<Item = f64> {
-        self.lights.iter().map(move |light| light.estimate(p))
+    /// Of the first lights.
+    fn estimates(&self, count: usize, p: DVec3, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
+        self.lights[..count].iter().map(move |light| light.estimate(p, lune))
     }
 }
 
@@ -106,8 +134,8 @@ pub(super) fn radius(traceable: &Traceable) -> f64 {
 }
 
 impl SceneLight<'_> {
-    /// About the irradiance at `p`, were nothing in the way.
-    fn estimate(&self, p: DVec3) -> f64 {
+    /// About the irradiance at `p` that its samples are for, were nothing in the way.
+    fn estimate(&self, p: DVec3, lune: Option<&Lune>) -> f64 {
         let from_point = |intensity, position: DVec3| {
             strength(intensity) / position.distance_squared(p).max(f64::MIN_POSITIVE)
         };
@@ -118,8 +146,8 @@ impl SceneLight<'_> {
             SceneLight::Goniometric(light) => from_point(light.mean(), light.position),
             SceneLight::Projection(light) => from_point(light.mean(), light.position),
             SceneLight::Distant { radiance, .. } => strength(*radiance),
-            SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI,
-            SceneLight::Environment(environment) => environment.brightness() * PI,
+            SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI * lune.map_or(0.0, Lune::share),
+            SceneLight::Environment(environment) => environment.sampled_brightness(lune) * PI,
             SceneLight::Surface(surface) => {
                 // A distant light fills its area over the squared distance; none fills more than the sky.
                 surface.brightness * PI.min(surface.area / surface.center.distance_squared(p))
@@ -137,7 +165,8 @@ impl SceneLight<'_> {
             SceneLight::Goniometric(light) => 4.0 * PI * strength(light.mean()),
             SceneLight::Projection(light) => light.solid_angle() * strength(light.mean()),
             SceneLight::Distant { radiance, .. } => PI * radius * radius * strength(*radiance),
-            SceneLight::Infinite { radiance, .. } => PI * PI * radius * radius * strength(*radiance),
+            // Its samples are only for what BSDF samples miss.
+            SceneLight::Infinite { .. } => 0.0,
             SceneLight::Environment(environment) => PI * PI * radius * radius * environment.brightness(),
             SceneLight::Surface(surface) => surface.brightness * surface.area * PI,
         }

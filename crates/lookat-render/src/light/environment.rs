@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 
+use super::lune::Lune;
 use table::{DirectionTable, TableSample};
 
 /// An infinite light with a picture.
@@ -57,8 +58,22 @@ impl<'s> Environment<'s> {
         self.scale * self.map.bilinear(st)
     }
 
-    /// A direction, about in proportion to the luminance that comes from it. `None` if all is dark.
-    pub fn sample(&self, u: DVec2) -> Option<EnvironmentSample> {
+    /// A direction, about in proportion to how much brighter it is than the mean, or one of the lune. `None` if neither is
+    /// to be had.
+    pub fn sample(&self, lune: Option<&Lune>, u: DVec2) -> Option<EnvironmentSample> {
+        let Some(lune) = lune else { return self.sample_bright(u) };
+        let share = self.lune_share(lune);
+        if u.x < share {
+            let wi = lune.sample(DVec2::new(u.x / share, u.y));
+            let (radiance, pdf) = self.evaluate(Some(lune), wi);
+            return Some(EnvironmentSample { wi, radiance, pdf });
+        }
+        let sample = self.sample_bright(DVec2::new((u.x - share) / (1.0 - share), u.y))?;
+        let pdf = mixed(share, lune.pdf(sample.wi), sample.pdf);
+        Some(EnvironmentSample { pdf, ..sample })
+    }
+
+    fn sample_bright(&self, u: DVec2) -> Option<EnvironmentSample> {
         let TableSample { d, st, pdf } = self.table.sample(u)?;
         let in_world = self.world_from_light * d;
         let wi = in_world.try_normalize()?;
@@ -68,10 +83,17 @@ impl<'s> Environment<'s> {
     }
 
     /// The radiance from `wi`, of length one, and the density of [`Environment::sample`] by solid angle there.
-    pub fn evaluate(&self, wi: DVec3) -> (Vec3, f64) {
+    pub fn evaluate(&self, lune: Option<&Lune>, wi: DVec3) -> (Vec3, f64) {
         let in_light = self.light_from_world * wi;
         let st = place(in_light);
-        (self.shown(st), self.table.pdf(st) / self.stretch(in_light.length()))
+        let bright = self.table.pdf(st) / self.stretch(in_light.length());
+        let pdf = lune.map_or(bright, |lune| mixed(self.lune_share(lune), lune.pdf(wi), bright));
+        (self.shown(st), pdf)
+    }
+
+    /// The share of a lune in the samples.
+    fn lune_share(&self, lune: &Lune) -> f64 {
+        if self.table.mean_above() > 0.0 { lune.share().min(0.5) } else { 1.0 }
     }
 
     /// The solid angle that a direction of light space covers in the world, given the length of the world's there.
@@ -79,10 +101,20 @@ impl<'s> Environment<'s> {
         self.growth * length_in_light.powi(3)
     }
 
+    /// About the mean luminance, over all directions, of what its samples are for.
+    pub fn sampled_brightness(&self, lune: Option<&Lune>) -> f64 {
+        self.table.mean_above() + lune.map_or(0.0, |lune| self.table.mean() * lune.share())
+    }
+
     /// The mean luminance over all directions of light space.
     pub fn brightness(&self) -> f64 {
         self.table.mean()
     }
+}
+
+/// The density where a share of all samples has the density `a`, and the others have `b`.
+fn mixed(share: f64, a: f64, b: f64) -> f64 {
+    share * a + (1.0 - share) * b
 }
 
 /// The place of a direction, of any length, on a picture: longitude from +x by way of +y and latitude from +z, each from
@@ -98,6 +130,7 @@ mod tests {
     use lookat_image::Wrap;
 
     use super::*;
+    use crate::bsdf::Domain;
     use crate::color::luminance;
 
     /// Turns, shears and mirrors.
@@ -125,7 +158,7 @@ mod tests {
     #[test]
     fn the_density_has_an_integral_of_one() {
         with(SKEWED, |light| {
-            let sum: f64 = grid(1500).map(|u| light.evaluate(on_sphere(u)).1).sum();
+            let sum: f64 = grid(1500).map(|u| light.evaluate(None, on_sphere(u)).1).sum();
             let integral = sum * 4.0 * PI / (1500.0 * 1500.0);
             assert!((integral - 1.0).abs() < 0.01, "{integral}");
         });
@@ -144,13 +177,13 @@ mod tests {
             let each = 4.0 * PI / f64::from(side * side) * f64::from(samples * samples);
             for u in grid(side) {
                 let d = on_sphere(u);
-                expected[part(d)] += light.evaluate(d).1 * each;
+                expected[part(d)] += light.evaluate(None, d).1 * each;
             }
             for u in grid(samples) {
-                let EnvironmentSample { wi, pdf, .. } = light.sample(u).expect("it is not dark");
+                let EnvironmentSample { wi, pdf, .. } = light.sample(None, u).expect("it is not dark");
                 found[part(wi)] += 1.0;
                 // No sample of this grid is so near to the border of a cell that rounding takes it across.
-                assert!((pdf / light.evaluate(wi).1 - 1.0).abs() < 1e-9, "{wi}");
+                assert!((pdf / light.evaluate(None, wi).1 - 1.0).abs() < 1e-9, "{wi}");
             }
             let chi: f64 = expected.iter().zip(&found).map(|(e, f)| (f - e).powi(2) / e.max(5.0)).sum();
             // Of 127 random degrees of freedom one in a million is beyond 215; a grid is nearer.
@@ -158,7 +191,8 @@ mod tests {
         });
     }
 
-    /// No sample counts for more than four times its share: there are no fireflies.
+    /// No sample counts for more than four times its share: there are no fireflies. As weighed against directions that are
+    /// all alike, which find what is not brighter than the mean.
     #[test]
     fn weights_are_bounded() {
         with(DMat3::from_rotation_y(1.0), |light| {
@@ -166,11 +200,44 @@ mod tests {
             let mean = grid(1500).map(|u| shown(on_sphere(u))).sum::<f64>() / (1500.0 * 1500.0);
             assert!((light.brightness() / mean - 1.0).abs() < 0.01);
             for u in grid(300) {
-                let EnvironmentSample { wi, radiance, pdf } = light.sample(u).expect("it is not dark");
+                let EnvironmentSample { wi, radiance, pdf } = light.sample(None, u).expect("it is not dark");
                 // What is told with the sample is what is told of its direction.
                 assert!((radiance - light.radiance(wi)).abs().max_element() < 1e-3 * radiance.max_element());
-                assert!(shown(wi) / pdf < 4.01 * 4.0 * PI * light.brightness());
+                let all_alike = 1.0 / (4.0 * PI);
+                assert!(shown(wi) / (pdf + all_alike) < 4.01 * 4.0 * PI * light.brightness());
             }
+        });
+    }
+
+    /// With a lune the density is that of the samples too, also where the sky is everywhere alike.
+    #[test]
+    fn samples_in_a_lune_have_the_density_of_both() {
+        let n = DVec3::new(0.6, 0.0, 0.8);
+        let lune = Lune::new(&Domain { n, ns: DVec3::Z, is_two_sided: false }).unwrap();
+        let even = MipMap::new(4, 2, vec![Vec3::ONE; 8], Wrap::Repeat);
+        let light = Environment::new(&even, Vec3::ONE, [SKEWED, SKEWED.inverse()], 1);
+        assert!(light.sample(None, DVec2::splat(0.5)).is_none());
+        let share = |light: &Environment| {
+            let (mut inside, side) = (0, 200);
+            for u in grid(side) {
+                let EnvironmentSample { wi, pdf, .. } = light.sample(Some(&lune), u).unwrap();
+                assert!((pdf / light.evaluate(Some(&lune), wi).1 - 1.0).abs() < 1e-9, "{wi}");
+                inside += u32::from(lune.pdf(wi) > 0.0);
+            }
+            f64::from(inside) / f64::from(side * side)
+        };
+        assert_eq!(share(&light), 1.0);
+        with(SKEWED, |light| {
+            let sum: f64 = grid(1500).map(|u| light.evaluate(Some(&lune), on_sphere(u)).1).sum();
+            let integral = sum * 4.0 * PI / (1500.0 * 1500.0);
+            assert!((integral - 1.0).abs() < 0.01, "{integral}");
+            let within = |u| lune.pdf(on_sphere(u)) / lune.inside_pdf();
+            let expected: f64 =
+                grid(1500).map(|u| light.evaluate(Some(&lune), on_sphere(u)).1 * within(u)).sum::<f64>()
+                    * 4.0
+                    * PI
+                    / (1500.0 * 1500.0);
+            assert!((share(light) / expected - 1.0).abs() < 0.02, "{} {expected}", share(light));
         });
     }
 
@@ -186,7 +253,7 @@ mod tests {
     fn darkness_is_not_sampled() {
         let map = MipMap::new(4, 2, vec![Vec3::ZERO; 8], Wrap::Repeat);
         let light = Environment::new(&map, Vec3::ONE, [DMat3::IDENTITY; 2], 1);
-        assert!(light.sample(DVec2::splat(0.5)).is_none());
-        assert_eq!((light.evaluate(DVec3::X).1, light.brightness()), (0.0, 0.0));
+        assert!(light.sample(None, DVec2::splat(0.5)).is_none());
+        assert_eq!((light.evaluate(None, DVec3::X).1, light.brightness()), (0.0, 0.0));
     }
 }
