@@ -38,6 +38,7 @@ pub(crate) struct LightTable<'s> {
     /// The light that a primitive is, or none.
     of_primitive: Vec<Option<usize>>,
     has_surfaces: bool,
+    has_extended: bool,
     /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
     /// The lights that show a picture in such directions.
@@ -128,6 +129,7 @@ impl<'s> LightTable<'s> {
             environments: (0..lights.len()).filter(is_environment).collect(),
             power_cdf: choice::cumulated(&power_shares),
             power_shares,
+            has_extended: lights.iter().any(|light| !light.is_delta()),
             lights,
             uneven,
             has_surfaces: of_primitive.iter().any(Option::is_some),
@@ -167,10 +169,14 @@ impl<'s> LightTable<'s> {
         }
     }
 
+    /// Whether any light is more than a point or a direction.
+    pub fn has_extended(&self) -> bool {
+        self.has_extended
+    }
+
     /// Whether a light is only a point or a direction, which no ray finds by chance.
     pub fn is_delta(&self, light: usize) -> bool {
-        use SceneLight::{Environment, Infinite, Surface};
-        !matches!(self.lights[light], Infinite { .. } | Environment(_) | Surface(_))
+        self.lights[light].is_delta()
     }
 
     /// Radiance from a direction in which there is nothing.
@@ -325,6 +331,11 @@ impl<'s> LightTable<'s> {
 }
 
 impl<'s> SceneLight<'s> {
+    fn is_delta(&self) -> bool {
+        use SceneLight::{Environment, Infinite, Surface};
+        !matches!(self, Infinite { .. } | Environment(_) | Surface(_))
+    }
+
     /// Whether it is a sky that is everywhere alike.
     fn is_even(&self) -> bool {
         matches!(self, SceneLight::Infinite { .. })

@@ -87,9 +87,9 @@ fn from_lights(
 ) -> Vec3 {
     let table = tracer.lights();
     if !all_lights {
-        let samples = Samples::One(CHOICE);
         let light = one_light(tracer, (surface, bsdf, Part::Smooth), stream, CHOICE);
-        return light + by_directions(tracer, (surface, bsdf), stream, samples, 1);
+        let count = u32::from(table.has_extended());
+        return light + by_directions(tracer, (surface, bsdf), stream, Samples::One(CHOICE), count);
     }
     let eligible = table.eligible(&bsdf.domain());
     let samples = Samples::Each { directions: directions(table, eligible).sum() };
@@ -110,8 +110,7 @@ fn from_lights(
 /// How many directions from the BSDF look for all lights, pattern by pattern, where the first so many lights are eligible
 /// for samples: as many as the most that a light asks for, and those that the others ask for.
 fn directions(table: &LightTable, eligible: usize) -> impl Iterator<Item = u32> {
-    let all_delta = (0..table.len()).all(|light| table.is_delta(light));
-    let most = (0..table.len()).map(|light| table.samples(light)).max().filter(|_| !all_delta);
+    let most = (0..table.len()).map(|light| table.samples(light)).max().filter(|_| table.has_extended());
     most.into_iter().chain((eligible..table.len()).map(|light| table.samples(light)))
 }
 
