@@ -11,7 +11,7 @@ mod projection;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{Light, Mesh, Primitive, Scene, Shape};
 
-use crate::bsdf::{Bsdf, Domain};
+use crate::bsdf::Bsdf;
 use crate::color::strength;
 use crate::curved::Curved;
 use crate::cutout;
@@ -22,17 +22,19 @@ use crate::surface::{Surface, on_triangle, reach};
 use curved::LightPoint;
 use environment::{Environment, EnvironmentSample};
 use goniometric::Goniometric;
-use lune::Lune;
+pub(crate) use lune::Lune;
 use mesh::MeshAreas;
 use projection::Projection;
 
 /// All lights of a scene.
 pub(crate) struct LightTable<'s> {
-    /// Skies that are everywhere alike last.
+    /// Skies last, and of these last those that are everywhere alike.
     lights: Vec<SceneLight<'s>>,
-    /// How many the others are: all that there is to choose from for a surface without a [`Lune`].
+    /// How many are no skies.
+    finite: usize,
+    /// How many are not everywhere alike: all that there is to sample from a surface without a [`Lune`].
     uneven: usize,
-    /// The share of each light in all samples, where lights are chosen by power; and the sums up to each.
+    /// The share of each light in the power of all, about; and the sums up to each.
     power_shares: Vec<f64>,
     power_cdf: Vec<f64>,
     /// The light that a primitive is, or none.
@@ -41,8 +43,6 @@ pub(crate) struct LightTable<'s> {
     has_extended: bool,
     /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
-    /// The lights that show a picture in such directions.
-    environments: Vec<usize>,
     /// World position of the origin.
     eye: DVec3,
 }
@@ -109,7 +109,7 @@ impl<'s> LightTable<'s> {
     pub fn new(scene: &'s Scene, traceable: &Traceable) -> Self {
         let eye = traceable.eye;
         let all = scene.lights.iter().map(|light| SceneLight::new(light, eye));
-        let (even, mut lights): (Vec<SceneLight>, Vec<SceneLight>) = all.partition(SceneLight::is_even);
+        let (mut skies, mut lights): (Vec<SceneLight>, Vec<SceneLight>) = all.partition(SceneLight::is_sky);
         let mut of_primitive = vec![None; scene.primitives.len()];
         for (number, primitive) in scene.primitives.iter().enumerate() {
             if let Some(light) = SurfaceLight::new(number as u32, primitive, traceable) {
@@ -121,16 +121,17 @@ impl<'s> LightTable<'s> {
             Light::Infinite { radiance, .. } => sum + *radiance,
             _ => sum,
         });
-        let uneven = lights.len();
-        lights.extend(even);
+        skies.sort_by_key(SceneLight::is_even);
+        let finite = lights.len();
+        let uneven = finite + skies.partition_point(|sky| !sky.is_even());
+        lights.extend(skies);
         let power_shares = choice::power_shares(&lights, choice::radius(traceable));
-        let is_environment = |light: &usize| matches!(lights[*light], SceneLight::Environment(_));
         LightTable {
-            environments: (0..lights.len()).filter(is_environment).collect(),
             power_cdf: choice::cumulated(&power_shares),
             power_shares,
             has_extended: lights.iter().any(|light| !light.is_delta()),
             lights,
+            finite,
             uneven,
             has_surfaces: of_primitive.iter().any(Option::is_some),
             of_primitive,
@@ -181,15 +182,21 @@ impl<'s> LightTable<'s> {
 
     /// Radiance from a direction in which there is nothing.
     pub fn background(&self, d: DVec3) -> Vec3 {
-        let shown = self.environments.iter().map(|light| match &self.lights[*light] {
+        let shown = self.lights[self.finite..].iter().map(|light| match light {
             SceneLight::Environment(environment) => environment.radiance(d),
             _ => Vec3::ZERO,
         });
         self.background + shown.sum::<Vec3>()
     }
 
-    /// A direction towards a light, for a surface that scatters light by `bsdf`.
-    pub fn sample(&self, light: usize, from: &Surface, bsdf: &Bsdf, u: DVec2) -> Option<LightSample> {
+    /// The directions that samples of the BSDF miss, if there is a sky from which light may come there.
+    #[inline]
+    pub fn lune(&self, bsdf: &Bsdf) -> Option<Lune> {
+        (self.finite < self.lights.len()).then(|| Lune::new(&bsdf.domain())).flatten()
+    }
+
+    /// A direction towards a light, for a surface with that [`Lune`].
+    pub fn sample(&self, light: usize, from: &Surface, lune: Option<&Lune>, u: DVec2) -> Option<LightSample> {
         match &self.lights[light] {
             SceneLight::Point { position, intensity } => {
                 let (li, shadow) = towards(from, *position, *intensity)?;
@@ -211,13 +218,12 @@ impl<'s> LightTable<'s> {
                 Some(LightSample { li: *radiance, pdf: None, shadow: from.leave(*direction) })
             }
             SceneLight::Infinite { radiance, .. } => {
-                let lune = Lune::new(&bsdf.domain())?;
+                let lune = lune?;
                 let (wi, pdf) = (lune.sample(u), lune.inside_pdf());
                 Some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Environment(environment) => {
-                let lune = Lune::new(&bsdf.domain());
-                let EnvironmentSample { wi, radiance, pdf } = environment.sample(lune.as_ref(), u)?;
+                let EnvironmentSample { wi, radiance, pdf } = environment.sample(lune, u)?;
                 Some(LightSample { li: radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Goniometric(light) => {
@@ -314,15 +320,14 @@ impl<'s> LightTable<'s> {
         }
     }
 
-    /// The lights at infinity, with their radiance and the density with which direction `wi` is sampled.
-    pub fn infinite(&self, domain: &Domain, wi: DVec3) -> impl Iterator<Item = (usize, Vec3, f64)> {
-        let lune = Lune::new(domain);
-        self.lights.iter().enumerate().filter_map(move |(number, light)| match light {
+    /// The skies, with their radiance and the density with which direction `wi` is sampled.
+    pub fn skies(&self, lune: Option<&Lune>, wi: DVec3) -> impl Iterator<Item = (usize, Vec3, f64)> {
+        self.lights.iter().enumerate().skip(self.finite).filter_map(move |(number, light)| match light {
             SceneLight::Infinite { radiance, .. } => {
                 Some((number, *radiance, lune.map_or(0.0, |lune| lune.pdf(wi))))
             }
             SceneLight::Environment(environment) => {
-                let (radiance, pdf) = environment.evaluate(lune.as_ref(), wi);
+                let (radiance, pdf) = environment.evaluate(lune, wi);
                 Some((number, radiance, pdf))
             }
             _ => None,
@@ -336,9 +341,27 @@ impl<'s> SceneLight<'s> {
         !matches!(self, Infinite { .. } | Environment(_) | Surface(_))
     }
 
+    fn is_sky(&self) -> bool {
+        matches!(self, SceneLight::Infinite { .. } | SceneLight::Environment(_))
+    }
+
     /// Whether it is a sky that is everywhere alike.
     fn is_even(&self) -> bool {
-        matches!(self, SceneLight::Infinite { .. })
+        match self {
+            SceneLight::Infinite { .. } => true,
+            SceneLight::Environment(environment) => environment.is_even(),
+            _ => false,
+        }
+    }
+
+    /// The share of its light that samples of it are for: of a sky, what samples of the BSDF do not find as well.
+    fn sampled_share(&self, lune: Option<&Lune>) -> f64 {
+        let above = match self {
+            SceneLight::Infinite { .. } => 0.0,
+            SceneLight::Environment(environment) => environment.share_above(),
+            _ => return 1.0,
+        };
+        above + lune.map_or(0.0, Lune::share)
     }
 
     fn new(light: &'s Light, eye: DVec3) -> Self {

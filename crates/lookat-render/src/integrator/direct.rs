@@ -3,14 +3,13 @@
 use glam::{DVec2, Vec3};
 use lookat_scene::LightChoice;
 
-use super::weighed::{Direction, Samples, one_light, sampled_light};
+use super::weighed::{Direction, Samples, Vertex, one_light, sampled_light};
 use super::{Draw, MAX_PASSED, Tracer};
-use crate::bsdf::{Bsdf, Lobes, Part};
+use crate::bsdf::{Lobes, Part};
 use crate::camera::CameraRay;
 use crate::light::LightTable;
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
-use crate::surface::Surface;
 
 /// The radiance along a camera ray from lights that are seen, and from lights that the surface sees; by way of mirrors and
 /// glass too, at less than `max_depth` surfaces in a row.
@@ -45,7 +44,8 @@ pub(crate) fn li(
         };
         radiance += beta * surface.le(wo);
         if bsdf.has(Part::Smooth) {
-            radiance += beta * from_lights(tracer, &surface, &bsdf, stream, all_lights);
+            let vertex = Vertex::new(tracer.lights(), &surface, &bsdf, Part::Smooth);
+            radiance += beta * from_lights(tracer, &vertex, stream, all_lights);
         }
         depth += 1;
         if depth >= max_depth || !bsdf.has(Part::Specular) {
@@ -66,7 +66,7 @@ pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> 
         (0..table.len()).filter(|light| !table.is_delta(*light)).map(|light| table.samples(light)).collect();
     let (samples, scattered) = match all_lights {
         _ if extended.is_empty() => (0, 0),
-        true => (extended.iter().sum(), directions(table, table.always_eligible()).sum()),
+        true => (extended.iter().sum(), directions(table, table.eligible(None)).sum()),
         false => (1, 1),
     };
     let mut draws = Vec::new();
@@ -78,20 +78,14 @@ pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> 
 }
 
 /// Light that comes straight to the surface: from one light, chosen at random, or from all.
-fn from_lights(
-    tracer: &mut Tracer,
-    surface: &Surface,
-    bsdf: &Bsdf,
-    stream: &mut SampleStream,
-    all_lights: bool,
-) -> Vec3 {
+fn from_lights(tracer: &mut Tracer, vertex: &Vertex, stream: &mut SampleStream, all_lights: bool) -> Vec3 {
     let table = tracer.lights();
     if !all_lights {
-        let light = one_light(tracer, (surface, bsdf, Part::Smooth), stream, CHOICE);
+        let light = one_light(tracer, vertex, stream, CHOICE);
         let count = u32::from(table.has_extended());
-        return light + by_directions(tracer, (surface, bsdf), stream, Samples::One(CHOICE), count);
+        return light + by_directions(tracer, vertex, stream, Samples::One(CHOICE), count);
     }
-    let eligible = table.eligible(&bsdf.domain());
+    let eligible = table.eligible(vertex.lune.as_ref());
     let samples = Samples::Each { directions: directions(table, eligible).sum() };
     let mut sum = Vec3::ZERO;
     for light in 0..eligible {
@@ -100,11 +94,11 @@ fn from_lights(
             // Where nothing about a light is left to chance, no numbers are.
             let u = if table.is_delta(light) { DVec2::ZERO } else { stream.nested_2d(count, k) };
             let light = (light, f64::from(count));
-            sum += sampled_light(tracer, (surface, bsdf, Part::Smooth), light, samples, u);
+            sum += sampled_light(tracer, vertex, light, samples, u);
         }
     }
     directions(table, eligible)
-        .fold(sum, |sum, count| sum + by_directions(tracer, (surface, bsdf), stream, samples, count))
+        .fold(sum, |sum, count| sum + by_directions(tracer, vertex, stream, samples, count))
 }
 
 /// How many directions from the BSDF look for all lights, pattern by pattern, where the first so many lights are eligible
@@ -117,16 +111,16 @@ fn directions(table: &LightTable, eligible: usize) -> impl Iterator<Item = u32> 
 /// Light that some of the directions from the BSDF find: `count`, of one pattern.
 fn by_directions(
     tracer: &mut Tracer,
-    (surface, bsdf): (&Surface, &Bsdf),
+    vertex: &Vertex,
     stream: &mut SampleStream,
     samples: Samples,
     count: u32,
 ) -> Vec3 {
     let mut sum = Vec3::ZERO;
     for k in 0..count {
-        let Some(sample) = bsdf.sample(stream.nested_2d(count, k), Part::Smooth) else { continue };
-        let direction = Direction::new(surface, bsdf, &sample, samples);
-        sum += sample.weight() * found_light(tracer, &direction, &surface.leave(sample.wi));
+        let Some(sample) = vertex.bsdf.sample(stream.nested_2d(count, k), vertex.part) else { continue };
+        let direction = Direction::new(vertex, &sample, samples);
+        sum += sample.weight() * found_light(tracer, &direction, &vertex.surface.leave(sample.wi));
     }
     sum / samples.directions() as f32
 }

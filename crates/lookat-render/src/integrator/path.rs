@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
-use super::weighed::{Direction, Samples, one_light};
+use super::weighed::{Direction, Samples, Vertex, one_light};
 use super::{Draw, MAX_PASSED, Tracer};
 use crate::bsdf::{Lobes, Part};
 use crate::camera::CameraRay;
@@ -85,8 +85,9 @@ pub(crate) fn li(
             }
             continue;
         };
+        let vertex = Vertex::new(lights, &surface, &bsdf, Part::All);
         if bsdf.has(Part::Smooth) {
-            radiance += beta * one_light(tracer, (&surface, &bsdf, Part::All), stream, settings.light_choice);
+            radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice);
         }
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::All) else { return radiance };
         beta *= sample.weight();
@@ -94,7 +95,7 @@ pub(crate) fn li(
         ray = surface.leave(sample.wi);
         emission = match sample.is_specular {
             true => Emission::Full,
-            false => Emission::Weighed(Direction::new(&surface, &bsdf, &sample, samples)),
+            false => Emission::Weighed(Direction::new(&vertex, &sample, samples)),
         };
         // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
         let strength = f64::from(beta.max_element() / compression);

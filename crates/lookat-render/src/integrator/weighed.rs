@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::LightChoice;
 
 use super::Tracer;
-use crate::bsdf::{Bsdf, BsdfSample, Domain, Part};
-use crate::light::LightTable;
+use crate::bsdf::{Bsdf, BsdfSample, Part};
+use crate::light::{LightTable, Lune};
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 
@@ -19,19 +19,35 @@ pub(super) enum Samples {
 }
 
 impl Samples {
-    /// Of a light at the point `p`, in the mean.
-    fn of_light(self, lights: &LightTable, p: DVec3, domain: &Domain, light: usize) -> f64 {
+    /// How many samples there are of a light from the point `p` of a surface, in the mean.
+    fn of_light(self, lights: &LightTable, p: DVec3, lune: Option<&Lune>, light: usize) -> f64 {
         match self {
-            Samples::One(choice) => lights.probability(choice, p, domain, light),
+            Samples::One(choice) => lights.probability(choice, p, lune, light),
             Samples::Each { .. } => f64::from(lights.samples(light)),
         }
     }
 
+    /// How many directions from the BSDF there are.
     pub fn directions(self) -> f64 {
         match self {
             Samples::One(_) => 1.0,
             Samples::Each { directions } => f64::from(directions),
         }
+    }
+}
+
+/// A surface that light comes to.
+pub(super) struct Vertex<'v> {
+    pub surface: &'v Surface<'v>,
+    pub bsdf: &'v Bsdf<'v>,
+    /// What of the BSDF directions are sampled from.
+    pub part: Part,
+    pub lune: Option<Lune>,
+}
+
+impl<'v> Vertex<'v> {
+    pub fn new(lights: &LightTable, surface: &'v Surface<'v>, bsdf: &'v Bsdf<'v>, part: Part) -> Self {
+        Vertex { surface, bsdf, part, lune: lights.lune(bsdf) }
     }
 }
 
@@ -41,14 +57,19 @@ pub(super) struct Direction {
     samples: Samples,
     /// The point of the surface that it leaves.
     from: DVec3,
-    domain: Domain,
+    lune: Option<Lune>,
     /// Density by solid angle, times the number of directions.
     pdf: f64,
 }
 
 impl Direction {
-    pub fn new(surface: &Surface, bsdf: &Bsdf, sample: &BsdfSample, samples: Samples) -> Self {
-        Direction { samples, from: surface.p, domain: bsdf.domain(), pdf: sample.pdf * samples.directions() }
+    pub fn new(vertex: &Vertex, sample: &BsdfSample, samples: Samples) -> Self {
+        Direction {
+            samples,
+            from: vertex.surface.p,
+            lune: vertex.lune,
+            pdf: sample.pdf * samples.directions(),
+        }
     }
 
     /// What counts of the emission of a surface that it finds.
@@ -67,23 +88,24 @@ impl Direction {
             let other = if other > 0.0 { other * self.samples_of(lights, light) } else { 0.0 };
             radiance * lights.weight(light, self.pdf, other)
         };
-        lights.infinite(&self.domain, d).map(weighed).sum()
+        lights.skies(self.lune.as_ref(), d).map(weighed).sum()
     }
 
     fn samples_of(&self, lights: &LightTable, light: usize) -> f64 {
-        self.samples.of_light(lights, self.from, &self.domain, light)
+        self.samples.of_light(lights, self.from, self.lune.as_ref(), light)
     }
 }
 
-/// What one light, chosen at random, brings straight to a surface; `part` of the BSDF is sampled for directions.
+/// What one light, chosen at random, brings straight to a surface.
 pub(super) fn one_light(
     tracer: &mut Tracer,
-    (surface, bsdf, part): (&Surface, &Bsdf, Part),
+    vertex: &Vertex,
     stream: &mut SampleStream,
     choice: LightChoice,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let Some((light, probability)) = lights.choose(choice, surface.p, &bsdf.domain(), stream) else {
+    let Some((light, probability)) = lights.choose(choice, vertex.surface.p, vertex.lune.as_ref(), stream)
+    else {
         stream.skip(2);
         return Vec3::ZERO;
     };
@@ -91,27 +113,28 @@ pub(super) fn one_light(
         true => stream.left_2d(),
         false => stream.next_2d(),
     };
-    sampled_light(tracer, (surface, bsdf, part), (light, probability), Samples::One(choice), u)
+    sampled_light(tracer, vertex, (light, probability), Samples::One(choice), u)
 }
 
 /// The share of one sample of a light in what it brings straight to a surface. `count`: how many there are, in the mean.
 pub(super) fn sampled_light(
     tracer: &mut Tracer,
-    (surface, bsdf, part): (&Surface, &Bsdf, Part),
+    vertex: &Vertex,
     (light, count): (usize, f64),
     samples: Samples,
     u: DVec2,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let Some(sample) = lights.sample(light, surface, bsdf, u) else {
+    let Vertex { surface, bsdf, part, lune } = vertex;
+    let Some(sample) = lights.sample(light, surface, lune.as_ref(), u) else {
         return Vec3::ZERO;
     };
-    let f_cos = bsdf.f_cos(sample.shadow.d);
-    if f_cos == Vec3::ZERO || tracer.occluded(&sample.shadow) {
+    let reflected = bsdf.f_cos(sample.shadow.d) * sample.li;
+    if reflected == Vec3::ZERO || tracer.occluded(&sample.shadow) {
         return Vec3::ZERO;
     }
-    let direct = f_cos * sample.li / count as f32;
+    let direct = reflected / count as f32;
     let Some(pdf) = sample.pdf else { return direct };
-    let other = bsdf.pdf(sample.shadow.d, part) * samples.directions();
+    let other = bsdf.pdf(sample.shadow.d, *part) * samples.directions();
     direct * lights.weight(light, pdf * count, other) / pdf as f32
 }

@@ -8,7 +8,6 @@ use lookat_scene::LightChoice;
 
 use super::lune::Lune;
 use super::{LightTable, SceneLight};
-use crate::bsdf::Domain;
 use crate::color::strength;
 use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
@@ -17,16 +16,16 @@ use crate::sampler::SampleStream;
 const MANY: usize = 32;
 
 impl LightTable<'_> {
-    /// A light for a point `p`, and its probability; by one number, whether there is a choice or not.
+    /// A light for a point `p` of a surface with that [`Lune`], and its probability; by one number, whether there is a
+    /// choice or not.
     pub fn choose(
         &self,
         choice: LightChoice,
         p: DVec3,
-        domain: &Domain,
+        lune: Option<&Lune>,
         stream: &mut SampleStream,
     ) -> Option<(usize, f64)> {
-        let lune = Lune::new(domain);
-        let count = self.first(lune.as_ref());
+        let count = self.eligible(lune);
         if count < 2 {
             stream.skip(1);
             return (count == 1).then_some((0, 1.0));
@@ -35,52 +34,49 @@ impl LightTable<'_> {
         let (light, probability) = match self.rule(choice) {
             LightChoice::Uniform => (((u * count as f64) as usize).min(last), 1.0 / count as f64),
             LightChoice::Power => {
-                let total = self.power_cdf[last];
-                let light = self.power_cdf[..last].partition_point(|sum| *sum <= u * total);
-                (light, share(self.power_shares[light], total))
+                let total = self.power_of_finite() + self.powers_of_skies(count, lune).sum::<f64>();
+                let rest = u * total - self.power_of_finite();
+                match rest < 0.0 {
+                    true => {
+                        let finite = &self.power_cdf[..self.finite];
+                        let light = finite.partition_point(|sum| *sum <= u * total).min(self.finite - 1);
+                        (light, share(self.power_shares[light], total))
+                    }
+                    false => {
+                        let (sky, power) = pick(self.powers_of_skies(count, lune), rest)?;
+                        (self.finite + sky, share(power, total))
+                    }
+                }
             }
             LightChoice::Spatial => {
-                let estimates: ArrayVec<f64, MANY> = self.estimates(count, p, lune.as_ref()).collect();
+                let estimates: ArrayVec<f64, MANY> = self.estimates(count, p, lune).collect();
                 let total: f64 = estimates.iter().sum();
-                let mut rest = u * total;
-                let passed = |estimate: &f64| {
-                    rest -= estimate;
-                    rest < 0.0
-                };
-                let light = estimates.iter().position(passed).unwrap_or(last);
-                (light, share(estimates[light], total))
+                let (light, estimate) = pick(estimates.iter().copied(), u * total)?;
+                (light, share(estimate, total))
             }
         };
         (probability > 0.0).then_some((light, probability))
     }
 
     /// The probability with which [`LightTable::choose`] gives a light.
-    pub fn probability(&self, choice: LightChoice, p: DVec3, domain: &Domain, light: usize) -> f64 {
-        let lune = Lune::new(domain);
-        let count = self.first(lune.as_ref());
+    pub fn probability(&self, choice: LightChoice, p: DVec3, lune: Option<&Lune>, light: usize) -> f64 {
+        let count = self.eligible(lune);
         match self.rule(choice) {
             _ if light >= count => 0.0,
             _ if count == 1 => 1.0,
             LightChoice::Uniform => 1.0 / count as f64,
-            LightChoice::Power => share(self.power_shares[light], self.power_cdf[count - 1]),
+            LightChoice::Power => {
+                let total = self.power_of_finite() + self.powers_of_skies(count, lune).sum::<f64>();
+                share(self.power_shares[light] * self.lights[light].sampled_share(lune), total)
+            }
             LightChoice::Spatial => {
-                let total = self.estimates(count, p, lune.as_ref()).sum();
-                share(self.lights[light].estimate(p, lune.as_ref()), total)
+                share(self.lights[light].estimate(p, lune), self.estimates(count, p, lune).sum())
             }
         }
     }
 
-    /// How many lights there are to sample from any surface: the first ones.
-    pub fn always_eligible(&self) -> usize {
-        self.uneven
-    }
-
-    /// How many there are to sample from this one.
-    pub fn eligible(&self, domain: &Domain) -> usize {
-        self.first(Lune::new(domain).as_ref())
-    }
-
-    fn first(&self, lune: Option<&Lune>) -> usize {
+    /// How many lights there are to sample from a surface with that [`Lune`]: the first ones.
+    pub fn eligible(&self, lune: Option<&Lune>) -> usize {
         if lune.is_some() { self.lights.len() } else { self.uneven }
     }
 
@@ -89,10 +85,32 @@ impl LightTable<'_> {
         if choice == LightChoice::Spatial && self.lights.len() > MANY { LightChoice::Power } else { choice }
     }
 
-    /// Of the first lights.
+    fn power_of_finite(&self) -> f64 {
+        if self.finite == 0 { 0.0 } else { self.power_cdf[self.finite - 1] }
+    }
+
+    /// Of the first `count` lights, those of skies that their samples are for.
+    fn powers_of_skies(&self, count: usize, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
+        (self.finite..count).map(move |sky| self.power_shares[sky] * self.lights[sky].sampled_share(lune))
+    }
+
+    /// Of the first `count` lights.
     fn estimates(&self, count: usize, p: DVec3, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
         self.lights[..count].iter().map(move |light| light.estimate(p, lune))
     }
+}
+
+/// The first of some amounts with which their sum passes `at`, or else the last; and how much it is.
+fn pick(amounts: impl Iterator<Item = f64>, at: f64) -> Option<(usize, f64)> {
+    let (mut rest, mut last) = (at, None);
+    for (index, amount) in amounts.enumerate() {
+        last = Some((index, amount));
+        rest -= amount;
+        if rest < 0.0 {
+            break;
+        }
+    }
+    last
 }
 
 /// The share of an estimate in the sum of all.
@@ -146,8 +164,8 @@ impl SceneLight<'_> {
             SceneLight::Goniometric(light) => from_point(light.mean(), light.position),
             SceneLight::Projection(light) => from_point(light.mean(), light.position),
             SceneLight::Distant { radiance, .. } => strength(*radiance),
-            SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI * lune.map_or(0.0, Lune::share),
-            SceneLight::Environment(environment) => environment.sampled_brightness(lune) * PI,
+            SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI * self.sampled_share(lune),
+            SceneLight::Environment(environment) => environment.brightness() * PI * self.sampled_share(lune),
             SceneLight::Surface(surface) => {
                 // A distant light fills its area over the squared distance; none fills more than the sky.
                 surface.brightness * PI.min(surface.area / surface.center.distance_squared(p))
@@ -165,10 +183,73 @@ impl SceneLight<'_> {
             SceneLight::Goniometric(light) => 4.0 * PI * strength(light.mean()),
             SceneLight::Projection(light) => light.solid_angle() * strength(light.mean()),
             SceneLight::Distant { radiance, .. } => PI * radius * radius * strength(*radiance),
-            // Its samples are only for what BSDF samples miss.
-            SceneLight::Infinite { .. } => 0.0,
+            SceneLight::Infinite { radiance, .. } => PI * PI * radius * radius * strength(*radiance),
             SceneLight::Environment(environment) => PI * PI * radius * radius * environment.brightness(),
             SceneLight::Surface(surface) => surface.brightness * surface.area * PI,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::DVec2;
+    use lookat_scene::{Overrides, SamplerKind, load};
+
+    use super::*;
+    use crate::Precision;
+    use crate::bsdf::Domain;
+
+    /// A lamp, one that is dark, a sphere and two skies; and the same with more lamps than "spatial" estimates.
+    const LAMPS: &str = r#"LightSource "infinite" "rgb L" [.5 .5 .5] LightSource "point" "rgb I" [9 9 9]
+        LightSource "point" "rgb I" [0 0 0] LightSource "infinite" "rgb L" [.1 .1 .1]
+        AttributeBegin AreaLightSource "diffuse" Translate 3 0 0 Shape "sphere" AttributeEnd"#;
+
+    fn with(lamps: &str, check: impl Fn(&LightTable)) {
+        let text =
+            format!("Film \"image\" Camera \"perspective\" WorldBegin {lamps} Shape \"sphere\" WorldEnd");
+        let loaded = load(Path::new("x"), &|_| Ok(text.clone().into()), &Overrides::default());
+        let scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+        check(&LightTable::new(&scene, &Traceable::new(&scene, Precision::Mixed)));
+    }
+
+    fn lune(degrees: f64, is_two_sided: bool) -> Option<Lune> {
+        let ns = DVec2::from_angle((90.0 - degrees).to_radians()).extend(0.0);
+        Lune::new(&Domain { n: DVec3::Y, ns, is_two_sided })
+    }
+
+    /// Lights are chosen as often as they are said to be.
+    #[test]
+    fn probabilities_are_those_of_choices() {
+        let sampler = lookat_scene::Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 1 << 14 };
+        let p = DVec3::new(0.5, 1.0, 2.0);
+        let many = LAMPS.to_string() + &r#" LightSource "point" "rgb I" [.1 .1 .1]"#.repeat(MANY);
+        for lamps in
+            [LAMPS, &many, r#"LightSource "infinite""#, r#"LightSource "infinite" LightSource "point""#]
+        {
+            with(lamps, |table| {
+                for choice in [LightChoice::Uniform, LightChoice::Power, LightChoice::Spatial] {
+                    for lune in [None, lune(20.0, false), lune(60.0, true)] {
+                        let mut found = vec![0_u32; table.len()];
+                        for index in 0..sampler.samples_per_pixel {
+                            let mut stream = SampleStream::new(&sampler, 0, [0, 0], index);
+                            let Some((light, said)) = table.choose(choice, p, lune.as_ref(), &mut stream)
+                            else {
+                                continue;
+                            };
+                            let expected = table.probability(choice, p, lune.as_ref(), light);
+                            assert!((said / expected - 1.0).abs() < 1e-12, "{choice:?} {light}");
+                            found[light] += 1;
+                        }
+                        for (light, found) in found.into_iter().enumerate() {
+                            let found = f64::from(found) / f64::from(sampler.samples_per_pixel);
+                            let said = table.probability(choice, p, lune.as_ref(), light);
+                            assert!((found - said).abs() < 3e-4, "{choice:?} {light}: {found} {said}");
+                        }
+                    }
+                }
+            });
         }
     }
 }

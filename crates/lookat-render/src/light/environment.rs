@@ -66,7 +66,7 @@ impl<'s> Environment<'s> {
         if u.x < share {
             let wi = lune.sample(DVec2::new(u.x / share, u.y));
             let (radiance, pdf) = self.evaluate(Some(lune), wi);
-            return Some(EnvironmentSample { wi, radiance, pdf });
+            return (pdf > 0.0).then_some(EnvironmentSample { wi, radiance, pdf });
         }
         let sample = self.sample_bright(DVec2::new((u.x - share) / (1.0 - share), u.y))?;
         let pdf = mixed(share, lune.pdf(sample.wi), sample.pdf);
@@ -93,7 +93,7 @@ impl<'s> Environment<'s> {
 
     /// The share of a lune in the samples.
     fn lune_share(&self, lune: &Lune) -> f64 {
-        if self.table.mean_above() > 0.0 { lune.share().min(0.5) } else { 1.0 }
+        if self.is_even() { 1.0 } else { lune.share().min(0.5) }
     }
 
     /// The solid angle that a direction of light space covers in the world, given the length of the world's there.
@@ -101,9 +101,14 @@ impl<'s> Environment<'s> {
         self.growth * length_in_light.powi(3)
     }
 
-    /// About the mean luminance, over all directions, of what its samples are for.
-    pub fn sampled_brightness(&self, lune: Option<&Lune>) -> f64 {
-        self.table.mean_above() + lune.map_or(0.0, |lune| self.table.mean() * lune.share())
+    /// Whether it is everywhere alike.
+    pub fn is_even(&self) -> bool {
+        self.table.mean_above() <= 0.0
+    }
+
+    /// The share of its light that is brighter than the mean.
+    pub fn share_above(&self) -> f64 {
+        if self.is_even() { 0.0 } else { self.table.mean_above() / self.table.mean() }
     }
 
     /// The mean luminance over all directions of light space.
@@ -214,9 +219,10 @@ mod tests {
     fn samples_in_a_lune_have_the_density_of_both() {
         let n = DVec3::new(0.6, 0.0, 0.8);
         let lune = Lune::new(&Domain { n, ns: DVec3::Z, is_two_sided: false }).unwrap();
-        let even = MipMap::new(4, 2, vec![Vec3::ONE; 8], Wrap::Repeat);
+        // A number and a size with which sums are rounded.
+        let even = MipMap::new(63, 31, vec![Vec3::splat(0.2); 63 * 31], Wrap::Repeat);
         let light = Environment::new(&even, Vec3::ONE, [SKEWED, SKEWED.inverse()], 1);
-        assert!(light.sample(None, DVec2::splat(0.5)).is_none());
+        assert!(light.is_even() && light.sample(None, DVec2::splat(0.5)).is_none());
         let share = |light: &Environment| {
             let (mut inside, side) = (0, 200);
             for u in grid(side) {

@@ -10,19 +10,24 @@ use crate::frame::Frame;
 ///
 /// pbrt-v3 counts light from there, by the absolute cosine to the shading normal, and does not sample it by the BSDF.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Lune {
+pub(crate) struct Lune {
     n: DVec3,
     ns: DVec3,
     /// The edge of the lune, of length one: across both normals.
     axis: DVec3,
-    /// Between the normals, from 0 to pi.
+    /// Between the normals, more than 0 and up to pi, and its cosine.
     angle: f64,
+    cos: f64,
     /// With the opposite lune.
     is_double: bool,
 }
 
+/// The sine of the least angle between normals that counts: below it, less than 1e-12 of the light is left out, and
+/// rounding would decide what lies inside.
+const LEAST: f64 = 1e-6;
+
 impl Lune {
-    /// `None` where the normals are the same.
+    /// `None` where the normals are the same, but for rounding.
     #[inline]
     pub fn new(domain: &Domain) -> Option<Lune> {
         (domain.n != domain.ns).then(|| Lune::between(domain)).flatten()
@@ -30,17 +35,19 @@ impl Lune {
 
     fn between(&Domain { n, ns, is_two_sided }: &Domain) -> Option<Lune> {
         let (across, cos) = (n.cross(ns), n.dot(ns));
-        let axis = match across.try_normalize() {
-            Some(axis) => axis,
-            None if cos > 0.0 => return None,
-            None => Frame::from_z(n).x,
+        let sin = across.length();
+        let axis = match sin > LEAST {
+            true => across / sin,
+            false if cos > 0.0 => return None,
+            // Any, as the lune is a hemisphere.
+            false => Frame::from_z(n).x,
         };
-        Some(Lune { n, ns, axis, angle: across.length().atan2(cos), is_double: is_two_sided })
+        Some(Lune { n, ns, axis, angle: sin.atan2(cos), cos, is_double: is_two_sided })
     }
 
     /// Its share in the irradiance under a sky that is everywhere alike, by the cosine to the shading normal.
     pub fn share(&self) -> f64 {
-        0.5 * (1.0 - self.angle.cos()) * if self.is_double { 2.0 } else { 1.0 }
+        0.5 * (1.0 - self.cos) * if self.is_double { 2.0 } else { 1.0 }
     }
 
     /// A direction, all alike.
@@ -91,7 +98,7 @@ mod tests {
     #[test]
     fn samples_cover_the_lune_with_their_density() {
         for (degrees, is_two_sided) in
-            [(1e-3, false), (5.0, false), (40.0, true), (130.0, false), (180.0, false)]
+            [(1e-4, false), (5.0, false), (40.0, true), (130.0, false), (180.0, false)]
         {
             let domain = domain(degrees, is_two_sided);
             let lune = Lune::new(&domain).unwrap();
@@ -124,5 +131,10 @@ mod tests {
     #[test]
     fn equal_normals_leave_nothing_out() {
         assert!(Lune::new(&domain(0.0, true)).is_none());
+        let Domain { n, .. } = domain(0.0, false);
+        for tilt in [1e-17, 1e-16, 3e-16, 1e-12, 1e-8] {
+            let ns = (n + DVec3::new(0.8, 0.0, -0.6) * tilt).normalize();
+            assert!(Lune::new(&Domain { n, ns, is_two_sided: false }).is_none(), "{tilt}");
+        }
     }
 }

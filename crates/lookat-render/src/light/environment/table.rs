@@ -1,4 +1,4 @@
-//! Directions in proportion to what a picture shows there.
+//! Directions in proportion to how much brighter a picture is there than its mean.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,8 +13,8 @@ use crate::color::luminance;
 /// ACM TOG 38(6), 2019).
 ///
 /// A cell is half a texel wide and high, so the picture is bilinear in it, its mean is the value at its middle, and no
-/// value is more than four times the mean: no sample counts for more than four times its share. Of large pictures a cell
-/// is more than that.
+/// value is more than four times the mean: no sample counts for more than four times its share, once it is weighed against
+/// the BSDF. Of large pictures a cell is more than that.
 pub(super) struct DirectionTable {
     columns: usize,
     rows: usize,
@@ -37,6 +37,9 @@ pub(super) struct TableSample {
     /// Density by solid angle.
     pub pdf: f64,
 }
+
+/// So that cells which are all alike are not brighter than their mean, whatever rounding does to it.
+const ROUNDED_UP: f64 = 1.0 + 1e-6;
 
 /// The most cells: 64 MiB.
 const MOST_CELLS: usize = 1 << 23;
@@ -69,7 +72,7 @@ impl DirectionTable {
         self.sums.par_chunks_mut(columns).for_each(|row| {
             let mut sum = 0.0;
             for cell in row {
-                sum += (*cell - mean).max(0.0);
+                sum += (*cell - mean * ROUNDED_UP).max(0.0);
                 *cell = sum;
             }
         });
