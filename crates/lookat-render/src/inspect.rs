@@ -32,6 +32,9 @@ pub struct Inspection {
     pub surfaces: Option<Surfaces>,
     /// The kind of each light.
     pub lights: Vec<&'static str>,
+    /// How many of them are infinite, and everywhere alike: they are found by directions from the BSDF, and sampled only
+    /// where those do not go.
+    pub constant_skies: usize,
     /// How lights are chosen at a surface.
     pub choice: Choice,
     /// What is drawn at each surface that light is followed over, at most.
@@ -111,6 +114,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
         has_cutouts: traceable.has_cutouts,
         surfaces: asks_materials.then_some(materials),
         lights: lights.kinds().collect(),
+        constant_skies: lights.len() - lights.eligible(None),
         choice,
         draws,
         depth,

@@ -131,7 +131,7 @@ impl<'s> Found<'s> {
                 "specular": surfaces.specular, "coordinates": surfaces.coordinates,
                 "footprints": surfaces.footprints, "bumps": surfaces.bumps,
             })),
-            "lights": it.lights, "light_choice": choice_name(it.choice),
+            "lights": it.lights, "constant_skies": it.constant_skies, "light_choice": choice_name(it.choice),
             "memory": {
                 "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
                 "pictures": memory.pictures, "picture_bytes": memory.picture_bytes,

@@ -62,18 +62,18 @@ const CHOICE: LightChoice = LightChoice::Uniform;
 
 /// What is drawn at each surface among these lights; `is_specular` where some material has single directions.
 pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> Vec<Draw> {
-    let extended: Vec<u32> =
-        (0..table.len()).filter(|light| !table.is_delta(*light)).map(|light| table.samples(light)).collect();
-    let (samples, scattered) = match all_lights {
-        _ if extended.is_empty() => (0, 0),
-        true => (extended.iter().sum(), directions(table, table.eligible(None)).sum()),
-        false => (1, 1),
+    // A sky that is not sampled gives its samples to directions, so that the sum is the same for all surfaces.
+    let eligible = table.eligible(None);
+    let extended = (0..eligible).filter(|light| !table.is_delta(*light));
+    let (samples, scattered): (u32, u32) = match all_lights {
+        true => (sum(extended.map(|light| table.samples(light))), sum(directions(table, eligible))),
+        false => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };
     let mut draws = Vec::new();
     let mut draw = |of, numbers| draws.extend((numbers > 0).then_some(Draw { of, numbers, from: 0 }));
     draw("light choice", u32::from(!all_lights && table.len() > 1));
-    draw("lights", 2 * samples);
-    draw("direction", 2 * scattered + 2 * u32::from(is_specular));
+    draw("lights", samples.saturating_mul(2));
+    draw("direction", scattered.saturating_add(u32::from(is_specular)).saturating_mul(2));
     draws
 }
 
@@ -86,19 +86,19 @@ fn from_lights(tracer: &mut Tracer, vertex: &Vertex, stream: &mut SampleStream, 
         return light + by_directions(tracer, vertex, stream, Samples::One(CHOICE), count);
     }
     let eligible = table.eligible(vertex.lune.as_ref());
-    let samples = Samples::Each { directions: directions(table, eligible).sum() };
-    let mut sum = Vec3::ZERO;
+    let samples = Samples::Each { directions: sum(directions(table, eligible)) };
+    let mut radiance = Vec3::ZERO;
     for light in 0..eligible {
         let count = table.samples(light);
         for k in 0..count {
             // Where nothing about a light is left to chance, no numbers are.
             let u = if table.is_delta(light) { DVec2::ZERO } else { stream.nested_2d(count, k) };
             let light = (light, f64::from(count));
-            sum += sampled_light(tracer, vertex, light, samples, u);
+            radiance += sampled_light(tracer, vertex, light, samples, u);
         }
     }
     directions(table, eligible)
-        .fold(sum, |sum, count| sum + by_directions(tracer, vertex, stream, samples, count))
+        .fold(radiance, |sum, count| sum + by_directions(tracer, vertex, stream, samples, count))
 }
 
 /// How many directions from the BSDF look for all lights, pattern by pattern, where the first so many lights are eligible
@@ -106,6 +106,10 @@ fn from_lights(tracer: &mut Tracer, vertex: &Vertex, stream: &mut SampleStream, 
 fn directions(table: &LightTable, eligible: usize) -> impl Iterator<Item = u32> {
     let most = (0..table.len()).map(|light| table.samples(light)).max().filter(|_| table.has_extended());
     most.into_iter().chain((eligible..table.len()).map(|light| table.samples(light)))
+}
+
+fn sum(counts: impl Iterator<Item = u32>) -> u32 {
+    counts.fold(0, u32::saturating_add)
 }
 
 /// Light that some of the directions from the BSDF find: `count`, of one pattern.

@@ -115,7 +115,12 @@ impl Found<'_> {
             Choice::One(LightChoice::Power) => "; one is chosen at each surface, by power",
             Choice::One(LightChoice::Spatial) => "; one is chosen at each surface, by what it brings there",
         };
-        format!("{}{how}", tallied(&it.lights))
+        let constant = match (it.constant_skies, how) {
+            (0, _) => "",
+            (_, "") => "; constant, so found by BSDF samples",
+            _ => ", but for constant infinite ones, which BSDF samples find",
+        };
+        format!("{}{how}{constant}", tallied(&it.lights))
     }
 
     fn memory(&self) -> String {
