@@ -26,11 +26,11 @@ use surface::{SurfaceForm, SurfaceLight};
 pub(crate) struct LightTable<'s> {
     /// Skies last, and of these last those that are everywhere alike.
     lights: Vec<SceneLight<'s>>,
-    /// How many are no skies.
-    finite: usize,
+    /// The number of the first sky.
+    first_sky: usize,
     /// How many are not everywhere alike: all that there is to sample from a surface without a [`Lune`].
     uneven: usize,
-    /// The share of each light in the power of all, about; and the sums up to each.
+    /// The share of each light in the power of all, about; and the sums up to each that is no sky.
     power_shares: Vec<f64>,
     power_cdf: Vec<f64>,
     /// The light that a primitive is, or none.
@@ -100,16 +100,16 @@ impl<'s> LightTable<'s> {
             _ => sum,
         });
         skies.sort_by_key(SceneLight::is_even);
-        let finite = lights.len();
-        let uneven = finite + skies.partition_point(|sky| !sky.is_even());
+        let first_sky = lights.len();
+        let uneven = first_sky + skies.partition_point(|sky| !sky.is_even());
         lights.extend(skies);
         let power_shares = choice::power_shares(&lights, choice::radius(traceable));
         LightTable {
-            power_cdf: choice::cumulated(&power_shares),
+            power_cdf: choice::cumulated(&power_shares[..first_sky]),
             power_shares,
             has_extended: lights.iter().any(|light| !light.is_delta()),
             lights,
-            finite,
+            first_sky,
             uneven,
             has_surfaces: of_primitive.iter().any(Option::is_some),
             of_primitive,
@@ -148,6 +148,11 @@ impl<'s> LightTable<'s> {
         }
     }
 
+    /// Whether directions from the BSDF alone look for light, at a surface with that [`Lune`].
+    pub fn leaves_all_to_directions(&self, lune: Option<&Lune>) -> bool {
+        self.eligible(lune) == 0 && self.len() > 0
+    }
+
     /// Whether any light is more than a point or a direction.
     pub fn has_extended(&self) -> bool {
         self.has_extended
@@ -160,7 +165,7 @@ impl<'s> LightTable<'s> {
 
     /// Radiance from a direction in which there is nothing.
     pub fn background(&self, d: DVec3) -> Vec3 {
-        let shown = self.lights[self.finite..].iter().map(|light| match light {
+        let shown = self.lights[self.first_sky..].iter().map(|light| match light {
             SceneLight::Environment(environment) => environment.radiance(d),
             _ => Vec3::ZERO,
         });
@@ -170,7 +175,7 @@ impl<'s> LightTable<'s> {
     /// The directions that samples of the BSDF miss, if there is a sky from which light may come there.
     #[inline]
     pub fn lune(&self, bsdf: &Bsdf) -> Option<Lune> {
-        (self.finite < self.lights.len()).then(|| Lune::new(&bsdf.domain())).flatten()
+        (self.first_sky < self.lights.len()).then(|| Lune::new(&bsdf.domain())).flatten()
     }
 
     /// A direction towards a light, for a surface with that [`Lune`].
@@ -250,7 +255,7 @@ impl<'s> LightTable<'s> {
 
     /// The skies, with their radiance and the density with which direction `wi` is sampled.
     pub fn skies(&self, lune: Option<&Lune>, wi: DVec3) -> impl Iterator<Item = (usize, Vec3, f64)> {
-        self.lights.iter().enumerate().skip(self.finite).filter_map(move |(number, light)| match light {
+        self.lights.iter().enumerate().skip(self.first_sky).filter_map(move |(number, light)| match light {
             SceneLight::Infinite { radiance, .. } => {
                 Some((number, *radiance, lune.map_or(0.0, |lune| lune.pdf(wi))))
             }

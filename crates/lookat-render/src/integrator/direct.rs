@@ -3,12 +3,11 @@
 use glam::{DVec2, Vec3};
 use lookat_scene::LightChoice;
 
-use super::weighed::{Direction, Samples, Vertex, one_light, sampled_light};
+use super::weighed::{LightSamples, Samples, Vertex, by_directions, one_light, sampled_light};
 use super::{Draw, MAX_PASSED, Tracer};
 use crate::bsdf::{Lobes, Part};
 use crate::camera::CameraRay;
 use crate::light::LightTable;
-use crate::ray::Ray;
 use crate::sampler::SampleStream;
 
 /// The radiance along a camera ray from lights that are seen, and from lights that the surface sees; by way of mirrors and
@@ -66,7 +65,7 @@ pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> 
     let eligible = table.eligible(None);
     let extended = (0..eligible).filter(|light| !table.is_delta(*light));
     let (samples, scattered): (u32, u32) = match all_lights {
-        true => (sum(extended.map(|light| table.samples(light))), sum(directions(table, eligible))),
+        true => (total(extended.map(|light| table.samples(light))), total(directions(table, eligible))),
         false => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };
     let mut draws = Vec::new();
@@ -81,12 +80,12 @@ pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> 
 fn from_lights(tracer: &mut Tracer, vertex: &Vertex, stream: &mut SampleStream, all_lights: bool) -> Vec3 {
     let table = tracer.lights();
     if !all_lights {
-        let light = one_light(tracer, vertex, stream, CHOICE);
-        let count = u32::from(table.has_extended());
-        return light + by_directions(tracer, vertex, stream, Samples::One(CHOICE), count);
+        let samples = Samples::of_one(table, CHOICE, vertex.lune.as_ref());
+        let light = one_light(tracer, vertex, stream, CHOICE, samples);
+        return light + by_directions(tracer, vertex, stream, samples, u32::from(table.has_extended()));
     }
     let eligible = table.eligible(vertex.lune.as_ref());
-    let samples = Samples::Each { directions: sum(directions(table, eligible)) };
+    let samples = Samples { lights: LightSamples::Each, directions: total(directions(table, eligible)) };
     let mut radiance = Vec3::ZERO;
     for light in 0..eligible {
         let count = table.samples(light);
@@ -108,38 +107,6 @@ fn directions(table: &LightTable, eligible: usize) -> impl Iterator<Item = u32> 
     most.into_iter().chain((eligible..table.len()).map(|light| table.samples(light)))
 }
 
-fn sum(counts: impl Iterator<Item = u32>) -> u32 {
+fn total(counts: impl Iterator<Item = u32>) -> u32 {
     counts.fold(0, u32::saturating_add)
-}
-
-/// Light that some of the directions from the BSDF find: `count`, of one pattern.
-fn by_directions(
-    tracer: &mut Tracer,
-    vertex: &Vertex,
-    stream: &mut SampleStream,
-    samples: Samples,
-    count: u32,
-) -> Vec3 {
-    let mut sum = Vec3::ZERO;
-    for k in 0..count {
-        let Some(sample) = vertex.bsdf.sample(stream.nested_2d(count, k), vertex.part) else { continue };
-        let direction = Direction::new(vertex, &sample, samples);
-        sum += sample.weight() * found_light(tracer, &direction, &vertex.surface.leave(sample.wi));
-    }
-    sum / samples.directions() as f32
-}
-
-/// Light that one direction finds.
-fn found_light(tracer: &mut Tracer, direction: &Direction, ray: &Ray) -> Vec3 {
-    let lights = tracer.lights();
-    if !lights.has_surfaces() {
-        return if tracer.meets(ray) { Vec3::ZERO } else { direction.background(lights, ray.d) };
-    }
-    let Some(hit) = tracer.nearest(ray) else {
-        return direction.background(lights, ray.d);
-    };
-    if lights.of_element(hit.element).is_none() {
-        return Vec3::ZERO;
-    }
-    direction.emitted(lights, &tracer.surface(ray, &hit), -ray.d)
 }

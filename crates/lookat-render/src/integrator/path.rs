@@ -58,7 +58,6 @@ pub(crate) fn li(
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
     // What refraction has done to beta: roulette is to count light, not its density.
     let mut compression = 1.0;
-    let samples = Samples::One(settings.light_choice);
     let mut emission = Emission::Full;
     let mut ray = camera_ray.ray();
     let mut seen_by = Some(camera_ray);
@@ -86,8 +85,9 @@ pub(crate) fn li(
             continue;
         };
         let vertex = Vertex::new(lights, &surface, &bsdf, Part::All);
+        let samples = Samples::of_one(lights, settings.light_choice, vertex.lune.as_ref());
         if bsdf.has(Part::Smooth) {
-            radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice);
+            radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice, samples);
         }
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::All) else { return radiance };
         beta *= sample.weight();

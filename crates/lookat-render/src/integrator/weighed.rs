@@ -6,32 +6,38 @@ use lookat_scene::LightChoice;
 use super::Tracer;
 use crate::bsdf::{Bsdf, BsdfSample, Part};
 use crate::light::{LightTable, Lune};
+use crate::ray::Ray;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 
 /// How many samples of lights and how many directions from the BSDF there are at a surface.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Samples {
-    /// One of each; the light is chosen at random.
+pub(super) struct Samples {
+    pub lights: LightSamples,
+    pub directions: u32,
+}
+
+/// Which lights are sampled.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum LightSamples {
+    /// One, chosen at random.
     One(LightChoice),
-    /// As many of each light as it asks for, and so many directions.
-    Each { directions: u32 },
+    /// As many of each light as it asks for.
+    Each,
 }
 
 impl Samples {
-    /// How many samples there are of a light from the point `p` of a surface, in the mean.
-    fn of_light(self, lights: &LightTable, p: DVec3, lune: Option<&Lune>, light: usize) -> f64 {
-        match self {
-            Samples::One(choice) => lights.probability(choice, p, lune, light),
-            Samples::Each { .. } => f64::from(lights.samples(light)),
-        }
+    /// One light, and one direction; or two, where no light is to be sampled.
+    pub fn of_one(lights: &LightTable, choice: LightChoice, lune: Option<&Lune>) -> Self {
+        let directions = if lights.leaves_all_to_directions(lune) { 2 } else { 1 };
+        Samples { lights: LightSamples::One(choice), directions }
     }
 
-    /// How many directions from the BSDF there are.
-    pub fn directions(self) -> f64 {
-        match self {
-            Samples::One(_) => 1.0,
-            Samples::Each { directions } => f64::from(directions),
+    /// How many samples there are of a light from the point `p` of a surface, in the mean.
+    fn of_light(self, lights: &LightTable, p: DVec3, lune: Option<&Lune>, light: usize) -> f64 {
+        match self.lights {
+            LightSamples::One(choice) => lights.probability(choice, p, lune, light),
+            LightSamples::Each => f64::from(lights.samples(light)),
         }
     }
 }
@@ -47,11 +53,12 @@ pub(super) struct Vertex<'v> {
 
 impl<'v> Vertex<'v> {
     pub fn new(lights: &LightTable, surface: &'v Surface<'v>, bsdf: &'v Bsdf<'v>, part: Part) -> Self {
-        Vertex { surface, bsdf, part, lune: lights.lune(bsdf) }
+        let lune = if bsdf.has(Part::Smooth) { lights.lune(bsdf) } else { None };
+        Vertex { surface, bsdf, part, lune }
     }
 }
 
-/// A direction from the BSDF, for which it has to be known how likely it was.
+/// One of the directions from the BSDF at a surface: it has to be known how likely it was.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Direction {
     samples: Samples,
@@ -64,31 +71,27 @@ pub(super) struct Direction {
 
 impl Direction {
     pub fn new(vertex: &Vertex, sample: &BsdfSample, samples: Samples) -> Self {
-        Direction {
-            samples,
-            from: vertex.surface.p,
-            lune: vertex.lune,
-            pdf: sample.pdf * samples.directions(),
-        }
+        let pdf = sample.pdf * f64::from(samples.directions);
+        Direction { samples, from: vertex.surface.p, lune: vertex.lune, pdf }
     }
 
-    /// What counts of the emission of a surface that it finds.
+    /// What counts of the emission of a surface that it finds, as its part of all directions.
     pub fn emitted(&self, lights: &LightTable, surface: &Surface, wo: DVec3) -> Vec3 {
         let le = surface.le(wo);
         let light = lights.of_element(surface.element).filter(|_| le != Vec3::ZERO);
         let Some(light) = light else { return Vec3::ZERO };
         let other = lights.surface_pdf(light, self.from, surface) * self.samples_of(lights, light);
-        le * lights.weight(light, self.pdf, other)
+        le * lights.weight(light, self.pdf, other) / self.samples.directions as f32
     }
 
-    /// What counts of the radiance from where there is nothing.
+    /// What counts of the radiance from where there is nothing, in the same way.
     pub fn background(&self, lights: &LightTable, d: DVec3) -> Vec3 {
         let weighed = |(light, radiance, other): (usize, Vec3, f64)| {
             // Most often nothing else finds it.
             let other = if other > 0.0 { other * self.samples_of(lights, light) } else { 0.0 };
             radiance * lights.weight(light, self.pdf, other)
         };
-        lights.skies(self.lune.as_ref(), d).map(weighed).sum()
+        lights.skies(self.lune.as_ref(), d).map(weighed).sum::<Vec3>() / self.samples.directions as f32
     }
 
     fn samples_of(&self, lights: &LightTable, light: usize) -> f64 {
@@ -96,24 +99,31 @@ impl Direction {
     }
 }
 
-/// What one light, chosen at random, brings straight to a surface.
+/// What one light, chosen at random, brings straight to a surface; where none is to be sampled, what one more direction
+/// finds.
 pub(super) fn one_light(
     tracer: &mut Tracer,
     vertex: &Vertex,
     stream: &mut SampleStream,
     choice: LightChoice,
+    samples: Samples,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let Some((light, probability)) = lights.choose(choice, vertex.surface.p, vertex.lune.as_ref(), stream)
-    else {
-        stream.skip(2);
-        return Vec3::ZERO;
-    };
-    let u = match lights.is_delta(light) {
-        true => stream.left_2d(),
-        false => stream.next_2d(),
-    };
-    sampled_light(tracer, vertex, (light, probability), Samples::One(choice), u)
+    let chosen = lights.choose(choice, vertex.surface.p, vertex.lune.as_ref(), stream);
+    match chosen {
+        Some((light, probability)) => {
+            let u = match lights.is_delta(light) {
+                true => stream.left_2d(),
+                false => stream.next_2d(),
+            };
+            sampled_light(tracer, vertex, (light, probability), samples, u)
+        }
+        None if samples.directions > 1 => by_directions(tracer, vertex, stream, samples, 1),
+        None => {
+            stream.skip(2);
+            Vec3::ZERO
+        }
+    }
 }
 
 /// The share of one sample of a light in what it brings straight to a surface. `count`: how many there are, in the mean.
@@ -135,6 +145,42 @@ pub(super) fn sampled_light(
     }
     let direct = reflected / count as f32;
     let Some(pdf) = sample.pdf else { return direct };
-    let other = bsdf.pdf(sample.shadow.d, *part) * samples.directions();
+    let other = bsdf.pdf(sample.shadow.d, *part) * f64::from(samples.directions);
     direct * lights.weight(light, pdf * count, other) / pdf as f32
+}
+
+/// Light that some of the directions from the BSDF find: `count`, of one pattern.
+pub(super) fn by_directions(
+    tracer: &mut Tracer,
+    vertex: &Vertex,
+    stream: &mut SampleStream,
+    samples: Samples,
+    count: u32,
+) -> Vec3 {
+    let mut found = Vec3::ZERO;
+    for k in 0..count {
+        let Some(sample) = vertex.bsdf.sample(stream.nested_2d(count, k), vertex.part) else { continue };
+        // What lies in single directions counts in full where the path goes on there.
+        if sample.is_specular {
+            continue;
+        }
+        let direction = Direction::new(vertex, &sample, samples);
+        found += sample.weight() * found_light(tracer, &direction, &vertex.surface.leave(sample.wi));
+    }
+    found
+}
+
+/// Light that one direction finds.
+fn found_light(tracer: &mut Tracer, direction: &Direction, ray: &Ray) -> Vec3 {
+    let lights = tracer.lights();
+    if !lights.has_surfaces() {
+        return if tracer.meets(ray) { Vec3::ZERO } else { direction.background(lights, ray.d) };
+    }
+    let Some(hit) = tracer.nearest(ray) else {
+        return direction.background(lights, ray.d);
+    };
+    if lights.of_element(hit.element).is_none() {
+        return Vec3::ZERO;
+    }
+    direction.emitted(lights, &tracer.surface(ray, &hit), -ray.d)
 }

@@ -34,18 +34,14 @@ impl LightTable<'_> {
         let (light, probability) = match self.rule(choice) {
             LightChoice::Uniform => (((u * count as f64) as usize).min(last), 1.0 / count as f64),
             LightChoice::Power => {
-                let total = self.power_of_finite() + self.powers_of_skies(count, lune).sum::<f64>();
-                let rest = u * total - self.power_of_finite();
-                match rest < 0.0 {
-                    true => {
-                        let finite = &self.power_cdf[..self.finite];
-                        let light = finite.partition_point(|sum| *sum <= u * total).min(self.finite - 1);
-                        (light, share(self.power_shares[light], total))
-                    }
-                    false => {
-                        let (sky, power) = pick(self.powers_of_skies(count, lune), rest)?;
-                        (self.finite + sky, share(power, total))
-                    }
+                let total = self.total_power(count, lune);
+                let at = u * total;
+                let light = self.power_cdf.partition_point(|sum| *sum <= at);
+                if light < self.first_sky {
+                    (light, share(self.power_shares[light], total))
+                } else {
+                    let (sky, power) = pick(self.powers_of_skies(count, lune), at - self.power_of_others())?;
+                    (self.first_sky + sky, share(power, total))
                 }
             }
             LightChoice::Spatial => {
@@ -66,8 +62,8 @@ impl LightTable<'_> {
             _ if count == 1 => 1.0,
             LightChoice::Uniform => 1.0 / count as f64,
             LightChoice::Power => {
-                let total = self.power_of_finite() + self.powers_of_skies(count, lune).sum::<f64>();
-                share(self.power_shares[light] * self.lights[light].sampled_share(lune), total)
+                let power = self.power_shares[light] * self.lights[light].sampled_share(lune);
+                share(power, self.total_power(count, lune))
             }
             LightChoice::Spatial => {
                 share(self.lights[light].estimate(p, lune), self.estimates(count, p, lune).sum())
@@ -85,13 +81,19 @@ impl LightTable<'_> {
         if choice == LightChoice::Spatial && self.lights.len() > MANY { LightChoice::Power } else { choice }
     }
 
-    fn power_of_finite(&self) -> f64 {
-        if self.finite == 0 { 0.0 } else { self.power_cdf[self.finite - 1] }
+    /// Of the first `count` lights.
+    fn total_power(&self, count: usize, lune: Option<&Lune>) -> f64 {
+        self.power_of_others() + self.powers_of_skies(count, lune).sum::<f64>()
+    }
+
+    /// Of all that are no skies.
+    fn power_of_others(&self) -> f64 {
+        self.power_cdf.last().copied().unwrap_or(0.0)
     }
 
     /// Of the first `count` lights, those of skies that their samples are for.
     fn powers_of_skies(&self, count: usize, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
-        (self.finite..count).map(move |sky| self.power_shares[sky] * self.lights[sky].sampled_share(lune))
+        (self.first_sky..count).map(move |sky| self.power_shares[sky] * self.lights[sky].sampled_share(lune))
     }
 
     /// Of the first `count` lights.
@@ -193,9 +195,11 @@ impl SceneLight<'_> {
 #[cfg(test)]
 mod tests {
     use std::path::Path;
+    use std::sync::Arc;
 
-    use glam::DVec2;
-    use lookat_scene::{Overrides, SamplerKind, load};
+    use glam::{DMat3, DVec2, Vec3};
+    use lookat_image::{MipMap, Wrap};
+    use lookat_scene::{Light, Overrides, SamplerKind, load};
 
     use super::*;
     use crate::Precision;
@@ -206,11 +210,20 @@ mod tests {
         LightSource "point" "rgb I" [0 0 0] LightSource "infinite" "rgb L" [.1 .1 .1]
         AttributeBegin AreaLightSource "diffuse" Translate 3 0 0 Shape "sphere" AttributeEnd"#;
 
-    fn with(lamps: &str, check: impl Fn(&LightTable)) {
+    fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable)) {
         let text =
             format!("Film \"image\" Camera \"perspective\" WorldBegin {lamps} Shape \"sphere\" WorldEnd");
         let loaded = load(Path::new("x"), &|_| Ok(text.clone().into()), &Overrides::default());
-        let scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+        let mut scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+        let mut texels = vec![Vec3::splat(0.1); 32];
+        texels[9] = Vec3::splat(5.0);
+        let map = Arc::new(MipMap::new(8, 4, texels, Wrap::Repeat));
+        let (turned, scale, samples) = (DMat3::IDENTITY, Vec3::ONE, 1);
+        let sky =
+            Light::Environment { map, scale, world_from_light: turned, light_from_world: turned, samples };
+        if with_sky {
+            scene.lights.push(sky);
+        }
         check(&LightTable::new(&scene, &Traceable::new(&scene, Precision::Mixed)));
     }
 
@@ -228,28 +241,30 @@ mod tests {
         for lamps in
             [LAMPS, &many, r#"LightSource "infinite""#, r#"LightSource "infinite" LightSource "point""#]
         {
-            with(lamps, |table| {
-                for choice in [LightChoice::Uniform, LightChoice::Power, LightChoice::Spatial] {
-                    for lune in [None, lune(20.0, false), lune(60.0, true)] {
-                        let mut found = vec![0_u32; table.len()];
-                        for index in 0..sampler.samples_per_pixel {
-                            let mut stream = SampleStream::new(&sampler, 0, [0, 0], index);
-                            let Some((light, said)) = table.choose(choice, p, lune.as_ref(), &mut stream)
-                            else {
-                                continue;
-                            };
-                            let expected = table.probability(choice, p, lune.as_ref(), light);
-                            assert!((said / expected - 1.0).abs() < 1e-12, "{choice:?} {light}");
-                            found[light] += 1;
-                        }
-                        for (light, found) in found.into_iter().enumerate() {
-                            let found = f64::from(found) / f64::from(sampler.samples_per_pixel);
-                            let said = table.probability(choice, p, lune.as_ref(), light);
-                            assert!((found - said).abs() < 3e-4, "{choice:?} {light}: {found} {said}");
+            for with_sky in [false, true] {
+                with(lamps, with_sky, |table| {
+                    for choice in [LightChoice::Uniform, LightChoice::Power, LightChoice::Spatial] {
+                        for lune in [None, lune(20.0, false), lune(60.0, true)] {
+                            let mut found = vec![0_u32; table.len()];
+                            for index in 0..sampler.samples_per_pixel {
+                                let mut stream = SampleStream::new(&sampler, 0, [0, 0], index);
+                                let Some((light, said)) = table.choose(choice, p, lune.as_ref(), &mut stream)
+                                else {
+                                    continue;
+                                };
+                                let expected = table.probability(choice, p, lune.as_ref(), light);
+                                assert!((said / expected - 1.0).abs() < 1e-12, "{choice:?} {light}");
+                                found[light] += 1;
+                            }
+                            for (light, found) in found.into_iter().enumerate() {
+                                let found = f64::from(found) / f64::from(sampler.samples_per_pixel);
+                                let said = table.probability(choice, p, lune.as_ref(), light);
+                                assert!((found - said).abs() < 3e-4, "{choice:?} {light}: {found} {said}");
+                            }
                         }
                     }
-                }
-            });
+                });
+            }
         }
     }
 }

@@ -91,9 +91,9 @@ impl<'s> Environment<'s> {
         (self.shown(st), pdf)
     }
 
-    /// The share of a lune in the samples.
+    /// The share of a lune in the samples: that in the light which they are for.
     fn lune_share(&self, lune: &Lune) -> f64 {
-        if self.is_even() { 1.0 } else { lune.share().min(0.5) }
+        lune.share() / (lune.share() + self.share_above())
     }
 
     /// The solid angle that a direction of light space covers in the world, given the length of the world's there.
@@ -101,7 +101,7 @@ impl<'s> Environment<'s> {
         self.growth * length_in_light.powi(3)
     }
 
-    /// Whether it is everywhere alike.
+    /// Whether it is everywhere alike, or nearly so, and not sampled but in a lune.
     pub fn is_even(&self) -> bool {
         self.table.mean_above() <= 0.0
     }

@@ -15,9 +15,8 @@ pub(crate) struct Lune {
     ns: DVec3,
     /// The edge of the lune, of length one: across both normals.
     axis: DVec3,
-    /// Between the normals, more than 0 and up to pi, and its cosine.
+    /// Between the normals, more than 0 and up to pi.
     angle: f64,
-    cos: f64,
     /// With the opposite lune.
     is_double: bool,
 }
@@ -42,12 +41,13 @@ impl Lune {
             // Any, as the lune is a hemisphere.
             false => Frame::from_z(n).x,
         };
-        Some(Lune { n, ns, axis, angle: sin.atan2(cos), cos, is_double: is_two_sided })
+        Some(Lune { n, ns, axis, angle: sin.atan2(cos), is_double: is_two_sided })
     }
 
-    /// Its share in the irradiance under a sky that is everywhere alike, by the cosine to the shading normal.
+    /// What it adds to the irradiance under a sky that is everywhere alike, by the cosine to the shading normal, over that of
+    /// a whole hemisphere; for two lunes the sum.
     pub fn share(&self) -> f64 {
-        0.5 * (1.0 - self.cos) * if self.is_double { 2.0 } else { 1.0 }
+        (0.5 * self.angle).sin().powi(2) * if self.is_double { 2.0 } else { 1.0 }
     }
 
     /// A direction, all alike.

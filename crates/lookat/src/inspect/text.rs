@@ -117,7 +117,9 @@ impl Found<'_> {
         };
         let constant = match (it.constant_skies, how) {
             (0, _) => "",
-            (_, "") => "; constant, so found by BSDF samples",
+            (skies, _) if skies == it.lights.len() => {
+                return format!("{}; constant, so found by BSDF samples", tallied(&it.lights));
+            }
             _ => ", but for constant infinite ones, which BSDF samples find",
         };
         format!("{}{how}{constant}", tallied(&it.lights))
