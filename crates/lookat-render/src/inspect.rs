@@ -30,7 +30,7 @@ pub struct Inspection {
     pub has_cutouts: bool,
     /// What surfaces are made of; `None` where the integrator does not ask.
     pub surfaces: Option<Surfaces>,
-    /// The kind of each light.
+    /// The kind of each light, infinite ones last.
     pub lights: Vec<&'static str>,
     /// How many of them are infinite, and everywhere alike: they are found by directions from the BSDF, and sampled only
     /// where those do not go.

@@ -36,7 +36,6 @@ pub(crate) struct LightTable<'s> {
     /// The light that a primitive is, or none.
     of_primitive: Vec<Option<usize>>,
     has_surfaces: bool,
-    has_extended: bool,
     /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
     /// World position of the origin.
@@ -107,7 +106,6 @@ impl<'s> LightTable<'s> {
         LightTable {
             power_cdf: choice::cumulated(&power_shares[..first_sky]),
             power_shares,
-            has_extended: lights.iter().any(|light| !light.is_delta()),
             lights,
             first_sky,
             uneven,
@@ -123,7 +121,7 @@ impl<'s> LightTable<'s> {
         self.lights.len()
     }
 
-    /// The kind of each light.
+    /// The kind of each light, skies last.
     pub fn kinds(&self) -> impl Iterator<Item = &'static str> {
         self.lights.iter().map(|light| match light {
             SceneLight::Point { .. } => "point",
@@ -153,9 +151,13 @@ impl<'s> LightTable<'s> {
         self.eligible(lune) == 0 && self.len() > 0
     }
 
+    fn has_skies(&self) -> bool {
+        self.first_sky < self.lights.len()
+    }
+
     /// Whether any light is more than a point or a direction.
     pub fn has_extended(&self) -> bool {
-        self.has_extended
+        self.has_surfaces || self.has_skies()
     }
 
     /// Whether a light is only a point or a direction, which no ray finds by chance.
@@ -175,7 +177,7 @@ impl<'s> LightTable<'s> {
     /// The directions that samples of the BSDF miss, if there is a sky from which light may come there.
     #[inline]
     pub fn lune(&self, bsdf: &Bsdf) -> Option<Lune> {
-        (self.first_sky < self.lights.len()).then(|| Lune::new(&bsdf.domain())).flatten()
+        self.has_skies().then(|| Lune::new(&bsdf.domain())).flatten()
     }
 
     /// A direction towards a light, for a surface with that [`Lune`].
@@ -226,11 +228,11 @@ impl<'s> LightTable<'s> {
     /// (Veach; PBR 13.10.1). Densities are multiplied by the number of samples of each way.
     pub fn weight(&self, light: usize, a: f64, b: f64) -> f32 {
         let ratio = b / a;
-        match self.lights[light] {
-            // The balance heuristic: their samples leave to the BSDF what it finds.
-            SceneLight::Infinite { .. } | SceneLight::Environment(_) => (1.0 / (1.0 + ratio)) as f32,
+        match light >= self.first_sky {
+            // The balance heuristic: samples of skies leave to the BSDF what it finds.
+            true => (1.0 / (1.0 + ratio)) as f32,
             // The power heuristic with exponent 2; as a ratio, so that no square overflows.
-            _ => (1.0 / (1.0 + ratio * ratio)) as f32,
+            false => (1.0 / (1.0 + ratio * ratio)) as f32,
         }
     }
 
@@ -270,8 +272,7 @@ impl<'s> LightTable<'s> {
 
 impl<'s> SceneLight<'s> {
     fn is_delta(&self) -> bool {
-        use SceneLight::{Environment, Infinite, Surface};
-        !matches!(self, Infinite { .. } | Environment(_) | Surface(_))
+        !self.is_sky() && !matches!(self, SceneLight::Surface(_))
     }
 
     fn is_sky(&self) -> bool {

@@ -87,12 +87,6 @@ impl SampleStream {
         self.dimension += dimensions;
     }
 
-    /// Where two numbers have a place, but nothing is left to chance.
-    pub fn left_2d(&mut self) -> DVec2 {
-        self.skip(2);
-        DVec2::ZERO
-    }
-
     /// How many dimensions have been taken or left.
     #[cfg(test)]
     pub fn dimension(&self) -> u32 {

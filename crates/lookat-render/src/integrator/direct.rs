@@ -5,10 +5,11 @@ use lookat_scene::LightChoice;
 
 use super::weighed::{LightSamples, Samples, Vertex, by_directions, one_light, sampled_light};
 use super::{Draw, MAX_PASSED, Tracer};
-use crate::bsdf::{Lobes, Part};
+use crate::bsdf::{Bsdf, Lobes, Part};
 use crate::camera::CameraRay;
 use crate::light::LightTable;
 use crate::sampler::SampleStream;
+use crate::surface::Surface;
 
 /// The radiance along a camera ray from lights that are seen, and from lights that the surface sees; by way of mirrors and
 /// glass too, at less than `max_depth` surfaces in a row.
@@ -43,8 +44,7 @@ pub(crate) fn li(
         };
         radiance += beta * surface.le(wo);
         if bsdf.has(Part::Smooth) {
-            let vertex = Vertex::new(tracer.lights(), &surface, &bsdf, Part::Smooth);
-            radiance += beta * from_lights(tracer, &vertex, stream, all_lights);
+            radiance += beta * from_lights(tracer, &surface, &bsdf, stream, all_lights);
         }
         depth += 1;
         if depth >= max_depth || !bsdf.has(Part::Specular) {
@@ -77,27 +77,35 @@ pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> 
 }
 
 /// Light that comes straight to the surface: from one light, chosen at random, or from all.
-fn from_lights(tracer: &mut Tracer, vertex: &Vertex, stream: &mut SampleStream, all_lights: bool) -> Vec3 {
+fn from_lights(
+    tracer: &mut Tracer,
+    surface: &Surface,
+    bsdf: &Bsdf,
+    stream: &mut SampleStream,
+    all_lights: bool,
+) -> Vec3 {
     let table = tracer.lights();
+    let lune = table.lune(bsdf);
+    let vertex = |samples| Vertex { surface, bsdf, part: Part::Smooth, lune, samples };
     if !all_lights {
-        let samples = Samples::of_one(table, CHOICE, vertex.lune.as_ref());
-        let light = one_light(tracer, vertex, stream, CHOICE, samples);
-        return light + by_directions(tracer, vertex, stream, samples, u32::from(table.has_extended()));
+        let vertex = &vertex(Samples::of_one(table, CHOICE, lune.as_ref()));
+        let light = one_light(tracer, vertex, stream, CHOICE);
+        return light + by_directions(tracer, vertex, stream, u32::from(table.has_extended()));
     }
-    let eligible = table.eligible(vertex.lune.as_ref());
+    let eligible = table.eligible(lune.as_ref());
     let samples = Samples { lights: LightSamples::Each, directions: total(directions(table, eligible)) };
+    let vertex = &vertex(samples);
     let mut radiance = Vec3::ZERO;
     for light in 0..eligible {
         let count = table.samples(light);
         for k in 0..count {
             // Where nothing about a light is left to chance, no numbers are.
             let u = if table.is_delta(light) { DVec2::ZERO } else { stream.nested_2d(count, k) };
-            let light = (light, f64::from(count));
-            radiance += sampled_light(tracer, vertex, light, samples, u);
+            radiance += sampled_light(tracer, vertex, (light, f64::from(count)), u);
         }
     }
     directions(table, eligible)
-        .fold(radiance, |sum, count| sum + by_directions(tracer, vertex, stream, samples, count))
+        .fold(radiance, |sum, count| sum + by_directions(tracer, vertex, stream, count))
 }
 
 /// How many directions from the BSDF look for all lights, pattern by pattern, where the first so many lights are eligible

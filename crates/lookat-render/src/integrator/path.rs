@@ -84,10 +84,12 @@ pub(crate) fn li(
             }
             continue;
         };
-        let vertex = Vertex::new(lights, &surface, &bsdf, Part::All);
-        let samples = Samples::of_one(lights, settings.light_choice, vertex.lune.as_ref());
-        if bsdf.has(Part::Smooth) {
-            radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice, samples);
+        let is_smooth = bsdf.has(Part::Smooth);
+        let lune = if is_smooth { lights.lune(&bsdf) } else { None };
+        let samples = Samples::of_one(lights, settings.light_choice, lune.as_ref());
+        let vertex = Vertex { surface: &surface, bsdf: &bsdf, part: Part::All, lune, samples };
+        if is_smooth {
+            radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice);
         }
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::All) else { return radiance };
         beta *= sample.weight();
@@ -95,7 +97,7 @@ pub(crate) fn li(
         ray = surface.leave(sample.wi);
         emission = match sample.is_specular {
             true => Emission::Full,
-            false => Emission::Weighed(Direction::new(&vertex, &sample, samples)),
+            false => Emission::Weighed(Direction::new(&vertex, &sample)),
         };
         // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
         let strength = f64::from(beta.max_element() / compression);

@@ -49,13 +49,7 @@ pub(super) struct Vertex<'v> {
     /// What of the BSDF directions are sampled from.
     pub part: Part,
     pub lune: Option<Lune>,
-}
-
-impl<'v> Vertex<'v> {
-    pub fn new(lights: &LightTable, surface: &'v Surface<'v>, bsdf: &'v Bsdf<'v>, part: Part) -> Self {
-        let lune = if bsdf.has(Part::Smooth) { lights.lune(bsdf) } else { None };
-        Vertex { surface, bsdf, part, lune }
-    }
+    pub samples: Samples,
 }
 
 /// One of the directions from the BSDF at a surface: it has to be known how likely it was.
@@ -70,9 +64,9 @@ pub(super) struct Direction {
 }
 
 impl Direction {
-    pub fn new(vertex: &Vertex, sample: &BsdfSample, samples: Samples) -> Self {
-        let pdf = sample.pdf * f64::from(samples.directions);
-        Direction { samples, from: vertex.surface.p, lune: vertex.lune, pdf }
+    pub fn new(vertex: &Vertex, sample: &BsdfSample) -> Self {
+        let pdf = sample.pdf * f64::from(vertex.samples.directions);
+        Direction { samples: vertex.samples, from: vertex.surface.p, lune: vertex.lune, pdf }
     }
 
     /// What counts of the emission of a surface that it finds, as its part of all directions.
@@ -106,19 +100,21 @@ pub(super) fn one_light(
     vertex: &Vertex,
     stream: &mut SampleStream,
     choice: LightChoice,
-    samples: Samples,
 ) -> Vec3 {
     let lights = tracer.lights();
     let chosen = lights.choose(choice, vertex.surface.p, vertex.lune.as_ref(), stream);
     match chosen {
         Some((light, probability)) => {
-            let u = match lights.is_delta(light) {
-                true => stream.left_2d(),
-                false => stream.next_2d(),
+            // Where nothing about a light is left to chance, its numbers stay untaken.
+            let u = if lights.is_delta(light) {
+                stream.skip(2);
+                DVec2::ZERO
+            } else {
+                stream.next_2d()
             };
-            sampled_light(tracer, vertex, (light, probability), samples, u)
+            sampled_light(tracer, vertex, (light, probability), u)
         }
-        None if samples.directions > 1 => by_directions(tracer, vertex, stream, samples, 1),
+        None if vertex.samples.directions > 1 => by_directions(tracer, vertex, stream, 1),
         None => {
             stream.skip(2);
             Vec3::ZERO
@@ -131,11 +127,10 @@ pub(super) fn sampled_light(
     tracer: &mut Tracer,
     vertex: &Vertex,
     (light, count): (usize, f64),
-    samples: Samples,
     u: DVec2,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let Vertex { surface, bsdf, part, lune } = vertex;
+    let Vertex { surface, bsdf, part, lune, samples } = vertex;
     let Some(sample) = lights.sample(light, surface, lune.as_ref(), u) else {
         return Vec3::ZERO;
     };
@@ -154,7 +149,6 @@ pub(super) fn by_directions(
     tracer: &mut Tracer,
     vertex: &Vertex,
     stream: &mut SampleStream,
-    samples: Samples,
     count: u32,
 ) -> Vec3 {
     let mut found = Vec3::ZERO;
@@ -164,7 +158,7 @@ pub(super) fn by_directions(
         if sample.is_specular {
             continue;
         }
-        let direction = Direction::new(vertex, &sample, samples);
+        let direction = Direction::new(vertex, &sample);
         found += sample.weight() * found_light(tracer, &direction, &vertex.surface.leave(sample.wi));
     }
     found

@@ -115,14 +115,12 @@ impl Found<'_> {
             Choice::One(LightChoice::Power) => "; one is chosen at each surface, by power",
             Choice::One(LightChoice::Spatial) => "; one is chosen at each surface, by what it brings there",
         };
-        let constant = match (it.constant_skies, how) {
-            (0, _) => "",
-            (skies, _) if skies == it.lights.len() => {
-                return format!("{}; constant, so found by BSDF samples", tallied(&it.lights));
-            }
-            _ => ", but for constant infinite ones, which BSDF samples find",
+        let (how, but) = match it.constant_skies {
+            0 => (how, ""),
+            skies if skies == it.lights.len() => ("; constant, so found by BSDF samples", ""),
+            _ => (how, ", but for constant infinite ones, which BSDF samples find"),
         };
-        format!("{}{how}{constant}", tallied(&it.lights))
+        format!("{}{how}{but}", tallied(&it.lights))
     }
 
     fn memory(&self) -> String {

@@ -64,20 +64,17 @@ impl DirectionTable {
         let of_row = |row| table.row(row).iter().sum::<f64>() * table.cell_angle(row);
         table.mean = (0..rows).map(of_row).sum::<f64>() / (4.0 * PI);
         let brightest = table.sums.iter().copied().fold(0.0, f64::max);
-        if brightest <= table.mean * ALIKE {
-            table.sums.fill(0.0);
-        }
-        table.sum_up();
+        table.sum_up(if brightest > table.mean * ALIKE { table.mean } else { brightest });
         table
     }
 
-    /// From the luminance of the cells to the sums of what is above the mean.
-    fn sum_up(&mut self) {
-        let (columns, mean) = (self.columns, self.mean);
+    /// From the luminance of the cells to the sums of what is above a level.
+    fn sum_up(&mut self, level: f64) {
+        let columns = self.columns;
         self.sums.par_chunks_mut(columns).for_each(|row| {
             let mut sum = 0.0;
             for cell in row {
-                sum += (*cell - mean).max(0.0);
+                sum += (*cell - level).max(0.0);
                 *cell = sum;
             }
         });
