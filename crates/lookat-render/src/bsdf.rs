@@ -1,5 +1,6 @@
 //! How surfaces scatter light.
 
+mod choice;
 mod fresnel;
 mod lobe;
 mod material;
@@ -16,6 +17,7 @@ use smallvec::SmallVec;
 use crate::frame::{Frame, flipped};
 use crate::texture::TexturePoint;
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use choice::LikelyLobe;
 use lobe::Lobe;
 pub(crate) use material::most_lobes;
 
@@ -38,14 +40,14 @@ enum Scattering<'l> {
     /// One [`Lobe::Lambert`] of this reflectance.
     Lambert(Vec3),
     /// Any lobes, and how many of them are specular.
-    Lobes { lobes: &'l [Lobe], specular: usize },
+    Lobes { lobes: &'l [LikelyLobe], specular: usize },
 }
 
 /// A place for lobes that serves one surface after the other. Few materials have more than these.
 #[derive(Debug, Default)]
 pub(crate) struct Lobes(LobeList);
 
-type LobeList = SmallVec<[Lobe; 8]>;
+type LobeList = SmallVec<[LikelyLobe; 8]>;
 
 /// Which lobes are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,13 +121,14 @@ impl<'l> Bsdf<'l> {
         wo: DVec3,
         lobes: &'l mut Lobes,
     ) -> Option<Self> {
+        let local_o = frame.to_local(wo);
         let scattering = match (&material.kind, lambert(&material.kind)) {
             (MaterialKind::None, _) => return None,
             (_, Some(kd)) => Scattering::Lambert(at.value(kd).max(Vec3::ZERO)),
-            (kind, None) => Scattering::of(kind, at, &mut lobes.0),
+            (kind, None) => Scattering::of(kind, at, local_o, &mut lobes.0),
         };
         let n = flipped(n, n.dot(wo) < 0.0);
-        Some(Bsdf { frame, n, local_o: frame.to_local(wo), scattering })
+        Some(Bsdf { frame, n, local_o, scattering })
     }
 
     /// Whether any of its lobes are of a kind.
@@ -147,7 +150,7 @@ impl<'l> Bsdf<'l> {
     pub fn domain(&self) -> Domain {
         let is_two_sided = match self.scattering {
             Scattering::Lambert(_) => false,
-            Scattering::Lobes { lobes, .. } => lobes.iter().any(Lobe::transmits),
+            Scattering::Lobes { lobes, .. } => lobes.iter().any(|likely| likely.lobe.transmits()),
         };
         let ns = flipped(self.frame.z, self.local_o.z < 0.0);
         Domain { n: self.n, ns, is_two_sided }
@@ -168,9 +171,9 @@ impl<'l> Bsdf<'l> {
     }
 
     /// The geometric normal tells the sides, so that bent normals let no light through.
-    fn f_cos_of(&self, lobes: &[Lobe], through: bool, local_i: DVec3) -> Vec3 {
+    fn f_cos_of(&self, lobes: &[LikelyLobe], through: bool, local_i: DVec3) -> Vec3 {
         let mut f = Vec3::ZERO;
-        for lobe in lobes.iter().filter(|lobe| lobe.transmits() == through) {
+        for LikelyLobe { lobe, .. } in lobes.iter().filter(|likely| likely.lobe.transmits() == through) {
             f += lobe.f(self.local_o, local_i);
         }
         f * local_i.z.abs() as f32
@@ -185,17 +188,16 @@ impl<'l> Bsdf<'l> {
         }
     }
 
-    fn pdf_of(&self, lobes: &[Lobe], local_i: DVec3, part: Part) -> f64 {
-        let sum: f64 = lobes.iter().map(|lobe| lobe.pdf(self.local_o, local_i)).sum();
-        // Specular lobes add nothing, but are chosen too.
-        match self.count(part) {
-            0 => 0.0,
-            1 => sum,
-            count => sum / count as f64,
+    fn pdf_of(&self, lobes: &[LikelyLobe], local_i: DVec3, part: Part) -> f64 {
+        if !self.has(part) {
+            return 0.0;
         }
+        let density = |likely: &LikelyLobe| likely.probability * likely.lobe.pdf(self.local_o, local_i);
+        // Specular lobes add nothing, but are chosen too.
+        lobes.iter().map(density).sum::<f64>() / choice::probability(lobes, part)
     }
 
-    /// A direction of one of the lobes, all of them alike likely. `None` where no light is scattered.
+    /// A direction of one of the lobes, the likelier the more it scatters. `None` where no light is scattered.
     #[inline]
     pub fn sample(&self, u: DVec2, part: Part) -> Option<BsdfSample> {
         if self.local_o.z == 0.0 {
@@ -213,27 +215,23 @@ impl<'l> Bsdf<'l> {
         }
     }
 
-    fn sample_of(&self, lobes: &[Lobe], u: DVec2, part: Part) -> Option<BsdfSample> {
-        let count = self.count(part);
-        let scaled = u.x * count as f64;
-        let index = (scaled as usize).min(count.checked_sub(1)?);
-        let u = DVec2::new(scaled - index as f64, u.y);
-        let lobe = lobes.iter().filter(|lobe| part.holds(lobe)).nth(index)?;
+    fn sample_of(&self, lobes: &[LikelyLobe], u: DVec2, part: Part) -> Option<BsdfSample> {
+        let (lobe, probability, rest) = choice::choose(lobes, part, u.x)?;
         if lobe.is_specular() {
-            return self.single(lobe, u.x, count);
+            return self.single(lobe, rest, probability);
         }
-        let local_i = lobe.sample(self.local_o, u)?;
+        let local_i = lobe.sample(self.local_o, DVec2::new(rest, u.y))?;
         let wi = self.frame.to_world(local_i);
         let pdf = self.pdf_of(lobes, local_i, part);
         smooth_sample(wi, self.f_cos(wi), pdf, lobe.compression(self.local_o, local_i))
     }
 
-    fn single(&self, lobe: &Lobe, u: f64, count: usize) -> Option<BsdfSample> {
+    fn single(&self, lobe: &Lobe, u: f64, probability: f64) -> Option<BsdfSample> {
         let single = lobe.single(self.local_o, u)?;
         let sample = BsdfSample {
             wi: self.frame.to_world(single.wi).normalize(),
             f_cos: single.factor,
-            pdf: single.probability / count as f64,
+            pdf: single.probability * probability,
             is_specular: true,
             compression: single.compression,
         };
@@ -242,10 +240,11 @@ impl<'l> Bsdf<'l> {
 }
 
 impl<'l> Scattering<'l> {
-    fn of(material: &MaterialKind, at: &TexturePoint, lobes: &'l mut LobeList) -> Self {
+    fn of(material: &MaterialKind, at: &TexturePoint, local_o: DVec3, lobes: &'l mut LobeList) -> Self {
         lobes.clear();
         material::add_lobes(material, at, lobes);
-        let specular = lobes.iter().filter(|lobe| lobe.is_specular()).count();
+        choice::weigh(lobes, local_o);
+        let specular = lobes.iter().filter(|likely| likely.lobe.is_specular()).count();
         Scattering::Lobes { lobes: lobes.as_slice(), specular }
     }
 }

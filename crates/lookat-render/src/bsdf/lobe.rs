@@ -57,6 +57,26 @@ impl Lobe {
         matches!(self, Lobe::LambertTransmission { .. } | Lobe::MicrofacetTransmission { .. })
     }
 
+    /// About what it scatters, in all, of light that comes along `wo`: exact where it does not depend on roughness.
+    pub fn albedo(&self, wo: DVec3) -> Vec3 {
+        let share = |eta| dielectric(wo.z, eta) as f32;
+        match *self {
+            Lobe::Lambert { reflectance } | Lobe::OrenNayar { reflectance, .. } => reflectance,
+            Lobe::LambertTransmission { transmittance } => transmittance,
+            Lobe::Microfacet { reflectance, fresnel, .. } | Lobe::Mirror { reflectance, fresnel } => {
+                reflectance * fresnel.reflected(wo.z)
+            }
+            Lobe::MicrofacetTransmission { transmittance, eta, .. }
+            | Lobe::Refraction { transmittance, eta } => transmittance * (1.0 - share(eta)),
+            Lobe::Substrate { weight, diffuse, specular, .. } => {
+                weight * (diffuse * (Vec3::ONE - specular) + schlick(specular, wo.z.abs()))
+            }
+            Lobe::Glass { reflectance, transmittance, eta } => {
+                reflectance * share(eta) + transmittance * (1.0 - share(eta))
+            }
+        }
+    }
+
     /// The value of the BSDF; 0 for single directions.
     #[inline]
     pub fn f(&self, wo: DVec3, wi: DVec3) -> Vec3 {
@@ -253,8 +273,11 @@ fn substrate(diffuse: Vec3, specular: Vec3, facets: &TrowbridgeReitz, wo: DVec3,
     let base = diffuse * (Vec3::ONE - specular) * (28.0 / (23.0 * PI) * flat(wi) * flat(wo)) as f32;
     let Some(wh) = half(wo, wi) else { return Vec3::ZERO };
     let cos = wi.dot(wh);
-    // Schlick's approximation.
-    let fresnel = specular + (Vec3::ONE - specular) * (1.0 - cos).powi(5) as f32;
     let shape = facets.density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
-    base + fresnel * shape as f32
+    base + schlick(specular, cos) * shape as f32
+}
+
+/// Schlick's approximation of what is reflected, of light at an angle of cosine `cos` to the normal.
+fn schlick(specular: Vec3, cos: f64) -> Vec3 {
+    specular + (Vec3::ONE - specular) * (1.0 - cos).powi(5) as f32
 }

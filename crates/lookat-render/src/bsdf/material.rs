@@ -7,6 +7,7 @@ use lookat_scene::{
 };
 
 use super::LobeList;
+use super::choice::LikelyLobe;
 use super::fresnel::Fresnel;
 use super::lobe::Lobe;
 use super::microfacet::TrowbridgeReitz;
@@ -31,7 +32,7 @@ pub(crate) fn most_lobes(material: &Material) -> MostLobes {
     }
     let mut lobes = LobeList::new();
     add_lobes(&material.kind, &TexturePoint::default(), &mut lobes);
-    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.is_specular()).count() }
+    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|likely| likely.lobe.is_specular()).count() }
 }
 
 /// What [`Builder`] adds at most, whatever the textures give.
@@ -82,7 +83,7 @@ impl Builder<'_> {
     /// Adds a lobe, unless nothing comes of it.
     fn push(&mut self, factor: Vec3, lobe: Lobe) {
         if factor != Vec3::ZERO {
-            self.lobes.push(lobe);
+            self.lobes.push(LikelyLobe::alone(lobe));
         }
     }
 
