@@ -87,6 +87,39 @@ fn pixels_at_the_cap_are_told_of() {
     );
 }
 
+/// Noisy pixels take the samples that others do not need, by the same numbers on any number of threads.
+#[test]
+fn adaptive_samples_are_as_many_on_average() {
+    let folder = Folder::new();
+    let json = |arguments: &[&str]| {
+        let run = folder
+            .run(&[&["render", "fine.pbrt", "-o", "a.exr", "--json", "--adaptive"], arguments].concat());
+        assert_eq!((run.status, run.err.as_str()), (0, ""));
+        json_lines(&run)[0]["picture"].clone()
+    };
+    let picture = json(&["--spp", "24"]);
+    assert_eq!(picture["samples_per_pixel"].as_f64(), Some(24.0));
+    assert!(picture["least_samples"].as_u64() < Some(16) && picture["most_samples"].as_u64() > Some(32));
+    let image = Image::read(&folder.path("a.exr")).unwrap();
+    let metadata: Value = serde_json::from_str(image.metadata.as_deref().unwrap()).unwrap();
+    assert_eq!(metadata["adaptive"], true);
+    // The Sampler's number; with a time the most on average.
+    assert_eq!(json(&[])["samples_per_pixel"].as_f64(), Some(4.0));
+    assert_eq!(json(&["--time", "3600", "--spp", "33"])["samples_per_pixel"].as_f64(), Some(33.0));
+
+    folder.write("fine.pbrt", &FINE.replace("Integrator", "PixelFilter \"mitchell\" Integrator"));
+    let bytes = |threads: &str| {
+        folder.picture(&["--adaptive", "--spp", "20", "--threads", threads]);
+        std::fs::read(folder.path("picture.exr")).unwrap()
+    };
+    let one = bytes("1");
+    assert!(bytes("2") == one && bytes("5") == one);
+
+    folder.write("halton.pbrt", &FINE.replace("\"sobol\"", "\"halton\""));
+    let run = folder.run(&["render", "halton.pbrt", "--adaptive", "-o", "a.exr"]);
+    assert!(run.err.starts_with("halton.pbrt: with --adaptive the Sampler is \"sobol\"\n"), "{}", run.err);
+}
+
 /// A time ends the rendering, with a whole picture where it is long enough for one; how long it takes is not tested.
 #[test]
 fn a_time_ends_with_a_whole_picture() {
@@ -125,6 +158,9 @@ fn targets_and_times_that_make_no_sense_are_refused() {
         (&["--confidence", "0.9"], "--target-error <E>"),
         (&["--target-error", "0.1", "--quick"], "cannot be used with '--quick'"),
         (&["--target-error", "0.1", "--spp", "63"], "needs 64 samples per pixel"),
+        (&["--adaptive", "--target-error", "0.1"], "cannot be used with"),
+        (&["--adaptive", "--error-layers", "-o", "a.exr"], "cannot be used with"),
+        (&["--adaptive", "--quick"], "cannot be used with"),
         (&["--time", "0"], "expected seconds"),
         (&["--time", "inf"], "expected seconds"),
         (&["--time", "1", "--quick"], "cannot be used with '--quick'"),

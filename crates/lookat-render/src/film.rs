@@ -29,6 +29,17 @@ impl Pixel {
         self.count
     }
 
+    /// The variance of the samples, added up over the channels; `squares` is the sum of their squared lengths. 0 where there
+    /// are less than two.
+    pub fn variance(&self, squares: f64) -> f64 {
+        if self.count < 2 {
+            return 0.0;
+        }
+        let count = f64::from(self.count);
+        // Rounding may leave less than nothing.
+        ((squares - self.sum.length_squared() / count) / (count - 1.0)).max(0.0)
+    }
+
     /// Adds a sample.
     pub fn add(&mut self, radiance: Vec3, negative: bool) {
         let radiance = radiance.as_dvec3();
@@ -220,18 +231,14 @@ pub(crate) fn develop(tiles: &[Tile], film: &Film, weight: f64) -> Image {
     let mut pixels = vec![[0.0; 3]; crop.area() as usize];
     let mut errors = Vec::new();
     for tile in tiles {
-        let at = || {
-            places(tile.bounds)
-                .map(|[x, y]| (y - crop.y0) as usize * crop.width() as usize + (x - crop.x0) as usize)
-        };
-        for (at, pixel) in at().zip(&tile.pixels) {
+        for (at, pixel) in indices(tile.bounds, crop).zip(&tile.pixels) {
             // pbrt-v3 writes nothing below black, which filters with negative lobes give.
             pixels[at] = (pixel.value(weight).max(DVec3::ZERO) * film.scale).as_vec3().to_array();
         }
         if !tile.errors.is_empty() {
             errors.resize(pixels.len(), PixelError::default());
         }
-        for (at, error) in at().zip(&tile.errors) {
+        for (at, error) in indices(tile.bounds, crop).zip(&tile.errors) {
             let standard_error = error.standard_error.map(|error| error * film.scale.abs() as f32);
             errors[at] = PixelError { standard_error, ..*error };
         }
@@ -249,6 +256,12 @@ pub(crate) fn develop(tiles: &[Tile], film: &Film, weight: f64) -> Image {
 pub(crate) fn places(bounds: PixelBounds) -> impl Iterator<Item = [u32; 2]> {
     let PixelBounds { x0, y0, x1, y1 } = bounds;
     (y0..y1).flat_map(move |y| (x0..x1).map(move |x| [x, y]))
+}
+
+/// Where these pixels are among those of a picture, row by row.
+pub(crate) fn indices(bounds: PixelBounds, picture: PixelBounds) -> impl Iterator<Item = usize> {
+    let across = picture.width() as usize;
+    places(bounds).map(move |[x, y]| (y - picture.y0) as usize * across + (x - picture.x0) as usize)
 }
 
 #[cfg(test)]

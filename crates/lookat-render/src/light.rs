@@ -9,6 +9,8 @@ mod mesh;
 mod projection;
 mod surface;
 
+use std::rc::Rc;
+
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{Light, Scene};
 
@@ -176,8 +178,8 @@ impl<'s> LightTable<'s> {
 
     /// The directions that samples of the BSDF miss, if there is a sky from which light may come there.
     #[inline]
-    pub fn lune(&self, bsdf: &Bsdf) -> Option<Lune> {
-        self.has_skies().then(|| Lune::new(&bsdf.domain())).flatten()
+    pub fn lune(&self, bsdf: &Bsdf) -> Option<Rc<Lune>> {
+        self.has_skies().then(|| Lune::new(&bsdf.domain())).flatten().map(Rc::new)
     }
 
     /// A direction towards a light, for a surface with that [`Lune`].

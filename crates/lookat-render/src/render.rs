@@ -5,6 +5,7 @@ mod control;
 mod passes;
 mod sample;
 mod stop;
+mod target;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -33,8 +34,8 @@ pub struct Settings {
     /// Whether to estimate the error of each pixel, and to give it as the layers of [`lookat_image::PixelError`].
     /// The samples of a pixel are then split into independent replicates, each a pattern of its own, because samples of
     /// one pattern do not tell how large its error is. Smaller patterns are noisier, so the picture is another one, and
-    /// up to a few times noisier in smooth scenes. Default false. It goes with a target error, but not with a time alone,
-    /// which leaves it out.
+    /// up to a few times noisier in smooth scenes. Default false. It goes with a target error, but not with a time alone
+    /// or with `adaptive`, which leave it out.
     pub error_layers: bool,
     /// What intersections are computed with.
     pub precision: Precision,
@@ -48,6 +49,11 @@ pub struct Settings {
     /// The most samples of a pixel with a target error or a time. Default 65,536 with a target error, at least 64 there;
     /// without one 2^30.
     pub max_samples: Option<u32>,
+    /// Give more samples to pixels among noisy neighbours, and fewer to others, so that the mean squared error of the
+    /// picture is small; what the scene asks for, or `max_samples` with a time, is then the mean. A pixel has at least a
+    /// quarter of it. By Sobol's sequence, unless the scene's samples are random. Default false; a target error leaves it
+    /// out.
+    pub adaptive: bool,
 }
 
 /// How exact each pixel is to be.
@@ -165,13 +171,14 @@ where
     F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
 {
     let is_open = settings.target_error.is_some() || settings.time.is_some();
-    let nominal = if is_open { adaptive::FIRST } else { prepared.scene.sampler.samples_per_pixel };
+    let nominal = if is_open { target::FIRST } else { prepared.scene.sampler.samples_per_pixel };
     let context = Context::new(prepared, nominal, control, li);
     let (tiles, target) = match &settings.target_error {
         Some(target) => {
-            let (tiles, reached) = adaptive::render(&context, settings, target);
+            let (tiles, reached) = target::render(&context, settings, target);
             (tiles, Some(reached))
         }
+        None if settings.adaptive => (adaptive::render(&context, settings), None),
         None => (passes::render(&context, settings), None),
     };
     let image = develop(&tiles, &prepared.scene.film, context.filter.weight());

@@ -61,6 +61,9 @@ pub struct Render {
     /// Render for so long: more samples, for the whole picture, until the time is up or --target-error or --spp is reached
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub time: Option<Duration>,
+    /// Take more samples where the picture is noisy, and fewer elsewhere: --spp, or the Sampler's, is then the mean
+    #[arg(long, conflicts_with_all = ["target_error", "error_layers"])]
+    pub adaptive: bool,
     /// Size of the full picture, in place of the Film's
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
@@ -74,7 +77,7 @@ pub struct Render {
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub seed: u64,
     /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given
-    #[arg(long, conflicts_with_all = ["target_error", "time"])]
+    #[arg(long, conflicts_with_all = ["target_error", "time", "adaptive"])]
     pub quick: bool,
     /// Also write how noisy each pixel is: its standard error and number of samples, as layers of the EXR file
     #[arg(long)]

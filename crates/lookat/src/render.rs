@@ -111,6 +111,7 @@ fn settings(arguments: &Render, file: &Path) -> Settings {
         target_error: target,
         time: arguments.time,
         max_samples: arguments.spp,
+        adaptive: arguments.adaptive,
         ..Settings::default()
     }
 }
@@ -141,7 +142,7 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let samples_per_pixel = rendered.statistics.samples as f64 / scene.film.crop.area() as f64;
     let scene_file = &loaded.sources.files[0].path;
     let metadata = Metadata::new(scene_file, arguments.seed, samples_per_pixel, rendered.complete);
-    rendered.image.metadata = metadata.with_target(settings.target_error).as_json();
+    rendered.image.metadata = metadata.with_settings(&settings).as_json();
     let file = if rendered.complete { file } else { partial(&file) };
     rendered.image.write(&file).map_err(|error| error.to_string())?;
     let Statistics { least, most, rays, rejected, target, .. } = rendered.statistics;
@@ -216,6 +217,7 @@ fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
     let option = match (arguments.target_error, arguments.time) {
         (Some(_), _) => "--target-error",
         (None, Some(_)) => "--time",
+        (None, None) if arguments.adaptive => "--adaptive",
         (None, None) if arguments.error_layers => return note_jitter(scene, loaded),
         (None, None) => return,
     };

@@ -100,6 +100,15 @@ pub const METHODS: &[Method] = &[
         },
     },
     Method {
+        name: "adaptive",
+        about: "more samples where the picture is noisy, by Sobol's sequence",
+        first: FIRST_OF_ADAPTIVE,
+        choose: |way, _| {
+            way.sampler = SamplerKind::Sobol;
+            way.settings.adaptive = true;
+        },
+    },
+    Method {
         name: "mixed",
         about: "f32 leaves out, f64 decides: as lookat does",
         first: 1,
@@ -121,6 +130,9 @@ pub const METHODS: &[Method] = &[
 
 /// Every pixel takes as many before it is judged.
 const FIRST_OF_TARGET: u32 = 64;
+
+/// With fewer, all pixels have alike many.
+const FIRST_OF_ADAPTIVE: u32 = 8;
 
 /// The methods that are charted where none is named: the samplers.
 pub const DEFAULT: &str = "random,stratified,halton,sobol";

@@ -86,15 +86,16 @@ fn from_lights(
 ) -> Vec3 {
     let table = tracer.lights();
     let lune = table.lune(bsdf);
-    let vertex = |samples| Vertex { surface, bsdf, part: Part::Smooth, lune, samples };
+    let vertex = |lune, samples| Vertex { surface, bsdf, part: Part::Smooth, lune, samples };
     if !all_lights {
-        let vertex = &vertex(Samples::of_one(table, CHOICE, lune.as_ref()));
+        let samples = Samples::of_one(table, CHOICE, lune.as_deref());
+        let vertex = &vertex(lune, samples);
         let light = one_light(tracer, vertex, stream, CHOICE);
         return light + by_directions(tracer, vertex, stream, u32::from(table.has_extended()));
     }
-    let eligible = table.eligible(lune.as_ref());
+    let eligible = table.eligible(lune.as_deref());
     let samples = Samples { lights: LightSamples::Each, directions: total(directions(table, eligible)) };
-    let vertex = &vertex(samples);
+    let vertex = &vertex(lune, samples);
     let mut radiance = Vec3::ZERO;
     for light in 0..eligible {
         let count = table.samples(light);

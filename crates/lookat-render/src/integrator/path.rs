@@ -86,7 +86,7 @@ pub(crate) fn li(
         };
         let is_smooth = bsdf.has(Part::Smooth);
         let lune = if is_smooth { lights.lune(&bsdf) } else { None };
-        let samples = Samples::of_one(lights, settings.light_choice, lune.as_ref());
+        let samples = Samples::of_one(lights, settings.light_choice, lune.as_deref());
         let vertex = Vertex { surface: &surface, bsdf: &bsdf, part: Part::All, lune, samples };
         if is_smooth {
             radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice);

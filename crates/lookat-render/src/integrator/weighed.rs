@@ -1,5 +1,7 @@
 //! Light that samples of lights find, and that directions from the BSDF find, weighed against each other (PBR 14.3.1).
 
+use std::rc::Rc;
+
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::LightChoice;
 
@@ -48,17 +50,18 @@ pub(super) struct Vertex<'v> {
     pub bsdf: &'v Bsdf<'v>,
     /// What of the BSDF directions are sampled from.
     pub part: Part,
-    pub lune: Option<Lune>,
+    /// Few surfaces have one: the others are not to pay for its size.
+    pub lune: Option<Rc<Lune>>,
     pub samples: Samples,
 }
 
 /// One of the directions from the BSDF at a surface: it has to be known how likely it was.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Direction {
     samples: Samples,
     /// The point of the surface that it leaves.
     from: DVec3,
-    lune: Option<Lune>,
+    lune: Option<Rc<Lune>>,
     /// Density by solid angle, times the number of directions.
     pdf: f64,
 }
@@ -66,7 +69,7 @@ pub(super) struct Direction {
 impl Direction {
     pub fn new(vertex: &Vertex, sample: &BsdfSample) -> Self {
         let pdf = sample.pdf * f64::from(vertex.samples.directions);
-        Direction { samples: vertex.samples, from: vertex.surface.p, lune: vertex.lune, pdf }
+        Direction { samples: vertex.samples, from: vertex.surface.p, lune: vertex.lune.clone(), pdf }
     }
 
     /// What counts of the emission of a surface that it finds, as its part of all directions.
@@ -85,11 +88,11 @@ impl Direction {
             let other = if other > 0.0 { other * self.samples_of(lights, light) } else { 0.0 };
             radiance * lights.weight(light, self.pdf, other)
         };
-        lights.skies(self.lune.as_ref(), d).map(weighed).sum::<Vec3>() / self.samples.directions as f32
+        lights.skies(self.lune.as_deref(), d).map(weighed).sum::<Vec3>() / self.samples.directions as f32
     }
 
     fn samples_of(&self, lights: &LightTable, light: usize) -> f64 {
-        self.samples.of_light(lights, self.from, self.lune.as_ref(), light)
+        self.samples.of_light(lights, self.from, self.lune.as_deref(), light)
     }
 }
 
@@ -102,7 +105,7 @@ pub(super) fn one_light(
     choice: LightChoice,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let chosen = lights.choose(choice, vertex.surface.p, vertex.lune.as_ref(), stream);
+    let chosen = lights.choose(choice, vertex.surface.p, vertex.lune.as_deref(), stream);
     match chosen {
         Some((light, probability)) => {
             // Where nothing about a light is left to chance, its numbers stay untaken.
@@ -131,7 +134,7 @@ pub(super) fn sampled_light(
 ) -> Vec3 {
     let lights = tracer.lights();
     let Vertex { surface, bsdf, part, lune, samples } = vertex;
-    let Some(sample) = lights.sample(light, surface, lune.as_ref(), u) else {
+    let Some(sample) = lights.sample(light, surface, lune.as_deref(), u) else {
         return Vec3::ZERO;
     };
     let reflected = bsdf.f_cos(sample.shadow.d) * sample.li;

@@ -1,334 +1,291 @@
-//! As many samples for each pixel as its error asks for: rounds over all pixels that are not done.
+//! Samples where the picture is noisy, so that its mean squared error is small: first some of all pixels alike, then of each
+//! as many as the noise of its neighbours asks for.
 //!
-//! Each pixel has 16 replicates, each an Owen-scrambled Sobol' pattern of its own, which double from round to round. After a
-//! round, when all pixels are known so far, each is judged by itself and its neighbours; so threads and the order of tiles
-//! change nothing.
+//! The samples of a pixel have no say in how many more it gets: a pixel that has missed a light by chance would else be
+//! taken for done, and such pixels be too dark on average.
 
 use glam::Vec3;
-use lookat_image::PixelError;
-use lookat_scene::{Sampler, SamplerKind};
+use lookat_scene::PixelBounds;
 use rayon::prelude::*;
 
-use super::control::{BATCH, Meter};
-use super::sample::{Context, Pattern, Samples, Seen};
-use super::stop::{Brightness, Estimate, StopRule};
-use super::{Reached, Settings, TargetError};
+use super::Settings;
+use super::control::Meter;
+use super::sample::{Context, Pattern, Samples};
 use crate::camera::CameraRay;
-use crate::color::luminance;
-use crate::film::{Pixel, REPLICATES, SignedSum, Spread, Sum, TILE, Tile, places, tiles};
+use crate::film::{Tile, indices, places, tiles};
 use crate::integrator::Tracer;
-use crate::sampler::{SampleStream, replicate_seed};
+use crate::sampler::SampleStream;
 
-/// Samples of each pixel in the first round: 4 in each replicate.
-pub(super) const FIRST: u32 = 4 * REPLICATES;
+/// Samples of every pixel, at least, before their noise is asked for.
+const FIRST: u32 = 4;
+/// A pixel gets at least the mean divided by this.
+const LEAST: u32 = 4;
+/// A pixel gets at most the mean times this, so that the noise around one bright sample does not take all.
+const MOST: u32 = 64;
+/// How far away a neighbour may be, in pixels across and down. Fewer neighbours know less: the counts that follow scatter, and
+/// the errors become larger.
+const REACH: usize = 2;
+/// What pixels need whose neighbours have shown no noise, relative to the largest need.
+const QUIET: f64 = 1e-6;
+/// The errors of Sobol's samples, squared, fall about with the square of their number: then the sum over pixels of
+/// `variance / count^2` is least where the counts are as the cubic roots of the variances.
+const EXPONENT: f64 = 1.0 / 3.0;
 
-/// The most samples of a pixel, where the caller does not say.
-const MOST: u32 = 1 << 16;
-
-/// How much brighter than all around a sample is that counts as an outlier.
-const OUTLIER: f64 = 20.0;
-
-/// A tile with what its pixels have seen.
+/// A tile, and what decides about its samples.
 struct Part {
     tile: Tile,
-    /// For each pixel.
-    seen: Vec<Seen>,
-    /// For each pixel that is not done; `None` before the first round, for they take much memory.
-    active: Option<Vec<Active>>,
-    has_lobes: bool,
+    /// For each pixel the sum of the squared lengths of its samples.
+    squares: Vec<f64>,
+    /// For each pixel how many samples it is to have.
+    goals: Vec<u32>,
 }
 
-/// The replicates of a pixel that is not done.
-struct Active {
-    /// Which pixel of the tile it is.
-    at: usize,
-    /// Samples in each replicate.
-    count: u32,
-    sums: [Sum; REPLICATES as usize],
-    /// Only where the filter has negative lobes.
-    signed: Option<Box<[SignedSum; REPLICATES as usize]>>,
-    /// By how many times the error was too large.
-    excess: f64,
-}
-
-/// Renders all pixels until they are exact enough.
-pub(super) fn render<F>(
-    context: &Context<F>,
-    settings: &Settings,
-    target: &TargetError,
-) -> (Vec<Tile>, Reached)
+/// Renders all pixels, with the scene's samples per pixel, or the most where there is a time, as their mean.
+pub(super) fn render<F>(context: &Context<F>, settings: &Settings) -> Vec<Tile>
 where
     F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
 {
-    let crop = context.prepared.scene.film.crop;
-    let has_lobes = context.filter.weight() != 1.0;
-    let mut parts: Vec<Part> =
-        tiles(crop, false).into_iter().map(|tile| Part::new(tile, has_lobes)).collect();
-    let most = settings.max_samples.unwrap_or(MOST).max(FIRST) / REPLICATES;
-    context.control.expect(crop.area() * u64::from(FIRST));
-    if settings.time.is_some() {
-        // The first round may take too long.
-        parts.par_iter_mut().for_each(|part| part.glance(context, settings.seed));
-    }
-    let mut count = FIRST / REPLICATES;
-    let mut rule = None;
-    loop {
-        parts.par_iter_mut().for_each(|part| part.sample(context, settings.seed, count));
-        let rule =
-            rule.get_or_insert_with(|| StopRule::new(target, brightness(&parts, context.filter.weight())));
-        judge(&mut parts, context.filter.weight(), rule);
-        let active = || parts.iter().flat_map(Part::active);
-        if active().next().is_none() || count >= most || context.control.is_stopped() {
+    let scene = context.prepared.scene;
+    let crop = scene.film.crop;
+    let sampler = super::passes::sampler(scene, settings);
+    let pattern = Pattern { sampler, seed: settings.seed, is_watched: false };
+    let mut parts: Vec<Part> = tiles(crop, false).into_iter().map(Part::new).collect();
+    context.control.expect(crop.area() * u64::from(sampler.samples_per_pixel));
+    for Pass { mean, is_alike } in passes(sampler.samples_per_pixel, settings.time.is_some()) {
+        match is_alike {
+            true => parts.iter_mut().for_each(|part| part.goals.fill(mean)),
+            false => allot(&mut parts, crop, mean),
+        }
+        parts.par_iter_mut().for_each(|part| part.sample(context, &pattern));
+        if context.control.is_stopped() {
             break;
         }
-        context.control.expect(context.control.done() + expected(active(), most));
-        // Patterns are best at powers of two.
-        count = (2 * count).min(most);
     }
-    let reached = reached(&parts, most, context.filter.weight());
-    let mut tiles: Vec<Tile> = parts.into_iter().map(|part| part.tile).collect();
-    if !settings.error_layers {
-        tiles.iter_mut().for_each(|tile| tile.errors.clear());
-    }
-    (tiles, reached)
+    parts.into_iter().map(|part| part.tile).collect()
 }
+
+/// The samples per pixel on average after a pass over the picture, and whether all pixels have as many.
+struct Pass {
+    mean: u32,
+    is_alike: bool,
+}
+
+/// Samples double from pass to pass, so that a picture that is broken off is whole. Where the end is known, noise is asked
+/// for once, after a quarter: then what decides about a pixel is independent of its samples. Else from pass to pass, so that
+/// they may depend on each other by way of the neighbours, a little.
+fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
+    let alike = if is_open { FIRST } else { (samples / LEAST).max(FIRST) };
+    let ends = std::iter::successors(Some(1_u32), |mean| mean.checked_mul(2));
+    ends.take_while(move |mean| *mean < samples && (is_open || *mean <= alike))
+        .chain([samples])
+        .map(move |mean| Pass { mean, is_alike: mean <= alike || mean < 2 * FIRST })
+}
+
+/// Decides how many samples each pixel is to have.
+fn allot(parts: &mut [Part], picture: PixelBounds, mean: u32) {
+    let mut variances = vec![0.0; picture.area() as usize];
+    let mut counts = vec![0; variances.len()];
+    for part in &*parts {
+        let pixels = part.tile.pixels.iter().zip(&part.squares);
+        for (at, (pixel, squares)) in indices(part.tile.bounds, picture).zip(pixels) {
+            (variances[at], counts[at]) = (pixel.variance(*squares), pixel.count());
+        }
+    }
+    let goals = goals(&needs(&variances, picture.width() as usize), &counts, mean);
+    for part in parts {
+        part.goals = indices(part.tile.bounds, picture).map(|at| goals[at]).collect();
+    }
+}
+
+/// How many samples each pixel should have, relative to others: by the variance of the samples of its neighbours. Row by
+/// row.
+fn needs(variances: &[f64], width: usize) -> Vec<f64> {
+    let height = variances.len() / width;
+    let around = |at: usize, end: usize| at.saturating_sub(REACH)..=(at + REACH).min(end - 1);
+    let need = |at: usize| {
+        let (x, y) = (at % width, at / width);
+        let (mut sum, mut count) = (0.0, 0);
+        for row in around(y, height) {
+            for column in around(x, width).filter(|column| (*column, row) != (x, y)) {
+                sum += variances[row * width + column];
+                count += 1;
+            }
+        }
+        (sum / f64::from(count.max(1))).powf(EXPONENT)
+    };
+    let mut needs: Vec<f64> = (0..variances.len()).into_par_iter().map(need).collect();
+    let largest = needs.iter().copied().fold(0.0, f64::max);
+    let quiet = if largest > 0.0 { QUIET * largest } else { 1.0 };
+    needs.iter_mut().for_each(|need| *need = need.max(quiet));
+    needs
+}
+
+/// How many samples each pixel is to have, in proportion to its need but with powers of two, for which patterns are best;
+/// `mean` on average. None has less than its count so far, or than a quarter of the mean.
+fn goals(needs: &[f64], counts: &[u32], mean: u32) -> Vec<u32> {
+    // Pixels that need alike do not all double at once.
+    let jitter = |at: usize| 0.98 + 0.04 * (at as f64 * GOLDEN).fract();
+    let levels: Vec<f64> = needs.iter().enumerate().map(|(at, need)| (need * jitter(at)).log2()).collect();
+    let least = (mean / LEAST + 1).next_power_of_two() / 2;
+    let goal = |at: usize, scale: f64| {
+        let wanted = (scale + levels[at]).round().clamp(0.0, 31.0).exp2() as u32;
+        wanted.min(mean.saturating_mul(MOST)).max(least).max(counts[at])
+    };
+    let total = needs.len() as u64 * u64::from(mean);
+    let sum = |scale: f64| (0..needs.len()).map(|at| u64::from(goal(at, scale))).sum::<u64>();
+    // At the first scale nobody gets more than the least, at the other all get the most.
+    let (lowest, highest) = levels
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), level| (a.min(*level), b.max(*level)));
+    let (mut low, mut high) = (-highest - 1.0, 33.0 - lowest);
+    for _ in 0..64 {
+        let middle = 0.5 * (low + high);
+        if sum(middle) <= total { low = middle } else { high = middle }
+    }
+    let mut rest = total - sum(low);
+    let spend = |at: usize| {
+        let more = u64::from(goal(at, high) - goal(at, low)).min(rest);
+        rest -= more;
+        goal(at, low) + more as u32
+    };
+    (0..needs.len()).map(spend).collect()
+}
+
+/// Its multiples are spread evenly, whatever the width of a picture.
+const GOLDEN: f64 = 0.618_033_988_749_895;
 
 impl Part {
-    fn new(mut tile: Tile, has_lobes: bool) -> Part {
+    fn new(tile: Tile) -> Part {
         let area = tile.pixels.len();
-        tile.errors =
-            vec![PixelError { standard_error: [f32::INFINITY; 3], samples: 0, replicates: 0 }; area];
-        Part { tile, seen: vec![Seen::NOTHING; area], active: None, has_lobes }
+        Part { tile, squares: vec![0.0; area], goals: vec![0; area] }
     }
 
-    fn all_active(&self) -> Vec<Active> {
-        let active = |at| Active {
-            at,
-            count: 0,
-            sums: Default::default(),
-            signed: self.has_lobes.then(Default::default),
-            excess: f64::INFINITY,
-        };
-        (0..self.seen.len()).map(active).collect()
-    }
-
-    /// The pixels that are not done, of those that were begun.
-    fn active(&self) -> &[Active] {
-        self.active.as_deref().unwrap_or_default()
-    }
-
-    /// Takes one sample of each pixel, to have a whole picture soon. The first round replaces them.
-    fn glance<F>(&mut self, context: &Context<F>, seed: u64)
+    /// Brings all pixels to their goals.
+    fn sample<F>(&mut self, context: &Context<F>, pattern: &Pattern)
     where
         F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
     {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
         let mut rejected = 0;
-        for (pixel, place) in self.tile.pixels.iter_mut().zip(places(self.tile.bounds)) {
+        let pixels = self.tile.pixels.iter_mut().zip(&mut self.squares).zip(&self.goals);
+        for (((pixel, squares), goal), place) in pixels.zip(places(self.tile.bounds)) {
             if context.control.is_stopped() {
                 break;
             }
+            let before = Samples::after(*pixel);
             let samples =
-                context.sample(&mut tracer, &pattern(seed, 0, 1), place, 0..1, Samples::after(*pixel));
-            (*pixel, rejected) = (samples.sum, rejected + samples.rejected);
-            meter.add(1);
+                context.sample_all(&mut tracer, &mut meter, pattern, place, pixel.count()..*goal, before);
+            *pixel = samples.sum;
+            *squares += samples.squares;
+            rejected += samples.rejected;
         }
         context.control.add(tracer.rays, rejected);
     }
-
-    /// Brings the replicates of all pixels that are not done to so many samples.
-    fn sample<F>(&mut self, context: &Context<F>, seed: u64, count: u32)
-    where
-        F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
-    {
-        let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
-        let mut rejected = 0;
-        let bounds = self.tile.bounds;
-        if context.control.is_stopped() {
-            return;
-        }
-        let mut all_active = self.active.take().unwrap_or_else(|| self.all_active());
-        for active in &mut all_active {
-            if context.control.is_stopped() {
-                break;
-            }
-            let at = active.at as u32;
-            let place = [bounds.x0 + at % bounds.width(), bounds.y0 + at / bounds.width()];
-            let Some(replicates) =
-                replicates(context, &mut tracer, &mut meter, (place, seed), active.count..count)
-            else {
-                break;
-            };
-            let pixel = &mut self.tile.pixels[active.at];
-            if active.count == 0 {
-                *pixel = Pixel::default();
-            }
-            for (r, samples) in replicates.iter().enumerate() {
-                active.sums[r].add(&samples.sum);
-                if let Some(signed) = &mut active.signed {
-                    signed[r].add(&samples.sum);
-                }
-                *pixel += samples.sum;
-                self.seen[active.at] = self.seen[active.at].union(samples.seen);
-                rejected += samples.rejected;
-            }
-            active.count = count;
-        }
-        self.active = Some(all_active);
-        context.control.add(tracer.rays, rejected);
-    }
-}
-
-/// Where the samples of the `r`-th replicate of a pixel lie.
-fn pattern(seed: u64, r: u32, count: u32) -> Pattern {
-    let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: count };
-    Pattern { sampler, seed: replicate_seed(seed, r), is_watched: true }
-}
-
-/// More samples for all replicates of a pixel; nothing if it is time to stop.
-fn replicates<F>(
-    context: &Context<F>,
-    tracer: &mut Tracer,
-    meter: &mut Meter,
-    (place, seed): ([u32; 2], u64),
-    indices: std::ops::Range<u32>,
-) -> Option<[Samples; REPLICATES as usize]>
-where
-    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
-{
-    let mut all = [Samples::after(Pixel::default()); REPLICATES as usize];
-    for (r, samples) in (0..).zip(&mut all) {
-        let pattern = pattern(seed, r, indices.end);
-        let mut from = indices.start;
-        while from < indices.end {
-            let to = indices.end.min(from + BATCH);
-            *samples = context.sample(tracer, &pattern, place, from..to, *samples);
-            if !meter.add(to - from) {
-                return None;
-            }
-            from = to;
-        }
-    }
-    Some(all)
-}
-
-impl Active {
-    /// What the replicates say of the error of their mean.
-    fn spread(&self) -> Spread {
-        let mut spread = Spread::default();
-        for (r, sum) in self.sums.iter().enumerate() {
-            spread.add(&sum.pixel(self.count, self.signed.as_ref().map(|signed| &signed[r])));
-        }
-        spread
-    }
-}
-
-/// The brightness of the picture so far.
-fn brightness(parts: &[Part], weight: f64) -> f64 {
-    let mut brightness = Brightness::default();
-    parts.iter().flat_map(|part| &part.tile.pixels).for_each(|pixel| brightness.add(pixel.value(weight)));
-    brightness.get()
-}
-
-/// Finds the errors of all pixels that are not done, and leaves those of them that still are not.
-fn judge(parts: &mut [Part], weight: f64, rule: &StopRule) {
-    let judge = |index: usize| -> Vec<(PixelError, f64)> {
-        let part = &parts[index];
-        let pixels = part.active().iter().map(|active| {
-            let (pixel, spread) = (&part.tile.pixels[active.at], active.spread());
-            let error = spread.error(pixel, weight);
-            let estimate = Estimate {
-                value: pixel.value(weight),
-                standard_error: error.standard_error.into(),
-                count: active.count,
-                around: around(parts, index, active.at)
-                    .fold(Seen::NOTHING, |all, (seen, _)| all.union(*seen)),
-            };
-            (error, if active.count == 0 { f64::INFINITY } else { rule.excess(&estimate) })
-        });
-        pixels.collect()
-    };
-    let judged: Vec<_> = (0..parts.len()).into_par_iter().map(judge).collect();
-    parts.par_iter_mut().zip(judged).for_each(|(part, judged)| {
-        let Some(all_active) = &mut part.active else { return };
-        for (active, (error, excess)) in all_active.iter_mut().zip(judged) {
-            active.excess = excess;
-            if active.count > 0 {
-                part.tile.errors[active.at] = error;
-            }
-        }
-        all_active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
-        all_active.shrink_to_fit();
-    });
-}
-
-/// A pixel of a tile and its up to eight neighbours.
-fn around(parts: &[Part], index: usize, at: usize) -> impl Iterator<Item = (&Seen, &Pixel)> {
-    let bounds = parts[index].tile.bounds;
-    let (first, last) = (parts[0].tile.bounds, parts[parts.len() - 1].tile.bounds);
-    let (x, y) = (bounds.x0 + at as u32 % bounds.width(), bounds.y0 + at as u32 / bounds.width());
-    let across = (last.x0 - first.x0) / TILE + 1;
-    let columns = x.saturating_sub(1).max(first.x0)..=(x + 1).min(last.x1 - 1);
-    let rows = y.saturating_sub(1).max(first.y0)..=(y + 1).min(last.y1 - 1);
-    rows.flat_map(move |y| columns.clone().map(move |x| (x, y))).map(move |(x, y)| {
-        let (column, row) = (x - first.x0, y - first.y0);
-        let part = &parts[(row / TILE * across + column / TILE) as usize];
-        let at = (row % TILE * part.tile.bounds.width() + column % TILE) as usize;
-        (&part.seen[at], &part.tile.pixels[at])
-    })
-}
-
-/// How many more samples it is likely to take. Errors fall with a power of about 3/4 of the samples.
-fn expected<'a>(active: impl Iterator<Item = &'a Active>, most: u32) -> u64 {
-    let needed = |active: &Active| {
-        let all = f64::from(active.count) * active.excess.powf(4.0 / 3.0);
-        let all = if all < f64::from(most) { (all as u32).next_power_of_two().min(most) } else { most };
-        u64::from(all.max(2 * active.count).min(most) - active.count)
-    };
-    active.map(needed).sum::<u64>() * u64::from(REPLICATES)
-}
-
-/// Counts the pixels.
-fn reached(parts: &[Part], most: u32, weight: f64) -> Reached {
-    let active = || parts.iter().flat_map(Part::active);
-    let at_cap = active().filter(|active| active.count >= most).count() as u64;
-    let not_begun = parts.iter().filter(|part| part.active.is_none()).map(|part| part.seen.len() as u64);
-    let out_of_time = active().count() as u64 - at_cap + not_begun.sum::<u64>();
-    let pixels = parts.iter().map(|part| part.seen.len() as u64).sum::<u64>();
-    let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
-    let is_outlier = |(index, at): (usize, usize)| {
-        let brightest = around(parts, index, at).map(|(_, pixel)| bright(pixel.value(weight).as_vec3()));
-        bright(parts[index].seen[at].most) > OUTLIER * brightest.fold(0.0, f64::max)
-    };
-    let outliers =
-        |index: usize| (0..parts[index].seen.len()).filter(|at| is_outlier((index, *at))).count() as u64;
-    let outliers = (0..parts.len()).into_par_iter().map(outliers).sum();
-    Reached { within: pixels - at_cap - out_of_time, at_cap, out_of_time, outliers }
 }
 
 #[cfg(test)]
 mod tests {
-    use lookat_scene::PixelBounds;
+    use std::ops::ControlFlow;
+    use std::path::Path;
+
+    use lookat_scene::{Overrides, Scene, load};
 
     use super::*;
+    use crate::render::{Rendered, render};
 
-    /// Each pixel is beside those that are beside it, on both sides of the edges of tiles.
     #[test]
-    fn neighbours_are_found_across_tiles() {
-        let crop = PixelBounds { x0: 5, y0: 7, x1: 5 + 35, y1: 7 + 18 };
-        let mut parts: Vec<Part> =
-            tiles(crop, false).into_iter().map(|tile| Part::new(tile, false)).collect();
-        let number = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, 0.0);
-        for part in &mut parts {
-            part.seen =
-                places(part.tile.bounds).map(|at| Seen { least: number(at), most: number(at) }).collect();
+    fn noise_is_asked_for_after_a_quarter() {
+        let list = |samples, is_open| -> Vec<(u32, bool)> {
+            passes(samples, is_open).map(|pass| (pass.mean, pass.is_alike)).collect()
+        };
+        assert_eq!(list(1, false), [(1, true)]);
+        assert_eq!(list(7, false), [(1, true), (2, true), (4, true), (7, true)]);
+        assert_eq!(list(16, false), [(1, true), (2, true), (4, true), (16, false)]);
+        assert_eq!(list(100, false).last_chunk(), Some(&[(8, true), (16, true), (100, false)]));
+        assert_eq!(list(20, true).last_chunk(), Some(&[(4, true), (8, false), (16, false), (20, false)]));
+        assert_eq!(passes(1 << 30, true).count(), 31);
+    }
+
+    /// Of one noisy pixel only the others around hear.
+    #[test]
+    fn a_pixel_has_no_say_in_its_own_samples() {
+        let mut variances = vec![0.0; 11 * 11];
+        variances[5 * 11 + 5] = 24.0;
+        for (at, need) in needs(&variances, 11).into_iter().enumerate() {
+            let distance = (at % 11).abs_diff(5).max((at / 11).abs_diff(5));
+            assert_eq!(need, if (1..=REACH).contains(&distance) { 1.0 } else { QUIET }, "{at}");
         }
-        for (index, part) in parts.iter().enumerate() {
-            for (at, [x, y]) in places(part.tile.bounds).enumerate() {
-                let found: Vec<Vec3> = around(&parts, index, at).map(|(seen, _)| seen.least).collect();
-                let all = places(crop).filter(|[a, b]| a.abs_diff(x) <= 1 && b.abs_diff(y) <= 1);
-                assert_eq!(found, all.map(number).collect::<Vec<Vec3>>());
+        assert_eq!(needs(&[3.0], 1), [1.0]);
+    }
+
+    #[test]
+    fn goals_spend_what_there_is_by_need() {
+        let spent = |goals: &[u32]| goals.iter().map(|goal| u64::from(*goal)).sum::<u64>();
+        // Alike: as powers of two allow, and mixed well.
+        let even = goals(&[1.0; 1000], &[4; 1000], 24);
+        assert_eq!(spent(&even), 24_000);
+        assert!(even.iter().filter(|goal| [16, 32].contains(*goal)).count() >= 999);
+        assert!(even.chunks(50).all(|some| (20 * 50..28 * 50).contains(&spent(some))));
+        // By need, as powers of two allow, in between bounds.
+        let needs: Vec<f64> = (0..1000).map(|at| f64::from(at + 1)).collect();
+        let by_need = goals(&needs, &[8; 1000], 32);
+        assert_eq!(spent(&by_need), 32_000);
+        assert!(by_need[..100].iter().all(|goal| *goal == 8));
+        assert!(by_need[990..].iter().all(|goal| *goal == 64));
+        let mut spike = vec![1e-6; 1000];
+        spike[500] = 1.0;
+        let spiked = goals(&spike, &[4; 1000], 16);
+        assert_eq!((spent(&spiked), spiked[500]), (16_000, 16 * MOST));
+        assert!(spiked.iter().all(|goal| *goal >= 4));
+        // What is there already counts.
+        let late = goals(&[1.0; 4], &[100, 8, 8, 8], 32);
+        assert_eq!(spent(&late), 128);
+        assert!(late[0] == 100 && late[1..].iter().all(|goal| *goal >= 8));
+        assert_eq!(goals(&[1.0], &[4], 23), [23]);
+    }
+
+    /// A lamp that is seen, and what it lights.
+    fn lamp() -> Scene {
+        let text = "LookAt 0 2 -6 0 1 0 0 1 0 Camera \"perspective\" \"float fov\" 40
+            Film \"image\" \"integer xresolution\" 24 \"integer yresolution\" 20
+            Sampler \"sobol\" \"integer pixelsamples\" 16 Integrator \"directlighting\" WorldBegin
+            AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [20 20 20] Translate 0.3 1.7 0
+            Shape \"sphere\" \"float radius\" 0.4 AttributeEnd
+            Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 0 -9 -9 0 9 9 0 9 9 0 -9]
+            WorldEnd";
+        load(Path::new("x"), &|_| Ok(text.into()), &Overrides::default()).scene.unwrap()
+    }
+
+    fn picture(seed: u64, adaptive: bool, samples: u32) -> Rendered {
+        let mut scene = lamp();
+        scene.sampler = scene.sampler.with_samples(samples);
+        render(&scene, &Settings { seed, adaptive, ..Settings::default() }, &|_| ControlFlow::Continue(()))
+    }
+
+    /// Over 100 pictures: with as many samples the errors are smaller, and nothing is darker or brighter.
+    #[test]
+    fn errors_are_smaller_and_means_are_kept() {
+        const PICTURES: u64 = 100;
+        let pixels = |rendered: &Rendered| rendered.image.rgb().unwrap();
+        let truth = pixels(&picture(1000, false, 1 << 14));
+        // Squared errors, and signed ones in the mean over each picture.
+        let errors = |adaptive| -> (f64, Vec<f64>) {
+            let mut squared = 0.0;
+            let mut signed = Vec::new();
+            for seed in 0..PICTURES {
+                let found = picture(seed, adaptive, 16);
+                assert_eq!(found.statistics.samples, 24 * 20 * 16);
+                let off: Vec<f64> =
+                    pixels(&found).iter().zip(&truth).map(|(a, b)| f64::from(a[0] - b[0])).collect();
+                squared += off.iter().map(|off| off * off).sum::<f64>();
+                signed.push(off.iter().sum::<f64>());
             }
-        }
+            (squared, signed)
+        };
+        let ((alike, _), (adaptive, signed)) = (errors(false), errors(true));
+        assert!(adaptive < 0.4 * alike, "{adaptive} {alike}");
+        let mean = signed.iter().sum::<f64>() / PICTURES as f64;
+        let variance = signed.iter().map(|off| (off - mean).powi(2)).sum::<f64>() / (PICTURES - 1) as f64;
+        assert!(mean.abs() < 4.0 * (variance / PICTURES as f64).sqrt(), "{mean} {variance}");
     }
 }

@@ -7,7 +7,7 @@ use lookat_scene::{Sampler, SamplerKind, Scene};
 use rayon::prelude::*;
 
 use super::Settings;
-use super::control::{BATCH, Meter};
+use super::control::Meter;
 use super::sample::{Context, Pattern, Samples};
 use crate::camera::CameraRay;
 use crate::film::{REPLICATES, Tile, places, tiles};
@@ -24,8 +24,8 @@ struct Pass {
 }
 
 /// The pattern of a picture, with as many samples as there may be.
-fn sampler(scene: &Scene, settings: &Settings) -> Sampler {
-    if settings.time.is_none() {
+pub(super) fn sampler(scene: &Scene, settings: &Settings) -> Sampler {
+    if settings.time.is_none() && !settings.adaptive {
         return scene.sampler;
     }
     let kind = match scene.sampler.kind {
@@ -34,7 +34,11 @@ fn sampler(scene: &Scene, settings: &Settings) -> Sampler {
             SamplerKind::Sobol
         }
     };
-    Sampler { kind, samples_per_pixel: settings.max_samples.unwrap_or(MOST).clamp(1, MOST) }
+    let samples_per_pixel = match settings.time {
+        Some(_) => settings.max_samples.unwrap_or(MOST).clamp(1, MOST),
+        None => scene.sampler.samples_per_pixel,
+    };
+    Sampler { kind, samples_per_pixel }
 }
 
 /// Passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole picture. The
@@ -94,31 +98,26 @@ where
         return;
     }
     let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
-    let (mut rejected, mut goes_on) = (0, true);
+    let mut rejected = 0;
     let places = places(tile.bounds);
     let mut spreads = tile.spreads.iter_mut();
     for (pixel, place) in tile.pixels.iter_mut().zip(places) {
         let spread = spreads.next();
         let before = if spread.is_some() { Default::default() } else { *pixel };
-        let mut samples = Samples::after(before);
-        let mut from = pass.samples.start;
-        while from < pass.samples.end && goes_on {
-            let to = pass.samples.end.min(from.saturating_add(BATCH));
-            samples = context.sample(&mut tracer, &pass.pattern, place, from..to, samples);
-            goes_on = meter.add(to - from);
-            from = to;
-        }
+        let Pass { pattern, samples } = pass;
+        let before = Samples::after(before);
+        let samples = context.sample_all(&mut tracer, &mut meter, pattern, place, samples.clone(), before);
         rejected += samples.rejected;
         match spread {
             // Half a replicate is none.
-            Some(_) if from < pass.samples.end => {}
+            Some(_) if samples.sum.count() < pass.samples.end => {}
             Some(spread) => {
                 spread.add(&samples.sum);
                 *pixel += samples.sum;
             }
             None => *pixel = samples.sum,
         }
-        if !goes_on {
+        if context.control.is_stopped() {
             break;
         }
     }

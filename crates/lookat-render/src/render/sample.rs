@@ -6,7 +6,7 @@ use std::time::Duration;
 use glam::{DVec2, Vec3};
 use lookat_scene::{Sampler, Scene};
 
-use super::control::Control;
+use super::control::{BATCH, Control, Meter};
 use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, limited};
 use crate::filter::FilterSampler;
@@ -71,6 +71,8 @@ pub(super) struct Samples {
     pub sum: Pixel,
     /// Only of patterns that are watched.
     pub seen: Seen,
+    /// The sum of their squared lengths, those before left out.
+    pub squares: f64,
     /// How many were infinite or not a number.
     pub rejected: u64,
 }
@@ -78,7 +80,7 @@ pub(super) struct Samples {
 impl Samples {
     /// To be added to those of a pixel so far.
     pub fn after(sum: Pixel) -> Samples {
-        Samples { sum, seen: Seen::NOTHING, rejected: 0 }
+        Samples { sum, seen: Seen::NOTHING, squares: 0.0, rejected: 0 }
     }
 }
 
@@ -106,9 +108,31 @@ impl<F> Context<'_, F>
 where
     F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
 {
+    /// Takes samples of a pixel, as long as there is time: fewer, if that is up.
+    pub fn sample_all(
+        &self,
+        tracer: &mut Tracer,
+        meter: &mut Meter,
+        pattern: &Pattern,
+        place: [u32; 2],
+        indices: Range<u32>,
+        mut samples: Samples,
+    ) -> Samples {
+        let mut from = indices.start;
+        while from < indices.end {
+            let to = indices.end.min(from.saturating_add(BATCH));
+            samples = self.sample(tracer, pattern, place, from..to, samples);
+            if !meter.add(to - from) {
+                break;
+            }
+            from = to;
+        }
+        samples
+    }
+
     /// Takes samples of a pixel. Not inlined, so that there is one copy of the integrator.
     #[inline(never)]
-    pub fn sample(
+    fn sample(
         &self,
         tracer: &mut Tracer,
         pattern: &Pattern,
@@ -132,6 +156,7 @@ where
             }
             let radiance = limited(radiance, film);
             samples.sum.add(radiance, negative);
+            samples.squares += radiance.as_dvec3().length_squared();
             if pattern.is_watched {
                 samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
             }

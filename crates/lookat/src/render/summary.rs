@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lookat_render::{Reached, Rendered, TargetError};
+use lookat_render::{Reached, Rendered, Settings, TargetError};
 use serde::Serialize;
 
 use crate::report::JsonDiagnostic;
@@ -54,6 +54,8 @@ pub struct Metadata {
     seed: u64,
     samples_per_pixel: f64,
     complete: bool,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    adaptive: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     target_error: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -70,16 +72,18 @@ impl Metadata {
             seed,
             samples_per_pixel,
             complete,
+            adaptive: false,
             target_error: None,
             confidence: None,
         }
     }
 
-    /// With what each pixel was sampled for.
-    pub(super) fn with_target(self, target: Option<TargetError>) -> Metadata {
+    /// With what decided how often each pixel was sampled.
+    pub(super) fn with_settings(self, settings: &Settings) -> Metadata {
+        let target = settings.target_error;
         let (relative, confidence) =
             (target.map(|target| target.relative), target.map(|target| target.confidence));
-        Metadata { target_error: relative, confidence, ..self }
+        Metadata { adaptive: settings.adaptive, target_error: relative, confidence, ..self }
     }
 
     pub fn as_json(&self) -> Option<String> {

@@ -1,0 +1,328 @@
+//! As many samples for each pixel as its error asks for: rounds over all pixels that are not done.
+//!
+//! Each pixel has 16 replicates, each an Owen-scrambled Sobol' pattern of its own, which double from round to round. After a
+//! round, when all pixels are known so far, each is judged by itself and its neighbours; so threads and the order of tiles
+//! change nothing.
+
+use glam::Vec3;
+use lookat_image::PixelError;
+use lookat_scene::{Sampler, SamplerKind};
+use rayon::prelude::*;
+
+use super::control::Meter;
+use super::sample::{Context, Pattern, Samples, Seen};
+use super::stop::{Brightness, Estimate, StopRule};
+use super::{Reached, Settings, TargetError};
+use crate::camera::CameraRay;
+use crate::color::luminance;
+use crate::film::{Pixel, REPLICATES, SignedSum, Spread, Sum, TILE, Tile, places, tiles};
+use crate::integrator::Tracer;
+use crate::sampler::{SampleStream, replicate_seed};
+
+/// Samples of each pixel in the first round: 4 in each replicate.
+pub(super) const FIRST: u32 = 4 * REPLICATES;
+
+/// The most samples of a pixel, where the caller does not say.
+const MOST: u32 = 1 << 16;
+
+/// How much brighter than all around a sample is that counts as an outlier.
+const OUTLIER: f64 = 20.0;
+
+/// A tile with what its pixels have seen.
+struct Part {
+    tile: Tile,
+    /// For each pixel.
+    seen: Vec<Seen>,
+    /// For each pixel that is not done; `None` before the first round, for they take much memory.
+    active: Option<Vec<Active>>,
+    has_lobes: bool,
+}
+
+/// The replicates of a pixel that is not done.
+struct Active {
+    /// Which pixel of the tile it is.
+    at: usize,
+    /// Samples in each replicate.
+    count: u32,
+    sums: [Sum; REPLICATES as usize],
+    /// Only where the filter has negative lobes.
+    signed: Option<Box<[SignedSum; REPLICATES as usize]>>,
+    /// By how many times the error was too large.
+    excess: f64,
+}
+
+/// Renders all pixels until they are exact enough.
+pub(super) fn render<F>(
+    context: &Context<F>,
+    settings: &Settings,
+    target: &TargetError,
+) -> (Vec<Tile>, Reached)
+where
+    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
+{
+    let crop = context.prepared.scene.film.crop;
+    let has_lobes = context.filter.weight() != 1.0;
+    let mut parts: Vec<Part> =
+        tiles(crop, false).into_iter().map(|tile| Part::new(tile, has_lobes)).collect();
+    let most = settings.max_samples.unwrap_or(MOST).max(FIRST) / REPLICATES;
+    context.control.expect(crop.area() * u64::from(FIRST));
+    if settings.time.is_some() {
+        // The first round may take too long.
+        parts.par_iter_mut().for_each(|part| part.glance(context, settings.seed));
+    }
+    let mut count = FIRST / REPLICATES;
+    let mut rule = None;
+    loop {
+        parts.par_iter_mut().for_each(|part| part.sample(context, settings.seed, count));
+        let rule =
+            rule.get_or_insert_with(|| StopRule::new(target, brightness(&parts, context.filter.weight())));
+        judge(&mut parts, context.filter.weight(), rule);
+        let active = || parts.iter().flat_map(Part::active);
+        if active().next().is_none() || count >= most || context.control.is_stopped() {
+            break;
+        }
+        context.control.expect(context.control.done() + expected(active(), most));
+        // Patterns are best at powers of two.
+        count = (2 * count).min(most);
+    }
+    let reached = reached(&parts, most, context.filter.weight());
+    let mut tiles: Vec<Tile> = parts.into_iter().map(|part| part.tile).collect();
+    if !settings.error_layers {
+        tiles.iter_mut().for_each(|tile| tile.errors.clear());
+    }
+    (tiles, reached)
+}
+
+impl Part {
+    fn new(mut tile: Tile, has_lobes: bool) -> Part {
+        let area = tile.pixels.len();
+        tile.errors =
+            vec![PixelError { standard_error: [f32::INFINITY; 3], samples: 0, replicates: 0 }; area];
+        Part { tile, seen: vec![Seen::NOTHING; area], active: None, has_lobes }
+    }
+
+    fn all_active(&self) -> Vec<Active> {
+        let active = |at| Active {
+            at,
+            count: 0,
+            sums: Default::default(),
+            signed: self.has_lobes.then(Default::default),
+            excess: f64::INFINITY,
+        };
+        (0..self.seen.len()).map(active).collect()
+    }
+
+    /// The pixels that are not done, of those that were begun.
+    fn active(&self) -> &[Active] {
+        self.active.as_deref().unwrap_or_default()
+    }
+
+    /// Takes one sample of each pixel, to have a whole picture soon. The first round replaces them.
+    fn glance<F>(&mut self, context: &Context<F>, seed: u64)
+    where
+        F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+    {
+        let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
+        let mut rejected = 0;
+        for (pixel, place) in self.tile.pixels.iter_mut().zip(places(self.tile.bounds)) {
+            if context.control.is_stopped() {
+                break;
+            }
+            let (pattern, before) = (pattern(seed, 0, 1), Samples::after(*pixel));
+            let samples = context.sample_all(&mut tracer, &mut meter, &pattern, place, 0..1, before);
+            (*pixel, rejected) = (samples.sum, rejected + samples.rejected);
+        }
+        context.control.add(tracer.rays, rejected);
+    }
+
+    /// Brings the replicates of all pixels that are not done to so many samples.
+    fn sample<F>(&mut self, context: &Context<F>, seed: u64, count: u32)
+    where
+        F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+    {
+        let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
+        let mut rejected = 0;
+        let bounds = self.tile.bounds;
+        if context.control.is_stopped() {
+            return;
+        }
+        let mut all_active = self.active.take().unwrap_or_else(|| self.all_active());
+        for active in &mut all_active {
+            if context.control.is_stopped() {
+                break;
+            }
+            let at = active.at as u32;
+            let place = [bounds.x0 + at % bounds.width(), bounds.y0 + at / bounds.width()];
+            let Some(replicates) =
+                replicates(context, &mut tracer, &mut meter, (place, seed), active.count..count)
+            else {
+                break;
+            };
+            let pixel = &mut self.tile.pixels[active.at];
+            if active.count == 0 {
+                *pixel = Pixel::default();
+            }
+            for (r, samples) in replicates.iter().enumerate() {
+                active.sums[r].add(&samples.sum);
+                if let Some(signed) = &mut active.signed {
+                    signed[r].add(&samples.sum);
+                }
+                *pixel += samples.sum;
+                self.seen[active.at] = self.seen[active.at].union(samples.seen);
+                rejected += samples.rejected;
+            }
+            active.count = count;
+        }
+        self.active = Some(all_active);
+        context.control.add(tracer.rays, rejected);
+    }
+}
+
+/// Where the samples of the `r`-th replicate of a pixel lie.
+fn pattern(seed: u64, r: u32, count: u32) -> Pattern {
+    let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: count };
+    Pattern { sampler, seed: replicate_seed(seed, r), is_watched: true }
+}
+
+/// More samples for all replicates of a pixel; nothing if it is time to stop.
+fn replicates<F>(
+    context: &Context<F>,
+    tracer: &mut Tracer,
+    meter: &mut Meter,
+    (place, seed): ([u32; 2], u64),
+    indices: std::ops::Range<u32>,
+) -> Option<[Samples; REPLICATES as usize]>
+where
+    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+{
+    let mut all = [Samples::after(Pixel::default()); REPLICATES as usize];
+    for (r, samples) in (0..).zip(&mut all) {
+        let pattern = pattern(seed, r, indices.end);
+        *samples = context.sample_all(tracer, meter, &pattern, place, indices.clone(), *samples);
+        if context.control.is_stopped() {
+            return None;
+        }
+    }
+    Some(all)
+}
+
+impl Active {
+    /// What the replicates say of the error of their mean.
+    fn spread(&self) -> Spread {
+        let mut spread = Spread::default();
+        for (r, sum) in self.sums.iter().enumerate() {
+            spread.add(&sum.pixel(self.count, self.signed.as_ref().map(|signed| &signed[r])));
+        }
+        spread
+    }
+}
+
+/// The brightness of the picture so far.
+fn brightness(parts: &[Part], weight: f64) -> f64 {
+    let mut brightness = Brightness::default();
+    parts.iter().flat_map(|part| &part.tile.pixels).for_each(|pixel| brightness.add(pixel.value(weight)));
+    brightness.get()
+}
+
+/// Finds the errors of all pixels that are not done, and leaves those of them that still are not.
+fn judge(parts: &mut [Part], weight: f64, rule: &StopRule) {
+    let judge = |index: usize| -> Vec<(PixelError, f64)> {
+        let part = &parts[index];
+        let pixels = part.active().iter().map(|active| {
+            let (pixel, spread) = (&part.tile.pixels[active.at], active.spread());
+            let error = spread.error(pixel, weight);
+            let estimate = Estimate {
+                value: pixel.value(weight),
+                standard_error: error.standard_error.into(),
+                count: active.count,
+                around: around(parts, index, active.at)
+                    .fold(Seen::NOTHING, |all, (seen, _)| all.union(*seen)),
+            };
+            (error, if active.count == 0 { f64::INFINITY } else { rule.excess(&estimate) })
+        });
+        pixels.collect()
+    };
+    let judged: Vec<_> = (0..parts.len()).into_par_iter().map(judge).collect();
+    parts.par_iter_mut().zip(judged).for_each(|(part, judged)| {
+        let Some(all_active) = &mut part.active else { return };
+        for (active, (error, excess)) in all_active.iter_mut().zip(judged) {
+            active.excess = excess;
+            if active.count > 0 {
+                part.tile.errors[active.at] = error;
+            }
+        }
+        all_active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
+        all_active.shrink_to_fit();
+    });
+}
+
+/// A pixel of a tile and its up to eight neighbours.
+fn around(parts: &[Part], index: usize, at: usize) -> impl Iterator<Item = (&Seen, &Pixel)> {
+    let bounds = parts[index].tile.bounds;
+    let (first, last) = (parts[0].tile.bounds, parts[parts.len() - 1].tile.bounds);
+    let (x, y) = (bounds.x0 + at as u32 % bounds.width(), bounds.y0 + at as u32 / bounds.width());
+    let across = (last.x0 - first.x0) / TILE + 1;
+    let columns = x.saturating_sub(1).max(first.x0)..=(x + 1).min(last.x1 - 1);
+    let rows = y.saturating_sub(1).max(first.y0)..=(y + 1).min(last.y1 - 1);
+    rows.flat_map(move |y| columns.clone().map(move |x| (x, y))).map(move |(x, y)| {
+        let (column, row) = (x - first.x0, y - first.y0);
+        let part = &parts[(row / TILE * across + column / TILE) as usize];
+        let at = (row % TILE * part.tile.bounds.width() + column % TILE) as usize;
+        (&part.seen[at], &part.tile.pixels[at])
+    })
+}
+
+/// How many more samples it is likely to take. Errors fall with a power of about 3/4 of the samples.
+fn expected<'a>(active: impl Iterator<Item = &'a Active>, most: u32) -> u64 {
+    let needed = |active: &Active| {
+        let all = f64::from(active.count) * active.excess.powf(4.0 / 3.0);
+        let all = if all < f64::from(most) { (all as u32).next_power_of_two().min(most) } else { most };
+        u64::from(all.max(2 * active.count).min(most) - active.count)
+    };
+    active.map(needed).sum::<u64>() * u64::from(REPLICATES)
+}
+
+/// Counts the pixels.
+fn reached(parts: &[Part], most: u32, weight: f64) -> Reached {
+    let active = || parts.iter().flat_map(Part::active);
+    let at_cap = active().filter(|active| active.count >= most).count() as u64;
+    let not_begun = parts.iter().filter(|part| part.active.is_none()).map(|part| part.seen.len() as u64);
+    let out_of_time = active().count() as u64 - at_cap + not_begun.sum::<u64>();
+    let pixels = parts.iter().map(|part| part.seen.len() as u64).sum::<u64>();
+    let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
+    let is_outlier = |(index, at): (usize, usize)| {
+        let brightest = around(parts, index, at).map(|(_, pixel)| bright(pixel.value(weight).as_vec3()));
+        bright(parts[index].seen[at].most) > OUTLIER * brightest.fold(0.0, f64::max)
+    };
+    let outliers =
+        |index: usize| (0..parts[index].seen.len()).filter(|at| is_outlier((index, *at))).count() as u64;
+    let outliers = (0..parts.len()).into_par_iter().map(outliers).sum();
+    Reached { within: pixels - at_cap - out_of_time, at_cap, out_of_time, outliers }
+}
+
+#[cfg(test)]
+mod tests {
+    use lookat_scene::PixelBounds;
+
+    use super::*;
+
+    /// Each pixel is beside those that are beside it, on both sides of the edges of tiles.
+    #[test]
+    fn neighbours_are_found_across_tiles() {
+        let crop = PixelBounds { x0: 5, y0: 7, x1: 5 + 35, y1: 7 + 18 };
+        let mut parts: Vec<Part> =
+            tiles(crop, false).into_iter().map(|tile| Part::new(tile, false)).collect();
+        let number = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, 0.0);
+        for part in &mut parts {
+            part.seen =
+                places(part.tile.bounds).map(|at| Seen { least: number(at), most: number(at) }).collect();
+        }
+        for (index, part) in parts.iter().enumerate() {
+            for (at, [x, y]) in places(part.tile.bounds).enumerate() {
+                let found: Vec<Vec3> = around(&parts, index, at).map(|(seen, _)| seen.least).collect();
+                let all = places(crop).filter(|[a, b]| a.abs_diff(x) <= 1 && b.abs_diff(y) <= 1);
+                assert_eq!(found, all.map(number).collect::<Vec<Vec3>>());
+            }
+        }
+    }
+}
