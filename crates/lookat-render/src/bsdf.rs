@@ -112,7 +112,7 @@ pub(crate) fn lambert(material: &MaterialKind) -> Option<&Texture<Vec3>> {
 
 impl<'l> Bsdf<'l> {
     /// The scattering at a point of a material towards `wo`: `frame` holds the shading normal, `n` is the geometric normal.
-    /// `None` for a material that is not there: light passes.
+    /// A material that is not there scatters nothing.
     #[inline]
     pub fn new(
         material: &Material,
@@ -120,15 +120,14 @@ impl<'l> Bsdf<'l> {
         (frame, n): (Frame, DVec3),
         wo: DVec3,
         lobes: &'l mut Lobes,
-    ) -> Option<Self> {
+    ) -> Self {
         let local_o = frame.to_local(wo);
-        let scattering = match (&material.kind, lambert(&material.kind)) {
-            (MaterialKind::None, _) => return None,
-            (_, Some(kd)) => Scattering::Lambert(at.value(kd).max(Vec3::ZERO)),
-            (kind, None) => Scattering::of(kind, at, local_o, &mut lobes.0),
+        let scattering = match lambert(&material.kind) {
+            Some(kd) => Scattering::Lambert(at.value(kd).max(Vec3::ZERO)),
+            None => Scattering::of(&material.kind, at, local_o, &mut lobes.0),
         };
         let n = flipped(n, n.dot(wo) < 0.0);
-        Some(Bsdf { frame, n, local_o, scattering })
+        Bsdf { frame, n, local_o, scattering }
     }
 
     /// Whether any of its lobes are of a kind.

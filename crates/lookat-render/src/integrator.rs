@@ -46,8 +46,7 @@ impl<'t, 's> Tracer<'t, 's> {
         Surface::new(self.scene, ray, hit)
     }
 
-    /// How a surface scatters light towards `wo`; `None` where light passes. `camera_ray`: what has found it, if nothing
-    /// lies between.
+    /// How a surface scatters light towards `wo`. `camera_ray`: what has found it, if nothing lies between.
     #[inline]
     pub fn bsdf<'l>(
         &self,
@@ -55,7 +54,7 @@ impl<'t, 's> Tracer<'t, 's> {
         wo: DVec3,
         camera_ray: Option<&CameraRay>,
         lobes: &'l mut Lobes,
-    ) -> Option<Bsdf<'l>> {
+    ) -> Bsdf<'l> {
         shading::bsdf(self.scene, surface, wo, camera_ray, lobes)
     }
 

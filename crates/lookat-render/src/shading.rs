@@ -14,8 +14,7 @@ use crate::surface::Surface;
 use crate::texture::{Footprint, TexturePoint};
 use coordinates::Coordinates;
 
-/// How the surface scatters light towards `wo`; `None` where light passes. `camera_ray`: what has found it, if nothing
-/// lies between. `lobes` is where the result is kept.
+/// How the surface scatters light towards `wo`. `camera_ray`: what has found it, if nothing lies between. `lobes` is where the result is kept.
 #[inline]
 pub(crate) fn bsdf<'l>(
     scene: &Traceable,
@@ -23,13 +22,13 @@ pub(crate) fn bsdf<'l>(
     wo: DVec3,
     camera_ray: Option<&CameraRay>,
     lobes: &'l mut Lobes,
-) -> Option<Bsdf<'l>> {
+) -> Bsdf<'l> {
     let material = &surface.primitive.material;
-    let (at, frame) = match material.needs.coordinates {
-        true => point(scene, surface, wo, camera_ray),
-        false => (TexturePoint::default(), Frame::from_z(surface.ns)),
-    };
-    Bsdf::new(material, &at, (frame, surface.n), wo, lobes)
+    if material.needs.coordinates {
+        let (at, frame) = point(scene, surface, wo, camera_ray);
+        return Bsdf::new(material, &at, (frame, surface.n), wo, lobes);
+    }
+    Bsdf::new(material, &TexturePoint::default(), (Frame::from_z(surface.ns), surface.n), wo, lobes)
 }
 
 /// Where textures are asked, and the shading frame that they bend.

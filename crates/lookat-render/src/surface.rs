@@ -1,7 +1,7 @@
 //! The point of a surface that a ray has hit.
 
 use glam::{DVec3, Vec3};
-use lookat_scene::{Mesh, Primitive, Shape};
+use lookat_scene::{MaterialKind, Mesh, Primitive, Shape};
 
 use crate::frame::flipped;
 use crate::prepare::Traceable;
@@ -30,6 +30,11 @@ pub(crate) struct Surface<'s> {
 }
 
 impl<'s> Surface<'s> {
+    /// Whether light passes straight through, as it has no material.
+    pub fn is_passed(&self) -> bool {
+        matches!(self.primitive.material.kind, MaterialKind::None)
+    }
+
     /// The surface at a hit of `ray`.
     #[inline]
     pub fn new(scene: &Traceable<'s>, ray: &Ray, hit: &Hit) -> Self {

@@ -106,7 +106,7 @@ fn frame() -> Frame {
 fn bsdf<'l>(material: &Material, local_o: DVec3, lobes: &'l mut Lobes) -> Bsdf<'l> {
     let frame = frame();
     let wo = frame.to_world(local_o.normalize());
-    Bsdf::new(material, &TexturePoint::default(), (frame, frame.z), wo, lobes).unwrap()
+    Bsdf::new(material, &TexturePoint::default(), (frame, frame.z), wo, lobes)
 }
 
 fn grid(side: u32) -> impl Iterator<Item = DVec2> {

@@ -33,7 +33,8 @@ pub(crate) fn li(
         };
         let surface = tracer.surface(&ray, &hit);
         let wo = -ray.d;
-        let Some(bsdf) = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes) else {
+        if surface.is_passed() {
+            seen_by = None;
             // pbrt-v3 looks through a surface without a material, and does not see it glow.
             ray = surface.leave(ray.d);
             passed += 1;
@@ -41,7 +42,8 @@ pub(crate) fn li(
                 return radiance;
             }
             continue;
-        };
+        }
+        let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
         radiance += beta * surface.le(wo);
         if bsdf.has(Part::Smooth) {
             radiance += beta * from_lights(tracer, &surface, &bsdf, stream, all_lights);

@@ -73,7 +73,8 @@ pub(crate) fn li(
         if bounces >= settings.max_depth {
             return radiance;
         }
-        let Some(bsdf) = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes) else {
+        if surface.is_passed() {
+            seen_by = None;
             ray = surface.leave(ray.d);
             passed += 1;
             if passed > MAX_PASSED {
@@ -83,7 +84,8 @@ pub(crate) fn li(
                 emission = Emission::Hidden;
             }
             continue;
-        };
+        }
+        let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
         let is_smooth = bsdf.has(Part::Smooth);
         let lune = if is_smooth { lights.lune(&bsdf) } else { None };
         let samples = Samples::of_one(lights, settings.light_choice, lune.as_deref());
