@@ -50,8 +50,8 @@ pub struct Settings {
     /// without one 2^30.
     pub max_samples: Option<u32>,
     /// Give more samples to pixels among noisy neighbours, and fewer to others, so that the mean squared error of the
-    /// picture is small; what the scene asks for, or `max_samples` with a time, is then the mean. A pixel has at least a
-    /// quarter of it. By Sobol's sequence, unless the scene's samples are random. Default false; a target error leaves it
+    /// picture is small; what the scene asks for, or `max_samples` with a time, is then the mean. A pixel has at least
+    /// half of it. By Sobol's sequence, unless the scene's samples are random. Default false; a target error leaves it
     /// out.
     pub adaptive: bool,
 }

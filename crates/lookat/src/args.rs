@@ -49,19 +49,19 @@ pub struct Render {
     /// The picture: .exr, .png, .pfm or .tga [default: the Film's filename]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Samples per pixel, in place of the Sampler's; with --target-error or --time, the most
+    /// Samples per pixel, in place of the Sampler's; with --target-error or --time, the most; with --adaptive, the mean
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
     pub spp: Option<u32>,
     /// Sample each pixel until its error is at most this share of its brightness, such as 0.05, at most 65536 times or --spp
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = target_error)]
     pub target_error: Option<f64>,
     /// How sure that is to be for each pixel [default: 0.95]
-    #[arg(long, value_name = "SHARE", requires = "target_error", allow_negative_numbers = true, value_parser = confidence)]
+    #[arg(long, value_name = "SHARE", requires = "target_error", conflicts_with = "adaptive", allow_negative_numbers = true, value_parser = confidence)]
     pub confidence: Option<f64>,
     /// Render for so long: more samples, for the whole picture, until the time is up or --target-error or --spp is reached
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub time: Option<Duration>,
-    /// Take more samples where the picture is noisy, and fewer elsewhere: --spp, or the Sampler's, is then the mean
+    /// Take more samples where the picture is noisy, and fewer elsewhere: as many as without, on average
     #[arg(long, conflicts_with_all = ["target_error", "error_layers"])]
     pub adaptive: bool,
     /// Size of the full picture, in place of the Film's

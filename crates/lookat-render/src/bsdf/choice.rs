@@ -31,7 +31,8 @@ pub(super) fn weigh(lobes: &mut [LikelyLobe], wo: DVec3) {
     }
     let mut sum = 0.0;
     for likely in lobes.iter_mut() {
-        likely.probability = f64::from(likely.lobe.albedo(wo).dot(Vec3::ONE));
+        // Reflectances of more than 1 may make something negative of it.
+        likely.probability = f64::from(likely.lobe.albedo(wo).max(Vec3::ZERO).dot(Vec3::ONE));
         sum += likely.probability;
     }
     // Textures may give more than can be added up.
@@ -94,7 +95,10 @@ mod tests {
         assert_eq!(probabilities(&[0.01]), [1.0]);
         let [a, b] = probabilities(&[0.25, 0.75])[..] else { panic!() };
         assert!((a - (0.125 + 0.25 * 0.75)).abs() < 1e-7 && (a + b - 1.0).abs() < 1e-15);
-        for useless in [[0.0, 0.0], [f32::MAX, f32::MAX], [f32::INFINITY, 1.0], [f32::NAN, 1.0]] {
+        for nothing in [-0.5, f32::NAN] {
+            assert_eq!(probabilities(&[nothing, 1.0]), [0.125, 0.875]);
+        }
+        for useless in [[0.0, 0.0], [-1.0, 0.0], [f32::MAX, f32::MAX], [f32::INFINITY, 1.0]] {
             assert_eq!(probabilities(&useless), [0.5, 0.5]);
         }
     }
