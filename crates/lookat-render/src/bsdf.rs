@@ -132,16 +132,11 @@ impl<'l> Bsdf<'l> {
 
     /// Whether any of its lobes are of a kind.
     pub fn has(&self, part: Part) -> bool {
-        self.count(part) > 0
-    }
-
-    fn count(&self, part: Part) -> usize {
         match (self.scattering, part) {
-            (Scattering::Lambert(_), Part::Specular) => 0,
-            (Scattering::Lambert(_), _) => 1,
-            (Scattering::Lobes { lobes, .. }, Part::All) => lobes.len(),
-            (Scattering::Lobes { lobes, specular }, Part::Smooth) => lobes.len() - specular,
-            (Scattering::Lobes { specular, .. }, Part::Specular) => specular,
+            (Scattering::Lambert(_), part) => part != Part::Specular,
+            (Scattering::Lobes { lobes, .. }, Part::All) => !lobes.is_empty(),
+            (Scattering::Lobes { lobes, specular }, Part::Smooth) => specular < lobes.len(),
+            (Scattering::Lobes { specular, .. }, Part::Specular) => specular > 0,
         }
     }
 

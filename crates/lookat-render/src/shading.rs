@@ -14,7 +14,8 @@ use crate::surface::Surface;
 use crate::texture::{Footprint, TexturePoint};
 use coordinates::Coordinates;
 
-/// How the surface scatters light towards `wo`. `camera_ray`: what has found it, if nothing lies between. `lobes` is where the result is kept.
+/// How the surface scatters light towards `wo`. `camera_ray`: what has found it, if nothing lies between. `lobes` is where
+/// the result is kept.
 #[inline]
 pub(crate) fn bsdf<'l>(
     scene: &Traceable,
@@ -24,6 +25,7 @@ pub(crate) fn bsdf<'l>(
     lobes: &'l mut Lobes,
 ) -> Bsdf<'l> {
     let material = &surface.primitive.material;
+    // Twice, so that neither point is copied.
     if material.needs.coordinates {
         let (at, frame) = point(scene, surface, wo, camera_ray);
         return Bsdf::new(material, &at, (frame, surface.n), wo, lobes);

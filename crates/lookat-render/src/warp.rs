@@ -1,4 +1,4 @@
-//! From the unit square to other domains, with the densities that result.
+//! From the unit square to other domains, with the densities that result; and from a number to one of several amounts.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
@@ -72,4 +72,18 @@ pub(crate) fn linear(u: f64, ends: [f64; 2]) -> f64 {
 pub(crate) fn linear_pdf(x: f64, ends: [f64; 2]) -> f64 {
     let [a, b] = ends;
     2.0 * (a + (b - a) * x) / (a + b)
+}
+
+/// The first of some amounts with which their sum passes `at`, or else the last; how much it is, and how much of it is
+/// passed.
+pub(crate) fn pick(amounts: impl Iterator<Item = f64>, at: f64) -> Option<(usize, f64, f64)> {
+    let (mut rest, mut last) = (at, None);
+    for (index, amount) in amounts.enumerate() {
+        last = Some((index, amount, rest));
+        rest -= amount;
+        if rest < 0.0 {
+            break;
+        }
+    }
+    last
 }

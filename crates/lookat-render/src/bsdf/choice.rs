@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 
 use super::Part;
 use super::lobe::Lobe;
+use crate::warp::pick;
 
 /// A lobe, and the probability that a sample of all lobes is one of it.
 #[derive(Debug, Clone, Copy)]
@@ -50,25 +51,19 @@ pub(super) fn weigh(lobes: &mut [LikelyLobe], wo: DVec3) {
 pub(super) fn probability(lobes: &[LikelyLobe], part: Part) -> f64 {
     match part {
         Part::All => 1.0,
-        _ => lobes.iter().filter(|likely| part.holds(&likely.lobe)).map(|likely| likely.probability).sum(),
+        _ => of(lobes, part).map(|likely| likely.probability).sum(),
     }
+}
+
+fn of(lobes: &[LikelyLobe], part: Part) -> impl Iterator<Item = &LikelyLobe> {
+    lobes.iter().filter(move |likely| part.holds(&likely.lobe))
 }
 
 /// One of the lobes of a part, its probability among them, and a number from 0 to 1 to go on with.
 pub(super) fn choose(lobes: &[LikelyLobe], part: Part, u: f64) -> Option<(&Lobe, f64, f64)> {
     let all = probability(lobes, part);
-    let mut rest = u * all;
-    let mut chosen: Option<&LikelyLobe> = None;
-    for likely in lobes.iter().filter(|likely| part.holds(&likely.lobe)) {
-        if let Some(before) = chosen {
-            if rest < before.probability {
-                break;
-            }
-            rest -= before.probability;
-        }
-        chosen = Some(likely);
-    }
-    let LikelyLobe { lobe, probability } = chosen?;
+    let (index, probability, rest) = pick(of(lobes, part).map(|likely| likely.probability), u * all)?;
+    let lobe = &of(lobes, part).nth(index)?.lobe;
     Some((lobe, probability / all, (rest / probability).min(1.0 - f64::EPSILON)))
 }
 

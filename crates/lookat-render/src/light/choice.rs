@@ -11,6 +11,7 @@ use super::{LightTable, SceneLight};
 use crate::color::strength;
 use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
+use crate::warp::pick;
 
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
 const MANY: usize = 32;
@@ -40,14 +41,15 @@ impl LightTable<'_> {
                 if light < self.first_sky {
                     (light, share(self.power_shares[light], total))
                 } else {
-                    let (sky, power) = pick(self.powers_of_skies(count, lune), at - self.power_of_others())?;
+                    let (sky, power, _) =
+                        pick(self.powers_of_skies(count, lune), at - self.power_of_others())?;
                     (self.first_sky + sky, share(power, total))
                 }
             }
             LightChoice::Spatial => {
                 let estimates: ArrayVec<f64, MANY> = self.estimates(count, p, lune).collect();
                 let total: f64 = estimates.iter().sum();
-                let (light, estimate) = pick(estimates.iter().copied(), u * total)?;
+                let (light, estimate, _) = pick(estimates.iter().copied(), u * total)?;
                 (light, share(estimate, total))
             }
         };
@@ -100,19 +102,6 @@ impl LightTable<'_> {
     fn estimates(&self, count: usize, p: DVec3, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
         self.lights[..count].iter().map(move |light| light.estimate(p, lune))
     }
-}
-
-/// The first of some amounts with which their sum passes `at`, or else the last; and how much it is.
-fn pick(amounts: impl Iterator<Item = f64>, at: f64) -> Option<(usize, f64)> {
-    let (mut rest, mut last) = (at, None);
-    for (index, amount) in amounts.enumerate() {
-        last = Some((index, amount));
-        rest -= amount;
-        if rest < 0.0 {
-            break;
-        }
-    }
-    last
 }
 
 /// The share of an estimate in the sum of all.

@@ -13,25 +13,23 @@ use rayon::prelude::*;
 
 use super::Settings;
 use super::control::Meter;
+use super::passes::doubled;
 use super::sample::{Context, Pattern, Samples};
 use crate::camera::CameraRay;
 use crate::film::{Tile, indices, places, tiles};
 use crate::integrator::Tracer;
 use crate::sampler::SampleStream;
-use allotment::{LEAST, goals, needs};
+use allotment::{LEAST, allotted, needs};
 
 /// Samples of every pixel, at least, before their noise is asked for.
 const FEWEST: u32 = 4;
 /// Samples of every pixel before their noise is asked for, where it is not known how many there will be.
 const FIRST: u32 = 16;
 
-/// A tile, and what decides about its samples.
+/// A tile, and for each of its pixels the sum of the squared lengths of its samples.
 struct Part {
     tile: Tile,
-    /// For each pixel the sum of the squared lengths of its samples.
     squares: Vec<f64>,
-    /// For each pixel how many samples it is to have.
-    goals: Vec<u32>,
 }
 
 /// Renders all pixels, with the scene's samples per pixel, or the most where there is a time, as their mean.
@@ -42,18 +40,20 @@ where
     let scene = context.prepared.scene;
     let crop = scene.film.crop;
     let sampler = super::passes::sampler(scene, settings);
-    let pattern = Pattern { sampler, seed: settings.seed, is_watched: false };
+    let pattern = Pattern { sampler, seed: settings.seed, is_watched: true };
     let mut parts: Vec<Part> = tiles(crop, false).into_iter().map(Part::new).collect();
     context.control.expect(crop.area() * u64::from(sampler.samples_per_pixel));
     let mut needs = None;
+    // How many samples each pixel is to have, row by row.
+    let mut goals = vec![0; crop.area() as usize];
     for Pass { mean, is_alike } in passes(sampler.samples_per_pixel, settings.time.is_some()) {
         if is_alike {
-            parts.iter_mut().for_each(|part| part.goals.fill(mean));
+            goals.fill(mean);
         } else {
             let needs = needs.get_or_insert_with(|| needs_of(&parts, crop));
-            allot(&mut parts, crop, needs, mean);
+            goals = allotted(needs, &goals, mean);
         }
-        parts.par_iter_mut().for_each(|part| part.sample(context, &pattern));
+        parts.par_iter_mut().for_each(|part| part.sample(context, &pattern, &goals));
         if context.control.is_stopped() {
             break;
         }
@@ -75,13 +75,9 @@ fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
         (false, half) if half < FEWEST => samples,
         (false, half) => half,
     };
-    let ends = |from: u32, to: u32| {
-        let doubled = std::iter::successors(Some(from), |mean| mean.checked_mul(2));
-        doubled.take_while(move |mean| *mean < to).chain((from <= to).then_some(to))
-    };
     let next = if is_open { samples.min(2 * alike) } else { samples };
-    let by_need = ends(next, samples).filter(move |mean| *mean > alike);
-    let first = ends(1, alike).map(|mean| Pass { mean, is_alike: true });
+    let by_need = doubled(next, samples).filter(move |mean| *mean > alike);
+    let first = doubled(1, alike).map(|mean| Pass { mean, is_alike: true });
     first.chain(by_need.map(|mean| Pass { mean, is_alike: false }))
 }
 
@@ -97,41 +93,29 @@ fn needs_of(parts: &[Part], picture: PixelBounds) -> Vec<f64> {
     needs(&variances, picture.width() as usize)
 }
 
-/// Decides how many samples each pixel is to have.
-fn allot(parts: &mut [Part], picture: PixelBounds, needs: &[f64], mean: u32) {
-    let mut counts = vec![0; needs.len()];
-    for part in &*parts {
-        for (at, pixel) in indices(part.tile.bounds, picture).zip(&part.tile.pixels) {
-            counts[at] = pixel.count();
-        }
-    }
-    let goals = goals(needs, &counts, mean);
-    for part in parts {
-        part.goals = indices(part.tile.bounds, picture).map(|at| goals[at]).collect();
-    }
-}
-
 impl Part {
     fn new(tile: Tile) -> Part {
         let area = tile.pixels.len();
-        Part { tile, squares: vec![0.0; area], goals: vec![0; area] }
+        Part { tile, squares: vec![0.0; area] }
     }
 
     /// Brings all pixels to their goals.
-    fn sample<F>(&mut self, context: &Context<F>, pattern: &Pattern)
+    fn sample<F>(&mut self, context: &Context<F>, pattern: &Pattern, goals: &[u32])
     where
         F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
     {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
         let mut rejected = 0;
-        let pixels = self.tile.pixels.iter_mut().zip(&mut self.squares).zip(&self.goals);
-        for (((pixel, squares), goal), place) in pixels.zip(places(self.tile.bounds)) {
+        let Tile { bounds, pixels, .. } = &mut self.tile;
+        let goals = indices(*bounds, context.prepared.scene.film.crop).map(|at| goals[at]);
+        let pixels = pixels.iter_mut().zip(&mut self.squares);
+        for (((pixel, squares), place), goal) in pixels.zip(places(*bounds)).zip(goals) {
             if context.control.is_stopped() {
                 break;
             }
             let before = Samples::after(*pixel);
             let samples =
-                context.sample_all(&mut tracer, &mut meter, pattern, place, pixel.count()..*goal, before);
+                context.sample_all(&mut tracer, &mut meter, pattern, place, pixel.count()..goal, before);
             *pixel = samples.sum;
             *squares += samples.squares;
             rejected += samples.rejected;

@@ -56,14 +56,19 @@ fn passes(sampler: Sampler, settings: &Settings) -> Vec<Pass> {
         };
         return (0..count).map(replicate).collect();
     }
-    let ends = std::iter::successors(Some(1), |end: &u32| Some(end.saturating_mul(2).min(samples)));
     let mut from = 0;
     let pass = |to| {
         let samples = from..to;
         from = to;
         Pass { pattern: Pattern { sampler, seed: settings.seed, is_watched: false }, samples }
     };
-    ends.take_while(|end| *end < samples).chain([samples]).map(pass).collect()
+    doubled(1, samples).map(pass).collect()
+}
+
+/// `from`, twice as many, and so on, to `to`; nothing if that is less.
+pub(super) fn doubled(from: u32, to: u32) -> impl Iterator<Item = u32> {
+    let ends = std::iter::successors(Some(from), |end| end.checked_mul(2));
+    ends.take_while(move |end| *end < to).chain((from <= to).then_some(to))
 }
 
 /// Error layers need replicates, and these need a number of samples.
@@ -104,9 +109,8 @@ where
     for (pixel, place) in tile.pixels.iter_mut().zip(places) {
         let spread = spreads.next();
         let before = if spread.is_some() { Default::default() } else { *pixel };
-        let Pass { pattern, samples } = pass;
-        let before = Samples::after(before);
-        let samples = context.sample_all(&mut tracer, &mut meter, pattern, place, samples.clone(), before);
+        let (indices, before) = (pass.samples.clone(), Samples::after(before));
+        let samples = context.sample_all(&mut tracer, &mut meter, &pass.pattern, place, indices, before);
         rejected += samples.rejected;
         match spread {
             // Half a replicate is none.

@@ -61,7 +61,7 @@ impl<'a, F> Context<'a, F> {
 pub(super) struct Pattern {
     pub sampler: Sampler,
     pub seed: u64,
-    /// Whether the bounds of the samples are asked for.
+    /// Whether the bounds and squares of the samples are asked for.
     pub is_watched: bool,
 }
 
@@ -71,7 +71,7 @@ pub(super) struct Samples {
     pub sum: Pixel,
     /// Only of patterns that are watched.
     pub seen: Seen,
-    /// The sum of their squared lengths, those before left out.
+    /// The sum of their squared lengths, those before left out; likewise.
     pub squares: f64,
     /// How many were infinite or not a number.
     pub rejected: u64,
@@ -156,8 +156,8 @@ where
             }
             let radiance = limited(radiance, film);
             samples.sum.add(radiance, negative);
-            samples.squares += radiance.as_dvec3().length_squared();
             if pattern.is_watched {
+                samples.squares += radiance.as_dvec3().length_squared();
                 samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
             }
         }

@@ -43,7 +43,7 @@ pub(super) fn needs(variances: &[f64], width: usize) -> Vec<f64> {
 
 /// How many samples each pixel is to have: in proportion to its need, by powers of two, for which patterns are best; `mean`
 /// on average. None has less than its count so far, or than half of the mean.
-pub(super) fn goals(needs: &[f64], counts: &[u32], mean: u32) -> Vec<u32> {
+pub(super) fn allotted(needs: &[f64], counts: &[u32], mean: u32) -> Vec<u32> {
     // Pixels that need alike do not all double at once.
     let jitter = |at: usize| 0.98 + 0.04 * (at as f64 * GOLDEN).fract();
     let level = |at: usize| (needs[at] * jitter(at)).log2();
@@ -109,29 +109,29 @@ mod tests {
         const PIXELS: usize = MOST as usize * SHARE;
         let spent = |goals: &[u32]| goals.iter().map(|goal| u64::from(*goal)).sum::<u64>();
         // Alike: as powers of two allow, and mixed well.
-        let even = goals(&[1.0; PIXELS], &[8; PIXELS], 24);
+        let even = allotted(&[1.0; PIXELS], &[8; PIXELS], 24);
         assert_eq!(spent(&even), 24 * PIXELS as u64);
         assert!(even.iter().filter(|goal| [16, 32].contains(*goal)).count() >= PIXELS - 1);
         assert!(even.chunks_exact(64).all(|some| (20 * 64..28 * 64).contains(&spent(some))));
         // By need, as powers of two allow, in between bounds.
         let needs: Vec<f64> = (0..PIXELS).map(|at| (at + 1) as f64).collect();
-        let by_need = goals(&needs, &[8; PIXELS], 32);
+        let by_need = allotted(&needs, &[8; PIXELS], 32);
         assert_eq!(spent(&by_need), 32 * PIXELS as u64);
         assert!(by_need[..PIXELS / 4].iter().all(|goal| *goal == 16));
         assert!(by_need[PIXELS - 99..].iter().all(|goal| *goal == 64));
         let mut spike = vec![1e-6; PIXELS];
         spike[500] = 1.0;
-        let spiked = goals(&spike, &[8; PIXELS], 16);
+        let spiked = allotted(&spike, &[8; PIXELS], 16);
         assert_eq!((spent(&spiked), spiked[500]), (16 * PIXELS as u64, 16 * MOST));
         assert!(spiked.iter().all(|goal| *goal >= 8));
         // What is there already counts.
         let mut counts = vec![16; 1024];
         counts[0] = 500;
-        let late = goals(&[1.0; 1024], &counts, 64);
+        let late = allotted(&[1.0; 1024], &counts, 64);
         assert!(spent(&late) == 64 * 1024 && late[0] == 500 && late[1..].iter().all(|goal| *goal >= 32));
         // In small pictures nobody gets more.
-        assert_eq!(goals(&[1.0], &[4], 23), [23]);
-        assert_eq!(goals(&[1.0, 9.0], &[8, 8], 17), [17, 17]);
+        assert_eq!(allotted(&[1.0], &[4], 23), [23]);
+        assert_eq!(allotted(&[1.0, 9.0], &[8, 8], 17), [17, 17]);
     }
 
     /// In a patch of pixels that are 1 in a twentieth of their samples, in the midst of black, the mean is a twentieth: lucky
@@ -149,7 +149,7 @@ mod tests {
             let first: Vec<f64> =
                 (0..SIDE * SIDE).map(|at| if is_noisy(at) { hits(8) } else { 0.0 }).collect();
             let variances: Vec<f64> = first.iter().map(|sum| sum * (1.0 - sum / 8.0) / 7.0).collect();
-            let goals = goals(&needs(&variances, SIDE), &[8; SIDE * SIDE], 16);
+            let goals = allotted(&needs(&variances, SIDE), &[8; SIDE * SIDE], 16);
             let patch = (0..SIDE * SIDE).filter(|at| is_noisy(*at));
             let values = patch.map(|at| (first[at] + hits(goals[at] - 8)) / f64::from(goals[at]));
             means.push(values.sum::<f64>() / PATCH.len().pow(2) as f64);
