@@ -14,9 +14,17 @@ use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
 use crate::shading;
 use crate::surface::Surface;
+use crate::trace::BUNDLE;
 
 /// The most surfaces without a material that a ray passes through in a row.
 pub(crate) const MAX_PASSED: u32 = 1000;
+
+/// A ray from the camera, and what it has met.
+pub(crate) struct FirstHit<'c> {
+    pub camera_ray: CameraRay<'c>,
+    pub ray: Ray,
+    pub hit: Option<Hit>,
+}
 
 /// Traces rays and counts them.
 pub(crate) struct Tracer<'t, 's> {
@@ -38,6 +46,12 @@ impl<'t, 's> Tracer<'t, 's> {
     pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
         self.scene.nearest(ray)
+    }
+
+    /// The nearest hits of rays that run side by side.
+    pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
+        self.rays += BUNDLE as u64;
+        self.scene.nearest_of(rays)
     }
 
     /// The surface at a hit of `ray`. Apart from the search for it, because large values are best not moved.

@@ -61,3 +61,4 @@ pub use lookat_scene::Scene;
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
 pub use render::{DARK, Progress, Reached, Rendered, Settings, Statistics, TargetError, render};
+pub use trace::BUNDLE;

@@ -8,6 +8,7 @@ use crate::camera::CameraRays;
 use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
 use crate::surface::Surface;
+use crate::trace::BUNDLE;
 
 /// A scene in which rays can be traced one at a time. All positions are relative to [`Probe::eye`].
 pub struct Probe<'s> {
@@ -56,6 +57,11 @@ impl<'s> Probe<'s> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         self.traceable.nearest(ray)
+    }
+
+    /// The nearest hits of several rays, which are found faster together where they run side by side.
+    pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
+        self.traceable.nearest_of(rays)
     }
 
     /// The same without trees: by asking everything in turn.

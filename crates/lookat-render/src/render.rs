@@ -15,9 +15,8 @@ use lookat_image::Image;
 use lookat_scene::{Integrator, Scene};
 
 use crate::arithmetic::Precision;
-use crate::camera::CameraRay;
 use crate::film::{Tile, develop};
-use crate::integrator::{Tracer, ambient, direct, path};
+use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
@@ -147,19 +146,19 @@ fn run(scene: &Scene, settings: &Settings, control: &Control) -> Rendered {
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
     match scene.integrator {
         Integrator::DirectLighting { all_lights, max_depth } => {
-            render_tiles(&prepared, settings, control, |tracer, camera_ray, stream| {
-                direct::li(tracer, camera_ray, stream, all_lights, max_depth)
+            render_tiles(&prepared, settings, control, |tracer, first, stream| {
+                direct::li(tracer, first, stream, all_lights, max_depth)
             })
         }
         Integrator::Path { max_depth, roulette_threshold, light_choice } => {
             let path = path::Settings { max_depth, roulette_threshold, light_choice };
-            render_tiles(&prepared, settings, control, |tracer, camera_ray, stream| {
-                path::li(tracer, camera_ray, stream, &path)
+            render_tiles(&prepared, settings, control, |tracer, first, stream| {
+                path::li(tracer, first, stream, &path)
             })
         }
         Integrator::AmbientOcclusion { cosine, samples } => {
-            render_tiles(&prepared, settings, control, |tracer, camera_ray, stream| {
-                ambient::li(tracer, camera_ray, stream, cosine, samples)
+            render_tiles(&prepared, settings, control, |tracer, first, stream| {
+                ambient::li(tracer, first, stream, cosine, samples)
             })
         }
     }
@@ -168,7 +167,7 @@ fn run(scene: &Scene, settings: &Settings, control: &Control) -> Rendered {
 /// Samples all tiles, in the way that the settings ask for, and develops them.
 fn render_tiles<F>(prepared: &Prepared, settings: &Settings, control: &Control, li: F) -> Rendered
 where
-    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
+    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
     let is_open = settings.target_error.is_some() || settings.time.is_some();
     let nominal = if is_open { target::FIRST } else { prepared.scene.sampler.samples_per_pixel };

@@ -1,5 +1,7 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
+use std::array::from_fn;
+
 use crate::arithmetic::{Precision, SimdKind};
 #[cfg(target_arch = "x86_64")]
 use crate::bvh::WideSlabs;
@@ -23,21 +25,26 @@ struct Query<'q> {
     is_shadow: bool,
 }
 
-/// The tests of one ray.
-struct Tests<B, F, D> {
-    /// Which boxes of a node it may meet within a limit, as bits, and from which distance on.
-    boxes: B,
-    /// Which triangles of a block it may meet within a limit, as bits.
-    filter: F,
-    /// Where it does meet a triangle, and in proportion to what its corners weigh.
-    decide: D,
-}
+/// So many rays are traced together.
+pub const BUNDLE: usize = 8;
 
 impl Traceable<'_> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = nothing(ray);
         self.search::<false>(self.query(ray, false), &mut hit).then_some(hit)
+    }
+
+    /// The nearest hits of several rays. They go down the tree together, where they run side by side.
+    pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
+        let way = rays[0].d.is_negative_bitmask();
+        let run_alike = rays.iter().all(|ray| ray.d.is_negative_bitmask() == way);
+        if !run_alike || self.precision != Precision::Mixed {
+            return rays.each_ref().map(|ray| self.nearest(ray));
+        }
+        let mut hits = rays.each_ref().map(nothing);
+        self.search_wide::<false, false, _>(&rays.each_ref().map(|ray| self.query(ray, false)), &mut hits);
+        hits.map(|hit| (hit.element != ElementId::NONE).then_some(hit))
     }
 
     /// Whether anything but its target is in the way of a shadow ray.
@@ -62,118 +69,120 @@ impl Traceable<'_> {
 
     /// Looks for hits that `hit` yields to. With `ANY` the first will do, if it is not the target of the ray.
     fn search<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
+        let (queries, hits) = (&[query], std::array::from_mut(hit));
         match self.precision {
-            Precision::Mixed => self.search_wide::<ANY, false>(query, hit),
-            Precision::Single => self.search_wide::<ANY, true>(query, hit),
-            Precision::Double => self.search_double::<ANY>(query, hit),
+            Precision::Mixed => self.search_wide::<ANY, false, 1>(queries, hits),
+            Precision::Single => self.search_wide::<ANY, true, 1>(queries, hits),
+            Precision::Double => self.search_double::<ANY>(queries, hits),
         }
     }
 
     /// By tests in `f32` that leave out what is not met. What is left is decided about in `f64`; or if `SINGLE` is set, to
-    /// be measured against that, in `f32` too.
-    fn search_wide<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
+    /// be measured against that, in `f32` too. Several rays are of one group, and run the same way along each axis.
+    fn search_wide<const ANY: bool, const SINGLE: bool, const N: usize>(
+        &self,
+        queries: &[Query; N],
+        hits: &mut [Hit; N],
+    ) -> bool {
         match self.simd.kind() {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Simd` says what the processor has.
             #[allow(unsafe_code)]
-            SimdKind::Avx512 => unsafe { self.search_avx512::<ANY, SINGLE>(query, hit) },
+            SimdKind::Avx512 => unsafe { self.search_avx512::<ANY, SINGLE, N>(queries, hits) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
             #[allow(unsafe_code)]
-            SimdKind::Avx2 => unsafe { self.search_avx2::<ANY, SINGLE>(query, hit) },
-            SimdKind::Portable => self.search_portable::<ANY, SINGLE>(query, hit),
+            SimdKind::Avx2 => unsafe { self.search_avx2::<ANY, SINGLE, N>(queries, hits) },
+            SimdKind::Portable => self.search_portable::<ANY, SINGLE, N>(queries, hits),
         }
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn search_avx2<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        let sheared = ShearedRay::new(query.ray);
-        let slabs = WideSlabs::new(&Slabs::new(query.ray));
-        let filter = filter_ray(query.ray, &sheared);
+    fn search_avx2<const ANY: bool, const SINGLE: bool, const N: usize>(
+        &self,
+        queries: &[Query; N],
+        hits: &mut [Hit; N],
+    ) -> bool {
+        let slabs = WideSlabs::new(&slabs(queries));
+        let rays: [_; N] = from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
-        self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
+        let filter = |k: usize, block: &Block, t_max| rays[k].filter.may_meet(block, t_max);
+        let decide = |k: usize, triangle: &Triangle| rays[k].decide::<SINGLE>(triangle);
+        self.search_with::<ANY, N>(queries, hits, boxes, filter, decide)
     }
 
     /// The same, with the registers of AVX-512.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
-    fn search_avx512<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        let sheared = ShearedRay::new(query.ray);
-        let slabs = WideSlabs::new(&Slabs::new(query.ray));
-        let filter = filter_ray(query.ray, &sheared);
-        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
-        self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
-    }
-
-    fn search_portable<const ANY: bool, const SINGLE: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        let sheared = ShearedRay::new(query.ray);
-        let slabs = Slabs::new(query.ray);
-        let filter = FilterRay::new(query.ray, &sheared, |x| x);
-        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |block: &Block, t_max| filter.may_meet(block, t_max);
-        self.search_by::<ANY, SINGLE>(query, hit, &sheared, boxes, filter)
-    }
-
-    #[inline(always)]
-    fn search_by<const ANY: bool, const SINGLE: bool>(
+    fn search_avx512<const ANY: bool, const SINGLE: bool, const N: usize>(
         &self,
-        query: Query,
-        hit: &mut Hit,
-        sheared: &ShearedRay,
-        boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
-        filter: impl Fn(&Block, f64) -> u32,
+        queries: &[Query; N],
+        hits: &mut [Hit; N],
     ) -> bool {
-        let plain = PlainRay::new(query.ray);
-        let decide = |triangle: &Triangle| match SINGLE {
-            true => plain.intersect(&triangle.corners),
-            false => sheared.intersect(&triangle.corners),
-        };
-        self.search_with::<ANY>(query, hit, &Tests { boxes, filter, decide })
+        let slabs = WideSlabs::new(&slabs(queries));
+        let rays: [_; N] = from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
+        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
+        let filter = |k: usize, block: &Block, t_max| rays[k].filter.may_meet(block, t_max);
+        let decide = |k: usize, triangle: &Triangle| rays[k].decide::<SINGLE>(triangle);
+        self.search_with::<ANY, N>(queries, hits, boxes, filter, decide)
+    }
+
+    fn search_portable<const ANY: bool, const SINGLE: bool, const N: usize>(
+        &self,
+        queries: &[Query; N],
+        hits: &mut [Hit; N],
+    ) -> bool {
+        let slabs = slabs(queries);
+        let rays: [_; N] =
+            from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| FilterRay::new(ray, sheared, |x| x)));
+        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
+        let filter = |k: usize, block: &Block, t_max| rays[k].filter.may_meet(block, t_max);
+        let decide = |k: usize, triangle: &Triangle| rays[k].decide::<SINGLE>(triangle);
+        self.search_with::<ANY, N>(queries, hits, boxes, filter, decide)
     }
 
     /// All in `f64`.
-    fn search_double<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        let sheared = ShearedRay::new(query.ray);
-        let slabs = DoubleSlabs::new(query.ray);
-        let tests = Tests {
-            boxes: |node: &Node, t_max| slabs.meet(node, t_max),
-            filter: |block: &Block, _| block.all(),
-            decide: |triangle: &Triangle| sheared.intersect(&triangle.corners),
-        };
-        self.search_with::<ANY>(query, hit, &tests)
+    fn search_double<const ANY: bool>(&self, queries: &[Query; 1], hits: &mut [Hit; 1]) -> bool {
+        let ray = queries[0].ray;
+        let (sheared, slabs) = (ShearedRay::new(ray), DoubleSlabs::new(ray));
+        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
+        let filter = |_, block: &Block, _| block.all();
+        let decide = |_, triangle: &Triangle| sheared.intersect(&triangle.corners);
+        self.search_with::<ANY, 1>(queries, hits, boxes, filter, decide)
     }
 
+    /// `boxes` tells which boxes of a node any of the rays may meet within a limit, as bits, and from which distance on;
+    /// `filter`, which triangles of a block the ray of a number may meet within a limit, as bits; and `decide`, where it
+    /// does meet a triangle, and in proportion to what its corners weigh.
     #[inline(always)]
-    fn search_with<const ANY: bool>(
+    fn search_with<const ANY: bool, const N: usize>(
         &self,
-        query: Query,
-        hit: &mut Hit,
-        tests: &Tests<
-            impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
-            impl Fn(&Block, f64) -> u32,
-            impl Fn(&Triangle) -> Option<(f64, [f64; 3])>,
-        >,
+        queries: &[Query; N],
+        hits: &mut [Hit; N],
+        boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
+        filter: impl Fn(usize, &Block, f64) -> u32,
+        decide: impl Fn(usize, &Triangle) -> Option<(f64, [f64; 3])>,
     ) -> bool {
-        let mut found = false;
-        query.group.bvh.traverse(hit.t, &tests.boxes, |leaf| {
-            match leaf {
-                Leaf::Block(block) => {
-                    let block = &query.group.blocks[block];
-                    let mut rest = (tests.filter)(block, hit.t);
-                    while rest != 0 {
-                        let triangle =
-                            &query.group.triangles[block.first as usize + rest.trailing_zeros() as usize];
-                        rest &= rest - 1;
-                        let met = (tests.decide)(triangle).and_then(|met| triangle_hit(query, triangle, met));
-                        found |= met.is_some_and(|met| self.accept::<ANY>(query, met, hit));
+        let (mut found, group) = (false, queries[0].group);
+        group.bvh.traverse(farthest(hits), boxes, |leaf| {
+            for (k, (query, hit)) in queries.iter().zip(&mut *hits).enumerate() {
+                match leaf {
+                    Leaf::Block(block) => {
+                        let block = &group.blocks[block];
+                        let mut rest = filter(k, block, hit.t);
+                        while rest != 0 {
+                            let number = block.first as usize + rest.trailing_zeros() as usize;
+                            let triangle = &group.triangles[number];
+                            rest &= rest - 1;
+                            let met = decide(k, triangle).and_then(|met| triangle_hit(*query, triangle, met));
+                            found |= met.is_some_and(|met| self.accept::<ANY>(*query, met, hit));
+                        }
                     }
+                    Leaf::Other(other) => found |= self.meet_other::<ANY>(*query, group.others[other], hit),
                 }
-                Leaf::Other(other) => found |= self.meet_other::<ANY>(query, query.group.others[other], hit),
             }
-            (!ANY || !found).then_some(hit.t)
+            (!ANY || !found).then(|| farthest(hits))
         });
         found
     }
@@ -258,6 +267,49 @@ impl Traceable<'_> {
         !self.has_cutouts
             || cutout::is_there(self.primitives[element.primitive as usize], element, barycentric, is_shadow)
     }
+}
+
+/// A ray as triangles in `f32`, and those in `f64`, are tested against it.
+struct WideRay<F> {
+    sheared: ShearedRay,
+    plain: PlainRay,
+    filter: F,
+}
+
+impl<F> WideRay<F> {
+    #[inline(always)]
+    fn new(ray: &Ray, filter: impl Fn(&Ray, &ShearedRay) -> F) -> Self {
+        let sheared = ShearedRay::new(ray);
+        WideRay { sheared, plain: PlainRay::new(ray), filter: filter(ray, &sheared) }
+    }
+
+    #[inline(always)]
+    fn decide<const SINGLE: bool>(&self, triangle: &Triangle) -> Option<(f64, [f64; 3])> {
+        match SINGLE {
+            true => self.plain.intersect(&triangle.corners),
+            false => self.sheared.intersect(&triangle.corners),
+        }
+    }
+}
+
+/// Boxes that any of the rays may meet.
+#[inline(always)]
+fn slabs<const N: usize>(queries: &[Query; N]) -> Slabs {
+    let mut slabs = Slabs::new(queries[0].ray);
+    for query in &queries[1..] {
+        slabs = slabs.union(&Slabs::new(query.ray));
+    }
+    slabs
+}
+
+/// Nothing beyond this is nearer than any of the hits.
+#[inline(always)]
+fn farthest<const N: usize>(hits: &[Hit; N]) -> f64 {
+    let mut t = hits[0].t;
+    for hit in &hits[1..] {
+        t = t.max(hit.t);
+    }
+    t
 }
 
 /// No hit yet, within the length of a ray.

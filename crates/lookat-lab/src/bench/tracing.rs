@@ -1,7 +1,7 @@
 //! Single rays on one thread, and building trees.
 
 use glam::{DVec2, DVec3};
-use lookat_render::{ElementId, Precision, Probe, Ray};
+use lookat_render::{BUNDLE, ElementId, Precision, Probe, Ray};
 use lookat_scene::Scene;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -18,8 +18,16 @@ const PRECISIONS: [(Precision, &str); 3] =
 /// Rays of one kind.
 struct Batch {
     rays: Vec<Ray>,
-    /// Whether only that something is in the way counts, not what.
-    is_shadow: bool,
+    way: Way,
+}
+
+/// How rays are traced.
+enum Way {
+    Nearest,
+    /// Several together.
+    NearestOf,
+    /// Whether something is in the way, not what.
+    Occluded,
 }
 
 /// The tables of both meshes.
@@ -28,8 +36,8 @@ pub(super) fn tables(rounds: usize) -> Vec<Table> {
     let rows = scenes.iter().flat_map(|(name, scene)| rays(name, scene, rounds));
     let rays = Table {
         name: "tracing",
-        title: "single rays on one thread, in million a second".into(),
-        columns: vec!["primary", "diffuse", "random", "shadow"],
+        title: "rays on one thread, in million a second".into(),
+        columns: vec!["primary", "in bundles", "diffuse", "random", "shadow"],
         rows: rows.collect(),
     };
     let build = Table {
@@ -54,8 +62,8 @@ fn rays(name: &str, scene: &Scene, rounds: usize) -> Vec<Row> {
             rates.push(batches.each_ref().map(|batch| rate(&probe, batch)));
         }
     }
-    let cells = |rates: &Vec<[f64; 4]>| {
-        (0..4).map(|batch| Cell::of(rates.iter().map(|rates| rates[batch]))).collect()
+    let cells = |rates: &Vec<[f64; 5]>| {
+        (0..5).map(|batch| Cell::of(rates.iter().map(|rates| rates[batch]))).collect()
     };
     let rows = rates.iter().map(cells);
     let named = PRECISIONS.iter().map(|(_, precision)| format!("{name}, {count} triangles, {precision}"));
@@ -72,22 +80,30 @@ fn triangles(scene: &Scene) -> usize {
 
 /// Million rays a second.
 fn rate(probe: &Probe, batch: &Batch) -> f64 {
-    let count = |is_met: &dyn Fn(&Ray) -> bool| batch.rays.iter().filter(|ray| is_met(ray)).count();
-    let (seconds, _) = match batch.is_shadow {
-        true => timed(|| count(&|ray| probe.occluded(ray))),
-        false => timed(|| count(&|ray| probe.nearest(ray).is_some())),
+    let rays = &batch.rays;
+    let (seconds, _) = match batch.way {
+        Way::Nearest => timed(|| rays.iter().filter(|ray| probe.nearest(ray).is_some()).count()),
+        Way::NearestOf => {
+            let (bundles, _) = rays.as_chunks();
+            timed(|| bundles.iter().map(|bundle| probe.nearest_of(bundle).iter().flatten().count()).sum())
+        }
+        Way::Occluded => timed(|| rays.iter().filter(|ray| probe.occluded(ray)).count()),
     };
-    batch.rays.len() as f64 / seconds / 1e6
+    rays.len() as f64 / seconds / 1e6
 }
 
-/// Rays from the camera; from where they meet something, in random directions by the cosine, and to a light above; and
-/// anywhere among all that they meet.
-fn batches(probe: &Probe) -> [Batch; 4] {
+/// Rays from the camera, one through each pixel, and several through each of some pixels; from where the first meet
+/// something, in random directions by the cosine, and to a light above; and anywhere among all that they meet.
+fn batches(probe: &Probe) -> [Batch; 5] {
     let mut random = Pcg64Mcg::seed_from_u64(1);
-    let pixel = |at: usize| DVec2::new((at % SIDE) as f64 + 0.5, (at / SIDE) as f64 + 0.5);
-    let primary: Vec<Ray> = (0..SIDE * SIDE)
-        .map(|at| probe.camera_ray(pixel(at) * (400.0 / SIDE as f64), DVec2::splat(0.5)))
-        .collect();
+    let corner = |at: usize| DVec2::new((at % SIDE) as f64, (at / SIDE) as f64);
+    let through = |film| probe.camera_ray(film * (400.0 / SIDE as f64), DVec2::splat(0.5));
+    let primary: Vec<Ray> = (0..SIDE * SIDE).map(|at| through(corner(at) + 0.5)).collect();
+    let bundle = |at| {
+        let within = std::array::from_fn::<_, BUNDLE, _>(|_| DVec2::new(random.random(), random.random()));
+        within.map(|within| through(corner(at) + within))
+    };
+    let bundles = (0..SIDE * SIDE).step_by(BUNDLE).flat_map(bundle).collect();
     let (mut diffuse, mut low, mut high) = (Vec::new(), DVec3::INFINITY, DVec3::NEG_INFINITY);
     for ray in &primary {
         let Some(hit) = probe.nearest(ray) else { continue };
@@ -104,8 +120,14 @@ fn batches(probe: &Probe) -> [Batch; 4] {
     let random_rays = (0..primary.len()).map(anywhere).collect();
     let light = DVec3::new(0.5 * (low.x + high.x), high.y + 0.1 * (high.y - low.y), 0.5 * (low.z + high.z));
     let shadow = diffuse.iter().map(|ray| to_light(ray, light)).collect();
-    let nearest = |rays| Batch { rays, is_shadow: false };
-    [nearest(primary), nearest(diffuse), nearest(random_rays), Batch { rays: shadow, is_shadow: true }]
+    [
+        (primary, Way::Nearest),
+        (bundles, Way::NearestOf),
+        (diffuse, Way::Nearest),
+        (random_rays, Way::Nearest),
+        (shadow, Way::Occluded),
+    ]
+    .map(|(rays, way)| Batch { rays, way })
 }
 
 fn to_light(from: &Ray, light: DVec3) -> Ray {

@@ -5,10 +5,8 @@ use std::f64::consts::PI;
 use glam::Vec3;
 use lookat_scene::MaterialKind;
 
-use super::{MAX_PASSED, Tracer};
-use crate::camera::CameraRay;
+use super::{FirstHit, MAX_PASSED, Tracer};
 use crate::frame::Frame;
-use crate::ray::Ray;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 use crate::warp::{
@@ -18,15 +16,13 @@ use crate::warp::{
 /// Pi times the share of the sky that the surface sees, weighed by the cosine.
 pub(crate) fn li(
     tracer: &mut Tracer,
-    camera_ray: &CameraRay,
+    first: &FirstHit,
     stream: &mut SampleStream,
     cosine: bool,
     samples: u32,
 ) -> Vec3 {
-    let ray = camera_ray.ray();
-    let d = ray.d;
-    let Some(surface) = first_material(tracer, ray) else { return Vec3::ZERO };
-    let n = if surface.n.dot(d) > 0.0 { -surface.n } else { surface.n };
+    let Some(surface) = first_material(tracer, first) else { return Vec3::ZERO };
+    let n = if surface.n.dot(first.ray.d) > 0.0 { -surface.n } else { surface.n };
     let frame = Frame::from_z(n);
     let mut sum = 0.0;
     for k in 0..samples {
@@ -42,14 +38,15 @@ pub(crate) fn li(
 }
 
 /// The nearest surface that has a material.
-fn first_material<'s>(tracer: &mut Tracer<'_, 's>, mut ray: Ray) -> Option<Surface<'s>> {
+fn first_material<'s>(tracer: &mut Tracer<'_, 's>, first: &FirstHit) -> Option<Surface<'s>> {
+    let (mut ray, mut found) = (first.ray, first.hit);
     for _ in 0..MAX_PASSED {
-        let hit = tracer.nearest(&ray)?;
-        let surface = tracer.surface(&ray, &hit);
+        let surface = tracer.surface(&ray, &found?);
         if !matches!(surface.primitive.material.kind, MaterialKind::None) {
             return Some(surface);
         }
         ray = surface.leave(ray.d);
+        found = tracer.nearest(&ray);
     }
     None
 }

@@ -4,9 +4,8 @@ use glam::{DVec2, Vec3};
 use lookat_scene::LightChoice;
 
 use super::weighed::{LightSamples, Samples, Vertex, by_directions, one_light, sampled_light};
-use super::{Draw, MAX_PASSED, Tracer};
+use super::{Draw, FirstHit, MAX_PASSED, Tracer};
 use crate::bsdf::{Bsdf, Lobes, Part};
-use crate::camera::CameraRay;
 use crate::light::LightTable;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
@@ -17,18 +16,18 @@ use crate::surface::Surface;
 /// pbrt-v3 follows both the reflected and the refracted ray at glass; here one is chosen, at the same mean.
 pub(crate) fn li(
     tracer: &mut Tracer,
-    camera_ray: &CameraRay,
+    first: &FirstHit,
     stream: &mut SampleStream,
     all_lights: bool,
     max_depth: u32,
 ) -> Vec3 {
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
-    let mut ray = camera_ray.ray();
-    let mut seen_by = Some(camera_ray);
+    let (mut ray, mut found) = (first.ray, first.hit);
+    let mut seen_by = Some(&first.camera_ray);
     let mut lobes = Lobes::default();
     let (mut depth, mut passed) = (0, 0);
     loop {
-        let Some(hit) = tracer.nearest(&ray) else {
+        let Some(hit) = found else {
             return radiance + beta * tracer.lights().background(ray.d);
         };
         let surface = tracer.surface(&ray, &hit);
@@ -41,6 +40,7 @@ pub(crate) fn li(
             if passed > MAX_PASSED {
                 return radiance;
             }
+            found = tracer.nearest(&ray);
             continue;
         }
         let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
@@ -55,6 +55,7 @@ pub(crate) fn li(
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::Specular) else { return radiance };
         beta *= sample.weight();
         ray = surface.leave(sample.wi);
+        found = tracer.nearest(&ray);
     }
 }
 

@@ -4,9 +4,8 @@ use glam::{DVec3, Vec3};
 use lookat_scene::LightChoice;
 
 use super::weighed::{Direction, Samples, Vertex, one_light};
-use super::{Draw, MAX_PASSED, Tracer};
+use super::{Draw, FirstHit, MAX_PASSED, Tracer};
 use crate::bsdf::{Lobes, Part};
-use crate::camera::CameraRay;
 use crate::light::LightTable;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
@@ -50,7 +49,7 @@ enum Emission {
 /// both, at the same mean.
 pub(crate) fn li(
     tracer: &mut Tracer,
-    camera_ray: &CameraRay,
+    first: &FirstHit,
     stream: &mut SampleStream,
     settings: &Settings,
 ) -> Vec3 {
@@ -59,12 +58,12 @@ pub(crate) fn li(
     // What refraction has done to beta: roulette is to count light, not its density.
     let mut compression = 1.0;
     let mut emission = Emission::Full;
-    let mut ray = camera_ray.ray();
-    let mut seen_by = Some(camera_ray);
+    let (mut ray, mut found) = (first.ray, first.hit);
+    let mut seen_by = Some(&first.camera_ray);
     let mut lobes = Lobes::default();
     let (mut bounces, mut passed) = (0, 0);
     loop {
-        let Some(hit) = tracer.nearest(&ray) else {
+        let Some(hit) = found else {
             return radiance + beta * background(lights, &emission, ray.d);
         };
         let surface = tracer.surface(&ray, &hit);
@@ -83,6 +82,7 @@ pub(crate) fn li(
             if !matches!(emission, Emission::Full) {
                 emission = Emission::Hidden;
             }
+            found = tracer.nearest(&ray);
             continue;
         }
         let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
@@ -113,6 +113,7 @@ pub(crate) fn li(
             stream.skip(1);
         }
         bounces += 1;
+        found = tracer.nearest(&ray);
     }
 }
 
@@ -143,7 +144,7 @@ mod tests {
 
     use super::*;
     use crate::Precision;
-    use crate::camera::CameraRays;
+    use crate::camera::{CameraRay, CameraRays};
     use crate::prepare::Traceable;
 
     /// In a closed room that absorbs nothing, a path takes at each surface all dimensions that it ever takes.
@@ -156,13 +157,15 @@ mod tests {
         let traceable = Traceable::new(&scene, Precision::Mixed);
         let lights = LightTable::new(&scene, &traceable);
         let camera = CameraRays::new(&scene.camera, &scene.film);
-        let camera_ray =
-            CameraRay { camera: &camera, film: DVec2::new(700.0, 300.0), on_lens: DVec2::ZERO, spacing: 1.0 };
         for max_depth in [5, 9] {
+            let film = DVec2::new(700.0, 300.0);
+            let camera_ray = CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
             let settings = Settings { max_depth, roulette_threshold: 0.0, light_choice: LightChoice::Power };
             let mut stream = SampleStream::new(&scene.sampler, 0, [0, 0], 0);
             let mut tracer = Tracer::new(&traceable, &lights);
-            li(&mut tracer, &camera_ray, &mut stream, &settings);
+            let ray = camera_ray.ray();
+            let first = FirstHit { camera_ray, ray, hit: tracer.nearest(&ray) };
+            li(&mut tracer, &first, &mut stream, &settings);
             let said: u32 = draws(max_depth, lights.len()).iter().map(|draw| draw.numbers).sum();
             assert_eq!(stream.dimension(), said * max_depth);
         }

@@ -15,9 +15,8 @@ use super::Settings;
 use super::control::Meter;
 use super::passes::doubled;
 use super::sample::{Context, Pattern, Samples};
-use crate::camera::CameraRay;
 use crate::film::{Tile, indices, places, tiles};
-use crate::integrator::Tracer;
+use crate::integrator::{FirstHit, Tracer};
 use crate::sampler::SampleStream;
 use allotment::{LEAST, allotted, needs};
 
@@ -35,7 +34,7 @@ struct Part {
 /// Renders all pixels, with the scene's samples per pixel, or the most where there is a time, as their mean.
 pub(super) fn render<F>(context: &Context<F>, settings: &Settings) -> Vec<Tile>
 where
-    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
+    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
     let scene = context.prepared.scene;
     let crop = scene.film.crop;
@@ -102,7 +101,7 @@ impl Part {
     /// Brings all pixels to their goals.
     fn sample<F>(&mut self, context: &Context<F>, pattern: &Pattern, goals: &[u32])
     where
-        F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+        F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
     {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
         let mut rejected = 0;

@@ -9,9 +9,8 @@ use rayon::prelude::*;
 use super::Settings;
 use super::control::Meter;
 use super::sample::{Context, Pattern, Samples};
-use crate::camera::CameraRay;
 use crate::film::{REPLICATES, Tile, places, tiles};
-use crate::integrator::Tracer;
+use crate::integrator::{FirstHit, Tracer};
 use crate::sampler::{SampleStream, replicate_seed};
 
 /// The most samples of a pixel where nothing else limits them.
@@ -79,7 +78,7 @@ fn has_spreads(settings: &Settings) -> bool {
 /// Renders pass after pass.
 pub(super) fn render<F>(context: &Context<F>, settings: &Settings) -> Vec<Tile>
 where
-    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
+    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
     let scene = context.prepared.scene;
     let sampler = sampler(scene, settings);
@@ -97,7 +96,7 @@ where
 
 fn render_tile<F>(context: &Context<F>, tile: &mut Tile, pass: &Pass)
 where
-    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
 {
     if context.control.is_stopped() {
         return;

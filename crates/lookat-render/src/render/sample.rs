@@ -1,5 +1,6 @@
 //! Samples of one pixel.
 
+use std::array::from_fn;
 use std::ops::Range;
 use std::time::Duration;
 
@@ -10,10 +11,11 @@ use super::control::{BATCH, Control, Meter};
 use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, limited};
 use crate::filter::FilterSampler;
-use crate::integrator::Tracer;
+use crate::integrator::{FirstHit, Tracer};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
+use crate::trace::BUNDLE;
 
 /// The scene, and what is made of it once.
 pub(super) struct Prepared<'s> {
@@ -106,7 +108,7 @@ impl Seen {
 
 impl<F> Context<'_, F>
 where
-    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
 {
     /// Takes samples of a pixel, as long as there is time: fewer, if that is up.
     pub fn sample_all(
@@ -130,8 +132,7 @@ where
         samples
     }
 
-    /// Takes samples of a pixel. Not inlined, so that there is one copy of the integrator.
-    #[inline(never)]
+    /// Takes samples of a pixel: those whose camera rays are traced together, and those that are left.
     fn sample(
         &self,
         tracer: &mut Tracer,
@@ -140,27 +141,59 @@ where
         indices: Range<u32>,
         mut samples: Samples,
     ) -> Samples {
-        let film = &self.prepared.scene.film;
-        let center = DVec2::new(f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5);
-        for index in indices {
-            let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, place, index);
-            let (offset, negative) = self.filter.sample(stream.next_2d());
-            let on_lens = if self.camera.has_lens() { stream.next_2d() } else { DVec2::ZERO };
-            let camera_ray =
-                CameraRay { camera: &self.camera, film: center + offset, on_lens, spacing: self.spacing };
-            let mut radiance = (self.li)(tracer, &camera_ray, &mut stream);
-            if !radiance.is_finite() {
-                debug_assert!(false, "radiance {radiance} in pixel {place:?}, sample {index}");
-                samples.rejected += 1;
-                radiance = Vec3::ZERO;
+        let mut from = indices.start;
+        while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
+            let mut starts: [_; BUNDLE] = from_fn(|k| self.start(pattern, place, from + k as u32));
+            let hits = tracer.nearest_of(&starts.each_ref().map(|start| start.first.ray));
+            for (start, hit) in starts.iter_mut().zip(hits) {
+                start.first.hit = hit;
+                self.follow(tracer, pattern, start, &mut samples);
             }
-            let radiance = limited(radiance, film);
-            samples.sum.add(radiance, negative);
-            if pattern.is_watched {
-                samples.squares += radiance.as_dvec3().length_squared();
-                samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
-            }
+            from = to;
+        }
+        for index in from..indices.end {
+            let mut start = self.start(pattern, place, index);
+            start.first.hit = tracer.nearest(&start.first.ray);
+            self.follow(tracer, pattern, &mut start, &mut samples);
         }
         samples
     }
+
+    /// The camera ray of a sample.
+    #[inline(always)]
+    fn start(&self, pattern: &Pattern, place: [u32; 2], index: u32) -> Start<'_> {
+        let center = DVec2::new(f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5);
+        let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, place, index);
+        let (offset, negative) = self.filter.sample(stream.next_2d());
+        let on_lens = if self.camera.has_lens() { stream.next_2d() } else { DVec2::ZERO };
+        let camera_ray =
+            CameraRay { camera: &self.camera, film: center + offset, on_lens, spacing: self.spacing };
+        Start { first: FirstHit { ray: camera_ray.ray(), camera_ray, hit: None }, stream, negative }
+    }
+
+    /// Adds the light along a camera ray to the samples of its pixel. Not inlined, so that there is one copy of the
+    /// integrator.
+    #[inline(never)]
+    fn follow(&self, tracer: &mut Tracer, pattern: &Pattern, start: &mut Start, samples: &mut Samples) {
+        let mut radiance = (self.li)(tracer, &start.first, &mut start.stream);
+        if !radiance.is_finite() {
+            debug_assert!(false, "radiance {radiance} at {}", start.first.camera_ray.film);
+            samples.rejected += 1;
+            radiance = Vec3::ZERO;
+        }
+        let radiance = limited(radiance, &self.prepared.scene.film);
+        samples.sum.add(radiance, start.negative);
+        if pattern.is_watched {
+            samples.squares += radiance.as_dvec3().length_squared();
+            samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
+        }
+    }
+}
+
+/// What a sample starts with.
+struct Start<'c> {
+    first: FirstHit<'c>,
+    stream: SampleStream,
+    /// Whether the filter is negative there.
+    negative: bool,
 }

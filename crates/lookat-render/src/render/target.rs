@@ -13,10 +13,9 @@ use super::control::Meter;
 use super::sample::{Context, Pattern, Samples, Seen};
 use super::stop::{Brightness, Estimate, StopRule};
 use super::{Reached, Settings, TargetError};
-use crate::camera::CameraRay;
 use crate::color::luminance;
 use crate::film::{Pixel, REPLICATES, SignedSum, Spread, Sum, TILE, Tile, places, tiles};
-use crate::integrator::Tracer;
+use crate::integrator::{FirstHit, Tracer};
 use crate::sampler::{SampleStream, replicate_seed};
 
 /// Samples of each pixel in the first round: 4 in each replicate.
@@ -58,7 +57,7 @@ pub(super) fn render<F>(
     target: &TargetError,
 ) -> (Vec<Tile>, Reached)
 where
-    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3 + Sync,
+    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
     let crop = context.prepared.scene.film.crop;
     let has_lobes = context.filter.weight() != 1.0;
@@ -120,7 +119,7 @@ impl Part {
     /// Takes one sample of each pixel, to have a whole picture soon. The first round replaces them.
     fn glance<F>(&mut self, context: &Context<F>, seed: u64)
     where
-        F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+        F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
     {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
         let mut rejected = 0;
@@ -138,7 +137,7 @@ impl Part {
     /// Brings the replicates of all pixels that are not done to so many samples.
     fn sample<F>(&mut self, context: &Context<F>, seed: u64, count: u32)
     where
-        F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+        F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
     {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
         let mut rejected = 0;
@@ -193,7 +192,7 @@ fn replicates<F>(
     indices: std::ops::Range<u32>,
 ) -> Option<[Samples; REPLICATES as usize]>
 where
-    F: Fn(&mut Tracer, &CameraRay, &mut SampleStream) -> Vec3,
+    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
 {
     let mut all = [Samples::after(Pixel::default()); REPLICATES as usize];
     for (r, samples) in (0..).zip(&mut all) {
