@@ -1,12 +1,12 @@
 //! Lights: where to look for light from a point, and how likely each direction is looked at.
 
 mod choice;
-mod curved;
 mod environment;
 mod goniometric;
 mod lune;
 mod mesh;
 mod projection;
+mod sphere;
 mod surface;
 
 use std::rc::Rc;
@@ -249,10 +249,11 @@ impl<'s> LightTable<'s> {
         self.of_primitive.get(element.primitive as usize).copied().flatten().filter(|_| in_world)
     }
 
-    /// Density by solid angle with which [`LightTable::sample`] finds, from the point `from`, the point `hit` of a light.
-    pub fn surface_pdf(&self, light: usize, from: DVec3, hit: &Surface) -> f64 {
+    /// Density by solid angle with which [`LightTable::sample`] finds, from the point `from`, the point `hit` of a light, in
+    /// direction `d`.
+    pub fn surface_pdf(&self, light: usize, from: DVec3, d: DVec3, hit: &Surface) -> f64 {
         match &self.lights[light] {
-            SceneLight::Surface(surface) => surface.pdf(from, hit).unwrap_or(0.0),
+            SceneLight::Surface(surface) => surface.pdf(from, d, hit).unwrap_or(0.0),
             _ => 0.0,
         }
     }

@@ -122,12 +122,10 @@ impl<'s> Surface<'s> {
         }
     }
 
-    /// The density, by solid angle from `p`, of this point when it is chosen evenly on an area. `None` where it is seen
-    /// edge-on.
-    pub fn pdf_from(&self, p: DVec3, area: f64) -> Option<f64> {
-        let away = self.p - p;
-        let cos = self.n.dot(away.normalize_or_zero()).abs();
-        let pdf = away.length_squared() / (cos * area);
+    /// The density, by solid angle from a point that lies in direction `d`, of length one, of this point when it is chosen
+    /// evenly on an area. `None` where it is seen edge-on.
+    pub fn pdf_from(&self, d: DVec3, squared_distance: f64, area: f64) -> Option<f64> {
+        let pdf = squared_distance / (self.n.dot(d).abs() * area);
         pdf.is_finite().then_some(pdf)
     }
 

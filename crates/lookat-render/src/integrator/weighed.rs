@@ -77,7 +77,7 @@ impl Direction {
         let le = surface.le(wo);
         let light = lights.of_element(surface.element).filter(|_| le != Vec3::ZERO);
         let Some(light) = light else { return Vec3::ZERO };
-        let other = lights.surface_pdf(light, self.from, surface) * self.samples_of(lights, light);
+        let other = lights.surface_pdf(light, self.from, -wo, surface) * self.samples_of(lights, light);
         le * lights.weight(light, self.pdf, other) / self.samples.directions as f32
     }
 

@@ -4,8 +4,8 @@ use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
 use super::LightSample;
-use super::curved::{self, LightPoint};
 use super::mesh::MeshAreas;
+use super::sphere::VisibleCone;
 use crate::color::strength;
 use crate::curved::Curved;
 use crate::cutout;
@@ -56,60 +56,98 @@ impl<'s> SurfaceLight<'s> {
 
     /// A direction from a point of a surface to the light. `eye`: the world position of the origin.
     pub fn sample(&self, eye: DVec3, from: &Surface, u: DVec2) -> Option<LightSample> {
-        let owner = self.primitive;
-        let mut element = ElementId { instance: ElementId::WORLD, primitive: self.number, index: 0 };
-        let (on_light, visible_pdf) = match &self.form {
-            SurfaceForm::Curved(shape) => {
-                let LightPoint { p, n, visible_pdf } = curved::sample(shape, from.p, u);
-                let magnitude = shape.magnitude();
-                let on_light = Surface {
-                    p,
-                    magnitude,
-                    n,
-                    ns: n,
-                    emitting: flipped(n, owner.reverse_orientation),
-                    element,
-                    barycentric: [0.0; 2],
-                    primitive: owner,
-                };
-                (on_light, visible_pdf)
-            }
+        match &self.form {
+            SurfaceForm::Curved(shape) => match VisibleCone::new(shape, from.p) {
+                Some(cone) => self.sample_cone(shape, &cone, from, u),
+                None => {
+                    let sample = self.sample_point(from, &self.on_curved(shape, u))?;
+                    // Another part of the same shape may be in front.
+                    (!shape.hides_end_of(&sample.shadow)).then_some(sample)
+                }
+            },
             SurfaceForm::Mesh { areas, mesh } => {
                 let (index, barycentric) = areas.sample(u);
-                element.index = index as u32;
-                (on_triangle(owner, mesh, element, barycentric, eye), None)
+                let element = ElementId { index: index as u32, ..self.element() };
+                // No light comes out of a hole, as none is seen there.
+                let is_there =
+                    cutout::is_there(self.primitive, element, [barycentric[0], barycentric[1]], false);
+                is_there
+                    .then(|| on_triangle(self.primitive, mesh, element, barycentric, eye))
+                    .and_then(|on_light| self.sample_point(from, &on_light))
             }
-        };
-        // No light comes out of a hole, as none is seen there.
-        if !cutout::is_there(owner, element, on_light.barycentric, false) {
+        }
+    }
+
+    /// A direction in which a whole sphere is seen from outside.
+    fn sample_cone(
+        &self,
+        shape: &Curved,
+        cone: &VisibleCone,
+        from: &Surface,
+        u: DVec2,
+    ) -> Option<LightSample> {
+        let emission = self.primitive.emission?;
+        if self.primitive.reverse_orientation && !emission.two_sided {
             return None;
         }
-        let pdf = match visible_pdf {
-            Some(pdf) => pdf,
-            None => self.pdf(from.p, &on_light)?,
-        };
-        // The ray ends at the light, which does not block it.
+        let (wi, distance) = cone.sample(u);
+        let t_max = reach(from, distance, shape.magnitude());
+        let shadow = Ray { t_max, target: self.element(), ..from.leave(wi) };
+        Some(LightSample { li: emission.radiance, pdf: Some(cone.pdf()), shadow })
+    }
+
+    /// The direction to a point of the light.
+    fn sample_point(&self, from: &Surface, on_light: &Surface) -> Option<LightSample> {
         let to_light = on_light.p - from.p;
-        let wi = to_light.try_normalize()?;
+        let squared = to_light.length_squared();
+        let distance = squared.sqrt();
+        let wi = to_light / distance;
         let li = on_light.le(-wi);
-        let shadow = Ray {
-            t_max: reach(from, to_light.length(), on_light.magnitude),
-            target: element,
-            ..from.leave(wi)
-        };
-        if let (SurfaceForm::Curved(shape), None) = (&self.form, visible_pdf)
-            && shape.hides_end_of(&shadow)
-        {
-            return None;
-        }
+        let pdf = self.point_pdf(on_light, wi, squared)?;
+        // The ray ends at the light, which does not block it.
+        let t_max = reach(from, distance, on_light.magnitude);
+        let shadow = Ray { t_max, target: on_light.element, ..from.leave(wi) };
         (li != Vec3::ZERO && pdf > 0.0).then_some(LightSample { li, pdf: Some(pdf), shadow })
     }
 
-    /// Density by solid angle from `p` with which a point of the light is sampled.
-    pub fn pdf(&self, p: DVec3, on_light: &Surface) -> Option<f64> {
-        match &self.form {
-            SurfaceForm::Curved(shape) => curved::pdf(shape, p, on_light),
-            SurfaceForm::Mesh { .. } => on_light.pdf_from(p, self.area),
+    /// A point of a curved shape.
+    fn on_curved(&self, shape: &Curved, u: DVec2) -> Surface<'s> {
+        let (p, n) = shape.placed(shape.sample(u));
+        Surface {
+            p,
+            magnitude: shape.magnitude(),
+            n,
+            ns: n,
+            emitting: flipped(n, self.primitive.reverse_orientation),
+            element: self.element(),
+            barycentric: [0.0; 2],
+            primitive: self.primitive,
         }
+    }
+
+    /// Density by solid angle with which a point of the light is sampled, that is seen from `p` in direction `d`.
+    pub fn pdf(&self, p: DVec3, d: DVec3, on_light: &Surface) -> Option<f64> {
+        let cone = match &self.form {
+            SurfaceForm::Curved(shape) => VisibleCone::new(shape, p),
+            SurfaceForm::Mesh { .. } => None,
+        };
+        match cone {
+            Some(cone) => Some(cone.pdf()),
+            None => self.point_pdf(on_light, d, (on_light.p - p).length_squared()),
+        }
+    }
+
+    /// The same of points that are sampled on all of the light.
+    fn point_pdf(&self, on_light: &Surface, d: DVec3, squared_distance: f64) -> Option<f64> {
+        let area = match &self.form {
+            SurfaceForm::Curved(shape) => shape.stretch(on_light.p),
+            SurfaceForm::Mesh { .. } => self.area,
+        };
+        on_light.pdf_from(d, squared_distance, area)
+    }
+
+    /// The light, or the first triangle of it.
+    fn element(&self) -> ElementId {
+        ElementId { instance: ElementId::WORLD, primitive: self.number, index: 0 }
     }
 }
