@@ -56,6 +56,8 @@ pub struct Hit {
     pub element: ElementId,
     /// Weights of the first two vertices of a triangle, u and v of a curve, 0 for other shapes.
     pub barycentric: [f64; 2],
+    /// The place of a triangle among those of the world, or of its object.
+    pub(crate) place: u32,
 }
 
 impl Hit {

@@ -42,7 +42,8 @@ impl<'s> Surface<'s> {
         match &primitive.shape {
             Shape::TriangleMesh(mesh) if hit.element.instance == ElementId::WORLD => {
                 let [b0, b1] = hit.barycentric;
-                on_triangle(primitive, mesh, hit.element, [b0, b1, 1.0 - b0 - b1], scene.eye)
+                let corners = scene.world.triangles[hit.place as usize].in_order();
+                on_triangle(primitive, mesh, hit.element, corners, [b0, b1, 1.0 - b0 - b1])
             }
             _ => Surface::of_any(scene, primitive, ray, hit),
         }
@@ -98,7 +99,8 @@ impl<'s> Surface<'s> {
             // That of an object: its vertices are relative to nothing.
             Shape::TriangleMesh(mesh) => {
                 let [b0, b1] = hit.barycentric;
-                on_triangle(primitive, mesh, hit.element, [b0, b1, 1.0 - b0 - b1], DVec3::ZERO)
+                let corners = corners(mesh, hit.element.index as usize, DVec3::ZERO);
+                on_triangle(primitive, mesh, hit.element, corners, [b0, b1, 1.0 - b0 - b1])
             }
         };
         match instance {
@@ -160,21 +162,19 @@ pub(crate) fn reach(from: &Surface, distance: f64, magnitude: f64) -> f64 {
 /// 2^-40.
 const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// The point of a triangle with the given weights of its corners.
+/// The point of a triangle with the given corners, and weights of these.
 pub(crate) fn on_triangle<'s>(
     primitive: &'s Primitive,
     mesh: &Mesh,
     element: ElementId,
+    [p0, p1, p2]: [DVec3; 3],
     [b0, b1, b2]: [f64; 3],
-    eye: DVec3,
 ) -> Surface<'s> {
-    let index = element.index as usize;
-    let [p0, p1, p2] = corners(mesh, index, eye);
     let p = p0 * b0 + p1 * b1 + p2 * b2;
     let magnitude = p0.abs().max(p1.abs()).max(p2.abs()).max_element();
     let winding = direction_across(p1 - p0, p2 - p0);
     let interpolated = |normals: &[[f64; 3]]| {
-        let [n0, n1, n2] = mesh.triangle(index).map(|vertex| DVec3::from(normals[vertex]));
+        let [n0, n1, n2] = mesh.triangle(element.index as usize).map(|vertex| DVec3::from(normals[vertex]));
         (n0 * b0 + n1 * b1 + n2 * b2).try_normalize()
     };
     let smooth = if mesh.normals.is_empty() { None } else { interpolated(&mesh.normals) };

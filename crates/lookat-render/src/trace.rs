@@ -172,10 +172,11 @@ impl Traceable<'_> {
                         let block = &group.blocks[block];
                         let mut rest = filter(k, block, hit.t);
                         while rest != 0 {
-                            let number = block.first as usize + rest.trailing_zeros() as usize;
-                            let triangle = &group.triangles[number];
+                            let place = block.first + rest.trailing_zeros();
+                            let triangle = &group.triangles[place as usize];
                             rest &= rest - 1;
-                            let met = decide(k, triangle).and_then(|met| triangle_hit(*query, triangle, met));
+                            let met = decide(k, triangle)
+                                .and_then(|met| triangle_hit(*query, triangle, place, met));
                             found |= met.is_some_and(|met| self.accept::<ANY>(*query, met, hit));
                         }
                     }
@@ -191,8 +192,10 @@ impl Traceable<'_> {
     fn search_all(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let mut found = false;
-        for triangle in &query.group.triangles {
-            let met = sheared.intersect(&triangle.corners).and_then(|met| triangle_hit(query, triangle, met));
+        for (triangle, place) in query.group.triangles.iter().zip(0..) {
+            let met = sheared
+                .intersect(&triangle.corners)
+                .and_then(|met| triangle_hit(query, triangle, place, met));
             found |= met.is_some_and(|met| self.accept::<false>(query, met, hit));
         }
         for other in &query.group.others {
@@ -228,7 +231,9 @@ impl Traceable<'_> {
                     Precision::Single => plain::curved(shape, ray, hit.t, leaving),
                     _ => shape.intersect(ray, hit.t, leaving),
                 };
-                t.is_some_and(|t| self.accept::<ANY>(query, Hit { t, element, barycentric: [0.0; 2] }, hit))
+                t.is_some_and(|t| {
+                    self.accept::<ANY>(query, Hit { t, element, barycentric: [0.0; 2], place: 0 }, hit)
+                })
             }
             Other::Curve { primitive, piece } => {
                 let element = ElementId { instance, primitive, index: piece };
@@ -238,7 +243,7 @@ impl Traceable<'_> {
                 meeting.is_some_and(|meeting| {
                     self.accept::<ANY>(
                         query,
-                        Hit { t: meeting.t, element, barycentric: meeting.uv.into() },
+                        Hit { t: meeting.t, element, barycentric: meeting.uv.into(), place: 0 },
                         hit,
                     )
                 })
@@ -314,14 +319,14 @@ fn farthest<const N: usize>(hits: &[Hit; N]) -> f64 {
 
 /// No hit yet, within the length of a ray.
 fn nothing(ray: &Ray) -> Hit {
-    Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2] }
+    Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: 0 }
 }
 
 /// Where a ray meets a triangle at a distance, if that counts: what is flat is not met again by a ray that leaves it.
 #[inline(always)]
-fn triangle_hit(query: Query, triangle: &Triangle, (t, weights): (f64, [f64; 3])) -> Option<Hit> {
+fn triangle_hit(query: Query, triangle: &Triangle, place: u32, (t, weights): (f64, [f64; 3])) -> Option<Hit> {
     let Query { ray, instance, .. } = query;
     let element = ElementId { instance, primitive: triangle.primitive, index: triangle.index };
     let counts = t > 0.0 && element != ray.leaving;
-    counts.then(|| Hit { t, element, barycentric: triangle.barycentric(weights) })
+    counts.then(|| Hit { t, element, barycentric: triangle.barycentric(weights), place })
 }

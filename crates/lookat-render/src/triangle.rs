@@ -61,6 +61,13 @@ impl Triangle {
         Triangle { corners, primitive: 0, index: 0, first: [0, 1] }
     }
 
+    /// The corners, as the mesh has them.
+    #[inline]
+    pub fn in_order(&self) -> [DVec3; 3] {
+        let [first, second] = self.first.map(usize::from);
+        [self.corners[first], self.corners[second], self.corners[3 - first - second]]
+    }
+
     /// The weights of its first two vertices, from what is in proportion to those of its corners.
     #[inline(always)]
     pub fn barycentric(&self, sides: [f64; 3]) -> [f64; 2] {

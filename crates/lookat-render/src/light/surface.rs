@@ -13,6 +13,7 @@ use crate::frame::flipped;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::surface::{Surface, on_triangle, reach};
+use crate::triangle::corners;
 
 /// A shape of the world that emits.
 pub(super) struct SurfaceLight<'s> {
@@ -72,7 +73,9 @@ impl<'s> SurfaceLight<'s> {
                 let is_there =
                     cutout::is_there(self.primitive, element, [barycentric[0], barycentric[1]], false);
                 is_there
-                    .then(|| on_triangle(self.primitive, mesh, element, barycentric, eye))
+                    .then(|| {
+                        on_triangle(self.primitive, mesh, element, corners(mesh, index, eye), barycentric)
+                    })
                     .and_then(|on_light| self.sample_point(from, &on_light))
             }
         }
