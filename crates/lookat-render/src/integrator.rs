@@ -31,11 +31,18 @@ pub(crate) struct Tracer<'t, 's> {
     scene: &'t Traceable<'s>,
     lights: &'t LightTable<'s>,
     pub rays: u64,
+    /// How many bundles of rays are traced one by one, after one that did not stay together.
+    apart: u32,
+    /// How many of them there are left.
+    apart_left: u32,
 }
+
+/// Bundles of rays are not tried again for longer.
+const LONGEST_APART: u32 = 63;
 
 impl<'t, 's> Tracer<'t, 's> {
     pub fn new(scene: &'t Traceable<'s>, lights: &'t LightTable<'s>) -> Self {
-        Tracer { scene, lights, rays: 0 }
+        Tracer { scene, lights, rays: 0, apart: 0, apart_left: 0 }
     }
 
     pub fn lights(&self) -> &'t LightTable<'s> {
@@ -50,8 +57,16 @@ impl<'t, 's> Tracer<'t, 's> {
 
     /// The nearest hits of rays that run side by side.
     pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
+        if self.apart_left > 0 {
+            self.apart_left -= 1;
+            return rays.each_ref().map(|ray| self.nearest(ray));
+        }
         self.rays += BUNDLE as u64;
-        self.scene.nearest_of(rays)
+        let (hits, together) = self.scene.nearest_of(rays);
+        // Neighbours mostly fare alike; so twice as long each time.
+        self.apart = if together { 0 } else { LONGEST_APART.min(2 * self.apart + 1) };
+        self.apart_left = self.apart;
+        hits
     }
 
     /// The surface at a hit of `ray`. Apart from the search for it, because large values are best not moved.

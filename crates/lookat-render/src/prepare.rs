@@ -34,6 +34,8 @@ pub(crate) struct Traceable<'s> {
     pub(crate) instances: Vec<PlacedInstance>,
     /// Whether any mesh may have holes.
     pub(crate) has_cutouts: bool,
+    /// Whether the world has nothing that is dear to ask, so that rays that go down its tree together may ask more.
+    pub(crate) is_cheap: bool,
     pub(crate) precision: Precision,
     pub(crate) simd: Simd,
 }
@@ -78,6 +80,7 @@ impl<'s> Traceable<'s> {
         }
         let world = world.group();
         let Builder { primitives, curved, curved_of, curves } = builder;
+        let is_cheap = world.others.iter().all(|other| matches!(other, Other::Curved { .. }));
         let has_cutouts = primitives.iter().any(|primitive| primitive.cutout.is_some());
         Traceable {
             eye,
@@ -89,6 +92,7 @@ impl<'s> Traceable<'s> {
             objects,
             instances,
             has_cutouts,
+            is_cheap,
             precision,
             simd: Simd::detect(),
         }

@@ -1,6 +1,11 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
+mod bundle;
+
 use std::array::from_fn;
+
+pub use bundle::BUNDLE;
+use bundle::MOST_LEAVES;
 
 use crate::arithmetic::{Precision, SimdKind};
 #[cfg(target_arch = "x86_64")]
@@ -25,26 +30,19 @@ struct Query<'q> {
     is_shadow: bool,
 }
 
-/// So many rays are traced together.
-pub const BUNDLE: usize = 8;
+/// What came of a search.
+struct Search {
+    /// Whether there is a hit that was not there before.
+    found: bool,
+    /// Whether no nearer hit can be left.
+    is_complete: bool,
+}
 
 impl Traceable<'_> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = nothing(ray);
         self.search::<false>(self.query(ray, false), &mut hit).then_some(hit)
-    }
-
-    /// The nearest hits of several rays. They go down the tree together, where they run side by side.
-    pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
-        let way = rays[0].d.is_negative_bitmask();
-        let run_alike = rays.iter().all(|ray| ray.d.is_negative_bitmask() == way);
-        if !run_alike || self.precision != Precision::Mixed {
-            return rays.each_ref().map(|ray| self.nearest(ray));
-        }
-        let mut hits = rays.each_ref().map(nothing);
-        self.search_wide::<false, false, _>(&rays.each_ref().map(|ray| self.query(ray, false)), &mut hits);
-        hits.map(|hit| (hit.element != ElementId::NONE).then_some(hit))
     }
 
     /// Whether anything but its target is in the way of a shadow ray.
@@ -71,9 +69,9 @@ impl Traceable<'_> {
     fn search<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let (queries, hits) = (&[query], std::array::from_mut(hit));
         match self.precision {
-            Precision::Mixed => self.search_wide::<ANY, false, 1>(queries, hits),
-            Precision::Single => self.search_wide::<ANY, true, 1>(queries, hits),
-            Precision::Double => self.search_double::<ANY>(queries, hits),
+            Precision::Mixed => self.search_wide::<ANY, false, 1>(queries, hits).found,
+            Precision::Single => self.search_wide::<ANY, true, 1>(queries, hits).found,
+            Precision::Double => self.search_double::<ANY>(queries, hits).found,
         }
     }
 
@@ -83,7 +81,7 @@ impl Traceable<'_> {
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
-    ) -> bool {
+    ) -> Search {
         match self.simd.kind() {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Simd` says what the processor has.
@@ -103,7 +101,7 @@ impl Traceable<'_> {
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
-    ) -> bool {
+    ) -> Search {
         let slabs = WideSlabs::new(&slabs(queries));
         let rays: [_; N] = from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
@@ -119,7 +117,7 @@ impl Traceable<'_> {
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
-    ) -> bool {
+    ) -> Search {
         let slabs = WideSlabs::new(&slabs(queries));
         let rays: [_; N] = from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
@@ -132,7 +130,7 @@ impl Traceable<'_> {
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
-    ) -> bool {
+    ) -> Search {
         let slabs = slabs(queries);
         let rays: [_; N] =
             from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| FilterRay::new(ray, sheared, |x| x)));
@@ -143,7 +141,7 @@ impl Traceable<'_> {
     }
 
     /// All in `f64`.
-    fn search_double<const ANY: bool>(&self, queries: &[Query; 1], hits: &mut [Hit; 1]) -> bool {
+    fn search_double<const ANY: bool>(&self, queries: &[Query; 1], hits: &mut [Hit; 1]) -> Search {
         let ray = queries[0].ray;
         let (sheared, slabs) = (ShearedRay::new(ray), DoubleSlabs::new(ray));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
@@ -163,9 +161,14 @@ impl Traceable<'_> {
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
         filter: impl Fn(usize, &Block, f64) -> u32,
         decide: impl Fn(usize, &Triangle) -> Option<(f64, [f64; 3])>,
-    ) -> bool {
-        let (mut found, group) = (false, queries[0].group);
+    ) -> Search {
+        let group = queries[0].group;
+        let (mut found, mut leaves) = (false, 0);
         group.bvh.traverse(farthest(hits), boxes, |leaf| {
+            leaves += 1;
+            if N > 1 && leaves > MOST_LEAVES {
+                return None;
+            }
             for (k, (query, hit)) in queries.iter().zip(&mut *hits).enumerate() {
                 match leaf {
                     Leaf::Block(block) => {
@@ -185,7 +188,7 @@ impl Traceable<'_> {
             }
             (!ANY || !found).then(|| farthest(hits))
         });
-        found
+        Search { found, is_complete: N == 1 || leaves <= MOST_LEAVES }
     }
 
     /// All elements, one after the other.
