@@ -208,16 +208,20 @@ impl Tile {
     }
 }
 
-/// Pixels on a side of a tile.
-pub(crate) const TILE: u32 = 16;
+/// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.
+pub(crate) fn tile_side(crop: PixelBounds) -> u32 {
+    const FEWEST: u64 = 64;
+    [16, 8, 4, 2].into_iter().find(|side| crop.area() >= FEWEST * side * side).unwrap_or(1) as u32
+}
 
 /// Cuts the crop window into tiles, row by row, with spreads or without.
 pub(crate) fn tiles(crop: PixelBounds, with_spreads: bool) -> Vec<Tile> {
-    let starts = |from: u32, to: u32| (from..to).step_by(TILE as usize);
+    let side = tile_side(crop);
+    let starts = |from: u32, to: u32| (from..to).step_by(side as usize);
     starts(crop.y0, crop.y1)
         .flat_map(|y0| starts(crop.x0, crop.x1).map(move |x0| (x0, y0)))
         .map(|(x0, y0)| {
-            let bounds = PixelBounds { x0, y0, x1: (x0 + TILE).min(crop.x1), y1: (y0 + TILE).min(crop.y1) };
+            let bounds = PixelBounds { x0, y0, x1: (x0 + side).min(crop.x1), y1: (y0 + side).min(crop.y1) };
             let area = bounds.area() as usize;
             let spreads = if with_spreads { vec![Spread::default(); area] } else { Vec::new() };
             Tile { bounds, pixels: vec![Pixel::default(); area], spreads, errors: Vec::new() }
@@ -342,8 +346,10 @@ mod tests {
 
     #[test]
     fn tiles_cover_the_crop_window_once() {
-        let crop = PixelBounds { x0: 5, y0: 7, x1: 70, y1: 24 };
-        let area: u64 = tiles(crop, false).iter().map(|tile| tile.bounds.area()).sum();
-        assert_eq!(area, crop.area());
+        for (x1, y1, side) in [(70, 24, 4), (6, 8, 1), (6, 2000, 4), (133, 135, 16), (5, 7, 1)] {
+            let crop = PixelBounds { x0: 5, y0: 7, x1, y1 };
+            let area: u64 = tiles(crop, false).iter().map(|tile| tile.bounds.area()).sum();
+            assert_eq!((area, tile_side(crop)), (crop.area(), side));
+        }
     }
 }

@@ -34,7 +34,7 @@ pub(crate) struct Traceable<'s> {
     pub(crate) instances: Vec<PlacedInstance>,
     /// Whether any mesh may have holes.
     pub(crate) has_cutouts: bool,
-    /// Whether the world has nothing that is dear to ask, so that rays that go down its tree together may ask more.
+    /// Whether the world has only triangles and spheres, which are cheap to test: rays that go down its tree together test more.
     pub(crate) is_cheap: bool,
     pub(crate) precision: Precision,
     pub(crate) simd: Simd,
@@ -80,7 +80,9 @@ impl<'s> Traceable<'s> {
         }
         let world = world.group();
         let Builder { primitives, curved, curved_of, curves } = builder;
-        let is_cheap = world.others.iter().all(|other| matches!(other, Other::Curved { .. }));
+        let is_ball = |shape: u32| curved[shape as usize].as_ball().is_some();
+        let is_cheap =
+            world.others.iter().all(|other| matches!(other, Other::Curved { shape, .. } if is_ball(*shape)));
         let has_cutouts = primitives.iter().any(|primitive| primitive.cutout.is_some());
         Traceable {
             eye,

@@ -1,4 +1,4 @@
-//! Single rays in a scene, for tools and measurements: what the renderer does with them, and nothing else.
+//! Rays in a scene, for tools and measurements: what the renderer does with them, and nothing else.
 
 use glam::{DVec2, DVec3};
 use lookat_scene::Scene;
@@ -10,7 +10,7 @@ use crate::ray::{Hit, Ray};
 use crate::surface::Surface;
 use crate::trace::BUNDLE;
 
-/// A scene in which rays can be traced one at a time. All positions are relative to [`Probe::eye`].
+/// A scene in which rays can be traced. All positions are relative to [`Probe::eye`].
 pub struct Probe<'s> {
     traceable: Traceable<'s>,
     camera: CameraRays,

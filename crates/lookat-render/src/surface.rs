@@ -124,8 +124,8 @@ impl<'s> Surface<'s> {
         }
     }
 
-    /// The density, by solid angle from a point that lies in direction `d`, of length one, of this point when it is chosen
-    /// evenly on an area. `None` where it is seen edge-on.
+    /// The density, by solid angle, of this point when it is chosen evenly on an area, and seen in direction `d`, of length
+    /// one, from so far away. `None` where it is seen edge-on.
     pub fn pdf_from(&self, d: DVec3, squared_distance: f64, area: f64) -> Option<f64> {
         let pdf = squared_distance / (self.n.dot(d).abs() * area);
         pdf.is_finite().then_some(pdf)

@@ -5,7 +5,7 @@ mod bundle;
 use std::array::from_fn;
 
 pub use bundle::BUNDLE;
-use bundle::MOST_LEAVES;
+use bundle::{MOST_LEAVES, OTHER};
 
 use crate::arithmetic::{Precision, SimdKind};
 #[cfg(target_arch = "x86_64")]
@@ -16,7 +16,7 @@ use crate::plain::{self, PlainRay};
 use crate::prepare::{Group, Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
 #[cfg(target_arch = "x86_64")]
-use crate::triangle::block::avx2::filter_ray;
+use crate::triangle::block::avx2::{WideFilter, filter_ray};
 use crate::triangle::block::{Block, FilterRay};
 use crate::triangle::{ShearedRay, Triangle};
 
@@ -103,11 +103,10 @@ impl Traceable<'_> {
         hits: &mut [Hit; N],
     ) -> Search {
         let slabs = WideSlabs::new(&slabs(queries));
-        let rays: [_; N] = from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
+        let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |k: usize, block: &Block, t_max| rays[k].filter.may_meet(block, t_max);
-        let decide = |k: usize, triangle: &Triangle| rays[k].decide::<SINGLE>(triangle);
-        self.search_with::<ANY, N>(queries, hits, boxes, filter, decide)
+        let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
+        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter)
     }
 
     /// The same, with the registers of AVX-512.
@@ -119,11 +118,10 @@ impl Traceable<'_> {
         hits: &mut [Hit; N],
     ) -> Search {
         let slabs = WideSlabs::new(&slabs(queries));
-        let rays: [_; N] = from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
+        let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |k: usize, block: &Block, t_max| rays[k].filter.may_meet(block, t_max);
-        let decide = |k: usize, triangle: &Triangle| rays[k].decide::<SINGLE>(triangle);
-        self.search_with::<ANY, N>(queries, hits, boxes, filter, decide)
+        let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
+        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter)
     }
 
     fn search_portable<const ANY: bool, const SINGLE: bool, const N: usize>(
@@ -132,11 +130,28 @@ impl Traceable<'_> {
         hits: &mut [Hit; N],
     ) -> Search {
         let slabs = slabs(queries);
-        let rays: [_; N] =
-            from_fn(|k| WideRay::new(queries[k].ray, |ray, sheared| FilterRay::new(ray, sheared, |x| x)));
+        let rays =
+            from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| FilterRay::new(ray, sheared, |x| x)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |k: usize, block: &Block, t_max| rays[k].filter.may_meet(block, t_max);
-        let decide = |k: usize, triangle: &Triangle| rays[k].decide::<SINGLE>(triangle);
+        let filter = |ray: &FilterRay<f32>, block: &Block, t_max| ray.may_meet(block, t_max);
+        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter)
+    }
+
+    /// By the forms of each ray: which boxes of a node any of them may meet, and which triangles of a block one of them.
+    #[inline(always)]
+    fn search_by<const ANY: bool, const SINGLE: bool, const N: usize, F>(
+        &self,
+        queries: &[Query; N],
+        hits: &mut [Hit; N],
+        rays: &[RayForms<F>; N],
+        boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
+        filter: impl Fn(&F, &Block, f64) -> u32,
+    ) -> Search {
+        let filter = |k: usize, block: &Block, t_max| filter(&rays[k].filter, block, t_max);
+        let decide = |k: usize, triangle: &Triangle| match SINGLE {
+            true => rays[k].plain.intersect(&triangle.corners),
+            false => rays[k].sheared.intersect(&triangle.corners),
+        };
         self.search_with::<ANY, N>(queries, hits, boxes, filter, decide)
     }
 
@@ -162,10 +177,12 @@ impl Traceable<'_> {
         filter: impl Fn(usize, &Block, f64) -> u32,
         decide: impl Fn(usize, &Triangle) -> Option<(f64, [f64; 3])>,
     ) -> Search {
+        // Of several rays each goes on until all have their nearest hit.
+        const { assert!(N == 1 || !ANY) };
         let group = queries[0].group;
         let (mut found, mut leaves) = (false, 0);
         group.bvh.traverse(farthest(hits), boxes, |leaf| {
-            leaves += 1;
+            leaves += if matches!(leaf, Leaf::Other(_)) { OTHER } else { 1 };
             if N > 1 && leaves > MOST_LEAVES {
                 return None;
             }
@@ -277,26 +294,18 @@ impl Traceable<'_> {
     }
 }
 
-/// A ray as triangles in `f32`, and those in `f64`, are tested against it.
-struct WideRay<F> {
+/// A ray as it is tested against triangles: by the filter, and in `f64` or `f32` alone.
+struct RayForms<F> {
+    filter: F,
     sheared: ShearedRay,
     plain: PlainRay,
-    filter: F,
 }
 
-impl<F> WideRay<F> {
+impl<F> RayForms<F> {
     #[inline(always)]
     fn new(ray: &Ray, filter: impl Fn(&Ray, &ShearedRay) -> F) -> Self {
         let sheared = ShearedRay::new(ray);
-        WideRay { sheared, plain: PlainRay::new(ray), filter: filter(ray, &sheared) }
-    }
-
-    #[inline(always)]
-    fn decide<const SINGLE: bool>(&self, triangle: &Triangle) -> Option<(f64, [f64; 3])> {
-        match SINGLE {
-            true => self.plain.intersect(&triangle.corners),
-            false => self.sheared.intersect(&triangle.corners),
-        }
+        RayForms { filter: filter(ray, &sheared), sheared, plain: PlainRay::new(ray) }
     }
 }
 

@@ -74,12 +74,13 @@ pub struct Render {
     #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Chooses the random numbers: the same seed gives the same picture
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
     /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given
     #[arg(long, conflicts_with_all = ["target_error", "time", "adaptive"])]
     pub quick: bool,
-    /// Also write how noisy each pixel is: its standard error and number of samples, as layers of the EXR file
+    /// Also write how noisy each pixel is: its standard error and number of samples, as layers of the EXR file. The picture
+    /// itself is noisier for it
     #[arg(long)]
     pub error_layers: bool,
     /// Say nothing but errors
@@ -187,7 +188,7 @@ pub struct Verify {
     #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// Chooses the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
     /// Also write a page with the results and the pictures: an .html file
     #[arg(long, value_name = "FILE")]
@@ -246,6 +247,10 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 fn samples(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|count| (1..=1 << 30).contains(count));
     count.ok_or_else(|| "expected a whole number from 1 to 1073741824".into())
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("expected a whole number from 0 to {}", u64::MAX))
 }
 
 fn target_error(text: &str) -> Result<f64, String> {

@@ -117,8 +117,9 @@ impl Chart<'_> {
         if let Some(noise) = self.noise.filter(|noise| self.errors.contains(noise)) {
             let ends = [(self.seconds.start, noise), (self.seconds.end, noise)];
             canvas.line(&ends, NOISE)?;
-            let hollow = self.results.curves.iter().flat_map(|curve| &curve.0);
-            let is_hollow = hollow.clone().any(|point| !self.results.is_clear(point.1));
+            let points = self.results.curves.iter().flat_map(|curve| curve.0.iter().map(|point| point.1));
+            let stars = self.results.markers.iter().map(|marker| marker.rmse);
+            let is_hollow = points.chain(stars).any(|rmse| !self.results.is_clear(rmse));
             let more = if is_hollow { ", which rules hollow points" } else { "" };
             canvas.text(&format!("noise of the reference{more}"), ends[0], [6, -14], 12, GRAY)?;
         }
@@ -157,7 +158,7 @@ impl Chart<'_> {
         }
         for marker in markers() {
             let at = (marker.seconds, marker.rmse);
-            canvas.mark(at, Look::OTHER, true)?;
+            canvas.mark(at, Look::OTHER, self.results.is_clear(at.1))?;
             let size = canvas.text_size(&marker.name, 14)?;
             let offset = labels.place((canvas.place)(at), size, 11 * canvas.unit);
             canvas.text(&marker.name, at, offset.map(|length| length / canvas.unit), 14, BLACK)?;

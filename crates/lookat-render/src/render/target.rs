@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 use lookat_image::PixelError;
-use lookat_scene::{Sampler, SamplerKind};
+use lookat_scene::{PixelBounds, Sampler, SamplerKind};
 use rayon::prelude::*;
 
 use super::control::Meter;
@@ -14,7 +14,7 @@ use super::sample::{Context, Pattern, Samples, Seen};
 use super::stop::{Brightness, Estimate, StopRule};
 use super::{Reached, Settings, TargetError};
 use crate::color::luminance;
-use crate::film::{Pixel, REPLICATES, SignedSum, Spread, Sum, TILE, Tile, places, tiles};
+use crate::film::{Pixel, REPLICATES, SignedSum, Spread, Sum, Tile, places, tile_side, tiles};
 use crate::integrator::{FirstHit, Tracer};
 use crate::sampler::{SampleStream, replicate_seed};
 
@@ -260,13 +260,14 @@ fn around(parts: &[Part], index: usize, at: usize) -> impl Iterator<Item = (&See
     let bounds = parts[index].tile.bounds;
     let (first, last) = (parts[0].tile.bounds, parts[parts.len() - 1].tile.bounds);
     let (x, y) = (bounds.x0 + at as u32 % bounds.width(), bounds.y0 + at as u32 / bounds.width());
-    let across = (last.x0 - first.x0) / TILE + 1;
+    let side = tile_side(PixelBounds { x1: last.x1, y1: last.y1, ..first });
+    let across = (last.x0 - first.x0) / side + 1;
     let columns = x.saturating_sub(1).max(first.x0)..=(x + 1).min(last.x1 - 1);
     let rows = y.saturating_sub(1).max(first.y0)..=(y + 1).min(last.y1 - 1);
     rows.flat_map(move |y| columns.clone().map(move |x| (x, y))).map(move |(x, y)| {
         let (column, row) = (x - first.x0, y - first.y0);
-        let part = &parts[(row / TILE * across + column / TILE) as usize];
-        let at = (row % TILE * part.tile.bounds.width() + column % TILE) as usize;
+        let part = &parts[(row / side * across + column / side) as usize];
+        let at = (row % side * part.tile.bounds.width() + column % side) as usize;
         (&part.seen[at], &part.tile.pixels[at])
     })
 }
@@ -301,26 +302,26 @@ fn reached(parts: &[Part], most: u32, weight: f64) -> Reached {
 
 #[cfg(test)]
 mod tests {
-    use lookat_scene::PixelBounds;
-
     use super::*;
 
     /// Each pixel is beside those that are beside it, on both sides of the edges of tiles.
     #[test]
     fn neighbours_are_found_across_tiles() {
-        let crop = PixelBounds { x0: 5, y0: 7, x1: 5 + 35, y1: 7 + 18 };
-        let mut parts: Vec<Part> =
-            tiles(crop, false).into_iter().map(|tile| Part::new(tile, false)).collect();
-        let number = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, 0.0);
-        for part in &mut parts {
-            part.seen =
-                places(part.tile.bounds).map(|at| Seen { least: number(at), most: number(at) }).collect();
-        }
-        for (index, part) in parts.iter().enumerate() {
-            for (at, [x, y]) in places(part.tile.bounds).enumerate() {
-                let found: Vec<Vec3> = around(&parts, index, at).map(|(seen, _)| seen.least).collect();
-                let all = places(crop).filter(|[a, b]| a.abs_diff(x) <= 1 && b.abs_diff(y) <= 1);
-                assert_eq!(found, all.map(number).collect::<Vec<Vec3>>());
+        for (width, height) in [(35, 18), (3, 90), (2, 2)] {
+            let crop = PixelBounds { x0: 5, y0: 7, x1: 5 + width, y1: 7 + height };
+            let mut parts: Vec<Part> =
+                tiles(crop, false).into_iter().map(|tile| Part::new(tile, false)).collect();
+            let number = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, 0.0);
+            for part in &mut parts {
+                part.seen =
+                    places(part.tile.bounds).map(|at| Seen { least: number(at), most: number(at) }).collect();
+            }
+            for (index, part) in parts.iter().enumerate() {
+                for (at, [x, y]) in places(part.tile.bounds).enumerate() {
+                    let found: Vec<Vec3> = around(&parts, index, at).map(|(seen, _)| seen.least).collect();
+                    let all = places(crop).filter(|[a, b]| a.abs_diff(x) <= 1 && b.abs_diff(y) <= 1);
+                    assert_eq!(found, all.map(number).collect::<Vec<Vec3>>());
+                }
             }
         }
     }

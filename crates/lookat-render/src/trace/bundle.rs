@@ -5,11 +5,14 @@ use crate::arithmetic::Precision;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
 
-/// So many rays are traced together.
-pub const BUNDLE: usize = 8;
+/// So many rays are traced together. More would seldom be left of the samples of a pass.
+pub const BUNDLE: usize = 4;
 
 /// They stay together for no more leaves than that: with more they are faster one by one.
 pub(super) const MOST_LEAVES: u32 = 8;
+
+/// What is no block of triangles counts as so many leaves.
+pub(super) const OTHER: u32 = 4;
 
 impl Traceable<'_> {
     /// The nearest hits of several rays that go down the tree together, as far as they run side by side; and whether they
@@ -20,7 +23,7 @@ impl Traceable<'_> {
         let way = rays[0].d.is_negative_bitmask();
         let together = self.is_cheap
             && self.precision == Precision::Mixed
-            && rays.iter().all(|ray| ray.d.is_negative_bitmask() == way)
+            && rays.iter().all(|ray| ray.d.is_negative_bitmask() == way && ray.d.is_finite())
             && self.search_wide::<false, false, _>(&queries, &mut hits).is_complete;
         if !together {
             for (query, hit) in queries.into_iter().zip(&mut hits) {
@@ -69,7 +72,11 @@ mod tests {
         std::array::from_fn(|k| {
             let i = case * BUNDLE as u32 + k as u32;
             let o = if case.is_multiple_of(2) { o } else { o + vector(i, 5.1) * spread };
-            Ray::new(o, (target.with_z(0.0) + vector(i, 3.7) * spread - o).normalize())
+            let d = target.with_z(0.0) + vector(i, 3.7) * spread - o;
+            // Sometimes along a plane, and on one side of it or the other; and not always as far as there is something.
+            let d = if case.is_multiple_of(5) { d.with_x([0.0, -0.0][case as usize % 2]) } else { d };
+            let t_max = if i.is_multiple_of(3) { 2.0 } else { f64::INFINITY };
+            Ray { t_max, ..Ray::new(o, d.normalize()) }
         })
     }
 
@@ -97,7 +104,7 @@ mod tests {
                     met += u32::from(hit.is_some());
                 }
             }
-            assert!(met > 10_000 && stayed.iter().all(|count| *count > 500), "{met} {stayed:?}");
+            assert!(met > 5_000 && stayed.iter().all(|count| *count > 500), "{met} {stayed:?}");
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::resolution;
+use super::{resolution, seed};
 
 #[derive(Debug, Args)]
 #[command(
@@ -35,7 +35,7 @@ pub struct Chart {
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(i64::from(lookat_lab::chart::FEWEST_SEEDS)..=1000))]
     pub seeds: u32,
     /// The seed of the first picture; those of the others follow
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
     /// Threads [default: one for each processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

@@ -93,7 +93,7 @@ fn methods(results: &Results) -> String {
     for (i, points) in results.measured.points.iter().enumerate() {
         let Some(last) = points.last() else { continue };
         let (slope, fitted) = results.fits[i].map_or(("-".into(), "-".into()), |fit| {
-            let [from, to] = [0, fit.rungs - 1].map(|at| significant(points[at].samples, 3));
+            let [from, to] = [0, fit.rungs - 1].map(|at| samples(points[at].samples));
             (format!("{:.3} ± {:.3}", fit.slope, fit.half_width), format!("{from} to {to}"))
         });
         let with_spread = |estimate: &Estimate, digits: usize| {
@@ -102,7 +102,7 @@ fn methods(results: &Results) -> String {
         };
         rows.push(vec![
             results.name(i).into(),
-            significant(last.samples, 3),
+            samples(last.samples),
             slope,
             fitted,
             significant(last.seconds.value, 3),
@@ -174,6 +174,14 @@ fn others(results: &Results) -> String {
             marker.name
         );
     }
+    let unclear = |marker: &&Marker| marker.rmse > 0.0 && !results.is_clear(marker.rmse);
+    for marker in results.markers.iter().filter(unclear) {
+        let _ = writeln!(
+            text,
+            "the error of {} is about the noise of the reference: its own is less; --spp or --budget makes a better one",
+            marker.name
+        );
+    }
     for marker in results.markers.iter().filter(|marker| marker.rounded) {
         let _ = writeln!(
             text,
@@ -182,6 +190,11 @@ fn others(results: &Results) -> String {
         );
     }
     text
+}
+
+/// A number of samples per pixel; of a target error it is a mean.
+fn samples(count: f64) -> String {
+    if count.fract() == 0.0 { count.to_string() } else { significant(count, 3) }
 }
 
 /// When a method has the error of another renderer.

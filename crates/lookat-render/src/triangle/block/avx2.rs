@@ -13,14 +13,17 @@ use crate::bvh::WIDTH;
 use crate::ray::Ray;
 use crate::triangle::ShearedRay;
 
-/// The ray for the filter of eight triangles.
+/// A ray for the filter of eight triangles.
+pub(crate) type WideFilter = FilterRay<__m256>;
+
+/// The filter's form of a ray.
 #[target_feature(enable = "avx2,fma")]
 #[inline]
-pub(crate) fn filter_ray(ray: &Ray, sheared: &ShearedRay) -> FilterRay<__m256> {
+pub(crate) fn filter_ray(ray: &Ray, sheared: &ShearedRay) -> WideFilter {
     FilterRay::new(ray, sheared, |x| _mm256_set1_ps(x))
 }
 
-impl FilterRay<__m256> {
+impl WideFilter {
     /// As for one number at a time, but for what rounding does to triangles that may be met or not.
     #[target_feature(enable = "avx2,fma")]
     #[inline]
