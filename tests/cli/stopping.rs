@@ -120,6 +120,20 @@ fn adaptive_samples_are_as_many_on_average() {
     assert!(run.err.starts_with("halton.pbrt: with --adaptive the Sampler is \"sobol\"\n"), "{}", run.err);
 }
 
+#[test]
+fn adaptive_samples_that_are_all_alike_are_said_to_be() {
+    let folder = Folder::new();
+    let said = |arguments: &[&str]| {
+        let run =
+            folder.run(&[&["render", "fine.pbrt", "--adaptive", "-o", "picture.exr"], arguments].concat());
+        assert_eq!(run.status, 0, "{}", run.err);
+        run.err.contains("as many samples as without --adaptive")
+    };
+    assert!(said(&["--spp", "4"]));
+    assert!(said(&["--spp", "64", "--resolution", "8x8"]));
+    assert!(!said(&["--spp", "64"]));
+}
+
 /// A time ends the rendering, with a whole picture where it is long enough for one; how long it takes is not tested.
 #[test]
 fn a_time_ends_with_a_whole_picture() {

@@ -161,9 +161,15 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     };
     if !arguments.quiet && !arguments.report.json {
         summarize(&picture, &rendered);
+        if arguments.adaptive && rendered.complete && least == most {
+            crate::say(ALIKE);
+        }
     }
     Ok(picture)
 }
+
+/// Where `--adaptive` has changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.
+const ALIKE: &str = "all pixels have as many samples as without --adaptive: to share them out takes noise, at least 8 samples per pixel, and 512 pixels";
 
 /// Fails where the picture could not be written in the end.
 fn check_output(file: &Path) -> Result<(), String> {

@@ -178,7 +178,7 @@ fn others(results: &Results) -> String {
     for marker in results.markers.iter().filter(unclear) {
         let _ = writeln!(
             text,
-            "the error of {} is about the noise of the reference: its own is less; --spp or --budget makes a better one",
+            "the error of {} is mostly the noise of the reference; a larger --spp or --budget makes a better one",
             marker.name
         );
     }
