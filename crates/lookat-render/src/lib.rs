@@ -47,6 +47,8 @@ mod render;
 mod sampler;
 mod shading;
 mod surface;
+#[cfg(test)]
+mod testing;
 mod texture;
 mod trace;
 mod triangle;

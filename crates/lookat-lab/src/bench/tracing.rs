@@ -1,4 +1,4 @@
-//! Single rays on one thread, and building trees.
+//! Rays on one thread, and building trees.
 
 use glam::{DVec2, DVec3};
 use lookat_render::{BUNDLE, ElementId, Precision, Probe, Ray};

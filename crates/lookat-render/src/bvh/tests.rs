@@ -3,11 +3,7 @@ use glam::DVec3;
 use super::build::Tree;
 use super::*;
 use crate::ray::Ray;
-
-/// Numbers without a pattern, from -1 to 1.
-fn noise(i: usize, k: f64) -> f64 {
-    ((i as f64 * k).sin() * 1e4).fract()
-}
+use crate::testing::noise;
 
 fn node(boxes: &[Bounds]) -> Node {
     let at = |lane: usize| boxes.get(lane).copied().unwrap_or(Bounds::EMPTY);

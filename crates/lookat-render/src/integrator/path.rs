@@ -137,23 +137,22 @@ fn background(lights: &LightTable, emission: &Emission, d: DVec3) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use glam::DVec2;
-    use lookat_scene::{Overrides, load};
 
     use super::*;
     use crate::Precision;
     use crate::camera::{CameraRay, CameraRays};
     use crate::prepare::Traceable;
+    use crate::testing::scene;
 
     /// In a closed room that absorbs nothing, a path takes at each surface all dimensions that it ever takes.
     #[test]
     fn a_surface_takes_as_many_dimensions_as_it_is_said_to_draw() {
-        let text = "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
+        let scene = scene(
+            "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
             LightSource \"point\" \"point from\" [.5 0 0] LightSource \"point\" \"point from\" [0 .5 0]
-            Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"sphere\" WorldEnd";
-        let scene = load(Path::new("x"), &|_| Ok(text.into()), &Overrides::default()).scene.unwrap();
+            Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"sphere\" WorldEnd",
+        );
         let traceable = Traceable::new(&scene, Precision::Mixed);
         let lights = LightTable::new(&scene, &traceable);
         let camera = CameraRays::new(&scene.camera, &scene.film);

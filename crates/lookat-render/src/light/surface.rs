@@ -106,11 +106,14 @@ impl<'s> SurfaceLight<'s> {
         let distance = squared.sqrt();
         let wi = to_light / distance;
         let li = on_light.le(-wi);
+        if li == Vec3::ZERO {
+            return None;
+        }
         let pdf = self.point_pdf(on_light, wi, squared)?;
         // The ray ends at the light, which does not block it.
         let t_max = reach(from, distance, on_light.magnitude);
         let shadow = Ray { t_max, target: on_light.element, ..from.leave(wi) };
-        (li != Vec3::ZERO && pdf > 0.0).then_some(LightSample { li, pdf: Some(pdf), shadow })
+        (pdf > 0.0).then_some(LightSample { li, pdf: Some(pdf), shadow })
     }
 
     /// A point of a curved shape.

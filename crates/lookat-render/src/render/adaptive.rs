@@ -126,12 +126,12 @@ impl Part {
 #[cfg(test)]
 mod tests {
     use std::ops::ControlFlow;
-    use std::path::Path;
 
-    use lookat_scene::{Overrides, Scene, load};
+    use lookat_scene::Scene;
 
     use super::*;
     use crate::render::{Rendered, render};
+    use crate::testing::scene;
 
     #[test]
     fn noise_is_asked_for_after_a_half() {
@@ -150,14 +150,15 @@ mod tests {
 
     /// A lamp that is seen, and what it lights.
     fn lamp() -> Scene {
-        let text = "LookAt 0 2 -6 0 1 0 0 1 0 Camera \"perspective\" \"float fov\" 40
+        scene(
+            "LookAt 0 2 -6 0 1 0 0 1 0 Camera \"perspective\" \"float fov\" 40
             Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 40
             Sampler \"sobol\" \"integer pixelsamples\" 16 Integrator \"directlighting\" WorldBegin
             AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [20 20 20] Translate 0.3 1.7 0
             Shape \"sphere\" \"float radius\" 0.4 AttributeEnd
             Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 0 -9 -9 0 9 9 0 9 9 0 -9]
-            WorldEnd";
-        load(Path::new("x"), &|_| Ok(text.into()), &Overrides::default()).scene.unwrap()
+            WorldEnd",
+        )
     }
 
     fn picture(seed: u64, adaptive: bool, samples: u32) -> Rendered {

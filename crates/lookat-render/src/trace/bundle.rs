@@ -37,12 +37,12 @@ impl Traceable<'_> {
 #[cfg(test)]
 mod tests {
     use std::fmt::Write;
-    use std::path::Path;
 
     use glam::DVec3;
-    use lookat_scene::{Overrides, Scene, load};
+    use lookat_scene::Scene;
 
     use super::*;
+    use crate::testing::{self, noise};
 
     /// A wavy field, with spheres on it.
     fn scene(shapes: &str) -> Scene {
@@ -51,30 +51,24 @@ mod tests {
             let [x, y] = [at % 50, at / 50].map(f64::from);
             let _ = write!(heights, "{:.4} ", 0.1 * (0.7 * x).sin() * (0.4 * y).cos());
         }
-        let text = format!(
+        testing::scene(&format!(
             "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
              Shape \"heightfield\" \"integer nu\" 50 \"integer nv\" 50 \"float Pz\" [{heights}] {shapes} WorldEnd"
-        );
-        load(Path::new("field"), &|_| Ok(text.clone().into()), &Overrides::default()).scene.unwrap()
+        ))
     }
 
-    /// Numbers without a pattern, from -1 to 1.
-    fn noise(i: u32, k: f64) -> f64 {
-        ((f64::from(i) * k).sin() * 1e4).fract()
-    }
-
-    fn bundle(case: u32) -> [Ray; BUNDLE] {
+    fn bundle(case: usize) -> [Ray; BUNDLE] {
         let vector = |i, k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
         let (o, target) =
             (DVec3::new(0.5, -1.0, 1.5) + vector(case, 1.1) * 0.3, vector(case, 2.9) * 0.5 + 0.5);
         // From rays that are almost one to some that have little in common, from one point or from many.
         let spread = 10_f64.powi(case as i32 % 7 - 6);
         std::array::from_fn(|k| {
-            let i = case * BUNDLE as u32 + k as u32;
+            let i = case * BUNDLE + k;
             let o = if case.is_multiple_of(2) { o } else { o + vector(i, 5.1) * spread };
             let d = target.with_z(0.0) + vector(i, 3.7) * spread - o;
             // Sometimes along a plane, and on one side of it or the other; and not always as far as there is something.
-            let d = if case.is_multiple_of(5) { d.with_x([0.0, -0.0][case as usize % 2]) } else { d };
+            let d = if case.is_multiple_of(5) { d.with_x([0.0, -0.0][case % 2]) } else { d };
             let t_max = if i.is_multiple_of(3) { 2.0 } else { f64::INFINITY };
             Ray { t_max, ..Ray::new(o, d.normalize()) }
         })

@@ -145,14 +145,11 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::testing::noise;
 
     fn block(triangles: &[[DVec3; 3]]) -> Block {
         let triangles: Vec<Triangle> = triangles.iter().copied().map(Triangle::of_corners).collect();
         Block::new(0, &triangles)
-    }
-
-    fn noise(i: usize, k: f64) -> f64 {
-        ((i as f64 * k).sin() * 1e4).fract()
     }
 
     /// Triangles near and far, small and large, and rays at their edges: whatever `f64` meets, the filter lets through,
