@@ -65,10 +65,13 @@ fn lobes_and_roulette_are_seen() {
     let glossy = needs("cornell-glossy");
     assert_eq!(glossy["surfaces"]["lambert"], 4);
     assert_eq!((&glossy["surfaces"]["most_lobes"], &glossy["light_choice"]), (&3.into(), &"none".into()));
-    // At five surfaces, and roulette at the fifth.
-    assert_eq!(glossy["numbers"]["most"], 2 + 5 * (2 + 2) + 1);
+    // At five surfaces, the last of which would be the first with roulette.
+    assert_eq!(glossy["numbers"]["most"], 2 + 5 * (2 + 2));
     assert!(lacks(&glossy, "points on a lens") && lacks(&glossy, "choice of a light"));
-    assert!(!lacks(&glossy, "lists of lobes") && !lacks(&glossy, "roulette"));
+    assert!(!lacks(&glossy, "lists of lobes") && lacks(&glossy, "roulette"));
+    let specular = needs("cornell-specular");
+    assert_eq!(specular["integrator"]["depth"], 8);
+    assert!(!lacks(&specular, "roulette"));
 }
 
 #[test]

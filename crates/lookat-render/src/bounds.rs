@@ -1,5 +1,7 @@
 //! Boxes along the axes, in `f32`, that are never too small.
 
+use std::array::from_fn;
+
 use glam::DVec3;
 
 /// An axis-aligned box. Its corners are rounded outward, so it holds whatever `f64` box it was made from.
@@ -21,6 +23,14 @@ impl Bounds {
     pub fn padded(min: DVec3, max: DVec3, magnitude: f64) -> Self {
         let error = magnitude * 1e-14;
         Bounds::new(min - error, max + error)
+    }
+
+    /// A box around two.
+    pub fn union(self, other: Bounds) -> Self {
+        Bounds {
+            min: from_fn(|axis| self.min[axis].min(other.min[axis])),
+            max: from_fn(|axis| self.max[axis].max(other.max[axis])),
+        }
     }
 
     /// The corners, as `f64`.

@@ -87,8 +87,26 @@ impl<'t, 's> Tracer<'t, 's> {
         shading::bsdf(self.scene, surface, wo, camera_ray, lobes)
     }
 
+    /// Whether there is light that rays find: other than that of points and of single directions.
+    pub fn may_find_light(&self) -> bool {
+        self.lights.has_skies() || !self.scene.emitters.is_empty()
+    }
+
+    /// What a ray finds, if that may emit light. Most rays cannot find any, and need not be traced.
+    pub fn find_light(&mut self, ray: &Ray) -> Found {
+        if !self.scene.emitters.may_be_met(ray) {
+            let is_sky = self.lights.has_skies() && !self.meets(ray);
+            return if is_sky { Found::Sky } else { Found::Nothing };
+        }
+        match self.nearest(ray) {
+            None => Found::Sky,
+            Some(hit) if self.scene.emits(&hit) => Found::Surface(hit),
+            Some(_) => Found::Nothing,
+        }
+    }
+
     /// Whether a ray meets anything.
-    pub fn meets(&mut self, ray: &Ray) -> bool {
+    fn meets(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
         self.scene.meets(ray)
     }
@@ -98,6 +116,16 @@ impl<'t, 's> Tracer<'t, 's> {
         self.rays += 1;
         self.scene.occluded(ray)
     }
+}
+
+/// Light that a ray has found.
+pub(crate) enum Found {
+    /// No light.
+    Nothing,
+    /// That from where there is nothing.
+    Sky,
+    /// A surface that may emit it.
+    Surface(Hit),
 }
 
 /// Numbers that are taken at each surface, and for what.

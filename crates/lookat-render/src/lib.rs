@@ -31,6 +31,7 @@ mod color;
 mod curve;
 mod curved;
 mod cutout;
+mod emitters;
 mod film;
 mod filter;
 mod frame;

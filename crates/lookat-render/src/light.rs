@@ -153,7 +153,8 @@ impl<'s> LightTable<'s> {
         self.eligible(lune) == 0 && self.len() > 0
     }
 
-    fn has_skies(&self) -> bool {
+    /// Whether light may come from where there is nothing.
+    pub fn has_skies(&self) -> bool {
         self.first_sky < self.lights.len()
     }
 
@@ -236,11 +237,6 @@ impl<'s> LightTable<'s> {
             // The power heuristic with exponent 2; as a ratio, so that no square overflows.
             false => (1.0 / (1.0 + ratio * ratio)) as f32,
         }
-    }
-
-    /// Whether any surface is a light.
-    pub fn has_surfaces(&self) -> bool {
-        self.has_surfaces
     }
 
     /// The light that an element belongs to.

@@ -10,11 +10,13 @@ use rayon::prelude::*;
 
 use crate::arithmetic::{Precision, Simd};
 use crate::bounds::Bounds;
-use crate::bvh::{Bvh, Reference, build};
+use crate::bvh::{Bvh, Reference, around, build};
 use crate::camera::CameraRays;
 use crate::curve::Curves;
 use crate::curved::Curved;
+use crate::emitters::Emitters;
 use crate::instance::PlacedInstance;
+use crate::ray::Hit;
 use crate::triangle::block::Block;
 use crate::triangle::{Triangle, corners, extent};
 
@@ -32,6 +34,7 @@ pub(crate) struct Traceable<'s> {
     pub(crate) world: Group,
     pub(crate) objects: Vec<Group>,
     pub(crate) instances: Vec<PlacedInstance>,
+    pub emitters: Emitters,
     /// Whether any mesh may have holes.
     pub(crate) has_cutouts: bool,
     /// Whether the world has only triangles and spheres, which are cheap to test: rays that go down its tree together test more.
@@ -76,8 +79,12 @@ impl<'s> Traceable<'s> {
             let placed = PlacedInstance::new(object, &instance.world_from_object, eye);
             let bounds = placed.bounds(objects[object].bvh.bounds());
             world.push(bounds, Other::Instance { instance: instances.len() as u32 });
+            if instance.object.primitives.iter().any(|primitive| primitive.emission.is_some()) {
+                world.emitters.push(bounds);
+            }
             instances.push(placed);
         }
+        let emitters = Emitters::new(std::mem::take(&mut world.emitters));
         let world = world.group();
         let Builder { primitives, curved, curved_of, curves } = builder;
         let is_ball = |shape: u32| curved[shape as usize].as_ball().is_some();
@@ -93,6 +100,7 @@ impl<'s> Traceable<'s> {
             world,
             objects,
             instances,
+            emitters,
             has_cutouts,
             is_cheap,
             precision,
@@ -103,6 +111,11 @@ impl<'s> Traceable<'s> {
     /// A box around everything.
     pub fn bounds(&self) -> Bounds {
         self.world.bvh.bounds()
+    }
+
+    /// Whether what is hit emits light.
+    pub fn emits(&self, hit: &Hit) -> bool {
+        self.primitives[hit.element.primitive as usize].emission.is_some()
     }
 
     /// The curved shape that a primitive is.
@@ -132,15 +145,24 @@ struct Elements<'s> {
     meshes: Vec<(&'s Mesh, u32, Range<usize>)>,
     others: Vec<Other>,
     references: Vec<Reference>,
+    /// Boxes around those that emit light.
+    emitters: Vec<Bounds>,
 }
 
 impl<'s> Builder<'s> {
     fn elements(&mut self, primitives: &'s [Primitive], eye: DVec3) -> Elements<'s> {
-        let mut all = Elements { eye, meshes: Vec::new(), others: Vec::new(), references: Vec::new() };
+        let mut all = Elements {
+            eye,
+            meshes: Vec::new(),
+            others: Vec::new(),
+            references: Vec::new(),
+            emitters: Vec::new(),
+        };
         for shape in primitives {
             let primitive = self.primitives.len() as u32;
             self.primitives.push(shape);
             self.curved_of.push(NOT_CURVED);
+            let before = all.references.len();
             match &shape.shape {
                 Shape::Quadric(quadric) => {
                     let shape = Curved::new(quadric, eye);
@@ -156,6 +178,9 @@ impl<'s> Builder<'s> {
                     }
                 }
                 Shape::TriangleMesh(mesh) => all.push_mesh(mesh, primitive),
+            }
+            if shape.emission.is_some() {
+                all.emitters.push(around(&all.references[before..]));
             }
         }
         all

@@ -35,6 +35,11 @@ impl Reference {
     }
 }
 
+/// The box around elements.
+pub(crate) fn around(references: &[Reference]) -> Bounds {
+    Aabb::around(references).into()
+}
+
 /// What [`build`] gives.
 pub(crate) struct Tree {
     pub bvh: Bvh,

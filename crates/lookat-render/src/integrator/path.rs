@@ -1,14 +1,12 @@
 //! Path tracing (PBR 14.5).
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use lookat_scene::LightChoice;
 
-use super::weighed::{Direction, Samples, Vertex, one_light};
+use super::weighed::{Direction, Emission, Samples, Vertex, found_light, one_light};
 use super::{Draw, FirstHit, MAX_PASSED, Tracer};
 use crate::bsdf::{Lobes, Part};
-use crate::light::LightTable;
 use crate::sampler::SampleStream;
-use crate::surface::Surface;
 
 /// What the path integrator is set to.
 #[derive(Debug, Clone, Copy)]
@@ -21,6 +19,11 @@ pub(crate) struct Settings {
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;
 
+/// Whether Russian roulette is played at any surface: not at the last, where all that is left is to look for light.
+fn has_roulette(max_depth: u32) -> bool {
+    max_depth > FIRST_ROULETTE + 1
+}
+
 /// What is drawn at each surface with a material, among so many lights.
 pub(crate) fn draws(max_depth: u32, lights: usize) -> Vec<Draw> {
     let draw = |of, numbers, from, needed: bool| needed.then_some(Draw { of, numbers, from });
@@ -28,19 +31,9 @@ pub(crate) fn draws(max_depth: u32, lights: usize) -> Vec<Draw> {
         draw("light choice", 1, 0, lights > 1),
         draw("light", 2, 0, lights > 0),
         draw("direction", 2, 0, true),
-        draw("roulette", 1, FIRST_ROULETTE, max_depth > FIRST_ROULETTE),
+        draw("roulette", 1, FIRST_ROULETTE, has_roulette(max_depth)),
     ];
     all.into_iter().flatten().collect()
-}
-
-/// How emission that a ray finds counts.
-enum Emission {
-    /// In full: the ray comes from the camera, or from where no light could be sampled.
-    Full,
-    /// Weighed against samples of lights at the surface that the ray left.
-    Weighed(Direction),
-    /// Not at all: pbrt-v3 sees no light through a surface without a material, except from the camera.
-    Hidden,
 }
 
 /// The radiance along a camera ray.
@@ -58,17 +51,18 @@ pub(crate) fn li(
     // What refraction has done to beta: roulette is to count light, not its density.
     let mut compression = 1.0;
     let mut emission = Emission::Full;
+    let has_roulette = has_roulette(settings.max_depth);
     let (mut ray, mut found) = (first.ray, first.hit);
     let mut seen_by = Some(&first.camera_ray);
     let mut lobes = Lobes::default();
     let (mut bounces, mut passed) = (0, 0);
     loop {
         let Some(hit) = found else {
-            return radiance + beta * background(lights, &emission, ray.d);
+            return radiance + beta * emission.background(lights, ray.d);
         };
         let surface = tracer.surface(&ray, &hit);
         let wo = -ray.d;
-        radiance += beta * emitted(lights, &emission, &surface, wo);
+        radiance += beta * emission.emitted(lights, &surface, wo);
         if bounces >= settings.max_depth {
             return radiance;
         }
@@ -93,6 +87,11 @@ pub(crate) fn li(
         if is_smooth {
             radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice);
         }
+        bounces += 1;
+        let is_last = bounces >= settings.max_depth;
+        if is_last && !tracer.may_find_light() {
+            return radiance;
+        }
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::All) else { return radiance };
         beta *= sample.weight();
         compression *= sample.compression;
@@ -101,37 +100,23 @@ pub(crate) fn li(
             true => Emission::Full,
             false => Emission::Weighed(Direction::new(&vertex, &sample)),
         };
-        // Russian roulette, as pbrt-v3: from the fifth surface on, by the brightest channel.
-        let strength = f64::from(beta.max_element() / compression);
-        if bounces >= FIRST_ROULETTE && strength < settings.roulette_threshold {
-            let end = (1.0 - strength).max(0.05);
-            if stream.next_1d() < end {
-                return radiance;
-            }
-            beta /= (1.0 - end) as f32;
-        } else {
-            stream.skip(1);
+        if is_last {
+            return radiance + beta * found_light(tracer, &emission, &ray);
         }
-        bounces += 1;
+        if has_roulette {
+            // As pbrt-v3: from the fifth surface on, by the brightest channel.
+            let strength = f64::from(beta.max_element() / compression);
+            if bounces > FIRST_ROULETTE && strength < settings.roulette_threshold {
+                let end = (1.0 - strength).max(0.05);
+                if stream.next_1d() < end {
+                    return radiance;
+                }
+                beta /= (1.0 - end) as f32;
+            } else {
+                stream.skip(1);
+            }
+        }
         found = tracer.nearest(&ray);
-    }
-}
-
-/// The emission of a surface that the path has found.
-fn emitted(lights: &LightTable, emission: &Emission, surface: &Surface, wo: DVec3) -> Vec3 {
-    match emission {
-        Emission::Full => surface.le(wo),
-        Emission::Weighed(direction) => direction.emitted(lights, surface, wo),
-        Emission::Hidden => Vec3::ZERO,
-    }
-}
-
-/// The radiance from where there is nothing.
-fn background(lights: &LightTable, emission: &Emission, d: DVec3) -> Vec3 {
-    match emission {
-        Emission::Full => lights.background(d),
-        Emission::Weighed(direction) => direction.background(lights, d),
-        Emission::Hidden => Vec3::ZERO,
     }
 }
 
@@ -142,6 +127,7 @@ mod tests {
     use super::*;
     use crate::Precision;
     use crate::camera::{CameraRay, CameraRays};
+    use crate::light::LightTable;
     use crate::prepare::Traceable;
     use crate::testing::scene;
 
@@ -166,7 +152,9 @@ mod tests {
             let first = FirstHit { camera_ray, ray, hit: tracer.nearest(&ray) };
             li(&mut tracer, &first, &mut stream, &settings);
             let said: u32 = draws(max_depth, lights.len()).iter().map(|draw| draw.numbers).sum();
-            assert_eq!(stream.dimension(), said * max_depth);
+            // At the last surface there is no roulette, and with point lights no direction either.
+            let unsaid = 2 + u32::from(has_roulette(max_depth));
+            assert_eq!(stream.dimension(), said * max_depth - unsaid);
         }
     }
 }

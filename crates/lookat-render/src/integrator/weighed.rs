@@ -5,7 +5,7 @@ use std::rc::Rc;
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::LightChoice;
 
-use super::Tracer;
+use super::{Found, Tracer};
 use crate::bsdf::{Bsdf, BsdfSample, Part};
 use crate::light::{LightTable, Lune};
 use crate::ray::Ray;
@@ -66,6 +66,36 @@ pub(super) struct Direction {
     pdf: f64,
 }
 
+/// How emission that a ray finds counts.
+pub(super) enum Emission {
+    /// In full: the ray comes from the camera, or from where no light could be sampled.
+    Full,
+    /// Weighed against samples of lights at the surface that the ray left.
+    Weighed(Direction),
+    /// Not at all: pbrt-v3 sees no light through a surface without a material, except from the camera.
+    Hidden,
+}
+
+impl Emission {
+    /// That of a surface.
+    pub fn emitted(&self, lights: &LightTable, surface: &Surface, wo: DVec3) -> Vec3 {
+        match self {
+            Emission::Full => surface.le(wo),
+            Emission::Weighed(direction) => direction.emitted(lights, surface, wo),
+            Emission::Hidden => Vec3::ZERO,
+        }
+    }
+
+    /// The radiance from where there is nothing.
+    pub fn background(&self, lights: &LightTable, d: DVec3) -> Vec3 {
+        match self {
+            Emission::Full => lights.background(d),
+            Emission::Weighed(direction) => direction.background(lights, d),
+            Emission::Hidden => Vec3::ZERO,
+        }
+    }
+}
+
 impl Direction {
     pub fn new(vertex: &Vertex, sample: &BsdfSample) -> Self {
         let pdf = sample.pdf * f64::from(vertex.samples.directions);
@@ -73,7 +103,7 @@ impl Direction {
     }
 
     /// What counts of the emission of a surface that it finds, as its part of all directions.
-    pub fn emitted(&self, lights: &LightTable, surface: &Surface, wo: DVec3) -> Vec3 {
+    fn emitted(&self, lights: &LightTable, surface: &Surface, wo: DVec3) -> Vec3 {
         let le = surface.le(wo);
         let light = lights.of_element(surface.element).filter(|_| le != Vec3::ZERO);
         let Some(light) = light else { return Vec3::ZERO };
@@ -82,7 +112,7 @@ impl Direction {
     }
 
     /// What counts of the radiance from where there is nothing, in the same way.
-    pub fn background(&self, lights: &LightTable, d: DVec3) -> Vec3 {
+    fn background(&self, lights: &LightTable, d: DVec3) -> Vec3 {
         let weighed = |(light, radiance, other): (usize, Vec3, f64)| {
             // Most often nothing else finds it.
             let other = if other > 0.0 { other * self.samples_of(lights, light) } else { 0.0 };
@@ -161,23 +191,18 @@ pub(super) fn by_directions(
         if sample.is_specular {
             continue;
         }
-        let direction = Direction::new(vertex, &sample);
-        found += sample.weight() * found_light(tracer, &direction, &vertex.surface.leave(sample.wi));
+        let emission = Emission::Weighed(Direction::new(vertex, &sample));
+        found += sample.weight() * found_light(tracer, &emission, &vertex.surface.leave(sample.wi));
     }
     found
 }
 
-/// Light that one direction finds.
-fn found_light(tracer: &mut Tracer, direction: &Direction, ray: &Ray) -> Vec3 {
+/// Light that a ray finds.
+pub(super) fn found_light(tracer: &mut Tracer, emission: &Emission, ray: &Ray) -> Vec3 {
     let lights = tracer.lights();
-    if !lights.has_surfaces() {
-        return if tracer.meets(ray) { Vec3::ZERO } else { direction.background(lights, ray.d) };
+    match tracer.find_light(ray) {
+        Found::Nothing => Vec3::ZERO,
+        Found::Sky => emission.background(lights, ray.d),
+        Found::Surface(hit) => emission.emitted(lights, &tracer.surface(ray, &hit), -ray.d),
     }
-    let Some(hit) = tracer.nearest(ray) else {
-        return direction.background(lights, ray.d);
-    };
-    if lights.of_element(hit.element).is_none() {
-        return Vec3::ZERO;
-    }
-    direction.emitted(lights, &tracer.surface(ray, &hit), -ray.d)
 }

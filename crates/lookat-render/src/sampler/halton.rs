@@ -1,139 +1,213 @@
 //! The Halton sequence, scrambled after Owen.
 
-use super::unit;
+use super::LANES;
 
-/// The number of a point of the sequence in one dimension, where `count` points are taken of it. `hash` chooses the scramble.
-/// `None` beyond the dimensions that there are.
+/// The numbers of a point of the sequence in the dimensions of a set, where `count` points are taken of it. `seed` chooses the
+/// scramble. `None` beyond the dimensions, or the points, that there are.
 #[inline(always)]
-pub(super) fn number(dimension: u32, index: u32, count: u32, hash: u64) -> Option<f64> {
-    BASES.get(dimension as usize).map(|base| match base {
-        Base { prime: 2, .. } => scrambled_van_der_corput(index, hash as u32),
-        base => scrambled_radical_inverse(base, index, count, hash),
-    })
+pub(super) fn numbers(set: u32, index: u32, count: u32, seed: u64) -> Option<[f64; LANES]> {
+    let bases = BASES.get(set as usize).filter(|_| index <= MOST)?;
+    let pixel = (seed >> 32) as u32 ^ set * LANES as u32;
+    let mut seeds = [0; LANES];
+    for lane in 0..LANES {
+        seeds[lane] = mix(seed as u32 ^ mix(pixel ^ NUMBERS[lane]));
+    }
+    Some(scrambled_radical_inverses(bases, index, count, &seeds))
 }
 
-/// The radical inverse of `index` with its digits permuted after Owen: each by the digits before it. Digits beyond those
+/// Of the dimensions of a set.
+const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+/// The radical inverses of `index` with their digits permuted after Owen: each by the digits before it. Digits beyond those
 /// that tell `count` indices apart are random.
 ///
 /// The permutations are the affine maps modulo the base, a prime. Any two digits go to any two others with the same
 /// probability under them, which is all that the variance of Owen's scrambling depends on.
 #[inline(always)]
-fn scrambled_radical_inverse(base: &Base, index: u32, count: u32, hash: u64) -> f64 {
-    let below = |bits: u64, n: u32| ((bits & 0xffff_ffff) * u64::from(n)) >> 32;
-    let (index, prime) = (u64::from(index), u64::from(base.prime));
+fn scrambled_radical_inverses(bases: &Bases, index: u32, count: u32, seeds: &[u32; LANES]) -> [f64; LANES] {
     // `rest` of the index is above the digits before, and `power` above all numbers with so many digits.
-    let (mut rest, mut power) = (index, 1);
-    let (mut digits, mut scale) = (0, 1.0);
-    while power < u64::from(count) {
-        // The digits before, with a leading one: no two that differ have the same, whatever their lengths.
-        let random = fold(hash ^ (power + index - rest * power));
-        let (factor, shift) = (1 + below(random >> 32, base.prime - 1), below(random, base.prime));
-        let above = base.quotient(rest);
-        let image = (rest - above * prime) * factor + shift;
-        digits = digits * prime + image - base.quotient(image) * prime;
-        (rest, power, scale) = (above, power * prime, scale * base.inverse);
+    let (mut rest, mut power) = ([index; LANES], [1_u32; LANES]);
+    let (mut number, mut scale) = ([0.0; LANES], [1.0; LANES]);
+    // The least base needs the most digits. What the others have too many is random, as it should be.
+    let mut least = 1;
+    while least < u64::from(count) {
+        let mut digit = [0; LANES];
+        for lane in 0..LANES {
+            let prime = bases.prime[lane];
+            // The digits before, with a leading one: no two that differ have the same, whatever their lengths.
+            let before = power[lane].wrapping_add(index).wrapping_sub(rest[lane].wrapping_mul(power[lane]));
+            let random = mix(seeds[lane] ^ before);
+            let factor = 1 + high(random.wrapping_mul(0x9e37_79b1), prime - 1);
+            let above = bases.quotient(lane, rest[lane]);
+            let image = (rest[lane] - above * prime) * factor + high(random, prime);
+            digit[lane] = image - bases.quotient(lane, image) * prime;
+            rest[lane] = above;
+            power[lane] = power[lane].wrapping_mul(prime);
+        }
+        for lane in 0..LANES {
+            scale[lane] *= bases.inverse[lane];
+            number[lane] += f64::from(digit[lane] as i32) * scale[lane];
+        }
+        least *= bases.least;
     }
-    let beyond = unit(fold(hash ^ (power + index)));
-    ((digits as i64 as f64 + beyond) * scale).min(BELOW_ONE)
+    let mut beyond = [0; LANES];
+    for lane in 0..LANES {
+        beyond[lane] = mix(seeds[lane] ^ power[lane].wrapping_add(index)) >> 1;
+    }
+    for lane in 0..LANES {
+        let beyond = f64::from(beyond[lane] as i32) * (1.0 / f64::from(1_u32 << 31));
+        number[lane] = (number[lane] + beyond * scale[lane]).min(BELOW_ONE);
+    }
+    number
 }
 
-/// The same in base 2, all digits at once (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020, with the
-/// constants of Vegdahl).
+/// The upper half of a product: of a random number, one below `n`.
 #[inline(always)]
-fn scrambled_van_der_corput(index: u32, seed: u32) -> f64 {
-    // The digits of the index count from its lowest bit, as the scrambling does.
-    let mut x = index;
-    x ^= x.wrapping_mul(0x3d20_adea);
-    x = x.wrapping_add(seed);
-    x = x.wrapping_mul((seed >> 16) | 1);
-    x ^= x.wrapping_mul(0x0552_6c56);
-    x ^= x.wrapping_mul(0x53a2_2864);
-    f64::from(x.reverse_bits()) * (0.5 / f64::from(1_u32 << 31))
+fn high(x: u32, n: u32) -> u32 {
+    ((u64::from(x) * u64::from(n)) >> 32) as u32
 }
 
 /// The largest number below one.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
-/// Spreads every bit over all bits (the folded product of Yi's wyhash). Neighbours are first torn apart, for both factors
-/// hold the same number.
-fn fold(x: u64) -> u64 {
-    let x = x.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let product = u128::from(x ^ 0xa076_1d64_78bd_642f) * u128::from(x ^ 0xe703_7ed1_a0b4_28db);
-    (product >> 64) as u64 ^ product as u64
+/// Spreads every bit over all bits (Wellons's hash "lowbias32").
+#[inline(always)]
+fn mix(mut x: u32) -> u32 {
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x7feb_352d);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0x846c_a68b);
+    x ^ x >> 16
 }
 
-/// A base of the Halton sequence.
+/// Bases of a set of dimensions.
 #[derive(Debug, Clone, Copy)]
-struct Base {
-    prime: u32,
-    inverse: f64,
-    /// 2^64 over the prime, rounded up.
-    reciprocal: u64,
+struct Bases {
+    prime: [u32; LANES],
+    inverse: [f64; LANES],
+    /// A power of two from 2^32 on over each prime, rounded up, and the exponent beyond 32.
+    reciprocal: [u32; LANES],
+    exponent: [u32; LANES],
+    least: u64,
 }
 
-impl Base {
-    const fn new(prime: u32) -> Self {
-        Base { prime, inverse: 1.0 / prime as f64, reciprocal: u64::MAX / prime as u64 + 1 }
+/// The highest index that [`Bases::quotient`] divides.
+const MOST: u32 = (1 << 31) - 1;
+
+impl Bases {
+    const fn new(primes: [u32; LANES]) -> Self {
+        let mut bases = Bases {
+            prime: primes,
+            inverse: [0.0; LANES],
+            reciprocal: [0; LANES],
+            exponent: [0; LANES],
+            least: primes[0] as u64,
+        };
+        let mut lane = 0;
+        while lane < LANES {
+            let prime = primes[lane];
+            bases.inverse[lane] = 1.0 / prime as f64;
+            bases.exponent[lane] = (prime - 1).ilog2();
+            bases.reciprocal[lane] = (1_u64 << (32 + bases.exponent[lane])).div_ceil(prime as u64) as u32;
+            lane += 1;
+        }
+        bases
     }
 
-    /// A number below 2^32 over the prime, rounded down, without a division (Lemire, Kaser and Kurz, "Faster Remainder by
-    /// Direct Computation", 2019).
-    fn quotient(&self, x: u64) -> u64 {
-        ((u128::from(x) * u128::from(self.reciprocal)) >> 64) as u64
+    /// A number of at most [`MOST`] over a prime, rounded down, without a division: the reciprocal is off by less than 2^-31
+    /// of itself (Granlund and Montgomery, "Division by Invariant Integers using Multiplication", 1994).
+    #[inline(always)]
+    fn quotient(&self, lane: usize, x: u32) -> u32 {
+        high(x, self.reciprocal[lane]) >> self.exponent[lane]
     }
 }
 
-/// The bases of the Halton sequence.
-static BASES: [Base; 128] = bases();
+/// The bases of the Halton sequence, set by set.
+static BASES: [Bases; 16] = bases();
 
-const fn bases() -> [Base; 128] {
-    let mut bases = [Base::new(2); 128];
+const fn bases() -> [Bases; 16] {
+    let mut primes = [2; 16 * LANES];
     let (mut found, mut candidate) = (1, 3);
-    while found < bases.len() {
+    while found < primes.len() {
         let mut at = 0;
-        while at < found && candidate % bases[at].prime != 0 {
+        while at < found && candidate % primes[at] != 0 {
             at += 1;
         }
         if at == found {
-            bases[found] = Base::new(candidate);
+            primes[found] = candidate;
             found += 1;
         }
         candidate += 2;
+    }
+    let mut bases = [Bases::new([2; LANES]); 16];
+    let mut set = 0;
+    while set < bases.len() {
+        let mut own = [0; LANES];
+        let mut lane = 0;
+        while lane < LANES {
+            own[lane] = primes[set * LANES + lane];
+            lane += 1;
+        }
+        bases[set] = Bases::new(own);
+        set += 1;
     }
     bases
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::mix;
     use super::*;
+
+    /// The number in one dimension, with a scramble.
+    fn number(prime: u32, index: u32, count: u32, seed: u32) -> f64 {
+        let bases = Bases::new([prime; LANES]);
+        scrambled_radical_inverses(&bases, index, count, &[mix(seed); LANES])[3]
+    }
 
     /// Wherever a block of the sequence begins, it has one point in each stratum.
     #[test]
     fn blocks_of_halton_are_stratified() {
-        for (prime, digits) in [(3, 4), (5, 3), (7, 2), (719, 1)] {
-            let (base, size) = (Base::new(prime), prime.pow(digits));
-            let last = u32::MAX / size - 1;
+        for (prime, digits) in [(2, 6), (3, 4), (5, 3), (7, 2), (719, 1)] {
+            let size: u32 = u32::pow(prime, digits);
+            let last = MOST / size - 1;
             for block in [0, 1, 2, last] {
                 let mut strata = vec![0; size as usize];
                 for index in block * size..(block + 1) * size {
-                    let number = scrambled_radical_inverse(&base, index, u32::MAX, mix(7));
-                    strata[(number * f64::from(size)) as usize] += 1;
+                    strata[(number(prime, index, MOST, 7) * f64::from(size)) as usize] += 1;
                 }
                 assert!(strata.iter().all(|count| *count == 1), "{prime} {block}: {strata:?}");
             }
         }
     }
 
+    /// Each dimension has a base and a scramble of its own.
+    #[test]
+    fn all_dimensions_are_stratified() {
+        for set in 0..BASES.len() as u32 {
+            for lane in 0..LANES {
+                let prime = BASES[set as usize].prime[lane];
+                let numbers = |seed| -> Vec<f64> {
+                    (0..prime).map(|index| numbers(set, index, prime, seed).unwrap()[lane]).collect()
+                };
+                let mut strata: Vec<u32> = numbers(5).iter().map(|x| (x * f64::from(prime)) as u32).collect();
+                strata.sort_unstable();
+                assert_eq!(strata, (0..prime).collect::<Vec<_>>());
+                assert_ne!(numbers(5), numbers(6));
+                assert_ne!(numbers(5), numbers(5 | 1 << 32));
+            }
+        }
+        assert!(numbers(BASES.len() as u32, 0, 1, 0).is_none() && numbers(0, MOST + 1, 1, 0).is_none());
+    }
+
     /// The permutations of the first digits, and of second digits after different first ones, have nothing in common.
     #[test]
     fn permutations_of_digits_are_independent() {
-        for prime in [3_u32, 7] {
-            let (n, tries) = (prime as usize, 20_000_u64);
-            let (base, mut counts) = (Base::new(prime), [vec![0_u32; n * n], vec![0_u32; n * n]]);
+        for prime in [2_u32, 3, 7] {
+            let (n, tries) = (prime as usize, 20_000_u32);
+            let mut counts = [vec![0_u32; n * n], vec![0_u32; n * n]];
             for i in 0..tries {
                 let digits = |index| {
-                    let number = scrambled_radical_inverse(&base, index, prime * prime, mix(i));
+                    let number = number(prime, index, prime * prime, i);
                     ((number * f64::from(prime)) as usize, (number * f64::from(prime * prime)) as usize % n)
                 };
                 let (here, there) = (digits(0), digits(1));
@@ -153,10 +227,10 @@ mod tests {
 
     #[test]
     fn quotients_need_no_division() {
-        for base in &BASES {
-            let (prime, end) = (u64::from(base.prime), 1_u64 << 32);
+        for (bases, lane) in BASES.iter().flat_map(|bases| (0..LANES).map(move |lane| (bases, lane))) {
+            let (prime, end) = (bases.prime[lane], MOST + 1);
             let mut numbers = (0..prime * prime).chain(end - 2 * prime..end);
-            assert!(numbers.all(|x| base.quotient(x) == x / prime), "{prime}");
+            assert!(numbers.all(|x| bases.quotient(lane, x) == x / prime), "{prime}");
         }
     }
 }
