@@ -7,7 +7,7 @@ use super::LANES;
 #[inline(always)]
 pub(super) fn numbers(set: u32, index: u32, count: u32, seed: u64) -> Option<[f64; LANES]> {
     let bases = BASES.get(set as usize).filter(|_| index <= MOST)?;
-    let pixel = (seed >> 32) as u32 ^ set * LANES as u32;
+    let pixel = (seed >> 32) as u32 ^ (set * LANES as u32);
     let mut seeds = [0; LANES];
     for lane in 0..LANES {
         seeds[lane] = mix(seed as u32 ^ mix(pixel ^ NUMBERS[lane]));

@@ -42,7 +42,7 @@ pub(super) fn numbers(set: u32, index: u32, seed: u64) -> [f64; LANES] {
             point[lane] ^= added[lane];
         }
     }
-    let own = seed.wrapping_mul(0x9c8f_2d3b) ^ 2 * set;
+    let own = seed.wrapping_mul(0x9c8f_2d3b) ^ (2 * set);
     let (mut bits, mut numbers) = ([0; LANES], [0.0; LANES]);
     for lane in 0..LANES {
         bits[lane] = owen_scramble_rev(point[lane], hash(own ^ SCRAMBLES[lane])).reverse_bits() >> 9;
