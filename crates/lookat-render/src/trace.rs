@@ -195,8 +195,7 @@ impl Traceable<'_> {
                             let place = block.first + rest.trailing_zeros();
                             let triangle = &group.triangles[place as usize];
                             rest &= rest - 1;
-                            let met = decide(k, triangle)
-                                .and_then(|met| triangle_hit(*query, triangle, place, met));
+                            let met = triangle_hit(*query, triangle, place, || decide(k, triangle));
                             found |= met.is_some_and(|met| self.accept::<ANY>(*query, met, hit));
                         }
                     }
@@ -213,9 +212,7 @@ impl Traceable<'_> {
         let sheared = ShearedRay::new(query.ray);
         let mut found = false;
         for (triangle, place) in query.group.triangles.iter().zip(0..) {
-            let met = sheared
-                .intersect(&triangle.corners)
-                .and_then(|met| triangle_hit(query, triangle, place, met));
+            let met = triangle_hit(query, triangle, place, || sheared.intersect(&triangle.corners));
             found |= met.is_some_and(|met| self.accept::<false>(query, met, hit));
         }
         for other in &query.group.others {
@@ -334,11 +331,17 @@ fn nothing(ray: &Ray) -> Hit {
     Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: 0 }
 }
 
-/// Where a ray meets a triangle at a distance, if that counts: what is flat is not met again by a ray that leaves it.
+/// Where a ray meets a triangle, as `decide` tells. What is flat is not met again by a ray that leaves it: most rays leave
+/// something that their filter lets pass, so this comes first.
 #[inline(always)]
-fn triangle_hit(query: Query, triangle: &Triangle, place: u32, (t, weights): (f64, [f64; 3])) -> Option<Hit> {
+fn triangle_hit(
+    query: Query,
+    triangle: &Triangle,
+    place: u32,
+    decide: impl FnOnce() -> Option<(f64, [f64; 3])>,
+) -> Option<Hit> {
     let Query { ray, instance, .. } = query;
     let element = ElementId { instance, primitive: triangle.primitive, index: triangle.index };
-    let counts = t > 0.0 && element != ray.leaving;
-    counts.then(|| Hit { t, element, barycentric: triangle.barycentric(weights), place })
+    let (t, weights) = if element == ray.leaving { None } else { decide() }?;
+    (t > 0.0).then(|| Hit { t, element, barycentric: triangle.barycentric(weights), place })
 }
