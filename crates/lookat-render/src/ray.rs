@@ -13,6 +13,8 @@ pub struct Ray {
     pub t_max: f64,
     /// The element that the ray leaves: it is not hit again where it is flat or convex.
     pub leaving: ElementId,
+    /// If that is a triangle, its [`Hit::place`], or else [`Hit::NO_PLACE`].
+    pub leaving_place: u32,
     /// The element that a shadow ray goes to: it does not block.
     pub target: ElementId,
 }
@@ -20,7 +22,14 @@ pub struct Ray {
 impl Ray {
     /// An unlimited ray that starts in free space.
     pub fn new(o: DVec3, d: DVec3) -> Self {
-        Ray { o, d, t_max: f64::INFINITY, leaving: ElementId::NONE, target: ElementId::NONE }
+        Ray {
+            o,
+            d,
+            t_max: f64::INFINITY,
+            leaving: ElementId::NONE,
+            leaving_place: Hit::NO_PLACE,
+            target: ElementId::NONE,
+        }
     }
 
     /// The point at a distance of `t` lengths of the direction.
@@ -56,11 +65,14 @@ pub struct Hit {
     pub element: ElementId,
     /// Weights of the first two vertices of a triangle, u and v of a curve, 0 for other shapes.
     pub barycentric: [f64; 2],
-    /// The place of a triangle among those of the world, or of its object.
-    pub(crate) place: u32,
+    /// The place of a triangle among those of the world, or of its object; [`Hit::NO_PLACE`] for other shapes.
+    pub place: u32,
 }
 
 impl Hit {
+    /// That of what is no triangle.
+    pub const NO_PLACE: u32 = u32::MAX;
+
     /// Whether a hit of `element` at `t` replaces this one: nearer, or as near and named earlier, so that the order of
     /// traversal does not matter.
     pub(crate) fn yields_to(&self, t: f64, element: ElementId) -> bool {

@@ -23,6 +23,8 @@ pub(crate) struct Surface<'s> {
     pub emitting: DVec3,
     /// What was hit.
     pub element: ElementId,
+    /// As in [`Hit::place`].
+    pub place: u32,
     /// As in [`Hit::barycentric`].
     pub barycentric: [f64; 2],
     /// The shape with its material.
@@ -43,7 +45,7 @@ impl<'s> Surface<'s> {
             Shape::TriangleMesh(mesh) if hit.element.instance == ElementId::WORLD => {
                 let [b0, b1] = hit.barycentric;
                 let corners = scene.world.triangles[hit.place as usize].in_order();
-                on_triangle(primitive, mesh, hit.element, corners, [b0, b1, 1.0 - b0 - b1])
+                on_triangle(primitive, mesh, (hit.element, hit.place), corners, [b0, b1, 1.0 - b0 - b1])
             }
             _ => Surface::of_any(scene, primitive, ray, hit),
         }
@@ -75,6 +77,7 @@ impl<'s> Surface<'s> {
                     ns: n,
                     emitting: flipped(outward, primitive.reverse_orientation),
                     element: hit.element,
+                    place: hit.place,
                     barycentric: hit.barycentric,
                     primitive,
                 }
@@ -92,6 +95,7 @@ impl<'s> Surface<'s> {
                     // It turns with the ray, so it has no side that is dark.
                     emitting: -local.d.normalize_or(DVec3::Z),
                     element: hit.element,
+                    place: hit.place,
                     barycentric: hit.barycentric,
                     primitive,
                 }
@@ -100,7 +104,7 @@ impl<'s> Surface<'s> {
             Shape::TriangleMesh(mesh) => {
                 let [b0, b1] = hit.barycentric;
                 let corners = corners(mesh, hit.element.index as usize, DVec3::ZERO);
-                on_triangle(primitive, mesh, hit.element, corners, [b0, b1, 1.0 - b0 - b1])
+                on_triangle(primitive, mesh, (hit.element, hit.place), corners, [b0, b1, 1.0 - b0 - b1])
             }
         };
         match instance {
@@ -137,7 +141,7 @@ impl<'s> Surface<'s> {
     /// coordinates, thousands of times their rounding and less than any gap in a scene.
     pub fn leave(&self, d: DVec3) -> Ray {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
-        Ray { leaving: self.element, ..Ray::new(self.p + offset, d) }
+        Ray { leaving: self.element, leaving_place: self.place, ..Ray::new(self.p + offset, d) }
     }
 }
 
@@ -166,7 +170,7 @@ const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
 pub(crate) fn on_triangle<'s>(
     primitive: &'s Primitive,
     mesh: &Mesh,
-    element: ElementId,
+    (element, place): (ElementId, u32),
     [p0, p1, p2]: [DVec3; 3],
     [b0, b1, b2]: [f64; 3],
 ) -> Surface<'s> {
@@ -192,6 +196,7 @@ pub(crate) fn on_triangle<'s>(
                 ns,
                 emitting: flipped(winding, winding.dot(smooth) < 0.0),
                 element,
+                place,
                 barycentric: [b0, b1],
                 primitive,
             }
@@ -206,6 +211,7 @@ pub(crate) fn on_triangle<'s>(
                 ns: n,
                 emitting: flipped(own, primitive.reverse_orientation),
                 element,
+                place,
                 barycentric: [b0, b1],
                 primitive,
             }

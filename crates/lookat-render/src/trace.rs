@@ -26,8 +26,18 @@ struct Query<'q> {
     group: &'q Group,
     ray: &'q Ray,
     instance: u32,
+    /// The place of the triangle that the ray leaves, if it is of this group: what is flat is not met again.
+    leaving: u32,
     /// Whether holes are those that shadow rays pass.
     is_shadow: bool,
+}
+
+impl<'q> Query<'q> {
+    #[inline(always)]
+    fn new(group: &'q Group, ray: &'q Ray, instance: u32, is_shadow: bool) -> Self {
+        let leaving = if ray.leaving.instance == instance { ray.leaving_place } else { Hit::NO_PLACE };
+        Query { group, ray, instance, leaving, is_shadow }
+    }
 }
 
 /// What came of a search.
@@ -62,7 +72,7 @@ impl Traceable<'_> {
     }
 
     fn query<'q>(&'q self, ray: &'q Ray, is_shadow: bool) -> Query<'q> {
-        Query { group: &self.world, ray, instance: ElementId::WORLD, is_shadow }
+        Query::new(&self.world, ray, ElementId::WORLD, is_shadow)
     }
 
     /// Looks for hits that `hit` yields to. With `ANY` the first will do, if it is not the target of the ray.
@@ -190,12 +200,17 @@ impl Traceable<'_> {
                 match leaf {
                     Leaf::Block(block) => {
                         let block = &group.blocks[block];
-                        let mut rest = filter(k, block, hit.t);
+                        let mut rest = filter(k, block, hit.t) & !block.only(query.leaving);
                         while rest != 0 {
                             let place = block.first + rest.trailing_zeros();
                             let triangle = &group.triangles[place as usize];
                             rest &= rest - 1;
-                            let met = triangle_hit(*query, triangle, place, || decide(k, triangle));
+                            // A shadow ray ends at its target, or just before: no need to decide which.
+                            if ANY && triangle.element(query.instance) == query.ray.target {
+                                continue;
+                            }
+                            let met = decide(k, triangle)
+                                .and_then(|met| triangle_hit(*query, triangle, place, met));
                             found |= met.is_some_and(|met| self.accept::<ANY>(*query, met, hit));
                         }
                     }
@@ -211,8 +226,12 @@ impl Traceable<'_> {
     fn search_all(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let mut found = false;
-        for (triangle, place) in query.group.triangles.iter().zip(0..) {
-            let met = triangle_hit(query, triangle, place, || sheared.intersect(&triangle.corners));
+        for (triangle, place) in
+            query.group.triangles.iter().zip(0..).filter(|(_, place)| *place != query.leaving)
+        {
+            let met = sheared
+                .intersect(&triangle.corners)
+                .and_then(|met| triangle_hit(query, triangle, place, met));
             found |= met.is_some_and(|met| self.accept::<false>(query, met, hit));
         }
         for other in &query.group.others {
@@ -220,7 +239,7 @@ impl Traceable<'_> {
                 Other::Instance { instance } => {
                     let placed = &self.instances[instance as usize];
                     let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
-                    self.search_all(Query { group, ray, instance, ..query }, hit)
+                    self.search_all(Query::new(group, ray, instance, query.is_shadow), hit)
                 }
                 other => self.meet_other::<false>(query, other, hit),
             };
@@ -236,7 +255,7 @@ impl Traceable<'_> {
             Other::Instance { instance } => {
                 let placed = &self.instances[instance as usize];
                 let (group, ray) = (&self.objects[placed.object], &placed.ray(ray, hit.t));
-                self.search::<ANY>(Query { group, ray, instance, ..query }, hit)
+                self.search::<ANY>(Query::new(group, ray, instance, query.is_shadow), hit)
             }
             Other::Curved { primitive, shape } => {
                 let element = ElementId { instance, primitive, index: 0 };
@@ -249,7 +268,11 @@ impl Traceable<'_> {
                     _ => shape.intersect(ray, hit.t, leaving),
                 };
                 t.is_some_and(|t| {
-                    self.accept::<ANY>(query, Hit { t, element, barycentric: [0.0; 2], place: 0 }, hit)
+                    self.accept::<ANY>(
+                        query,
+                        Hit { t, element, barycentric: [0.0; 2], place: Hit::NO_PLACE },
+                        hit,
+                    )
                 })
             }
             Other::Curve { primitive, piece } => {
@@ -260,7 +283,7 @@ impl Traceable<'_> {
                 meeting.is_some_and(|meeting| {
                     self.accept::<ANY>(
                         query,
-                        Hit { t: meeting.t, element, barycentric: meeting.uv.into(), place: 0 },
+                        Hit { t: meeting.t, element, barycentric: meeting.uv.into(), place: Hit::NO_PLACE },
                         hit,
                     )
                 })
@@ -328,20 +351,12 @@ fn farthest<const N: usize>(hits: &[Hit; N]) -> f64 {
 
 /// No hit yet, within the length of a ray.
 fn nothing(ray: &Ray) -> Hit {
-    Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: 0 }
+    Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: Hit::NO_PLACE }
 }
 
-/// Where a ray meets a triangle, as `decide` tells. What is flat is not met again by a ray that leaves it: most rays leave
-/// something that their filter lets pass, so this comes first.
+/// Where a ray meets a triangle at a distance, and in proportion to what its corners weigh, if that counts.
 #[inline(always)]
-fn triangle_hit(
-    query: Query,
-    triangle: &Triangle,
-    place: u32,
-    decide: impl FnOnce() -> Option<(f64, [f64; 3])>,
-) -> Option<Hit> {
-    let Query { ray, instance, .. } = query;
-    let element = ElementId { instance, primitive: triangle.primitive, index: triangle.index };
-    let (t, weights) = if element == ray.leaving { None } else { decide() }?;
+fn triangle_hit(query: Query, triangle: &Triangle, place: u32, (t, weights): (f64, [f64; 3])) -> Option<Hit> {
+    let element = triangle.element(query.instance);
     (t > 0.0).then(|| Hit { t, element, barycentric: triangle.barycentric(weights), place })
 }

@@ -9,7 +9,7 @@ use glam::DVec3;
 use lookat_scene::Mesh;
 
 use crate::bvh::within_box;
-use crate::ray::Ray;
+use crate::ray::{ElementId, Ray};
 
 /// An axis of space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,6 +59,12 @@ impl Triangle {
     #[cfg(test)]
     pub fn of_corners(corners: [DVec3; 3]) -> Self {
         Triangle { corners, primitive: 0, index: 0, first: [0, 1] }
+    }
+
+    /// Its name, in an instance or in the world.
+    #[inline(always)]
+    pub fn element(&self, instance: u32) -> ElementId {
+        ElementId { instance, primitive: self.primitive, index: self.index }
     }
 
     /// The corners, as the mesh has them.

@@ -11,7 +11,7 @@ use crate::curved::Curved;
 use crate::cutout;
 use crate::frame::flipped;
 use crate::prepare::Traceable;
-use crate::ray::{ElementId, Ray};
+use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::{Surface, on_triangle, reach};
 use crate::triangle::corners;
 
@@ -74,7 +74,13 @@ impl<'s> SurfaceLight<'s> {
                     cutout::is_there(self.primitive, element, [barycentric[0], barycentric[1]], false);
                 is_there
                     .then(|| {
-                        on_triangle(self.primitive, mesh, element, corners(mesh, index, eye), barycentric)
+                        on_triangle(
+                            self.primitive,
+                            mesh,
+                            (element, Hit::NO_PLACE),
+                            corners(mesh, index, eye),
+                            barycentric,
+                        )
                     })
                     .and_then(|on_light| self.sample_point(from, &on_light))
             }
@@ -126,6 +132,7 @@ impl<'s> SurfaceLight<'s> {
             ns: n,
             emitting: flipped(n, self.primitive.reverse_orientation),
             element: self.element(),
+            place: Hit::NO_PLACE,
             barycentric: [0.0; 2],
             primitive: self.primitive,
         }

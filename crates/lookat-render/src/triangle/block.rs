@@ -51,6 +51,13 @@ impl Block {
     pub fn all(&self) -> u32 {
         (1 << self.count) - 1
     }
+
+    /// A bit for the triangle of a number, if it is here.
+    #[inline(always)]
+    pub fn only(&self, number: u32) -> u32 {
+        let lane = number.wrapping_sub(self.first);
+        u32::from(lane < WIDTH as u32) << (lane % WIDTH as u32)
+    }
 }
 
 /// A ray turned to run along z, as [`ShearedRay`], in `f32`: each number as often as `Lanes` has room for it.
