@@ -32,3 +32,49 @@ impl Emitters {
         self.0.iter().any(|bounds| may_meet(ray.o, inverse, bounds))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::Precision;
+    use crate::prepare::Traceable;
+    use crate::testing::{noise, scene};
+
+    /// Shapes of all kinds that glow, at many places; and one that does not, in front of some.
+    fn glowing(copies: usize) -> lookat_scene::Scene {
+        let shapes = "AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" .3
+            Translate 1 0 0 Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [0 0 0 .5 0 0 0 .5 .2]
+            Translate 1 0 0 Shape \"curve\" \"float width\" .2 \"point P\" [0 0 0 .2 .5 0 .4 -.5 0 .6 0 0]
+            Translate 1 0 0 ObjectInstance \"lamp\" AttributeEnd Translate 0 2 0 ";
+        scene(&format!(
+            "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
+            ObjectBegin \"lamp\" AreaLightSource \"diffuse\" Shape \"disk\" \"float radius\" .3 ObjectEnd
+            Translate -1 -2 5 Shape \"sphere\" {} WorldEnd",
+            shapes.repeat(copies)
+        ))
+    }
+
+    #[test]
+    fn whatever_glows_may_be_met() {
+        for copies in [1, 2, 5] {
+            let scene = glowing(copies);
+            let traceable = Traceable::new(&scene, Precision::Mixed);
+            let (mut found, mut passed) = (0, 0);
+            for i in 0..20_000 {
+                let vector = |k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
+                let ray = Ray::new(
+                    vector(1.1),
+                    (vector(2.3) * DVec3::new(2.0, 4.0, 0.0) + DVec3::new(0.5, 1.0, 5.0)).normalize(),
+                );
+                let may_be_met = traceable.emitters.may_be_met(&ray);
+                let is_light = traceable.nearest(&ray).is_some_and(|hit| traceable.emits(&hit));
+                assert!(may_be_met || !is_light, "{copies} {ray:?}");
+                found += u32::from(is_light);
+                passed += u32::from(!may_be_met);
+            }
+            assert!(found > 100 && passed > 1000, "{copies}: {found} {passed}");
+        }
+    }
+}
