@@ -103,13 +103,13 @@ impl Bvh {
         }
     }
 
-    /// Calls `visit` with each leaf that a ray may meet before `t_max`, about from near to far. `visit` gives the new limit,
-    /// or `None` to stop. `boxes` tests the children of a node: which may be met before a limit, as bits, and from which
-    /// distance on, not negative.
+    /// Calls `visit` with each leaf that a ray may meet before `t_max`: about from near to far or, where `ANY` hit will do, in
+    /// any order. `visit` gives the new limit, or `None` to stop. `boxes` tests the children of a node: which may be met
+    /// before a limit, as bits, and from which distance on, not negative.
     ///
     /// Wald, Benthin and Boulos, "Getting Rid of Packets", 2008.
     #[inline(always)]
-    pub fn traverse(
+    pub fn traverse<const ANY: bool>(
         &self,
         t_max: f64,
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
@@ -122,7 +122,7 @@ impl Bvh {
             if let Some(inner) = at.as_inner() {
                 let node = &self.nodes[inner];
                 let (hits, near) = boxes(node, limit);
-                if let Some(nearest) = descend(node, hits, &near, &mut stack) {
+                if let Some(nearest) = descend::<ANY>(node, hits, &near, &mut stack) {
                     at = nearest;
                     continue;
                 }
@@ -142,10 +142,21 @@ impl Bvh {
 /// as their bits are.
 type Stack = ArrayVec<u64, STACK>;
 
-/// The nearest of the children that are hit; the others wait.
+/// The nearest of the children that are hit or, where `ANY` hit will do, one of them; the others wait.
 #[inline(always)]
-fn descend(node: &Node, mut hits: u32, near: &[f32; WIDTH], stack: &mut Stack) -> Option<Child> {
+fn descend<const ANY: bool>(
+    node: &Node,
+    mut hits: u32,
+    near: &[f32; WIDTH],
+    stack: &mut Stack,
+) -> Option<Child> {
     let first = next_lane(&mut hits)?;
+    if ANY {
+        while let Some(lane) = next_lane(&mut hits) {
+            stack.push(u64::from(node.children[lane].0));
+        }
+        return Some(node.children[first]);
+    }
     // Mostly there are one or two, which need no sorting.
     let Some(second) = next_lane(&mut hits) else { return Some(node.children[first]) };
     let key = |lane: usize| u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane].0);

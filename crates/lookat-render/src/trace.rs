@@ -191,7 +191,7 @@ impl Traceable<'_> {
         const { assert!(N == 1 || !ANY) };
         let group = queries[0].group;
         let (mut found, mut leaves) = (false, 0);
-        group.bvh.traverse(farthest(hits), boxes, |leaf| {
+        group.bvh.traverse::<ANY>(farthest(hits), boxes, |leaf| {
             leaves += if matches!(leaf, Leaf::Other(_)) { OTHER } else { 1 };
             if N > 1 && leaves > MOST_LEAVES {
                 return None;

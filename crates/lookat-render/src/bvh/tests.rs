@@ -104,10 +104,10 @@ fn no_box_that_one_of_several_rays_meets_is_left_out() {
     assert!(met > 10_000 && extra < met / 2, "{met} {extra}");
 }
 
-fn leaves(bvh: &Bvh, ray: &Ray) -> Vec<Leaf> {
+fn leaves<const ANY: bool>(bvh: &Bvh, ray: &Ray) -> Vec<Leaf> {
     let slabs = Slabs::new(ray);
     let mut leaves = Vec::new();
-    bvh.traverse(
+    bvh.traverse::<ANY>(
         f64::INFINITY,
         |node, t_max| slabs.meet(node, t_max),
         |leaf| {
@@ -144,7 +144,12 @@ fn every_box_that_a_ray_meets_is_visited() {
     for (o, d) in [(DVec3::splat(-20.0), DVec3::ONE), (DVec3::new(3.0, 2.0, 30.0), DVec3::NEG_Z)] {
         let ray = Ray::new(o, d.normalize());
         let mut visited = vec![0; count];
-        for leaf in leaves(&tree.bvh, &ray) {
+        let found = leaves::<false>(&tree.bvh, &ray);
+        let mut unordered = leaves::<true>(&tree.bvh, &ray);
+        assert_eq!(unordered.len(), found.len());
+        unordered.retain(|leaf| !found.contains(leaf));
+        assert!(unordered.is_empty(), "{unordered:?}");
+        for leaf in found {
             match leaf {
                 Leaf::Other(number) => visited[number] += 1,
                 Leaf::Block(block) => {
@@ -170,7 +175,7 @@ fn elements_as_far_apart_as_f32_goes_are_in_their_boxes() {
         let tree = build(&mut references);
         for (number, place) in places.iter().enumerate() {
             let ray = Ray::new(*place + far * 0.005 - DVec3::Z * far * 0.1, DVec3::Z);
-            assert!(leaves(&tree.bvh, &ray).contains(&Leaf::Other(number)), "{far} {number}");
+            assert!(leaves::<false>(&tree.bvh, &ray).contains(&Leaf::Other(number)), "{far} {number}");
         }
     }
 }
@@ -183,7 +188,7 @@ fn elements_that_cannot_be_told_apart_make_a_shallow_tree() {
         let reference = |i| if i % 2 == 0 { Reference::other(same, i) } else { Reference::triangle(same, i) };
         let mut references: Vec<Reference> = (0..100_000).map(reference).collect();
         let tree = build(&mut references);
-        let seen: usize = leaves(&tree.bvh, &Ray::new(DVec3::splat(1.5), DVec3::X))
+        let seen: usize = leaves::<false>(&tree.bvh, &Ray::new(DVec3::splat(1.5), DVec3::X))
             .into_iter()
             .map(|leaf| if let Leaf::Block(block) = leaf { usize::from(tree.blocks[block]) } else { 1 })
             .sum();
