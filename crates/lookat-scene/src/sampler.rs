@@ -48,19 +48,28 @@ impl Sampler {
     }
 
     /// The same sampler with another number of samples, at least 1. The cells of a stratified one become the grid nearest
-    /// to a square that has as many.
+    /// to a square that has as many; where that is more than twice as wide as high, and jitters, a square that has more.
     pub fn with_samples(self, samples_per_pixel: u32) -> Sampler {
-        let across =
-            || (1..=samples_per_pixel.isqrt()).rev().find(|side| samples_per_pixel.is_multiple_of(*side));
         let kind = match self.kind {
             SamplerKind::Stratified { jitter, .. } => {
-                let across = across().unwrap_or(1);
-                SamplerKind::Stratified { cells: [samples_per_pixel / across, across], jitter }
+                SamplerKind::Stratified { cells: grid(samples_per_pixel, jitter), jitter }
             }
             other => other,
         };
         Sampler { kind, samples_per_pixel }
     }
+}
+
+/// Cells across and down for so many samples. Without jitter some may not be left out: it would always be the same.
+fn grid(samples: u32, jitter: bool) -> [u32; 2] {
+    let root = samples.isqrt();
+    let down = (1..=root).rev().find(|down| samples.is_multiple_of(*down)).unwrap_or(1);
+    let across = samples / down;
+    if across <= 2 * down || !jitter {
+        return [across, down];
+    }
+    let across = root + u32::from(root * root < samples);
+    [across, samples.div_ceil(across)]
 }
 
 pub(crate) const NAMES: &[&str] =
@@ -114,4 +123,33 @@ fn stratified(params: &mut Params) -> (SamplerKind, u32) {
 fn overridden(sampler: Sampler, overrides: &Overrides) -> Sampler {
     let samples = overrides.samples_per_pixel.or(overrides.quick.then_some(1));
     samples.map_or(sampler, |samples| sampler.with_samples(samples))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_are_near_squares() {
+        let cells = |samples, jitter| {
+            let sampler =
+                Sampler { kind: SamplerKind::Stratified { cells: [4, 4], jitter }, samples_per_pixel: 16 };
+            match sampler.with_samples(samples).kind {
+                SamplerKind::Stratified { cells, .. } => cells,
+                _ => [0, 0],
+            }
+        };
+        let expected = [(1, [1, 1]), (2, [2, 1]), (3, [2, 2]), (5, [3, 2]), (7, [3, 3]), (8, [4, 2])];
+        for (samples, grid) in expected.into_iter().chain([(13, [4, 4]), (14, [4, 4]), (15, [5, 3])]) {
+            assert_eq!(cells(samples, true), grid, "{samples}");
+        }
+        assert_eq!((cells(13, false), cells(12, false)), ([13, 1], [4, 3]));
+        for samples in (1..1000).chain([u32::MAX / 2, u32::MAX / 2 - 1]) {
+            let [across, down] = cells(samples, true);
+            assert!(
+                across * down >= samples && across <= 2 * down && across * down - samples <= across,
+                "{samples}"
+            );
+        }
+    }
 }
