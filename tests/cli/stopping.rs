@@ -72,7 +72,7 @@ fn pixels_at_the_cap_are_told_of() {
     // Replicates are of one size: 6 samples in each of 16.
     assert!(run.err.contains("are not after 96 samples: nothing is claimed of them"), "{}", run.err);
     assert!(
-        run.err.contains("are within 0.1 % of their brightness, each with 95 % confidence"),
+        run.err.contains("are taken to be within 0.1 % of their brightness, each with 95 % confidence"),
         "{}",
         run.err
     );

@@ -120,6 +120,9 @@ pub(crate) fn listed(names: &[impl AsRef<str>]) -> String {
 
 /// The words of the operating system without its number for them.
 fn plain(error: &io::Error) -> String {
+    if error.kind() == io::ErrorKind::NotFound {
+        return "there is no such file or folder".into();
+    }
     let text = error.to_string();
     text.split_once(" (os error").map_or(text.as_str(), |(words, _)| words).to_string()
 }

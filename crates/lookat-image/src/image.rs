@@ -296,7 +296,11 @@ mod tests {
             "unknown picture format `.gif`: lookat writes exr, png, pfm and tga",
         );
         check(&image, Path::new("x"), "unknown picture format `x`: lookat writes exr, png, pfm and tga");
-        check(&image, &directory.path().join("none/x.exr"), "cannot write @: No such file or directory");
+        check(
+            &image,
+            &directory.path().join("none/x.exr"),
+            "cannot write @: there is no such file or folder",
+        );
 
         // A directory in the way is found only when the finished file is to take its place.
         let occupied = directory.path().join("x.exr");
@@ -369,9 +373,9 @@ mod tests {
         let check = |path: &str, expected: &str| {
             assert_eq!(Image::read(Path::new(path)).unwrap_err().to_string(), expected);
         };
-        check("none.exr", "cannot read none.exr: No such file or directory");
-        check("none.png", "cannot read none.png: No such file or directory");
-        check("none", "cannot read none: No such file or directory");
+        check("none.exr", "cannot read none.exr: there is no such file or folder");
+        check("none.png", "cannot read none.png: there is no such file or folder");
+        check("none", "cannot read none: there is no such file or folder");
         let error = Image::read_layer(Path::new("none.png"), "albedo").unwrap_err();
         assert_eq!(error.to_string(), "cannot read none.png: only EXR files have layers");
     }

@@ -289,7 +289,7 @@ mod tests {
         let none = directory.path().join("none").join("figure.png");
         let error = write_panel(&pair, &options, &none).unwrap_err().to_string();
         assert!(
-            error.starts_with("cannot write ") && error.ends_with("No such file or directory"),
+            error.starts_with("cannot write ") && error.ends_with("there is no such file or folder"),
             "{error}"
         );
         assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 1);

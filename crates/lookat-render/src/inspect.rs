@@ -126,7 +126,7 @@ fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) 
     let one = |choice| if lights.len() < 2 { Choice::Nothing } else { Choice::One(lights.rule(choice)) };
     match *integrator {
         Integrator::Path { max_depth, light_choice, .. } => {
-            (one(light_choice), path::draws(max_depth, lights.len()), max_depth)
+            (one(light_choice), path::draws(max_depth, lights), max_depth)
         }
         Integrator::DirectLighting { all_lights, max_depth } => {
             let choice = match all_lights {
@@ -135,10 +135,11 @@ fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) 
             };
             // Only single directions are followed.
             let depth = if is_specular { max_depth.max(1) } else { 1 };
-            (choice, direct::draws(lights, all_lights, is_specular), depth)
+            (choice, direct::draws(lights, all_lights, depth, is_specular), depth)
         }
         Integrator::AmbientOcclusion { samples, .. } => {
-            (Choice::Unused, vec![Draw { of: "direction", numbers: samples.saturating_mul(2), from: 0 }], 1)
+            let directions = Draw { of: "direction", numbers: samples.saturating_mul(2), surfaces: 0..1 };
+            (Choice::Unused, vec![directions], 1)
         }
     }
 }

@@ -5,6 +5,8 @@ pub(crate) mod direct;
 pub(crate) mod path;
 mod weighed;
 
+use std::ops::Range;
+
 use glam::DVec3;
 
 use crate::bsdf::{Bsdf, Lobes};
@@ -129,12 +131,12 @@ pub(crate) enum Found {
 }
 
 /// Numbers that are taken at each surface, and for what.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Draw {
     /// What they choose.
     pub of: &'static str,
     /// How many, at most.
     pub numbers: u32,
-    /// The first surface where they are, counted from 0.
-    pub from: u32,
+    /// The surfaces where they are, counted from 0.
+    pub surfaces: Range<u32>,
 }

@@ -64,9 +64,12 @@ impl SampleStream {
         let index = self.index.checked_mul(count).and_then(|index| index.checked_add(k));
         let all = match self.pattern {
             // Only these have to know how many there are.
-            Pattern::Stratified { .. } | Pattern::Sequence { sequence: Sequence::Halton { .. }, .. } => {
-                self.count.checked_mul(count)
-            }
+            // Of cells there may be more than samples.
+            Pattern::Stratified { cells: [across, down], .. } => across
+                .checked_mul(down)
+                .and_then(|cells| cells.checked_mul(count))
+                .map(|_| self.count * count),
+            Pattern::Sequence { sequence: Sequence::Halton { .. }, .. } => self.count.checked_mul(count),
             Pattern::Random(_) | Pattern::Sequence { .. } => Some(self.count.saturating_mul(count)),
         };
         let (Some(index), Some(all)) = (index, all) else {
@@ -92,7 +95,15 @@ impl SampleStream {
         if count == 1 {
             return self.next_2d();
         }
-        let point = self.nested(count, k).next_2d();
+        let mut nested = self.nested(count, k);
+        let point = match nested.pattern {
+            // The others of the set would not be used.
+            Pattern::Sequence { sequence: Sequence::Halton { .. }, .. } => {
+                halton::pair(nested.dimension, nested.index, nested.count, nested.seed).map(DVec2::from)
+            }
+            _ => None,
+        };
+        let point = point.unwrap_or_else(|| nested.next_2d());
         if k + 1 == count {
             self.skip(2);
         }
@@ -293,6 +304,26 @@ mod tests {
                     let x = stream.next_1d();
                     assert!((0.0..1.0).contains(&x), "{kind:?}");
                     assert_eq!(x, again.next_1d());
+                }
+            }
+        }
+    }
+
+    /// To the bit, also beyond the points and dimensions that there are.
+    #[test]
+    fn numbers_are_the_same_with_any_instructions() {
+        for sequence in [Sequence::Sobol, Sequence::Halton { pixel_center: false }] {
+            for set in (0..20).chain([31, 32, 1000]) {
+                for (index, count) in
+                    [(0, 1), (77, 100), (65_535, 1 << 16), (1 << 16, 1 << 30), (1 << 31, u32::MAX)]
+                {
+                    let numbers = sequence.numbers(set, index, count, mix(set.into()));
+                    let portable = sequence.numbers_portable(set, index, count, mix(set.into()));
+                    assert_eq!(
+                        numbers.map(f64::to_bits),
+                        portable.map(f64::to_bits),
+                        "{sequence:?} {set} {index}"
+                    );
                 }
             }
         }

@@ -23,7 +23,7 @@ pub(crate) struct Surface<'s> {
     pub emitting: DVec3,
     /// What was hit.
     pub element: ElementId,
-    /// As in [`Hit::place`].
+    /// As in [`Hit::place`]; [`Hit::NO_PLACE`] of points that are sampled on lights, which no ray leaves.
     pub place: u32,
     /// As in [`Hit::barycentric`].
     pub barycentric: [f64; 2],

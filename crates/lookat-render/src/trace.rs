@@ -1,6 +1,8 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
 mod bundle;
+#[cfg(test)]
+mod tests;
 
 use std::array::from_fn;
 
@@ -75,7 +77,7 @@ impl Traceable<'_> {
         Query::new(&self.world, ray, ElementId::WORLD, is_shadow)
     }
 
-    /// Looks for hits that `hit` yields to. With `ANY` the first will do, if it is not the target of the ray.
+    /// Looks for hits that `hit` yields to. With `ANY` the first will do; the target of the ray is left out.
     fn search<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let (queries, hits) = (&[query], std::array::from_mut(hit));
         match self.precision {
@@ -294,8 +296,9 @@ impl Traceable<'_> {
     /// Puts `found` in the place of `hit`, if it is nearer.
     #[inline(always)]
     fn accept<const ANY: bool>(&self, query: Query, found: Hit, hit: &mut Hit) -> bool {
+        debug_assert!(!ANY || found.element != query.ray.target, "it was left out before");
         let counts = match ANY {
-            true => found.t <= hit.t && found.element != query.ray.target,
+            true => found.t <= hit.t,
             false => hit.yields_to(found.t, found.element),
         };
         let accepted = counts && self.is_there(&found, query.is_shadow);

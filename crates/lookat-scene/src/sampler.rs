@@ -48,7 +48,8 @@ impl Sampler {
     }
 
     /// The same sampler with another number of samples, at least 1. The cells of a stratified one become the grid nearest
-    /// to a square that has as many; where that is more than twice as wide as high, and jitters, a square that has more.
+    /// to a square that has as many; where that is more than twice as wide as high, and jitters, one nearer to a square that
+    /// has a few more.
     pub fn with_samples(self, samples_per_pixel: u32) -> Sampler {
         let kind = match self.kind {
             SamplerKind::Stratified { jitter, .. } => {

@@ -57,8 +57,7 @@ impl<'s> Found<'s> {
 
     /// Numbers that one camera sample draws, at most.
     fn most_numbers(&self) -> u64 {
-        let depth = self.inspection.depth;
-        let all = |draw: &Draw| u64::from(draw.numbers) * u64::from(depth.saturating_sub(draw.from));
+        let all = |draw: &Draw| u64::from(draw.numbers) * draw.surfaces.len() as u64;
         2 + u64::from(self.lens_numbers()) + self.inspection.draws.iter().map(all).sum::<u64>()
     }
 
@@ -102,7 +101,7 @@ impl<'s> Found<'s> {
                 "nodes": elements.nodes, "depth": elements.depth, "bytes": elements.bytes,
             })
         };
-        let draws = |draw: &Draw| json!({ "of": draw.of, "numbers": draw.numbers, "from": draw.from });
+        let draws = |draw: &Draw| json!({ "of": draw.of, "numbers": draw.numbers, "from": draw.surfaces.start, "to": draw.surfaces.end });
         let samples = scene.sampler.samples_per_pixel;
         json!({
             "film": {

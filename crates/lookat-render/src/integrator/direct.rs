@@ -62,8 +62,8 @@ pub(crate) fn li(
 /// How one light is chosen; as in pbrt-v3.
 const CHOICE: LightChoice = LightChoice::Uniform;
 
-/// What is drawn at each surface among these lights; `is_specular` where some material has single directions.
-pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> Vec<Draw> {
+/// What is drawn at each of `depth` surfaces among these lights; `is_specular` where some material has single directions.
+pub(crate) fn draws(table: &LightTable, all_lights: bool, depth: u32, is_specular: bool) -> Vec<Draw> {
     // A sky that is not sampled gives its samples to directions, so that the sum is the same for all surfaces.
     let eligible = table.eligible(None);
     let extended = (0..eligible).filter(|light| !table.is_delta(*light));
@@ -72,7 +72,8 @@ pub(crate) fn draws(table: &LightTable, all_lights: bool, is_specular: bool) -> 
         false => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };
     let mut draws = Vec::new();
-    let mut draw = |of, numbers| draws.extend((numbers > 0).then_some(Draw { of, numbers, from: 0 }));
+    let mut draw =
+        |of, numbers| draws.extend((numbers > 0).then_some(Draw { of, numbers, surfaces: 0..depth }));
     draw("light choice", u32::from(!all_lights && table.len() > 1));
     draw("lights", samples.saturating_mul(2));
     draw("direction", scattered.saturating_add(u32::from(is_specular)).saturating_mul(2));

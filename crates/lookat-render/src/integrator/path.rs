@@ -6,6 +6,7 @@ use lookat_scene::LightChoice;
 use super::weighed::{Direction, Emission, Samples, Vertex, found_light, one_light};
 use super::{Draw, FirstHit, MAX_PASSED, Tracer};
 use crate::bsdf::{Lobes, Part};
+use crate::light::LightTable;
 use crate::sampler::SampleStream;
 
 /// What the path integrator is set to.
@@ -24,16 +25,20 @@ fn has_roulette(max_depth: u32) -> bool {
     max_depth > FIRST_ROULETTE + 1
 }
 
-/// What is drawn at each surface with a material, among so many lights.
-pub(crate) fn draws(max_depth: u32, lights: usize) -> Vec<Draw> {
-    let draw = |of, numbers, from, needed: bool| needed.then_some(Draw { of, numbers, from });
-    let all = [
-        draw("light choice", 1, 0, lights > 1),
-        draw("light", 2, 0, lights > 0),
-        draw("direction", 2, 0, true),
-        draw("roulette", 1, FIRST_ROULETTE, has_roulette(max_depth)),
+/// What is drawn at each surface with a material, among these lights.
+pub(crate) fn draws(max_depth: u32, lights: &LightTable) -> Vec<Draw> {
+    let draw = |of, numbers, surfaces, needed: bool| needed.then_some(Draw { of, numbers, surfaces });
+    let all = 0..max_depth;
+    // Where no light is sampled, another direction takes its numbers.
+    let is_sampled = lights.has_extended() && !lights.leaves_all_to_directions(None);
+    let draws = [
+        draw("light choice", 1, all.clone(), lights.len() > 1),
+        draw("light", 2, all.clone(), is_sampled),
+        draw("direction", 2, all.clone(), !lights.has_extended() || is_sampled),
+        draw("directions", 4, all, lights.leaves_all_to_directions(None)),
+        draw("roulette", 1, FIRST_ROULETTE..max_depth.saturating_sub(1), has_roulette(max_depth)),
     ];
-    all.into_iter().flatten().collect()
+    draws.into_iter().flatten().collect()
 }
 
 /// The radiance along a camera ray.
@@ -127,7 +132,6 @@ mod tests {
     use super::*;
     use crate::Precision;
     use crate::camera::{CameraRay, CameraRays};
-    use crate::light::LightTable;
     use crate::prepare::Traceable;
     use crate::testing::scene;
 
@@ -136,8 +140,8 @@ mod tests {
     fn a_surface_takes_as_many_dimensions_as_it_is_said_to_draw() {
         let scene = scene(
             "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
-            LightSource \"point\" \"point from\" [.5 0 0] LightSource \"point\" \"point from\" [0 .5 0]
-            Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"sphere\" WorldEnd",
+            Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"sphere\" AreaLightSource \"diffuse\" Translate .5 0 .5
+            Shape \"sphere\" \"float radius\" .1 Translate -1 0 0 Shape \"sphere\" \"float radius\" .1 WorldEnd",
         );
         let traceable = Traceable::new(&scene, Precision::Mixed);
         let lights = LightTable::new(&scene, &traceable);
@@ -151,10 +155,14 @@ mod tests {
             let ray = camera_ray.ray();
             let first = FirstHit { camera_ray, ray, hit: tracer.nearest(&ray) };
             li(&mut tracer, &first, &mut stream, &settings);
-            let said: u32 = draws(max_depth, lights.len()).iter().map(|draw| draw.numbers).sum();
-            // At the last surface there is no roulette, and with point lights no direction either.
-            let unsaid = 2 + u32::from(has_roulette(max_depth));
-            assert_eq!(stream.dimension(), said * max_depth - unsaid);
+            let draws = draws(max_depth, &lights);
+            let at_each: u32 = draws.iter().map(|draw| draw.numbers).sum();
+            // Those of roulette are taken also where it is not played, but for the last surface.
+            let taken = at_each * max_depth - u32::from(has_roulette(max_depth));
+            assert_eq!(stream.dimension(), taken);
+            let drawn = |draw: &Draw| draw.numbers * draw.surfaces.len() as u32;
+            let skipped = if has_roulette(max_depth) { FIRST_ROULETTE } else { 0 };
+            assert_eq!(draws.iter().map(drawn).sum::<u32>(), taken - skipped);
         }
     }
 }

@@ -7,15 +7,27 @@ use super::LANES;
 #[inline(always)]
 pub(super) fn numbers(set: u32, index: u32, count: u32, seed: u64) -> Option<[f64; LANES]> {
     let bases = BASES.get(set as usize).filter(|_| index <= MOST)?;
-    let pixel = (seed >> 32) as u32 ^ (set * LANES as u32);
-    let mut seeds = [0; LANES];
-    for lane in 0..LANES {
-        seeds[lane] = mix(seed as u32 ^ mix(pixel ^ NUMBERS[lane]));
-    }
-    Some(scrambled_radical_inverses(bases, index, count, &seeds))
+    Some(scrambled_radical_inverses(bases, index, count, &seeds(set * LANES as u32, seed)))
 }
 
-/// Of the dimensions of a set.
+/// The same in two dimensions alone, from `dimension` on.
+pub(super) fn pair(dimension: u32, index: u32, count: u32, seed: u64) -> Option<[f64; 2]> {
+    let prime = |at: u32| Some(BASES.get(at as usize / LANES)?.prime[at as usize % LANES]);
+    let bases = Bases::new([prime(dimension)?, prime(dimension + 1)?]);
+    (index <= MOST).then(|| scrambled_radical_inverses(&bases, index, count, &seeds(dimension, seed)))
+}
+
+/// What chooses the scrambles of dimensions.
+#[inline(always)]
+fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {
+    let mut seeds = [0; N];
+    for lane in 0..N {
+        seeds[lane] = mix(seed as u32 ^ mix((seed >> 32) as u32 ^ (first + NUMBERS[lane])));
+    }
+    seeds
+}
+
+/// Of dimensions among their neighbours.
 const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// The radical inverses of `index` with their digits permuted after Owen: each by the digits before it. Digits beyond those
@@ -24,17 +36,23 @@ const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// The permutations are the affine maps modulo the base, a prime. Any two digits go to any two others with the same
 /// probability under them, which is all that the variance of Owen's scrambling depends on.
 #[inline(always)]
-fn scrambled_radical_inverses(bases: &Bases, index: u32, count: u32, seeds: &[u32; LANES]) -> [f64; LANES] {
+fn scrambled_radical_inverses<const N: usize>(
+    bases: &Bases<N>,
+    index: u32,
+    count: u32,
+    seeds: &[u32; N],
+) -> [f64; N] {
     // `rest` of the index is above the digits before, and `power` above all numbers with so many digits.
-    let (mut rest, mut power) = ([index; LANES], [1_u32; LANES]);
-    let (mut number, mut scale) = ([0.0; LANES], [1.0; LANES]);
+    let (mut rest, mut power) = ([index; N], [1_u32; N]);
+    let (mut number, mut scale) = ([0.0; N], [1.0; N]);
     // The least base needs the most digits. What the others have too many is random, as it should be.
     let mut least = 1;
     while least < u64::from(count) {
-        let mut digit = [0; LANES];
-        for lane in 0..LANES {
+        let mut digit = [0; N];
+        for lane in 0..N {
             let prime = bases.prime[lane];
-            // The digits before, with a leading one: no two that differ have the same, whatever their lengths.
+            // The digits before, with a leading one: no two that differ have the same, whatever their lengths. It may
+            // overflow only below the digits that are needed.
             let before = power[lane].wrapping_add(index).wrapping_sub(rest[lane].wrapping_mul(power[lane]));
             let random = mix(seeds[lane] ^ before);
             let factor = 1 + high(random.wrapping_mul(0x9e37_79b1), prime - 1);
@@ -44,17 +62,17 @@ fn scrambled_radical_inverses(bases: &Bases, index: u32, count: u32, seeds: &[u3
             rest[lane] = above;
             power[lane] = power[lane].wrapping_mul(prime);
         }
-        for lane in 0..LANES {
+        for lane in 0..N {
             scale[lane] *= bases.inverse[lane];
             number[lane] += f64::from(digit[lane] as i32) * scale[lane];
         }
         least *= bases.least;
     }
-    let mut beyond = [0; LANES];
-    for lane in 0..LANES {
+    let mut beyond = [0; N];
+    for lane in 0..N {
         beyond[lane] = mix(seeds[lane] ^ power[lane].wrapping_add(index)) >> 1;
     }
-    for lane in 0..LANES {
+    for lane in 0..N {
         let beyond = f64::from(beyond[lane] as i32) * (1.0 / f64::from(1_u32 << 31));
         number[lane] = (number[lane] + beyond * scale[lane]).min(BELOW_ONE);
     }
@@ -80,31 +98,32 @@ fn mix(mut x: u32) -> u32 {
     x ^ x >> 16
 }
 
-/// Bases of a set of dimensions.
+/// Bases of some dimensions.
 #[derive(Debug, Clone, Copy)]
-struct Bases {
-    prime: [u32; LANES],
-    inverse: [f64; LANES],
+struct Bases<const N: usize> {
+    prime: [u32; N],
+    inverse: [f64; N],
     /// A power of two from 2^32 on over each prime, rounded up, and the exponent beyond 32.
-    reciprocal: [u32; LANES],
-    exponent: [u32; LANES],
+    reciprocal: [u32; N],
+    exponent: [u32; N],
     least: u64,
 }
 
 /// The highest index that [`Bases::quotient`] divides.
 const MOST: u32 = (1 << 31) - 1;
 
-impl Bases {
-    const fn new(primes: [u32; LANES]) -> Self {
+impl<const N: usize> Bases<N> {
+    const fn new(primes: [u32; N]) -> Self {
         let mut bases = Bases {
             prime: primes,
-            inverse: [0.0; LANES],
-            reciprocal: [0; LANES],
-            exponent: [0; LANES],
+            inverse: [0.0; N],
+            reciprocal: [0; N],
+            exponent: [0; N],
+            // They are in order.
             least: primes[0] as u64,
         };
         let mut lane = 0;
-        while lane < LANES {
+        while lane < N {
             let prime = primes[lane];
             bases.inverse[lane] = 1.0 / prime as f64;
             bases.exponent[lane] = (prime - 1).ilog2();
@@ -123,9 +142,9 @@ impl Bases {
 }
 
 /// The bases of the Halton sequence, set by set.
-static BASES: [Bases; 16] = bases();
+static BASES: [Bases<LANES>; 16] = bases();
 
-const fn bases() -> [Bases; 16] {
+const fn bases() -> [Bases<LANES>; 16] {
     let mut primes = [2; 16 * LANES];
     let (mut found, mut candidate) = (1, 3);
     while found < primes.len() {
@@ -197,6 +216,22 @@ mod tests {
             }
         }
         assert!(numbers(BASES.len() as u32, 0, 1, 0).is_none() && numbers(0, MOST + 1, 1, 0).is_none());
+        assert!(pair(127, 0, 1, 0).is_none() && pair(0, MOST + 1, 1, 0).is_none());
+    }
+
+    /// Pairs have the bases and scrambles of their dimensions: they differ only in digits beyond those that are needed.
+    #[test]
+    fn pairs_are_those_of_sets() {
+        for dimension in [0, 3, 7, 8, 126] {
+            for index in 0..100 {
+                let of_set = |at: u32| numbers(at / 8, index, 100, 5).unwrap()[at as usize % LANES];
+                let prime = f64::from(BASES[dimension as usize / LANES].prime[dimension as usize % LANES]);
+                let [first, second] = pair(dimension, index, 100, 5).unwrap();
+                let digits = 100_f64.log(prime).ceil();
+                assert!((first - of_set(dimension)).abs() < prime.powf(-digits), "{dimension} {index}");
+                assert!((second - of_set(dimension + 1)).abs() < 0.01, "{dimension} {index}");
+            }
+        }
     }
 
     /// The permutations of the first digits, and of second digits after different first ones, have nothing in common.

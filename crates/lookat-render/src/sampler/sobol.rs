@@ -67,8 +67,8 @@ mod tests {
     fn numbers_are_those_of_the_library() {
         for seed in 0..20 {
             let own = mix(seed) as u32;
-            for set in [0, 1, 7, SETS - 1] {
-                for index in [0, 1, 2, 3, 77, 4096, 40_001, 65_535] {
+            for set in 0..SETS {
+                for index in (0..64).chain([77, 4096, 40_001, 65_535]) {
                     let found = numbers(set, index, seed);
                     let library: Vec<f64> = (0..LANES as u32)
                         .map(|lane| sobol_burley::sample(index, set * LANES as u32 + lane, own).into())
@@ -76,6 +76,14 @@ mod tests {
                     assert_eq!(found.to_vec(), library, "{seed} {set} {index}");
                 }
             }
+        }
+        // Beyond, they are those of another scramble.
+        for (set, index) in [(SETS + 3, 5), (3, (1 << 16) + 5)] {
+            let (round, beyond) = (u64::from(index >> 16), u64::from(set / SETS));
+            let own = mix(7 ^ (round << 32 | beyond)) as u32;
+            let library: Vec<f64> =
+                (0..8).map(|lane| sobol_burley::sample(5, 3 * 8 + lane, own).into()).collect();
+            assert_eq!(numbers(set, index, 7).to_vec(), library);
         }
     }
 }

@@ -71,7 +71,11 @@ pub fn results(header: &Header, reference: &Reference, results: &Results) -> Str
 fn of_reference(reference: &Reference) -> String {
     let origin = match &reference.origin {
         Origin::Rendered { samples, seconds, .. } => {
-            format!("{samples} samples per pixel by sobol, {} s", significant(*seconds, 2))
+            let each = samples / 16;
+            format!(
+                "{samples} samples per pixel by sobol, as 16 pictures of {each}, {} s",
+                significant(*seconds, 2)
+            )
         }
         Origin::File { path, rounded } => {
             let rounding = if *rounded { ", 8 or 16 bits a channel: rounded, and cut at white" } else { "" };

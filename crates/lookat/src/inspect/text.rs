@@ -53,18 +53,22 @@ impl Found<'_> {
     }
 
     fn integrator(&self) -> String {
-        let depth = self.inspection.depth;
-        let surfaces = if depth == 1 { "surface" } else { "surfaces" };
-        format!("{}, over at most {depth} {surfaces}", integrator_name(self.scene))
+        let surfaces = match self.inspection.depth {
+            0 => "light that is seen itself, and no other".into(),
+            1 => "over at most 1 surface".into(),
+            depth => format!("over at most {depth} surfaces"),
+        };
+        format!("{}, {surfaces}", integrator_name(self.scene))
     }
 
     fn numbers(&self) -> String {
         let lens = if self.inspection.has_lens { ", lens 2" } else { "" };
-        let drawn = |draw: &Draw| match draw.from {
+        let drawn = |draw: &Draw| match draw.surfaces.start {
             0 => format!("{} {}", draw.of, thousands(draw.numbers.into())),
             from => format!("{} {} from surface {} on", draw.of, draw.numbers, from + 1),
         };
-        let at_surface: Vec<String> = self.inspection.draws.iter().map(drawn).collect();
+        let draws = self.inspection.draws.iter().filter(|draw| !draw.surfaces.is_empty());
+        let at_surface: Vec<String> = draws.map(drawn).collect();
         let at_surface = match at_surface[..] {
             [] => String::new(),
             _ => format!("; at each surface {}", listed(&at_surface)),

@@ -151,7 +151,7 @@ impl JsonTarget {
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
-            "{} are within {error} % of their brightness, each with {confidence} % confidence",
+            "{} are taken to be within {error} % of their brightness, each with {confidence} % confidence",
             pixels(self.within)
         ));
         if self.at_cap > 0 {
