@@ -1,9 +1,8 @@
 //! Where samples lie: for each pixel and sample a stream of numbers from 0 to 1, that depends on nothing else.
 
 mod halton;
+mod sequence;
 mod sobol;
-
-use std::array::from_fn;
 
 use glam::DVec2;
 use lookat_scene::{Sampler, SamplerKind};
@@ -11,10 +10,7 @@ use rand::Rng;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use crate::arithmetic::{Simd, SimdKind};
-
-/// So many dimensions, a set, are computed at once.
-const LANES: usize = 8;
+use sequence::{LANES, Sequence};
 
 /// Numbers for one camera sample. Each call takes the next dimensions of the pattern.
 #[derive(Debug, Clone)]
@@ -33,12 +29,6 @@ enum Pattern {
     Random(Pcg64Mcg),
     Stratified { cells: [u32; 2], jitter: bool },
     Sequence { sequence: Sequence, set: u32, numbers: [f64; LANES] },
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sequence {
-    Halton { pixel_center: bool },
-    Sobol,
 }
 
 /// No set of dimensions.
@@ -189,40 +179,6 @@ impl Pattern {
     }
 }
 
-impl Sequence {
-    /// The numbers of a set of dimensions.
-    fn numbers(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
-        match Simd::detect().kind() {
-            SimdKind::Portable => self.numbers_portable(set, index, count, seed),
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `Simd` says what the processor has.
-            #[allow(unsafe_code)]
-            SimdKind::Avx2 | SimdKind::Avx512 => unsafe { self.numbers_avx2(set, index, count, seed) },
-        }
-    }
-
-    /// The same numbers, in fewer instructions.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn numbers_avx2(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
-        self.numbers_portable(set, index, count, seed)
-    }
-
-    #[inline(always)]
-    fn numbers_portable(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
-        match self {
-            Sequence::Sobol => sobol::numbers(set, index, seed),
-            Sequence::Halton { .. } => halton::numbers(set, index, count, seed).unwrap_or_else(|| {
-                // Beyond the sequence they are random.
-                from_fn(|lane| {
-                    let hash = hash(seed, set * LANES as u32 + lane as u32);
-                    unit(mix(hash ^ u64::from(index) << 32))
-                })
-            }),
-        }
-    }
-}
-
 /// The seed of the `i`-th of several patterns that have nothing in common.
 pub(crate) fn replicate_seed(seed: u64, i: u32) -> u64 {
     mix(mix(seed).wrapping_add(u64::from(i)))
@@ -304,26 +260,6 @@ mod tests {
                     let x = stream.next_1d();
                     assert!((0.0..1.0).contains(&x), "{kind:?}");
                     assert_eq!(x, again.next_1d());
-                }
-            }
-        }
-    }
-
-    /// To the bit, also beyond the points and dimensions that there are.
-    #[test]
-    fn numbers_are_the_same_with_any_instructions() {
-        for sequence in [Sequence::Sobol, Sequence::Halton { pixel_center: false }] {
-            for set in (0..20).chain([31, 32, 1000]) {
-                for (index, count) in
-                    [(0, 1), (77, 100), (65_535, 1 << 16), (1 << 16, 1 << 30), (1 << 31, u32::MAX)]
-                {
-                    let numbers = sequence.numbers(set, index, count, mix(set.into()));
-                    let portable = sequence.numbers_portable(set, index, count, mix(set.into()));
-                    assert_eq!(
-                        numbers.map(f64::to_bits),
-                        portable.map(f64::to_bits),
-                        "{sequence:?} {set} {index}"
-                    );
                 }
             }
         }

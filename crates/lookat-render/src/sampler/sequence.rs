@@ -1,0 +1,75 @@
+//! Low-discrepancy sequences: the numbers of several dimensions at once.
+
+use std::array::from_fn;
+
+use super::{halton, hash, mix, sobol, unit};
+use crate::arithmetic::{Simd, SimdKind};
+
+/// So many dimensions, a set, are computed at once.
+pub(super) const LANES: usize = 8;
+
+/// Which sequence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sequence {
+    Halton { pixel_center: bool },
+    Sobol,
+}
+
+impl Sequence {
+    /// The numbers of a set of dimensions.
+    pub fn numbers(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+        match Simd::detect().kind() {
+            SimdKind::Portable => self.numbers_portable(set, index, count, seed),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `Simd` says what the processor has.
+            #[allow(unsafe_code)]
+            SimdKind::Avx2 | SimdKind::Avx512 => unsafe { self.numbers_avx2(set, index, count, seed) },
+        }
+    }
+
+    /// The same numbers, in fewer instructions.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn numbers_avx2(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+        self.numbers_portable(set, index, count, seed)
+    }
+
+    #[inline(always)]
+    fn numbers_portable(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+        match self {
+            Sequence::Sobol => sobol::numbers(set, index, seed),
+            Sequence::Halton { .. } => halton::numbers(set, index, count, seed).unwrap_or_else(|| {
+                // Beyond the sequence they are random.
+                from_fn(|lane| {
+                    let hash = hash(seed, set * LANES as u32 + lane as u32);
+                    unit(mix(hash ^ u64::from(index) << 32))
+                })
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// To the bit, also beyond the points and dimensions that there are.
+    #[test]
+    fn numbers_are_the_same_with_any_instructions() {
+        for sequence in [Sequence::Sobol, Sequence::Halton { pixel_center: false }] {
+            for set in (0..20).chain([31, 32, 1000]) {
+                for (index, count) in
+                    [(0, 1), (77, 100), (65_535, 1 << 16), (1 << 16, 1 << 30), (1 << 31, u32::MAX)]
+                {
+                    let numbers = sequence.numbers(set, index, count, mix(set.into()));
+                    let portable = sequence.numbers_portable(set, index, count, mix(set.into()));
+                    assert_eq!(
+                        numbers.map(f64::to_bits),
+                        portable.map(f64::to_bits),
+                        "{sequence:?} {set} {index}"
+                    );
+                }
+            }
+        }
+    }
+}
