@@ -44,9 +44,14 @@ fn print(text: &str) -> Result<(), String> {
 /// What is measured, and where.
 fn head(machine: &Machine, rounds: u16) -> String {
     let Machine { processor, threads, simd } = machine;
-    let rounds = if rounds == 1 { "one round".into() } else { format!("medians of {rounds} rounds") };
+    let rounds = match rounds {
+        1 => "one round".into(),
+        _ => format!(
+            "medians of {rounds} rounds; in brackets half the way from the least to the most, in percent"
+        ),
+    };
     format!(
-        "lookat {}, {processor}, threads: {threads}, SIMD: {simd}\n{rounds}; in brackets half the way from the least to the most, in percent\n\n",
+        "lookat {}, {processor}, threads: {threads}, SIMD: {simd}\n{rounds}\n\n",
         env!("CARGO_PKG_VERSION")
     )
 }
