@@ -1,11 +1,11 @@
 //! Where a ray may find what glows.
 
 use crate::bounds::Bounds;
-use crate::bvh::may_meet;
+use crate::bvh::within_box;
 use crate::ray::Ray;
 
 /// Boxes around all shapes that emit light.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Emitters(Vec<Bounds>);
 
 /// With more boxes than that, looking at each costs about as much as tracing the ray.
@@ -29,7 +29,10 @@ impl Emitters {
     #[inline]
     pub fn may_be_met(&self, ray: &Ray) -> bool {
         let inverse = ray.d.recip();
-        self.0.iter().any(|bounds| may_meet(ray.o, inverse, bounds))
+        self.0.iter().any(|bounds| {
+            let (low, high) = bounds.corners();
+            within_box(ray.o, inverse, low, high, 0.0).is_some()
+        })
     }
 }
 

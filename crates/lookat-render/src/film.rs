@@ -21,7 +21,7 @@ pub(crate) struct Pixel {
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
 /// with 4 and 8 they do not.
-pub(crate) const REPLICATES: u32 = 16;
+pub const REPLICATES: u32 = 16;
 
 impl Pixel {
     /// Samples.

@@ -69,17 +69,19 @@ impl<'s> Traceable<'s> {
         let mut world = builder.elements(&scene.primitives, eye);
         // Each object is prepared once, in its own space, however many copies there are.
         let mut objects: Vec<Group> = Vec::new();
-        let mut known: HashMap<*const Object, usize> = HashMap::new();
+        let mut known: HashMap<*const Object, (usize, bool)> = HashMap::new();
         let mut instances = Vec::new();
         for instance in &scene.instances {
-            let object = *known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| {
-                objects.push(builder.elements(&instance.object.primitives, DVec3::ZERO).group());
-                objects.len() - 1
+            let (object, glows) = *known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| {
+                let elements = builder.elements(&instance.object.primitives, DVec3::ZERO);
+                let glows = !elements.emitters.is_empty();
+                objects.push(elements.group());
+                (objects.len() - 1, glows)
             });
             let placed = PlacedInstance::new(object, &instance.world_from_object, eye);
             let bounds = placed.bounds(objects[object].bvh.bounds());
             world.push(bounds, Other::Instance { instance: instances.len() as u32 });
-            if instance.object.primitives.iter().any(|primitive| primitive.emission.is_some()) {
+            if glows {
                 world.emitters.push(bounds);
             }
             instances.push(placed);

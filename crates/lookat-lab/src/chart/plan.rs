@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::time::Instant;
 
 use lookat_image::means;
+use lookat_render::REPLICATES;
 
 use super::budget::LATE;
 use super::method::Method;
@@ -15,9 +16,9 @@ pub const FEWEST_RUNGS: u32 = 3;
 pub const MOST_RUNGS: u32 = 17;
 /// A point takes as many pictures.
 pub const FEWEST_SEEDS: u32 = 8;
-/// Samples of a reference that is rendered, for each of the highest rung. In its 16 replicates each has as many as that
+/// Samples of a reference that is rendered, for each of the highest rung. In its replicates each has as many as that
 /// rung, so whatever the slope is, the reference has a 16th of the variance that the same sampler has there.
-const REFERENCE_FACTOR: u32 = 16;
+const REFERENCE_FACTOR: u32 = REPLICATES;
 /// Samples per pixel that a method goes up to.
 const MOST_SAMPLES: u32 = 1 << (MOST_RUNGS - 1);
 

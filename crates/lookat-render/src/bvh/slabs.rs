@@ -6,7 +6,7 @@ pub(crate) mod avx2;
 use glam::{BVec3A, DVec3, Vec3A};
 
 use super::{Node, WIDTH};
-use crate::bounds::{Bounds, round_down};
+use crate::bounds::round_down;
 use crate::ray::Ray;
 
 /// What the test in `f32` needs of a ray.
@@ -121,15 +121,6 @@ pub(crate) fn within_box(o: DVec3, inverse: DVec3, low: DVec3, high: DVec3, t: f
     let planes = [[low.x, high.x], [low.y, high.y], [low.z, high.z]];
     let (near, far) = slabs(o.to_array(), inverse.to_array(), planes, f64::INFINITY);
     (near <= far).then(|| t.clamp(near, far))
-}
-
-/// Whether a ray may meet what is in a box; `inverse` is one over its direction.
-#[inline]
-pub(crate) fn may_meet(o: DVec3, inverse: DVec3, bounds: &Bounds) -> bool {
-    let (low, high) = bounds.corners();
-    let planes = [[low.x, high.x], [low.y, high.y], [low.z, high.z]];
-    let (near, far) = slabs(o.to_array(), inverse.to_array(), planes, f64::INFINITY);
-    near <= far
 }
 
 /// Where a ray enters and leaves a box.

@@ -1,5 +1,7 @@
 //! Path tracing (PBR 14.5).
 
+use std::ops::Range;
+
 use glam::Vec3;
 use lookat_scene::LightChoice;
 
@@ -20,9 +22,9 @@ pub(crate) struct Settings {
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;
 
-/// Whether Russian roulette is played at any surface: not at the last, where all that is left is to look for light.
-fn has_roulette(max_depth: u32) -> bool {
-    max_depth > FIRST_ROULETTE + 1
+/// The surfaces at which Russian roulette may be played: not the last, where all that is left is to look for light.
+fn roulette(max_depth: u32) -> Range<u32> {
+    FIRST_ROULETTE..max_depth.saturating_sub(1)
 }
 
 /// What is drawn at each surface with a material, among these lights.
@@ -36,7 +38,7 @@ pub(crate) fn draws(max_depth: u32, lights: &LightTable) -> Vec<Draw> {
         draw("light", 2, all.clone(), is_sampled),
         draw("direction", 2, all.clone(), !lights.has_extended() || is_sampled),
         draw("directions", 4, all, lights.leaves_all_to_directions(None)),
-        draw("roulette", 1, FIRST_ROULETTE..max_depth.saturating_sub(1), has_roulette(max_depth)),
+        draw("roulette", 1, roulette(max_depth), !roulette(max_depth).is_empty()),
     ];
     draws.into_iter().flatten().collect()
 }
@@ -56,7 +58,7 @@ pub(crate) fn li(
     // What refraction has done to beta: roulette is to count light, not its density.
     let mut compression = 1.0;
     let mut emission = Emission::Full;
-    let has_roulette = has_roulette(settings.max_depth);
+    let has_roulette = !roulette(settings.max_depth).is_empty();
     let (mut ray, mut found) = (first.ray, first.hit);
     let mut seen_by = Some(&first.camera_ray);
     let mut lobes = Lobes::default();
@@ -158,10 +160,11 @@ mod tests {
             let draws = draws(max_depth, &lights);
             let at_each: u32 = draws.iter().map(|draw| draw.numbers).sum();
             // Those of roulette are taken also where it is not played, but for the last surface.
-            let taken = at_each * max_depth - u32::from(has_roulette(max_depth));
+            let has_roulette = !roulette(max_depth).is_empty();
+            let taken = at_each * max_depth - u32::from(has_roulette);
             assert_eq!(stream.dimension(), taken);
             let drawn = |draw: &Draw| draw.numbers * draw.surfaces.len() as u32;
-            let skipped = if has_roulette(max_depth) { FIRST_ROULETTE } else { 0 };
+            let skipped = if has_roulette { FIRST_ROULETTE } else { 0 };
             assert_eq!(draws.iter().map(drawn).sum::<u32>(), taken - skipped);
         }
     }

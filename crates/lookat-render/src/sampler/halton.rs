@@ -27,7 +27,7 @@ fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {
     seeds
 }
 
-/// Of dimensions among their neighbours.
+/// Of dimensions among their neighbours: a table, since all are taken by one instruction.
 const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// The radical inverses of `index` with their digits permuted after Owen: each by the digits before it. Digits beyond those

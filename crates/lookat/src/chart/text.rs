@@ -6,6 +6,7 @@ use lookat_lab::chart::{
     Comparison, Curve, End, Estimate, Header, Marker, Method, Origin, Plan, Point, Reference, Results,
 };
 use lookat_lab::plot::{plain, significant};
+use lookat_render::REPLICATES;
 
 /// The line above the chart.
 pub fn title(header: &Header) -> String {
@@ -71,9 +72,9 @@ pub fn results(header: &Header, reference: &Reference, results: &Results) -> Str
 fn of_reference(reference: &Reference) -> String {
     let origin = match &reference.origin {
         Origin::Rendered { samples, seconds, .. } => {
-            let each = samples / 16;
+            let each = samples / REPLICATES;
             format!(
-                "{samples} samples per pixel by sobol, as 16 pictures of {each}, {} s",
+                "{samples} samples per pixel by sobol, as {REPLICATES} pictures of {each}, {} s",
                 significant(*seconds, 2)
             )
         }
