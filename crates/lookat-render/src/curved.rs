@@ -186,13 +186,15 @@ impl Curved {
         area * self.world_from_own.determinant().abs() * (self.own_from_world.transpose() * normal).length()
     }
 
-    /// The area in the world, about: a mean over a grid.
-    pub fn area(&self) -> f64 {
+    /// A grid over the shape: of each cell a point, the normal there, as [`Curved::project`] has it, and the area, about.
+    pub fn cells(&self) -> impl Iterator<Item = (DVec3, DVec3, f64)> {
         const SIDE: u32 = 16;
         let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
-        let cell = |i: u32| DVec2::new(middle(i % SIDE), middle(i / SIDE));
-        let sum: f64 = (0..SIDE * SIDE).map(|i| self.own_stretch(self.sample(cell(i)))).sum();
-        sum / f64::from(SIDE * SIDE)
+        (0..SIDE * SIDE).map(move |i| {
+            let own = self.sample(DVec2::new(middle(i % SIDE), middle(i / SIDE)));
+            let (p, n) = self.placed(own);
+            (p, n, self.own_stretch(own) / f64::from(SIDE * SIDE))
+        })
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lookat_scene::{Integrator, LightChoice, Material, Scene};
+use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, Scene};
 
 use crate::arithmetic::{Precision, Simd};
 use crate::bsdf::{lambert, most_lobes};
@@ -128,14 +128,14 @@ fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) 
         Integrator::Path { max_depth, light_choice, .. } => {
             (one(light_choice), path::draws(max_depth, lights), max_depth)
         }
-        Integrator::DirectLighting { all_lights, max_depth } => {
-            let choice = match all_lights {
-                true if lights.len() > 1 => Choice::All,
+        Integrator::DirectLighting { strategy, max_depth } => {
+            let choice = match strategy {
+                DirectStrategy::All | DirectStrategy::Once if lights.len() > 1 => Choice::All,
                 _ => one(LightChoice::Uniform),
             };
             // Only single directions are followed.
             let depth = if is_specular { max_depth.max(1) } else { 1 };
-            (choice, direct::draws(lights, all_lights, depth, is_specular), depth)
+            (choice, direct::draws(lights, strategy, depth, is_specular), depth)
         }
         Integrator::AmbientOcclusion { samples, .. } => {
             let directions = Draw { of: "direction", numbers: samples.saturating_mul(2), surfaces: 0..1 };

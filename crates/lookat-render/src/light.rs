@@ -2,17 +2,19 @@
 
 mod choice;
 mod environment;
+mod facing;
 mod goniometric;
 mod lune;
 mod mesh;
 mod projection;
+mod receiver;
 mod sphere;
 mod surface;
 
 use std::rc::Rc;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
-use lookat_scene::{Light, Scene};
+use lookat_scene::{DirectStrategy, Integrator, Light, Scene};
 
 use crate::bsdf::Bsdf;
 use crate::prepare::Traceable;
@@ -22,6 +24,7 @@ use environment::{Environment, EnvironmentSample};
 use goniometric::Goniometric;
 pub(crate) use lune::Lune;
 use projection::Projection;
+pub(crate) use receiver::Receiver;
 use surface::{SurfaceForm, SurfaceLight};
 
 /// All lights of a scene.
@@ -38,6 +41,8 @@ pub(crate) struct LightTable<'s> {
     /// The light that a primitive is, or none.
     of_primitive: Vec<Option<usize>>,
     has_surfaces: bool,
+    /// Whether each is sampled once, however often it asks to be.
+    is_each_once: bool,
     /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
     /// World position of the origin.
@@ -83,6 +88,20 @@ pub(crate) struct LightSample {
     pub shadow: Ray,
 }
 
+fn is_each_once(integrator: &Integrator) -> bool {
+    matches!(integrator, Integrator::DirectLighting { strategy: DirectStrategy::Once, .. })
+}
+
+/// A light that is a point, as it is seen from somewhere.
+struct PointLight {
+    position: DVec3,
+    /// The direction to it.
+    wi: DVec3,
+    squared_distance: f64,
+    /// That towards the place from where it is seen, not 0.
+    intensity: Vec3,
+}
+
 impl<'s> LightTable<'s> {
     /// The lights of a scene, in the coordinates of its traceable form.
     pub fn new(scene: &'s Scene, traceable: &Traceable) -> Self {
@@ -111,6 +130,7 @@ impl<'s> LightTable<'s> {
             lights,
             first_sky,
             uneven,
+            is_each_once: is_each_once(&scene.integrator),
             has_surfaces: of_primitive.iter().any(Option::is_some),
             of_primitive,
             background,
@@ -138,9 +158,10 @@ impl<'s> LightTable<'s> {
         })
     }
 
-    /// How many samples of direct light are asked for of a light.
+    /// How many samples of direct light there are of a light, where all are sampled.
     pub fn samples(&self, light: usize) -> u32 {
         match &self.lights[light] {
+            _ if self.is_each_once => 1,
             SceneLight::Infinite { samples, .. } => *samples,
             SceneLight::Environment(environment) => environment.samples,
             SceneLight::Surface(surface) => surface.samples,
@@ -186,22 +207,6 @@ impl<'s> LightTable<'s> {
     /// A direction towards a light, for a surface with that [`Lune`].
     pub fn sample(&self, light: usize, from: &Surface, lune: Option<&Lune>, u: DVec2) -> Option<LightSample> {
         match &self.lights[light] {
-            SceneLight::Point { position, intensity } => {
-                let (li, shadow) = towards(from, *position, *intensity)?;
-                Some(LightSample { li, pdf: None, shadow })
-            }
-            SceneLight::Spot {
-                position,
-                light_from_world,
-                intensity,
-                cos_total_width,
-                cos_falloff_start,
-            } => {
-                let (li, shadow) = towards(from, *position, *intensity)?;
-                let axis = (*light_from_world * -shadow.d).normalize_or_zero();
-                let falloff = falloff(axis.z, *cos_total_width, *cos_falloff_start);
-                (falloff > 0.0).then_some(LightSample { li: li * falloff as f32, pdf: None, shadow })
-            }
             SceneLight::Distant { direction, radiance } => {
                 Some(LightSample { li: *radiance, pdf: None, shadow: from.leave(*direction) })
             }
@@ -214,16 +219,13 @@ impl<'s> LightTable<'s> {
                 let EnvironmentSample { wi, radiance, pdf } = environment.sample(lune, u)?;
                 Some(LightSample { li: radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
-            SceneLight::Goniometric(light) => {
-                let (li, shadow) = towards(from, light.position, light.intensity)?;
-                Some(LightSample { li: li * light.factor(-shadow.d), pdf: None, shadow })
-            }
-            SceneLight::Projection(light) => {
-                let (li, shadow) = towards(from, light.position, light.intensity)?;
-                let factor = light.factor(-shadow.d)?;
-                Some(LightSample { li: li * factor, pdf: None, shadow })
-            }
             SceneLight::Surface(surface) => surface.sample(self.eye, from, u),
+            at_point => {
+                let PointLight { position, wi, squared_distance, intensity } = at_point.seen_from(from.p)?;
+                let t_max = reach(from, squared_distance.sqrt(), position.abs().max_element());
+                let shadow = Ray { t_max, ..from.leave(wi) };
+                Some(LightSample { li: intensity / squared_distance as f32, pdf: None, shadow })
+            }
         }
     }
 
@@ -278,6 +280,30 @@ impl<'s> SceneLight<'s> {
         matches!(self, SceneLight::Infinite { .. } | SceneLight::Environment(_))
     }
 
+    /// A light that is a point, as it is seen from `p`. `None` where it shines elsewhere.
+    fn seen_from(&self, p: DVec3) -> Option<PointLight> {
+        let position = match self {
+            SceneLight::Point { position, .. } | SceneLight::Spot { position, .. } => *position,
+            SceneLight::Goniometric(light) => light.position,
+            SceneLight::Projection(light) => light.position,
+            _ => return None,
+        };
+        let to_light = position - p;
+        let squared_distance = to_light.length_squared();
+        let wi = to_light.try_normalize()?;
+        let intensity = match self {
+            SceneLight::Point { intensity, .. } => *intensity,
+            SceneLight::Spot { light_from_world, intensity, cos_total_width, cos_falloff_start, .. } => {
+                let axis = (*light_from_world * -wi).normalize_or_zero();
+                *intensity * falloff(axis.z, *cos_total_width, *cos_falloff_start) as f32
+            }
+            SceneLight::Goniometric(light) => light.intensity * light.factor(-wi),
+            SceneLight::Projection(light) => light.intensity * light.factor(-wi)?,
+            _ => return None,
+        };
+        (intensity != Vec3::ZERO).then_some(PointLight { position, wi, squared_distance, intensity })
+    }
+
     /// Whether it is a sky that is everywhere alike.
     fn is_even(&self) -> bool {
         match self {
@@ -321,17 +347,6 @@ impl<'s> SceneLight<'s> {
             }
         }
     }
-}
-
-/// What a light at a point gives, and the ray to it.
-fn towards(from: &Surface, position: DVec3, intensity: Vec3) -> Option<(Vec3, Ray)> {
-    let to_light = position - from.p;
-    let distance = to_light.length();
-    let ray = from.leave(to_light.try_normalize()?);
-    Some((
-        intensity / (distance * distance) as f32,
-        Ray { t_max: reach(from, distance, position.abs().max_element()), ..ray },
-    ))
 }
 
 /// pbrt-v3's SpotLight::Falloff.

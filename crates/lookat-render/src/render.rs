@@ -145,9 +145,9 @@ fn run(scene: &Scene, settings: &Settings, control: &Control) -> Rendered {
     let prepared = Prepared { scene, lights, traceable, preparation: started.elapsed() };
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
     match scene.integrator {
-        Integrator::DirectLighting { all_lights, max_depth } => {
+        Integrator::DirectLighting { strategy, max_depth } => {
             render_tiles(&prepared, settings, control, |tracer, first, stream| {
-                direct::li(tracer, first, stream, all_lights, max_depth)
+                direct::li(tracer, first, stream, strategy, max_depth)
             })
         }
         Integrator::Path { max_depth, roulette_threshold, light_choice } => {

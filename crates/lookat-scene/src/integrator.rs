@@ -7,8 +7,8 @@ use crate::params::Params;
 pub enum Integrator {
     /// Light that comes straight from lights, or by way of mirrors and glass.
     DirectLighting {
-        /// Sample every light at each point (`strategy` "all", the default), else one of them ("one").
-        all_lights: bool,
+        /// Which lights are sampled at each point.
+        strategy: DirectStrategy,
         /// How many surfaces light is followed over (`maxdepth`, default 5).
         max_depth: u32,
     },
@@ -28,6 +28,17 @@ pub enum Integrator {
         /// Rays per camera sample (`nsamples`, default 64).
         samples: u32,
     },
+}
+
+/// Which lights direct lighting samples at a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DirectStrategy {
+    /// Every light, as often as its `nsamples` says (`strategy` "all", the default).
+    All,
+    /// Every light once: `whitted`.
+    Once,
+    /// One of them ("one").
+    One,
 }
 
 /// How a path chooses the light that it samples.
@@ -53,11 +64,14 @@ pub(crate) const NAMES: &[&str] =
 pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
     let integrator = match params.kind() {
         "directlighting" => {
-            let all_lights = params.choice("strategy", "all", &["all", "one"]) == "all";
-            Integrator::DirectLighting { all_lights, max_depth: depth(params) }
+            let strategy = match params.choice("strategy", "all", &["all", "one"]).as_str() {
+                "one" => DirectStrategy::One,
+                _ => DirectStrategy::All,
+            };
+            Integrator::DirectLighting { strategy, max_depth: depth(params) }
         }
         // The same light on average.
-        "whitted" => Integrator::DirectLighting { all_lights: true, max_depth: depth(params) },
+        "whitted" => Integrator::DirectLighting { strategy: DirectStrategy::Once, max_depth: depth(params) },
         "path" => path(params),
         "ambientocclusion" => {
             let cosine = params.bool("cossample", true);

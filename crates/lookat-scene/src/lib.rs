@@ -61,7 +61,7 @@ pub use cutout::Cutout;
 pub use files::{Open, Read};
 pub use film::{Film, MAX_PIXELS, PixelBounds};
 pub use filter::{Filter, FilterKind};
-pub use integrator::{Integrator, LightChoice};
+pub use integrator::{DirectStrategy, Integrator, LightChoice};
 pub use light::Light;
 pub use load::{Loaded, load, load_opened};
 pub use lookat_syntax as syntax;

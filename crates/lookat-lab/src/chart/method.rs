@@ -1,7 +1,7 @@
 //! The methods that can be charted.
 
 use lookat_render::{Precision, Settings, TargetError};
-use lookat_scene::{Integrator, LightChoice, SamplerKind, Scene};
+use lookat_scene::{DirectStrategy, Integrator, LightChoice, SamplerKind, Scene};
 
 /// What methods may change: all else is the scene's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,13 +57,13 @@ pub const METHODS: &[Method] = &[
         name: "direct-one",
         about: "direct lighting, one light at a time",
         first: 1,
-        choose: |way, _| way.integrator = direct(way.integrator, false),
+        choose: |way, _| way.integrator = direct(way.integrator, DirectStrategy::One),
     },
     Method {
         name: "direct-all",
         about: "direct lighting, all lights",
         first: 1,
-        choose: |way, _| way.integrator = direct(way.integrator, true),
+        choose: |way, _| way.integrator = direct(way.integrator, DirectStrategy::All),
     },
     Method {
         name: "path",
@@ -160,8 +160,8 @@ fn target(samples: u32) -> TargetError {
 }
 
 /// Direct lighting, as deep as the scene's integrator.
-fn direct(integrator: Integrator, all_lights: bool) -> Integrator {
-    Integrator::DirectLighting { all_lights, max_depth: depth(integrator) }
+fn direct(integrator: Integrator, strategy: DirectStrategy) -> Integrator {
+    Integrator::DirectLighting { strategy, max_depth: depth(integrator) }
 }
 
 /// Path tracing, as deep as the scene's integrator, with its choice of lights if no other is given.
@@ -200,7 +200,7 @@ mod tests {
         };
         assert_eq!(chosen("sobol"), Way { sampler: SamplerKind::Sobol, ..way });
         assert_eq!(chosen("path"), way);
-        let direct = Integrator::DirectLighting { all_lights: true, max_depth: 7 };
+        let direct = Integrator::DirectLighting { strategy: DirectStrategy::All, max_depth: 7 };
         assert_eq!(chosen("direct-all"), Way { integrator: direct, ..way });
         let uniform =
             Integrator::Path { max_depth: 7, roulette_threshold: 0.5, light_choice: LightChoice::Uniform };

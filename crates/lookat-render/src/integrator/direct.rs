@@ -1,7 +1,7 @@
 //! Direct lighting (PBR 14.3).
 
 use glam::{DVec2, Vec3};
-use lookat_scene::LightChoice;
+use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::weighed::{LightSamples, Samples, Vertex, by_directions, one_light, sampled_light};
 use super::{Draw, FirstHit, MAX_PASSED, Tracer};
@@ -18,7 +18,7 @@ pub(crate) fn li(
     tracer: &mut Tracer,
     first: &FirstHit,
     stream: &mut SampleStream,
-    all_lights: bool,
+    strategy: DirectStrategy,
     max_depth: u32,
 ) -> Vec3 {
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
@@ -46,7 +46,7 @@ pub(crate) fn li(
         let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
         radiance += beta * surface.le(wo);
         if bsdf.has(Part::Smooth) {
-            radiance += beta * from_lights(tracer, &surface, &bsdf, stream, all_lights);
+            radiance += beta * from_lights(tracer, &surface, &bsdf, stream, strategy);
         }
         depth += 1;
         if depth >= max_depth || !bsdf.has(Part::Specular) {
@@ -63,18 +63,25 @@ pub(crate) fn li(
 const CHOICE: LightChoice = LightChoice::Uniform;
 
 /// What is drawn at each of `depth` surfaces among these lights; `is_specular` where some material has single directions.
-pub(crate) fn draws(table: &LightTable, all_lights: bool, depth: u32, is_specular: bool) -> Vec<Draw> {
+pub(crate) fn draws(
+    table: &LightTable,
+    strategy: DirectStrategy,
+    depth: u32,
+    is_specular: bool,
+) -> Vec<Draw> {
     // A sky that is not sampled gives its samples to directions, so that the sum is the same for all surfaces.
     let eligible = table.eligible(None);
     let extended = (0..eligible).filter(|light| !table.is_delta(*light));
-    let (samples, scattered): (u32, u32) = match all_lights {
-        true => (total(extended.map(|light| table.samples(light))), total(directions(table, eligible))),
-        false => (u32::from(table.has_extended()), u32::from(table.has_extended())),
+    let (samples, scattered): (u32, u32) = match strategy {
+        DirectStrategy::All | DirectStrategy::Once => {
+            (total(extended.map(|light| table.samples(light))), total(directions(table, eligible)))
+        }
+        DirectStrategy::One => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };
     let mut draws = Vec::new();
     let mut draw =
         |of, numbers| draws.extend((numbers > 0).then_some(Draw { of, numbers, surfaces: 0..depth }));
-    draw("light choice", u32::from(!all_lights && table.len() > 1));
+    draw("light choice", u32::from(strategy == DirectStrategy::One && table.len() > 1));
     draw("lights", samples.saturating_mul(2));
     draw("direction", scattered.saturating_add(u32::from(is_specular)).saturating_mul(2));
     draws
@@ -86,12 +93,12 @@ fn from_lights(
     surface: &Surface,
     bsdf: &Bsdf,
     stream: &mut SampleStream,
-    all_lights: bool,
+    strategy: DirectStrategy,
 ) -> Vec3 {
     let table = tracer.lights();
     let lune = table.lune(bsdf);
     let vertex = |lune, samples| Vertex { surface, bsdf, part: Part::Smooth, lune, samples };
-    if !all_lights {
+    if strategy == DirectStrategy::One {
         let samples = Samples::of_one(table, CHOICE, lune.as_deref());
         let vertex = &vertex(lune, samples);
         let light = one_light(tracer, vertex, stream, CHOICE);

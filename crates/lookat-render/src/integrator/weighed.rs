@@ -7,7 +7,7 @@ use lookat_scene::LightChoice;
 
 use super::{Found, Tracer};
 use crate::bsdf::{Bsdf, BsdfSample, Part};
-use crate::light::{LightTable, Lune};
+use crate::light::{LightTable, Lune, Receiver};
 use crate::ray::Ray;
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
@@ -35,10 +35,10 @@ impl Samples {
         Samples { lights: LightSamples::One(choice), directions }
     }
 
-    /// How many samples there are of a light from the point `p` of a surface, in the mean.
-    fn of_light(self, lights: &LightTable, p: DVec3, lune: Option<&Lune>, light: usize) -> f64 {
+    /// How many samples there are of a light from a point of a surface, in the mean.
+    fn of_light(self, lights: &LightTable, at: &Receiver, lune: Option<&Lune>, light: usize) -> f64 {
         match self.lights {
-            LightSamples::One(choice) => lights.probability(choice, p, lune, light),
+            LightSamples::One(choice) => lights.probability(choice, at, lune, light),
             LightSamples::Each => f64::from(lights.samples(light)),
         }
     }
@@ -55,12 +55,18 @@ pub(super) struct Vertex<'v> {
     pub samples: Samples,
 }
 
+impl Vertex<'_> {
+    fn receiver(&self) -> Receiver {
+        Receiver { p: self.surface.p, domain: self.bsdf.domain() }
+    }
+}
+
 /// One of the directions from the BSDF at a surface: it has to be known how likely it was.
 #[derive(Debug, Clone)]
 pub(super) struct Direction {
     samples: Samples,
-    /// The point of the surface that it leaves.
-    from: DVec3,
+    /// Where it leaves the surface.
+    from: Receiver,
     lune: Option<Rc<Lune>>,
     /// Density by solid angle, times the number of directions.
     pdf: f64,
@@ -99,7 +105,7 @@ impl Emission {
 impl Direction {
     pub fn new(vertex: &Vertex, sample: &BsdfSample) -> Self {
         let pdf = sample.pdf * f64::from(vertex.samples.directions);
-        Direction { samples: vertex.samples, from: vertex.surface.p, lune: vertex.lune.clone(), pdf }
+        Direction { samples: vertex.samples, from: vertex.receiver(), lune: vertex.lune.clone(), pdf }
     }
 
     /// What counts of the emission of a surface that it finds, as its part of all directions.
@@ -107,7 +113,7 @@ impl Direction {
         let le = surface.le(wo);
         let light = lights.of_element(surface.element).filter(|_| le != Vec3::ZERO);
         let Some(light) = light else { return Vec3::ZERO };
-        let other = lights.surface_pdf(light, self.from, -wo, surface) * self.samples_of(lights, light);
+        let other = lights.surface_pdf(light, self.from.p, -wo, surface) * self.samples_of(lights, light);
         le * lights.weight(light, self.pdf, other) / self.samples.directions as f32
     }
 
@@ -122,7 +128,7 @@ impl Direction {
     }
 
     fn samples_of(&self, lights: &LightTable, light: usize) -> f64 {
-        self.samples.of_light(lights, self.from, self.lune.as_deref(), light)
+        self.samples.of_light(lights, &self.from, self.lune.as_deref(), light)
     }
 }
 
@@ -135,7 +141,7 @@ pub(super) fn one_light(
     choice: LightChoice,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let chosen = lights.choose(choice, vertex.surface.p, vertex.lune.as_deref(), stream);
+    let chosen = lights.choose(choice, &vertex.receiver(), vertex.lune.as_deref(), stream);
     match chosen {
         Some((light, probability)) => {
             // Where nothing about a light is left to chance, its numbers stay untaken.

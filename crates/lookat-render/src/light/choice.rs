@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use arrayvec::ArrayVec;
-use glam::DVec3;
 use lookat_scene::LightChoice;
 
 use super::lune::Lune;
+use super::receiver::Receiver;
 use super::{LightTable, SceneLight};
 use crate::color::strength;
 use crate::prepare::Traceable;
@@ -17,12 +17,12 @@ use crate::warp::pick;
 const MANY: usize = 32;
 
 impl LightTable<'_> {
-    /// A light for a point `p` of a surface with that [`Lune`], and its probability; by one number, whether there is a
-    /// choice or not.
+    /// A light for a point of a surface with that [`Lune`], and its probability; by one number, whether there is a choice or
+    /// not.
     pub fn choose(
         &self,
         choice: LightChoice,
-        p: DVec3,
+        at: &Receiver,
         lune: Option<&Lune>,
         stream: &mut SampleStream,
     ) -> Option<(usize, f64)> {
@@ -36,18 +36,18 @@ impl LightTable<'_> {
             LightChoice::Uniform => (((u * count as f64) as usize).min(last), 1.0 / count as f64),
             LightChoice::Power => {
                 let total = self.total_power(count, lune);
-                let at = u * total;
-                let light = self.power_cdf.partition_point(|sum| *sum <= at);
+                let mark = u * total;
+                let light = self.power_cdf.partition_point(|sum| *sum <= mark);
                 if light < self.first_sky {
                     (light, share(self.power_shares[light], total))
                 } else {
                     let (sky, power, _) =
-                        pick(self.powers_of_skies(count, lune), at - self.power_of_others())?;
+                        pick(self.powers_of_skies(count, lune), mark - self.power_of_others())?;
                     (self.first_sky + sky, share(power, total))
                 }
             }
             LightChoice::Spatial => {
-                let estimates: ArrayVec<f64, MANY> = self.estimates(count, p, lune).collect();
+                let estimates: ArrayVec<f64, MANY> = self.estimates(count, at, lune).collect();
                 let total: f64 = estimates.iter().sum();
                 let (light, estimate, _) = pick(estimates.iter().copied(), u * total)?;
                 (light, share(estimate, total))
@@ -57,7 +57,7 @@ impl LightTable<'_> {
     }
 
     /// The probability with which [`LightTable::choose`] gives a light.
-    pub fn probability(&self, choice: LightChoice, p: DVec3, lune: Option<&Lune>, light: usize) -> f64 {
+    pub fn probability(&self, choice: LightChoice, at: &Receiver, lune: Option<&Lune>, light: usize) -> f64 {
         let count = self.eligible(lune);
         match self.rule(choice) {
             _ if light >= count => 0.0,
@@ -68,7 +68,7 @@ impl LightTable<'_> {
                 share(power, self.total_power(count, lune))
             }
             LightChoice::Spatial => {
-                share(self.lights[light].estimate(p, lune), self.estimates(count, p, lune).sum())
+                share(self.lights[light].estimate(at, lune), self.estimates(count, at, lune).sum())
             }
         }
     }
@@ -99,8 +99,8 @@ impl LightTable<'_> {
     }
 
     /// Of the first `count` lights.
-    fn estimates(&self, count: usize, p: DVec3, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
-        self.lights[..count].iter().map(move |light| light.estimate(p, lune))
+    fn estimates(&self, count: usize, at: &Receiver, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
+        self.lights[..count].iter().map(move |light| light.estimate(at, lune))
     }
 }
 
@@ -143,24 +143,17 @@ pub(super) fn radius(traceable: &Traceable) -> f64 {
 }
 
 impl SceneLight<'_> {
-    /// About the irradiance at `p` that its samples are for, were nothing in the way.
-    fn estimate(&self, p: DVec3, lune: Option<&Lune>) -> f64 {
-        let from_point = |intensity, position: DVec3| {
-            strength(intensity) / position.distance_squared(p).max(f64::MIN_POSITIVE)
-        };
+    /// About the irradiance that its samples are for, were nothing in the way.
+    fn estimate(&self, at: &Receiver, lune: Option<&Lune>) -> f64 {
         match self {
-            SceneLight::Point { position, intensity } | SceneLight::Spot { position, intensity, .. } => {
-                from_point(*intensity, *position)
-            }
-            SceneLight::Goniometric(light) => from_point(light.mean(), light.position),
-            SceneLight::Projection(light) => from_point(light.mean(), light.position),
-            SceneLight::Distant { radiance, .. } => strength(*radiance),
+            SceneLight::Distant { direction, radiance } => strength(*radiance) * at.cosine(*direction, 0.0),
             SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI * self.sampled_share(lune),
             SceneLight::Environment(environment) => environment.brightness() * PI * self.sampled_share(lune),
-            SceneLight::Surface(surface) => {
-                // A distant light fills its area over the squared distance; none fills more than the sky.
-                surface.brightness * PI.min(surface.area / surface.center.distance_squared(p))
-            }
+            SceneLight::Surface(surface) => surface.estimate(at),
+            at_point => at_point.seen_from(at.p).map_or(0.0, |seen| {
+                let squared_distance = seen.squared_distance.max(f64::MIN_POSITIVE);
+                strength(seen.intensity) / squared_distance * at.cosine(seen.wi, 0.0)
+            }),
         }
     }
 
@@ -176,23 +169,25 @@ impl SceneLight<'_> {
             SceneLight::Distant { radiance, .. } => PI * radius * radius * strength(*radiance),
             SceneLight::Infinite { radiance, .. } => PI * PI * radius * radius * strength(*radiance),
             SceneLight::Environment(environment) => PI * PI * radius * radius * environment.brightness(),
-            SceneLight::Surface(surface) => surface.brightness * surface.area * PI,
+            SceneLight::Surface(surface) => surface.brightness * surface.facing.sides * surface.area * PI,
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
     use std::path::Path;
     use std::sync::Arc;
 
-    use glam::{DMat3, DVec2, Vec3};
+    use glam::{DMat3, DVec2, DVec3, Vec3};
     use lookat_image::{MipMap, Wrap};
-    use lookat_scene::{Light, Overrides, SamplerKind, load};
+    use lookat_scene::{Integrator, Light, Overrides, SamplerKind, load};
 
     use super::*;
     use crate::Precision;
     use crate::bsdf::Domain;
+    use crate::render::{Settings, render};
 
     /// A lamp, one that is dark, a sphere and two skies; and the same with more lamps than "spatial" estimates.
     const LAMPS: &str = r#"LightSource "infinite" "rgb L" [.5 .5 .5] LightSource "point" "rgb I" [9 9 9]
@@ -226,6 +221,7 @@ mod tests {
     fn probabilities_are_those_of_choices() {
         let sampler = lookat_scene::Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 1 << 14 };
         let p = DVec3::new(0.5, 1.0, 2.0);
+        let at = Receiver { p, domain: Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false } };
         let many = LAMPS.to_string() + &r#" LightSource "point" "rgb I" [.1 .1 .1]"#.repeat(MANY);
         for lamps in
             [LAMPS, &many, r#"LightSource "infinite""#, r#"LightSource "infinite" LightSource "point""#]
@@ -237,23 +233,103 @@ mod tests {
                             let mut found = vec![0_u32; table.len()];
                             for index in 0..sampler.samples_per_pixel {
                                 let mut stream = SampleStream::new(&sampler, 0, [0, 0], index);
-                                let Some((light, said)) = table.choose(choice, p, lune.as_ref(), &mut stream)
+                                let Some((light, said)) =
+                                    table.choose(choice, &at, lune.as_ref(), &mut stream)
                                 else {
                                     continue;
                                 };
-                                let expected = table.probability(choice, p, lune.as_ref(), light);
+                                let expected = table.probability(choice, &at, lune.as_ref(), light);
                                 assert!((said / expected - 1.0).abs() < 1e-12, "{choice:?} {light}");
                                 found[light] += 1;
                             }
                             for (light, found) in found.into_iter().enumerate() {
                                 let found = f64::from(found) / f64::from(sampler.samples_per_pixel);
-                                let said = table.probability(choice, p, lune.as_ref(), light);
+                                let said = table.probability(choice, &at, lune.as_ref(), light);
                                 assert!((found - said).abs() < 3e-4, "{choice:?} {light}: {found} {said}");
                             }
                         }
                     }
                 });
             }
+        }
+    }
+
+    /// A lamp above a floor, and others that do not light it: from below, from behind their backs, or past it.
+    const BESIDE: &str = r#"LightSource "point" "rgb I" [1 1 1] "point from" [1 2 0]
+        LightSource "point" "rgb I" [9 9 9] "point from" [0 -1 0]
+        LightSource "distant" "rgb L" [9 9 9] "point from" [0 -1 0] "point to" [0 0 0]
+        LightSource "spot" "rgb I" [9 9 9] "point from" [3 1 0] "point to" [9 1 0]
+        AttributeBegin Translate 3 1 0 Rotate 90 0 1 0 LightSource "projection" "rgb I" [9 9 9] AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Translate 0 3 0 Rotate -90 1 0 0
+        Shape "disk" "float radius" .2 AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
+        "point P" [0 3 0 1 3 0 0 3 -1] AttributeEnd"#;
+
+    #[test]
+    fn lights_that_shine_elsewhere_are_not_chosen() {
+        with(BESIDE, false, |table| {
+            let domain = Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false };
+            let shares = |domain| -> Vec<bool> {
+                let at = Receiver { p: DVec3::ZERO, domain };
+                let share = |light| table.probability(LightChoice::Spatial, &at, None, light);
+                let shares: Vec<f64> = (0..table.len()).map(share).collect();
+                assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{shares:?}");
+                shares.iter().map(|share| *share > 0.0).collect()
+            };
+            assert_eq!(shares(domain), [true, false, false, false, false, false, false]);
+            // Through what lets light through, two more shine.
+            let domain = Domain { is_two_sided: true, ..domain };
+            assert_eq!(shares(domain), [true, true, true, false, false, false, false]);
+        });
+    }
+
+    /// The light in a picture is the same however lights are chosen; and there is less noise where they are chosen by place.
+    #[test]
+    fn choices_change_no_mean() {
+        let mut scene = crate::testing::scene(
+            r#"LookAt 0 1.5 -3 0 0 0 0 1 0 Camera "perspective" "float fov" 40 Film "image" "integer xresolution" 16 "integer yresolution" 12
+            Sampler "random" "integer pixelsamples" 16 Integrator "path" WorldBegin
+            LightSource "point" "rgb I" [9 9 9] "point from" [-2 2 0] LightSource "point" "rgb I" [9 9 9] "point from" [0 .5 2]
+            LightSource "spot" "rgb I" [40 40 40] "point from" [2 3 -1] "point to" [1 0 0] "float coneangle" 25
+            AttributeBegin Translate -2 2 -1 Rotate 90 1 0 0 LightSource "projection" "rgb I" [9 9 9] AttributeEnd
+            AttributeBegin AreaLightSource "diffuse" "rgb L" [5 5 5] Translate 2 1 1 Shape "sphere" "float radius" .3 AttributeEnd
+            AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Translate 0 3 0 Rotate 90 1 0 0
+            Shape "disk" "float radius" .5 AttributeEnd
+            AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
+            "point P" [-2 0 1 -2 1 1 -2 0 2] AttributeEnd
+            Material "plastic" Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-4 0 -4 -4 0 4 4 0 4 4 0 -4]
+            Material "translucent" Translate 0 .3 0 Shape "sphere" "float radius" .3 WorldEnd"#,
+        );
+        const PICTURES: u64 = 16;
+        let variance = |values: &[f64]| {
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64
+        };
+        // The mean of all pictures, its variance, and that of pixels.
+        let mut looked_at = |light_choice| -> (f64, f64, f64) {
+            scene.integrator = Integrator::Path { max_depth: 1, roulette_threshold: 1.0, light_choice };
+            let picture = |seed| -> Vec<f64> {
+                let settings = Settings { seed, ..Settings::default() };
+                let rendered = render(&scene, &settings, &|_| ControlFlow::Continue(()));
+                rendered.image.rgb().unwrap().iter().map(|pixel| f64::from(pixel[0])).collect()
+            };
+            let pictures: Vec<Vec<f64>> = (0..PICTURES).map(picture).collect();
+            let pixels = pictures[0].len();
+            let means: Vec<f64> =
+                pictures.iter().map(|picture| picture.iter().sum::<f64>() / pixels as f64).collect();
+            let of_pixel =
+                |at: usize| variance(&pictures.iter().map(|picture| picture[at]).collect::<Vec<_>>());
+            let noise = (0..pixels).map(of_pixel).sum::<f64>() / pixels as f64;
+            (means.iter().sum::<f64>() / PICTURES as f64, variance(&means) / PICTURES as f64, noise)
+        };
+        let (expected, uniform, noise) = looked_at(LightChoice::Uniform);
+        for choice in [LightChoice::Power, LightChoice::Spatial] {
+            let (mean, variance, less) = looked_at(choice);
+            assert!(
+                (mean - expected).abs() < 4.0 * (variance + uniform).sqrt(),
+                "{choice:?}: {mean} {expected}"
+            );
+            assert!(choice == LightChoice::Power || less < 0.6 * noise, "{less} {noise}");
         }
     }
 }

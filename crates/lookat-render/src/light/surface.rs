@@ -1,10 +1,14 @@
 //! Light from shapes of the world.
 
+use std::f64::consts::PI;
+
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
 use super::LightSample;
+use super::facing::{Facing, Patch};
 use super::mesh::MeshAreas;
+use super::receiver::Receiver;
 use super::sphere::VisibleCone;
 use crate::color::strength;
 use crate::curved::Curved;
@@ -20,10 +24,12 @@ pub(super) struct SurfaceLight<'s> {
     number: u32,
     primitive: &'s Primitive,
     pub form: SurfaceForm<'s>,
-    /// About where it is, and its area.
+    /// The middle, and how far from it there is something.
     pub center: DVec3,
+    pub radius: f64,
     pub area: f64,
-    /// Luminance.
+    pub facing: Facing,
+    /// Of its radiance.
     pub brightness: f64,
     pub samples: u32,
 }
@@ -37,22 +43,45 @@ impl<'s> SurfaceLight<'s> {
     /// The light that a shape of the world is, if it emits and has an area.
     pub fn new(number: u32, primitive: &'s Primitive, traceable: &Traceable) -> Option<Self> {
         let emission = primitive.emission?;
-        let (form, center, area) = match (&primitive.shape, traceable.curved(number)) {
+        let eye = traceable.eye;
+        let (form, center, radius, patches) = match (&primitive.shape, traceable.curved(number)) {
             (Shape::TriangleMesh(mesh), _) => {
-                let (areas, center) = MeshAreas::new(mesh, traceable.eye);
-                let area = areas.total();
-                (SurfaceForm::Mesh { areas, mesh }, center, area)
+                let (areas, center) = MeshAreas::new(mesh, eye);
+                let patches = triangles(number, primitive, mesh, eye);
+                (SurfaceForm::Mesh { areas, mesh }, center, mesh_radius(mesh, eye, center), patches)
             }
             (Shape::Quadric(_), Some(shape)) => {
-                (SurfaceForm::Curved(Box::new(*shape)), shape.center, shape.area())
+                let patches = cells(primitive, shape);
+                (SurfaceForm::Curved(Box::new(*shape)), shape.center, shape.half_extent().length(), patches)
             }
             (Shape::Quadric(_), None) | (Shape::Curve(_), _) => return None,
         };
-        let sides = if emission.two_sided { 2.0 } else { 1.0 };
-        let brightness = strength(emission.radiance) * sides;
-        let light =
-            SurfaceLight { number, primitive, form, center, area, brightness, samples: emission.samples };
+        let area = match &form {
+            SurfaceForm::Mesh { areas, .. } => areas.total(),
+            SurfaceForm::Curved(_) => patches.iter().map(|patch| patch.area).sum(),
+        };
+        let light = SurfaceLight {
+            number,
+            primitive,
+            form,
+            center,
+            radius,
+            area,
+            facing: Facing::new(&patches, center, emission.two_sided),
+            brightness: strength(emission.radiance),
+            samples: emission.samples,
+        };
         (area > 0.0).then_some(light)
+    }
+
+    /// About the irradiance that it brings to a surface, were nothing in the way.
+    pub fn estimate(&self, at: &Receiver) -> f64 {
+        let offset = self.center - at.p;
+        let inverse = offset.length_recip();
+        let wi = offset * inverse;
+        // No shape fills more than the sky.
+        let solid_angle = PI.min(self.area * inverse * inverse * self.facing.share(-wi));
+        self.brightness * solid_angle * at.cosine(wi, self.radius * inverse)
     }
 
     /// A direction from a point of a surface to the light. `eye`: the world position of the origin.
@@ -68,7 +97,7 @@ impl<'s> SurfaceLight<'s> {
             },
             SurfaceForm::Mesh { areas, mesh } => {
                 let (index, barycentric) = areas.sample(u);
-                let element = ElementId { index: index as u32, ..self.element() };
+                let element = element(self.number, index);
                 // No light comes out of a hole, as none is seen there.
                 let is_there =
                     cutout::is_there(self.primitive, element, [barycentric[0], barycentric[1]], false);
@@ -161,6 +190,38 @@ impl<'s> SurfaceLight<'s> {
 
     /// The light, or the first triangle of it.
     fn element(&self) -> ElementId {
-        ElementId { instance: ElementId::WORLD, primitive: self.number, index: 0 }
+        element(self.number, 0)
     }
+}
+
+/// The element that is triangle `index` of a primitive of the world, or the first.
+fn element(number: u32, index: usize) -> ElementId {
+    ElementId { instance: ElementId::WORLD, primitive: number, index: index as u32 }
+}
+
+/// The triangles of a mesh.
+fn triangles(number: u32, primitive: &Primitive, mesh: &Mesh, eye: DVec3) -> Vec<Patch> {
+    let patch = |index: usize| {
+        let [a, b, c] = corners(mesh, index, eye);
+        let middle =
+            on_triangle(primitive, mesh, (element(number, index), Hit::NO_PLACE), [a, b, c], [1.0 / 3.0; 3]);
+        Patch { p: middle.p, emitting: middle.emitting, area: 0.5 * (b - a).cross(c - a).length() }
+    };
+    (0..mesh.triangles()).map(patch).collect()
+}
+
+/// How far from a place there are vertices.
+fn mesh_radius(mesh: &Mesh, eye: DVec3, center: DVec3) -> f64 {
+    let squared = |p: &[f64; 3]| (DVec3::from(*p) - eye).distance_squared(center);
+    mesh.positions.iter().map(squared).fold(0.0, f64::max).sqrt()
+}
+
+/// Patches of a curved shape.
+fn cells(primitive: &Primitive, shape: &Curved) -> Vec<Patch> {
+    let patch = |(p, n, area): (DVec3, DVec3, f64)| Patch {
+        p,
+        emitting: flipped(n, primitive.reverse_orientation),
+        area,
+    };
+    shape.cells().map(patch).collect()
 }
