@@ -78,6 +78,8 @@ pub(crate) struct Domain {
     pub ns: DVec3,
     /// Light comes through from behind, too.
     pub is_two_sided: bool,
+    /// All directions count by their cosine: it is evenly diffuse.
+    pub is_diffuse: bool,
 }
 
 /// A direction that light may come from.
@@ -142,12 +144,12 @@ impl<'l> Bsdf<'l> {
 
     /// Where its light comes from, single directions aside.
     pub fn domain(&self) -> Domain {
-        let is_two_sided = match self.scattering {
-            Scattering::Lambert(_) => false,
-            Scattering::Lobes { lobes, .. } => lobes.iter().any(|likely| likely.lobe.transmits()),
+        let (is_diffuse, is_two_sided) = match self.scattering {
+            Scattering::Lambert(_) => (true, false),
+            Scattering::Lobes { lobes, .. } => (false, lobes.iter().any(|likely| likely.lobe.transmits())),
         };
         let ns = flipped(self.frame.z, self.local_o.z < 0.0);
-        Domain { n: self.n, ns, is_two_sided }
+        Domain { n: self.n, ns, is_two_sided, is_diffuse }
     }
 
     /// The BSDF times the cosine between `wi` and the shading normal; specular lobes count for nothing.

@@ -130,7 +130,7 @@ fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) 
         }
         Integrator::DirectLighting { strategy, max_depth } => {
             let choice = match strategy {
-                DirectStrategy::All | DirectStrategy::Once if lights.len() > 1 => Choice::All,
+                DirectStrategy::All | DirectStrategy::EachOnce if lights.len() > 1 => Choice::All,
                 _ => one(LightChoice::Uniform),
             };
             // Only single directions are followed.

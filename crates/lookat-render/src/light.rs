@@ -88,10 +88,6 @@ pub(crate) struct LightSample {
     pub shadow: Ray,
 }
 
-fn is_each_once(integrator: &Integrator) -> bool {
-    matches!(integrator, Integrator::DirectLighting { strategy: DirectStrategy::Once, .. })
-}
-
 /// A light that is a point, as it is seen from somewhere.
 struct PointLight {
     position: DVec3,
@@ -130,7 +126,10 @@ impl<'s> LightTable<'s> {
             lights,
             first_sky,
             uneven,
-            is_each_once: is_each_once(&scene.integrator),
+            is_each_once: matches!(
+                scene.integrator,
+                Integrator::DirectLighting { strategy: DirectStrategy::EachOnce, .. }
+            ),
             has_surfaces: of_primitive.iter().any(Option::is_some),
             of_primitive,
             background,
@@ -220,8 +219,11 @@ impl<'s> LightTable<'s> {
                 Some(LightSample { li: radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
             SceneLight::Surface(surface) => surface.sample(self.eye, from, u),
-            at_point => {
-                let PointLight { position, wi, squared_distance, intensity } = at_point.seen_from(from.p)?;
+            light @ (SceneLight::Point { .. }
+            | SceneLight::Spot { .. }
+            | SceneLight::Goniometric(_)
+            | SceneLight::Projection(_)) => {
+                let PointLight { position, wi, squared_distance, intensity } = light.seen_from(from.p)?;
                 let t_max = reach(from, squared_distance.sqrt(), position.abs().max_element());
                 let shadow = Ray { t_max, ..from.leave(wi) };
                 Some(LightSample { li: intensity / squared_distance as f32, pdf: None, shadow })

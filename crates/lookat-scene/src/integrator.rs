@@ -36,7 +36,7 @@ pub enum DirectStrategy {
     /// Every light, as often as its `nsamples` says (`strategy` "all", the default).
     All,
     /// Every light once: `whitted`.
-    Once,
+    EachOnce,
     /// One of them ("one").
     One,
 }
@@ -71,7 +71,9 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             Integrator::DirectLighting { strategy, max_depth: depth(params) }
         }
         // The same light on average.
-        "whitted" => Integrator::DirectLighting { strategy: DirectStrategy::Once, max_depth: depth(params) },
+        "whitted" => {
+            Integrator::DirectLighting { strategy: DirectStrategy::EachOnce, max_depth: depth(params) }
+        }
         "path" => path(params),
         "ambientocclusion" => {
             let cosine = params.bool("cossample", true);

@@ -69,8 +69,11 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     header.preparation = measured.preparation();
     let markers = others.iter().map(|(other, found)| marker(other, found, &reference)).collect();
     let results = Results::new(measured, markers, &reference);
+    let files = files(&header, &plan, &reference, &results)?;
     make_folder(&folder)?;
-    write(&folder, &header, &plan, &reference, &results)?;
+    for (name, bytes) in files {
+        write_file(&folder.join(name), &bytes).map_err(|error| error.to_string())?;
+    }
     let printed = crate::print(&text::results(&header, &reference, &results));
     let (folder, seconds) = (folder.display(), started.elapsed().as_secs_f64());
     crate::say(&format!("{folder}: chart.svg, chart.png, chart.csv, chart.json; {seconds:.1} s in all"));
@@ -257,24 +260,23 @@ fn marker(other: &Other, found: &Fitted, reference: &Reference) -> Marker {
     Marker::new(&other.name, other.seconds, &found.pixels, found.rounded, &reference.pixels)
 }
 
-fn write(
-    folder: &Path,
+/// What is written: names and contents.
+fn files(
     header: &Header,
     plan: &Plan,
     reference: &Reference,
     results: &Results,
-) -> Result<(), String> {
-    let write =
-        |name: &str, bytes: &[u8]| write_file(&folder.join(name), bytes).map_err(|error| error.to_string());
-    let title = text::title(header);
+) -> Result<[(&'static str, Vec<u8>); 4], String> {
     let cannot = |error| format!("cannot draw the chart: {error}");
-    match draw(results, &title).map_err(cannot)? {
-        Some(plot) => {
-            write("chart.svg", plot.svg.as_bytes())?;
-            write("chart.png", &plot.png().map_err(cannot)?)?;
-        }
-        None => return Err("there is nothing to chart: every picture is the same as the reference".into()),
-    }
-    write("chart.csv", as_csv(results).as_bytes())?;
-    write("chart.json", format!("{:#}\n", as_json(header, plan, reference, results)).as_bytes())
+    let Some(plot) = draw(results, &text::title(header)).map_err(cannot)? else {
+        return Err("there is nothing to chart: every picture is the same as the reference".into());
+    };
+    let png = plot.png().map_err(cannot)?;
+    let json = format!("{:#}\n", as_json(header, plan, reference, results));
+    Ok([
+        ("chart.svg", plot.svg.into_bytes()),
+        ("chart.png", png),
+        ("chart.csv", as_csv(results).into_bytes()),
+        ("chart.json", json.into_bytes()),
+    ])
 }

@@ -73,7 +73,7 @@ pub(crate) fn draws(
     let eligible = table.eligible(None);
     let extended = (0..eligible).filter(|light| !table.is_delta(*light));
     let (samples, scattered): (u32, u32) = match strategy {
-        DirectStrategy::All | DirectStrategy::Once => {
+        DirectStrategy::All | DirectStrategy::EachOnce => {
             (total(extended.map(|light| table.samples(light))), total(directions(table, eligible)))
         }
         DirectStrategy::One => (u32::from(table.has_extended()), u32::from(table.has_extended())),

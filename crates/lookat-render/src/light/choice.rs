@@ -13,6 +13,9 @@ use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
 use crate::warp::pick;
 
+/// No estimate is larger, so that their sum is finite.
+const MOST: f64 = 1e300;
+
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
 const MANY: usize = 32;
 
@@ -150,9 +153,12 @@ impl SceneLight<'_> {
             SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI * self.sampled_share(lune),
             SceneLight::Environment(environment) => environment.brightness() * PI * self.sampled_share(lune),
             SceneLight::Surface(surface) => surface.estimate(at),
-            at_point => at_point.seen_from(at.p).map_or(0.0, |seen| {
-                let squared_distance = seen.squared_distance.max(f64::MIN_POSITIVE);
-                strength(seen.intensity) / squared_distance * at.cosine(seen.wi, 0.0)
+            SceneLight::Point { .. }
+            | SceneLight::Spot { .. }
+            | SceneLight::Goniometric(_)
+            | SceneLight::Projection(_) => self.seen_from(at.p).map_or(0.0, |seen| {
+                let irradiance = strength(seen.intensity) / seen.squared_distance;
+                irradiance.min(MOST) * at.cosine(seen.wi, 0.0)
             }),
         }
     }
@@ -213,7 +219,7 @@ mod tests {
 
     fn lune(degrees: f64, is_two_sided: bool) -> Option<Lune> {
         let ns = DVec2::from_angle((90.0 - degrees).to_radians()).extend(0.0);
-        Lune::new(&Domain { n: DVec3::Y, ns, is_two_sided })
+        Lune::new(&Domain { n: DVec3::Y, ns, is_two_sided, is_diffuse: false })
     }
 
     /// Lights are chosen as often as they are said to be.
@@ -221,7 +227,10 @@ mod tests {
     fn probabilities_are_those_of_choices() {
         let sampler = lookat_scene::Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 1 << 14 };
         let p = DVec3::new(0.5, 1.0, 2.0);
-        let at = Receiver { p, domain: Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false } };
+        let at = Receiver {
+            p,
+            domain: Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false, is_diffuse: true },
+        };
         let many = LAMPS.to_string() + &r#" LightSource "point" "rgb I" [.1 .1 .1]"#.repeat(MANY);
         for lamps in
             [LAMPS, &many, r#"LightSource "infinite""#, r#"LightSource "infinite" LightSource "point""#]
@@ -263,12 +272,26 @@ mod tests {
         AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Translate 0 3 0 Rotate -90 1 0 0
         Shape "disk" "float radius" .2 AttributeEnd
         AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
-        "point P" [0 3 0 1 3 0 0 3 -1] AttributeEnd"#;
+        "point P" [0 3 0 1 3 0 0 3 -1] AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] ReverseOrientation Translate 0 3 0 Rotate 90 1 0 0
+        Shape "disk" "float radius" .2 AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] ReverseOrientation Scale -1 1 1
+        Shape "trianglemesh" "integer indices" [0 1 2] "point P" [0 3 0 0 3 -1 1 3 0] AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
+        "point P" [0 3 0 0 3 -1 1 3 0] "normal N" [0 1 0 .6 .8 0 0 1 0] AttributeEnd"#;
+
+    /// Lamps that do light it: from both sides, by normals that differ, and above the horizon with their rim alone.
+    const AROUND: &str = r#"
+        AttributeBegin AreaLightSource "diffuse" "bool twosided" "true" Translate 0 3 0 Rotate -90 1 0 0
+        Shape "disk" "float radius" .2 AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" Shape "trianglemesh" "integer indices" [0 1 2]
+        "point P" [0 3 0 1 3 0 0 3 -1] "normal N" [0 1 0 0 -1 0 0 1 0] AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" Translate 3 -.5 0 Shape "sphere" AttributeEnd"#;
 
     #[test]
     fn lights_that_shine_elsewhere_are_not_chosen() {
         with(BESIDE, false, |table| {
-            let domain = Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false };
+            let domain = Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false, is_diffuse: true };
             let shares = |domain| -> Vec<bool> {
                 let at = Receiver { p: DVec3::ZERO, domain };
                 let share = |light| table.probability(LightChoice::Spatial, &at, None, light);
@@ -276,11 +299,56 @@ mod tests {
                 assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{shares:?}");
                 shares.iter().map(|share| *share > 0.0).collect()
             };
-            assert_eq!(shares(domain), [true, false, false, false, false, false, false]);
+            let (above, below) = ([true, false, false], [true; 3]);
+            assert_eq!(shares(domain), [above.as_slice(), &[false; 7]].concat());
             // Through what lets light through, two more shine.
-            let domain = Domain { is_two_sided: true, ..domain };
-            assert_eq!(shares(domain), [true, true, true, false, false, false, false]);
+            let domain = Domain { is_two_sided: true, is_diffuse: false, ..domain };
+            assert_eq!(shares(domain), [below.as_slice(), &[false; 7]].concat());
         });
+        with(AROUND, false, |table| {
+            let domain = Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false, is_diffuse: true };
+            // From a floor, and from the middle of each of the lamps.
+            for p in
+                [DVec3::ZERO, DVec3::Y * 3.0, DVec3::new(1.0, 9.0, -1.0) / 3.0, DVec3::new(3.0, -0.5, 0.0)]
+            {
+                let at = Receiver { p, domain };
+                let share = |light| table.probability(LightChoice::Spatial, &at, None, light);
+                let shares: Vec<f64> = (0..table.len()).map(share).collect();
+                assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{p} {shares:?}");
+                assert!(p != DVec3::ZERO || shares.iter().all(|share| *share > 0.0), "{shares:?}");
+            }
+        });
+    }
+
+    /// In grazing light a glossy surface has its highlight: that light is not to be chosen seldom.
+    #[test]
+    fn glossy_surfaces_do_not_ask_for_cosines() {
+        let lamps =
+            r#"LightSource "distant" "point from" [0 9 0] LightSource "distant" "point from" [9 .01 0]"#;
+        with(lamps, false, |table| {
+            let domain = Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false, is_diffuse: false };
+            let share = |is_diffuse| {
+                let at = Receiver { p: DVec3::ZERO, domain: Domain { is_diffuse, ..domain } };
+                table.probability(LightChoice::Spatial, &at, None, 1)
+            };
+            assert_eq!(share(false), 0.5);
+            assert!(share(true) < 0.1);
+        });
+    }
+
+    /// Other integrators sample a light as often as it asks to be.
+    #[test]
+    fn whitted_samples_each_light_once() {
+        for (integrator, samples) in [("whitted", 1), ("directlighting", 8), ("path", 8)] {
+            let scene = crate::testing::scene(&format!(
+                r#"Film "image" Camera "perspective" Integrator "{integrator}" WorldBegin
+                AreaLightSource "diffuse" "integer nsamples" 8 Shape "sphere" WorldEnd"#
+            ));
+            assert_eq!(
+                LightTable::new(&scene, &Traceable::new(&scene, Precision::Mixed)).samples(0),
+                samples
+            );
+        }
     }
 
     /// The light in a picture is the same however lights are chosen; and there is less noise where they are chosen by place.

@@ -218,7 +218,7 @@ mod tests {
     #[test]
     fn samples_in_a_lune_have_the_density_of_both() {
         let n = DVec3::new(0.6, 0.0, 0.8);
-        let lune = Lune::new(&Domain { n, ns: DVec3::Z, is_two_sided: false }).unwrap();
+        let lune = Lune::new(&Domain { n, ns: DVec3::Z, is_two_sided: false, is_diffuse: false }).unwrap();
         // A number and a size with which sums are rounded.
         let even = MipMap::new(63, 31, vec![Vec3::splat(0.2); 63 * 31], Wrap::Repeat);
         let light = Environment::new(&even, Vec3::ONE, [SKEWED, SKEWED.inverse()], 1);

@@ -8,7 +8,7 @@ use super::receiver::LEAST_COSINE;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Patch {
     pub p: DVec3,
-    /// The unit normal on the side that emits.
+    /// The unit normal on the side that emits; 0 where that is not the same all over the patch.
     pub emitting: DVec3,
     pub area: f64,
 }
@@ -16,8 +16,8 @@ pub(super) struct Patch {
 /// The direction in which most of a shape emits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facing {
-    /// The mean of the normals: of length one where all are the same, 0 where they go everywhere alike.
-    mean: DVec3,
+    /// Of length one where all normals are the same, 0 where they go everywhere alike.
+    mean_normal: DVec3,
     /// Whether all lies in one plane.
     is_flat: bool,
     /// How many sides emit.
@@ -29,24 +29,29 @@ const ROUNDING: f64 = 1e-6;
 
 impl Facing {
     /// That of a shape with these patches around a centre.
-    pub fn new(patches: &[Patch], center: DVec3, two_sided: bool) -> Self {
-        let area: f64 = patches.iter().map(|patch| patch.area).sum();
-        let mean = patches.iter().map(|patch| patch.emitting * patch.area).sum::<DVec3>() / area;
-        let height = |patch: &Patch| (patch.p - center).dot(mean).abs();
-        let is_in_plane = |patch: &Patch| patch.area == 0.0 || height(patch) <= ROUNDING * area.sqrt();
-        let is_flat = mean.length() > 1.0 - ROUNDING && patches.iter().all(is_in_plane);
-        Facing { mean, is_flat, sides: if two_sided { 2.0 } else { 1.0 } }
+    pub fn new(patches: impl Iterator<Item = Patch> + Clone, center: DVec3, two_sided: bool) -> Self {
+        let patches = patches.filter(|patch| patch.area > 0.0);
+        let area: f64 = patches.clone().map(|patch| patch.area).sum();
+        let mean_normal = patches.clone().map(|patch| patch.emitting * patch.area).sum::<DVec3>() / area;
+        let mut same = patches.map(|patch| {
+            let height = (patch.p - center).dot(mean_normal).abs();
+            height <= ROUNDING * area.sqrt() && patch.emitting.dot(mean_normal) > 1.0 - ROUNDING
+        });
+        Facing { mean_normal, is_flat: same.all(|is_same| is_same), sides: if two_sided { 2.0 } else { 1.0 } }
     }
 
-    /// About the share of the area that shines in a direction, foreshortened; 0 on the dark side of what is flat.
+    /// About the share of the area that shines in direction `d` from the centre, foreshortened; 0 on the dark side of what is
+    /// flat. `spread`: how large the shape is, over the distance that it is seen from.
     #[inline]
-    pub fn share(&self, d: DVec3) -> f64 {
-        let along = if self.sides > 1.0 { self.mean.dot(d).abs() } else { self.mean.dot(d) };
+    pub fn share(&self, d: DVec3, spread: f64) -> f64 {
+        let along = self.mean_normal.dot(d);
+        let along = if self.sides > 1.0 { along.abs() } else { along };
         match self.is_flat {
             true if along <= 0.0 => 0.0,
-            true => along.max(LEAST_COSINE),
+            // Parts of it are seen less aslant than the centre.
+            true => (along + 0.5 * spread).clamp(LEAST_COSINE, 1.0),
             // A closed convex shape shows a quarter.
-            false => along.max(0.25 * self.sides),
+            false => along.max(0.25),
         }
     }
 }
@@ -64,17 +69,20 @@ mod tests {
         let (middle, slanted) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.0, 0.6, 0.8));
         let flat = [patch(middle + DVec3::X, DVec3::Z), patch(middle - DVec3::X, DVec3::Z)];
         let shares = |two_sided| {
-            let facing = Facing::new(&flat, middle, two_sided);
-            [DVec3::Z, slanted, DVec3::X, -DVec3::Z].map(|d| facing.share(d))
+            let facing = Facing::new(flat.into_iter(), middle, two_sided);
+            [DVec3::Z, slanted, DVec3::X, -DVec3::Z].map(|d| facing.share(d, 0.0))
         };
         assert_eq!(shares(false), [1.0, 0.8, 0.0, 0.0]);
         assert_eq!(shares(true), [1.0, 0.8, 0.0, 1.0]);
         // Steps are seen from between them.
         let steps = [patch(middle + slanted, DVec3::Z), patch(middle - slanted, DVec3::Z)];
-        assert_eq!(Facing::new(&steps, middle, false).share(-DVec3::Z), 0.25);
+        assert_eq!(Facing::new(steps.into_iter(), middle, false).share(-DVec3::Z, 0.0), 0.25);
         // All around.
         let cube = DVec3::AXES.map(|axis| [axis, -axis]).concat();
-        let cube: Vec<Patch> = cube.iter().map(|n| patch(middle + n, *n)).collect();
-        assert_eq!(Facing::new(&cube, middle, false).share(slanted), 0.25);
+        let cube = cube.iter().map(|n| patch(middle + n, *n));
+        assert_eq!(Facing::new(cube, middle, false).share(slanted, 0.0), 0.25);
+        // From nearby, more of a large shape is seen than of its middle; from its plane nothing.
+        let facing = Facing::new(flat.into_iter(), middle, false);
+        assert_eq!([slanted, DVec3::X].map(|d| facing.share(d, 0.2)), [0.9, 0.0]);
     }
 }

@@ -32,7 +32,7 @@ impl Lune {
         (domain.n != domain.ns).then(|| Lune::between(domain)).flatten()
     }
 
-    fn between(&Domain { n, ns, is_two_sided }: &Domain) -> Option<Lune> {
+    fn between(&Domain { n, ns, is_two_sided, .. }: &Domain) -> Option<Lune> {
         let (across, cos) = (n.cross(ns), n.dot(ns));
         let sin = across.length();
         let axis = match sin > LEAST {
@@ -86,7 +86,7 @@ mod tests {
     fn domain(degrees: f64, is_two_sided: bool) -> Domain {
         let n = DVec3::new(0.6, 0.0, 0.8);
         let ns = glam::DQuat::from_axis_angle(DVec3::new(0.8, 0.0, -0.6), degrees.to_radians()) * n;
-        Domain { n, ns, is_two_sided }
+        Domain { n, ns, is_two_sided, is_diffuse: false }
     }
 
     fn grid(side: u32) -> impl Iterator<Item = DVec2> {
@@ -134,7 +134,7 @@ mod tests {
         let Domain { n, .. } = domain(0.0, false);
         for tilt in [1e-17, 1e-16, 3e-16, 1e-12, 1e-8] {
             let ns = (n + DVec3::new(0.8, 0.0, -0.6) * tilt).normalize();
-            assert!(Lune::new(&Domain { n, ns, is_two_sided: false }).is_none(), "{tilt}");
+            assert!(Lune::new(&Domain { n, ns, is_two_sided: false, is_diffuse: false }).is_none(), "{tilt}");
         }
     }
 }

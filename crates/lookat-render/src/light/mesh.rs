@@ -27,6 +27,11 @@ impl MeshAreas {
         (areas, moment / total)
     }
 
+    /// The area of a triangle.
+    pub fn of(&self, index: usize) -> f64 {
+        self.sums[index] - if index == 0 { 0.0 } else { self.sums[index - 1] }
+    }
+
     pub fn total(&self) -> f64 {
         self.sums.last().copied().unwrap_or(0.0)
     }

@@ -43,34 +43,26 @@ impl<'s> SurfaceLight<'s> {
     /// The light that a shape of the world is, if it emits and has an area.
     pub fn new(number: u32, primitive: &'s Primitive, traceable: &Traceable) -> Option<Self> {
         let emission = primitive.emission?;
-        let eye = traceable.eye;
-        let (form, center, radius, patches) = match (&primitive.shape, traceable.curved(number)) {
+        let (eye, two_sided) = (traceable.eye, emission.two_sided);
+        let (form, center, radius, area, facing) = match (&primitive.shape, traceable.curved(number)) {
             (Shape::TriangleMesh(mesh), _) => {
                 let (areas, center) = MeshAreas::new(mesh, eye);
-                let patches = triangles(number, primitive, mesh, eye);
-                (SurfaceForm::Mesh { areas, mesh }, center, mesh_radius(mesh, eye, center), patches)
+                let (area, radius) = (areas.total(), mesh_radius(mesh, eye, center));
+                let patches = triangles(number, primitive, (mesh, &areas), eye);
+                let facing = Facing::new(patches, center, two_sided);
+                (SurfaceForm::Mesh { areas, mesh }, center, radius, area, facing)
             }
             (Shape::Quadric(_), Some(shape)) => {
-                let patches = cells(primitive, shape);
-                (SurfaceForm::Curved(Box::new(*shape)), shape.center, shape.half_extent().length(), patches)
+                let (center, radius) = (shape.center, shape.half_extent().length());
+                let area = shape.cells().map(|(.., area)| area).sum();
+                let facing = Facing::new(cells(primitive, shape), center, two_sided);
+                (SurfaceForm::Curved(Box::new(*shape)), center, radius, area, facing)
             }
             (Shape::Quadric(_), None) | (Shape::Curve(_), _) => return None,
         };
-        let area = match &form {
-            SurfaceForm::Mesh { areas, .. } => areas.total(),
-            SurfaceForm::Curved(_) => patches.iter().map(|patch| patch.area).sum(),
-        };
-        let light = SurfaceLight {
-            number,
-            primitive,
-            form,
-            center,
-            radius,
-            area,
-            facing: Facing::new(&patches, center, emission.two_sided),
-            brightness: strength(emission.radiance),
-            samples: emission.samples,
-        };
+        let (brightness, samples) = (strength(emission.radiance), emission.samples);
+        let light =
+            SurfaceLight { number, primitive, form, center, radius, area, facing, brightness, samples };
         (area > 0.0).then_some(light)
     }
 
@@ -78,10 +70,13 @@ impl<'s> SurfaceLight<'s> {
     pub fn estimate(&self, at: &Receiver) -> f64 {
         let offset = self.center - at.p;
         let inverse = offset.length_recip();
-        let wi = offset * inverse;
-        // No shape fills more than the sky.
-        let solid_angle = PI.min(self.area * inverse * inverse * self.facing.share(-wi));
-        self.brightness * solid_angle * at.cosine(wi, self.radius * inverse)
+        // No shape fills more than the sky, which it does from its middle.
+        if !inverse.is_finite() {
+            return self.brightness * PI;
+        }
+        let (wi, spread) = (offset * inverse, self.radius * inverse);
+        let solid_angle = PI.min(self.area * inverse * inverse * self.facing.share(-wi, spread));
+        self.brightness * solid_angle * at.cosine(wi, spread)
     }
 
     /// A direction from a point of a surface to the light. `eye`: the world position of the origin.
@@ -200,14 +195,24 @@ fn element(number: u32, index: usize) -> ElementId {
 }
 
 /// The triangles of a mesh.
-fn triangles(number: u32, primitive: &Primitive, mesh: &Mesh, eye: DVec3) -> Vec<Patch> {
-    let patch = |index: usize| {
-        let [a, b, c] = corners(mesh, index, eye);
-        let middle =
-            on_triangle(primitive, mesh, (element(number, index), Hit::NO_PLACE), [a, b, c], [1.0 / 3.0; 3]);
-        Patch { p: middle.p, emitting: middle.emitting, area: 0.5 * (b - a).cross(c - a).length() }
-    };
-    (0..mesh.triangles()).map(patch).collect()
+fn triangles(
+    number: u32,
+    primitive: &Primitive,
+    (mesh, areas): (&Mesh, &MeshAreas),
+    eye: DVec3,
+) -> impl Iterator<Item = Patch> + Clone {
+    (0..mesh.triangles()).map(move |index| {
+        let place = (element(number, index), Hit::NO_PLACE);
+        let middle = on_triangle(primitive, mesh, place, corners(mesh, index, eye), [1.0 / 3.0; 3]);
+        // Normals of the file decide, at each point.
+        let side = |vertex: usize| DVec3::from(mesh.normals[vertex]).dot(middle.n);
+        let sides = || mesh.triangle(index).map(side);
+        let is_same = mesh.normals.is_empty()
+            || sides().iter().all(|side| *side > 0.0)
+            || sides().iter().all(|side| *side < 0.0);
+        let emitting = if is_same { middle.emitting } else { DVec3::ZERO };
+        Patch { p: middle.p, emitting, area: areas.of(index) }
+    })
 }
 
 /// How far from a place there are vertices.
@@ -217,11 +222,7 @@ fn mesh_radius(mesh: &Mesh, eye: DVec3, center: DVec3) -> f64 {
 }
 
 /// Patches of a curved shape.
-fn cells(primitive: &Primitive, shape: &Curved) -> Vec<Patch> {
-    let patch = |(p, n, area): (DVec3, DVec3, f64)| Patch {
-        p,
-        emitting: flipped(n, primitive.reverse_orientation),
-        area,
-    };
-    shape.cells().map(patch).collect()
+fn cells(primitive: &Primitive, shape: &Curved) -> impl Iterator<Item = Patch> + Clone {
+    let is_reversed = primitive.reverse_orientation;
+    shape.cells().map(move |(p, n, area)| Patch { p, emitting: flipped(n, is_reversed), area })
 }

@@ -22,7 +22,7 @@ pub struct Chart {
     /// Wall time for everything, which decides how many samples are reached
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
-    /// In place of a budget: up to this many samples per pixel, a power of two, however long that takes
+    /// In place of a budget: up to this many samples per pixel, a power of two from 4 to 65536, however long that takes
     #[arg(long, value_name = "N", conflicts_with = "budget", value_parser = power_of_two)]
     pub spp: Option<u32>,
     /// The result of another renderer: its name, its wall time and its picture of the scene; may be repeated
