@@ -10,7 +10,10 @@ use rand::Rng;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use sequence::{LANES, Sequence};
+use sequence::Sequence;
+
+/// So many dimensions of a sequence, a set, are computed at once.
+const LANES: usize = 8;
 
 /// Numbers for one camera sample. Each call takes the next dimensions of the pattern.
 #[derive(Debug, Clone)]

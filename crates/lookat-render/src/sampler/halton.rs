@@ -1,6 +1,6 @@
 //! The Halton sequence, scrambled after Owen.
 
-use super::sequence::LANES;
+use super::LANES;
 
 /// The numbers of a point of the sequence in the dimensions of a set, where `count` points are taken of it. `seed` chooses the
 /// scramble. `None` beyond the dimensions, or the points, that there are.

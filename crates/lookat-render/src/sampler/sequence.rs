@@ -2,11 +2,8 @@
 
 use std::array::from_fn;
 
-use super::{halton, hash, mix, sobol, unit};
+use super::{LANES, halton, hash, mix, sobol, unit};
 use crate::arithmetic::{Simd, SimdKind};
-
-/// So many dimensions, a set, are computed at once.
-pub(super) const LANES: usize = 8;
 
 /// Which sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

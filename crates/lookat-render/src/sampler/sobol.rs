@@ -10,8 +10,7 @@ use std::sync::LazyLock;
 use sobol_burley::NUM_DIMENSIONS;
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev};
 
-use super::mix;
-use super::sequence::LANES;
+use super::{LANES, mix};
 
 /// Sets of dimensions that there are; beyond them others, scrambled on their own, take over.
 const SETS: u32 = NUM_DIMENSIONS / LANES as u32;
