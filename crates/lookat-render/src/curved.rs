@@ -187,7 +187,7 @@ impl Curved {
     }
 
     /// A grid over the shape: of each cell a point, the normal there, as [`Curved::project`] has it, and the area, about.
-    pub fn cells(&self) -> impl Iterator<Item = (DVec3, DVec3, f64)> + Clone {
+    pub fn cells(&self) -> impl Iterator<Item = (DVec3, DVec3, f64)> {
         const SIDE: u32 = 16;
         let middle = |i: u32| (f64::from(i) + 0.5) / f64::from(SIDE);
         (0..SIDE * SIDE).map(move |i| {

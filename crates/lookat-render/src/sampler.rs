@@ -56,8 +56,7 @@ impl SampleStream {
         let mut nested = self.clone();
         let index = self.index.checked_mul(count).and_then(|index| index.checked_add(k));
         let all = match self.pattern {
-            // Only these have to know how many there are.
-            // Of cells there may be more than samples.
+            // Only these two have to know how many there are; and of cells there may be more than samples.
             Pattern::Stratified { cells: [across, down], .. } => across
                 .checked_mul(down)
                 .and_then(|cells| cells.checked_mul(count))

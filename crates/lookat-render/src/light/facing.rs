@@ -31,8 +31,10 @@ impl Facing {
     /// That of a shape with these patches around a centre.
     pub fn new(patches: impl Iterator<Item = Patch> + Clone, center: DVec3, two_sided: bool) -> Self {
         let patches = patches.filter(|patch| patch.area > 0.0);
-        let area: f64 = patches.clone().map(|patch| patch.area).sum();
-        let mean_normal = patches.clone().map(|patch| patch.emitting * patch.area).sum::<DVec3>() / area;
+        let (area, moment) = patches.clone().fold((0.0, DVec3::ZERO), |(area, moment), patch| {
+            (area + patch.area, moment + patch.emitting * patch.area)
+        });
+        let mean_normal = moment / area;
         let mut same = patches.map(|patch| {
             let height = (patch.p - center).dot(mean_normal).abs();
             height <= ROUNDING * area.sqrt() && patch.emitting.dot(mean_normal) > 1.0 - ROUNDING

@@ -29,7 +29,7 @@ pub(super) struct SurfaceLight<'s> {
     pub radius: f64,
     pub area: f64,
     pub facing: Facing,
-    /// Of its radiance.
+    /// Luminance of its radiance, about.
     pub brightness: f64,
     pub samples: u32,
 }
@@ -54,8 +54,9 @@ impl<'s> SurfaceLight<'s> {
             }
             (Shape::Quadric(_), Some(shape)) => {
                 let (center, radius) = (shape.center, shape.half_extent().length());
-                let area = shape.cells().map(|(.., area)| area).sum();
-                let facing = Facing::new(cells(primitive, shape), center, two_sided);
+                let patches: Vec<Patch> = cells(primitive, shape).collect();
+                let area = patches.iter().map(|patch| patch.area).sum();
+                let facing = Facing::new(patches.into_iter(), center, two_sided);
                 (SurfaceForm::Curved(Box::new(*shape)), center, radius, area, facing)
             }
             (Shape::Quadric(_), None) | (Shape::Curve(_), _) => return None,
@@ -222,7 +223,7 @@ fn mesh_radius(mesh: &Mesh, eye: DVec3, center: DVec3) -> f64 {
 }
 
 /// Patches of a curved shape.
-fn cells(primitive: &Primitive, shape: &Curved) -> impl Iterator<Item = Patch> + Clone {
+fn cells(primitive: &Primitive, shape: &Curved) -> impl Iterator<Item = Patch> {
     let is_reversed = primitive.reverse_orientation;
     shape.cells().map(move |(p, n, area)| Patch { p, emitting: flipped(n, is_reversed), area })
 }
