@@ -257,7 +257,11 @@ impl Traceable<'_> {
             Other::Instance { instance } => {
                 let placed = &self.instances[instance as usize];
                 let (group, ray) = (&self.objects[placed.object], &placed.ray(ray, hit.t));
-                self.search::<ANY>(Query::new(group, ray, instance, query.is_shadow), hit)
+                let query = Query::new(group, ray, instance, query.is_shadow);
+                match group.others[..] {
+                    [other] if group.triangles.is_empty() => self.meet_other::<ANY>(query, other, hit),
+                    _ => self.search::<ANY>(query, hit),
+                }
             }
             Other::Curved { primitive, shape } => {
                 let element = ElementId { instance, primitive, index: 0 };
