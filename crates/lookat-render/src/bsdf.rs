@@ -115,7 +115,7 @@ pub(crate) fn lambert(material: &MaterialKind) -> Option<&Texture<Vec3>> {
 impl<'l> Bsdf<'l> {
     /// The scattering at a point of a material towards `wo`: `frame` holds the shading normal, `n` is the geometric normal.
     /// A material that is not there scatters nothing.
-    #[inline]
+    #[inline(always)]
     pub fn new(
         material: &Material,
         at: &TexturePoint,
@@ -153,7 +153,7 @@ impl<'l> Bsdf<'l> {
     }
 
     /// The BSDF times the cosine between `wi` and the shading normal; specular lobes count for nothing.
-    #[inline]
+    #[inline(always)]
     pub fn f_cos(&self, wi: DVec3) -> Vec3 {
         let side = wi.dot(self.n);
         if self.local_o.z == 0.0 || side == 0.0 {
@@ -167,6 +167,7 @@ impl<'l> Bsdf<'l> {
     }
 
     /// The geometric normal tells the sides, so that bent normals let no light through.
+    #[inline(never)]
     fn f_cos_of(&self, lobes: &[LikelyLobe], through: bool, local_i: DVec3) -> Vec3 {
         let mut f = Vec3::ZERO;
         for LikelyLobe { lobe, .. } in lobes.iter().filter(|likely| likely.lobe.transmits() == through) {

@@ -65,6 +65,7 @@ impl CameraRays {
     }
 
     /// The origin of that ray, and its direction, of any length.
+    #[inline(always)]
     fn line(&self, film: DVec2, u: DVec2) -> (DVec3, DVec3) {
         let p = self.origin + self.step * (film - self.film_middle);
         let (o, d) = match (self.projection, self.lens) {

@@ -58,10 +58,10 @@ impl<'t, 's> Tracer<'t, 's> {
     }
 
     /// The nearest hits of rays that run side by side.
-    pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
+    pub fn nearest_of(&mut self, rays: [&Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
         if self.apart_left > 0 {
             self.apart_left -= 1;
-            return rays.each_ref().map(|ray| self.nearest(ray));
+            return rays.map(|ray| self.nearest(ray));
         }
         self.rays += BUNDLE as u64;
         let (hits, together) = self.scene.nearest_of(rays);
@@ -94,21 +94,18 @@ impl<'t, 's> Tracer<'t, 's> {
         self.lights.has_skies() || !self.scene.emitters.is_empty()
     }
 
-    /// What a ray finds, if that may emit light. Most rays cannot find any, and need not be traced.
-    pub fn find_light(&mut self, ray: &Ray) -> Found {
-        if !self.scene.emitters.may_be_met(ray) {
-            let is_sky = self.lights.has_skies() && !self.meets(ray);
-            return if is_sky { Found::Sky } else { Found::Nothing };
-        }
-        match self.nearest(ray) {
-            None => Found::Sky,
-            Some(hit) if self.scene.emits(&hit) => Found::Surface(hit),
-            Some(_) => Found::Nothing,
-        }
+    /// Whether a ray may meet what emits light.
+    pub fn may_meet_emitter(&self, ray: &Ray) -> bool {
+        self.scene.emitters.may_be_met(ray)
+    }
+
+    /// Whether what is hit emits light.
+    pub fn emits(&self, hit: &Hit) -> bool {
+        self.scene.emits(hit)
     }
 
     /// Whether a ray meets anything.
-    fn meets(&mut self, ray: &Ray) -> bool {
+    pub fn meets(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
         self.scene.meets(ray)
     }
@@ -118,16 +115,6 @@ impl<'t, 's> Tracer<'t, 's> {
         self.rays += 1;
         self.scene.occluded(ray)
     }
-}
-
-/// Light that a ray has found.
-pub(crate) enum Found {
-    /// No light.
-    Nothing,
-    /// That from where there is nothing.
-    Sky,
-    /// A surface that may emit it.
-    Surface(Hit),
 }
 
 /// Numbers that are taken at each surface, and for what.

@@ -11,12 +11,10 @@ mod receiver;
 mod sphere;
 mod surface;
 
-use std::rc::Rc;
-
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Integrator, Light, Scene};
 
-use crate::bsdf::Bsdf;
+use crate::bsdf::Domain;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::surface::{Surface, reach};
@@ -199,8 +197,8 @@ impl<'s> LightTable<'s> {
 
     /// The directions that samples of the BSDF miss, if there is a sky from which light may come there.
     #[inline]
-    pub fn lune(&self, bsdf: &Bsdf) -> Option<Rc<Lune>> {
-        self.has_skies().then(|| Lune::new(&bsdf.domain())).flatten().map(Rc::new)
+    pub fn lune(&self, domain: &Domain) -> Option<Lune> {
+        if self.has_skies() { Lune::new(domain) } else { None }
     }
 
     /// A direction towards a light, for a surface with that [`Lune`].

@@ -26,21 +26,10 @@ pub(crate) fn bsdf<'l>(
 ) -> Bsdf<'l> {
     let material = &surface.primitive.material;
     // Twice, so that neither point is copied.
-    if material.needs.coordinates {
-        let (at, frame) = point(scene, surface, wo, camera_ray);
-        return Bsdf::new(material, &at, (frame, surface.n), wo, lobes);
+    if !material.needs.coordinates {
+        let frame = Frame::from_z(surface.ns);
+        return Bsdf::new(material, &TexturePoint::default(), (frame, surface.n), wo, lobes);
     }
-    Bsdf::new(material, &TexturePoint::default(), (Frame::from_z(surface.ns), surface.n), wo, lobes)
-}
-
-/// Where textures are asked, and the shading frame that they bend.
-fn point(
-    scene: &Traceable,
-    surface: &Surface,
-    wo: DVec3,
-    camera_ray: Option<&CameraRay>,
-) -> (TexturePoint, Frame) {
-    let material = &surface.primitive.material;
     let coordinates = Coordinates::new(scene, surface, wo);
     let footprint = match camera_ray {
         Some(camera_ray) if material.needs.footprint => footprint(surface, &coordinates.flat, camera_ray),
@@ -51,7 +40,7 @@ fn point(
         Some(bump) => bumped(&at, bump, surface, &coordinates),
         None => (surface.ns, coordinates.shading.dpdu),
     };
-    (at, Frame::from_zx(ns, dpdu))
+    Bsdf::new(material, &at, (Frame::from_zx(ns, dpdu), surface.n), wo, lobes)
 }
 
 /// How much the point of the surface and its coordinates change from a camera ray to its neighbours (PBR 10.1.1).

@@ -45,7 +45,7 @@ impl<'s> Surface<'s> {
             Shape::TriangleMesh(mesh) if hit.element.instance == ElementId::WORLD => {
                 let [b0, b1] = hit.barycentric;
                 let corners = scene.world.triangles[hit.place as usize].in_order();
-                on_triangle(primitive, mesh, (hit.element, hit.place), corners, [b0, b1, 1.0 - b0 - b1])
+                on_triangle(primitive, mesh, hit.element, hit.place, corners, [b0, b1, 1.0 - b0 - b1])
             }
             _ => Surface::of_any(scene, primitive, ray, hit),
         }
@@ -104,7 +104,7 @@ impl<'s> Surface<'s> {
             Shape::TriangleMesh(mesh) => {
                 let [b0, b1] = hit.barycentric;
                 let corners = corners(mesh, hit.element.index as usize, DVec3::ZERO);
-                on_triangle(primitive, mesh, (hit.element, hit.place), corners, [b0, b1, 1.0 - b0 - b1])
+                on_triangle(primitive, mesh, hit.element, hit.place, corners, [b0, b1, 1.0 - b0 - b1])
             }
         };
         match instance {
@@ -170,7 +170,8 @@ const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
 pub(crate) fn on_triangle<'s>(
     primitive: &'s Primitive,
     mesh: &Mesh,
-    (element, place): (ElementId, u32),
+    element: ElementId,
+    place: u32,
     [p0, p1, p2]: [DVec3; 3],
     [b0, b1, b2]: [f64; 3],
 ) -> Surface<'s> {

@@ -53,8 +53,13 @@ struct Search {
 impl Traceable<'_> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
-        let mut hit = nothing(ray);
-        self.search::<false>(self.query(ray, false), &mut hit).then_some(hit)
+        // Made where it is returned, as it is large.
+        let mut found = Some(nothing(ray));
+        let is_found = found.as_mut().is_some_and(|hit| self.search::<false>(self.query(ray, false), hit));
+        if !is_found {
+            found = None;
+        }
+        found
     }
 
     /// Whether anything but its target is in the way of a shadow ray.

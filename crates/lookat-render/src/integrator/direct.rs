@@ -6,7 +6,7 @@ use lookat_scene::{DirectStrategy, LightChoice};
 use super::weighed::{LightSamples, Samples, Vertex, by_directions, one_light, sampled_light};
 use super::{Draw, FirstHit, MAX_PASSED, Tracer};
 use crate::bsdf::{Bsdf, Lobes, Part};
-use crate::light::LightTable;
+use crate::light::{LightTable, Receiver};
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 
@@ -96,17 +96,18 @@ fn from_lights(
     strategy: DirectStrategy,
 ) -> Vec3 {
     let table = tracer.lights();
-    let lune = table.lune(bsdf);
-    let vertex = |lune, samples| Vertex { surface, bsdf, part: Part::Smooth, lune, samples };
+    let receiver = &Receiver { p: surface.p, domain: bsdf.domain() };
+    let lune = table.lune(&receiver.domain);
+    let lune = lune.as_ref();
+    let vertex = |samples| Vertex { surface, bsdf, receiver, part: Part::Smooth, lune, samples };
     if strategy == DirectStrategy::One {
-        let samples = Samples::of_one(table, CHOICE, lune.as_deref());
-        let vertex = &vertex(lune, samples);
+        let vertex = &vertex(Samples::of_one(table, CHOICE, lune));
         let light = one_light(tracer, vertex, stream, CHOICE);
         return light + by_directions(tracer, vertex, stream, u32::from(table.has_extended()));
     }
-    let eligible = table.eligible(lune.as_deref());
+    let eligible = table.eligible(lune);
     let samples = Samples { lights: LightSamples::Each, directions: total(directions(table, eligible)) };
-    let vertex = &vertex(lune, samples);
+    let vertex = &vertex(samples);
     let mut radiance = Vec3::ZERO;
     for light in 0..eligible {
         let count = table.samples(light);

@@ -5,10 +5,10 @@ use std::ops::Range;
 use glam::Vec3;
 use lookat_scene::LightChoice;
 
-use super::weighed::{Direction, Emission, Samples, Vertex, found_light, one_light};
+use super::weighed::{Emission, Samples, Vertex, found_light, light_of, one_light};
 use super::{Draw, FirstHit, MAX_PASSED, Tracer};
 use crate::bsdf::{Lobes, Part};
-use crate::light::LightTable;
+use crate::light::{LightTable, Receiver};
 use crate::sampler::SampleStream;
 
 /// What the path integrator is set to.
@@ -57,7 +57,8 @@ pub(crate) fn li(
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
     // What refraction has done to beta: roulette is to count light, not its density.
     let mut compression = 1.0;
-    let mut emission = Emission::Full;
+    // Whether all that the ray finds is still to be counted, as it comes from the camera or from single directions.
+    let mut counts = true;
     let has_roulette = !roulette(settings.max_depth).is_empty();
     let (mut ray, mut found) = (first.ray, first.hit);
     let mut seen_by = Some(&first.camera_ray);
@@ -65,11 +66,13 @@ pub(crate) fn li(
     let (mut bounces, mut passed) = (0, 0);
     loop {
         let Some(hit) = found else {
-            return radiance + beta * emission.background(lights, ray.d);
+            return if counts { radiance + beta * lights.background(ray.d) } else { radiance };
         };
         let surface = tracer.surface(&ray, &hit);
         let wo = -ray.d;
-        radiance += beta * emission.emitted(lights, &surface, wo);
+        if counts {
+            radiance += beta * surface.le(wo);
+        }
         if bounces >= settings.max_depth {
             return radiance;
         }
@@ -80,17 +83,16 @@ pub(crate) fn li(
             if passed > MAX_PASSED {
                 return radiance;
             }
-            if !matches!(emission, Emission::Full) {
-                emission = Emission::Hidden;
-            }
             found = tracer.nearest(&ray);
             continue;
         }
         let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
         let is_smooth = bsdf.has(Part::Smooth);
-        let lune = if is_smooth { lights.lune(&bsdf) } else { None };
-        let samples = Samples::of_one(lights, settings.light_choice, lune.as_deref());
-        let vertex = Vertex { surface: &surface, bsdf: &bsdf, part: Part::All, lune, samples };
+        let receiver = &Receiver { p: surface.p, domain: bsdf.domain() };
+        let lune = if is_smooth { lights.lune(&receiver.domain) } else { None };
+        let lune = lune.as_ref();
+        let samples = Samples::of_one(lights, settings.light_choice, lune);
+        let vertex = Vertex { surface: &surface, bsdf: &bsdf, receiver, part: Part::All, lune, samples };
         if is_smooth {
             radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice);
         }
@@ -99,16 +101,14 @@ pub(crate) fn li(
         if is_last && !tracer.may_find_light() {
             return radiance;
         }
-        let Some(sample) = bsdf.sample(stream.next_2d(), Part::All) else { return radiance };
+        let sample = bsdf.sample(stream.next_2d(), Part::All);
+        let Some(sample) = &sample else { return radiance };
         beta *= sample.weight();
         compression *= sample.compression;
         ray = surface.leave(sample.wi);
-        emission = match sample.is_specular {
-            true => Emission::Full,
-            false => Emission::Weighed(Direction::new(&vertex, &sample)),
-        };
+        let emission = Emission::by(&vertex, sample);
         if is_last {
-            return radiance + beta * found_light(tracer, &emission, &ray);
+            return radiance + beta * found_light(tracer, emission, &ray);
         }
         if has_roulette {
             // As pbrt-v3: from the fifth surface on, by the brightest channel.
@@ -124,6 +124,10 @@ pub(crate) fn li(
             }
         }
         found = tracer.nearest(&ray);
+        counts = sample.is_specular;
+        if !counts {
+            radiance += beta * light_of(tracer, emission, &ray, &found);
+        }
     }
 }
 

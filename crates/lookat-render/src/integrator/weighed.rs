@@ -1,14 +1,12 @@
 //! Light that samples of lights find, and that directions from the BSDF find, weighed against each other (PBR 14.3.1).
 
-use std::rc::Rc;
-
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::LightChoice;
 
-use super::{Found, Tracer};
+use super::Tracer;
 use crate::bsdf::{Bsdf, BsdfSample, Part};
 use crate::light::{LightTable, Lune, Receiver};
-use crate::ray::Ray;
+use crate::ray::{Hit, Ray};
 use crate::sampler::SampleStream;
 use crate::surface::Surface;
 
@@ -34,101 +32,72 @@ impl Samples {
         let directions = if lights.leaves_all_to_directions(lune) { 2 } else { 1 };
         Samples { lights: LightSamples::One(choice), directions }
     }
-
-    /// How many samples there are of a light from a point of a surface, in the mean.
-    fn of_light(self, lights: &LightTable, at: &Receiver, lune: Option<&Lune>, light: usize) -> f64 {
-        match self.lights {
-            LightSamples::One(choice) => lights.probability(choice, at, lune, light),
-            LightSamples::Each => f64::from(lights.samples(light)),
-        }
-    }
 }
 
 /// A surface that light comes to.
 pub(super) struct Vertex<'v> {
     pub surface: &'v Surface<'v>,
     pub bsdf: &'v Bsdf<'v>,
+    /// Its point, and the directions that its BSDF scatters light from.
+    pub receiver: &'v Receiver,
     /// What of the BSDF directions are sampled from.
     pub part: Part,
-    /// Few surfaces have one: the others are not to pay for its size.
-    pub lune: Option<Rc<Lune>>,
+    pub lune: Option<&'v Lune>,
     pub samples: Samples,
 }
 
 impl Vertex<'_> {
-    fn receiver(&self) -> Receiver {
-        Receiver { p: self.surface.p, domain: self.bsdf.domain() }
+    /// How many samples there are of a light, in the mean.
+    fn samples_of(&self, lights: &LightTable, light: usize) -> f64 {
+        match self.samples.lights {
+            LightSamples::One(choice) => lights.probability(choice, self.receiver, self.lune, light),
+            LightSamples::Each => f64::from(lights.samples(light)),
+        }
     }
-}
-
-/// One of the directions from the BSDF at a surface: it has to be known how likely it was.
-#[derive(Debug, Clone)]
-pub(super) struct Direction {
-    samples: Samples,
-    /// Where it leaves the surface.
-    from: Receiver,
-    lune: Option<Rc<Lune>>,
-    /// Density by solid angle, times the number of directions.
-    pdf: f64,
 }
 
 /// How emission that a ray finds counts.
-pub(super) enum Emission {
-    /// In full: the ray comes from the camera, or from where no light could be sampled.
+#[derive(Clone, Copy)]
+pub(super) enum Emission<'v> {
+    /// In full: the ray comes from where no light could be sampled.
     Full,
     /// Weighed against samples of lights at the surface that the ray left.
-    Weighed(Direction),
-    /// Not at all: pbrt-v3 sees no light through a surface without a material, except from the camera.
-    Hidden,
+    Weighed {
+        from: &'v Vertex<'v>,
+        /// Density of the ray by solid angle, times the number of directions.
+        pdf: f64,
+    },
 }
 
-impl Emission {
-    /// That of a surface.
-    pub fn emitted(&self, lights: &LightTable, surface: &Surface, wo: DVec3) -> Vec3 {
-        match self {
-            Emission::Full => surface.le(wo),
-            Emission::Weighed(direction) => direction.emitted(lights, surface, wo),
-            Emission::Hidden => Vec3::ZERO,
+impl<'v> Emission<'v> {
+    /// That found by a sample of the BSDF.
+    pub fn by(from: &'v Vertex<'v>, sample: &BsdfSample) -> Self {
+        match sample.is_specular {
+            true => Emission::Full,
+            false => Emission::Weighed { from, pdf: sample.pdf * f64::from(from.samples.directions) },
         }
     }
 
-    /// The radiance from where there is nothing.
-    pub fn background(&self, lights: &LightTable, d: DVec3) -> Vec3 {
-        match self {
-            Emission::Full => lights.background(d),
-            Emission::Weighed(direction) => direction.background(lights, d),
-            Emission::Hidden => Vec3::ZERO,
-        }
-    }
-}
-
-impl Direction {
-    pub fn new(vertex: &Vertex, sample: &BsdfSample) -> Self {
-        let pdf = sample.pdf * f64::from(vertex.samples.directions);
-        Direction { samples: vertex.samples, from: vertex.receiver(), lune: vertex.lune.clone(), pdf }
-    }
-
-    /// What counts of the emission of a surface that it finds, as its part of all directions.
-    fn emitted(&self, lights: &LightTable, surface: &Surface, wo: DVec3) -> Vec3 {
+    /// What counts of the emission of a surface, as its part of all directions.
+    pub fn emitted(self, lights: &LightTable, surface: &Surface, wo: DVec3) -> Vec3 {
         let le = surface.le(wo);
+        let Emission::Weighed { from, pdf } = self else { return le };
         let light = lights.of_element(surface.element).filter(|_| le != Vec3::ZERO);
         let Some(light) = light else { return Vec3::ZERO };
-        let other = lights.surface_pdf(light, self.from.p, -wo, surface) * self.samples_of(lights, light);
-        le * lights.weight(light, self.pdf, other) / self.samples.directions as f32
+        let density = lights.surface_pdf(light, from.receiver.p, -wo, surface);
+        let other = density * from.samples_of(lights, light);
+        le * lights.weight(light, pdf, other) / from.samples.directions as f32
     }
 
     /// What counts of the radiance from where there is nothing, in the same way.
-    fn background(&self, lights: &LightTable, d: DVec3) -> Vec3 {
+    pub fn background(self, lights: &LightTable, d: DVec3) -> Vec3 {
+        let Emission::Weighed { from, pdf } = self else { return lights.background(d) };
         let weighed = |(light, radiance, other): (usize, Vec3, f64)| {
             // Most often nothing else finds it.
-            let other = if other > 0.0 { other * self.samples_of(lights, light) } else { 0.0 };
-            radiance * lights.weight(light, self.pdf, other)
+            let other = if other > 0.0 { other * from.samples_of(lights, light) } else { 0.0 };
+            radiance * lights.weight(light, pdf, other)
         };
-        lights.skies(self.lune.as_deref(), d).map(weighed).sum::<Vec3>() / self.samples.directions as f32
-    }
-
-    fn samples_of(&self, lights: &LightTable, light: usize) -> f64 {
-        self.samples.of_light(lights, &self.from, self.lune.as_deref(), light)
+        lights.skies(from.lune, d).map(weighed).sum::<Vec3>() / from.samples.directions as f32
     }
 }
 
@@ -141,7 +110,7 @@ pub(super) fn one_light(
     choice: LightChoice,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let chosen = lights.choose(choice, &vertex.receiver(), vertex.lune.as_deref(), stream);
+    let chosen = lights.choose(choice, vertex.receiver, vertex.lune, stream);
     match chosen {
         Some((light, probability)) => {
             // Where nothing about a light is left to chance, its numbers stay untaken.
@@ -169,10 +138,10 @@ pub(super) fn sampled_light(
     u: DVec2,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let Vertex { surface, bsdf, part, lune, samples } = vertex;
-    let Some(sample) = lights.sample(light, surface, lune.as_deref(), u) else {
-        return Vec3::ZERO;
-    };
+    let Vertex { surface, bsdf, part, lune, samples, .. } = vertex;
+    // By reference: it is large.
+    let sample = lights.sample(light, surface, *lune, u);
+    let Some(sample) = &sample else { return Vec3::ZERO };
     let reflected = bsdf.f_cos(sample.shadow.d) * sample.li;
     if reflected == Vec3::ZERO || tracer.occluded(&sample.shadow) {
         return Vec3::ZERO;
@@ -192,23 +161,35 @@ pub(super) fn by_directions(
 ) -> Vec3 {
     let mut found = Vec3::ZERO;
     for k in 0..count {
-        let Some(sample) = vertex.bsdf.sample(stream.nested_2d(count, k), vertex.part) else { continue };
+        let sample = vertex.bsdf.sample(stream.nested_2d(count, k), vertex.part);
+        let Some(sample) = &sample else { continue };
         // What lies in single directions counts in full where the path goes on there.
         if sample.is_specular {
             continue;
         }
-        let emission = Emission::Weighed(Direction::new(vertex, &sample));
-        found += sample.weight() * found_light(tracer, &emission, &vertex.surface.leave(sample.wi));
+        let emission = Emission::by(vertex, sample);
+        found += sample.weight() * found_light(tracer, emission, &vertex.surface.leave(sample.wi));
     }
     found
 }
 
-/// Light that a ray finds.
-pub(super) fn found_light(tracer: &mut Tracer, emission: &Emission, ray: &Ray) -> Vec3 {
+/// Light that a ray finds. Most rays cannot find any, and need not be traced.
+pub(super) fn found_light(tracer: &mut Tracer, emission: Emission, ray: &Ray) -> Vec3 {
+    if tracer.may_meet_emitter(ray) {
+        let found = tracer.nearest(ray);
+        return light_of(tracer, emission, ray, &found);
+    }
     let lights = tracer.lights();
-    match tracer.find_light(ray) {
-        Found::Nothing => Vec3::ZERO,
-        Found::Sky => emission.background(lights, ray.d),
-        Found::Surface(hit) => emission.emitted(lights, &tracer.surface(ray, &hit), -ray.d),
+    if lights.has_skies() && !tracer.meets(ray) { emission.background(lights, ray.d) } else { Vec3::ZERO }
+}
+
+/// Light of what a ray has found.
+pub(super) fn light_of(tracer: &Tracer, emission: Emission, ray: &Ray, found: &Option<Hit>) -> Vec3 {
+    match found {
+        None => emission.background(tracer.lights(), ray.d),
+        Some(hit) if tracer.emits(hit) => {
+            emission.emitted(tracer.lights(), &tracer.surface(ray, hit), -ray.d)
+        }
+        Some(_) => Vec3::ZERO,
     }
 }

@@ -102,7 +102,8 @@ impl<'s> SurfaceLight<'s> {
                         on_triangle(
                             self.primitive,
                             mesh,
-                            (element, Hit::NO_PLACE),
+                            element,
+                            Hit::NO_PLACE,
                             corners(mesh, index, eye),
                             barycentric,
                         )
@@ -203,8 +204,8 @@ fn triangles(
     eye: DVec3,
 ) -> impl Iterator<Item = Patch> + Clone {
     (0..mesh.triangles()).map(move |index| {
-        let place = (element(number, index), Hit::NO_PLACE);
-        let middle = on_triangle(primitive, mesh, place, corners(mesh, index, eye), [1.0 / 3.0; 3]);
+        let (element, corners) = (element(number, index), corners(mesh, index, eye));
+        let middle = on_triangle(primitive, mesh, element, Hit::NO_PLACE, corners, [1.0 / 3.0; 3]);
         // Normals of the file decide, at each point.
         let side = |vertex: usize| DVec3::from(mesh.normals[vertex]).dot(middle.n);
         let sides = || mesh.triangle(index).map(side);

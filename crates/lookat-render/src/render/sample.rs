@@ -144,7 +144,7 @@ where
         let mut from = indices.start;
         while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
             let mut starts: [_; BUNDLE] = from_fn(|k| self.start(pattern, place, from + k as u32));
-            let hits = tracer.nearest_of(&starts.each_ref().map(|start| start.first.ray));
+            let hits = tracer.nearest_of(starts.each_ref().map(|start| &start.first.ray));
             for (start, hit) in starts.iter_mut().zip(hits) {
                 start.first.hit = hit;
                 self.follow(tracer, pattern, start, &mut samples);
