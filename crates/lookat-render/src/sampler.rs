@@ -1,5 +1,7 @@
 //! Where samples lie: for each pixel and sample a stream of numbers from 0 to 1, that depends on nothing else.
 
+#[cfg(target_arch = "x86_64")]
+mod avx2;
 mod halton;
 mod sequence;
 mod sobol;

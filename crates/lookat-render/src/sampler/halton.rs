@@ -1,5 +1,8 @@
 //! The Halton sequence, scrambled after Owen.
 
+#[cfg(target_arch = "x86_64")]
+pub(super) mod avx2;
+
 use super::LANES;
 
 /// The numbers of a point of the sequence in the dimensions of a set, where `count` points are taken of it. `seed` chooses the
@@ -27,7 +30,7 @@ fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {
     seeds
 }
 
-/// Of dimensions among their neighbours: a table, since all are taken by one instruction.
+/// Of dimensions among their neighbours.
 const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// The radical inverses of `index` with their digits permuted after Owen: each by the digits before it. Digits beyond those
@@ -55,7 +58,7 @@ fn scrambled_radical_inverses<const N: usize>(
             // overflow only below the digits that are needed.
             let before = power[lane].wrapping_add(index).wrapping_sub(rest[lane].wrapping_mul(power[lane]));
             let random = mix(seeds[lane] ^ before);
-            let factor = 1 + high(random.wrapping_mul(0x9e37_79b1), prime - 1);
+            let factor = 1 + high(random.wrapping_mul(SPREAD), prime - 1);
             let above = bases.quotient(lane, rest[lane]);
             let image = (rest[lane] - above * prime) * factor + high(random, prime);
             digit[lane] = image - bases.quotient(lane, image) * prime;
@@ -84,6 +87,9 @@ fn scrambled_radical_inverses<const N: usize>(
 fn high(x: u32, n: u32) -> u32 {
     ((u64::from(x) * u64::from(n)) >> 32) as u32
 }
+
+/// Makes another number of a random one.
+const SPREAD: u32 = 0x9e37_79b1;
 
 /// The largest number below one.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;

@@ -28,22 +28,29 @@ impl Sequence {
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn numbers_avx2(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
-        self.numbers_portable(set, index, count, seed)
+        match self {
+            Sequence::Sobol => sobol::avx2::numbers(set, index, seed),
+            Sequence::Halton { .. } => halton::avx2::numbers(set, index, count, seed)
+                .unwrap_or_else(|| beyond_halton(set, index, seed)),
+        }
     }
 
-    #[inline(always)]
     fn numbers_portable(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
         match self {
             Sequence::Sobol => sobol::numbers(set, index, seed),
-            Sequence::Halton { .. } => halton::numbers(set, index, count, seed).unwrap_or_else(|| {
-                // Beyond the sequence they are random.
-                from_fn(|lane| {
-                    let hash = hash(seed, set * LANES as u32 + lane as u32);
-                    unit(mix(hash ^ u64::from(index) << 32))
-                })
-            }),
+            Sequence::Halton { .. } => halton::numbers(set, index, count, seed)
+                .unwrap_or_else(|| beyond_halton(set, index, seed)),
         }
     }
+}
+
+/// Beyond the sequence its numbers are random.
+#[cold]
+fn beyond_halton(set: u32, index: u32, seed: u64) -> [f64; LANES] {
+    from_fn(|lane| {
+        let hash = hash(seed, set * LANES as u32 + lane as u32);
+        unit(mix(hash ^ u64::from(index) << 32))
+    })
 }
 
 #[cfg(test)]

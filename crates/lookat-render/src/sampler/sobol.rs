@@ -4,6 +4,9 @@
 //! numbers of Joe and Kuo). Here the bits of an index are looked up by fours, and twice as many dimensions are scrambled at
 //! once.
 
+#[cfg(target_arch = "x86_64")]
+pub(super) mod avx2;
+
 use std::array::from_fn;
 use std::sync::LazyLock;
 
@@ -29,29 +32,38 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
 /// others, scrambled on their own, take over too.
 #[inline(always)]
 pub(super) fn numbers(set: u32, index: u32, seed: u64) -> [f64; LANES] {
-    let (round, within) = (index >> 16, index & 0xffff);
-    let seed = mix(seed ^ (u64::from(round) << 32 | u64::from(set / SETS))) as u32;
-    // The bits of what is scrambled are in reverse.
-    let shuffled = owen_scramble_rev(within.reverse_bits(), hash(seed ^ 0x79c6_8e4a)) >> 16;
-    let set = set % SETS;
-    let quarters = &TABLE[set as usize];
-    let mut point = [0_u32; LANES];
-    for (at, quarter) in quarters.iter().enumerate() {
-        let added = &quarter[(shuffled >> (4 * at)) as usize % 16];
-        for lane in 0..LANES {
-            point[lane] ^= added[lane];
-        }
-    }
-    let own = seed.wrapping_mul(0x9c8f_2d3b) ^ (2 * set);
-    let (mut bits, mut numbers) = ([0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        bits[lane] = owen_scramble_rev(point[lane], hash(own ^ SCRAMBLES[lane])).reverse_bits() >> 9;
-    }
-    for lane in 0..LANES {
-        numbers[lane] = f64::from(bits[lane] as i32) * (1.0 / 8_388_608.0);
-    }
-    numbers
+    let Place { added, own } = Place::new(set, index, seed);
+    from_fn(|lane| {
+        let point = added.iter().fold(0, |point, added| point ^ added[lane]);
+        let bits = owen_scramble_rev(point, hash(own ^ SCRAMBLES[lane])).reverse_bits() >> 9;
+        f64::from(bits) * SCALE
+    })
 }
+
+/// Where the numbers of a point come from.
+struct Place {
+    /// What the bits of its shuffled index add to it, by fours.
+    added: [&'static [u32; LANES]; 4],
+    /// What chooses its scrambles.
+    own: u32,
+}
+
+impl Place {
+    #[inline(always)]
+    fn new(set: u32, index: u32, seed: u64) -> Self {
+        let (round, within) = (index >> 16, index & 0xffff);
+        let seed = mix(seed ^ (u64::from(round) << 32 | u64::from(set / SETS))) as u32;
+        // The bits of what is scrambled are in reverse.
+        let shuffled = owen_scramble_rev(within.reverse_bits(), hash(seed ^ 0x79c6_8e4a)) >> 16;
+        let set = set % SETS;
+        let quarters = &TABLE[set as usize];
+        let added = from_fn(|at| &quarters[at][(shuffled >> (4 * at)) as usize % 16]);
+        Place { added, own: seed.wrapping_mul(0x9c8f_2d3b) ^ (2 * set) }
+    }
+}
+
+/// Makes a number below one of 23 bits.
+const SCALE: f64 = 1.0 / 8_388_608.0;
 
 /// As in `sobol_burley`, for each of four dimensions and the next four.
 const SCRAMBLES: [u32; LANES] = {
