@@ -124,12 +124,17 @@ impl<'l> Bsdf<'l> {
         lobes: &'l mut Lobes,
     ) -> Self {
         let local_o = frame.to_local(wo);
-        let scattering = match lambert(&material.kind) {
-            Some(kd) => Scattering::Lambert(at.value(kd).max(Vec3::ZERO)),
-            None => Scattering::of(&material.kind, at, local_o, &mut lobes.0),
-        };
         let n = flipped(n, n.dot(wo) < 0.0);
-        Bsdf { frame, n, local_o, scattering }
+        match lambert(&material.kind) {
+            Some(kd) => {
+                let scattering = Scattering::Lambert(at.value(kd).max(Vec3::ZERO));
+                Bsdf { frame, n, local_o, scattering }
+            }
+            None => {
+                let scattering = Scattering::of(&material.kind, at, local_o, &mut lobes.0);
+                Bsdf { frame, n, local_o, scattering }
+            }
+        }
     }
 
     /// Whether any of its lobes are of a kind.

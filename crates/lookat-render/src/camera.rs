@@ -59,6 +59,7 @@ impl CameraRays {
     }
 
     /// The ray through `film`, in pixels from the top left corner; `u` chooses the point on the lens (PBR 6.2.3).
+    #[inline(always)]
     pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
         let (o, d) = self.line(film, u);
         Ray::new(o, d.normalize())

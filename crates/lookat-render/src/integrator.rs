@@ -22,10 +22,10 @@ use crate::trace::BUNDLE;
 pub(crate) const MAX_PASSED: u32 = 1000;
 
 /// A ray from the camera, and what it has met.
-pub(crate) struct FirstHit<'c> {
-    pub camera_ray: CameraRay<'c>,
-    pub ray: Ray,
-    pub hit: Option<Hit>,
+pub(crate) struct FirstHit<'h> {
+    pub camera_ray: &'h CameraRay<'h>,
+    pub ray: &'h Ray,
+    pub hit: &'h Option<Hit>,
 }
 
 /// Traces rays and counts them.
@@ -57,11 +57,17 @@ impl<'t, 's> Tracer<'t, 's> {
         self.scene.nearest(ray)
     }
 
+    /// The same, put where it is to be: large values are best not moved.
+    pub fn find(&mut self, ray: &Ray, found: &mut Option<Hit>) {
+        self.rays += 1;
+        self.scene.find(ray, found);
+    }
+
     /// The nearest hits of rays that run side by side.
-    pub fn nearest_of(&mut self, rays: [&Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
+    pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
         if self.apart_left > 0 {
             self.apart_left -= 1;
-            return rays.map(|ray| self.nearest(ray));
+            return rays.each_ref().map(|ray| self.nearest(ray));
         }
         self.rays += BUNDLE as u64;
         let (hits, together) = self.scene.nearest_of(rays);

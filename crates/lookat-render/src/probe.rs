@@ -61,7 +61,7 @@ impl<'s> Probe<'s> {
 
     /// The nearest hits of several rays, which are found faster together where they run side by side.
     pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
-        self.traceable.nearest_of(rays.each_ref()).0
+        self.traceable.nearest_of(rays).0
     }
 
     /// The same without trees: by asking everything in turn.

@@ -44,12 +44,23 @@ impl SampleStream {
     pub fn new(sampler: &Sampler, seed: u64, pixel: [u32; 2], index: u32) -> Self {
         let seed = mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ (u64::from(pixel[0]) | u64::from(pixel[1]) << 32));
         let pattern = match sampler.kind {
-            SamplerKind::Random => Pattern::Random(Pcg64Mcg::seed_from_u64(mix(seed ^ u64::from(index)))),
+            SamplerKind::Random => Pattern::Random(random_of(seed, index)),
             SamplerKind::Stratified { cells, jitter } => Pattern::Stratified { cells, jitter },
             SamplerKind::Halton { pixel_center } => Pattern::of(Sequence::Halton { pixel_center }),
             SamplerKind::Sobol => Pattern::of(Sequence::Sobol),
         };
         SampleStream { pattern, seed, index, count: sampler.samples_per_pixel, dimension: 0 }
+    }
+
+    /// Goes to the beginning of sample `index` of the same pixel.
+    #[inline]
+    pub fn restart(&mut self, index: u32) {
+        (self.index, self.dimension) = (index, 0);
+        match &mut self.pattern {
+            Pattern::Random(random) => *random = random_of(self.seed, index),
+            Pattern::Stratified { .. } => {}
+            Pattern::Sequence { set, .. } => *set = NO_SET,
+        }
     }
 
     /// The stream from here on for the `k`-th of `count` samples that are nested in this one: together they are as well
@@ -181,6 +192,11 @@ impl Pattern {
     fn of(sequence: Sequence) -> Self {
         Pattern::Sequence { sequence, set: NO_SET, numbers: [0.0; LANES] }
     }
+}
+
+/// The random numbers of sample `index` of a pixel.
+fn random_of(seed: u64, index: u32) -> Pcg64Mcg {
+    Pcg64Mcg::seed_from_u64(mix(seed ^ u64::from(index)))
 }
 
 /// The seed of the `i`-th of several patterns that have nothing in common.

@@ -55,7 +55,21 @@ impl<'s> Surface<'s> {
     #[inline(never)]
     fn of_any(scene: &Traceable<'s>, primitive: &'s Primitive, ray: &Ray, hit: &Hit) -> Self {
         let instance = scene.instance(hit.element.instance);
-        let surface = match &primitive.shape {
+        let mut surface = Surface::in_object(scene, primitive, ray, hit);
+        if let Some(instance) = instance {
+            surface.p = instance.to_world(surface.p);
+            surface.magnitude = instance.magnitude(surface.magnitude);
+            surface.n = instance.normal_to_world(surface.n);
+            surface.ns = instance.normal_to_world(surface.ns);
+            surface.emitting = instance.normal_to_world(surface.emitting);
+        }
+        surface
+    }
+
+    /// The surface in the space of its object.
+    fn in_object(scene: &Traceable<'s>, primitive: &'s Primitive, ray: &Ray, hit: &Hit) -> Self {
+        let instance = scene.instance(hit.element.instance);
+        match &primitive.shape {
             Shape::Quadric(_) => {
                 let place = match instance {
                     Some(instance) => instance.to_object(ray.at(hit.t)),
@@ -106,17 +120,6 @@ impl<'s> Surface<'s> {
                 let corners = corners(mesh, hit.element.index as usize, DVec3::ZERO);
                 on_triangle(primitive, mesh, hit.element, hit.place, corners, [b0, b1, 1.0 - b0 - b1])
             }
-        };
-        match instance {
-            Some(instance) => Surface {
-                p: instance.to_world(surface.p),
-                magnitude: instance.magnitude(surface.magnitude),
-                n: instance.normal_to_world(surface.n),
-                ns: instance.normal_to_world(surface.ns),
-                emitting: instance.normal_to_world(surface.emitting),
-                ..surface
-            },
-            None => surface,
         }
     }
 

@@ -53,13 +53,17 @@ struct Search {
 impl Traceable<'_> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
-        // Made where it is returned, as it is large.
-        let mut found = Some(nothing(ray));
-        let is_found = found.as_mut().is_some_and(|hit| self.search::<false>(self.query(ray, false), hit));
-        if !is_found {
-            found = None;
-        }
+        let mut found = None;
+        self.find(ray, &mut found);
         found
+    }
+
+    /// The same, put where it is to be.
+    pub(crate) fn find(&self, ray: &Ray, found: &mut Option<Hit>) {
+        let hit = found.insert(nothing(ray));
+        if !self.search::<false>(self.query(ray, false), hit) {
+            *found = None;
+        }
     }
 
     /// Whether anything but its target is in the way of a shadow ray.

@@ -22,15 +22,15 @@ pub(crate) fn li(
     max_depth: u32,
 ) -> Vec3 {
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
-    let (mut ray, mut found) = (first.ray, first.hit);
-    let mut seen_by = Some(&first.camera_ray);
+    let (mut ray, mut found) = (*first.ray, *first.hit);
+    let mut seen_by = Some(first.camera_ray);
     let mut lobes = Lobes::default();
     let (mut depth, mut passed) = (0, 0);
     loop {
-        let Some(hit) = found else {
+        let Some(hit) = &found else {
             return radiance + beta * tracer.lights().background(ray.d);
         };
-        let surface = tracer.surface(&ray, &hit);
+        let surface = tracer.surface(&ray, hit);
         let wo = -ray.d;
         if surface.is_passed() {
             seen_by = None;
@@ -40,7 +40,7 @@ pub(crate) fn li(
             if passed > MAX_PASSED {
                 return radiance;
             }
-            found = tracer.nearest(&ray);
+            tracer.find(&ray, &mut found);
             continue;
         }
         let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
@@ -55,7 +55,7 @@ pub(crate) fn li(
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::Specular) else { return radiance };
         beta *= sample.weight();
         ray = surface.leave(sample.wi);
-        found = tracer.nearest(&ray);
+        tracer.find(&ray, &mut found);
     }
 }
 

@@ -60,15 +60,15 @@ pub(crate) fn li(
     // Whether all that the ray finds is still to be counted, as it comes from the camera or from single directions.
     let mut counts = true;
     let has_roulette = !roulette(settings.max_depth).is_empty();
-    let (mut ray, mut found) = (first.ray, first.hit);
-    let mut seen_by = Some(&first.camera_ray);
+    let (mut ray, mut found) = (*first.ray, *first.hit);
+    let mut seen_by = Some(first.camera_ray);
     let mut lobes = Lobes::default();
     let (mut bounces, mut passed) = (0, 0);
     loop {
-        let Some(hit) = found else {
+        let Some(hit) = &found else {
             return if counts { radiance + beta * lights.background(ray.d) } else { radiance };
         };
-        let surface = tracer.surface(&ray, &hit);
+        let surface = tracer.surface(&ray, hit);
         let wo = -ray.d;
         if counts {
             radiance += beta * surface.le(wo);
@@ -83,7 +83,7 @@ pub(crate) fn li(
             if passed > MAX_PASSED {
                 return radiance;
             }
-            found = tracer.nearest(&ray);
+            tracer.find(&ray, &mut found);
             continue;
         }
         let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
@@ -123,7 +123,7 @@ pub(crate) fn li(
                 stream.skip(1);
             }
         }
-        found = tracer.nearest(&ray);
+        tracer.find(&ray, &mut found);
         counts = sample.is_specular;
         if !counts {
             radiance += beta * light_of(tracer, emission, &ray, &found);
@@ -159,7 +159,7 @@ mod tests {
             let mut stream = SampleStream::new(&scene.sampler, 0, [0, 0], 0);
             let mut tracer = Tracer::new(&traceable, &lights);
             let ray = camera_ray.ray();
-            let first = FirstHit { camera_ray, ray, hit: tracer.nearest(&ray) };
+            let first = FirstHit { camera_ray: &camera_ray, ray: &ray, hit: &tracer.nearest(&ray) };
             li(&mut tracer, &first, &mut stream, &settings);
             let draws = draws(max_depth, &lights);
             let at_each: u32 = draws.iter().map(|draw| draw.numbers).sum();

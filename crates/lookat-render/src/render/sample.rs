@@ -123,7 +123,7 @@ where
         let mut from = indices.start;
         while from < indices.end {
             let to = indices.end.min(from.saturating_add(BATCH));
-            samples = self.sample(tracer, pattern, place, from..to, samples);
+            self.sample(tracer, pattern, place, from..to, &mut samples);
             if !meter.add(to - from) {
                 break;
             }
@@ -139,50 +139,63 @@ where
         pattern: &Pattern,
         place: [u32; 2],
         indices: Range<u32>,
-        mut samples: Samples,
-    ) -> Samples {
+        samples: &mut Samples,
+    ) {
         let mut from = indices.start;
+        let stream = SampleStream::new(&pattern.sampler, pattern.seed, place, from);
+        // Apart from what else there is of a sample, and used again: large values are best not moved.
+        let mut streams: [_; BUNDLE] = from_fn(|_| stream.clone());
         while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
-            let mut starts: [_; BUNDLE] = from_fn(|k| self.start(pattern, place, from + k as u32));
-            let hits = tracer.nearest_of(starts.each_ref().map(|start| &start.first.ray));
-            for (start, hit) in starts.iter_mut().zip(hits) {
-                start.first.hit = hit;
-                self.follow(tracer, pattern, start, &mut samples);
+            let starts = from_fn(|k| self.start(&mut streams[k], place, from + k as u32));
+            let rays = starts.each_ref().map(|start: &Start| start.camera_ray.ray());
+            let hits = tracer.nearest_of(&rays);
+            for k in 0..BUNDLE {
+                let first = FirstHit { camera_ray: &starts[k].camera_ray, ray: &rays[k], hit: &hits[k] };
+                self.follow(tracer, pattern, (&first, starts[k].negative), &mut streams[k], samples);
             }
             from = to;
         }
+        let [stream, ..] = &mut streams;
         for index in from..indices.end {
-            let mut start = self.start(pattern, place, index);
-            start.first.hit = tracer.nearest(&start.first.ray);
-            self.follow(tracer, pattern, &mut start, &mut samples);
+            let start = self.start(stream, place, index);
+            let ray = start.camera_ray.ray();
+            let hit = tracer.nearest(&ray);
+            let first = FirstHit { camera_ray: &start.camera_ray, ray: &ray, hit: &hit };
+            self.follow(tracer, pattern, (&first, start.negative), stream, samples);
         }
-        samples
     }
 
-    /// The camera ray of a sample.
+    /// Begins a sample of a pixel.
     #[inline(always)]
-    fn start(&self, pattern: &Pattern, place: [u32; 2], index: u32) -> Start<'_> {
+    fn start(&self, stream: &mut SampleStream, place: [u32; 2], index: u32) -> Start<'_> {
+        stream.restart(index);
         let center = DVec2::new(f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5);
-        let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, place, index);
         let (offset, negative) = self.filter.sample(stream.next_2d());
         let on_lens = if self.camera.has_lens() { stream.next_2d() } else { DVec2::ZERO };
         let camera_ray =
             CameraRay { camera: &self.camera, film: center + offset, on_lens, spacing: self.spacing };
-        Start { first: FirstHit { ray: camera_ray.ray(), camera_ray, hit: None }, stream, negative }
+        Start { camera_ray, negative }
     }
 
     /// Adds the light along a camera ray to the samples of its pixel. Not inlined, so that there is one copy of the
     /// integrator.
     #[inline(never)]
-    fn follow(&self, tracer: &mut Tracer, pattern: &Pattern, start: &mut Start, samples: &mut Samples) {
-        let mut radiance = (self.li)(tracer, &start.first, &mut start.stream);
+    fn follow(
+        &self,
+        tracer: &mut Tracer,
+        pattern: &Pattern,
+        (first, negative): (&FirstHit, bool),
+        stream: &mut SampleStream,
+        samples: &mut Samples,
+    ) {
+        let mut radiance = (self.li)(tracer, first, stream);
         if !radiance.is_finite() {
-            debug_assert!(false, "radiance {radiance} at {}", start.first.camera_ray.film);
+            debug_assert!(false, "radiance {radiance} at {}", first.camera_ray.film);
             samples.rejected += 1;
             radiance = Vec3::ZERO;
         }
         let radiance = limited(radiance, &self.prepared.scene.film);
-        samples.sum.add(radiance, start.negative);
+        samples.sum.add(radiance, negative);
         if pattern.is_watched {
             samples.squares += radiance.as_dvec3().length_squared();
             samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
@@ -192,8 +205,7 @@ where
 
 /// What a sample starts with.
 struct Start<'c> {
-    first: FirstHit<'c>,
-    stream: SampleStream,
+    camera_ray: CameraRay<'c>,
     /// Whether the filter is negative there.
     negative: bool,
 }

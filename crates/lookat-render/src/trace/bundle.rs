@@ -17,9 +17,9 @@ pub(super) const OTHER: u32 = 4;
 impl Traceable<'_> {
     /// The nearest hits of several rays that go down the tree together, as far as they run side by side; and whether they
     /// did all the way.
-    pub fn nearest_of(&self, rays: [&Ray; BUNDLE]) -> ([Option<Hit>; BUNDLE], bool) {
-        let mut hits = rays.map(nothing);
-        let queries = rays.map(|ray| self.query(ray, false));
+    pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> ([Option<Hit>; BUNDLE], bool) {
+        let mut hits = rays.each_ref().map(nothing);
+        let queries = rays.each_ref().map(|ray| self.query(ray, false));
         let way = rays[0].d.is_negative_bitmask();
         let together = self.is_cheap
             && self.precision == Precision::Mixed
@@ -88,7 +88,7 @@ mod tests {
             let (mut met, mut stayed) = (0, [0; 2]);
             for case in 0..4000 {
                 let rays = bundle(case);
-                let (hits, together) = traceable.nearest_of(rays.each_ref());
+                let (hits, together) = traceable.nearest_of(&rays);
                 stayed[usize::from(together)] += 1;
                 for (ray, hit) in rays.iter().zip(hits) {
                     let name = |hit: Hit| {
