@@ -27,6 +27,7 @@ mod bounds;
 mod bsdf;
 mod bvh;
 mod camera;
+mod circle;
 mod color;
 mod curve;
 mod curved;

@@ -1,8 +1,10 @@
 //! From the unit square to other domains, with the densities that result; and from a number to one of several amounts.
 
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2Swizzles};
+
+use crate::circle::{at_angle, at_turn};
 
 /// Uniform on the unit disk (Shirley and Chiu's concentric map; PBR 13.6.2).
 pub(crate) fn square_to_disk(u: DVec2) -> DVec2 {
@@ -10,12 +12,11 @@ pub(crate) fn square_to_disk(u: DVec2) -> DVec2 {
     if p == DVec2::ZERO {
         return p;
     }
-    let (radius, angle) = if p.x.abs() > p.y.abs() {
-        (p.x, FRAC_PI_4 * (p.y / p.x))
+    if p.x.abs() > p.y.abs() {
+        at_angle(FRAC_PI_4 * (p.y / p.x)) * p.x
     } else {
-        (p.y, FRAC_PI_2 - FRAC_PI_4 * (p.x / p.y))
-    };
-    DVec2::from_angle(angle) * radius
+        at_angle(FRAC_PI_4 * (p.x / p.y)).yx() * p.y
+    }
 }
 
 /// Directions around +z in proportion to their cosine (PBR 13.6.3).
@@ -32,8 +33,7 @@ pub(crate) fn square_to_cosine_hemisphere_pdf(cos_theta: f64) -> f64 {
 /// Directions around +z, all alike (PBR 13.6.1).
 pub(crate) fn square_to_uniform_hemisphere(u: DVec2) -> DVec3 {
     let sin_theta = (1.0 - u.x * u.x).max(0.0).sqrt();
-    let (sin, cos) = (TAU * u.y).sin_cos();
-    DVec3::new(cos * sin_theta, sin * sin_theta, u.x)
+    (at_turn(u.y) * sin_theta).extend(u.x)
 }
 
 /// Density of [`square_to_uniform_hemisphere`] by solid angle.
@@ -45,8 +45,7 @@ pub(crate) fn square_to_uniform_hemisphere_pdf() -> f64 {
 pub(crate) fn square_to_uniform_cone(u: DVec2, one_minus_cos_max: f64) -> DVec3 {
     let one_minus_cos = u.x * one_minus_cos_max;
     let sin_theta = (one_minus_cos * (2.0 - one_minus_cos)).max(0.0).sqrt();
-    let (sin, cos) = (TAU * u.y).sin_cos();
-    DVec3::new(cos * sin_theta, sin * sin_theta, 1.0 - one_minus_cos)
+    (at_turn(u.y) * sin_theta).extend(1.0 - one_minus_cos)
 }
 
 /// Density of [`square_to_uniform_cone`] by solid angle.

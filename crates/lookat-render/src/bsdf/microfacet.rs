@@ -1,9 +1,11 @@
 //! The distribution of the normals of a rough surface, by Trowbridge and Reitz (GGX; PBR 8.4). Directions are in the
 //! shading frame.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+
+use crate::circle::at_turn;
 
 /// The least width, as in pbrt-v3: a mirror in all but name.
 const LEAST: f64 = 1e-3;
@@ -55,10 +57,9 @@ impl TrowbridgeReitz {
         let stretched = (up.truncate() * self.alpha).extend(up.z).normalize();
         let across = DVec2::new(-stretched.y, stretched.x).normalize_or(DVec2::X).extend(0.0);
         let along = stretched.cross(across);
-        let (sin, cos) = (TAU * u.y).sin_cos();
-        let radius = u.x.sqrt();
-        let (x, s) = (radius * cos, 0.5 * (1.0 + stretched.z));
-        let y = (1.0 - s) * (1.0 - x * x).max(0.0).sqrt() + s * radius * sin;
+        let (p, s) = (at_turn(u.y) * u.x.sqrt(), 0.5 * (1.0 + stretched.z));
+        let x = p.x;
+        let y = (1.0 - s) * (1.0 - x * x).max(0.0).sqrt() + s * p.y;
         let n = across * x + along * y + stretched * (1.0 - x * x - y * y).max(0.0).sqrt();
         let wh = (n.truncate() * self.alpha).extend(n.z.max(0.0)).normalize_or(DVec3::Z);
         if wo.z < 0.0 { -wh } else { wh }
@@ -67,6 +68,8 @@ impl TrowbridgeReitz {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
 
     /// Facets cover the surface exactly: the density times the cosine is one in all.

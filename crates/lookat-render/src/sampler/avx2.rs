@@ -3,8 +3,7 @@
 use std::arch::x86_64::{
     __m256d, __m256i, _mm256_and_si256, _mm256_blend_epi32, _mm256_castsi256_si128, _mm256_cvtepi32_pd,
     _mm256_extracti128_si256, _mm256_mul_epu32, _mm256_mullo_epi32, _mm256_or_si256, _mm256_set1_epi8,
-    _mm256_set1_epi32, _mm256_shuffle_epi8, _mm256_srli_epi32, _mm256_srli_epi64,
-    _mm256_xor_si256,
+    _mm256_set1_epi32, _mm256_shuffle_epi8, _mm256_srli_epi32, _mm256_srli_epi64, _mm256_xor_si256,
 };
 
 use bytemuck::cast;

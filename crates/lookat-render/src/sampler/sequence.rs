@@ -38,8 +38,9 @@ impl Sequence {
     fn numbers_portable(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
         match self {
             Sequence::Sobol => sobol::numbers(set, index, seed),
-            Sequence::Halton { .. } => halton::numbers(set, index, count, seed)
-                .unwrap_or_else(|| beyond_halton(set, index, seed)),
+            Sequence::Halton { .. } => {
+                halton::numbers(set, index, count, seed).unwrap_or_else(|| beyond_halton(set, index, seed))
+            }
         }
     }
 }

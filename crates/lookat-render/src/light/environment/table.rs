@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 use rayon::prelude::*;
 
+use crate::circle::at_turn;
 use crate::color::luminance;
 
 /// A density over the sphere that is the same within each cell of a grid over longitude and latitude: in proportion to
@@ -93,12 +94,8 @@ impl DirectionTable {
         let cos = top + (bottom - top) * down;
         let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
         let st = DVec2::new((column as f64 + along) / self.columns as f64, sin.atan2(cos) / PI);
-        let (sin_phi, cos_phi) = (TAU * st.x).sin_cos();
-        Some(TableSample {
-            d: DVec3::new(sin * cos_phi, sin * sin_phi, cos),
-            st,
-            pdf: self.cell_pdf(column, row),
-        })
+        let d = (at_turn(st.x) * sin).extend(cos);
+        Some(TableSample { d, st, pdf: self.cell_pdf(column, row) })
     }
 
     /// Density by solid angle of the direction at `st`, longitude and latitude from 0 to 1.
