@@ -1,7 +1,9 @@
 //! Pictures of 8 and 16 bits and Radiance HDR, as another library decodes them.
 
+use std::array::from_fn;
 use std::io::{BufRead, Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::LazyLock;
 
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
@@ -54,13 +56,13 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) ->
     if !is_ended {
         return Err(Fault::Damaged("the file ends before the picture does".into()));
     }
-    let decoded = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f();
-    let pixels: Vec<[f32; 3]> = decoded
-        .pixels()
-        .map(|pixel| if as_stored { pixel.0 } else { pixel.0.map(linear_from_srgb) })
-        .collect();
+    let mut values = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f().into_raw();
+    if !as_stored {
+        values.iter_mut().for_each(|value| *value = linear_from_srgb(*value));
+    }
     let window = Window { x: 0, y: 0, width, height };
-    Ok(Image { precision: Precision::Integer, ..Image::from_rgb(window, window, &pixels) })
+    let (pixels, _) = values.as_chunks();
+    Ok(Image { precision: Precision::Integer, ..Image::from_rgb(window, window, pixels) })
 }
 
 /// Whether the end of a JPEG picture is among the last bytes of the file: its decoder makes up what is missing.
@@ -84,6 +86,19 @@ fn fault(error: ::image::ImageError) -> Fault {
 
 /// The inverse of the sRGB curve of IEC 61966-2-1, for any number.
 pub fn linear_from_srgb(encoded: f32) -> f32 {
+    static OF_BYTES: LazyLock<[f32; 256]> =
+        LazyLock::new(|| from_fn(|byte| inverse_curve(of_byte(byte as u8))));
+    // Most values come from bytes.
+    let byte = (encoded * 255.0 + 0.5) as u8;
+    if of_byte(byte) == encoded { OF_BYTES[usize::from(byte)] } else { inverse_curve(encoded) }
+}
+
+/// As decoders have it.
+fn of_byte(byte: u8) -> f32 {
+    f32::from(byte) / 255.0
+}
+
+fn inverse_curve(encoded: f32) -> f32 {
     let encoded = f64::from(encoded);
     let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
     linear as f32
@@ -91,6 +106,7 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::linear_from_srgb;
     use crate::{Image, ImageError, Window};
 
     #[test]
@@ -108,6 +124,18 @@ mod tests {
                 assert!((a - b).abs() < 2.3 * 0.5 / 255.0, "{name}: {a} {b}");
             }
         }
+    }
+
+    #[test]
+    fn bytes_and_numbers_between_them_are_linear_alike() {
+        for step in 0..=2550 {
+            let encoded = f64::from(step) / 2550.0;
+            let linear =
+                if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
+            assert!((f64::from(linear_from_srgb(encoded as f32)) - linear).abs() < 3e-7, "{encoded}");
+        }
+        assert_eq!([-1.0, 0.0, 1.0].map(linear_from_srgb), [-1.0 / 12.92, 0.0, 1.0]);
+        assert!(linear_from_srgb(2.0) > 4.0 && linear_from_srgb(f32::NAN).is_nan());
     }
 
     #[test]

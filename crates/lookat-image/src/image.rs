@@ -98,11 +98,13 @@ impl Image {
     /// Linear red, green and blue of each pixel of the data window: the channels R, G and B, or else Y three
     /// times. Alpha takes no part. `None` if the picture has neither.
     pub fn rgb(&self) -> Option<Vec<[f32; 3]>> {
-        let (r, g, b) = match self.color_planes() {
-            Some([r, g, b]) => (r, g, b),
-            None => (self.channel("Y")?, self.channel("Y")?, self.channel("Y")?),
-        };
+        let [r, g, b] = self.rgb_planes()?;
         Some(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]).collect())
+    }
+
+    /// The same, plane by plane.
+    pub fn rgb_planes(&self) -> Option<[&[f32]; 3]> {
+        self.color_planes().or_else(|| self.channel("Y").map(|gray| [gray; 3]))
     }
 
     /// Writes the file in the format that its extension names.

@@ -1,4 +1,4 @@
-//! Points of the unit circle, for samples: in a third of the time of the sine and cosine of any angle.
+//! Points of the unit circle, for samples: without the cases that the sine and cosine of any angle have.
 
 use std::f64::consts::TAU;
 

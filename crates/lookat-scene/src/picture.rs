@@ -154,37 +154,39 @@ impl<T: FromColor> Cache<T> {
             ));
         }
         self.texels += size;
-        let colors = image.rgb();
-        // Large pictures are not held twice.
-        drop(image);
-        let mut colors = colors.ok_or_else(|| {
+        let planes = image.rgb_planes().ok_or_else(|| {
             format!("cannot use {}: it has neither red, green and blue nor grey", shown.display())
         })?;
-        if blacken(&mut colors) {
+        let (texels, is_finite) = texels(planes, width as usize, settings);
+        if !is_finite {
             let message = "the picture has values that are infinite or no numbers; they count as 0";
             params.warn(name, message, "a renderer wrote them where it failed; replace them in the picture");
         }
-        let row = width as usize;
-        let convert = |color: &[f32; 3]| T::from_color(Vec3::from(*color), settings);
-        let texels = match settings.bottom_up {
-            true => colors.chunks_exact(row).rev().flatten().map(convert).collect(),
-            false => colors.iter().map(convert).collect(),
-        };
-        drop(colors);
-        Ok(Arc::new(MipMap::new(row, height as usize, texels, settings.wrap)))
+        // Large pictures are not held longer than they must.
+        drop(image);
+        Ok(Arc::new(MipMap::new(width as usize, height as usize, texels, settings.wrap)))
     }
 }
 
 const HELP: &str = "save the picture again, as exr with ZIP compression or as png, or smaller";
 
-/// Replaces what is infinite or no number. Whether there was any.
-fn blacken(colors: &mut [[f32; 3]]) -> bool {
-    let mut any = false;
-    for value in colors.as_flattened_mut().iter_mut().filter(|value| !value.is_finite()) {
-        *value = 0.0;
-        any = true;
+/// The texels of red, green and blue, in rows of so many. What is infinite or no number counts as 0; and whether all is
+/// finite.
+fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &Settings) -> (Vec<T>, bool) {
+    let (mut texels, mut is_finite) = (Vec::with_capacity(planes[0].len()), true);
+    let mut convert = |color: Vec3| {
+        let finite = color.is_finite_mask();
+        is_finite &= finite.all();
+        T::from_color(Vec3::select(finite, color, Vec3::ZERO), settings)
+    };
+    let [mut r, mut g, mut b] = planes.map(|plane| plane.chunks_exact(row));
+    while let (Some(r), Some(g), Some(b)) = match settings.bottom_up {
+        true => (r.next_back(), g.next_back(), b.next_back()),
+        false => (r.next(), g.next(), b.next()),
+    } {
+        texels.extend(r.iter().zip(g).zip(b).map(|((r, g), b)| convert(Vec3::new(*r, *g, *b))));
     }
-    any
+    (texels, is_finite)
 }
 
 #[cfg(test)]
@@ -209,8 +211,12 @@ mod tests {
     fn texels_are_finite() {
         let all = Vec3::from_color(Vec3::new(f32::MAX, -f32::MAX, 0.0), &settings(true, f32::INFINITY));
         assert_eq!(all, Vec3::new(LARGEST, -LARGEST, 0.0));
-        let mut colors = [[1.0, f32::NAN, f32::INFINITY]];
-        assert!(blacken(&mut colors) && !blacken(&mut colors));
-        assert_eq!(colors, [[1.0, 0.0, 0.0]]);
+        let planes: [&[f32]; 3] = [&[1.0, 4.0], &[f32::NAN, 5.0], &[f32::INFINITY, 6.0]];
+        let (top, bottom) = (Vec3::X, Vec3::new(4.0, 5.0, 6.0));
+        let as_stored = settings(false, 1.0);
+        assert_eq!(texels(planes, 1, &as_stored), (vec![bottom, top], false));
+        let top_down = Settings { bottom_up: false, ..as_stored };
+        assert_eq!(texels(planes, 2, &top_down), (vec![top, bottom], false));
+        assert!(texels::<f32>([&[1.0]; 3], 1, &as_stored).1);
     }
 }
