@@ -90,7 +90,11 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
         LazyLock::new(|| from_fn(|byte| inverse_curve(of_byte(byte as u8))));
     // Most values come from bytes.
     let byte = (encoded * 255.0 + 0.5) as u8;
-    if of_byte(byte) == encoded { OF_BYTES[usize::from(byte)] } else { inverse_curve(encoded) }
+    if of_byte(byte).to_bits() == encoded.to_bits() {
+        OF_BYTES[usize::from(byte)]
+    } else {
+        inverse_curve(encoded)
+    }
 }
 
 /// As decoders have it.
@@ -98,6 +102,7 @@ fn of_byte(byte: u8) -> f32 {
     f32::from(byte) / 255.0
 }
 
+/// By its formula.
 fn inverse_curve(encoded: f32) -> f32 {
     let encoded = f64::from(encoded);
     let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
@@ -106,7 +111,7 @@ fn inverse_curve(encoded: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::linear_from_srgb;
+    use super::{inverse_curve, linear_from_srgb, of_byte};
     use crate::{Image, ImageError, Window};
 
     #[test]
@@ -127,15 +132,13 @@ mod tests {
     }
 
     #[test]
-    fn bytes_and_numbers_between_them_are_linear_alike() {
-        for step in 0..=2550 {
-            let encoded = f64::from(step) / 2550.0;
-            let linear =
-                if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-            assert!((f64::from(linear_from_srgb(encoded as f32)) - linear).abs() < 3e-7, "{encoded}");
+    fn bytes_are_as_linear_as_other_numbers() {
+        let bytes = (0..=2550).map(|step| step as f32 / 2550.0).chain((0..=255).map(of_byte));
+        for encoded in bytes.chain([-0.0, -1.0, 2.0, f32::MAX, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]) {
+            assert_eq!(linear_from_srgb(encoded).to_bits(), inverse_curve(encoded).to_bits(), "{encoded}");
         }
-        assert_eq!([-1.0, 0.0, 1.0].map(linear_from_srgb), [-1.0 / 12.92, 0.0, 1.0]);
-        assert!(linear_from_srgb(2.0) > 4.0 && linear_from_srgb(f32::NAN).is_nan());
+        assert_eq!([0.0, 1.0].map(linear_from_srgb), [0.0, 1.0]);
+        assert!((linear_from_srgb(0.5) - 0.214_041_14).abs() < 1e-7);
     }
 
     #[test]

@@ -125,6 +125,7 @@ impl<'l> Bsdf<'l> {
     ) -> Self {
         let local_o = frame.to_local(wo);
         let n = flipped(n, n.dot(wo) < 0.0);
+        // Twice, so that it is built where it is to be.
         match lambert(&material.kind) {
             Some(kd) => {
                 let scattering = Scattering::Lambert(at.value(kd).max(Vec3::ZERO));

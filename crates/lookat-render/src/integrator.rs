@@ -25,7 +25,7 @@ pub(crate) const MAX_PASSED: u32 = 1000;
 pub(crate) struct FirstHit<'h> {
     pub camera_ray: &'h CameraRay<'h>,
     pub ray: &'h Ray,
-    pub hit: &'h Option<Hit>,
+    pub hit: Option<&'h Hit>,
 }
 
 /// Traces rays and counts them.

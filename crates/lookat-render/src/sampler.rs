@@ -40,16 +40,16 @@ enum Pattern {
 const NO_SET: u32 = u32::MAX;
 
 impl SampleStream {
-    /// The stream of sample `index` of a pixel.
-    pub fn new(sampler: &Sampler, seed: u64, pixel: [u32; 2], index: u32) -> Self {
+    /// The stream of the first sample of a pixel.
+    pub fn new(sampler: &Sampler, seed: u64, pixel: [u32; 2]) -> Self {
         let seed = mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ (u64::from(pixel[0]) | u64::from(pixel[1]) << 32));
         let pattern = match sampler.kind {
-            SamplerKind::Random => Pattern::Random(random_of(seed, index)),
+            SamplerKind::Random => Pattern::Random(random_of(seed, 0)),
             SamplerKind::Stratified { cells, jitter } => Pattern::Stratified { cells, jitter },
             SamplerKind::Halton { pixel_center } => Pattern::of(Sequence::Halton { pixel_center }),
             SamplerKind::Sobol => Pattern::of(Sequence::Sobol),
         };
-        SampleStream { pattern, seed, index, count: sampler.samples_per_pixel, dimension: 0 }
+        SampleStream { pattern, seed, index: 0, count: sampler.samples_per_pixel, dimension: 0 }
     }
 
     /// Goes to the beginning of sample `index` of the same pixel.
@@ -268,7 +268,36 @@ mod tests {
 
     fn streams(kind: SamplerKind, count: u32, pixel: [u32; 2]) -> impl Iterator<Item = SampleStream> {
         let sampler = Sampler { kind, samples_per_pixel: count };
-        (0..count).map(move |index| SampleStream::new(&sampler, 7, pixel, index))
+        (0..count).map(move |index| of_sample(&sampler, pixel, index))
+    }
+
+    fn of_sample(sampler: &Sampler, pixel: [u32; 2], index: u32) -> SampleStream {
+        let mut stream = SampleStream::new(sampler, 7, pixel);
+        stream.restart(index);
+        stream
+    }
+
+    /// Nothing is left of the sample before.
+    #[test]
+    fn streams_begin_anew() {
+        let more = [
+            SamplerKind::Stratified { cells: [2, 8], jitter: false },
+            SamplerKind::Halton { pixel_center: true },
+        ];
+        for kind in KINDS.into_iter().chain(more) {
+            let sampler = Sampler { kind, samples_per_pixel: 16 };
+            let mut used = SampleStream::new(&sampler, 7, [3, 5]);
+            for index in [0, 9, 9, 2, 15, u32::MAX] {
+                used.restart(index);
+                let mut fresh = of_sample(&sampler, [3, 5], index);
+                // Beyond one set of dimensions, and into the middle of another.
+                for k in 0..7 {
+                    assert_eq!(used.next_2d(), fresh.next_2d(), "{kind:?} {index}");
+                    assert_eq!(used.nested_2d(5, k % 5), fresh.nested_2d(5, k % 5), "{kind:?} {index}");
+                    assert_eq!(used.next_1d(), fresh.next_1d(), "{kind:?} {index}");
+                }
+            }
+        }
     }
 
     #[test]
@@ -350,7 +379,7 @@ mod tests {
         let few = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 16 };
         let many = Sampler { samples_per_pixel: 1 << 30, ..few };
         for index in 0..16 {
-            let number = |sampler| SampleStream::new(&sampler, 7, [1, 2], index).nested(8, 3).next_1d();
+            let number = |sampler| of_sample(&sampler, [1, 2], index).nested(8, 3).next_1d();
             assert_eq!(number(few), number(many));
         }
     }

@@ -25,7 +25,7 @@ pub(crate) fn bsdf<'l>(
     lobes: &'l mut Lobes,
 ) -> Bsdf<'l> {
     let material = &surface.primitive.material;
-    // Twice, so that neither point is copied.
+    // Apart, so that neither point is copied.
     if !material.needs.coordinates {
         let frame = Frame::from_z(surface.ns);
         return Bsdf::new(material, &TexturePoint::default(), (frame, surface.n), wo, lobes);

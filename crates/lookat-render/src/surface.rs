@@ -4,6 +4,7 @@ use glam::{DVec3, Vec3};
 use lookat_scene::{MaterialKind, Mesh, Primitive, Shape};
 
 use crate::frame::flipped;
+use crate::instance::PlacedInstance;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::triangle::corners;
@@ -55,7 +56,7 @@ impl<'s> Surface<'s> {
     #[inline(never)]
     fn of_any(scene: &Traceable<'s>, primitive: &'s Primitive, ray: &Ray, hit: &Hit) -> Self {
         let instance = scene.instance(hit.element.instance);
-        let mut surface = Surface::in_object(scene, primitive, ray, hit);
+        let mut surface = Surface::local(scene, primitive, instance, ray, hit);
         if let Some(instance) = instance {
             surface.p = instance.to_world(surface.p);
             surface.magnitude = instance.magnitude(surface.magnitude);
@@ -66,9 +67,14 @@ impl<'s> Surface<'s> {
         surface
     }
 
-    /// The surface in the space of its object.
-    fn in_object(scene: &Traceable<'s>, primitive: &'s Primitive, ray: &Ray, hit: &Hit) -> Self {
-        let instance = scene.instance(hit.element.instance);
+    /// The surface in the space of its object, or in the world if it has none.
+    fn local(
+        scene: &Traceable<'s>,
+        primitive: &'s Primitive,
+        instance: Option<&PlacedInstance>,
+        ray: &Ray,
+        hit: &Hit,
+    ) -> Self {
         match &primitive.shape {
             Shape::Quadric(_) => {
                 let place = match instance {

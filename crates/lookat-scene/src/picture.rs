@@ -217,6 +217,9 @@ mod tests {
         assert_eq!(texels(planes, 1, &as_stored), (vec![bottom, top], false));
         let top_down = Settings { bottom_up: false, ..as_stored };
         assert_eq!(texels(planes, 2, &top_down), (vec![top, bottom], false));
-        assert!(texels::<f32>([&[1.0]; 3], 1, &as_stored).1);
+        let planes: [&[f32]; 3] = [&[1.0, 2.0, 3.0, 4.0]; 3];
+        assert_eq!(texels(planes, 2, &as_stored), ([3.0, 4.0, 1.0, 2.0].map(Vec3::splat).to_vec(), true));
+        let (numbers, is_finite) = texels::<f32>(planes, 2, &as_stored);
+        assert!(is_finite && (numbers[0] - 3.0).abs() < 1e-5, "{numbers:?}");
     }
 }

@@ -22,7 +22,7 @@ pub(crate) fn li(
     max_depth: u32,
 ) -> Vec3 {
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
-    let (mut ray, mut found) = (*first.ray, *first.hit);
+    let (mut ray, mut found) = (*first.ray, first.hit.copied());
     let mut seen_by = Some(first.camera_ray);
     let mut lobes = Lobes::default();
     let (mut depth, mut passed) = (0, 0);

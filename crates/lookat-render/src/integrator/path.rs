@@ -57,26 +57,28 @@ pub(crate) fn li(
     let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
     // What refraction has done to beta: roulette is to count light, not its density.
     let mut compression = 1.0;
-    // Whether all that the ray finds is still to be counted, as it comes from the camera or from single directions.
-    let mut counts = true;
+    // Whether light that the ray finds counts in full: it comes from the camera or from single directions. Other rays have been
+    // asked what they find, and weighed, as they left their surface.
+    let mut is_full = true;
     let has_roulette = !roulette(settings.max_depth).is_empty();
-    let (mut ray, mut found) = (*first.ray, *first.hit);
+    let (mut ray, mut found) = (*first.ray, first.hit.copied());
     let mut seen_by = Some(first.camera_ray);
     let mut lobes = Lobes::default();
     let (mut bounces, mut passed) = (0, 0);
     loop {
         let Some(hit) = &found else {
-            return if counts { radiance + beta * lights.background(ray.d) } else { radiance };
+            return if is_full { radiance + beta * lights.background(ray.d) } else { radiance };
         };
         let surface = tracer.surface(&ray, hit);
         let wo = -ray.d;
-        if counts {
+        if is_full {
             radiance += beta * surface.le(wo);
         }
         if bounces >= settings.max_depth {
             return radiance;
         }
         if surface.is_passed() {
+            // pbrt-v3 sees no light through a surface without a material, except from the camera or from single directions.
             seen_by = None;
             ray = surface.leave(ray.d);
             passed += 1;
@@ -124,9 +126,9 @@ pub(crate) fn li(
             }
         }
         tracer.find(&ray, &mut found);
-        counts = sample.is_specular;
-        if !counts {
-            radiance += beta * light_of(tracer, emission, &ray, &found);
+        is_full = matches!(emission, Emission::Full);
+        if !is_full {
+            radiance += beta * light_of(tracer, emission, &ray, found.as_ref());
         }
     }
 }
@@ -140,6 +142,43 @@ mod tests {
     use crate::camera::{CameraRay, CameraRays};
     use crate::prepare::Traceable;
     use crate::testing::scene;
+
+    /// A floor under a sky is lit, but not by way of a surface without a material; nor does that hide the sky from the camera.
+    #[test]
+    fn no_light_comes_through_what_has_no_material() {
+        let quad = |y: f64| {
+            format!(
+                "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+                 \"point P\" [-1e6 {y} -1e6 1e6 {y} -1e6 1e6 {y} 1e6 -1e6 {y} 1e6]"
+            )
+        };
+        for (down, above, expected) in [(true, false, 0.5), (true, true, 0.0), (false, true, 1.0)] {
+            let above = if above { format!("Material \"\" {}", quad(2.0)) } else { String::new() };
+            let scene = scene(&format!(
+                "LookAt 0 1 0 0 {} 0 0 0 1 Film \"image\" Camera \"perspective\" \"float fov\" 20 Sampler \"sobol\"
+                 Integrator \"path\" WorldBegin LightSource \"infinite\" Material \"matte\" \"rgb Kd\" [.5 .5 .5] {} {above}
+                 WorldEnd",
+                if down { 0 } else { 2 },
+                quad(0.0),
+            ));
+            let traceable = Traceable::new(&scene, Precision::Mixed);
+            let lights = LightTable::new(&scene, &traceable);
+            let camera = CameraRays::new(&scene.camera, &scene.film);
+            let film = DVec2::new(641.0, 361.0);
+            let camera_ray = &CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
+            let settings =
+                Settings { max_depth: 5, roulette_threshold: 0.0, light_choice: LightChoice::Spatial };
+            let (mut tracer, mut sum) = (Tracer::new(&traceable, &lights), Vec3::ZERO);
+            let (mut stream, ray) = (SampleStream::new(&scene.sampler, 0, [0, 0]), camera_ray.ray());
+            let hit = tracer.nearest(&ray);
+            let first = FirstHit { camera_ray, ray: &ray, hit: hit.as_ref() };
+            for index in 0..64 {
+                stream.restart(index);
+                sum += li(&mut tracer, &first, &mut stream, &settings) / 64.0;
+            }
+            assert!((sum - expected).abs().max_element() < 1e-3, "{expected} {sum}");
+        }
+    }
 
     /// In a closed room that absorbs nothing, a path takes at each surface all dimensions that it ever takes.
     #[test]
@@ -156,10 +195,11 @@ mod tests {
             let film = DVec2::new(700.0, 300.0);
             let camera_ray = CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
             let settings = Settings { max_depth, roulette_threshold: 0.0, light_choice: LightChoice::Power };
-            let mut stream = SampleStream::new(&scene.sampler, 0, [0, 0], 0);
+            let mut stream = SampleStream::new(&scene.sampler, 0, [0, 0]);
             let mut tracer = Tracer::new(&traceable, &lights);
             let ray = camera_ray.ray();
-            let first = FirstHit { camera_ray: &camera_ray, ray: &ray, hit: &tracer.nearest(&ray) };
+            let hit = tracer.nearest(&ray);
+            let first = FirstHit { camera_ray: &camera_ray, ray: &ray, hit: hit.as_ref() };
             li(&mut tracer, &first, &mut stream, &settings);
             let draws = draws(max_depth, &lights);
             let at_each: u32 = draws.iter().map(|draw| draw.numbers).sum();

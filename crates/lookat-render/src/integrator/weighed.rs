@@ -177,14 +177,14 @@ pub(super) fn by_directions(
 pub(super) fn found_light(tracer: &mut Tracer, emission: Emission, ray: &Ray) -> Vec3 {
     if tracer.may_meet_emitter(ray) {
         let found = tracer.nearest(ray);
-        return light_of(tracer, emission, ray, &found);
+        return light_of(tracer, emission, ray, found.as_ref());
     }
     let lights = tracer.lights();
     if lights.has_skies() && !tracer.meets(ray) { emission.background(lights, ray.d) } else { Vec3::ZERO }
 }
 
 /// Light of what a ray has found.
-pub(super) fn light_of(tracer: &Tracer, emission: Emission, ray: &Ray, found: &Option<Hit>) -> Vec3 {
+pub(super) fn light_of(tracer: &Tracer, emission: Emission, ray: &Ray, found: Option<&Hit>) -> Vec3 {
     match found {
         None => emission.background(tracer.lights(), ray.d),
         Some(hit) if tracer.emits(hit) => {

@@ -241,7 +241,8 @@ mod tests {
                         for lune in [None, lune(20.0, false), lune(60.0, true)] {
                             let mut found = vec![0_u32; table.len()];
                             for index in 0..sampler.samples_per_pixel {
-                                let mut stream = SampleStream::new(&sampler, 0, [0, 0], index);
+                                let mut stream = SampleStream::new(&sampler, 0, [0, 0]);
+                                stream.restart(index);
                                 let Some((light, said)) =
                                     table.choose(choice, &at, lune.as_ref(), &mut stream)
                                 else {

@@ -141,27 +141,29 @@ where
         indices: Range<u32>,
         samples: &mut Samples,
     ) {
+        let new = || SampleStream::new(&pattern.sampler, pattern.seed, place);
         let mut from = indices.start;
-        let stream = SampleStream::new(&pattern.sampler, pattern.seed, place, from);
-        // Apart from what else there is of a sample, and used again: large values are best not moved.
-        let mut streams: [_; BUNDLE] = from_fn(|_| stream.clone());
-        while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
-            let starts = from_fn(|k| self.start(&mut streams[k], place, from + k as u32));
-            let rays = starts.each_ref().map(|start: &Start| start.camera_ray.ray());
-            let hits = tracer.nearest_of(&rays);
-            for k in 0..BUNDLE {
-                let first = FirstHit { camera_ray: &starts[k].camera_ray, ray: &rays[k], hit: &hits[k] };
-                self.follow(tracer, pattern, (&first, starts[k].negative), &mut streams[k], samples);
+        if indices.len() >= BUNDLE {
+            // Apart from what else there is of a sample, and used again: large values are best not moved.
+            let mut streams: [_; BUNDLE] = from_fn(|_| new());
+            while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
+                let starts = from_fn(|k| self.start(&mut streams[k], place, from + k as u32));
+                let rays = starts.each_ref().map(|start: &Start| start.camera_ray.ray());
+                let hits = tracer.nearest_of(&rays);
+                for (k, Start { camera_ray, negative }) in starts.iter().enumerate() {
+                    let first = FirstHit { camera_ray, ray: &rays[k], hit: hits[k].as_ref() };
+                    self.follow(tracer, pattern, &first, *negative, &mut streams[k], samples);
+                }
+                from = to;
             }
-            from = to;
         }
-        let [stream, ..] = &mut streams;
+        let mut stream = new();
         for index in from..indices.end {
-            let start = self.start(stream, place, index);
-            let ray = start.camera_ray.ray();
+            let Start { camera_ray, negative } = self.start(&mut stream, place, index);
+            let ray = camera_ray.ray();
             let hit = tracer.nearest(&ray);
-            let first = FirstHit { camera_ray: &start.camera_ray, ray: &ray, hit: &hit };
-            self.follow(tracer, pattern, (&first, start.negative), stream, samples);
+            let first = FirstHit { camera_ray: &camera_ray, ray: &ray, hit: hit.as_ref() };
+            self.follow(tracer, pattern, &first, negative, &mut stream, samples);
         }
     }
 
@@ -184,7 +186,8 @@ where
         &self,
         tracer: &mut Tracer,
         pattern: &Pattern,
-        (first, negative): (&FirstHit, bool),
+        first: &FirstHit,
+        negative: bool,
         stream: &mut SampleStream,
         samples: &mut Samples,
     ) {

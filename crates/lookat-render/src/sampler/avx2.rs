@@ -1,9 +1,10 @@
-//! Sequences in eight dimensions at once, by AVX2. Written out, as compilers do not always find it in loops.
+//! What sequences in eight dimensions share, by AVX2.
 
 use std::arch::x86_64::{
     __m256d, __m256i, _mm256_and_si256, _mm256_blend_epi32, _mm256_castsi256_si128, _mm256_cvtepi32_pd,
     _mm256_extracti128_si256, _mm256_mul_epu32, _mm256_mullo_epi32, _mm256_or_si256, _mm256_set1_epi8,
-    _mm256_set1_epi32, _mm256_shuffle_epi8, _mm256_srli_epi32, _mm256_srli_epi64, _mm256_xor_si256,
+    _mm256_set1_epi32, _mm256_shuffle_epi8, _mm256_slli_epi32, _mm256_srli_epi32, _mm256_srli_epi64,
+    _mm256_xor_si256,
 };
 
 use bytemuck::cast;
@@ -40,15 +41,18 @@ pub(super) fn high(a: __m256i, b: __m256i) -> __m256i {
 pub(super) fn reversed(x: __m256i) -> __m256i {
     let low = _mm256_set1_epi8(0x0f);
     let upper = _mm256_and_si256(_mm256_srli_epi32::<4>(x), low);
-    let nibbles = |nibbles, table: [u8; 16]| _mm256_shuffle_epi8(cast([table; 2]), nibbles);
-    let reversed = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
     let bytes = _mm256_or_si256(
-        nibbles(_mm256_and_si256(x, low), reversed.map(|nibble| nibble << 4)),
-        nibbles(upper, reversed),
+        _mm256_slli_epi32::<4>(_mm256_shuffle_epi8(cast([NIBBLES; 2]), _mm256_and_si256(x, low))),
+        _mm256_shuffle_epi8(cast([NIBBLES; 2]), upper),
     );
-    let order: [u8; 16] = [3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12];
-    _mm256_shuffle_epi8(bytes, cast([order; 2]))
+    _mm256_shuffle_epi8(bytes, cast([BYTES; 2]))
 }
+
+/// Four bits in reverse.
+const NIBBLES: [u8; 16] = [0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15];
+
+/// The bytes of each number in reverse.
+const BYTES: [u8; 16] = [3, 2, 1, 0, 7, 6, 5, 4, 11, 10, 9, 8, 15, 14, 13, 12];
 
 /// Of numbers below 2^31.
 #[target_feature(enable = "avx2")]

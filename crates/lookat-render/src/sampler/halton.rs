@@ -7,7 +7,6 @@ use super::LANES;
 
 /// The numbers of a point of the sequence in the dimensions of a set, where `count` points are taken of it. `seed` chooses the
 /// scramble. `None` beyond the dimensions, or the points, that there are.
-#[inline(always)]
 pub(super) fn numbers(set: u32, index: u32, count: u32, seed: u64) -> Option<[f64; LANES]> {
     let bases = BASES.get(set as usize).filter(|_| index <= MOST)?;
     Some(scrambled_radical_inverses(bases, index, count, &seeds(set * LANES as u32, seed)))

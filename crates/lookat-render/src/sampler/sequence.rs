@@ -58,20 +58,29 @@ fn beyond_halton(set: u32, index: u32, seed: u64) -> [f64; LANES] {
 mod tests {
     use super::*;
 
-    /// To the bit, also beyond the points and dimensions that there are.
+    /// To the bit, also beyond the points and dimensions that there are. Where the processor has no more, it says nothing.
     #[test]
     fn numbers_are_the_same_with_any_instructions() {
+        const MOST: u32 = (1 << 31) - 1;
+        let chosen =
+            [(0, 1), (77, 100), (65_535, 1 << 16), (1 << 16, 1 << 30), (9, 4), (MOST, u32::MAX), (MOST, 1)];
+        let beyond = [(MOST + 1, u32::MAX), (u32::MAX, u32::MAX), (u32::MAX, 1)];
+        let random = (0..200).map(|k| {
+            let bits = mix(k);
+            // Of all sizes.
+            ((bits as u32) >> (k % 32), ((bits >> 32) as u32) >> (k / 5 % 32))
+        });
+        let places: Vec<(u32, u32)> = chosen.into_iter().chain(beyond).chain(random).collect();
         for sequence in [Sequence::Sobol, Sequence::Halton { pixel_center: false }] {
             for set in (0..20).chain([31, 32, 1000]) {
-                for (index, count) in
-                    [(0, 1), (77, 100), (65_535, 1 << 16), (1 << 16, 1 << 30), (1 << 31, u32::MAX)]
-                {
-                    let numbers = sequence.numbers(set, index, count, mix(set.into()));
-                    let portable = sequence.numbers_portable(set, index, count, mix(set.into()));
+                for (k, &(index, count)) in (0..).zip(&places) {
+                    let seed = mix(u64::from(set) << 32 | k);
+                    let numbers = sequence.numbers(set, index, count, seed);
+                    let portable = sequence.numbers_portable(set, index, count, seed);
                     assert_eq!(
                         numbers.map(f64::to_bits),
                         portable.map(f64::to_bits),
-                        "{sequence:?} {set} {index}"
+                        "{sequence:?} {set} {index} {count}"
                     );
                 }
             }

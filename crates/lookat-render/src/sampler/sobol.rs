@@ -30,7 +30,6 @@ static TABLE: LazyLock<Table> = LazyLock::new(|| {
 
 /// The numbers of a point in the dimensions of a set. `seed` chooses the scramble. The sequence has 2^16 points; beyond them
 /// others, scrambled on their own, take over too.
-#[inline(always)]
 pub(super) fn numbers(set: u32, index: u32, seed: u64) -> [f64; LANES] {
     let Place { added, own } = Place::new(set, index, seed);
     from_fn(|lane| {

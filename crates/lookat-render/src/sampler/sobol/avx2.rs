@@ -20,7 +20,8 @@ pub(in crate::sampler) fn numbers(set: u32, index: u32, seed: u64) -> [f64; LANE
     }
     let scramble = hash(_mm256_xor_si256(splat(own), cast(SCRAMBLES)));
     let bits = _mm256_srli_epi32::<9>(reversed(owen_scramble_rev(point, scramble)));
-    cast(to_f64(bits).map(|bits| _mm256_mul_pd(bits, _mm256_set1_pd(SCALE))))
+    let [low, high] = to_f64(bits);
+    cast([_mm256_mul_pd(low, _mm256_set1_pd(SCALE)), _mm256_mul_pd(high, _mm256_set1_pd(SCALE))])
 }
 
 /// That of `sobol_burley`.
