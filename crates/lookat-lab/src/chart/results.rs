@@ -6,7 +6,6 @@ use super::equal::{Comparison, Curve, equal_errors, equal_times};
 use super::estimate::{Estimate, median};
 use super::fit::{Fit, Rung, fit};
 use super::front::{Entry, Reign, front};
-use super::level::Level;
 use super::marker::Marker;
 use super::method::Method;
 use super::point::{Point, Row};
@@ -83,12 +82,11 @@ impl Results {
     /// Draws the conclusions.
     pub fn new(measured: Measured, markers: Vec<Marker>, reference: &Reference) -> Results {
         let noise_square = reference.noise.map(|noise| noise * noise);
-        let levels: Vec<Option<Level>> =
-            measured.points.iter().map(|points| points.last().map(|point| point.level)).collect();
         let noise = noise_square.unwrap_or(0.0);
-        let bias = |level: &Option<Level>| level.and_then(|level| level.bias_square(noise));
+        let levels: Vec<Option<f64>> =
+            measured.points.iter().map(|points| level_square(points, noise)).collect();
         // Below this, errors are those of the reference, or of the method's own mean.
-        let floor = |level: &Option<Level>| noise + bias(level).unwrap_or(0.0);
+        let floor = |level: &Option<f64>| noise + level.unwrap_or(0.0);
         let fits = measured.points.iter().zip(&levels).map(|(points, level)| fit_above(points, floor(level)));
         let curves: Vec<Curve> = measured.points.iter().map(|points| curve(points)).collect();
         let others = markers.iter().map(|marker| clear_curve([(marker.seconds, marker.rmse)]));
@@ -102,7 +100,7 @@ impl Results {
         let entries: Vec<Entry> = entries.map(entry).collect();
         Results {
             fits: fits.collect(),
-            levels: levels.iter().map(|level| bias(level).map(f64::sqrt)).collect(),
+            levels: levels.iter().map(|level| level.map(f64::sqrt)).collect(),
             front: front(&entries),
             equal_times: equal_times(&curves),
             equal_errors: equal_errors(&curves),
@@ -136,6 +134,16 @@ fn is_clear(square: f64, floor: f64) -> bool {
     square >= CLEAR * floor
 }
 
+/// The mean square of the bias that a method comes down to. A bias that has halved, or more, with the last four times as many
+/// samples is still on its way: textures are filtered for the distance of samples.
+fn level_square(points: &[Point], noise_square: f64) -> Option<f64> {
+    let last = points.last()?;
+    let bias = last.level.bias_square(noise_square)?;
+    let before = points.iter().rev().find(|point| point.samples <= 0.26 * last.samples);
+    let before = before.and_then(|point| point.level.bias_square(noise_square));
+    before.is_none_or(|before| bias > 0.5 * before).then_some(bias)
+}
+
 /// The slope over the points before the first that is close to the floor, which is a mean square. The last point of a run that
 /// is broken off may have fewer pictures than the others; it does not count.
 fn fit_above(points: &[Point], floor: f64) -> Option<Fit> {
@@ -165,6 +173,7 @@ fn half_interval(points: &[Point], of: fn(&Point) -> Estimate) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::level::Level;
     use super::super::method::METHODS;
     use super::super::reference::Origin;
     use super::*;
@@ -214,6 +223,17 @@ mod tests {
         // 1 / n + 0.01 is at least 11 times 0.01 up to 8 samples.
         let biased = found.fits[1].unwrap();
         assert!(biased.rungs == 4 && (-0.5..-0.48).contains(&biased.slope), "{biased:?}");
+    }
+
+    #[test]
+    fn a_bias_that_falls_is_no_level() {
+        let falling = |power: f64| -> Vec<Point> {
+            (0..8).map(|i| point(1 << i, 0.2 * f64::from(1 << i).powf(power))).collect()
+        };
+        assert_eq!(level_square(&falling(-0.5), 0.0), None);
+        assert!((level_square(&falling(0.0), 0.0).unwrap() - 0.04).abs() < 1e-9);
+        // Too few to tell.
+        assert!(level_square(&falling(-0.5)[..2], 0.0).is_some());
     }
 
     #[test]
