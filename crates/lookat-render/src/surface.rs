@@ -139,6 +139,7 @@ impl<'s> Surface<'s> {
 
     /// The density, by solid angle, of this point when it is chosen evenly on an area, and seen in direction `d`, of length
     /// one, from so far away. `None` where it is seen edge-on.
+    #[inline(always)]
     pub fn pdf_from(&self, d: DVec3, squared_distance: f64, area: f64) -> Option<f64> {
         let pdf = squared_distance / (self.n.dot(d).abs() * area);
         pdf.is_finite().then_some(pdf)

@@ -37,6 +37,8 @@ impl MeshAreas {
     }
 
     /// A point, all alike: the triangle, and the weights of its corners.
+    // Inlined, as what it returns is needed at once.
+    #[inline(always)]
     pub fn sample(&self, u: DVec2) -> (usize, [f64; 3]) {
         let at = u.x * self.total();
         let index = self.sums.partition_point(|sum| *sum <= at).min(self.sums.len() - 1);

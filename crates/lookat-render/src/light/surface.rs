@@ -177,6 +177,8 @@ impl<'s> SurfaceLight<'s> {
     }
 
     /// The same of points that are sampled on all of the light.
+    // Inlined, as its arguments are new.
+    #[inline(always)]
     fn point_pdf(&self, on_light: &Surface, d: DVec3, squared_distance: f64) -> Option<f64> {
         let area = match &self.form {
             SurfaceForm::Curved(shape) => shape.stretch(on_light.p),
