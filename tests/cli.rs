@@ -250,6 +250,7 @@ fn a_failure_writes_nothing() {
         &["render", "fine.pbrt", "-o", "picture"],
         &["render", "fine.pbrt", "-o", "nowhere/picture.exr"],
         &["render", "fine.pbrt", "--crop", ".5", ".5", "0", "1"],
+        &["render", "fine.pbrt", "--crop", "0", "1", ".5", ".2"],
         &["check", "fine.pbrt"],
     ] {
         folder.run(arguments);

@@ -1,6 +1,7 @@
 //! Pictures of 8 and 16 bits and Radiance HDR, as another library decodes them.
 
 use std::array::from_fn;
+use std::error::Error;
 use std::io::{BufRead, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::LazyLock;
@@ -41,6 +42,9 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) ->
     let as_stored = *format == ImageFormat::Hdr || curve == Curve::Stored;
     let length = input.seek(SeekFrom::End(0))?;
     let is_ended = *format != ImageFormat::Jpeg || jpeg_is_ended(&mut input, length)?;
+    if !is_ended {
+        return Err(Fault::Damaged("the file ends before the picture does".into()));
+    }
     input.rewind()?;
     let mut reader = ImageReader::with_format(input, *format);
     let mut limits = Limits::default();
@@ -52,9 +56,6 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) ->
     // The memory is taken before the pixels are read.
     if decoder.total_bytes() > length.saturating_mul(*densest) {
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
-    }
-    if !is_ended {
-        return Err(Fault::Damaged("the file ends before the picture does".into()));
     }
     let mut values = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f().into_raw();
     if !as_stored {
@@ -79,7 +80,11 @@ fn jpeg_is_ended(input: &mut (impl BufRead + Seek), length: u64) -> Result<bool,
 fn fault(error: ::image::ImageError) -> Fault {
     match error {
         ::image::ImageError::IoError(error) => error.into(),
-        ::image::ImageError::Decoding(error) => Fault::Damaged(error.to_string().trim_end().into()),
+        ::image::ImageError::Decoding(error) => {
+            // The cause alone: the format is known.
+            let cause = error.source().map_or_else(|| error.to_string(), ToString::to_string);
+            Fault::Damaged(cause.trim_end().into())
+        }
         error => Fault::Unfit(error.to_string()),
     }
 }

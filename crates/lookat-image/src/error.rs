@@ -31,10 +31,12 @@ pub enum ImageError {
         reason: String,
     },
     /// The contents are not of the format that the extension claims.
-    #[error("{} is not what its ending says", path.display())]
+    #[error("{} is not what its ending says{}", path.display(), named(*format))]
     NotThatFormat {
         /// The path as it was given.
         path: PathBuf,
+        /// The ending of the format that the contents are of, if they tell.
+        format: Option<&'static str>,
     },
     /// The contents begin like the format and then break off or contradict themselves.
     #[error("{} is damaged: {reason}", path.display())]
@@ -54,7 +56,7 @@ impl ImageError {
     pub(crate) fn reading(path: &Path, fault: Fault) -> Self {
         let path = path.into();
         match fault {
-            Fault::Foreign => ImageError::NotThatFormat { path },
+            Fault::Foreign(format) => ImageError::NotThatFormat { path, format },
             Fault::Damaged(reason) => ImageError::Damaged { path, reason },
             Fault::Io(_) | Fault::Unfit(_) => ImageError::Read { path, reason: fault.reason() },
         }
@@ -66,8 +68,8 @@ impl ImageError {
 pub(crate) enum Fault {
     /// The file system refused.
     Io(io::Error),
-    /// The file does not begin as the format does.
-    Foreign,
+    /// The file does not begin as the format does, but maybe as the one with this ending.
+    Foreign(Option<&'static str>),
     /// The file begins as the format does, but cannot be right.
     Damaged(String),
     /// The format cannot hold the picture, or the picture is beyond what lookat handles.
@@ -78,7 +80,7 @@ impl Fault {
     fn reason(self) -> String {
         match self {
             Fault::Io(error) => plain(&error),
-            Fault::Foreign => "the format is wrong".into(),
+            Fault::Foreign(format) => format!("the format is wrong{}", named(format)),
             Fault::Damaged(reason) | Fault::Unfit(reason) => reason,
         }
     }
@@ -116,6 +118,11 @@ pub(crate) fn listed(names: &[impl AsRef<str>]) -> String {
         more => format!(" and {more} more"),
     };
     shown.join(", ") + &more
+}
+
+/// What a file is, as the end of a message.
+fn named(format: Option<&'static str>) -> String {
+    format.map_or_else(String::new, |ending| format!(": its contents are {ending}"))
 }
 
 /// The words of the operating system without its number for them.

@@ -51,7 +51,7 @@ pub(crate) fn read(mut file: impl Read + Seek, layer: Option<&str>) -> Result<Im
     let mut magic = Vec::new();
     file.by_ref().take(4).read_to_end(&mut magic)?;
     if magic != ::exr::meta::magic_number::BYTES {
-        return Err(Fault::Foreign);
+        return Err(Fault::Foreign(None));
     }
     let length = file.seek(SeekFrom::End(0))?;
     file.rewind()?;
@@ -340,7 +340,7 @@ mod tests {
             for end in 0..file.len() {
                 for layer in [Some("n"), Some("albedo"), None] {
                     match (end, layer, read(Cursor::new(&file[..end]), layer)) {
-                        (..4, _, Err(Fault::Foreign)) | (4.., _, Err(Fault::Damaged(_))) => {}
+                        (..4, _, Err(Fault::Foreign(None))) | (4.., _, Err(Fault::Damaged(_))) => {}
                         (_, Some(_), Err(Fault::Unfit(reason))) => assert!(reason.contains("no layer")),
                         // The first part may be whole without the second.
                         (_, None, Ok(image)) => assert_eq!(image.channels.len(), 1),
@@ -349,7 +349,7 @@ mod tests {
                 }
             }
         }
-        assert!(matches!(read(Cursor::new(b"P6 1 1 255\n..."), None), Err(Fault::Foreign)));
+        assert!(matches!(read(Cursor::new(b"P6 1 1 255\n..."), None), Err(Fault::Foreign(None))));
 
         // The upper corner of the data window, as it stands in the file.
         let corner = file.windows(10).position(|bytes| bytes == b"dataWindow").unwrap() + 10 + 1 + 6 + 4 + 8;

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use ::image::ImageFormat;
+
 /// A file format for pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -31,6 +33,16 @@ impl Format {
     }
 }
 
+/// The ending of the format that a file is of by its first bytes, where its name has another one.
+pub(crate) fn other_than_named(path: &Path, bytes: &[u8]) -> Option<&'static str> {
+    let format = ::image::guess_format(bytes).ok()?;
+    let is_named = ImageFormat::from_path(path).is_ok_and(|named| named == format);
+    (!is_named).then(|| match format {
+        ImageFormat::Pnm => "pnm",
+        format => format.extensions_str()[0],
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -44,5 +56,20 @@ mod tests {
         check("a.tGa", Some(Format::Tga));
         check("a.gif", None);
         check("exr", None);
+    }
+
+    #[test]
+    fn the_first_bytes_tell_what_a_name_does_not() {
+        let check =
+            |path: &str, bytes, other| assert_eq!(other_than_named(Path::new(path), bytes), other, "{path}");
+        check("a.png", b"\xff\xd8\xff\xe0", Some("jpg"));
+        check("a.JPEG", b"\xff\xd8\xff\xe0", None);
+        check("a.jpg", b"\x89PNG\r\n\x1a\n", Some("png"));
+        check("a.tga", b"\x76\x2f\x31\x01", Some("exr"));
+        check("a.exr", b"\x76\x2f\x31\x01", None);
+        check("a.pfm", b"P6 1 1 255", Some("pnm"));
+        check("a.pfm", b"PF 1 1 -1", None);
+        check("a.tga", b"\0\0\x02\0", None);
+        check("a.png", b"", None);
     }
 }

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use crate::decoded::Curve;
 use crate::error::{Fault, ImageError};
-use crate::{Format, decoded, eightbit, exr, pfm};
+use crate::{Format, decoded, eightbit, exr, format, pfm};
 
 /// A rectangle of pixels; y points down and the origin is at the top left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -230,7 +230,10 @@ impl Image {
 }
 
 /// Reads in the format that the path names.
-fn read_as(path: &Path, input: impl BufRead + Seek, curve: Curve) -> Result<Image, Fault> {
+fn read_as(path: &Path, mut input: impl BufRead + Seek, curve: Curve) -> Result<Image, Fault> {
+    if let Some(other) = format::other_than_named(path, input.fill_buf()?) {
+        return Err(Fault::Foreign(Some(other)));
+    }
     match Format::from_path(path) {
         Some(Format::Exr) => exr::read(input, None),
         Some(Format::Pfm) => pfm::read(input),

@@ -28,7 +28,7 @@ pub(crate) fn read(mut file: impl BufRead) -> Result<Image, Fault> {
     let names: &[&str] = match word(&mut file)?.as_str() {
         "PF" => &["R", "G", "B"],
         "Pf" => &["Y"],
-        _ => return Err(Fault::Foreign),
+        _ => return Err(Fault::Foreign(None)),
     };
     let width: u32 = number(&mut file, "width")?;
     let height: u32 = number(&mut file, "height")?;

@@ -113,16 +113,25 @@ fn resolution(params: &mut Params, overrides: &Overrides) -> [u32; 2] {
     }
 }
 
+const CROP_HELP: &str = "cropwindow is xmin xmax ymin ymax, from 0 to 1";
+
 /// The bounds of pbrt-v3's Film, by `ceil` in `f32`, so that they are the same pixels.
 fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> PixelBounds {
     let given = params.floats("cropwindow");
     let mut edges = [0.0, 1.0, 0.0, 1.0];
     if let Some(given) = given {
         match <[f64; 4]>::try_from(given) {
-            Ok(four) => edges = four,
+            Ok(four) => {
+                edges = four;
+                let [x0, x1, y0, y1] = four;
+                if x0 > x1 || y0 > y1 {
+                    let message = "the edges of the crop window are in reverse; they are swapped, as in pbrt-v3";
+                    params.warn("cropwindow", message, CROP_HELP);
+                }
+            }
             Err(other) => {
                 let message = format!("cropwindow takes 4 values, not {}", other.len());
-                params.reject("cropwindow", message, Some("they are xmin xmax ymin ymax, from 0 to 1"));
+                params.reject("cropwindow", message, Some(CROP_HELP));
             }
         }
     }
@@ -139,7 +148,7 @@ fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> Pix
         params.reject(
             "cropwindow",
             "the crop window holds no pixel",
-            Some("it is xmin xmax ymin ymax, from 0 to 1"),
+            Some(CROP_HELP),
         );
         bounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
     }

@@ -96,6 +96,20 @@ pub enum Light {
     },
 }
 
+impl Light {
+    /// Whether it gives no light, whatever picture it shows.
+    pub(crate) fn is_black(&self) -> bool {
+        let (Light::Point { intensity: color, .. }
+        | Light::Spot { intensity: color, .. }
+        | Light::Goniometric { intensity: color, .. }
+        | Light::Projection { intensity: color, .. }
+        | Light::Distant { radiance: color, .. }
+        | Light::Infinite { radiance: color, .. }
+        | Light::Environment { scale: color, .. }) = self;
+        *color == Vec3::ZERO
+    }
+}
+
 pub(crate) const NAMES: &[&str] = &["point", "spot", "goniometric", "projection", "distant", "infinite"];
 
 /// pbrt-v3's MakeLight.

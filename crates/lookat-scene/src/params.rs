@@ -244,7 +244,7 @@ impl<'a> Params<'a> {
 
     /// Reports that a file cannot be read.
     pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
-        self.error(crate::files::unreadable("read", name, path, error));
+        self.error_once(crate::files::unreadable("read", name, path, error));
     }
 
     /// The path at which [`Params::file`] looks first: the same for names that mean the same file.
@@ -279,6 +279,12 @@ impl<'a> Params<'a> {
     /// Reports an error; the directive makes nothing.
     pub fn error(&mut self, diagnostic: Diagnostic) {
         self.report.push(diagnostic);
+        self.failed = true;
+    }
+
+    /// The same, for a mistake that is told at its first place only, and counted at others.
+    pub fn error_once(&mut self, diagnostic: Diagnostic) {
+        self.report.once(diagnostic);
         self.failed = true;
     }
 

@@ -124,7 +124,7 @@ impl<T: FromColor> Cache<T> {
         match &self.known[&key] {
             Ok(map) => Some(map.clone()),
             Err(message) => {
-                params.error(Diagnostic::error(file.span, message).help(HELP));
+                params.error_once(Diagnostic::error(file.span, message).help(HELP));
                 None
             }
         }

@@ -4,11 +4,12 @@ mod block;
 mod transformation;
 mod world;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
-use lookat_syntax::{ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Statement};
+use glam::Vec3;
+use lookat_syntax::{ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement};
 
 use crate::files::Files;
 use crate::options::{Options, Settled};
@@ -50,6 +51,8 @@ pub(crate) struct Resolver<'a> {
     settled: Option<Settled>,
     /// A transformation after `Camera`, which nothing has used yet.
     idle_transform: Option<Span>,
+    /// AreaLightSources that no shape has followed yet.
+    idle_emissions: HashSet<Span>,
     primitives: Vec<Primitive>,
     instances: Vec<Instance>,
     lights: Vec<Light>,
@@ -77,6 +80,7 @@ impl<'a> Resolver<'a> {
             options: Options::default(),
             settled: None,
             idle_transform: None,
+            idle_emissions: HashSet::new(),
             primitives: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
@@ -170,7 +174,9 @@ impl<'a> Resolver<'a> {
             EntityKind::MakeNamedMaterial => self.make_named_material(entity, faulty)?,
             EntityKind::AreaLightSource => {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
-                self.state.emission = light::emission(params);
+                let emission = light::emission(params);
+                self.state.emission = emission.map(|value| Spanned { value, span: at });
+                self.idle_emissions.extend(emission.map(|_| at));
             }
             EntityKind::MakeNamedMedium => {
                 let message = "participating media are not rendered; space is empty";
@@ -201,7 +207,11 @@ impl<'a> Resolver<'a> {
             }
             Block::Ended => {}
         }
-        self.warn_dark(at);
+        // A shape or a light in error is one all the same.
+        if !self.report.has_errors() {
+            self.warn_idle_emissions();
+            self.warn_dark(at);
+        }
         let scene =
             (!self.report.has_errors() || self.overrides.keep_going).then(|| self.settled.take()).flatten();
         let diagnostics = self.report.finish(&self.files.sources);
@@ -218,14 +228,29 @@ impl<'a> Resolver<'a> {
         (self.files.sources, scene, diagnostics)
     }
 
+    fn warn_idle_emissions(&mut self) {
+        for at in self.idle_emissions.drain() {
+            let message = "no shape follows this AreaLightSource: it makes no light";
+            let help = "it counts for the shapes after it, up to the AttributeEnd of its block";
+            self.report.push(Diagnostic::warning(at, message).help(help));
+        }
+    }
+
     fn warn_dark(&mut self, end: Span) {
         let Some(settled) = &self.settled else { return };
-        let emits = self.primitives.iter().any(|primitive| primitive.emission.is_some());
-        let ambient = matches!(settled.integrator, crate::Integrator::AmbientOcclusion { .. });
-        // A light in error is a light all the same.
-        if self.lights.is_empty() && !emits && !ambient && !self.report.has_errors() {
-            let at = self.world_begin.unwrap_or(end);
-            self.report.push(Diagnostic::warning(at, "the scene has no lights: the picture is black"));
+        if matches!(settled.integrator, crate::Integrator::AmbientOcclusion { .. }) {
+            return;
         }
+        let emissions = || self.primitives.iter().filter_map(|primitive| primitive.emission);
+        let message = if self.lights.is_empty() && emissions().next().is_none() {
+            "the scene has no lights: the picture is black"
+        } else if self.lights.iter().all(Light::is_black)
+            && emissions().all(|emission| emission.radiance == Vec3::ZERO)
+        {
+            "all lights of the scene are black, and so is the picture"
+        } else {
+            return;
+        };
+        self.report.push(Diagnostic::warning(self.world_begin.unwrap_or(end), message));
     }
 }

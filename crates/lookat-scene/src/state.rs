@@ -3,7 +3,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use lookat_syntax::{Entity, Param, ParamType, Span};
+use lookat_syntax::{Entity, Param, ParamType, Span, Spanned};
 
 use crate::names::Names;
 use crate::params::class;
@@ -19,7 +19,8 @@ pub(crate) struct GraphicsState {
     pub at_start: bool,
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
-    pub emission: Option<Emission>,
+    /// With the place of its AreaLightSource.
+    pub emission: Option<Spanned<Emission>>,
 }
 
 /// What directives have given a name to.

@@ -79,7 +79,7 @@ pub fn render(arguments: &Render) -> ExitCode {
 /// What is wrong with the arguments together, before it is blamed on the scene.
 fn check_arguments(arguments: &Render) -> Result<(), String> {
     if let Some([x0, x1, y0, y1]) = arguments.crop.as_deref()
-        && (x0 == x1 || y0 == y1)
+        && (x0 >= x1 || y0 >= y1)
     {
         return Err("--crop takes the left, right, top and bottom edge, and leaves nothing so".into());
     }

@@ -128,6 +128,9 @@ impl Resolver<'_> {
 
     pub(super) fn shape(&mut self, entity: Entity) {
         let name = entity.name.clone();
+        if let Some(emission) = &self.state.emission {
+            self.idle_emissions.remove(&emission.span);
+        }
         let params = &mut Params::new("Shape", entity, &self.files, &mut self.report);
         let cutout = match params.kind() {
             "trianglemesh" | "plymesh" => cutout(&mut TextureParams::new(params, &self.definitions.textures)),
@@ -171,7 +174,7 @@ impl Resolver<'_> {
     }
 
     pub(super) fn emission(&mut self, shape: &Text) -> Option<Emission> {
-        let emission = self.state.emission?;
+        let emission = self.state.emission.as_ref()?.value;
         if self.object.is_some() {
             let message =
                 "a shape of an object glows, but lights nothing; place the light outside ObjectBegin";
