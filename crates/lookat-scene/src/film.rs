@@ -125,7 +125,8 @@ fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> Pix
                 edges = four;
                 let [x0, x1, y0, y1] = four;
                 if x0 > x1 || y0 > y1 {
-                    let message = "the edges of the crop window are in reverse; they are swapped, as in pbrt-v3";
+                    let message =
+                        "the edges of the crop window are in reverse; they are swapped, as in pbrt-v3";
                     params.warn("cropwindow", message, CROP_HELP);
                 }
             }
@@ -145,11 +146,7 @@ fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> Pix
         y1: pixel(y0.max(y1), resolution[1]),
     };
     if bounds.area() == 0 {
-        params.reject(
-            "cropwindow",
-            "the crop window holds no pixel",
-            Some(CROP_HELP),
-        );
+        params.reject("cropwindow", "the crop window holds no pixel", Some(CROP_HELP));
         bounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
     }
     if bounds.area() > MAX_PIXELS {

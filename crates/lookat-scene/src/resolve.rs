@@ -9,7 +9,9 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_syntax::{ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement};
+use lookat_syntax::{
+    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement,
+};
 
 use crate::files::Files;
 use crate::options::{Options, Settled};
