@@ -126,7 +126,7 @@ fn named(format: Option<&'static str>) -> String {
 }
 
 /// The words of the operating system without its number for them.
-fn plain(error: &io::Error) -> String {
+pub fn plain(error: &io::Error) -> String {
     if error.kind() == io::ErrorKind::NotFound {
         return "there is no such file or folder".into();
     }

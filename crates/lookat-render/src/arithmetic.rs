@@ -1,5 +1,7 @@
 //! What intersections are computed with.
 
+use std::sync::LazyLock;
+
 /// The numbers that decide what a ray meets. All but [`Precision::Mixed`] are there to be measured against it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Precision {
@@ -44,8 +46,13 @@ impl Simd {
         }
     }
 
-    /// The best that this processor has.
-    pub fn detect() -> Self {
+    /// The best that this processor has. Asked for often, so that it is looked for once.
+    pub fn best() -> Self {
+        static BEST: LazyLock<Simd> = LazyLock::new(Simd::detect);
+        *BEST
+    }
+
+    fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
             let more = is_x86_feature_detected!("avx512f")

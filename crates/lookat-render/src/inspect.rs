@@ -96,7 +96,7 @@ pub enum Choice {
 
 /// The instructions that rays are traced with on this processor: "AVX-512", "AVX2" or "portable".
 pub fn simd() -> &'static str {
-    Simd::detect().name()
+    Simd::best().name()
 }
 
 /// Prepares a scene as rendering does, and says what it needs.

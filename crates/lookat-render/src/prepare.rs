@@ -106,7 +106,7 @@ impl<'s> Traceable<'s> {
             has_cutouts,
             is_cheap,
             precision,
-            simd: Simd::detect(),
+            simd: Simd::best(),
         }
     }
 

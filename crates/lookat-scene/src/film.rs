@@ -129,6 +129,11 @@ fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> Pix
                         "the edges of the crop window are in reverse; they are swapped, as in pbrt-v3";
                     params.warn("cropwindow", message, CROP_HELP);
                 }
+                if four.iter().any(|edge| !(0.0..=1.0).contains(edge)) {
+                    let message =
+                        "the crop window reaches beyond the picture, and is cut there, as in pbrt-v3";
+                    params.warn("cropwindow", message, CROP_HELP);
+                }
             }
             Err(other) => {
                 let message = format!("cropwindow takes 4 values, not {}", other.len());

@@ -171,6 +171,9 @@ fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     let delta = params.float("conedeltaangle", 5.0);
     if !(cone > 0.0 && cone <= 180.0) {
         params.reject("coneangle", "coneangle must be more than 0 and at most 180 degrees", None);
+    } else if delta > cone {
+        let message = "a conedeltaangle above coneangle makes the falloff narrower, as in pbrt-v3";
+        params.warn("conedeltaangle", message, "it is an angle inside the cone: at most coneangle");
     }
     let from = point_in_range(params, "from", DVec3::ZERO);
     let to = point_in_range(params, "to", DVec3::Z);
@@ -213,7 +216,11 @@ fn no_map(params: &mut Params, what_it_does: &str) {
 }
 
 fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
-    params.spectrum(name, Vec3::ONE) * params.spectrum("scale", Vec3::ONE)
+    let color = params.spectrum(name, Vec3::ONE) * params.spectrum("scale", Vec3::ONE);
+    if color.min_element() < 0.0 {
+        params.warn(name, "a light of negative color takes light away", "colors of lights are 0 or more");
+    }
+    color
 }
 
 /// `samples` is the old name, and wins in pbrt-v3.

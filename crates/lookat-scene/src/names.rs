@@ -23,7 +23,7 @@ impl<T> Names<T> {
         self.known.get(name)
     }
 
-    pub fn keys(&self) -> impl Iterator<Item = &String> {
+    pub fn keys(&self) -> impl Iterator<Item = &String> + Clone {
         self.known.keys()
     }
 

@@ -244,15 +244,17 @@ impl<'a> Resolver<'a> {
             return;
         }
         let emissions = || self.primitives.iter().filter_map(|primitive| primitive.emission);
-        let message = if self.lights.is_empty() && emissions().next().is_none() {
-            "the scene has no lights: the picture is black"
+        let (message, help) = if self.lights.is_empty() && emissions().next().is_none() {
+            let help = "LightSource \"infinite\" lights a scene from all sides";
+            ("the scene has no lights: the picture is black", help)
         } else if self.lights.iter().all(Light::is_black)
             && emissions().all(|emission| emission.radiance == Vec3::ZERO)
         {
-            "all lights of the scene are black, and so is the picture"
+            let help = "they have an L, an I or a scale of 0";
+            ("all lights of the scene are black, and so is the picture", help)
         } else {
             return;
         };
-        self.report.push(Diagnostic::warning(self.world_begin.unwrap_or(end), message));
+        self.report.push(Diagnostic::warning(self.world_begin.unwrap_or(end), message).help(help));
     }
 }

@@ -410,6 +410,7 @@ fn advice(word: Input) -> Option<&'static str> {
         _ if starts("\u{201c}") || starts("'") || starts("\u{2018}") => {
             "names stand in straight double quotes"
         }
+        [b'a'..=b'z', ..] => "directives begin with a capital; a parameter is written as \"float radius\" 3",
         _ => return None,
     })
 }

@@ -59,8 +59,9 @@ fn head(machine: &Machine, rounds: u16) -> String {
 /// A line for each thing, with columns as wide as they must be.
 fn as_text(table: &Table) -> String {
     let name = table.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
+    let is_spread = table.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.low != cell.high);
     let cells: Vec<Vec<String>> =
-        table.rows.iter().map(|row| row.cells.iter().map(number).collect()).collect();
+        table.rows.iter().map(|row| row.cells.iter().map(|cell| number(cell, is_spread)).collect()).collect();
     let width = |column: usize| {
         let longest = cells.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
         longest.max(table.columns[column].chars().count()) + 2
@@ -81,8 +82,8 @@ fn as_text(table: &Table) -> String {
     text + "\n"
 }
 
-/// Three digits, and how far the rounds are apart.
-fn number(cell: &Cell) -> String {
+/// Three digits, and how far the rounds are apart; or the room for that, where others are.
+fn number(cell: &Cell, is_spread: bool) -> String {
     let decimals = match cell.median.abs() {
         ..1e-3 => 6,
         ..0.01 => 5,
@@ -94,7 +95,7 @@ fn number(cell: &Cell) -> String {
     };
     let spread = 100.0 * cell.spread();
     match cell.low == cell.high {
-        true => format!("{:.decimals$}     ", cell.median),
+        true => format!("{:.decimals$}{}", cell.median, if is_spread { "     " } else { "" }),
         false => format!("{:.decimals$} ({spread:2.0})", cell.median),
     }
 }

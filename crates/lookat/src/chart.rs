@@ -7,10 +7,10 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use lookat_image::{Image, write_file};
+use lookat_image::{Image, plain, write_file};
 use lookat_lab::chart::{
-    Budget, Climb, Cost, End, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method, Origin, Plan,
-    Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
+    Budget, Climb, Cost, End, FEWEST_SEEDS, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method,
+    Origin, Plan, Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
 };
 use lookat_lab::plot::significant;
 use lookat_scene::syntax::nearest;
@@ -166,9 +166,10 @@ impl Bench<'_> {
                 .map_or(String::new(), |costly| format!(", most of all for {}", self.methods[costly].name));
             format!(
                 "{methods} takes about {} s{costly}; the budget is {} s: raise --budget, name fewer \
-                 --methods, or lower --resolution",
+                 --methods, or lower --resolution{}",
                 significant(needed, 2),
-                self.arguments.budget
+                self.arguments.budget,
+                if seeds > FEWEST_SEEDS { " or --seeds" } else { "" }
             )
         })
     }
@@ -188,9 +189,10 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
             let all = known().collect::<Vec<_>>().join(", ");
             return Err(format!("there is no method `{name}`; {hint}the methods are {all}, or all"));
         };
-        if !methods.iter().any(|other| other.name == method.name) {
-            methods.push(method);
+        if methods.iter().any(|other| other.name == method.name) {
+            return Err(format!("--methods names {name} twice"));
         }
+        methods.push(method);
     }
     Ok(methods)
 }
@@ -211,7 +213,7 @@ fn check_names(points: &[Other]) -> Result<(), String> {
 
 fn make_folder(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))
+        .map_err(|error| format!("cannot make the folder {}: {}", folder.display(), plain(&error)))
 }
 
 /// Where the results go if nothing is said.
@@ -236,6 +238,15 @@ fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {
 fn read_reference(file: &Path, scene: &Scene, arguments: &Chart) -> Result<Reference, String> {
     let image = Image::read(file).map_err(|error| error.to_string())?;
     let found = fit(file, &image, scene)?;
+    // Integers end at 1.
+    if found.rounded
+        && found.pixels.as_flattened().iter().fold(0.0, |most: f32, value| most.max(*value)) == 1.0
+    {
+        return Err(format!(
+            "{}: white pixels may be cut, so errors against it mean little; give an .exr or .pfm as --reference",
+            file.display()
+        ));
+    }
     let last = arguments.seed.saturating_add(u64::from(MOST_RUNGS * arguments.seeds) - 1);
     if let Some(seed) = seed(&image).filter(|seed| (arguments.seed..=last).contains(seed)) {
         crate::say(&format!(

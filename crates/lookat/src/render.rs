@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use lookat_image::Format;
+use lookat_image::{Format, plain};
 use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
@@ -190,7 +190,8 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
         return Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()));
     }
     // Without a name: nothing is left.
-    tempfile::tempfile_in(folder).map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    tempfile::tempfile_in(folder)
+        .map_err(|error| format!("cannot write {}: {}", file.display(), plain(&error)))?;
     Ok(())
 }
 

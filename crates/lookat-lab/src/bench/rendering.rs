@@ -47,7 +47,7 @@ pub(super) fn table(rounds: usize) -> Table {
     Table {
         name: "rendering",
         title: "scenes of lookat; a million rays a second counts rays of all kinds".into(),
-        columns: vec!["s, one thread", "s, all", "faster by", "Mray/s, one thread", "Mray/s, all"],
+        columns: vec!["s, one thread", "s, all", "times as fast", "Mray/s, one thread", "Mray/s, all"],
         rows: SCENES.iter().zip(&seconds).map(row).collect(),
     }
 }

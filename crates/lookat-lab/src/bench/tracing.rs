@@ -43,7 +43,7 @@ pub(super) fn tables(rounds: usize) -> Vec<Table> {
     let build = Table {
         name: "building",
         title: "scenes prepared for tracing, in million triangles a second".into(),
-        columns: vec!["one thread", "all threads", "faster by"],
+        columns: vec!["one thread", "all threads", "times as fast"],
         rows: scenes.iter().map(|(name, scene)| building(name, scene, rounds)).collect(),
     };
     vec![rays, build]

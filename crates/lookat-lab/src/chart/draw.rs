@@ -86,7 +86,7 @@ impl Drawing for Chart<'_> {
             .light_line_style(WHITE)
             .axis_style(BLACK.stroke_width(unit))
             .label_style(font(14))
-            .x_desc("seconds of rendering, at 1, 2, 4, ... samples per pixel")
+            .x_desc("seconds of rendering")
             .y_desc("root mean squared error")
             .x_label_formatter(&|x| plain(*x))
             .y_label_formatter(&|y| plain(*y))

@@ -15,7 +15,7 @@ pub(super) enum Sequence {
 impl Sequence {
     /// The numbers of a set of dimensions.
     pub fn numbers(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
-        match Simd::detect().kind() {
+        match Simd::best().kind() {
             SimdKind::Portable => self.numbers_portable(set, index, count, seed),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Simd` says what the processor has.

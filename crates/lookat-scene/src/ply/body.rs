@@ -2,10 +2,10 @@
 
 use std::io::Read;
 
-use super::header::{Element, Format, Header, Kind, Scalar};
+use super::header::{Element, Format, Header, Kind, Property, Scalar};
 use super::source::{Ascii, Binary, Fault, Source};
 use super::stream::Stream;
-use super::{PlyError, PlyMesh};
+use super::{PlyError, PlyMesh, quote};
 
 /// The most rows for which memory is reserved before they are there.
 const MOST_RESERVED: u64 = 1 << 20;
@@ -98,7 +98,11 @@ fn plan_vertices(element: &Element) -> Result<VertexPlan, PlyError> {
         true
     };
     if !assign(&["x", "y", "z"], 0) {
-        return Err(PlyError("the vertices lack one of the properties `x`, `y` and `z`".into()));
+        let is_number = |property: &&Property| matches!(property.kind, Kind::One(_));
+        let given = element.properties.iter().filter(is_number).map(|property| property.name.as_str());
+        let given = quote(given.collect::<Vec<_>>().join(" ").as_bytes());
+        let message = format!("the vertices need the numbers `x`, `y` and `z`, and have {given}");
+        return Err(PlyError(message));
     }
     let has_normals = assign(&["nx", "ny", "nz"], 3);
     let has_uvs = UV_NAMES.iter().any(|names| assign(names, 6));

@@ -187,7 +187,10 @@ fn read_format(name: &str, version: &str) -> Result<Format, String> {
         "ascii" => Ok(Format::Ascii),
         "binary_little_endian" => Ok(Format::BinaryLittleEndian),
         "binary_big_endian" => Ok(Format::BinaryBigEndian),
-        _ => Err(format!("unknown format {}", quote(name.as_bytes()))),
+        _ => Err(format!(
+            "unknown format {}: ascii, binary_little_endian and binary_big_endian exist",
+            quote(name.as_bytes())
+        )),
     }
 }
 
@@ -281,7 +284,10 @@ mod tests {
         let format = "format ascii 1.0\n";
         check_error("", "the header has no `format` line");
         check_error("format ascii 1.1", "line 2: unknown PLY version `1.1`; only 1.0 exists");
-        check_error("format binary 1.0", "line 2: unknown format `binary`");
+        check_error(
+            "format binary 1.0",
+            "line 2: unknown format `binary`: ascii, binary_little_endian and binary_big_endian exist",
+        );
         check_error("format ascii", "line 2: a format is `format`, a name and a version");
         check_error(&format!("{format}{format}"), "line 3: a second `format` line");
         check_error("property int x", "line 2: a property before the first element");

@@ -24,7 +24,7 @@ impl Limits {
             params.reject(name, format!("{what} must be more than 0"), None);
         } else if !(LARGEST.recip()..=self.largest).contains(&length) {
             let (least, largest) = (LARGEST.recip(), self.largest);
-            params.reject(name, format!("{what} must be from {least:e} to {largest:.1e} here"), None);
+            params.reject(name, format!("{what} must be from {least:.1e} to {largest:.1e} here"), None);
         }
         length
     }
@@ -58,6 +58,12 @@ pub(super) fn sweep(params: &mut Params) -> f64 {
     let phi_max = params.float("phimax", 360.0);
     if phi_max <= 0.0 {
         params.reject("phimax", "phimax must be more than 0 degrees", None);
+    } else if phi_max > 360.0 {
+        params.warn(
+            "phimax",
+            "phimax of more than 360 degrees counts as 360, as in pbrt-v3",
+            "360 is all around",
+        );
     }
     phi_max.min(360.0).to_radians()
 }

@@ -40,7 +40,7 @@ pub struct Chart {
     /// Threads [default: one for each processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
-    /// The folder to write to, made if need be [default: the name of the scene, with -chart, in the current folder]
+    /// The folder to write to, made if need be [default: the name of the scene (of standard input: scene), with -chart, in the current folder]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
 }
@@ -61,8 +61,9 @@ fn after_help() -> String {
     let methods = lookat_lab::chart::METHODS.iter();
     let list: String = methods.map(|method| format!("  {:13} {}\n", method.name, method.about)).collect();
     format!(
-        "Methods:\n{list}\nEach renders the scene with 1, 2, 4, ... samples per pixel, each several times; target-error begins \
-         with 64, and doubles what it aims at. \
+        "Methods:\n{list}\nEach renders the scene with 1, 2, 4, ... samples per pixel, each several times; adaptive begins with 8; \
+         target-error takes 64 and more, and aims at 12.5 %, then at 1/1.4 of that, and so on. Both have at least three points, \
+         whatever --spp says. \
          The chart and what follows from it are written to DIR: chart.svg, chart.png, chart.csv, chart.json.\n\n\
          Exit status: 0 charted; 1 the scene has errors; 2 wrong usage or trouble; 130 interrupted, with what was measured until then"
     )
@@ -79,14 +80,20 @@ fn power_of_two(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| "expected a power of two from 4 to 65536".into())
 }
 
+/// Fits beside a picture of the chart.
+const LONGEST_NAME: usize = 40;
+
 fn other(text: &str) -> Result<Other, String> {
     let expected = "expected NAME=SECONDS,IMAGE, as in pbrt=3.8,pbrt.exr";
     let (name, rest) = text.split_once('=').ok_or(expected)?;
     let (time, image) = rest.split_once(',').ok_or(expected)?;
-    if name.is_empty() || image.is_empty() || name.chars().any(char::is_control) || name.chars().count() > 40
-    {
+    if name.is_empty() || image.is_empty() || name.chars().any(char::is_control) {
         return Err(expected.into());
     }
-    let seconds = seconds(time).map_err(|error| format!("`{time}`: {error}"))?;
+    if name.chars().count() > LONGEST_NAME {
+        return Err(format!("the name of a point has at most {LONGEST_NAME} letters"));
+    }
+    let seconds =
+        seconds(time).map_err(|error| format!("`{time}`, between the first = and a comma: {error}"))?;
     Ok(Other { name: name.into(), seconds, image: image.into() })
 }

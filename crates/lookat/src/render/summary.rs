@@ -151,13 +151,13 @@ impl JsonTarget {
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
-            "{} are taken to be within {error} % of their brightness, each with {confidence} % confidence",
+            "{} taken to be within {error} % of the true brightness, each with {confidence} % confidence",
             pixels(self.within)
         ));
         if self.at_cap > 0 {
             let most = picture.most_samples;
             crate::say(&format!(
-                "{} are not after {most} samples: nothing is claimed of them",
+                "{} less exact after {most} samples: nothing is claimed there",
                 pixels(self.at_cap)
             ));
             if self.at_cap as f64 > 0.1 * all {
@@ -168,7 +168,7 @@ impl JsonTarget {
         }
         if self.out_of_time > 0 {
             crate::say(&format!(
-                "{} were not when the rendering was ended: nothing is claimed of them",
+                "{} less exact when the time was over: nothing is claimed there",
                 pixels(self.out_of_time)
             ));
         }
