@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use lookat_image::{Image, means};
+use lookat_image::{Image, Window, means};
 use serde_json::Value;
 
 mod folder;
@@ -200,6 +200,9 @@ fn what_cannot_be_charted_is_refused() {
     folder.render("small.exr", &["--resolution", "16x12"]);
     folder.render("part.exr", &["--crop", "0", "0.5", "0", "1"]);
     folder.write("text.exr", "no picture");
+    let window = Window { x: 0, y: 0, width: 32, height: 24 };
+    let white = Image::from_rgb(window, window, &[[1.0; 3]; 32 * 24]);
+    white.write(&folder.path("white.png")).unwrap();
     folder.write("black.pbrt", &SCENE.replace("LightSource", "# LightSource"));
     folder.write("wrong.pbrt", &SCENE.replace("\"sphere\"", "\"sphrere\""));
     let refused = |arguments: &[&str], message: &str| {
@@ -216,7 +219,11 @@ fn what_cannot_be_charted_is_refused() {
     refused(&["scene.pbrt", "--point", "x=1,text.exr"], "text.exr");
     refused(&["scene.pbrt", "--point", "x=1"], "expected NAME=SECONDS,IMAGE");
     refused(&["scene.pbrt", "--point", "x=-1,small.exr"], "from 1e-9");
+    refused(&["scene.pbrt", "--reference", "white.png"], "white.png: white pixels may be cut");
     refused(&["scene.pbrt", "--methods", "sobol,haltn"], "did you mean `halton`?");
+    refused(&["scene.pbrt", "--methods", "sobol,halton,sobol"], "--methods names sobol twice");
+    let name = format!("{}=1,small.exr", "x".repeat(41));
+    refused(&["scene.pbrt", "--point", &name], "at most 40 letters");
     refused(&["scene.pbrt", "--spp", "12"], "power of two");
     refused(&["black.pbrt", "--spp", "4"], "there is nothing to chart");
     assert_eq!(folder.run(&["chart", "wrong.pbrt"]).status, 1);

@@ -119,8 +119,10 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
     };
     if mesh.other_faces > 0 {
         let message = format!(
-            "faces with neither 3 nor 4 corners are left out of {}: {} of them",
-            name.value, mesh.other_faces
+            "faces with neither 3 nor 4 corners are left out of {}: {} of them{}",
+            name.value,
+            mesh.other_faces,
+            if mesh.indices.is_empty() { ", and there are no others" } else { "" }
         );
         params.warn("filename", &message, "split them into triangles; pbrt-v3 leaves them out too");
     }

@@ -22,7 +22,7 @@ use crate::report::Report;
 use crate::sources::Sources;
 use crate::state::{Definitions, GraphicsState, Open, Saved};
 use crate::transform::Transform;
-use crate::{Instance, Light, Object, Primitive, Scene, light};
+use crate::{Emission, Instance, Light, Object, Primitive, Scene, light};
 use transformation::{matrix, rotate, scale};
 
 /// Where a directive may stand.
@@ -243,12 +243,13 @@ impl<'a> Resolver<'a> {
         if matches!(settled.integrator, crate::Integrator::AmbientOcclusion { .. }) {
             return;
         }
-        let emissions = || self.primitives.iter().filter_map(|primitive| primitive.emission);
-        let (message, help) = if self.lights.is_empty() && emissions().next().is_none() {
+        let there = self.primitives.iter().filter(|primitive| !primitive.shape.is_empty());
+        let emissions: Vec<Emission> = there.filter_map(|primitive| primitive.emission).collect();
+        let (message, help) = if self.lights.is_empty() && emissions.is_empty() {
             let help = "LightSource \"infinite\" lights a scene from all sides";
             ("the scene has no lights: the picture is black", help)
         } else if self.lights.iter().all(Light::is_black)
-            && emissions().all(|emission| emission.radiance == Vec3::ZERO)
+            && emissions.iter().all(|emission| emission.radiance == Vec3::ZERO)
         {
             let help = "they have an L, an I or a scale of 0";
             ("all lights of the scene are black, and so is the picture", help)

@@ -41,6 +41,13 @@ pub enum Shape {
     Curve(Box<Curve>),
 }
 
+impl Shape {
+    /// Whether it is a mesh without triangles.
+    pub(crate) fn is_empty(&self) -> bool {
+        matches!(self, Shape::TriangleMesh(mesh) if mesh.indices.is_empty())
+    }
+}
+
 /// A surface around the z axis of object space, or a part of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quadric {
