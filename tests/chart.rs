@@ -219,7 +219,7 @@ fn what_cannot_be_charted_is_refused() {
     refused(&["scene.pbrt", "--point", "x=1,text.exr"], "text.exr");
     refused(&["scene.pbrt", "--point", "x=1"], "expected NAME=SECONDS,IMAGE");
     refused(&["scene.pbrt", "--point", "x=-1,small.exr"], "from 1e-9");
-    refused(&["scene.pbrt", "--reference", "white.png"], "white.png: white pixels may be cut");
+    refused(&["scene.pbrt", "--reference", "white.png"], "white.png: pixels at the largest value may be cut");
     refused(&["scene.pbrt", "--methods", "sobol,haltn"], "did you mean `halton`?");
     refused(&["scene.pbrt", "--methods", "sobol,halton,sobol"], "--methods names sobol twice");
     let name = format!("{}=1,small.exr", "x".repeat(41));

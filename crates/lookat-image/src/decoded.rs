@@ -31,10 +31,19 @@ pub(crate) enum Curve {
     Stored,
 }
 
+/// Which of the formats the ending of a name stands for.
+pub(crate) fn format_of(path: &Path) -> Option<ImageFormat> {
+    known(path).map(|(_, format, _)| *format)
+}
+
+fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, u64)> {
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    FORMATS.iter().find(|(known, ..)| *known == ending)
+}
+
 /// Reads R, G and B; alpha is left out.
 pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) -> Result<Image, Fault> {
-    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let Some((_, format, densest)) = FORMATS.iter().find(|(known, ..)| *known == ending) else {
+    let Some((_, format, densest)) = known(path) else {
         return Err(Fault::Unfit(
             "lookat reads exr, pfm, png, tga, jpg and hdr, and tells them by the ending of the name".into(),
         ));
@@ -83,7 +92,7 @@ fn fault(error: ::image::ImageError) -> Fault {
         ::image::ImageError::Decoding(error) => {
             // The cause alone: the format is known.
             let cause = error.source().map_or_else(|| error.to_string(), ToString::to_string);
-            Fault::Damaged(cause.trim_end().into())
+            Fault::Damaged(cause.trim_end().trim_end_matches('.').into())
         }
         error => Fault::Unfit(error.to_string()),
     }

@@ -79,7 +79,7 @@ pub(crate) enum Fault {
 impl Fault {
     fn reason(self) -> String {
         match self {
-            Fault::Io(error) => plain(&error),
+            Fault::Io(error) => io_reason(&error),
             Fault::Foreign(format) => format!("the format is wrong{}", named(format)),
             Fault::Damaged(reason) | Fault::Unfit(reason) => reason,
         }
@@ -125,8 +125,8 @@ fn named(format: Option<&'static str>) -> String {
     format.map_or_else(String::new, |ending| format!(": its contents are {ending}"))
 }
 
-/// The words of the operating system without its number for them.
-pub fn plain(error: &io::Error) -> String {
+/// Why something cannot be done with a file, for people: the words of the operating system without its number for them.
+pub fn io_reason(error: &io::Error) -> String {
     if error.kind() == io::ErrorKind::NotFound {
         return "there is no such file or folder".into();
     }

@@ -4,6 +4,9 @@ use std::path::Path;
 
 use ::image::ImageFormat;
 
+use crate::decoded;
+use crate::error::Fault;
+
 /// A file format for pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
@@ -33,14 +36,23 @@ impl Format {
     }
 }
 
-/// The ending of the format that a file is of by its first bytes, where its name has another one.
-pub(crate) fn other_than_named(path: &Path, bytes: &[u8]) -> Option<&'static str> {
-    let format = ::image::guess_format(bytes).ok()?;
-    let is_named = ImageFormat::from_path(path).is_ok_and(|named| named == format);
-    (!is_named).then(|| match format {
-        ImageFormat::Pnm => "pnm",
-        format => format.extensions_str()[0],
-    })
+/// Fails where the first bytes of a file are not those of the format that its name says. Other names say nothing.
+pub(crate) fn check_beginning(path: &Path, bytes: &[u8]) -> Result<(), Fault> {
+    let named = decoded::format_of(path);
+    let has_format = named.is_some() || Format::from_path(path).is_some();
+    if !has_format || bytes.is_empty() {
+        return Ok(());
+    }
+    let named = named.or(ImageFormat::from_path(path).ok());
+    match ::image::guess_format(bytes).ok() {
+        Some(found) if named != Some(found) => Err(Fault::Foreign(Some(match found {
+            ImageFormat::Pnm => "pnm",
+            found => found.extensions_str()[0],
+        }))),
+        // These always tell.
+        None if matches!(named, Some(ImageFormat::Png | ImageFormat::Jpeg)) => Err(Fault::Foreign(None)),
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]
@@ -60,16 +72,28 @@ mod tests {
 
     #[test]
     fn the_first_bytes_tell_what_a_name_does_not() {
-        let check =
-            |path: &str, bytes, other| assert_eq!(other_than_named(Path::new(path), bytes), other, "{path}");
-        check("a.png", b"\xff\xd8\xff\xe0", Some("jpg"));
-        check("a.JPEG", b"\xff\xd8\xff\xe0", None);
-        check("a.jpg", b"\x89PNG\r\n\x1a\n", Some("png"));
-        check("a.tga", b"\x76\x2f\x31\x01", Some("exr"));
-        check("a.exr", b"\x76\x2f\x31\x01", None);
-        check("a.pfm", b"P6 1 1 255", Some("pnm"));
+        let check = |path: &str, bytes: &[u8], expected: Option<Option<&str>>| {
+            let found = match check_beginning(Path::new(path), bytes) {
+                Err(Fault::Foreign(format)) => Some(format),
+                Err(fault) => panic!("{fault:?}"),
+                Ok(()) => None,
+            };
+            assert_eq!(found, expected, "{path}");
+        };
+        let (jpg, png, exr) = (b"\xff\xd8\xff\xe0", b"\x89PNG\r\n\x1a\n", b"\x76\x2f\x31\x01");
+        check("a.png", jpg, Some(Some("jpg")));
+        check("a.JPEG", jpg, None);
+        check("a.jpg", png, Some(Some("png")));
+        check("a.jpg", b"<html>", Some(None));
+        check("a.tga", exr, Some(Some("exr")));
+        check("a.exr", exr, None);
+        check("a.pfm", b"P6 1 1 255", Some(Some("pnm")));
         check("a.pfm", b"PF 1 1 -1", None);
+        check("a.hdr", b"#?RGBE", None);
         check("a.tga", b"\0\0\x02\0", None);
         check("a.png", b"", None);
+        // Names that claim nothing.
+        check("a", exr, None);
+        check("a.gif", png, None);
     }
 }

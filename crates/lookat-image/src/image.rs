@@ -7,7 +7,8 @@ use std::path::Path;
 
 use crate::decoded::Curve;
 use crate::error::{Fault, ImageError};
-use crate::{Format, decoded, eightbit, exr, format, pfm};
+use crate::format::check_beginning;
+use crate::{Format, decoded, eightbit, exr, pfm};
 
 /// A rectangle of pixels; y points down and the origin is at the top left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -171,9 +172,11 @@ impl Image {
     /// [`ImageError::Read`] if the file has no such layer or another format than EXR; else as [`Image::read`].
     pub fn read_layer(path: &Path, layer: &str) -> Result<Image, ImageError> {
         let result = match Format::from_path(path) {
-            Some(Format::Exr) => File::open(path)
-                .map_err(Fault::from)
-                .and_then(|file| exr::read(BufReader::new(file), Some(layer))),
+            Some(Format::Exr) => File::open(path).map_err(Fault::from).and_then(|file| {
+                let mut file = BufReader::new(file);
+                check_beginning(path, file.fill_buf()?)?;
+                exr::read(file, Some(layer))
+            }),
             _ => Err(Fault::Unfit("only EXR files have layers".into())),
         };
         result.map_err(|fault| ImageError::reading(path, fault))
@@ -231,9 +234,7 @@ impl Image {
 
 /// Reads in the format that the path names.
 fn read_as(path: &Path, mut input: impl BufRead + Seek, curve: Curve) -> Result<Image, Fault> {
-    if let Some(other) = format::other_than_named(path, input.fill_buf()?) {
-        return Err(Fault::Foreign(Some(other)));
-    }
+    check_beginning(path, input.fill_buf()?)?;
     match Format::from_path(path) {
         Some(Format::Exr) => exr::read(input, None),
         Some(Format::Pfm) => pfm::read(input),

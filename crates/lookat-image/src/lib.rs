@@ -43,7 +43,7 @@ pub use agreement::{Agreement, PixelTest, Test, Untestable, agreement};
 pub use align::{AlignError, Aligned, align};
 pub use decoded::linear_from_srgb;
 pub use display::Encoded;
-pub use error::{ImageError, plain};
+pub use error::{ImageError, io_reason};
 pub use errors::PixelError;
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use floor::floor;

@@ -121,20 +121,7 @@ fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> Pix
     let mut edges = [0.0, 1.0, 0.0, 1.0];
     if let Some(given) = given {
         match <[f64; 4]>::try_from(given) {
-            Ok(four) => {
-                edges = four;
-                let [x0, x1, y0, y1] = four;
-                if x0 > x1 || y0 > y1 {
-                    let message =
-                        "the edges of the crop window are in reverse; they are swapped, as in pbrt-v3";
-                    params.warn("cropwindow", message, CROP_HELP);
-                }
-                if four.iter().any(|edge| !(0.0..=1.0).contains(edge)) {
-                    let message =
-                        "the crop window reaches beyond the picture, and is cut there, as in pbrt-v3";
-                    params.warn("cropwindow", message, CROP_HELP);
-                }
-            }
+            Ok(four) => edges = four,
             Err(other) => {
                 let message = format!("cropwindow takes 4 values, not {}", other.len());
                 params.reject("cropwindow", message, Some(CROP_HELP));
@@ -150,9 +137,17 @@ fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> Pix
         y0: pixel(y0.min(y1), resolution[1]),
         y1: pixel(y0.max(y1), resolution[1]),
     };
+    let is_outside = edges.iter().any(|edge| !(0.0..=1.0).contains(edge));
+    let is_reversed = x0 > x1 || y0 > y1;
     if bounds.area() == 0 {
         params.reject("cropwindow", "the crop window holds no pixel", Some(CROP_HELP));
         bounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
+    } else if overrides.crop.is_none() && is_reversed {
+        let message = "the edges of the crop window are in reverse; they are swapped, as in pbrt-v3";
+        params.warn("cropwindow", message, CROP_HELP);
+    } else if overrides.crop.is_none() && is_outside {
+        let message = "the crop window reaches beyond the picture, and is cut there, as in pbrt-v3";
+        params.warn("cropwindow", message, CROP_HELP);
     }
     if bounds.area() > MAX_PIXELS {
         let message = format!("a picture of {} pixels; one run renders at most {MAX_PIXELS}", bounds.area());

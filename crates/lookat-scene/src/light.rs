@@ -10,6 +10,7 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
 use lookat_syntax::Text;
 
+use crate::color::LUMINANCE;
 use crate::params::Params;
 use crate::picture::{Pictures, Settings};
 use crate::{Emission, Transform};
@@ -171,9 +172,13 @@ fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     let delta = params.float("conedeltaangle", 5.0);
     if !(cone > 0.0 && cone <= 180.0) {
         params.reject("coneangle", "coneangle must be more than 0 and at most 180 degrees", None);
-    } else if delta > cone {
-        let message = "a conedeltaangle above coneangle makes the falloff narrower, as in pbrt-v3";
-        params.warn("conedeltaangle", message, "it is an angle inside the cone: at most coneangle");
+    } else if !(0.0..=cone).contains(&delta) {
+        let start = (cone - delta).abs();
+        let message = match start < cone {
+            true => format!("the light falls off from {start} degrees on, as in pbrt-v3"),
+            false => "the light does not fall off inside its cone, as in pbrt-v3".into(),
+        };
+        params.warn("conedeltaangle", &message, "conedeltaangle is from 0 to coneangle");
     }
     let from = point_in_range(params, "from", DVec3::ZERO);
     let to = point_in_range(params, "to", DVec3::Z);
@@ -216,11 +221,15 @@ fn no_map(params: &mut Params, what_it_does: &str) {
 }
 
 fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
-    let color = params.spectrum(name, Vec3::ONE) * params.spectrum("scale", Vec3::ONE);
-    if color.min_element() < 0.0 {
-        params.warn(name, "a light of negative color takes light away", "colors of lights are 0 or more");
-    }
-    color
+    let [color, scale] = [name, "scale"].map(|name| {
+        let color = params.spectrum(name, Vec3::ONE);
+        // Spectra beyond the colors of sRGB have negative parts too.
+        if color.min_element() < 0.0 && (params.was_rgb(name) || color.dot(LUMINANCE.as_vec3()) < 0.0) {
+            params.warn(name, "a light of negative color takes light away", "colors of lights are 0 or more");
+        }
+        color
+    });
+    color * scale
 }
 
 /// `samples` is the old name, and wins in pbrt-v3.

@@ -122,7 +122,7 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
             "faces with neither 3 nor 4 corners are left out of {}: {} of them{}",
             name.value,
             mesh.other_faces,
-            if mesh.indices.is_empty() { ", and there are no others" } else { "" }
+            if mesh.indices.is_empty() { ", and no face is left" } else { "" }
         );
         params.warn("filename", &message, "split them into triangles; pbrt-v3 leaves them out too");
     }

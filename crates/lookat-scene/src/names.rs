@@ -23,7 +23,7 @@ impl<T> Names<T> {
         self.known.get(name)
     }
 
-    pub fn keys(&self) -> impl Iterator<Item = &String> + Clone {
+    pub fn keys(&self) -> impl Iterator<Item = &String> {
         self.known.keys()
     }
 

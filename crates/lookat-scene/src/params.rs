@@ -244,7 +244,9 @@ impl<'a> Params<'a> {
 
     /// Reports that a file cannot be read.
     pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
-        self.error_once(crate::files::unreadable("read", name, path, error));
+        let unreadable = crate::files::unreadable("read", name, path, error);
+        // Those without a name have nothing else in common.
+        if name.value.is_empty() { self.error(unreadable) } else { self.error_once(unreadable) }
     }
 
     /// The path at which [`Params::file`] looks first: the same for names that mean the same file.

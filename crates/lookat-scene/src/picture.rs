@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{Image, MipMap, Texel, Wrap, linear_from_srgb};
+use lookat_image::{Image, ImageError, MipMap, Texel, Wrap, linear_from_srgb};
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::color::{LARGEST, LUMINANCE};
@@ -47,8 +47,8 @@ pub(crate) struct Cache<T> {
     texels: u64,
 }
 
-/// A picture, or why there is none.
-type Made<T> = Result<Arc<MipMap<T>>, String>;
+/// A picture, or why there is none, and a way out.
+type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
 
 /// The file and its settings, those that are not compared by `Eq` as bits.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
@@ -123,8 +123,8 @@ impl<T: FromColor> Cache<T> {
         }
         match &self.known[&key] {
             Ok(map) => Some(map.clone()),
-            Err(message) => {
-                params.error_once(Diagnostic::error(file.span, message).help(HELP));
+            Err((message, help)) => {
+                params.error_once(Diagnostic::error(file.span, message).help(help));
                 None
             }
         }
@@ -140,7 +140,7 @@ impl<T: FromColor> Cache<T> {
     ) -> Made<T> {
         // As a message may show it.
         let shown = PathBuf::from(path.display().to_string().escape_debug().to_string());
-        let image = Image::decode(&shown, bytes).map_err(|error| error.to_string())?;
+        let image = Image::decode(&shown, bytes).map_err(|error| (error.to_string(), help(&error)))?;
         let (width, height) = (image.data_window.width, image.data_window.height);
         let size = MipMap::<T>::size_of(width, height);
         if size > MOST_TEXELS || self.texels + size > MOST_TEXELS_IN_ALL {
@@ -148,14 +148,17 @@ impl<T: FromColor> Cache<T> {
                 true => ("it has", MOST_TEXELS),
                 false => ("the pictures of the scene have", MOST_TEXELS_IN_ALL),
             };
-            return Err(format!(
+            let message = format!(
                 "cannot use {}, {width} x {height} pixels: {whose} more than {most} once the sides are powers of two",
                 shown.display()
-            ));
+            );
+            return Err((message, HELP.into()));
         }
         self.texels += size;
         let planes = image.rgb_planes().ok_or_else(|| {
-            format!("cannot use {}: it has neither red, green and blue nor grey", shown.display())
+            let message =
+                format!("cannot use {}: it has neither red, green and blue nor grey", shown.display());
+            (message, HELP.into())
         })?;
         let (texels, is_finite) = texels(planes, width as usize, settings);
         if !is_finite {
@@ -165,6 +168,16 @@ impl<T: FromColor> Cache<T> {
         // Large pictures are not held longer than they must.
         drop(image);
         Ok(Arc::new(MipMap::new(width as usize, height as usize, texels, settings.wrap)))
+    }
+}
+
+/// The way out where a picture cannot be decoded.
+fn help(error: &ImageError) -> String {
+    match error {
+        ImageError::NotThatFormat { format: Some(ending), .. } => {
+            format!("let its name end in .{ending}, or {HELP}")
+        }
+        _ => HELP.into(),
     }
 }
 

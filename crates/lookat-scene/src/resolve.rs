@@ -178,7 +178,8 @@ impl<'a> Resolver<'a> {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
                 let emission = light::emission(params);
                 self.state.emission = emission.map(|value| Spanned { value, span: at });
-                self.idle_emissions.extend(emission.map(|_| at));
+                let is_black = |emission: &Emission| emission.radiance == Vec3::ZERO;
+                self.idle_emissions.extend(emission.filter(|emission| !is_black(emission)).map(|_| at));
             }
             EntityKind::MakeNamedMedium => {
                 let message = "participating media are not rendered; space is empty";
@@ -232,7 +233,7 @@ impl<'a> Resolver<'a> {
 
     fn warn_idle_emissions(&mut self) {
         for at in self.idle_emissions.drain() {
-            let message = "no shape follows this AreaLightSource: it makes no light";
+            let message = "no shape that could glow follows this AreaLightSource";
             let help = "it counts for the shapes after it, up to the AttributeEnd of its block";
             self.report.push(Diagnostic::warning(at, message).help(help));
         }
@@ -243,7 +244,8 @@ impl<'a> Resolver<'a> {
         if matches!(settled.integrator, crate::Integrator::AmbientOcclusion { .. }) {
             return;
         }
-        let there = self.primitives.iter().filter(|primitive| !primitive.shape.is_empty());
+        let in_objects = self.objects.values().flat_map(|object| &object.primitives);
+        let there = self.primitives.iter().chain(in_objects).filter(|primitive| !primitive.shape.is_empty());
         let emissions: Vec<Emission> = there.filter_map(|primitive| primitive.emission).collect();
         let (message, help) = if self.lights.is_empty() && emissions.is_empty() {
             let help = "LightSource \"infinite\" lights a scene from all sides";
@@ -251,7 +253,7 @@ impl<'a> Resolver<'a> {
         } else if self.lights.iter().all(Light::is_black)
             && emissions.iter().all(|emission| emission.radiance == Vec3::ZERO)
         {
-            let help = "they have an L, an I or a scale of 0";
+            let help = "their colors, times scale, are 0";
             ("all lights of the scene are black, and so is the picture", help)
         } else {
             return;

@@ -1,28 +1,29 @@
 //! The known name that a misspelt one most likely stands for.
 
 /// The one of `known` that is nearest to `name`, if it is near enough to be a slip: at most a third of its letters are
-/// changed, missing, added or swapped with a neighbour; or else the only one that it is the beginning of. Case counts for little.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str, IntoIter: Clone>) -> Option<&'a str> {
+/// changed, missing, added or swapped with a neighbour. Case counts for little.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let (lower, letters) = (name.to_lowercase(), name.chars().count());
     let slips = |candidate: &str| candidate.chars().count().max(2) / 3;
-    let known = known.into_iter();
     known
-        .clone()
+        .into_iter()
         .filter(|candidate| *candidate != name && !candidate.is_empty())
         .filter(|candidate| candidate.chars().count().abs_diff(letters) <= slips(candidate))
         .map(|candidate| (distance(&lower, &candidate.to_lowercase()), candidate))
         .filter(|(edits, candidate)| *edits <= slips(candidate))
         .min_by_key(|(edits, _)| *edits)
         .map(|(_, candidate)| candidate)
-        .or_else(|| begun(&lower, known))
 }
 
-/// The only candidate that begins so.
-fn begun<'a>(lower: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+/// The only one of `known` that `name` is the beginning of, if that is three letters or more. Case does not count.
+pub fn begun<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     const FEWEST: usize = 3;
-    let mut longer = known
-        .filter(|candidate| candidate.len() > lower.len() && candidate.to_lowercase().starts_with(lower));
-    longer.next().filter(|_| lower.len() >= FEWEST && longer.next().is_none())
+    let begins = |candidate: &&str| {
+        candidate.len() > name.len()
+            && candidate.get(..name.len()).is_some_and(|start| start.eq_ignore_ascii_case(name))
+    };
+    let mut longer = known.into_iter().filter(begins);
+    longer.next().filter(|_| name.chars().count() >= FEWEST && longer.next().is_none())
 }
 
 /// The optimal string alignment distance: edits and swaps of neighbours.
@@ -48,14 +49,12 @@ fn distance(a: &str, b: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::nearest;
+    use super::{begun, nearest};
 
     #[test]
     fn finds_slips_and_refuses_strangers() {
         let known = ["sphere", "trianglemesh", "plymesh", "disk", "cone"];
         let check = |name, expected| assert_eq!(nearest(name, known), expected, "{name}");
-        check("triangle", Some("trianglemesh"));
-        check("tr", None);
         check("sphrere", Some("sphere"));
         check("Sphere", Some("sphere"));
         check("triangelmesh", Some("trianglemesh"));
@@ -63,5 +62,19 @@ mod tests {
         check("dsik", Some("disk"));
         check("teapot", None);
         check("", None);
+    }
+
+    #[test]
+    fn finds_the_only_name_that_is_begun() {
+        let known = ["perspective", "orthographic", "orbit", "environment"];
+        let check = |name, expected| assert_eq!(begun(name, known), expected, "{name}");
+        check("persp", Some("perspective"));
+        check("Ortho", Some("orthographic"));
+        check("or", None);
+        check("orb", Some("orbit"));
+        check("pe", None);
+        check("environment", None);
+        check("\u{e9}\u{e9}\u{e9}", None);
+        assert_eq!(begun("ort", ["orthographic", "ortho"]), None);
     }
 }

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use lookat_image::{Image, plain, write_file};
+use lookat_image::{Image, io_reason, write_file};
 use lookat_lab::chart::{
     Budget, Climb, Cost, End, FEWEST_SEEDS, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method,
     Origin, Plan, Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
@@ -211,9 +211,9 @@ fn check_names(points: &[Other]) -> Result<(), String> {
     Ok(())
 }
 
-fn make_folder(folder: &Path) -> Result<(), String> {
+pub fn make_folder(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {}", folder.display(), plain(&error)))
+        .map_err(|error| format!("cannot make the folder {}: {}", folder.display(), io_reason(&error)))
 }
 
 /// Where the results go if nothing is said.
@@ -238,12 +238,15 @@ fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {
 fn read_reference(file: &Path, scene: &Scene, arguments: &Chart) -> Result<Reference, String> {
     let image = Image::read(file).map_err(|error| error.to_string())?;
     let found = fit(file, &image, scene)?;
-    // Integers end at 1.
+    let brightest = found.pixels.as_flattened().iter().copied().fold(0.0, f32::max);
+    // Integers end at 1; Radiance HDR does not.
     if found.rounded
-        && found.pixels.as_flattened().iter().fold(0.0, |most: f32, value| most.max(*value)) == 1.0
+        && brightest == 1.0
+        && !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("hdr"))
     {
         return Err(format!(
-            "{}: white pixels may be cut, so errors against it mean little; give an .exr or .pfm as --reference",
+            "{}: pixels at the largest value may be cut, so errors against them mean little; give an .exr or .pfm as \
+             --reference",
             file.display()
         ));
     }

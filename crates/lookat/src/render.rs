@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use lookat_image::{Format, plain};
+use lookat_image::{Format, io_reason};
 use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
@@ -81,7 +81,8 @@ fn check_arguments(arguments: &Render) -> Result<(), String> {
     if let Some([x0, x1, y0, y1]) = arguments.crop.as_deref()
         && (x0 >= x1 || y0 >= y1)
     {
-        return Err("--crop takes the left, right, top and bottom edge, and leaves nothing so".into());
+        let message = "--crop takes the left, right, top and bottom edge: the first is less than the second, the third than the fourth";
+        return Err(message.into());
     }
     if let (Some([width, height]), None) = (arguments.resolution, &arguments.crop)
         && u64::from(width) * u64::from(height) > MAX_PIXELS
@@ -191,7 +192,7 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
     }
     // Without a name: nothing is left.
     tempfile::tempfile_in(folder)
-        .map_err(|error| format!("cannot write {}: {}", file.display(), plain(&error)))?;
+        .map_err(|error| format!("cannot write {}: {}", file.display(), io_reason(&error)))?;
     Ok(())
 }
 

@@ -10,6 +10,7 @@ use lookat_lab::stability::{Case, Effort, Found, LOOKAT, Row, as_csv, as_json, c
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
+use crate::chart::make_folder;
 
 /// Runs the command.
 pub fn stability(arguments: &Stability) -> ExitCode {
@@ -20,8 +21,7 @@ pub fn stability(arguments: &Stability) -> ExitCode {
 fn run(arguments: &Stability) -> Result<bool, String> {
     let cases = chosen(&arguments.case)?;
     if let Some(folder) = &arguments.output {
-        std::fs::create_dir_all(folder)
-            .map_err(|error| format!("cannot make the folder {}: {error}", folder.display()))?;
+        make_folder(folder)?;
     }
     let effort = Effort { rays: arguments.rays };
     let mut results = Vec::new();

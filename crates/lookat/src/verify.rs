@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use lookat_image::{Aligned, Image, align, write_file};
+use lookat_image::{Aligned, Image, align, io_reason, write_file};
 use lookat_render::Settings;
 use lookat_scene::{Overrides, Scene};
 
@@ -139,7 +139,7 @@ fn check_report(file: &Path) -> Result<(), String> {
 
 /// The scene files of a folder, by name.
 fn scenes(folder: &Path) -> Result<Vec<PathBuf>, String> {
-    let cannot = |error: std::io::Error| format!("cannot read {}: {error}", folder.display());
+    let cannot = |error: std::io::Error| format!("cannot read {}: {}", folder.display(), io_reason(&error));
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(cannot)?.collect();
     let mut files: Vec<PathBuf> = entries.map_err(cannot)?.into_iter().map(|entry| entry.path()).collect();
     files.retain(|file| file.extension().is_some_and(|ending| ending == "pbrt") && file.is_file());

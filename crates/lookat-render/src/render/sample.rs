@@ -141,11 +141,11 @@ where
         indices: Range<u32>,
         samples: &mut Samples,
     ) {
-        let new = || SampleStream::new(&pattern.sampler, pattern.seed, place);
+        let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, place);
         let mut from = indices.start;
         if indices.len() >= BUNDLE {
             // Apart from what else there is of a sample, and used again: large values are best not moved.
-            let mut streams: [_; BUNDLE] = from_fn(|_| new());
+            let mut streams: [_; BUNDLE] = from_fn(|_| stream.clone());
             while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
                 let starts = from_fn(|k| self.start(&mut streams[k], place, from + k as u32));
                 let rays = starts.each_ref().map(|start: &Start| start.camera_ray.ray());
@@ -157,7 +157,6 @@ where
                 from = to;
             }
         }
-        let mut stream = new();
         for index in from..indices.end {
             let Start { camera_ray, negative } = self.start(&mut stream, place, index);
             let ray = camera_ray.ray();

@@ -1,6 +1,6 @@
 //! What to say about parameters and types that are not what they should be.
 
-use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, nearest};
+use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest};
 
 use super::Params;
 
@@ -52,7 +52,9 @@ impl Params<'_> {
         let unknown = if V4_KINDS.contains(&kind.as_str()) {
             self.report.v4_marks([at]);
             unknown.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
-        } else if let Some(known) = nearest(&kind, known.iter().copied()) {
+        } else if let Some(known) =
+            nearest(&kind, known.iter().copied()).or_else(|| begun(&kind, known.iter().copied()))
+        {
             unknown.help(format!("did you mean \"{known}\"?")).fix(at, format!("\"{known}\""))
         } else {
             let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();

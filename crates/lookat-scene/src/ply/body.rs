@@ -2,10 +2,10 @@
 
 use std::io::Read;
 
-use super::header::{Element, Format, Header, Kind, Property, Scalar};
+use super::header::{Element, Format, Header, Kind, Scalar};
 use super::source::{Ascii, Binary, Fault, Source};
 use super::stream::Stream;
-use super::{PlyError, PlyMesh, quote};
+use super::{PlyError, PlyMesh};
 
 /// The most rows for which memory is reserved before they are there.
 const MOST_RESERVED: u64 = 1 << 20;
@@ -98,11 +98,12 @@ fn plan_vertices(element: &Element) -> Result<VertexPlan, PlyError> {
         true
     };
     if !assign(&["x", "y", "z"], 0) {
-        let is_number = |property: &&Property| matches!(property.kind, Kind::One(_));
-        let given = element.properties.iter().filter(is_number).map(|property| property.name.as_str());
-        let given = quote(given.collect::<Vec<_>>().join(" ").as_bytes());
-        let message = format!("the vertices need the numbers `x`, `y` and `z`, and have {given}");
-        return Err(PlyError(message));
+        let is_number = |name: &str| {
+            element.find(name).is_some_and(|index| matches!(element.properties[index].kind, Kind::One(_)))
+        };
+        let missing: Vec<&str> =
+            ["`x`", "`y`", "`z`"].into_iter().filter(|name| !is_number(name.trim_matches('`'))).collect();
+        return Err(PlyError(format!("the vertices have no number {}", missing.join(" and "))));
     }
     let has_normals = assign(&["nx", "ny", "nz"], 3);
     let has_uvs = UV_NAMES.iter().any(|names| assign(names, 6));

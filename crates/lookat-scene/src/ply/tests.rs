@@ -211,10 +211,10 @@ fn vertices_and_faces_must_be_there() {
     check_errors(&file("", "", &["0 0 0"], &[]), none, none);
     let none = "the PLY file has no vertices";
     check_errors(&file("", "", &[], &["3 0 0 0"]), none, none);
-    let no_z = "the vertices need the numbers `x`, `y` and `z`, and have `x y w`";
+    let no_z = "the vertices have no number `z`";
     check_errors(&square().replace("float z", "float w"), no_z, no_z);
     let list_y = file("", "", &["0 1 1 0"], &["3 0 0 0"]).replace("float y", "list char float y");
-    let no_y = "the vertices need the numbers `x`, `y` and `z`, and have `x z`";
+    let no_y = "the vertices have no number `y`";
     check_errors(&list_y, no_y, no_y);
     let no_list = "the faces have no list property `vertex_indices`";
     check_errors(&square().replace("vertex_indices", "corners"), no_list, no_list);

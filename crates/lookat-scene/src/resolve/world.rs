@@ -128,9 +128,6 @@ impl Resolver<'_> {
 
     pub(super) fn shape(&mut self, entity: Entity) {
         let name = entity.name.clone();
-        if let Some(emission) = &self.state.emission {
-            self.idle_emissions.remove(&emission.span);
-        }
         let params = &mut Params::new("Shape", entity, &self.files, &mut self.report);
         let cutout = match params.kind() {
             "trianglemesh" | "plymesh" => cutout(&mut TextureParams::new(params, &self.definitions.textures)),
@@ -141,6 +138,9 @@ impl Resolver<'_> {
         params.put_back(unknown);
         params.finish();
         let Some(shape) = shape else { return };
+        if let Some(emission) = self.state.emission.as_ref().filter(|_| !shape.is_empty()) {
+            self.idle_emissions.remove(&emission.span);
+        }
         let material = self.material_for_shape(overriding);
         let emission = self.emission(&name);
         let primitive = Primitive {

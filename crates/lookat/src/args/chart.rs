@@ -13,7 +13,7 @@ use super::{resolution, seed};
 pub struct Chart {
     /// The scene file; - is standard input
     pub scene: PathBuf,
-    /// The picture to measure errors by: .exr, .pfm, .png, .tga, .jpg or .hdr [default: one is rendered, with 16 times the samples of the highest point]
+    /// The picture to measure errors by: .exr, .pfm or .hdr, or .png, .tga or .jpg where nothing is at their largest value [default: one is rendered, with 16 times the samples of the highest point]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
     /// Some of the methods below, or all; the others are compared with the first

@@ -157,7 +157,7 @@ impl JsonTarget {
         if self.at_cap > 0 {
             let most = picture.most_samples;
             crate::say(&format!(
-                "{} less exact after {most} samples: nothing is claimed there",
+                "{} not shown to be so exact after {most} samples: nothing is claimed there",
                 pixels(self.at_cap)
             ));
             if self.at_cap as f64 > 0.1 * all {
@@ -168,7 +168,7 @@ impl JsonTarget {
         }
         if self.out_of_time > 0 {
             crate::say(&format!(
-                "{} less exact when the time was over: nothing is claimed there",
+                "{} not shown to be so exact when the time was over: nothing is claimed there",
                 pixels(self.out_of_time)
             ));
         }
