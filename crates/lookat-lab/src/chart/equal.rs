@@ -46,14 +46,15 @@ impl Curve {
     }
 }
 
-/// Errors at a few times that all curves have or, if there are none, that the first has.
+/// Errors at a few times that all curves have or, if there are none, that the first has, if possible with others.
 pub(super) fn equal_times(curves: &[Curve]) -> Comparison {
     let at = places(curves, Curve::seconds);
     let values = curves.iter().map(|curve| at.iter().map(|at| curve.error_at(*at)).collect()).collect();
     Comparison { at, values }
 }
 
-/// Times to a few errors that all curves have or, if there are none, that the first has; the largest first.
+/// Times to a few errors that all curves have or, if there are none, that the first has, if possible with others; the largest
+/// first.
 pub(super) fn equal_errors(curves: &[Curve]) -> Comparison {
     let mut at = places(curves, Curve::errors);
     at.reverse();
@@ -78,14 +79,28 @@ fn span(values: impl Iterator<Item = f64> + Clone) -> Option<RangeInclusive<f64>
     Some(least..=most)
 }
 
-/// Round numbers in what all curves have or, if that gives less than two, in what the first has.
+/// Round numbers in what all curves have; or else in what the first and some others have; or else in what the first has.
 fn places(curves: &[Curve], range: impl Fn(&Curve) -> Option<RangeInclusive<f64>>) -> Vec<f64> {
     let ranges: Vec<_> = curves.iter().filter_map(range).collect();
-    let common = ranges.iter().cloned().reduce(|a, b| a.start().max(*b.start())..=a.end().min(*b.end()));
-    let of = |range: &RangeInclusive<f64>| round_numbers(range, COLUMNS);
-    let common = common.as_ref().map_or(Vec::new(), of);
-    if common.len() > 1 { common } else { ranges.first().map_or(Vec::new(), of) }
+    let [first, others @ ..] = &ranges[..] else { return Vec::new() };
+    let all = ranges.iter().cloned().reduce(|a, b| shared(&a, &b)).into_iter();
+    let with_first = others.iter().map(|other| shared(first, other)).filter(|both| !both.is_empty());
+    let some = with_first.reduce(|a, b| a.start().min(*b.start())..=a.end().max(*b.end()));
+    let columns = |range: RangeInclusive<f64>| match round_numbers(&range, COLUMNS) {
+        few if few.len() < 2 => multiples(&range, FINE),
+        several => several,
+    };
+    let found = all.chain(some).map(columns).find(|columns| !columns.is_empty());
+    found.unwrap_or_else(|| round_numbers(first, COLUMNS))
 }
+
+/// What is in both.
+fn shared(a: &RangeInclusive<f64>, b: &RangeInclusive<f64>) -> RangeInclusive<f64> {
+    a.start().max(*b.start())..=a.end().min(*b.end())
+}
+
+/// Of a narrow range.
+const FINE: &[&str] = &["1", "1.2", "1.5", "2", "2.5", "3", "4", "5", "6", "8"];
 
 /// The numbers 1, 2, 5, 10, ... within a range or, where these are less than three, also some between; of more than `most`
 /// only some of them.
@@ -156,6 +171,17 @@ mod tests {
         assert_eq!(found.at, [1.0, 2.0, 5.0, 10.0, 20.0]);
         assert!(found.values[0].iter().all(Option::is_some) && found.values[1].iter().all(Option::is_none));
         assert_eq!(equal_times(&[]).at, [0.0; 0]);
+    }
+
+    #[test]
+    fn what_some_share_with_the_first_counts() {
+        let curve = |start| power(1.0, -0.5, start);
+        // From 1 to 32, from 25 to 800, and from 1000 on.
+        assert_eq!(equal_times(&[curve(1.0), curve(25.0)]).at, [25.0, 30.0]);
+        let found = equal_times(&[curve(1.0), curve(25.0), curve(1000.0)]);
+        assert_eq!(found.at, [25.0, 30.0]);
+        assert!(found.values[..2].iter().flatten().all(Option::is_some));
+        assert!(found.values[2].iter().all(Option::is_none));
     }
 
     #[test]
