@@ -31,12 +31,8 @@ pub(crate) enum Curve {
     Stored,
 }
 
-/// Which of the formats the ending of a name stands for.
-pub(crate) fn format_of(path: &Path) -> Option<ImageFormat> {
-    known(path).map(|(_, format, _)| *format)
-}
-
-fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, u64)> {
+/// Which of [`FORMATS`] the ending of a name stands for.
+pub(crate) fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, u64)> {
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
     FORMATS.iter().find(|(known, ..)| *known == ending)
 }

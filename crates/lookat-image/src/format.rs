@@ -38,12 +38,12 @@ impl Format {
 
 /// Fails where the first bytes of a file are not those of the format that its name says. Other names say nothing.
 pub(crate) fn check_beginning(path: &Path, bytes: &[u8]) -> Result<(), Fault> {
-    let named = decoded::format_of(path);
-    let has_format = named.is_some() || Format::from_path(path).is_some();
-    if !has_format || bytes.is_empty() {
+    let is_read = decoded::known(path).is_some() || Format::from_path(path).is_some();
+    if !is_read || bytes.is_empty() {
         return Ok(());
     }
-    let named = named.or(ImageFormat::from_path(path).ok());
+    // PFM is none of these.
+    let named = ImageFormat::from_path(path).ok();
     match ::image::guess_format(bytes).ok() {
         Some(found) if named != Some(found) => Err(Fault::Foreign(Some(match found {
             ImageFormat::Pnm => "pnm",

@@ -8,7 +8,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
-use glam::Vec3;
 use lookat_syntax::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement,
 };
@@ -178,8 +177,7 @@ impl<'a> Resolver<'a> {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
                 let emission = light::emission(params);
                 self.state.emission = emission.map(|value| Spanned { value, span: at });
-                let is_black = |emission: &Emission| emission.radiance == Vec3::ZERO;
-                self.idle_emissions.extend(emission.filter(|emission| !is_black(emission)).map(|_| at));
+                self.idle_emissions.extend(emission.filter(|emission| !emission.is_black()).map(|_| at));
             }
             EntityKind::MakeNamedMedium => {
                 let message = "participating media are not rendered; space is empty";
@@ -250,9 +248,7 @@ impl<'a> Resolver<'a> {
         let (message, help) = if self.lights.is_empty() && emissions.is_empty() {
             let help = "LightSource \"infinite\" lights a scene from all sides";
             ("the scene has no lights: the picture is black", help)
-        } else if self.lights.iter().all(Light::is_black)
-            && emissions.iter().all(|emission| emission.radiance == Vec3::ZERO)
-        {
+        } else if self.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
             let help = "their colors, times scale, are 0";
             ("all lights of the scene are black, and so is the picture", help)
         } else {

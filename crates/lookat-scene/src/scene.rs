@@ -54,6 +54,13 @@ pub struct Emission {
     pub samples: u32,
 }
 
+impl Emission {
+    /// Whether it gives no light.
+    pub(crate) fn is_black(&self) -> bool {
+        self.radiance == glam::Vec3::ZERO
+    }
+}
+
 /// The shapes between `ObjectBegin` and `ObjectEnd`. As in pbrt-v3, those that
 /// emit are seen to glow, but light nothing.
 #[derive(Debug, Clone, Default)]

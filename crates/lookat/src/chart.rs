@@ -238,12 +238,7 @@ fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {
 fn read_reference(file: &Path, scene: &Scene, arguments: &Chart) -> Result<Reference, String> {
     let image = Image::read(file).map_err(|error| error.to_string())?;
     let found = fit(file, &image, scene)?;
-    let brightest = found.pixels.as_flattened().iter().copied().fold(0.0, f32::max);
-    // Integers end at 1; Radiance HDR does not.
-    if found.rounded
-        && brightest == 1.0
-        && !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("hdr"))
-    {
+    if found.rounded && may_be_cut(file, &found) {
         return Err(format!(
             "{}: pixels at the largest value may be cut, so errors against them mean little; give an .exr or .pfm as \
              --reference",
@@ -261,6 +256,13 @@ fn read_reference(file: &Path, scene: &Scene, arguments: &Chart) -> Result<Refer
     }
     let origin = Origin::File { path: file.into(), rounded: found.rounded };
     Ok(Reference { pixels: found.pixels, noise: found.noise, origin })
+}
+
+/// Whether integers that end at 1 come to that. Those of Radiance HDR have exponents, and go on.
+fn may_be_cut(file: &Path, found: &Fitted) -> bool {
+    let is_hdr = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("hdr"));
+    let brightest = found.pixels.as_flattened().iter().copied().fold(0.0, f32::max);
+    !is_hdr && brightest == 1.0
 }
 
 /// The seed that lookat rendered a picture with, if its samples are those of other pictures of this seed. With error layers

@@ -82,27 +82,26 @@ const UV_NAMES: [[&str; 2]; 4] =
 fn plan_vertices(element: &Element) -> Result<VertexPlan, PlyError> {
     let mut steps: Vec<_> =
         element.properties.iter().map(|property| VertexStep::Skip(property.kind)).collect();
+    let number = |name: &str| {
+        let index = element.find(name)?;
+        match element.properties[index].kind {
+            Kind::One(scalar) => Some((index, scalar)),
+            Kind::List { .. } => None,
+        }
+    };
     // Only a complete group of names is used.
     let mut assign = |names: &[&str], first_channel: usize| {
-        let scalar = |&name: &&str| {
-            let index = element.find(name)?;
-            match element.properties[index].kind {
-                Kind::One(scalar) => Some((index, scalar)),
-                Kind::List { .. } => None,
-            }
-        };
-        let Some(found) = names.iter().map(scalar).collect::<Option<Vec<_>>>() else { return false };
+        let found = names.iter().map(|name| number(name)).collect::<Option<Vec<_>>>();
+        let Some(found) = found else { return false };
         for (channel, (index, scalar)) in (first_channel..).zip(found) {
             steps[index] = VertexStep::Channel(channel, scalar);
         }
         true
     };
-    if !assign(&["x", "y", "z"], 0) {
-        let is_number = |name: &str| {
-            element.find(name).is_some_and(|index| matches!(element.properties[index].kind, Kind::One(_)))
-        };
-        let missing: Vec<&str> =
-            ["`x`", "`y`", "`z`"].into_iter().filter(|name| !is_number(name.trim_matches('`'))).collect();
+    const POSITION: [&str; 3] = ["x", "y", "z"];
+    if !assign(&POSITION, 0) {
+        let missing = POSITION.iter().filter(|name| number(name).is_none());
+        let missing: Vec<String> = missing.map(|name| format!("`{name}`")).collect();
         return Err(PlyError(format!("the vertices have no number {}", missing.join(" and "))));
     }
     let has_normals = assign(&["nx", "ny", "nz"], 3);
