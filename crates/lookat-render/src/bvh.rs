@@ -6,6 +6,7 @@ mod slabs;
 use arrayvec::ArrayVec;
 
 use crate::bounds::Bounds;
+use crate::prefetch::{LINE, prefetch};
 pub(crate) use build::{Reference, around, build};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use slabs::avx2::WideSlabs;
@@ -40,8 +41,8 @@ impl Child {
     const LEAF: u32 = 1 << 31;
     const OTHER: u32 = 1 << 30;
     const EMPTY: Child = Child(u32::MAX);
-    /// As many can be numbered.
-    const MOST: usize = Child::OTHER as usize - 1;
+    /// As many can be numbered, and the places of eight triangles for each.
+    const MOST: usize = (1 << 29) - 1;
 
     fn inner(node: usize) -> Self {
         Child(node as u32)
@@ -105,7 +106,7 @@ impl Bvh {
 
     /// Calls `visit` with each leaf that a ray may meet before `t_max`: about from near to far or, where `ANY` hit will do, in
     /// any order. `visit` gives the new limit, or `None` to stop. `boxes` tests the children of a node: which may be met
-    /// before a limit, as bits, and from which distance on, not negative.
+    /// before a limit, as bits, and from which distance on, not negative. Leaves that have to wait are told to `prefetch_leaf`.
     ///
     /// Wald, Benthin and Boulos, "Getting Rid of Packets", 2008.
     #[inline(always)]
@@ -114,6 +115,7 @@ impl Bvh {
         t_max: f64,
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
         mut visit: impl FnMut(Leaf) -> Option<f64>,
+        prefetch_leaf: impl Fn(Leaf),
     ) {
         let mut limit = not_less(t_max);
         let mut stack = Stack::new();
@@ -122,6 +124,7 @@ impl Bvh {
             if let Some(inner) = at.as_inner() {
                 let node = &self.nodes[inner];
                 let (hits, near) = boxes(node, limit);
+                self.prefetch_waiting(node, hits, &prefetch_leaf);
                 if let Some(nearest) = descend::<ANY>(node, hits, &near, &mut stack) {
                     at = nearest;
                     continue;
@@ -134,6 +137,19 @@ impl Bvh {
             }
             let Some(next) = pop(&mut stack, limit) else { return };
             at = next;
+        }
+    }
+
+    /// Asks for the children of a node that are met, but for one: they will be needed a little later.
+    #[inline(always)]
+    fn prefetch_waiting(&self, node: &Node, mut hits: u32, prefetch_leaf: impl Fn(Leaf)) {
+        next_lane(&mut hits);
+        while let Some(lane) = next_lane(&mut hits) {
+            let child = node.children[lane];
+            match child.as_inner() {
+                Some(inner) => prefetch(&self.nodes[inner], 0..size_of::<Node>() / LINE),
+                None => prefetch_leaf(child.as_leaf()),
+            }
         }
     }
 }

@@ -12,7 +12,6 @@ use crate::filter::FilterSampler;
 use crate::integrator::{Draw, direct, path};
 use crate::light::LightTable;
 use crate::prepare::{Group, Other, Traceable};
-use crate::triangle::Triangle;
 use crate::triangle::block::Block;
 
 /// What a scene needs. What it does not need is skipped in rendering.
@@ -148,7 +147,7 @@ fn elements(group: &Group) -> Elements {
     let count = |is: fn(&Other) -> bool| group.others.iter().filter(|other| is(other)).count();
     let nodes = group.bvh.nodes();
     Elements {
-        triangles: group.triangles.len(),
+        triangles: group.triangles(),
         quadrics: count(|other| matches!(other, Other::Curved { .. })),
         curve_pieces: count(|other| matches!(other, Other::Curve { .. })),
         instances: count(|other| matches!(other, Other::Instance { .. })),
@@ -156,7 +155,6 @@ fn elements(group: &Group) -> Elements {
         depth: group.bvh.depth(),
         bytes: nodes * size_of::<Node>()
             + group.blocks.len() * size_of::<Block>()
-            + group.triangles.len() * size_of::<Triangle>()
             + group.others.len() * size_of::<Other>(),
     }
 }

@@ -42,6 +42,7 @@ mod integrator;
 mod light;
 mod parametric;
 mod plain;
+mod prefetch;
 mod prepare;
 mod probe;
 mod ray;

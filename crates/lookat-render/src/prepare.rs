@@ -4,20 +4,21 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 use lookat_scene::{Mesh, Object, Primitive, Scene, Shape};
 use rayon::prelude::*;
 
 use crate::arithmetic::{Precision, Simd};
 use crate::bounds::Bounds;
-use crate::bvh::{Bvh, Reference, around, build};
+use crate::bvh::{Bvh, Reference, WIDTH, around, build};
 use crate::camera::CameraRays;
 use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::instance::PlacedInstance;
 use crate::ray::Hit;
-use crate::triangle::block::Block;
+use crate::triangle::block::{Block, of_place};
 use crate::triangle::{Triangle, corners, extent};
 
 /// A scene that rays can be traced in. Positions are relative to the eye.
@@ -46,10 +47,22 @@ pub(crate) struct Traceable<'s> {
 /// Elements with their tree.
 pub(crate) struct Group {
     pub bvh: Bvh,
-    /// Sorted by the blocks that they belong to.
-    pub triangles: Vec<Triangle>,
     pub blocks: Vec<Block>,
     pub others: Vec<Other>,
+}
+
+impl Group {
+    /// The triangle at a place, see [`Hit::place`].
+    #[inline(always)]
+    pub fn triangle(&self, place: u32) -> &Triangle {
+        let (block, lane) = of_place(place);
+        self.blocks[block].triangle(lane)
+    }
+
+    /// How many triangles there are.
+    pub fn triangles(&self) -> usize {
+        self.blocks.iter().map(|block| block.triangles().len()).sum()
+    }
 }
 
 const NOT_CURVED: u32 = u32::MAX;
@@ -217,16 +230,18 @@ impl<'s> Elements<'s> {
         let sorted = references.iter().filter(|reference| reference.is_triangle);
         let order: Vec<u32> = sorted.map(|reference| reference.number).collect();
         drop(references);
-        let triangles: Vec<Triangle> = order.par_iter().map(|number| self.triangle(*number)).collect();
         let mut first = 0;
         let next = |length: &u8| {
             first += usize::from(*length);
-            first - usize::from(*length)..first
+            &order[first - usize::from(*length)..first]
         };
-        let ranges: Vec<Range<usize>> = tree.blocks.iter().map(next).collect();
-        let block = |range: &Range<usize>| Block::new(range.start, &triangles[range.clone()]);
-        let blocks = ranges.par_iter().map(block).collect();
-        Group { bvh: tree.bvh, triangles, blocks, others: self.others }
+        let blocks: Vec<&[u32]> = tree.blocks.iter().map(next).collect();
+        let block = |numbers: &&[u32]| {
+            let triangles: ArrayVec<Triangle, WIDTH> =
+                numbers.iter().map(|number| self.triangle(*number)).collect();
+            Block::new(&triangles)
+        };
+        Group { bvh: tree.bvh, blocks: blocks.par_iter().map(block).collect(), others: self.others }
     }
 
     fn triangle(&self, number: u32) -> Triangle {

@@ -45,7 +45,7 @@ impl<'s> Surface<'s> {
         match &primitive.shape {
             Shape::TriangleMesh(mesh) if hit.element.instance == ElementId::WORLD => {
                 let [b0, b1] = hit.barycentric;
-                let corners = scene.world.triangles[hit.place as usize].in_order();
+                let corners = scene.world.triangle(hit.place).in_order();
                 on_triangle(primitive, mesh, hit.element, hit.place, corners, [b0, b1, 1.0 - b0 - b1])
             }
             _ => Surface::of_any(scene, primitive, ray, hit),

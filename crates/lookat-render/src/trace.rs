@@ -19,7 +19,7 @@ use crate::prepare::{Group, Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
 #[cfg(target_arch = "x86_64")]
 use crate::triangle::block::avx2::{WideFilter, filter_ray};
-use crate::triangle::block::{Block, FilterRay};
+use crate::triangle::block::{Block, FilterRay, of_place, place};
 use crate::triangle::{ShearedRay, Triangle};
 
 /// A ray among the elements of a group, which belong to an instance or to the world.
@@ -39,6 +39,13 @@ impl<'q> Query<'q> {
     fn new(group: &'q Group, ray: &'q Ray, instance: u32, is_shadow: bool) -> Self {
         let leaving = if ray.leaving.instance == instance { ray.leaving_place } else { Hit::NO_PLACE };
         Query { group, ray, instance, leaving, is_shadow }
+    }
+
+    /// The bit of the triangle that the ray leaves, if it is in the block of a number.
+    #[inline(always)]
+    fn leaving_of(&self, number: usize) -> u32 {
+        let (block, lane) = of_place(self.leaving);
+        u32::from(block == number) << lane
     }
 }
 
@@ -127,7 +134,8 @@ impl Traceable<'_> {
         let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
-        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter)
+        let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
+        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter, surely)
     }
 
     /// The same, with the registers of AVX-512.
@@ -142,7 +150,8 @@ impl Traceable<'_> {
         let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
-        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter)
+        let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
+        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter, surely)
     }
 
     fn search_portable<const ANY: bool, const SINGLE: bool, const N: usize>(
@@ -155,7 +164,8 @@ impl Traceable<'_> {
             from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| FilterRay::new(ray, sheared, |x| x)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &FilterRay<f32>, block: &Block, t_max| ray.may_meet(block, t_max);
-        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter)
+        let surely = |ray: &FilterRay<f32>, block: &Block, t_max| ray.surely_meets(block, t_max);
+        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter, surely)
     }
 
     /// By the forms of each ray: which boxes of a node any of them may meet, and which triangles of a block one of them.
@@ -167,13 +177,18 @@ impl Traceable<'_> {
         rays: &[RayForms<F>; N],
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
         filter: impl Fn(&F, &Block, f64) -> u32,
+        surely: impl Fn(&F, &Block, f64) -> u32,
     ) -> Search {
         let filter = |k: usize, block: &Block, t_max| filter(&rays[k].filter, block, t_max);
+        let surely = |k: usize, block: &Block, t_max| match SINGLE {
+            true => 0,
+            false => surely(&rays[k].filter, block, t_max),
+        };
         let decide = |k: usize, triangle: &Triangle| match SINGLE {
             true => rays[k].plain.intersect(&triangle.corners),
             false => rays[k].sheared.intersect(&triangle.corners),
         };
-        self.search_with::<ANY, N>(queries, hits, boxes, filter, decide)
+        self.search_with::<ANY, N>(queries, hits, boxes, filter, surely, decide)
     }
 
     /// All in `f64`.
@@ -183,12 +198,12 @@ impl Traceable<'_> {
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |_, block: &Block, _| block.all();
         let decide = |_, triangle: &Triangle| sheared.intersect(&triangle.corners);
-        self.search_with::<ANY, 1>(queries, hits, boxes, filter, decide)
+        self.search_with::<ANY, 1>(queries, hits, boxes, filter, |_, _, _| 0, decide)
     }
 
     /// `boxes` tells which boxes of a node any of the rays may meet within a limit, as bits, and from which distance on;
-    /// `filter`, which triangles of a block the ray of a number may meet within a limit, as bits; and `decide`, where it
-    /// does meet a triangle, and in proportion to what its corners weigh.
+    /// `filter`, which triangles of a block the ray of a number may meet within a limit, as bits; `surely`, which of them it
+    /// does meet, whatever `decide` tells; and that, where it does meet a triangle, and in proportion to what its corners weigh.
     #[inline(always)]
     fn search_with<const ANY: bool, const N: usize>(
         &self,
@@ -196,25 +211,37 @@ impl Traceable<'_> {
         hits: &mut [Hit; N],
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
         filter: impl Fn(usize, &Block, f64) -> u32,
+        surely: impl Fn(usize, &Block, f64) -> u32,
         decide: impl Fn(usize, &Triangle) -> Option<(f64, [f64; 3])>,
     ) -> Search {
         // Of several rays each goes on until all have their nearest hit.
         const { assert!(N == 1 || !ANY) };
         let group = queries[0].group;
         let (mut found, mut leaves) = (false, 0);
-        group.bvh.traverse::<ANY>(farthest(hits), boxes, |leaf| {
+        let limit = farthest(hits);
+        let visit = |leaf| {
             leaves += if matches!(leaf, Leaf::Other(_)) { OTHER } else { 1 };
             if N > 1 && leaves > MOST_LEAVES {
                 return None;
             }
+            // Of what a shadow ray meets, it seldom has to be known where.
+            if let (false, Leaf::Block(number)) = (ANY, leaf) {
+                group.blocks[number].prefetch_triangles();
+            }
             for (k, (query, hit)) in queries.iter().zip(&mut *hits).enumerate() {
                 match leaf {
-                    Leaf::Block(block) => {
-                        let block = &group.blocks[block];
-                        let mut rest = filter(k, block, hit.t) & !block.only(query.leaving);
+                    Leaf::Block(number) => {
+                        let block = &group.blocks[number];
+                        let others = !query.leaving_of(number);
+                        let mut rest = filter(k, block, hit.t) & others;
+                        // What lies wholly before the end of a shadow ray is not its target.
+                        if ANY && rest != 0 && !self.has_cutouts && surely(k, block, hit.t) & others != 0 {
+                            found = true;
+                            return None;
+                        }
                         while rest != 0 {
-                            let place = block.first + rest.trailing_zeros();
-                            let triangle = &group.triangles[place as usize];
+                            let lane = rest.trailing_zeros();
+                            let (triangle, place) = (block.triangle(lane), place(number, lane));
                             rest &= rest - 1;
                             // A shadow ray ends at its target, or just before: no need to decide which.
                             if ANY && triangle.element(query.instance) == query.ray.target {
@@ -229,7 +256,13 @@ impl Traceable<'_> {
                 }
             }
             (!ANY || !found).then(|| farthest(hits))
-        });
+        };
+        let prefetch = |leaf| {
+            if let Leaf::Block(number) = leaf {
+                group.blocks[number].prefetch_filter();
+            }
+        };
+        group.bvh.traverse::<ANY>(limit, boxes, visit, prefetch);
         Search { found, is_complete: N == 1 || leaves <= MOST_LEAVES }
     }
 
@@ -237,13 +270,16 @@ impl Traceable<'_> {
     fn search_all(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let mut found = false;
-        for (triangle, place) in
-            query.group.triangles.iter().zip(0..).filter(|(_, place)| *place != query.leaving)
-        {
-            let met = sheared
-                .intersect(&triangle.corners)
-                .and_then(|met| triangle_hit(query, triangle, place, met));
-            found |= met.is_some_and(|met| self.accept::<false>(query, met, hit));
+        for (number, block) in query.group.blocks.iter().enumerate() {
+            let places = (0..).map(|lane| place(number, lane));
+            for (triangle, place) in
+                block.triangles().iter().zip(places).filter(|(_, place)| *place != query.leaving)
+            {
+                let met = sheared
+                    .intersect(&triangle.corners)
+                    .and_then(|met| triangle_hit(query, triangle, place, met));
+                found |= met.is_some_and(|met| self.accept::<false>(query, met, hit));
+            }
         }
         for other in &query.group.others {
             found |= match *other {
@@ -268,7 +304,7 @@ impl Traceable<'_> {
                 let (group, ray) = (&self.objects[placed.object], &placed.ray(ray, hit.t));
                 let query = Query::new(group, ray, instance, query.is_shadow);
                 match group.others[..] {
-                    [other] if group.triangles.is_empty() => self.meet_other::<ANY>(query, other, hit),
+                    [other] if group.blocks.is_empty() => self.meet_other::<ANY>(query, other, hit),
                     _ => self.search::<ANY>(query, hit),
                 }
             }

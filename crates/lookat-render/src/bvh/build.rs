@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::{Bvh, Child, Leaf, Node, WIDTH};
 use crate::bounds::Bounds;
-use split::{Aabb, split};
+use split::{Aabb, fits_block, split};
 
 /// An element to be sorted into a tree: its box, and which it is.
 #[derive(Debug, Clone, Copy)]
@@ -49,7 +49,7 @@ pub(crate) struct Tree {
 
 /// Builds the tree over some elements. They are sorted so that those of one block are neighbours.
 pub(crate) fn build(references: &mut [Reference]) -> Tree {
-    // That many take a hundred gigabytes.
+    // That many take more than a hundred gigabytes.
     assert!(references.len() < Child::MOST, "more than {} triangles and shapes", Child::MOST);
     let Some(whole) = Part::whole(references) else {
         let bvh = Bvh { nodes: Vec::new(), root: Child::EMPTY, bounds: Bounds::EMPTY };
@@ -169,7 +169,8 @@ fn build_part(references: &mut [Reference], base: usize, part: Part, branches: &
 }
 
 fn build_child(references: &mut [Reference], base: usize, part: Part, branches: &mut Vec<Branch>) -> Built {
-    match part.is_final {
+    // A node above what fits into a block would be one thing more to visit.
+    match part.is_final || fits_block(references) {
         true => leaf(references, base),
         false => build_part(references, base, part, branches),
     }

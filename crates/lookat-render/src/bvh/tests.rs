@@ -114,6 +114,7 @@ fn leaves<const ANY: bool>(bvh: &Bvh, ray: &Ray) -> Vec<Leaf> {
             leaves.push(leaf);
             Some(f64::INFINITY)
         },
+        |_| {},
     );
     leaves
 }

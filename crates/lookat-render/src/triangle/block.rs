@@ -1,15 +1,21 @@
-//! Eight triangles in `f32`: which of them a ray may meet, before `f64` decides.
+//! Eight triangles: which of them a ray may meet is told in `f32`, before `f64` decides.
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
 
+use std::array::from_fn;
+use std::mem::offset_of;
+
 use super::{Axis, ShearedRay, Triangle};
 use crate::bvh::WIDTH;
+use crate::prefetch::{LINE, prefetch};
 use crate::ray::Ray;
 
-/// The corners of up to eight triangles, and how far `f32` is to be trusted with them.
+/// Up to eight triangles, and in `f32` their corners, and how far these are to be trusted.
+///
+/// All in one piece of memory: what decides about a triangle then comes at the same time as what leaves it in.
 #[derive(Debug, Clone, Copy)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(crate) struct Block {
     /// By corner, axis and triangle.
     corners: [[[f32; WIDTH]; 3]; 3],
@@ -17,20 +23,20 @@ pub(crate) struct Block {
     magnitude: f32,
     /// The longest side of the box of any of the triangles.
     extent: f32,
-    /// The number of the first triangle; the others follow.
-    pub first: u32,
-    count: u32,
+    count: usize,
+    /// The first `count` count.
+    triangles: [Triangle; WIDTH],
 }
 
 impl Block {
-    /// Of triangles that are numbered from `first` on.
-    pub fn new(first: usize, triangles: &[Triangle]) -> Self {
+    /// Of one to eight triangles.
+    pub fn new(triangles: &[Triangle]) -> Self {
         let mut block = Block {
             corners: [[[0.0; WIDTH]; 3]; 3],
             magnitude: 0.0,
             extent: 0.0,
-            first: first as u32,
-            count: triangles.len() as u32,
+            count: triangles.len(),
+            triangles: from_fn(|lane| triangles[lane.min(triangles.len() - 1)]),
         };
         for (lane, triangle) in triangles.iter().enumerate() {
             for (corner, p) in triangle.corners.iter().enumerate() {
@@ -52,12 +58,42 @@ impl Block {
         (1 << self.count) - 1
     }
 
-    /// A bit for the triangle of a number, if it is here.
-    #[inline(always)]
-    pub fn only(&self, number: u32) -> u32 {
-        let lane = number.wrapping_sub(self.first);
-        u32::from(lane < WIDTH as u32) << (lane % WIDTH as u32)
+    pub fn triangles(&self) -> &[Triangle] {
+        &self.triangles[..self.count]
     }
+
+    /// The triangle of a bit.
+    #[inline(always)]
+    pub fn triangle(&self, lane: u32) -> &Triangle {
+        &self.triangles[lane as usize % WIDTH]
+    }
+
+    /// Asks for what the filter needs.
+    #[inline(always)]
+    pub fn prefetch_filter(&self) {
+        prefetch(self, 0..TRIANGLES);
+    }
+
+    /// Asks for the triangles: mostly one is needed as soon as the filter is done, and its place is not known before.
+    #[inline(always)]
+    pub fn prefetch_triangles(&self) {
+        prefetch(self, TRIANGLES..size_of::<Block>() / LINE);
+    }
+}
+
+/// The line from which on a block has triangles only.
+const TRIANGLES: usize = offset_of!(Block, triangles).div_ceil(LINE);
+
+/// The place of a triangle among all blocks: the number of its block, and its bit there.
+#[inline(always)]
+pub(crate) fn place(block: usize, lane: u32) -> u32 {
+    block as u32 * WIDTH as u32 + lane
+}
+
+/// The block of a place, and the bit there.
+#[inline(always)]
+pub(crate) fn of_place(place: u32) -> (usize, u32) {
+    ((place / WIDTH as u32) as usize, place % WIDTH as u32)
 }
 
 /// A ray turned to run along z, as [`ShearedRay`], in `f32`: each number as often as `Lanes` has room for it.
@@ -85,8 +121,25 @@ struct Scale {
 #[derive(Debug, Clone, Copy)]
 struct Limits {
     side: f32,
+    /// That of `side` is true of corners that are not farther from the ray along the first two axes.
+    size: f32,
     nearest: f32,
     farthest: f32,
+    /// What lies between these does lie between the origin and the end of the ray.
+    surely: [f32; 2],
+}
+
+/// A triangle as a ray passes it, or several.
+#[derive(Debug, Clone, Copy)]
+struct Sides<Lanes> {
+    /// On which sides of its edges: in proportion to the areas between these and the ray.
+    least: Lanes,
+    greatest: Lanes,
+    /// Between which depths it is.
+    front: Lanes,
+    back: Lanes,
+    /// How far its corners are from the ray, along either of the first two axes.
+    away: Lanes,
 }
 
 /// The rounding of one operation, relative to its result.
@@ -103,8 +156,10 @@ impl Scale {
         let is_safe = (1e-15..1e18).contains(&size);
         let side = if is_safe { 4.0 * size * (error + UNIT * size) } else { f32::INFINITY };
         // A product in f32 may overflow to infinity, which is a limit too.
-        let farthest = (t_max * self.length) as f32 * (1.0 + 4.0 * UNIT) + error;
-        Limits { side, nearest: -error, farthest }
+        let end = (t_max * self.length) as f32;
+        let farthest = end * (1.0 + 4.0 * UNIT) + error;
+        let surely = [error, end * (1.0 - 4.0 * UNIT) - 2.0 * error];
+        Limits { side, size, nearest: -error, farthest, surely }
     }
 }
 
@@ -132,18 +187,44 @@ impl FilterRay<f32> {
     pub fn may_meet(&self, block: &Block, t_max: f64) -> u32 {
         let limits = self.scale.limits(block, t_max);
         let bit = |lane: usize| {
-            let sheared = |corner: &[[f32; WIDTH]; 3]| {
-                let [x, y, z] = [0, 1, 2].map(|k| self.axes[k].of(corner)[lane] - self.turned[k]);
-                [x - self.shear[0] * z, y - self.shear[1] * z, z * self.sign]
-            };
-            let [a, b, c] = [0, 1, 2].map(|corner| sheared(&block.corners[corner]));
-            let (u, v, w) = (c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]);
-            let passes = u.min(v).min(w) < -limits.side && u.max(v).max(w) > limits.side;
-            let (front, back) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
+            let Sides { least, greatest, front, back, .. } = self.sides(block, lane);
+            let passes = least < -limits.side && greatest > limits.side;
             let is_out = passes || front > limits.farthest || back < limits.nearest;
             u32::from(!is_out) << lane
         };
         (0..WIDTH).map(bit).sum::<u32>() & block.all()
+    }
+
+    /// Those that it certainly meets: most of what it does meet.
+    ///
+    /// It passes all edges on the same side, all corners are between its origin and its end, and none is far from it.
+    #[inline(always)]
+    pub fn surely_meets(&self, block: &Block, t_max: f64) -> u32 {
+        let limits = self.scale.limits(block, t_max);
+        let bit = |lane: usize| {
+            let Sides { least, greatest, front, back, away } = self.sides(block, lane);
+            let is_between = front > limits.surely[0] && back < limits.surely[1];
+            let is_one_side = least > limits.side || greatest < -limits.side;
+            u32::from(is_between && is_one_side && away <= limits.size) << lane
+        };
+        (0..WIDTH).map(bit).sum::<u32>() & block.all()
+    }
+
+    #[inline(always)]
+    fn sides(&self, block: &Block, lane: usize) -> Sides<f32> {
+        let sheared = |corner: &[[f32; WIDTH]; 3]| {
+            let [x, y, z] = [0, 1, 2].map(|k| self.axes[k].of(corner)[lane] - self.turned[k]);
+            [x - self.shear[0] * z, y - self.shear[1] * z, z * self.sign]
+        };
+        let [a, b, c] = [0, 1, 2].map(|corner| sheared(&block.corners[corner]));
+        let (u, v, w) = (c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]);
+        Sides {
+            least: u.min(v).min(w),
+            greatest: u.max(v).max(w),
+            front: a[2].min(b[2]).min(c[2]),
+            back: a[2].max(b[2]).max(c[2]),
+            away: [a, b, c].iter().fold(0.0, |away: f32, p| away.max(p[0].abs()).max(p[1].abs())),
+        }
     }
 }
 
@@ -156,14 +237,14 @@ mod tests {
 
     fn block(triangles: &[[DVec3; 3]]) -> Block {
         let triangles: Vec<Triangle> = triangles.iter().copied().map(Triangle::of_corners).collect();
-        Block::new(0, &triangles)
+        Block::new(&triangles)
     }
 
     /// Triangles near and far, small and large, and rays at their edges: whatever `f64` meets, the filter lets through,
     /// and little else.
     #[test]
     fn no_triangle_that_is_met_is_left_out() {
-        let (mut met, mut extra) = (0, 0);
+        let (mut met, mut sure, mut extra) = (0, 0, 0);
         for case in 0..40_000 {
             let (size, away) = (10_f64.powi(case as i32 % 9 - 4), 10_f64.powi(case as i32 % 7 - 1));
             let point = |k: f64| DVec3::new(noise(case, k), noise(case, k + 0.1), noise(case, k + 0.2));
@@ -183,20 +264,25 @@ mod tests {
             let exact: u32 =
                 triangles.iter().zip(0..).map(|(triangle, lane)| u32::from(hits(triangle)) << lane).sum();
             let filter = FilterRay::new(&ray, &sheared, |x| x);
-            let may = filter.may_meet(&block, t_max);
-            assert_eq!(exact & !may, 0, "{ray:?} {triangles:?}");
+            let (may, surely) = (filter.may_meet(&block, t_max), filter.surely_meets(&block, t_max));
+            assert_eq!((exact & !may, surely & !exact), (0, 0), "{ray:?} {triangles:?}");
             met += exact.count_ones();
+            sure += surely.count_ones();
             // Where all is far larger than the triangles, f32 cannot tell.
             extra += if away <= size * 10.0 { (may & !exact).count_ones() } else { 0 };
             #[cfg(target_arch = "x86_64")]
             if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
                 // SAFETY: the processor has what the functions ask for.
                 #[allow(unsafe_code)]
-                let wide = unsafe { avx2::filter_ray(&ray, &sheared).may_meet(&block, t_max) };
-                assert_eq!(exact & !wide, 0, "{ray:?} {triangles:?}");
+                let (may, surely) = unsafe {
+                    let filter = avx2::filter_ray(&ray, &sheared);
+                    (filter.may_meet(&block, t_max), filter.surely_meets(&block, t_max))
+                };
+                #[cfg(target_arch = "x86_64")]
+                assert_eq!((exact & !may, surely & !exact), (0, 0), "{ray:?} {triangles:?}");
             }
         }
-        assert!(met > 10_000 && extra < met, "{met} {extra}");
+        assert!(met > 10_000 && extra < met && sure > met / 3, "{met} {extra} {sure}");
     }
 
     /// Where `f32` overflows, vanishes or is not a number, `f64` decides.
@@ -210,7 +296,8 @@ mod tests {
             assert!(sheared.intersect(&triangle).is_some(), "{size}");
             let filter = FilterRay::new(&ray, &sheared, |x| x);
             for t_max in [f64::INFINITY, size] {
-                assert_eq!(filter.may_meet(&block, t_max), 1, "{size} {t_max}");
+                let (may, surely) = (filter.may_meet(&block, t_max), filter.surely_meets(&block, t_max));
+                assert_eq!((may, surely), (1, 0), "{size} {t_max}");
             }
         }
     }

@@ -68,7 +68,7 @@ pub(super) fn split(references: &mut [Reference], bounds: &Aabb, depth: usize) -
     if references.len() <= 1 {
         return None;
     }
-    let may_be_leaf = references.len() <= WIDTH && references.iter().all(|reference| reference.is_triangle);
+    let may_be_leaf = fits_block(references);
     let centers = fold(references, Aabb::EMPTY, Aabb::add_center, |all, other| *all = all.union(*other));
     let binning = Binning::new(&centers, references.len());
     let bins = fold(references, Bins::default(), |bins, reference| bins.add(&binning, reference), Bins::join);
@@ -87,6 +87,11 @@ pub(super) fn split(references: &mut [Reference], bounds: &Aabb, depth: usize) -
             Some((middle, [Aabb::around(left), Aabb::around(right)]))
         }
     }
+}
+
+/// Whether these are triangles, and few enough for one block.
+pub(super) fn fits_block(references: &[Reference]) -> bool {
+    references.len() <= WIDTH && references.iter().all(|reference| reference.is_triangle)
 }
 
 /// Adds up references: in parts side by side, where there are many.

@@ -1,14 +1,14 @@
 //! The filter of eight triangles by AVX2.
 
 use std::arch::x86_64::{
-    __m256, _CMP_GT_OQ, _CMP_LT_OQ, _mm256_and_ps, _mm256_cmp_ps, _mm256_fmsub_ps, _mm256_fnmadd_ps,
-    _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps,
-    _mm256_sub_ps,
+    __m256, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _mm256_and_ps, _mm256_andnot_ps, _mm256_cmp_ps,
+    _mm256_fmsub_ps, _mm256_fnmadd_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
+    _mm256_or_ps, _mm256_set1_ps, _mm256_sub_ps,
 };
 
 use bytemuck::cast;
 
-use super::{Block, FilterRay};
+use super::{Block, FilterRay, Sides};
 use crate::bvh::WIDTH;
 use crate::ray::Ray;
 use crate::triangle::ShearedRay;
@@ -29,20 +29,11 @@ impl WideFilter {
     #[inline]
     pub fn may_meet(&self, block: &Block, t_max: f64) -> u32 {
         let limits = self.scale.limits(block, t_max);
-        let (a, b, c) = (
-            self.sheared(&block.corners[0]),
-            self.sheared(&block.corners[1]),
-            self.sheared(&block.corners[2]),
-        );
-        let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
-        let least = _mm256_min_ps(u, _mm256_min_ps(v, w));
-        let greatest = _mm256_max_ps(u, _mm256_max_ps(v, w));
+        let Sides { least, greatest, front, back, .. } = self.sides(block);
         let passes = _mm256_and_ps(
             _mm256_cmp_ps::<_CMP_LT_OQ>(least, _mm256_set1_ps(-limits.side)),
             _mm256_cmp_ps::<_CMP_GT_OQ>(greatest, _mm256_set1_ps(limits.side)),
         );
-        let front = _mm256_min_ps(a[2], _mm256_min_ps(b[2], c[2]));
-        let back = _mm256_max_ps(a[2], _mm256_max_ps(b[2], c[2]));
         let is_out = _mm256_or_ps(
             passes,
             _mm256_or_ps(
@@ -51,6 +42,43 @@ impl WideFilter {
             ),
         );
         !_mm256_movemask_ps(is_out) as u32 & block.all()
+    }
+
+    /// Likewise.
+    #[target_feature(enable = "avx2,fma")]
+    #[inline]
+    pub fn surely_meets(&self, block: &Block, t_max: f64) -> u32 {
+        let limits = self.scale.limits(block, t_max);
+        let Sides { least, greatest, front, back, away } = self.sides(block);
+        let is_between = _mm256_and_ps(
+            _mm256_cmp_ps::<_CMP_GT_OQ>(front, _mm256_set1_ps(limits.surely[0])),
+            _mm256_cmp_ps::<_CMP_LT_OQ>(back, _mm256_set1_ps(limits.surely[1])),
+        );
+        let is_one_side = _mm256_or_ps(
+            _mm256_cmp_ps::<_CMP_GT_OQ>(least, _mm256_set1_ps(limits.side)),
+            _mm256_cmp_ps::<_CMP_LT_OQ>(greatest, _mm256_set1_ps(-limits.side)),
+        );
+        let is_near = _mm256_cmp_ps::<_CMP_LE_OQ>(away, _mm256_set1_ps(limits.size));
+        let is_met = _mm256_and_ps(is_between, _mm256_and_ps(is_one_side, is_near));
+        _mm256_movemask_ps(is_met) as u32 & block.all()
+    }
+
+    #[target_feature(enable = "avx2,fma")]
+    #[inline]
+    fn sides(&self, block: &Block) -> Sides<__m256> {
+        let (a, b, c) = (
+            self.sheared(&block.corners[0]),
+            self.sheared(&block.corners[1]),
+            self.sheared(&block.corners[2]),
+        );
+        let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
+        Sides {
+            least: _mm256_min_ps(u, _mm256_min_ps(v, w)),
+            greatest: _mm256_max_ps(u, _mm256_max_ps(v, w)),
+            front: _mm256_min_ps(a[2], _mm256_min_ps(b[2], c[2])),
+            back: _mm256_max_ps(a[2], _mm256_max_ps(b[2], c[2])),
+            away: _mm256_max_ps(away(a), _mm256_max_ps(away(b), away(c))),
+        }
     }
 
     #[target_feature(enable = "avx2,fma")]
@@ -66,6 +94,14 @@ impl WideFilter {
             _mm256_mul_ps(z, self.sign),
         ]
     }
+}
+
+/// The greater of the sizes of x and y.
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+fn away(p: [__m256; 3]) -> __m256 {
+    let sign = _mm256_set1_ps(-0.0);
+    _mm256_max_ps(_mm256_andnot_ps(sign, p[0]), _mm256_andnot_ps(sign, p[1]))
 }
 
 /// `p.x * q.y - p.y * q.x`.

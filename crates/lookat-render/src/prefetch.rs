@@ -1,0 +1,23 @@
+//! Memory that is asked for before it is needed.
+
+use std::ops::Range;
+
+/// What processors load at once, in bytes.
+pub(crate) const LINE: usize = 64;
+
+/// Asks for some lines of a value, counted from its start.
+#[inline(always)]
+pub(crate) fn prefetch<T>(value: &T, lines: Range<usize>) {
+    #[cfg(target_arch = "x86_64")]
+    for line in lines {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let at = std::ptr::from_ref(value).cast::<i8>().wrapping_add(LINE * line);
+        // SAFETY: every such processor has it, and it does nothing wherever it points.
+        #[allow(unsafe_code)]
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(at);
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (value, lines);
+}
