@@ -2,8 +2,8 @@ use glam::DVec3;
 
 use crate::Precision;
 use crate::prepare::Traceable;
-use crate::ray::{Hit, Ray};
-use crate::surface::Surface;
+use crate::ray::{ElementId, Hit, Ray};
+use crate::surface::{Surface, reach};
 use crate::testing::{noise, scene};
 
 /// Instances of one shape alone have no tree of their own: what is met is the same.
@@ -65,4 +65,54 @@ fn a_ray_leaves_one_triangle_of_many_with_its_place() {
             assert_eq!(met.len(), 5, "{met:?}");
         }
     }
+}
+
+/// What `f32` alone tells is in the way, is so in `f64`: from surfaces to others, which are left out, to what is just before
+/// them, and to places in space. Among triangles of all sizes, in the world and in an instance, and with duplicates.
+#[test]
+fn shadows_are_those_of_f64() {
+    let mut mesh = String::from("Shape \"trianglemesh\" \"integer indices\" [");
+    (0..3 * 300).for_each(|at| mesh += &format!("{at} "));
+    mesh += "] \"point P\" [";
+    for at in 0..300 {
+        let size = 10_f64.powi(at as i32 % 4 - 3);
+        let vector = |k: f64| DVec3::new(noise(at, k), noise(at, k + 0.3), noise(at, k + 0.7));
+        let middle = vector(1.1);
+        for corner in [2.3, 3.1, 4.7] {
+            let p = middle + vector(corner) * size;
+            mesh += &format!("{} {} {} ", p.x, p.y, p.z);
+        }
+    }
+    mesh += "]";
+    let scene = scene(&format!(
+        "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
+        ObjectBegin \"a\" {mesh} ObjectEnd {mesh} {mesh} Translate 1 .2 .1 Scale 2 .5 1 Rotate 30 1 2 3 ObjectInstance \"a\" WorldEnd"
+    ));
+    let mixed = Traceable::new(&scene, Precision::Mixed);
+    let double = Traceable::new(&scene, Precision::Double);
+    let vector = |i: usize, k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
+    let surface = |i: usize| {
+        let ray = Ray::new(vector(i, 6.1) * 3.0, (vector(i, 7.3) - vector(i, 6.1) * 3.0).normalize());
+        mixed.nearest(&ray).map(|hit| Surface::new(&mixed, &ray, &hit))
+    };
+    let mut counts = [0; 2];
+    for case in 0..20_000 {
+        let (Some(from), Some(to)) = (surface(case), surface(case + 20_000)) else { continue };
+        let between = to.p - from.p;
+        let distance = between.length();
+        if distance < 1e-6 {
+            continue;
+        }
+        let t_max = reach(&from, distance, to.magnitude);
+        let (target, t_max) = match case % 3 {
+            0 => (to.element, t_max),
+            1 => (ElementId::NONE, t_max * (1.0 - 1e-9)),
+            _ => (ElementId::NONE, t_max * 1.5),
+        };
+        let ray = Ray { t_max, target, ..from.leave(between / distance) };
+        let occluded = double.occluded(&ray);
+        assert_eq!(mixed.occluded(&ray), occluded, "{ray:?}");
+        counts[usize::from(occluded)] += 1;
+    }
+    assert!(counts.iter().all(|count| *count > 1_000), "{counts:?}");
 }
