@@ -167,6 +167,14 @@ fn share(params: &mut TextureParams, name: &'static str, default: f32) -> Textur
             "colors go from 0 to 1; divide those that go to 255",
         );
     }
+    // And it may have parts below 0.
+    if color.min_element() < 0.0 && params.was_rgb(name) {
+        params.warn(
+            name,
+            &format!("{name} is less than 0, and counts as 0, as in pbrt-v3"),
+            "colors go from 0 to 1",
+        );
+    }
     Texture::Constant(color.max(Vec3::ZERO))
 }
 

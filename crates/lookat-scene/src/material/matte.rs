@@ -15,5 +15,13 @@ pub struct Matte {
 }
 
 pub(super) fn matte(params: &mut TextureParams) -> Matte {
-    Matte { kd: share(params, "Kd", 0.5), sigma: params.float_texture("sigma", 0.0) }
+    let kd = share(params, "Kd", 0.5);
+    let sigma = params.float_texture("sigma", 0.0);
+    if let Texture::Constant(degrees) = sigma
+        && !(0.0..=90.0).contains(&degrees)
+    {
+        let message = format!("sigma counts as {}, as in pbrt-v3", degrees.clamp(0.0, 90.0));
+        params.warn("sigma", &message, "it goes from 0, which is smooth, to 90 degrees");
+    }
+    Matte { kd, sigma }
 }

@@ -17,20 +17,21 @@ pub struct Roughness {
 impl Roughness {
     /// `roughness` alone.
     pub(super) fn isotropic(params: &mut TextureParams, default: f64) -> Self {
-        let u = params.float_texture("roughness", default);
+        let u = given(params, "roughness").unwrap_or(Texture::Constant(default));
         Roughness { u, v: None, remap: remap(params) }
     }
 
     /// `uroughness` and `vroughness`.
     pub(super) fn of_two(params: &mut TextureParams, default: f64) -> Self {
-        let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture(name, default));
+        let [u, v] = ["uroughness", "vroughness"]
+            .map(|name| given(params, name).unwrap_or(Texture::Constant(default)));
         Roughness { u, v: Some(v), remap: remap(params) }
     }
 
     /// `roughness`, and `uroughness` and `vroughness` each in place of it.
     pub(super) fn of_metal(params: &mut TextureParams, default: f64) -> Self {
-        let both = params.float_texture("roughness", default);
-        let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture_if_given(name));
+        let both = given(params, "roughness").unwrap_or(Texture::Constant(default));
+        let [u, v] = ["uroughness", "vroughness"].map(|name| given(params, name));
         let is_isotropic = u.is_none() && v.is_none();
         let v = v.unwrap_or_else(|| both.clone());
         Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap: remap(params) }
@@ -38,10 +39,22 @@ impl Roughness {
 
     /// `roughness`, or `uroughness` in place of it, and `vroughness` in place of that.
     pub(super) fn of_uber(params: &mut TextureParams) -> Self {
-        let both = params.float_texture("roughness", 0.1);
-        let [u, v] = ["uroughness", "vroughness"].map(|name| params.float_texture_if_given(name));
+        let both = given(params, "roughness").unwrap_or(Texture::Constant(0.1));
+        let [u, v] = ["uroughness", "vroughness"].map(|name| given(params, name));
         Roughness { u: u.unwrap_or(both), v, remap: remap(params) }
     }
+}
+
+/// What pbrt-v3 takes below 0 is as smooth as lobes can be.
+fn given(params: &mut TextureParams, name: &'static str) -> Option<Texture<f64>> {
+    let roughness = params.float_texture_if_given(name)?;
+    if let Texture::Constant(value) = roughness
+        && value < 0.0
+    {
+        let message = format!("{name} is below 0: the surface is almost smooth, as in pbrt-v3");
+        params.warn(name, &message, "it is mostly between 0 and 1");
+    }
+    Some(roughness)
 }
 
 fn remap(params: &mut TextureParams) -> bool {
