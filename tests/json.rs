@@ -1,0 +1,80 @@
+//! What `--json` prints has the names that `docs/json.md` has for it.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+use serde_json::Value;
+
+fn project() -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The lines that a command prints, run in a folder.
+fn printed(folder: &Path, arguments: &[&str]) -> Vec<Value> {
+    let run =
+        Command::new(env!("CARGO_BIN_EXE_lookat")).args(arguments).current_dir(folder).output().unwrap();
+    let text = String::from_utf8(run.stdout).unwrap();
+    let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(!lines.is_empty(), "{arguments:?} {}", String::from_utf8_lossy(&run.stderr));
+    lines
+}
+
+/// All names of members, but for those of metrics and files, which stand for themselves.
+fn members(value: &Value, found: &mut BTreeSet<String>) {
+    match value {
+        Value::Array(values) => values.iter().for_each(|value| members(value, found)),
+        Value::Object(object) => {
+            for (name, value) in object {
+                found.insert(name.clone());
+                match name.as_str() {
+                    "metrics" => {}
+                    "not_finite" => {
+                        value.as_object().unwrap().values().for_each(|value| members(value, found))
+                    }
+                    _ => members(value, found),
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn all_members_are_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = "Film \"image\" \"integer xresolution\" 20 \"integer yresolution\" 20 Camera \"perspective\" \"float lensradius\" .1
+        Sampler \"halton\" \"integer pixelsamples\" 64 Integrator \"path\" WorldBegin LightSource \"infinite\"
+        ObjectBegin \"one\" Shape \"sphere\" \"float radus\" 2 ObjectEnd Translate 0 0 5 ObjectInstance \"one\" WorldEnd";
+    std::fs::write(folder.path().join("scene.pbrt"), scene).unwrap();
+    let render = ["render", "scene.pbrt", "--json", "--target-error", "0.5", "-o"];
+    let mut all = printed(folder.path(), &[&render[..], &["scene.exr"]].concat());
+    let noisy = ["render", "scene.pbrt", "--quiet", "--error-layers", "-o"];
+    for (file, seed) in [("a.exr", "1"), ("b.exr", "2")] {
+        let run = Command::new(env!("CARGO_BIN_EXE_lookat"))
+            .args(noisy)
+            .args([file, "--seed", seed])
+            .current_dir(folder.path())
+            .status();
+        assert!(run.unwrap().success());
+    }
+    let scene = project().join("pbrt-scenes/cornell-matte.pbrt");
+    for arguments in [
+        vec!["render", "none.pbrt", "--json"],
+        vec!["check", "scene.pbrt", scene.to_str().unwrap(), "--json"],
+        vec!["inspect", "scene.pbrt", "--json"],
+        vec!["compare", "a.exr", "b.exr", "--json"],
+        vec!["compare", "a.exr", "scene.exr", "--json"],
+        vec!["verify", ".", "--spp", "16", "--json"],
+        vec!["bench", "--only", "reading", "--rounds", "1", "--json"],
+        vec!["stability", "--case", "S1", "--json"],
+    ] {
+        all.extend(printed(folder.path(), &arguments));
+    }
+    let text = std::fs::read_to_string(project().join("docs/json.md")).unwrap();
+    let mut found = BTreeSet::new();
+    all.iter().for_each(|value| members(value, &mut found));
+    let missing: Vec<&String> = found.iter().filter(|name| !text.contains(&format!("`{name}`"))).collect();
+    assert!(missing.is_empty(), "{missing:?}");
+    assert!(found.len() > 80, "{}", found.len());
+}
