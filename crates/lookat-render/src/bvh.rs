@@ -41,7 +41,7 @@ impl Child {
     const LEAF: u32 = 1 << 31;
     const OTHER: u32 = 1 << 30;
     const EMPTY: Child = Child(u32::MAX);
-    /// As many can be numbered, and the places of eight triangles for each.
+    /// Fewer elements than that can be numbered, and in as many blocks the places of triangles (`triangle::block::place`).
     const MOST: usize = (1 << 29) - 1;
 
     fn inner(node: usize) -> Self {
@@ -106,7 +106,8 @@ impl Bvh {
 
     /// Calls `visit` with each leaf that a ray may meet before `t_max`: about from near to far or, where `ANY` hit will do, in
     /// any order. `visit` gives the new limit, or `None` to stop. `boxes` tests the children of a node: which may be met
-    /// before a limit, as bits, and from which distance on, not negative. Leaves that have to wait are told to `prefetch_leaf`.
+    /// before a limit, as bits, and from which distance on, not negative. Leaves that will be needed later are told
+    /// to `prefetch_leaf`.
     ///
     /// Wald, Benthin and Boulos, "Getting Rid of Packets", 2008.
     #[inline(always)]
@@ -125,8 +126,8 @@ impl Bvh {
                 let node = &self.nodes[inner];
                 let (hits, near) = boxes(node, limit);
                 self.prefetch_waiting(node, hits, &prefetch_leaf);
-                if let Some(nearest) = descend::<ANY>(node, hits, &near, &mut stack) {
-                    at = nearest;
+                if let Some(next) = descend::<ANY>(node, hits, &near, &mut stack) {
+                    at = next;
                     continue;
                 }
             } else if at != Child::EMPTY {
@@ -140,7 +141,8 @@ impl Bvh {
         }
     }
 
-    /// Asks for the children of a node that are met, but for one: they will be needed a little later.
+    /// Asks for the children of a node that are met, but for the first of them: all but one will be needed a little later, and
+    /// it is mostly the first or the second that is needed at once.
     #[inline(always)]
     fn prefetch_waiting(&self, node: &Node, mut hits: u32, prefetch_leaf: impl Fn(Leaf)) {
         next_lane(&mut hits);
@@ -158,7 +160,8 @@ impl Bvh {
 /// as their bits are.
 type Stack = ArrayVec<u64, STACK>;
 
-/// The nearest of the children that are hit or, where `ANY` hit will do, one of them; the others wait.
+/// The nearest of the children that are hit; the others wait, the nearest on top. Where `ANY` hit will do, the farthest, and
+/// the others wait in any order: what is around the surface that a ray leaves is seldom in its way.
 #[inline(always)]
 fn descend<const ANY: bool>(
     node: &Node,
@@ -166,16 +169,18 @@ fn descend<const ANY: bool>(
     near: &[f32; WIDTH],
     stack: &mut Stack,
 ) -> Option<Child> {
+    let key = |lane: usize| u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane].0);
     let first = next_lane(&mut hits)?;
     if ANY {
+        let mut farthest = key(first);
         while let Some(lane) = next_lane(&mut hits) {
-            stack.push(u64::from(node.children[lane].0));
+            stack.push(farthest.min(key(lane)));
+            farthest = farthest.max(key(lane));
         }
-        return Some(node.children[first]);
+        return Some(Child(farthest as u32));
     }
     // Mostly there are one or two, which need no sorting.
     let Some(second) = next_lane(&mut hits) else { return Some(node.children[first]) };
-    let key = |lane: usize| u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane].0);
     let (a, b) = (key(first), key(second));
     let mut nearest = a.min(b);
     let bottom = stack.len();

@@ -60,7 +60,7 @@ impl Group {
     }
 
     /// How many triangles there are.
-    pub fn triangles(&self) -> usize {
+    pub fn triangle_count(&self) -> usize {
         self.blocks.iter().map(|block| block.triangles().len()).sum()
     }
 }

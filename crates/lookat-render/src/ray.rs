@@ -15,7 +15,7 @@ pub struct Ray {
     pub leaving: ElementId,
     /// If that is a triangle, its [`Hit::place`], or else [`Hit::NO_PLACE`].
     pub leaving_place: u32,
-    /// The element that a shadow ray goes to: it does not block.
+    /// The element that a shadow ray goes to: it does not block. `t_max` does not go beyond it.
     pub target: ElementId,
 }
 

@@ -168,7 +168,8 @@ fn direction_across(e1: DVec3, e2: DVec3) -> DVec3 {
 }
 
 /// The distance up to which a shadow ray from `from` is blocked on its way to a point whose coordinates are up to
-/// `magnitude`: all the way, but for rounding, so that what lies in the plane of a light does not hide it.
+/// `magnitude`: all the way, but for rounding, so that what lies in the plane of a light does not hide it, and the light is not
+/// before the end.
 pub(crate) fn reach(from: &Surface, distance: f64, magnitude: f64) -> f64 {
     distance - from.magnitude.max(magnitude) * 4.0 * OFFSET
 }

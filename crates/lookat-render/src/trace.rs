@@ -202,8 +202,8 @@ impl Traceable<'_> {
     }
 
     /// `boxes` tells which boxes of a node any of the rays may meet within a limit, as bits, and from which distance on;
-    /// `filter`, which triangles of a block the ray of a number may meet within a limit, as bits; `surely`, which of them it
-    /// does meet, whatever `decide` tells; and that, where it does meet a triangle, and in proportion to what its corners weigh.
+    /// `filter`, which triangles of a block the ray of a number may meet within a limit, as bits; `surely`, some of those
+    /// that `decide` would tell it meets; and `decide`, where it does meet a triangle, and in proportion to what its corners weigh.
     #[inline(always)]
     fn search_with<const ANY: bool, const N: usize>(
         &self,
@@ -234,7 +234,7 @@ impl Traceable<'_> {
                         let block = &group.blocks[number];
                         let others = !query.leaving_of(number);
                         let mut rest = filter(k, block, hit.t) & others;
-                        // What lies wholly before the end of a shadow ray is not its target.
+                        // The target of a shadow ray never is wholly before its end.
                         if ANY && rest != 0 && !self.has_cutouts && surely(k, block, hit.t) & others != 0 {
                             found = true;
                             return None;

@@ -57,6 +57,7 @@ pub(crate) fn build(references: &mut [Reference]) -> Tree {
     };
     let bounds = whole.bounds.into();
     let mut branches = Vec::new();
+    // Above few elements too, whose boxes keep most rays from them.
     let root = build_part(references, 0, whole, &mut branches);
     let children = || branches.iter().flat_map(|branch| &branch.children).chain([&root]);
     // Blocks are numbered as their triangles are sorted.

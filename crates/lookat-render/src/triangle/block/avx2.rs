@@ -44,7 +44,7 @@ impl WideFilter {
         !_mm256_movemask_ps(is_out) as u32 & block.all()
     }
 
-    /// Likewise.
+    /// As for one number at a time, likewise.
     #[target_feature(enable = "avx2,fma")]
     #[inline]
     pub fn surely_meets(&self, block: &Block, t_max: f64) -> u32 {
