@@ -147,7 +147,7 @@ fn normal(path: &Path) -> PathBuf {
             other => out.push(other),
         }
     }
-    out
+    if out.as_os_str().is_empty() { PathBuf::from(".") } else { out }
 }
 
 /// The error for a file that a scene names and that cannot be read.

@@ -75,6 +75,14 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
         params.reject("scale", format!("scale is at most {:e}", color::LARGEST), None);
         scale = 1.0;
     }
+    if scale <= 0.0 {
+        let message = if scale == 0.0 {
+            "scale is 0: the picture is all black"
+        } else {
+            "scale is below 0: so is the picture"
+        };
+        params.warn("scale", message, "light is multiplied by it; without it, by 1");
+    }
     let mut max_sample_luminance = params.float("maxsampleluminance", f64::INFINITY);
     if max_sample_luminance <= 0.0 {
         params.reject("maxsampleluminance", "maxsampleluminance must be more than 0", None);

@@ -124,5 +124,15 @@ fn depth(params: &mut Params) -> u32 {
     if depth < 0 {
         params.reject("maxdepth", "maxdepth must be at least 0", None);
     }
-    depth.max(0) as u32
+    if depth > MAX_DEPTH {
+        params.warn(
+            "maxdepth",
+            &format!("maxdepth counts as {MAX_DEPTH}"),
+            "where light never ends, as among perfect mirrors, one sample would go on and on",
+        );
+    }
+    depth.clamp(0, MAX_DEPTH) as u32
 }
+
+/// Of light that loses a thousandth at each surface, less is left then than `f32` can tell from nothing beside it.
+const MAX_DEPTH: i32 = 20_000;

@@ -56,7 +56,7 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
     Parsed { statements, diagnostics, v4_marks, broken_end }
 }
 
-/// Beyond so many unknown directives, only known ones are looked for: this is hardly a scene.
+/// Beyond so many unknown directives, only known ones are looked for, which the last message says: this is hardly a scene.
 const MAX_UNKNOWN: usize = 20;
 
 pub(crate) struct Reader<'a> {
@@ -234,6 +234,9 @@ impl<'a> Reader<'a> {
         }
         self.unknown += 1;
         let fault = Fault::new(keyword, format!("unknown directive `{name}`"));
+        if self.unknown > MAX_UNKNOWN {
+            return fault.help("more like this one are passed over; is this a pbrt-v3 scene?");
+        }
         if let Some(known) = nearest(&name, Directive::KEYWORDS) {
             return fault.help(format!("did you mean `{known}`?")).replace_with(known);
         }
@@ -332,6 +335,15 @@ impl<'a> Reader<'a> {
             return self.string(input);
         }
         let (at, found) = found(input);
+        if is_keyword(at) {
+            let fault = Fault::new(keyword, format!("{} needs a quoted name", shown(keyword)));
+            if keyword != b"ObjectBegin" {
+                return fault.fail();
+            }
+            // What follows belongs to it all the same.
+            self.report(fault);
+            return Ok((input, Spanned { value: String::new(), span: self.span(keyword) }));
+        }
         let fault = Fault::new(at, format!("expected a quoted name after {}, found {found}", shown(keyword)));
         // A bare word that is no directive is the name without its quotes.
         let text = shown(at);

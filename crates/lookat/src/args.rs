@@ -163,7 +163,7 @@ pub struct Compare {
     #[arg(long, value_name = "STOPS", requires = "picture", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f64>,
     /// The difference of a channel that counts in share-above
-    #[arg(long, value_name = "VALUE", default_value_t = 0.01, value_parser = threshold)]
+    #[arg(long, value_name = "VALUE", default_value_t = 0.01, allow_negative_numbers = true, value_parser = threshold)]
     pub threshold: f32,
     /// Print the result as JSON
     #[arg(long)]

@@ -30,15 +30,13 @@ fn run(arguments: &Bench) -> Result<(), String> {
         }
     }
     if *json && !crate::print_json(&as_json(&machine, *rounds, &tables)) {
-        return Err(UNWRITTEN.into());
+        return Err(crate::UNWRITTEN.into());
     }
     Ok(())
 }
 
-const UNWRITTEN: &str = "cannot write the result";
-
 fn print(text: &str) -> Result<(), String> {
-    if crate::print(text) { Ok(()) } else { Err(UNWRITTEN.into()) }
+    if crate::print(text) { Ok(()) } else { Err(crate::UNWRITTEN.into()) }
 }
 
 /// What is measured, and where.

@@ -32,5 +32,5 @@ pub fn check(arguments: &Check) -> ExitCode {
             }
         }
     }
-    ExitCode::from(if lost { crate::TROUBLE } else { u8::from(failed) })
+    ExitCode::from(if lost { crate::lost() } else { u8::from(failed) })
 }

@@ -56,7 +56,7 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     } else {
         crate::print(&comparison.as_text())
     };
-    if printed { Ok(differs) } else { Err("cannot write the result".into()) }
+    if printed { Ok(differs) } else { Err(crate::UNWRITTEN.into()) }
 }
 
 fn load(arguments: &Compare) -> Result<Aligned, String> {

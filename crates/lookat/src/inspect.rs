@@ -42,7 +42,7 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
         report::print(&loaded, false);
         found.as_ref().is_none_or(|found| crate::print(&found.text(&name)))
     };
-    ExitCode::from(if printed { u8::from(found.is_none()) } else { crate::TROUBLE })
+    ExitCode::from(if printed { u8::from(found.is_none()) } else { crate::lost() })
 }
 
 impl<'s> Found<'s> {

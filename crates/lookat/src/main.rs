@@ -72,6 +72,15 @@ fn print(text: &str) -> bool {
     }
 }
 
+/// Why a command fails whose result is lost.
+const UNWRITTEN: &str = "cannot write the result";
+
+/// Says so, and gives the exit status.
+fn lost() -> u8 {
+    say(&format!("error: {UNWRITTEN}"));
+    TROUBLE
+}
+
 /// A line on standard error. Where that is closed, nobody listens.
 fn say(line: &str) {
     let _ = writeln!(anstream::stderr(), "{line}");

@@ -73,7 +73,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         },
     };
     let lost = arguments.report.json && !crate::print_json(&result);
-    ExitCode::from(if lost { crate::TROUBLE } else { status })
+    ExitCode::from(if lost { crate::lost() } else { status })
 }
 
 /// What is wrong with the arguments together, before it is blamed on the scene.
@@ -177,6 +177,9 @@ fn check_output(file: &Path) -> Result<(), String> {
     if Format::from_path(file).is_none() {
         let name = file.display();
         return Err(format!("{name}: lookat writes {}; choose one by the ending, with -o", Format::NAMES));
+    }
+    if file.is_dir() {
+        return Err(format!("cannot write {}: it is a folder", file.display()));
     }
     check_folder(file)
 }

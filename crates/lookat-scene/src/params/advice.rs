@@ -4,6 +4,9 @@ use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun,
 
 use super::Params;
 
+/// Of a name that is unknown, so many characters are shown.
+const MOST_SHOWN: usize = 60;
+
 impl Params<'_> {
     /// The error for the name of a texture that is not defined, with values of the given type. `own` lists those that are,
     /// `is_other` says whether one of that name has values of the other type.
@@ -48,8 +51,16 @@ impl Params<'_> {
     /// Reports a type that pbrt-v3 does not have.
     pub fn say_unknown_kind(&mut self, known: &[&str], severity: Severity) {
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
-        let unknown = Diagnostic::error(at, format!("unknown {} \"{kind}\"", self.keyword));
-        let unknown = if V4_KINDS.contains(&kind.as_str()) {
+        let shown: String = kind.chars().take(MOST_SHOWN).collect();
+        let rest = if shown.len() < kind.len() { "..." } else { "" };
+        let unknown = Diagnostic::error(at, format!("unknown {} \"{shown}{rest}\"", self.keyword));
+        let source = &self.files.sources.file(at.file).text;
+        let runs_on = source.get(at.end as usize).is_some_and(u8::is_ascii_alphabetic);
+        let unknown = if runs_on && known.contains(&kind.trim_end()) {
+            let closed = kind.trim_end();
+            let unknown = unknown.help(format!("the quote that closes \"{closed}\" is missing"));
+            unknown.fix(at, format!("\"{closed}\" \""))
+        } else if V4_KINDS.contains(&kind.as_str()) {
             self.report.v4_marks([at]);
             unknown.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
         } else if let Some(known) =

@@ -113,7 +113,7 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
         .take(3)
         .all(|channel| channel.samples.iter().all(|sample| *sample == 0.0))
     {
-        crate::say("the picture is all black: no light reaches what the camera sees");
+        crate::say("the picture is all black: no light comes to the camera from what it sees");
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;

@@ -52,7 +52,7 @@ impl Table {
 }
 
 fn print(line: &str) -> Result<(), String> {
-    if crate::print(&format!("{line}\n")) { Ok(()) } else { Err("cannot write the result".into()) }
+    if crate::print(&format!("{line}\n")) { Ok(()) } else { Err(crate::UNWRITTEN.into()) }
 }
 
 /// The mean error, in percent if it can be, and some metrics.
