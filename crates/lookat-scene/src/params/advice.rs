@@ -136,9 +136,26 @@ impl Params<'_> {
         match types[..] {
             [only] => {
                 let declaration = format!("\"{only} {name}\"");
-                warning.help(format!("declare it {declaration}")).fix(at, declaration)
+                let warning = warning.help(format!("declare it {declaration}"));
+                if may_be(&param.values.value, only) { warning.fix(at, declaration) } else { warning }
             }
             _ => warning,
+        }
+    }
+}
+
+/// Whether values of one type may be meant as those of another, by name.
+fn may_be(values: &Values, ty: &str) -> bool {
+    let is_text = matches!(ty, "string" | "texture");
+    match values {
+        Values::Strings(_) => is_text,
+        Values::Bools(_) => ty == "bool",
+        // Three numbers are a point or a color, not a number.
+        Values::Triples(triples) if triples.len() == 1 => {
+            !matches!(ty, "float" | "integer" | "bool") && !is_text
+        }
+        Values::Integers(_) | Values::Numbers(_) | Values::Pairs(_) | Values::Triples(_) => {
+            ty != "bool" && !is_text
         }
     }
 }
