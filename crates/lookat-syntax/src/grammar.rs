@@ -336,13 +336,15 @@ impl<'a> Reader<'a> {
         }
         let (at, found) = found(input);
         if is_keyword(at) {
-            let fault = Fault::new(keyword, format!("{} needs a quoted name", shown(keyword)));
+            // As it stands in the text, where it may be misspelt.
+            let (_, here) = word(self.statement)?;
+            let fault = Fault::new(here, format!("{} needs a quoted name", shown(keyword)));
             if keyword != b"ObjectBegin" {
                 return fault.fail();
             }
             // What follows belongs to it all the same.
             self.report(fault);
-            return Ok((input, Spanned { value: String::new(), span: self.span(keyword) }));
+            return Ok((input, Spanned { value: String::new(), span: self.span(here) }));
         }
         let fault = Fault::new(at, format!("expected a quoted name after {}, found {found}", shown(keyword)));
         // A bare word that is no directive is the name without its quotes.
