@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use lookat_image::{Image, io_reason, write_file};
+use lookat_image::{Image, write_file};
 use lookat_lab::chart::{
     Budget, Climb, Cost, End, FEWEST_SEEDS, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method,
     Origin, Plan, Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
@@ -17,7 +17,8 @@ use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Chart, Other, Report};
-use crate::render::{check_folder, progress_bar};
+use crate::output::{check_folder, make_folder};
+use crate::render::progress_bar;
 use crate::source::load_scene;
 use crate::{interrupt, report};
 
@@ -209,11 +210,6 @@ fn check_names(points: &[Other]) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-pub fn make_folder(folder: &Path) -> Result<(), String> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {}", folder.display(), io_reason(&error)))
 }
 
 /// Where the results go if nothing is said.

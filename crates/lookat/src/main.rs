@@ -9,6 +9,7 @@ mod inspect;
 mod interrupt;
 mod metric;
 mod noise;
+mod output;
 mod render;
 mod report;
 mod source;

@@ -10,12 +10,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
-use lookat_image::{Format, io_reason};
+use lookat_image::Format;
 use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
 use crate::args::Render;
 use crate::interrupt;
+use crate::output::check_output;
 use crate::report;
 use crate::source::load_scene;
 pub use summary::Metadata;
@@ -171,33 +172,6 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
 
 /// Where `--adaptive` has changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.
 const ALIKE: &str = "all pixels have as many samples as without --adaptive: to share them out takes noise, at least 8 samples per pixel, and 512 pixels";
-
-/// Fails where the picture could not be written in the end.
-fn check_output(file: &Path) -> Result<(), String> {
-    if Format::from_path(file).is_none() {
-        let name = file.display();
-        return Err(format!("{name}: lookat writes {}; choose one by the ending, with -o", Format::NAMES));
-    }
-    if file.is_dir() {
-        return Err(format!("cannot write {}: it is a folder", file.display()));
-    }
-    check_folder(file)
-}
-
-/// Fails where there is no folder to write a file to, or none that may be written to.
-pub fn check_folder(file: &Path) -> Result<(), String> {
-    let folder = match file.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    if !folder.is_dir() {
-        return Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()));
-    }
-    // Without a name: nothing is left.
-    tempfile::tempfile_in(folder)
-        .map_err(|error| format!("cannot write {}: {}", file.display(), io_reason(&error)))?;
-    Ok(())
-}
 
 /// Fails where there can be no error layers.
 fn check_error_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), String> {

@@ -10,7 +10,7 @@ use lookat_lab::stability::{Case, Effort, Found, LOOKAT, Row, as_csv, as_json, c
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
-use crate::chart::make_folder;
+use crate::output::make_folder;
 
 /// Runs the command.
 pub fn stability(arguments: &Stability) -> ExitCode {

@@ -15,7 +15,8 @@ use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
-use crate::render::{Metadata, check_folder, note_jitter};
+use crate::output::check_folder;
+use crate::render::{Metadata, note_jitter};
 use crate::source::load_scene;
 use crate::{noise, report};
 

@@ -1,0 +1,38 @@
+//! Where results go: looked at before they are computed.
+
+use std::path::Path;
+
+use lookat_image::{Format, io_reason};
+
+/// Fails where the picture could not be written in the end.
+pub fn check_output(file: &Path) -> Result<(), String> {
+    if Format::from_path(file).is_none() {
+        let name = file.display();
+        return Err(format!("{name}: lookat writes {}; choose one by the ending, with -o", Format::NAMES));
+    }
+    if file.is_dir() {
+        return Err(format!("cannot write {}: it is a folder", file.display()));
+    }
+    check_folder(file)
+}
+
+/// Fails where there is no folder to write a file to, or none that may be written to.
+pub fn check_folder(file: &Path) -> Result<(), String> {
+    let folder = match file.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()));
+    }
+    // Without a name: nothing is left.
+    tempfile::tempfile_in(folder)
+        .map_err(|error| format!("cannot write {}: {}", file.display(), io_reason(&error)))?;
+    Ok(())
+}
+
+/// Makes a folder, and those that it is in.
+pub fn make_folder(folder: &Path) -> Result<(), String> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| format!("cannot make the folder {}: {}", folder.display(), io_reason(&error)))
+}
