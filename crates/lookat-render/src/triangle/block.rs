@@ -153,13 +153,12 @@ const UNIT: f32 = f32::EPSILON / 2.0;
 impl Scale {
     /// Corners and origin are rounded, and their difference, and its product with the shear: a corner moves by less than
     /// `error`. Where the ray passes the box of a triangle, its corners are not farther from it than `size`. The cross
-    /// product of two of them then moves by less than `side`. Where products overflow or vanish, nothing is known, nor where
-    /// one over the direction may.
+    /// product of two of them then moves by less than `side`. Where products overflow or vanish, nothing is known.
     #[inline(always)]
     fn limits(&self, block: &Block, t_max: f64) -> Limits {
         let error = 12.0 * UNIT * (block.magnitude + self.magnitude) + f32::MIN_POSITIVE;
         let size = 2.0 * (block.extent + error);
-        let is_safe = (1e-15..1e18).contains(&size) && (1e-100..1e100).contains(&self.length);
+        let is_safe = (1e-15..1e18).contains(&size);
         let side = if is_safe { 4.0 * size * (error + UNIT * size) } else { f32::INFINITY };
         // A product in f32 may overflow to infinity, which is a limit too.
         let end = (t_max * self.length) as f32;
@@ -175,12 +174,15 @@ impl<Lanes> FilterRay<Lanes> {
     pub fn new(ray: &Ray, sheared: &ShearedRay, splat: impl Fn(f32) -> Lanes) -> Self {
         let ShearedRay { turned: [x, y, z], axes, shear, .. } = *sheared;
         let along = axes[2].of(ray.d.as_ref());
+        // Of directions so short or long, one over which may vanish or overflow, nothing is known.
+        let is_safe = (1e-100..1e100).contains(&along.abs());
+        let magnitude = if is_safe { ray.o.abs().max_element() as f32 } else { f32::INFINITY };
         FilterRay {
             turned: [splat(x as f32), splat(y as f32), splat(z as f32)],
             axes,
             shear: [splat(shear.x as f32), splat(shear.y as f32)],
             sign: splat(along.signum() as f32),
-            scale: Scale { length: along.abs(), magnitude: ray.o.abs().max_element() as f32 },
+            scale: Scale { length: along.abs(), magnitude },
         }
     }
 }
@@ -336,6 +338,21 @@ mod tests {
         }
         let is_wide = cfg!(target_arch = "x86_64") && Simd::best().kind() != SimdKind::Portable;
         assert!(met > 50_000 && sure[0] > 10_000 && (!is_wide || sure[1] > 10_000), "{met} {sure:?}");
+    }
+
+    /// Nor where directions are beyond what `f64` can turn.
+    #[test]
+    fn directions_of_any_length_pass() {
+        let triangle = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| (p + DVec3::Z) * 1e-3);
+        let block = block(&[triangle]);
+        for length in [1e-310, 1e-200, 1e-101, 1e101, 1e200, 1e290, 1e300] {
+            let ray = Ray::new(DVec3::new(2e-4, 2e-4, 0.0), DVec3::Z * length);
+            let filter = FilterRay::new(&ray, &ShearedRay::new(&ray), |x| x);
+            for t_max in [f64::INFINITY, 1.0 / length] {
+                let (may, surely) = (filter.may_meet(&block, t_max), filter.surely_meets(&block, t_max));
+                assert_eq!((may, surely), (1, 0), "{length} {t_max}");
+            }
+        }
     }
 
     /// Where `f32` overflows, vanishes or is not a number, `f64` decides.
