@@ -106,8 +106,8 @@ impl Bvh {
 
     /// Calls `visit` with each leaf that a ray may meet before `t_max`: about from near to far or, where `ANY` hit will do, in
     /// any order. `visit` gives the new limit, or `None` to stop. `boxes` tests the children of a node: which may be met
-    /// before a limit, as bits, and from which distance on, not negative. Leaves that will be needed later are told
-    /// to `prefetch_leaf`.
+    /// before a limit, as bits, and from which distance on, not negative. Leaves that may be needed a little
+    /// later are told to `prefetch_leaf`.
     ///
     /// Wald, Benthin and Boulos, "Getting Rid of Packets", 2008.
     #[inline(always)]

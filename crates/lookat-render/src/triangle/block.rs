@@ -24,7 +24,7 @@ pub(crate) struct Block {
     /// The longest side of the box of any of the triangles.
     extent: f32,
     count: usize,
-    /// The first `count` count.
+    /// After the first `count` come copies of the last.
     triangles: [Triangle; WIDTH],
 }
 

@@ -45,7 +45,7 @@ impl Roughness {
     }
 }
 
-/// What pbrt-v3 takes below 0 is as smooth as lobes can be.
+/// Roughness by a name, where it is given. Below 0, as in pbrt-v3, lobes are as narrow as they can be.
 fn given(params: &mut TextureParams, name: &'static str) -> Option<Texture<f64>> {
     let roughness = params.float_texture_if_given(name)?;
     if let Texture::Constant(value) = roughness
