@@ -79,19 +79,28 @@ fn span(values: impl Iterator<Item = f64> + Clone) -> Option<RangeInclusive<f64>
     Some(least..=most)
 }
 
-/// Round numbers in what all curves have; or else in what the first and some others have; or else in what the first has.
+/// Round numbers in what all curves have; or else in what the first and some others have, with one for each of these; or else
+/// in what the first has.
 fn places(curves: &[Curve], range: impl Fn(&Curve) -> Option<RangeInclusive<f64>>) -> Vec<f64> {
     let ranges: Vec<_> = curves.iter().filter_map(range).collect();
     let [first, others @ ..] = &ranges[..] else { return Vec::new() };
     let all = ranges.iter().cloned().reduce(|a, b| shared(&a, &b)).into_iter();
     let with_first = others.iter().map(|other| shared(first, other)).filter(|both| !both.is_empty());
-    let some = with_first.reduce(|a, b| a.start().min(*b.start())..=a.end().max(*b.end()));
+    let some = with_first.clone().reduce(|a, b| a.start().min(*b.start())..=a.end().max(*b.end()));
     let columns = |range: RangeInclusive<f64>| match round_numbers(&range, COLUMNS) {
         few if few.len() < 2 => multiples(&range, FINE),
         several => several,
     };
     let found = all.chain(some).map(columns).find(|columns| !columns.is_empty());
-    found.unwrap_or_else(|| round_numbers(first, COLUMNS))
+    let mut found = found.unwrap_or_else(|| round_numbers(first, COLUMNS));
+    for both in with_first {
+        if !found.iter().any(|column| both.contains(column)) {
+            let fine = multiples(&both, FINE);
+            found.extend(fine.get(fine.len() / 2));
+        }
+    }
+    found.sort_by(f64::total_cmp);
+    found
 }
 
 /// What is in both.
@@ -133,6 +142,18 @@ mod tests {
     fn power(a: f64, slope: f64, start: f64) -> Curve {
         let seconds = (0..6).map(|i| start * 2.0_f64.powi(i));
         Curve(seconds.map(|seconds| (seconds, a * seconds.powf(slope))).collect())
+    }
+
+    /// Of three methods, one shares much with the first, and one a little: it has a column too.
+    #[test]
+    fn whoever_shares_something_has_a_column() {
+        let curve = |points: &[(f64, f64)]| Curve(points.to_vec());
+        let first = curve(&[(0.01, 0.34), (0.35, 0.0126)]);
+        let curves = [first, curve(&[(0.01, 0.34), (0.37, 0.06)]), curve(&[(0.08, 0.0163), (0.32, 0.0073)])];
+        let Comparison { at, values } = equal_errors(&curves);
+        assert_eq!(at, [0.2, 0.1, 0.05, 0.02, 0.015]);
+        assert!(values.iter().all(|row| row.iter().any(Option::is_some)), "{values:?}");
+        assert!(values[2][4].is_some() && values[0][4].is_some());
     }
 
     #[test]
