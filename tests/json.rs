@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output};
 
 use serde_json::Value;
 
@@ -10,10 +10,13 @@ fn project() -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_lookat")).args(arguments).current_dir(folder).output().unwrap()
+}
+
 /// The lines that a command prints, run in a folder.
 fn printed(folder: &Path, arguments: &[&str]) -> Vec<Value> {
-    let run =
-        Command::new(env!("CARGO_BIN_EXE_lookat")).args(arguments).current_dir(folder).output().unwrap();
+    let run = run(folder, arguments);
     let text = String::from_utf8(run.stdout).unwrap();
     let lines: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(!lines.is_empty(), "{arguments:?} {}", String::from_utf8_lossy(&run.stderr));
@@ -49,14 +52,9 @@ fn all_members_are_explained() {
     std::fs::write(folder.path().join("scene.pbrt"), scene).unwrap();
     let render = ["render", "scene.pbrt", "--json", "--target-error", "0.5", "-o"];
     let mut all = printed(folder.path(), &[&render[..], &["scene.exr"]].concat());
-    let noisy = ["render", "scene.pbrt", "--quiet", "--error-layers", "-o"];
     for (file, seed) in [("a.exr", "1"), ("b.exr", "2")] {
-        let run = Command::new(env!("CARGO_BIN_EXE_lookat"))
-            .args(noisy)
-            .args([file, "--seed", seed])
-            .current_dir(folder.path())
-            .status();
-        assert!(run.unwrap().success());
+        let noisy = ["render", "scene.pbrt", "--quiet", "--error-layers", "-o", file, "--seed", seed];
+        assert!(run(folder.path(), &noisy).status.success());
     }
     let scene = project().join("pbrt-scenes/cornell-matte.pbrt");
     for arguments in [

@@ -42,7 +42,7 @@ impl Child {
     const OTHER: u32 = 1 << 30;
     const EMPTY: Child = Child(u32::MAX);
     /// Fewer elements than that can be numbered, and in as many blocks the places of triangles (`triangle::block::place`).
-    const MOST: usize = (1 << 29) - 1;
+    const MOST: usize = u32::MAX as usize / WIDTH;
 
     fn inner(node: usize) -> Self {
         Child(node as u32)

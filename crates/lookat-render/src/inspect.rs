@@ -147,7 +147,7 @@ fn elements(group: &Group) -> Elements {
     let count = |is: fn(&Other) -> bool| group.others.iter().filter(|other| is(other)).count();
     let nodes = group.bvh.nodes();
     Elements {
-        triangles: group.triangle_count(),
+        triangles: group.triangles().count(),
         quadrics: count(|other| matches!(other, Other::Curved { .. })),
         curve_pieces: count(|other| matches!(other, Other::Curve { .. })),
         instances: count(|other| matches!(other, Other::Instance { .. })),

@@ -18,7 +18,7 @@ use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::instance::PlacedInstance;
 use crate::ray::Hit;
-use crate::triangle::block::{Block, of_place};
+use crate::triangle::block::{Block, of_place, place};
 use crate::triangle::{Triangle, corners, extent};
 
 /// A scene that rays can be traced in. Positions are relative to the eye.
@@ -59,9 +59,12 @@ impl Group {
         self.blocks[block].triangle(lane)
     }
 
-    /// How many triangles there are.
-    pub fn triangle_count(&self) -> usize {
-        self.blocks.iter().map(|block| block.triangles().len()).sum()
+    /// All triangles, each with its place.
+    pub fn triangles(&self) -> impl Iterator<Item = (u32, &Triangle)> {
+        self.blocks
+            .iter()
+            .enumerate()
+            .flat_map(|(number, block)| (0..).map(move |lane| place(number, lane)).zip(block.triangles()))
     }
 }
 

@@ -270,16 +270,11 @@ impl Traceable<'_> {
     fn search_all(&self, query: Query, hit: &mut Hit) -> bool {
         let sheared = ShearedRay::new(query.ray);
         let mut found = false;
-        for (number, block) in query.group.blocks.iter().enumerate() {
-            let places = (0..).map(|lane| place(number, lane));
-            for (triangle, place) in
-                block.triangles().iter().zip(places).filter(|(_, place)| *place != query.leaving)
-            {
-                let met = sheared
-                    .intersect(&triangle.corners)
-                    .and_then(|met| triangle_hit(query, triangle, place, met));
-                found |= met.is_some_and(|met| self.accept::<false>(query, met, hit));
-            }
+        for (place, triangle) in query.group.triangles().filter(|(place, _)| *place != query.leaving) {
+            let met = sheared
+                .intersect(&triangle.corners)
+                .and_then(|met| triangle_hit(query, triangle, place, met));
+            found |= met.is_some_and(|met| self.accept::<false>(query, met, hit));
         }
         for other in &query.group.others {
             found |= match *other {

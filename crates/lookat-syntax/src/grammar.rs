@@ -349,7 +349,7 @@ impl<'a> Reader<'a> {
         let fault = Fault::new(at, format!("expected a quoted name after {}, found {found}", shown(keyword)));
         // A bare word that is no directive is the name without its quotes.
         let text = shown(at);
-        if at.first().is_some_and(u8::is_ascii_alphabetic) && !is_keyword(at) {
+        if at.first().is_some_and(u8::is_ascii_alphabetic) {
             self.report(fault.help("put it in quotes").replace_with(format!("\"{text}\"")));
             return Ok((&input[at.len()..], Spanned { value: text, span: self.span(at) }));
         }

@@ -32,4 +32,4 @@ pub use grammar::{Parsed, parse};
 pub use nearest::{begun, nearest};
 pub use param::{Param, ParamType, Values};
 pub use span::{FileId, Span, Spanned, Text};
-pub use token::value_span;
+pub use token::{shown, value_span};

@@ -95,8 +95,8 @@ pub(crate) fn found(input: Input) -> (Input, String) {
     }
 }
 
-/// Bytes as text for a message, cut to a readable length.
-pub(crate) fn shown(bytes: Input) -> String {
+/// Bytes as text for a message: of more than 40 only those, and `...`; control characters as escapes.
+pub fn shown(bytes: &[u8]) -> String {
     let cut = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]).into_owned();
     let mut text = String::new();
     for c in cut.chars() {

@@ -18,25 +18,18 @@ fn run(arguments: &Bench) -> Result<(), String> {
     let machine = Machine::here();
     let mut tables = Vec::new();
     if !json {
-        print(&head(&machine, *rounds))?;
+        crate::print(&head(&machine, *rounds))?;
     }
     for part in Part::ALL.into_iter().filter(|part| only.is_empty() || only.contains(part)) {
         crate::say(&format!("measuring {} ...", part.name()));
         for table in part.measure((*rounds).into()) {
             if !json {
-                print(&as_text(&table))?;
+                crate::print(&as_text(&table))?;
             }
             tables.push(table);
         }
     }
-    if *json && !crate::print_json(&as_json(&machine, *rounds, &tables)) {
-        return Err(crate::UNWRITTEN.into());
-    }
-    Ok(())
-}
-
-fn print(text: &str) -> Result<(), String> {
-    if crate::print(text) { Ok(()) } else { Err(crate::UNWRITTEN.into()) }
+    if *json { crate::print_json(&as_json(&machine, *rounds, &tables)) } else { Ok(()) }
 }
 
 /// What is measured, and where.

@@ -24,7 +24,7 @@ pub fn check(arguments: &Check) -> ExitCode {
         failed |= report::has_errors(&loaded);
         if arguments.report.json {
             let scene = path.display().to_string();
-            lost |= !crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) });
+            lost |= crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) }).is_err();
         } else {
             report::print(&loaded, false);
             if loaded.diagnostics.is_empty() {

@@ -56,7 +56,7 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     } else {
         crate::print(&comparison.as_text())
     };
-    if printed { Ok(differs) } else { Err(crate::UNWRITTEN.into()) }
+    printed.map(|()| differs)
 }
 
 fn load(arguments: &Compare) -> Result<Aligned, String> {

@@ -40,9 +40,9 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
         crate::print_json(&JsonResult { scene: name, diagnostics: report::json(&loaded), needs })
     } else {
         report::print(&loaded, false);
-        found.as_ref().is_none_or(|found| crate::print(&found.text(&name)))
+        found.as_ref().map_or(Ok(()), |found| crate::print(&found.text(&name)))
     };
-    ExitCode::from(if printed { u8::from(found.is_none()) } else { crate::lost() })
+    ExitCode::from(if printed.is_ok() { u8::from(found.is_none()) } else { crate::lost() })
 }
 
 impl<'s> Found<'s> {

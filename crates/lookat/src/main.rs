@@ -60,16 +60,16 @@ fn exit_code(result: Result<u8, String>) -> ExitCode {
 }
 
 /// One line of JSON on standard output. Whether it could be written.
-fn print_json(value: &impl serde::Serialize) -> bool {
+fn print_json(value: &impl serde::Serialize) -> Result<(), String> {
     print(&(serde_json::to_string(value).unwrap_or_default() + "\n"))
 }
 
 /// Text on standard output. Whether it could be written; where its reader has left, such as `head`, the program ends.
-fn print(text: &str) -> bool {
+fn print(text: &str) -> Result<(), String> {
     let mut out = std::io::stdout();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(TROUBLE.into()),
-        written => written.is_ok(),
+        written => written.map_err(|_| UNWRITTEN.into()),
     }
 }
 

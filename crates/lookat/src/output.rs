@@ -10,14 +10,14 @@ pub fn check_output(file: &Path) -> Result<(), String> {
         let name = file.display();
         return Err(format!("{name}: lookat writes {}; choose one by the ending, with -o", Format::NAMES));
     }
-    if file.is_dir() {
-        return Err(format!("cannot write {}: it is a folder", file.display()));
-    }
     check_folder(file)
 }
 
-/// Fails where there is no folder to write a file to, or none that may be written to.
+/// Fails where there is no folder to write a file to, or none that may be written to, or one in its place.
 pub fn check_folder(file: &Path) -> Result<(), String> {
+    if file.is_dir() {
+        return Err(format!("cannot write {}: it is a folder", file.display()));
+    }
     let folder = match file.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),

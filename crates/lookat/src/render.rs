@@ -73,7 +73,7 @@ pub fn render(arguments: &Render) -> ExitCode {
             }
         },
     };
-    let lost = arguments.report.json && !crate::print_json(&result);
+    let lost = arguments.report.json && crate::print_json(&result).is_err();
     ExitCode::from(if lost { crate::lost() } else { status })
 }
 

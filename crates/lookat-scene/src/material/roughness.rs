@@ -17,20 +17,19 @@ pub struct Roughness {
 impl Roughness {
     /// `roughness` alone.
     pub(super) fn isotropic(params: &mut TextureParams, default: f64) -> Self {
-        let u = given(params, "roughness").unwrap_or(Texture::Constant(default));
+        let u = given_or(params, "roughness", default);
         Roughness { u, v: None, remap: remap(params) }
     }
 
     /// `uroughness` and `vroughness`.
     pub(super) fn of_two(params: &mut TextureParams, default: f64) -> Self {
-        let [u, v] = ["uroughness", "vroughness"]
-            .map(|name| given(params, name).unwrap_or(Texture::Constant(default)));
+        let [u, v] = ["uroughness", "vroughness"].map(|name| given_or(params, name, default));
         Roughness { u, v: Some(v), remap: remap(params) }
     }
 
     /// `roughness`, and `uroughness` and `vroughness` each in place of it.
     pub(super) fn of_metal(params: &mut TextureParams, default: f64) -> Self {
-        let both = given(params, "roughness").unwrap_or(Texture::Constant(default));
+        let both = given_or(params, "roughness", default);
         let [u, v] = ["uroughness", "vroughness"].map(|name| given(params, name));
         let is_isotropic = u.is_none() && v.is_none();
         let v = v.unwrap_or_else(|| both.clone());
@@ -39,7 +38,7 @@ impl Roughness {
 
     /// `roughness`, or `uroughness` in place of it, and `vroughness` in place of that.
     pub(super) fn of_uber(params: &mut TextureParams) -> Self {
-        let both = given(params, "roughness").unwrap_or(Texture::Constant(0.1));
+        let both = given_or(params, "roughness", 0.1);
         let [u, v] = ["uroughness", "vroughness"].map(|name| given(params, name));
         Roughness { u: u.unwrap_or(both), v, remap: remap(params) }
     }
@@ -55,6 +54,10 @@ fn given(params: &mut TextureParams, name: &'static str) -> Option<Texture<f64>>
         params.warn(name, &message, "it is mostly between 0 and 1");
     }
     Some(roughness)
+}
+
+fn given_or(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<f64> {
+    given(params, name).unwrap_or(Texture::Constant(default))
 }
 
 fn remap(params: &mut TextureParams) -> bool {

@@ -1,11 +1,8 @@
 //! What to say about parameters and types that are not what they should be.
 
-use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest};
+use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, shown};
 
 use super::Params;
-
-/// Of a name that is unknown, so many characters are shown.
-const MOST_SHOWN: usize = 60;
 
 impl Params<'_> {
     /// The error for the name of a texture that is not defined, with values of the given type. `own` lists those that are,
@@ -51,9 +48,8 @@ impl Params<'_> {
     /// Reports a type that pbrt-v3 does not have.
     pub fn say_unknown_kind(&mut self, known: &[&str], severity: Severity) {
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
-        let shown: String = kind.chars().take(MOST_SHOWN).collect();
-        let rest = if shown.len() < kind.len() { "..." } else { "" };
-        let unknown = Diagnostic::error(at, format!("unknown {} \"{shown}{rest}\"", self.keyword));
+        let name = shown(kind.as_bytes());
+        let unknown = Diagnostic::error(at, format!("unknown {} \"{name}\"", self.keyword));
         let source = &self.files.sources.file(at.file).text;
         let runs_on = source.get(at.end as usize).is_some_and(u8::is_ascii_alphabetic);
         let unknown = if runs_on && known.contains(&kind.trim_end()) {
@@ -146,17 +142,12 @@ impl Params<'_> {
 
 /// Whether values of one type may be meant as those of another, by name.
 fn may_be(values: &Values, ty: &str) -> bool {
-    let is_text = matches!(ty, "string" | "texture");
     match values {
-        Values::Strings(_) => is_text,
+        Values::Strings(_) => matches!(ty, "string" | "texture"),
         Values::Bools(_) => ty == "bool",
         // Three numbers are a point or a color, not a number.
-        Values::Triples(triples) if triples.len() == 1 => {
-            !matches!(ty, "float" | "integer" | "bool") && !is_text
-        }
-        Values::Integers(_) | Values::Numbers(_) | Values::Pairs(_) | Values::Triples(_) => {
-            ty != "bool" && !is_text
-        }
+        Values::Triples(triples) if triples.len() == 1 && matches!(ty, "float" | "integer") => false,
+        _ => !matches!(ty, "string" | "texture" | "bool"),
     }
 }
 
