@@ -375,6 +375,30 @@ fn places_in_long_lines_are_told_by_their_own_column() {
     assert!(run.err.lines().all(|line| line.len() < 300), "{}", run.err);
 }
 
+/// The line would be shown whole, and once more as it should be.
+#[test]
+fn long_lines_are_shown_in_part_only() {
+    let folder = Folder::new();
+    let line = format!("{}Shaep \"sphere\"", "Shape \"sphere\" ".repeat(10_000));
+    folder.write("long.pbrt", &FINE.replace("Shape \"sphere\"", &line));
+    let run = folder.run(&["check", "long.pbrt"]);
+    assert!(run.err.contains("Shaep") && run.err.contains("help: did you mean `Shape`?"), "{}", run.err);
+    assert!(run.err.len() < 1000 && !run.err.contains(":::"), "{}", run.err);
+}
+
+/// A program whose help or result is lost does not say that all is well.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_cannot_be_printed_is_trouble() {
+    let folder = Folder::new();
+    for arguments in [&["--help"][..], &["render", "--help"], &["inspect", "fine.pbrt"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let out = folder.command(arguments).stdout(full).output().unwrap();
+        let said = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert_eq!((out.status.code(), said.as_str()), (Some(2), "error: cannot write the result\n"));
+    }
+}
+
 /// The errors that are written are as large as the errors are.
 #[test]
 fn error_layers_tell_how_noisy_each_pixel_is() {

@@ -8,6 +8,7 @@ use crate::arithmetic::{Precision, Simd};
 use crate::bsdf::{lambert, most_lobes};
 use crate::bvh::Node;
 use crate::camera::CameraRays;
+use crate::film::Pixel;
 use crate::filter::FilterSampler;
 use crate::integrator::{Draw, direct, path};
 use crate::light::LightTable;
@@ -17,6 +18,8 @@ use crate::triangle::block::Block;
 /// What a scene needs. What it does not need is skipped in rendering.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Inspection {
+    /// Bytes of the film while it is rendered: the sums of each pixel, and the picture that they become.
+    pub film_bytes: u64,
     /// Camera rays start on a lens.
     pub has_lens: bool,
     /// Places in a pixel are looked up in tables: the filter is not constant.
@@ -106,6 +109,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     let (choice, draws, depth) = integration(&scene.integrator, &lights, materials.specular > 0);
     let asks_materials = !matches!(scene.integrator, Integrator::AmbientOcclusion { .. });
     Inspection {
+        film_bytes: scene.film.crop.area() * (size_of::<Pixel>() + size_of::<[f32; 3]>()) as u64,
         has_lens: CameraRays::new(&scene.camera, &scene.film).has_lens(),
         has_filter_table: FilterSampler::new(&scene.filter).has_tables(),
         world: elements(&traceable.world),

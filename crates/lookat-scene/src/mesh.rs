@@ -148,6 +148,9 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
             return None;
         }
     }
+    if mesh.indices.is_empty() && params.kind() == "trianglemesh" {
+        params.warn("indices", "the mesh has no triangles", "each takes three of the indices");
+    }
     let without_area = mesh.without_area();
     // Poles of surfaces have such triangles as a matter of course.
     if without_area > 0 && params.kind() != "nurbs" {

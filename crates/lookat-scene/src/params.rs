@@ -208,6 +208,12 @@ impl<'a> Params<'a> {
     /// A color: `rgb`, `xyz`, `blackbody` or `spectrum`.
     pub fn spectrum(&mut self, name: &'static str, default: Vec3) -> Vec3 {
         let Some(param) = self.take_one(name, SPECTRUM_TYPES) else { return default };
+        if let Values::Pairs(pairs) = &param.values.value
+            && pairs[0][0] <= 0.0
+        {
+            let help = "\"blackbody\" takes a temperature in kelvin, then a factor: [6500 1]";
+            self.warn(name, "a black body of 0 kelvin or less is black", help);
+        }
         match color::from_param(&param, self.files) {
             Ok(color) if color.abs().max_element() <= color::LARGEST => color,
             Ok(_) => {

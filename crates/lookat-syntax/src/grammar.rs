@@ -35,6 +35,7 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
         broken_end: false,
         comma: None,
         statement: &[],
+        previous: &[],
         faulty: false,
         fraction: false,
     };
@@ -71,6 +72,8 @@ pub(crate) struct Reader<'a> {
     pub(crate) comma: Option<Span>,
     /// The text from the keyword of the current statement on.
     pub(crate) statement: Input<'a>,
+    /// The keyword of the statement before it.
+    previous: Input<'a>,
     /// Part of the current statement could not be read.
     pub(crate) faulty: bool,
     /// A fraction among the integers of the current parameter has been reported.
@@ -87,6 +90,7 @@ impl<'a> Reader<'a> {
             (self.statement, self.faulty) = (start, false);
             match self.statement(start) {
                 Ok((rest, statement)) => {
+                    self.previous = self.keyword_of(&statement);
                     statements.push(statement);
                     input = rest;
                 }
@@ -105,6 +109,10 @@ impl<'a> Reader<'a> {
         let rest = next_directive(self.statement, from, self.unknown <= MAX_UNKNOWN);
         self.broken_end |= rest.is_empty();
         rest
+    }
+
+    fn keyword_of(&self, statement: &Statement) -> Input<'a> {
+        &self.text[statement.keyword.start as usize..statement.keyword.end as usize]
     }
 
     pub(crate) fn offset(&self, part: Input<'a>) -> usize {
@@ -136,7 +144,12 @@ impl<'a> Reader<'a> {
         let Ok((input, keyword)) = word(start) else {
             let (at, found) = found(start);
             let fault = Fault::new(at, format!("expected a directive, found {found}"));
-            return if at == b"]" { fault.help("no `[` opens a list here") } else { fault }.fail();
+            return match (at, surplus(self.previous)) {
+                (b"]", _) => fault.help("no `[` opens a list here"),
+                (_, Some(advice)) => fault.help(advice),
+                _ => fault,
+            }
+            .fail();
         };
         let (rest, directive) = if is_keyword(keyword) {
             self.directive(input, keyword)?
@@ -229,8 +242,9 @@ impl<'a> Reader<'a> {
                 .help("lookat reads the pbrt-v3 format");
         }
         if number(keyword).is_ok() {
-            return Fault::new(keyword, format!("expected a directive, found the number {name}"))
-                .help("several values of one parameter stand in brackets: [1 2 3]");
+            let fault = Fault::new(keyword, format!("expected a directive, found the number {name}"));
+            let in_list = || "several values of one parameter stand in brackets: [1 2 3]".into();
+            return fault.help(surplus(self.previous).unwrap_or_else(in_list));
         }
         self.unknown += 1;
         let fault = Fault::new(keyword, format!("unknown directive `{name}`"));
@@ -425,6 +439,22 @@ fn advice(word: Input) -> Option<&'static str> {
             "names stand in straight double quotes"
         }
         [b'a'..=b'z', ..] => "directives begin with a capital; a parameter is written as \"float radius\" 3",
+        _ => return None,
+    })
+}
+
+/// What to say of a value behind a directive that takes none, or a name and nothing else.
+fn surplus(keyword: Input) -> Option<String> {
+    let name = shown(keyword);
+    Some(match keyword {
+        b"NamedMaterial" => "NamedMaterial takes a name only; parameters belong to MakeNamedMaterial".into(),
+        b"ObjectBegin" | b"ObjectInstance" | b"CoordinateSystem" | b"CoordSysTransform" => {
+            format!("{name} takes a name only")
+        }
+        b"Identity" | b"ReverseOrientation" | b"WorldBegin" | b"WorldEnd" | b"AttributeBegin"
+        | b"AttributeEnd" | b"TransformBegin" | b"TransformEnd" | b"ObjectEnd" => {
+            format!("{name} takes no values")
+        }
         _ => return None,
     })
 }

@@ -132,7 +132,7 @@ impl<'s> Found<'s> {
             })),
             "lights": it.lights, "constant_skies": it.constant_skies, "light_choice": choice_name(it.choice),
             "memory": {
-                "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
+                "film": it.film_bytes, "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
                 "pictures": memory.pictures, "picture_bytes": memory.picture_bytes,
             },
             "simd": lookat_render::simd(),

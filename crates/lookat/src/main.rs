@@ -43,12 +43,17 @@ fn main() -> ExitCode {
 
 /// Prints help, or what is wrong with the command line.
 fn usage(error: &clap::Error) -> ExitCode {
-    let _ = error.print();
+    let printed = error.print();
     let scene = std::env::args().nth(1).filter(|first| first.ends_with(".pbrt"));
     if let (clap::error::ErrorKind::InvalidSubcommand, Some(scene)) = (error.kind(), scene) {
         say(&format!("\nTo render the scene: lookat render {scene}"));
     }
-    ExitCode::from(if error.use_stderr() { TROUBLE } else { 0 })
+    ExitCode::from(match printed {
+        // Help that cannot be written; where its reader has left, nobody misses it.
+        Err(trouble) if trouble.kind() != ErrorKind::BrokenPipe => lost(),
+        _ if error.use_stderr() => TROUBLE,
+        _ => 0,
+    })
 }
 
 /// The exit status of a command; says why, if it came to nothing.

@@ -93,8 +93,8 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
         group = group.element(snippet);
     }
     let fix_window = diagnostic.fix.as_ref().map(|fix| (fix, Window::around(fix.span, sources)));
-    match (&fix_window, &diagnostic.help) {
-        (Some((fix, window)), help) => {
+    let rendered = match (&fix_window, &diagnostic.help) {
+        (Some((fix, window)), help) if window.text.len() <= LONGEST_MENDED => {
             let title = help.as_deref().unwrap_or("write it so");
             let patch = Patch::new(window.range(fix.span), fix.replacement.as_str());
             let snippet =
@@ -102,10 +102,23 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
             let help = Group::with_title(Level::HELP.secondary_title(title)).element(snippet.patch(patch));
             renderer.render(&[group, help])
         }
-        (None, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help.as_str()))]),
+        (Some((fix, _)), None) => {
+            let help = format!("write {}", fix.replacement);
+            renderer.render(&[group.element(Level::HELP.message(help.as_str()))])
+        }
+        (_, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help.as_str()))]),
         (None, None) => renderer.render(&[group]),
+    };
+    if !windows.iter().any(|window| window.is_cut) {
+        return rendered;
     }
+    // Where a place and its line come apart, the renderer marks the line as that of another file.
+    let is_mark = |line: &&str| line.trim().ends_with(":::");
+    rendered.lines().filter(|line| !is_mark(line)).collect::<Vec<_>>().join("\n")
 }
+
+/// The longest line that is shown once more as it should be: the renderer shows all of it.
+const LONGEST_MENDED: usize = 400;
 
 /// The lines around a span, as much of them as people can read: files may have lines of megabytes.
 #[derive(PartialEq)]

@@ -85,7 +85,7 @@ impl Params<'_> {
         }
         let warning = Diagnostic::warning(at, format!("{what} has no parameter \"{name}\"; it is ignored"));
         let names = self.asked();
-        match nearest(name, names.iter().copied()) {
+        match nearest(name, names.iter().copied()).or_else(|| other_light(name, &names)) {
             Some(known) => {
                 // The type, too, has to be one that the parameter takes.
                 let mut types = self.types(known).collect::<Vec<_>>();
@@ -138,6 +138,16 @@ impl Params<'_> {
             _ => warning,
         }
     }
+}
+
+/// The color of a light under its other name: points have an intensity, `I`, others a radiance, `L`.
+fn other_light(name: &str, known: &[&'static str]) -> Option<&'static str> {
+    let other = match name {
+        "L" => "I",
+        "I" => "L",
+        _ => return None,
+    };
+    known.iter().copied().find(|known| *known == other)
 }
 
 /// Whether values of one type may be meant as those of another, by name.

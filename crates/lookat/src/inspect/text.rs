@@ -129,7 +129,8 @@ impl Found<'_> {
 
     fn memory(&self) -> String {
         let trees = self.trees().map(|tree| tree.bytes).sum();
-        let mut parts = vec![format!("trees {}", megabytes(trees))];
+        let film = self.inspection.film_bytes as usize;
+        let mut parts = vec![format!("film {}", megabytes(film)), format!("trees {}", megabytes(trees))];
         if self.memory.meshes > 0 {
             parts.push(format!("meshes {}", megabytes(self.memory.meshes)));
         }
