@@ -125,13 +125,18 @@ fn named(format: Option<&'static str>) -> String {
     format.map_or_else(String::new, |ending| format!(": its contents are {ending}"))
 }
 
-/// Why something cannot be done with a file, for people: the words of the operating system without its number for them.
+/// Why something cannot be done with a file, for people: the words of the operating system, where there are no plainer ones,
+/// without its number for them.
 pub fn io_reason(error: &io::Error) -> String {
-    if error.kind() == io::ErrorKind::NotFound {
-        return "there is no such file or folder".into();
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file or folder".into(),
+        io::ErrorKind::PermissionDenied => "it is not permitted".into(),
+        io::ErrorKind::IsADirectory => "it is a folder".into(),
+        _ => {
+            let text = error.to_string();
+            text.split_once(" (os error").map_or(text.as_str(), |(words, _)| words).to_string()
+        }
     }
-    let text = error.to_string();
-    text.split_once(" (os error").map_or(text.as_str(), |(words, _)| words).to_string()
 }
 
 /// The extension with its dot, or else the whole path.

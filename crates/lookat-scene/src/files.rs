@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
+use lookat_image::io_reason;
 use lookat_syntax::{Diagnostic, FileId, Span, Text};
 
 use crate::sources::{Source, Sources};
@@ -156,7 +157,7 @@ pub(crate) fn unreadable(verb: &str, name: &Text, path: &Path, error: &io::Error
         return Diagnostic::error(name.span, "the name of the file is empty");
     }
     let shown = path.display().to_string().escape_debug().to_string();
-    let diagnostic = Diagnostic::error(name.span, format!("cannot {verb} {shown}: {}", reason(error)));
+    let diagnostic = Diagnostic::error(name.span, format!("cannot {verb} {shown}: {}", io_reason(error)));
     if name.value.contains(char::is_control) {
         return diagnostic.help("in a quoted name \\ starts an escape: write a backslash as / or \\\\");
     }
@@ -182,16 +183,6 @@ pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
         (b"<", "XML or HTML"),
     ];
     known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name)
-}
-
-/// Why a file cannot be read, in plain words.
-pub(crate) fn reason(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::NotFound => "there is no such file".into(),
-        io::ErrorKind::PermissionDenied => "reading it is not permitted".into(),
-        io::ErrorKind::IsADirectory => "it is a directory".into(),
-        _ => error.to_string(),
-    }
 }
 
 #[cfg(test)]

@@ -4,9 +4,10 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use lookat_image::io_reason;
 use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
 
-use crate::files::{Access, Files, Open, Read, other_format, reason, unreadable};
+use crate::files::{Access, Files, Open, Read, other_format, unreadable};
 use crate::overrides::Overrides;
 use crate::resolve::Resolver;
 use crate::{Scene, Sources};
@@ -63,7 +64,7 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
         Err(error) => {
             let file = loader.resolver.files.add(path.to_owned(), Arc::default(), None);
             let at = Span { file, start: 0, end: 0 };
-            let message = format!("cannot read {}: {}", path.display(), reason(&error));
+            let message = format!("cannot read {}: {}", path.display(), io_reason(&error));
             let diagnostics = vec![Diagnostic::error(at, message)];
             Loaded { sources: loader.resolver.files.sources, scene: None, diagnostics }
         }

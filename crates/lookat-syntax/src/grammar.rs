@@ -451,8 +451,15 @@ fn surplus(keyword: Input) -> Option<String> {
         b"ObjectBegin" | b"ObjectInstance" | b"CoordinateSystem" | b"CoordSysTransform" => {
             format!("{name} takes a name only")
         }
-        b"Identity" | b"ReverseOrientation" | b"WorldBegin" | b"WorldEnd" | b"AttributeBegin"
-        | b"AttributeEnd" | b"TransformBegin" | b"TransformEnd" | b"ObjectEnd" => {
+        b"Identity"
+        | b"ReverseOrientation"
+        | b"WorldBegin"
+        | b"WorldEnd"
+        | b"AttributeBegin"
+        | b"AttributeEnd"
+        | b"TransformBegin"
+        | b"TransformEnd"
+        | b"ObjectEnd" => {
             format!("{name} takes no values")
         }
         _ => return None,
