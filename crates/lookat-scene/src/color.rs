@@ -61,6 +61,10 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
     };
     // Wien's displacement law.
     let peak = planck(2.897_772_1e-3 / kelvin * 1e9);
+    // Beyond all numbers, as is its wavelength.
+    if !peak.is_normal() {
+        return Vec3::ZERO;
+    }
     from_spectrum(|nanometres| planck(nanometres) / peak) * scale as f32
 }
 

@@ -148,7 +148,7 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
             return None;
         }
     }
-    if mesh.indices.is_empty() && params.kind() == "trianglemesh" {
+    if mesh.indices.is_empty() && params.kind() != "plymesh" {
         params.warn("indices", "the mesh has no triangles", "each takes three of the indices");
     }
     let without_area = mesh.without_area();

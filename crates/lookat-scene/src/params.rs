@@ -208,13 +208,11 @@ impl<'a> Params<'a> {
     /// A color: `rgb`, `xyz`, `blackbody` or `spectrum`.
     pub fn spectrum(&mut self, name: &'static str, default: Vec3) -> Vec3 {
         let Some(param) = self.take_one(name, SPECTRUM_TYPES) else { return default };
-        if let Values::Pairs(pairs) = &param.values.value
-            && pairs[0][0] <= 0.0
-        {
-            let help = "\"blackbody\" takes a temperature in kelvin, then a factor: [6500 1]";
-            self.warn(name, "a black body of 0 kelvin or less is black", help);
+        let color = color::from_param(&param, self.files);
+        if let (Values::Pairs(pairs), Ok(color)) = (&param.values.value, &color) {
+            self.check_blackbody(name, pairs[0], *color);
         }
-        match color::from_param(&param, self.files) {
+        match color {
             Ok(color) if color.abs().max_element() <= color::LARGEST => color,
             Ok(_) => {
                 self.reject(name, format!("{name} is a color beyond {:e}", color::LARGEST), None);
@@ -225,6 +223,16 @@ impl<'a> Params<'a> {
                 self.failed = true;
                 default
             }
+        }
+    }
+
+    /// pbrt-v3 makes a color that is not a number of 0 kelvin.
+    fn check_blackbody(&mut self, name: &str, [kelvin, factor]: [f64; 2], color: Vec3) {
+        let help = "\"blackbody\" takes a temperature in kelvin, then a factor: [6500 1]";
+        if kelvin <= 0.0 {
+            self.reject(name, "a black body has a temperature above 0 kelvin", Some(help));
+        } else if color == Vec3::ZERO && factor != 0.0 {
+            self.warn(name, "a black body of this temperature gives no visible light", help);
         }
     }
 

@@ -35,7 +35,6 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
         broken_end: false,
         comma: None,
         statement: &[],
-        previous: &[],
         faulty: false,
         fraction: false,
     };
@@ -72,8 +71,6 @@ pub(crate) struct Reader<'a> {
     pub(crate) comma: Option<Span>,
     /// The text from the keyword of the current statement on.
     pub(crate) statement: Input<'a>,
-    /// The keyword of the statement before it.
-    previous: Input<'a>,
     /// Part of the current statement could not be read.
     pub(crate) faulty: bool,
     /// A fraction among the integers of the current parameter has been reported.
@@ -88,9 +85,8 @@ impl<'a> Reader<'a> {
             && !start.is_empty()
         {
             (self.statement, self.faulty) = (start, false);
-            match self.statement(start) {
+            match self.statement(start, statements.last()) {
                 Ok((rest, statement)) => {
-                    self.previous = self.keyword_of(&statement);
                     statements.push(statement);
                     input = rest;
                 }
@@ -109,10 +105,6 @@ impl<'a> Reader<'a> {
         let rest = next_directive(self.statement, from, self.unknown <= MAX_UNKNOWN);
         self.broken_end |= rest.is_empty();
         rest
-    }
-
-    fn keyword_of(&self, statement: &Statement) -> Input<'a> {
-        &self.text[statement.keyword.start as usize..statement.keyword.end as usize]
     }
 
     pub(crate) fn offset(&self, part: Input<'a>) -> usize {
@@ -140,17 +132,9 @@ impl<'a> Reader<'a> {
         self.faulty = true;
     }
 
-    fn statement(&mut self, start: Input<'a>) -> Parsing<'a, Statement> {
-        let Ok((input, keyword)) = word(start) else {
-            let (at, found) = found(start);
-            let fault = Fault::new(at, format!("expected a directive, found {found}"));
-            return match (at, surplus(self.previous)) {
-                (b"]", _) => fault.help("no `[` opens a list here"),
-                (_, Some(advice)) => fault.help(advice),
-                _ => fault,
-            }
-            .fail();
-        };
+    fn statement(&mut self, start: Input<'a>, before: Option<&Statement>) -> Parsing<'a, Statement> {
+        let keyword = word(start).ok().filter(|(_, word)| number(word).is_err());
+        let Some((input, keyword)) = keyword else { return self.stray(start, before).fail() };
         let (rest, directive) = if is_keyword(keyword) {
             self.directive(input, keyword)?
         } else {
@@ -163,6 +147,26 @@ impl<'a> Reader<'a> {
             faulty: self.faulty,
         };
         Ok((rest, statement))
+    }
+
+    /// A value where a directive should begin.
+    fn stray(&self, start: Input<'a>, before: Option<&Statement>) -> Fault<'a> {
+        let (at, found) = found(start);
+        let is_number = number(at).is_ok();
+        let found = if is_number { format!("the number {}", shown(at)) } else { found };
+        let fault = Fault::new(at, format!("expected a directive, found {found}"));
+        // Further down it is not meant for that directive.
+        let is_beside = |before: &&Statement| {
+            let between = &self.text[before.span.end as usize..self.offset(start)];
+            !between.contains(&b'\n')
+        };
+        match before.filter(is_beside).and_then(|before| surplus(&before.directive)) {
+            _ if at == b"]" => fault.help("no `[` opens a list here"),
+            Some(advice) => fault.help(advice),
+            None if is_number => fault.help("several values of one parameter stand in brackets: [1 2 3]"),
+            None if at.contains(&b' ') => fault.help("a parameter follows the directive that it belongs to"),
+            None => fault,
+        }
     }
 
     /// What follows a keyword.
@@ -240,11 +244,6 @@ impl<'a> Reader<'a> {
             self.v4_marks.push(self.span(keyword));
             return Fault::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
                 .help("lookat reads the pbrt-v3 format");
-        }
-        if number(keyword).is_ok() {
-            let fault = Fault::new(keyword, format!("expected a directive, found the number {name}"));
-            let in_list = || "several values of one parameter stand in brackets: [1 2 3]".into();
-            return fault.help(surplus(self.previous).unwrap_or_else(in_list));
         }
         self.unknown += 1;
         let fault = Fault::new(keyword, format!("unknown directive `{name}`"));
@@ -443,27 +442,28 @@ fn advice(word: Input) -> Option<&'static str> {
     })
 }
 
-/// What to say of a value behind a directive that takes none, or a name and nothing else.
-fn surplus(keyword: Input) -> Option<String> {
-    let name = shown(keyword);
-    Some(match keyword {
-        b"NamedMaterial" => "NamedMaterial takes a name only; parameters belong to MakeNamedMaterial".into(),
-        b"ObjectBegin" | b"ObjectInstance" | b"CoordinateSystem" | b"CoordSysTransform" => {
-            format!("{name} takes a name only")
-        }
-        b"Identity"
-        | b"ReverseOrientation"
-        | b"WorldBegin"
-        | b"WorldEnd"
-        | b"AttributeBegin"
-        | b"AttributeEnd"
-        | b"TransformBegin"
-        | b"TransformEnd"
-        | b"ObjectEnd" => {
-            format!("{name} takes no values")
-        }
+/// What to say of a value behind a directive that takes no parameters.
+fn surplus(directive: &Directive) -> Option<String> {
+    let takes = match directive {
+        Directive::NamedMaterial(_) => "a name only; parameters belong to MakeNamedMaterial",
+        Directive::ObjectBegin(_)
+        | Directive::ObjectInstance(_)
+        | Directive::CoordinateSystem(_)
+        | Directive::CoordSysTransform(_) => "a name only",
+        Directive::MediumInterface { .. } => "one name or two",
+        Directive::ActiveTransform(_) => "All, StartTime or EndTime, and nothing else",
+        Directive::Identity
+        | Directive::ReverseOrientation
+        | Directive::WorldBegin
+        | Directive::WorldEnd
+        | Directive::AttributeBegin
+        | Directive::AttributeEnd
+        | Directive::TransformBegin
+        | Directive::TransformEnd
+        | Directive::ObjectEnd => "no values",
         _ => return None,
-    })
+    };
+    Some(format!("{} takes {takes}", directive.keyword()))
 }
 
 /// Whether this is a word, such as a misspelt directive, and not meant as a number.

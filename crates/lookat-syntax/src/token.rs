@@ -83,7 +83,9 @@ pub(crate) fn found(input: Input) -> (Input, String) {
     match input.first() {
         None => (input, "the end of the file".into()),
         Some(b'"') => match quoted(input) {
-            Ok((rest, text)) => (&input[..input.len() - rest.len()], format!("the string \"{text}\"")),
+            Ok((rest, text)) => {
+                (&input[..input.len() - rest.len()], format!("the string \"{}\"", shown(text.as_bytes())))
+            }
             Err(_) => (&input[..1], "a quote".into()),
         },
         Some(b'[') => (&input[..1], "`[`".into()),

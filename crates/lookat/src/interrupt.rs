@@ -1,10 +1,11 @@
 //! Ctrl-C, and SIGTERM, which `timeout` and batch systems send.
 
-use std::io::IsTerminal;
+use std::io::{self, IsTerminal};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-/// The exit status after it, as the shell has it for a program that SIGINT ends.
+/// The exit status after either: that of a program that SIGINT ends.
 pub const STATUS: u8 = 130;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
@@ -14,29 +15,43 @@ pub fn flow() -> ControlFlow<()> {
     if ASKED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
-/// Watches for both. The first asks to stop, and `notice` is said; a second, or one while it is not worth while to stop
-/// in order, ends the program at once.
+/// What comes so soon after the first is no second time: `timeout` sends to a program, and then to its whole group.
+const TOGETHER: Duration = Duration::from_millis(100);
+
+/// Watches for both. The first time asks to stop, and `notice` is said; the second, or the first while it is not worth while
+/// to stop in order, ends the program at once.
 pub fn watch(notice: &'static str, is_worth_while: fn() -> bool) -> Result<(), String> {
+    let mut first = None;
     let interrupt = move || {
-        if ASKED.swap(true, Ordering::Relaxed) || !is_worth_while() {
-            std::process::exit(i32::from(STATUS));
-        }
+        let since = first.get_or_insert_with(Instant::now).elapsed();
+        let is_first = !ASKED.swap(true, Ordering::Relaxed);
         // Below the bar.
-        if std::io::stderr().is_terminal() {
+        if is_first && io::stderr().is_terminal() {
             eprintln!();
         }
-        crate::say(notice);
+        match is_first {
+            true if is_worth_while() => crate::say(notice),
+            true => {
+                crate::say("interrupted; nothing is written");
+                std::process::exit(STATUS.into());
+            }
+            false if since > TOGETHER => std::process::exit(STATUS.into()),
+            false => {}
+        }
     };
-    ctrlc::set_handler(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))?;
-    #[cfg(unix)]
-    watch_termination(interrupt).map_err(|error| format!("cannot watch for SIGTERM: {error}"))?;
+    on_signal(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))
+}
+
+#[cfg(unix)]
+fn on_signal(mut interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    // Not SIGHUP, which is for `nohup` to ignore.
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    std::thread::Builder::new().spawn(move || signals.forever().for_each(|_| interrupt()))?;
     Ok(())
 }
 
-/// Apart from Ctrl-C, whose crate takes SIGTERM only together with SIGHUP: that is for `nohup` to ignore.
-#[cfg(unix)]
-fn watch_termination(interrupt: impl Fn() + Send + 'static) -> std::io::Result<()> {
-    let mut signals = signal_hook::iterator::Signals::new([signal_hook::consts::SIGTERM])?;
-    std::thread::Builder::new().spawn(move || signals.forever().for_each(|_| interrupt()))?;
-    Ok(())
+#[cfg(not(unix))]
+fn on_signal(interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
+    ctrlc::set_handler(interrupt).map_err(io::Error::other)
 }

@@ -4,6 +4,7 @@ use std::io::{IsTerminal, Write};
 use std::ops::Range;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
+use anstream::adapter::strip_str;
 use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
 use lookat_scene::{Loaded, Sources};
 use serde::Serialize;
@@ -93,8 +94,9 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
         group = group.element(snippet);
     }
     let fix_window = diagnostic.fix.as_ref().map(|fix| (fix, Window::around(fix.span, sources)));
-    let rendered = match (&fix_window, &diagnostic.help) {
-        (Some((fix, window)), help) if window.text.len() <= LONGEST_MENDED => {
+    let shown_fix = fix_window.filter(|(_, window)| window.text.len() <= LONGEST_MENDED);
+    let rendered = match (&shown_fix, &diagnostic.help) {
+        (Some((fix, window)), help) => {
             let title = help.as_deref().unwrap_or("write it so");
             let patch = Patch::new(window.range(fix.span), fix.replacement.as_str());
             let snippet =
@@ -102,18 +104,14 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
             let help = Group::with_title(Level::HELP.secondary_title(title)).element(snippet.patch(patch));
             renderer.render(&[group, help])
         }
-        (Some((fix, _)), None) => {
-            let help = format!("write {}", fix.replacement);
-            renderer.render(&[group.element(Level::HELP.message(help.as_str()))])
-        }
-        (_, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help.as_str()))]),
+        (None, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help.as_str()))]),
         (None, None) => renderer.render(&[group]),
     };
     if !windows.iter().any(|window| window.is_cut) {
         return rendered;
     }
     // Where a place and its line come apart, the renderer marks the line as that of another file.
-    let is_mark = |line: &&str| line.trim().ends_with(":::");
+    let is_mark = |line: &&str| strip_str(line).to_string().trim() == ":::";
     rendered.lines().filter(|line| !is_mark(line)).collect::<Vec<_>>().join("\n")
 }
 

@@ -2,7 +2,7 @@
 
 use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, shown};
 
-use super::Params;
+use super::{Params, class};
 
 impl Params<'_> {
     /// The error for the name of a texture that is not defined, with values of the given type. `own` lists those that are,
@@ -85,15 +85,23 @@ impl Params<'_> {
         }
         let warning = Diagnostic::warning(at, format!("{what} has no parameter \"{name}\"; it is ignored"));
         let names = self.asked();
-        match nearest(name, names.iter().copied()).or_else(|| other_light(name, &names)) {
+        let left = || names.iter().copied().filter(|known| !self.was_taken(known));
+        match nearest(name, left())
+            .or_else(|| other_color(name).filter(|other| left().any(|it| it == *other)))
+        {
             Some(known) => {
+                let warning = warning.help(format!("did you mean \"{known}\"?"));
                 // The type, too, has to be one that the parameter takes.
-                let mut types = self.types(known).collect::<Vec<_>>();
-                if types.len() != 1 || types.contains(&param.ty) {
-                    types = vec![param.ty];
+                let is_of = |ty: ParamType| class(ty) == class(param.ty);
+                let types: Vec<ParamType> = self.types(known).collect();
+                let ty = match types[..] {
+                    [only] if !is_of(only) => only,
+                    _ => param.ty,
+                };
+                if !is_of(ty) && !may_be(&param.values.value, ty.name()) {
+                    return warning;
                 }
-                let declaration = format!("\"{} {known}\"", types[0].name());
-                warning.help(format!("did you mean \"{known}\"?")).fix(at, declaration)
+                warning.fix(at, format!("\"{} {known}\"", ty.name()))
             }
             None if names.is_empty() => warning.help("it has none"),
             None => warning.help(format!("it has {}", names.join(", "))),
@@ -141,13 +149,12 @@ impl Params<'_> {
 }
 
 /// The color of a light under its other name: points have an intensity, `I`, others a radiance, `L`.
-fn other_light(name: &str, known: &[&'static str]) -> Option<&'static str> {
-    let other = match name {
-        "L" => "I",
-        "I" => "L",
-        _ => return None,
-    };
-    known.iter().copied().find(|known| *known == other)
+fn other_color(name: &str) -> Option<&'static str> {
+    match name {
+        "L" => Some("I"),
+        "I" => Some("L"),
+        _ => None,
+    }
 }
 
 /// Whether values of one type may be meant as those of another, by name.
@@ -157,8 +164,15 @@ fn may_be(values: &Values, ty: &str) -> bool {
         Values::Bools(_) => ty == "bool",
         // Three numbers are a point or a color, not a number.
         Values::Triples(triples) if triples.len() == 1 && matches!(ty, "float" | "integer") => false,
+        Values::Numbers(numbers) if in_threes(ty) => numbers.len().is_multiple_of(3),
+        Values::Pairs(_) => !in_threes(ty),
         _ => !matches!(ty, "string" | "texture" | "bool"),
     }
+}
+
+/// Whether a type, by name, has three numbers for each value.
+fn in_threes(ty: &str) -> bool {
+    matches!(ty, "rgb" | "xyz" | "point" | "vector" | "normal")
 }
 
 /// Types that pbrt-v4 introduced.
