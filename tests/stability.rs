@@ -124,7 +124,7 @@ fn all_cases_pass_and_are_written() {
 
 #[test]
 fn cases_are_chosen_by_name() {
-    let (status, out, _) = run(&["stability", "--case", "s9,nested-spheres", "--rays", "100"]);
+    let (status, out, _) = run(&["stability", "--case", "s9,nested-spheres", "--rays", "1000"]);
     assert_eq!(status, 0);
     assert!(
         out.contains("S5 nested-spheres") && out.contains("S9 ") && out.ends_with("2 of 2 cases pass\n"),

@@ -132,6 +132,8 @@ pub fn io_reason(error: &io::Error) -> String {
         io::ErrorKind::NotFound => "there is no such file or folder".into(),
         io::ErrorKind::PermissionDenied => "it is not permitted".into(),
         io::ErrorKind::IsADirectory => "it is a folder".into(),
+        io::ErrorKind::NotADirectory => "it is no folder".into(),
+        io::ErrorKind::StorageFull => "no space is left".into(),
         _ => {
             let text = error.to_string();
             text.split_once(" (os error").map_or(text.as_str(), |(words, _)| words).to_string()

@@ -108,8 +108,8 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
 }
 
 fn perspective(params: &mut Params) -> Projection {
-    let fov = params.float("fov", 90.0);
-    let half = params.float("halffov", -1.0);
+    let fov = params.angle("fov", 90.0);
+    let half = params.angle("halffov", -1.0);
     // pbrt-v3: a positive halffov replaces fov.
     if half <= 0.0 && params.was_taken("halffov") {
         params.warn(
@@ -144,8 +144,8 @@ fn orthographic(params: &mut Params, lens: bool) -> Projection {
 fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
     let own = film_aspect(film);
     let mut aspect = params.float("frameaspectratio", own);
-    if !(aspect > 1e-6 && aspect < 1e6) {
-        params.reject("frameaspectratio", "frameaspectratio must be more than 1e-6 and less than 1e6", None);
+    if !(1e-6..=1e6).contains(&aspect) {
+        params.reject("frameaspectratio", "frameaspectratio must be from 1e-6 to 1e6", None);
         aspect = own;
     }
     let default = ScreenWindow::of_aspect(aspect);
@@ -199,6 +199,12 @@ fn lens(params: &mut Params) -> Option<Lens> {
     }
     if focal_distance <= 0.0 {
         params.reject("focaldistance", "focaldistance must be more than 0 with a lens", None);
+    } else if !params.was_taken("focaldistance") {
+        params.warn(
+            "lensradius",
+            "a lens without focaldistance is sharp at a distance of 1e6, and blurs what is nearer",
+            "give the distance that is to be sharp, as in \"float focaldistance\" 5",
+        );
     }
     Some(Lens { radius, focal_distance })
 }

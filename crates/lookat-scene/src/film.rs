@@ -56,7 +56,7 @@ impl PixelBounds {
 
 /// The longest side of a film. Beyond it lies a slip, not a picture.
 const MAX_SIDE: i32 = 1_000_000;
-/// The most pixels that one run renders: about 7 GB of sums and picture.
+/// The most pixels that one run renders: about 7 GB of sums and picture, 21 with error layers.
 pub const MAX_PIXELS: u64 = 100_000_000;
 
 pub(crate) const NAMES: &[&str] = &["image"];

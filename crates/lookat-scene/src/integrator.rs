@@ -77,7 +77,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
         "path" => path(params),
         "ambientocclusion" => {
             let cosine = params.bool("cossample", true);
-            let samples = params.integer("nsamples", 64);
+            let samples = params.nested_samples("nsamples", 64);
             if samples < 1 {
                 params.reject("nsamples", "nsamples must be at least 1", None);
             }

@@ -26,6 +26,7 @@
 //! A scene promises the renderer: indices are in range, transformations can be inverted, every length that must be
 //! positive is, and no number is infinite or not a number, except an unlimited `max_sample_luminance`.
 
+mod angle;
 mod camera;
 mod cie;
 mod color;

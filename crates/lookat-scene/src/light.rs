@@ -161,15 +161,16 @@ fn point_in_range(params: &mut Params, name: &'static str, default: DVec3) -> DV
 
 fn same_points<T>(params: &mut Params) -> Option<T> {
     if params.usable() {
-        params.reject("to", "from and to are the same point: the light has no direction", None);
+        let help = "from is 0 0 0, and to is 0 0 1, where they are not given";
+        params.reject("to", "from and to are the same point: the light has no direction", Some(help));
     }
     None
 }
 
 fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     let intensity = scaled(params, "I");
-    let cone = params.float("coneangle", 30.0);
-    let delta = params.float("conedeltaangle", 5.0);
+    let cone = params.angle("coneangle", 30.0);
+    let delta = params.angle("conedeltaangle", 5.0);
     if !(cone > 0.0 && cone <= 180.0) {
         params.reject("coneangle", "coneangle must be more than 0 and at most 180 degrees", None);
     } else if !(0.0..=cone).contains(&delta) {
@@ -234,8 +235,8 @@ fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
 
 /// `samples` is the old name, and wins in pbrt-v3.
 fn samples(params: &mut Params) -> u32 {
-    let samples = params.integer("nsamples", 1);
-    params.integer("samples", samples).max(1) as u32
+    let samples = params.nested_samples("nsamples", 1);
+    params.nested_samples("samples", samples).max(1) as u32
 }
 
 pub(crate) const AREA_NAMES: &[&str] = &["diffuse", "area"];

@@ -11,10 +11,14 @@ use std::path::{Path, PathBuf};
 use glam::{DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, Values};
 
+use crate::angle;
 use crate::color;
 use crate::files::Files;
 use crate::report::Report;
 use crate::transform::LARGEST;
+
+/// The most samples within a camera sample: about a hundredth of a second.
+const MOST_NESTED: i32 = 1 << 16;
 
 /// What a constructor may ask about: the parameters, and files.
 pub(crate) struct Params<'a> {
@@ -234,6 +238,26 @@ impl<'a> Params<'a> {
         } else if color == Vec3::ZERO && factor != 0.0 {
             self.warn(name, "a black body of this temperature gives no visible light", help);
         }
+    }
+
+    /// An angle in degrees.
+    pub fn angle(&mut self, name: &'static str, default: f64) -> f64 {
+        let given = self.float(name, default);
+        if let Some((message, help)) = angle::doubt(name, given) {
+            self.warn(name, &message, &help);
+        }
+        given
+    }
+
+    /// How many samples a parameter asks for within each camera sample, no more than can be waited for.
+    pub fn nested_samples(&mut self, name: &'static str, default: i32) -> i32 {
+        let count = self.integer(name, default);
+        if count > MOST_NESTED {
+            let message = format!("{name} counts as {MOST_NESTED}");
+            let help = "a camera sample is not broken off; more samples per pixel do the same";
+            self.warn(name, &message, help);
+        }
+        count.min(MOST_NESTED)
     }
 
     /// The name of a texture, where the parameter names one.

@@ -9,9 +9,10 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use lookat_syntax::{
-    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement,
+    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, shown,
 };
 
+use crate::angle;
 use crate::files::Files;
 use crate::options::{Options, Settled};
 use crate::overrides::Overrides;
@@ -54,6 +55,8 @@ pub(crate) struct Resolver<'a> {
     idle_transform: Option<Span>,
     /// AreaLightSources that no shape has followed yet.
     idle_emissions: HashSet<Span>,
+    /// Objects that have no instance yet.
+    idle_objects: HashMap<String, Span>,
     primitives: Vec<Primitive>,
     instances: Vec<Instance>,
     lights: Vec<Light>,
@@ -82,6 +85,7 @@ impl<'a> Resolver<'a> {
             settled: None,
             idle_transform: None,
             idle_emissions: HashSet::new(),
+            idle_objects: HashMap::new(),
             primitives: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
@@ -109,6 +113,9 @@ impl<'a> Resolver<'a> {
             Directive::Translate(by) => self.concat(Transform::translate(by.into()), at)?,
             Directive::Scale(by) => self.concat(scale(by, &statement.span)?, at)?,
             Directive::Rotate([angle, axis @ ..]) => {
+                if let Some((message, help)) = angle::doubt("the angle of Rotate", angle) {
+                    self.report.push(Diagnostic::warning(statement.span, message).help(help));
+                }
                 self.concat(rotate(angle, axis, &statement.span)?, at)?
             }
             Directive::LookAt(points) => self.look_at(points, statement.span)?,
@@ -211,6 +218,7 @@ impl<'a> Resolver<'a> {
         // A shape or a light in error is one all the same.
         if !self.report.has_errors() {
             self.warn_idle_emissions();
+            self.warn_idle_objects();
             self.warn_dark(at);
         }
         let scene =
@@ -233,6 +241,14 @@ impl<'a> Resolver<'a> {
         for at in self.idle_emissions.drain() {
             let message = "no shape that could glow follows this AreaLightSource";
             let help = "it counts for the shapes after it, up to the AttributeEnd of its block";
+            self.report.push(Diagnostic::warning(at, message).help(help));
+        }
+    }
+
+    fn warn_idle_objects(&mut self) {
+        for (name, at) in self.idle_objects.drain() {
+            let message = format!("nothing is seen of object \"{}\"", shown(name.as_bytes()));
+            let help = "ObjectInstance puts a copy of it into the world; no directive does so";
             self.report.push(Diagnostic::warning(at, message).help(help));
         }
     }

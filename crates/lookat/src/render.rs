@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use lookat_image::Format;
 use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
@@ -148,6 +148,8 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let file = if rendered.complete { file } else { partial(&file) };
     rendered.image.write(&file).map_err(|error| error.to_string())?;
     let Statistics { least, most, rays, rejected, target, .. } = rendered.statistics;
+    // What follows them is how noisy they are.
+    let colors = &rendered.image.channels[..3];
     let picture = JsonPicture {
         file: file.display().to_string(),
         width: rendered.image.data_window.width,
@@ -159,6 +161,7 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         rays,
         rejected_samples: rejected,
         complete: rendered.complete,
+        black: colors.iter().all(|channel| channel.samples.iter().all(|sample| *sample == 0.0)),
         target: settings.target_error.zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
     if !arguments.quiet && !arguments.report.json {
@@ -225,7 +228,7 @@ fn partial(file: &Path) -> PathBuf {
     }
 }
 
-/// Shows a progress bar on a terminal, and stops on Ctrl-C.
+/// Shows a progress bar on a terminal, and stops when it is asked to.
 fn with_progress(
     arguments: &Render,
     render: impl FnOnce(&(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Rendered,
@@ -247,8 +250,15 @@ fn with_progress(
 pub fn progress_bar(silent: bool) -> ProgressBar {
     let hidden = silent || !std::io::stderr().is_terminal();
     let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {eta} left") {
-        bar.set_style(style);
+    // Of what has hardly begun, or has begun anew, nobody knows.
+    let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
+        let _ = match state.eta().as_secs() {
+            0 if state.pos() < 990 => write!(out, ""),
+            _ => write!(out, "{:#} left", HumanDuration(state.eta())),
+        };
+    };
+    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {left}") {
+        bar.set_style(style.with_key("left", left));
     }
     bar.enable_steady_tick(Duration::from_millis(200));
     bar

@@ -251,3 +251,30 @@ pub fn json(loaded: &Loaded) -> Vec<JsonDiagnostic<'_>> {
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use lookat_scene::{Overrides, load};
+
+    use super::*;
+
+    /// What is said of a scene, as a terminal shows it.
+    fn told(text: &str) -> String {
+        let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.into()), &Overrides::default());
+        let render = |diagnostic| render(diagnostic, &loaded.sources, &Renderer::styled());
+        strip_str(&loaded.diagnostics.iter().map(render).collect::<String>()).to_string()
+    }
+
+    /// The mark of another file is left out where a line is cut, and nothing else.
+    #[test]
+    fn cut_lines_are_shown() {
+        let blanks = " ".repeat(BEFORE);
+        let told = told(&format!("WorldBegin{blanks} Shaep \"sphere\" # end :::"));
+        let source = |line: &&str| line.starts_with("1 |") && line.ends_with("Shaep \"sphere\" # end :::");
+        assert!(told.lines().any(|line| source(&line)), "{told}");
+        assert!(!told.lines().any(|line| line.trim() == ":::"), "{told}");
+        assert!(told.contains(&format!("a.pbrt:1:{}", "WorldBegin".len() + BEFORE + 2)), "{told}");
+    }
+}

@@ -19,7 +19,7 @@ pub(super) fn projection(
     pictures: &mut Pictures,
 ) -> Option<Light> {
     let intensity = scaled(params, "I");
-    let fov = params.float("fov", 45.0);
+    let fov = params.angle("fov", 45.0);
     if !(fov > 0.0 && fov < 180.0) {
         params.reject("fov", "fov must be more than 0 and less than 180 degrees", None);
     }

@@ -169,10 +169,13 @@ impl Resolver<'_> {
         match open {
             Open::Attribute { saved, .. } => saved.restore(&mut self.state, &mut self.definitions),
             Open::Transform { saved, .. } => (self.state.ctm, self.state.at_start) = *saved,
-            Open::Object { saved, name, .. } => {
+            Open::Object { saved, name, at } => {
                 saved.restore(&mut self.state, &mut self.definitions);
                 if let Some(name) = name {
                     let object = self.object.take().unwrap_or_default();
+                    if !object.primitives.is_empty() {
+                        self.idle_objects.insert(name.clone(), at);
+                    }
                     self.objects.insert(name, Arc::new(object));
                 }
             }
@@ -209,6 +212,7 @@ impl Resolver<'_> {
         let Some(object) = self.objects.get(&name.value) else {
             return self.undefined("object", &name, self.objects.keys(), "ObjectBegin");
         };
+        self.idle_objects.remove(&name.value);
         if !object.primitives.is_empty() {
             self.instances.push(Instance { object: object.clone(), world_from_object: self.state.ctm });
         }

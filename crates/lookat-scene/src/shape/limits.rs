@@ -55,7 +55,7 @@ pub(super) fn given(params: &Params) -> &'static str {
 
 /// `phimax`, in radians.
 pub(super) fn sweep(params: &mut Params) -> f64 {
-    let phi_max = params.float("phimax", 360.0);
+    let phi_max = params.angle("phimax", 360.0);
     if phi_max <= 0.0 {
         params.reject("phimax", "phimax must be more than 0 degrees", None);
     } else if phi_max > 360.0 {

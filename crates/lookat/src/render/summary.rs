@@ -30,6 +30,8 @@ pub(super) struct JsonPicture {
     pub rays: u64,
     pub rejected_samples: u64,
     pub complete: bool,
+    /// No light has come to the camera.
+    pub black: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<JsonTarget>,
 }
@@ -106,13 +108,7 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     if picture.least_samples == 0 && rendered.complete {
         crate::say("the time was too short for a sample of each pixel; those without one are black");
     }
-    if rendered
-        .image
-        .channels
-        .iter()
-        .take(3)
-        .all(|channel| channel.samples.iter().all(|sample| *sample == 0.0))
-    {
+    if picture.black {
         crate::say("the picture is all black: no light comes to the camera from what it sees");
     }
     if rendered.statistics.rejected > 0 {
