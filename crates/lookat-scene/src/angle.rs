@@ -3,7 +3,7 @@
 /// Common parts of a turn, in degrees.
 const COMMON: [f64; 9] = [30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 180.0, 270.0, 360.0];
 
-/// What to say of an angle that is one of them in radians, if only to three digits: a message and help.
+/// What to say of an angle that is one of them in radians, be it rounded: a message and help.
 pub(crate) fn doubt(name: &str, given: f64) -> Option<(String, String)> {
     let is_meant = |degrees: &f64| (given.abs() / degrees.to_radians() - 1.0).abs() < 6e-4;
     let degrees = COMMON.into_iter().find(is_meant)?.copysign(given);
@@ -17,14 +17,23 @@ mod tests {
 
     #[test]
     fn radians_are_doubted() {
-        for given in [0.785, 0.7854, -1.57, std::f64::consts::PI, 6.28318, 1.0472] {
-            assert!(doubt("fov", given).is_some(), "{given}");
+        for degrees in COMMON {
+            let rounded = (degrees.to_radians() * 1e4).round() / 1e4;
+            assert!(doubt("fov", degrees.to_radians()).is_some() && doubt("fov", -rounded).is_some());
+            assert_eq!(doubt("fov", degrees), None);
         }
-        for given in [0.0, 0.8, 1.0, 1.5, 3.0, 3.1, 5.0, 30.0, 45.0, 90.0, 180.0, 360.0, f64::NAN] {
+        for shorter in ["0.785", "1.57", "3.14", "6.28"] {
+            assert!(doubt("fov", shorter.parse().unwrap()).is_some(), "{shorter}");
+        }
+        for given in [0.0, 0.8, 1.0, 1.5, 3.0, 3.1, 5.0, f64::INFINITY, f64::NAN] {
             assert_eq!(doubt("fov", given), None);
         }
-        let (message, help) = doubt("the angle", -1.5708).unwrap();
-        assert_eq!(message, "the angle is -1.5708 degrees: are radians meant?");
-        assert_eq!(help, "angles are in degrees; -1.5708 radians are -90 degrees");
+        let (message, help) = doubt("the angle", -90_f64.to_radians()).unwrap();
+        assert!(
+            message.starts_with("the angle is -1.57") && message.ends_with(" degrees: are radians meant?")
+        );
+        assert!(
+            help.starts_with("angles are in degrees; -1.57") && help.ends_with(" radians are -90 degrees")
+        );
     }
 }
