@@ -311,7 +311,7 @@ mod tests {
         // A directory in the way is found only when the finished file is to take its place.
         let occupied = directory.path().join("x.exr");
         std::fs::create_dir(&occupied).unwrap();
-        check(&image, &occupied, "cannot write @: Is a directory");
+        check(&image, &occupied, "cannot write @: it is a folder");
 
         // Faults that the formats find in the middle of writing.
         let wide = Window { width: 70_000, ..ONE };
