@@ -13,6 +13,7 @@
 //! assert_eq!(parsed.statements[0].directive.to_string(), "Translate 0 1.5 0");
 //! ```
 
+mod advice;
 mod decimal;
 mod diagnostic;
 mod directive;

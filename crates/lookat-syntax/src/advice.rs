@@ -1,0 +1,53 @@
+//! The way out of mistakes in the grammar that are more than slips.
+
+use crate::Directive;
+use crate::token::Input;
+
+/// Directives that pbrt-v4 added.
+pub(crate) const V4_DIRECTIVES: [&str; 4] = ["Option", "ColorSpace", "Attribute", "Import"];
+
+/// The way out for words of other languages and older versions.
+pub(crate) fn advice(word: Input) -> Option<&'static str> {
+    let starts = |prefix: &str| word.starts_with(prefix.as_bytes());
+    Some(match word {
+        b"SurfaceIntegrator" | b"VolumeIntegrator" => {
+            "pbrt-v3 has one Integrator, written Integrator \"path\""
+        }
+        b"Renderer" | b"Volume" | b"Exterior" | b"Interior" | b"AreaLight" => {
+            "this is a directive of an older pbrt; lookat reads the pbrt-v3 format"
+        }
+        _ if starts("//") || starts("--") || starts(";") || starts("%") || starts("/*") => {
+            "a comment starts with #"
+        }
+        _ if starts("(") || starts("{") => "lists stand in square brackets: [1 2 3]",
+        _ if starts("\u{201c}") || starts("'") || starts("\u{2018}") => {
+            "names stand in straight double quotes"
+        }
+        [b'a'..=b'z', ..] => "directives begin with a capital; a parameter is written as \"float radius\" 3",
+        _ => return None,
+    })
+}
+
+/// What to say of a value behind a directive that takes no parameters.
+pub(crate) fn surplus(directive: &Directive) -> Option<String> {
+    let takes = match directive {
+        Directive::NamedMaterial(_) => "a name only; parameters belong to MakeNamedMaterial",
+        Directive::ObjectBegin(_)
+        | Directive::ObjectInstance(_)
+        | Directive::CoordinateSystem(_)
+        | Directive::CoordSysTransform(_) => "a name only",
+        Directive::MediumInterface { .. } => "one name or two",
+        Directive::ActiveTransform(_) => "All, StartTime or EndTime, and nothing else",
+        Directive::Identity
+        | Directive::ReverseOrientation
+        | Directive::WorldBegin
+        | Directive::WorldEnd
+        | Directive::AttributeBegin
+        | Directive::AttributeEnd
+        | Directive::TransformBegin
+        | Directive::TransformEnd
+        | Directive::ObjectEnd => "no values",
+        _ => return None,
+    };
+    Some(format!("{} takes {takes}", directive.keyword()))
+}
