@@ -191,6 +191,22 @@ fn json_tells_of_the_picture_or_why_there_is_none() {
     assert!(lines[0]["error"].as_str().unwrap().contains("picture.jpg"));
 }
 
+/// Whoever looks away from everything is told so; inside a closed sphere there is something to see, but no light.
+#[test]
+fn black_pictures_are_told() {
+    let folder = Folder::new();
+    let without_sky = FINE.replace("LightSource \"infinite\" \"rgb L\" [.2 .2 .2]\n", "");
+    folder.write("away.pbrt", &without_sky.replace("0 0 -4  0 0 0", "0 0 -4  0 0 -9"));
+    folder.write("inside.pbrt", &without_sky.replace("0 0 -4  0 0 0", "0 0 0  0 0 9"));
+    let said = |scene, args: &[&str]| folder.run(&[&["render", scene, "-o", "a.pfm"], args].concat());
+    assert!(said("away.pbrt", &[]).err.contains("no ray from the camera meets a surface"));
+    assert!(said("inside.pbrt", &[]).err.contains("no light comes to the camera"));
+    assert!(!said("fine.pbrt", &[]).err.contains("black"));
+    for (scene, black) in [("away.pbrt", true), ("inside.pbrt", true), ("fine.pbrt", false)] {
+        assert_eq!(json_lines(&said(scene, &["--json"]))[0]["picture"]["black"], black);
+    }
+}
+
 #[test]
 fn strict_makes_errors_of_warnings() {
     let folder = Folder::new();

@@ -109,7 +109,14 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
         crate::say("the time was too short for a sample of each pixel; those without one are black");
     }
     if picture.black {
-        crate::say("the picture is all black: no light comes to the camera from what it sees");
+        // Where light could come from, a second ray would have asked.
+        let is_alone = *rays == rendered.statistics.samples;
+        crate::say(match is_alone {
+            true => {
+                "the picture is all black: no ray from the camera meets a surface that scatters light; see LookAt and fov"
+            }
+            false => "the picture is all black: no light comes to the camera from what it sees",
+        });
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
