@@ -86,7 +86,7 @@ fn metrics_are_held_to_their_limits() {
     );
     let (_, out, _) = folder.compare(&[&pair[..], &["--max", "mae=0.1", "--only", "mae,max"]].concat());
     assert_eq!(out.lines().count(), 2, "{out}");
-    assert!(out.starts_with("mae             0.125000") && out.contains("<- beyond --max"), "{out}");
+    assert!(out.starts_with("mae             0.125000") && out.contains("<- worse than --max"), "{out}");
 }
 
 #[test]

@@ -92,7 +92,7 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     params.float("diagonal", 35.0);
     let file = params.string("filename").map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
     if Format::from_path(&file).is_none() {
-        let message = format!("lookat cannot write a picture named {}", file.display());
+        let message = format!("lookat cannot write a picture named \"{}\"", file.display());
         let help = format!("the endings {} choose the format; or render with -o", Format::NAMES);
         params.warn("filename", &message, &help);
     }

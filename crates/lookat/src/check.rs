@@ -28,7 +28,7 @@ pub fn check(arguments: &Check) -> ExitCode {
         } else {
             report::print(&loaded, false);
             if loaded.diagnostics.is_empty() {
-                crate::say(&format!("{}: fine", path.display()));
+                crate::say(&format!("{}: fine", loaded.sources.files[0].path.display()));
             }
         }
     }

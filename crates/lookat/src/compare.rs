@@ -120,7 +120,7 @@ impl Comparison<'_> {
         }
         for line in &self.measurement.metrics {
             let (name, meaning) = (line.metric.name(), line.metric.meaning());
-            let mark = if line.is_beyond(self.limits()) { "  <- beyond --max" } else { "" };
+            let mark = if line.is_beyond(self.limits()) { "  <- worse than --max" } else { "" };
             let remark =
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
