@@ -155,6 +155,12 @@ impl Loader<'_> {
             }
             None => self.texts.entry(path.clone()).or_insert(bytes.into()).clone(),
         };
+        if let Some(format) = other_format(&text) {
+            let message = format!("cannot include {}: it looks like {format}", path.display());
+            self.resolver.report.push(Diagnostic::error(name.span, message));
+            self.resolver.report.incomplete = true;
+            return;
+        }
         let file = self.resolver.files.add(path, text, Some(at));
         self.file(file, rest);
     }

@@ -199,10 +199,13 @@ pub(crate) fn check_indices(params: &mut Params, mesh: &Mesh) {
         && let Some(at) = mesh.indices.iter().position(beyond)
     {
         let message = format!("index {} of {vertices} vertices", mesh.indices[at]);
-        let error = Diagnostic::error(params.value_place("indices", at), message).help(if vertices == 0 {
-            "P is empty".into()
-        } else {
-            format!("indices are from 0 to {}", vertices - 1)
+        let largest = mesh.indices.iter().max().copied();
+        let from_one =
+            mesh.indices.iter().min() == Some(&1) && largest.is_some_and(|it| it as usize == vertices);
+        let error = Diagnostic::error(params.value_place("indices", at), message).help(match vertices {
+            0 => "P is empty".into(),
+            _ if from_one => "these indices count from 1; pbrt counts from 0: take 1 from each".into(),
+            _ => format!("indices are from 0 to {}", vertices - 1),
         });
         params.error(error);
     }
@@ -222,7 +225,13 @@ fn check_lengths(params: &mut Params, mesh: &Mesh) {
     check("N", mesh.normals.len());
     check("S", mesh.tangents.len());
     // pbrt-v3 takes more texture coordinates than it needs, and says so.
-    if mesh.uvs.len() < vertices {
-        check("uv", mesh.uvs.len());
+    let uvs = mesh.uvs.len();
+    if uvs < vertices {
+        check("uv", uvs);
+    } else if uvs > vertices {
+        let message =
+            format!("{vertices} vertices need as many pairs of uv, not {uvs}; the last are not used");
+        let help = "uv has a pair for each vertex of P, in turn: not one for each corner, nor three numbers";
+        params.warn("uv", &message, help);
     }
 }

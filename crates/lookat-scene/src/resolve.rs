@@ -116,6 +116,12 @@ impl<'a> Resolver<'a> {
                 if let Some((message, help)) = angle::doubt("the angle of Rotate", angle) {
                     self.report.push(Diagnostic::warning(statement.span, message).help(help));
                 }
+                if let Some(numbers) = transformation::axis_first(angle, axis) {
+                    let message = format!("a rotation by {angle} degrees: is its angle the last number?");
+                    let help = "the angle comes first, then the axis";
+                    let warning = Diagnostic::warning(statement.span, message).help(help);
+                    self.report.push(warning.fix(statement.span, format!("Rotate {numbers}")));
+                }
                 self.concat(rotate(angle, axis, &statement.span)?, at)?
             }
             Directive::LookAt(points) => self.look_at(points, statement.span)?,
@@ -155,7 +161,7 @@ impl<'a> Resolver<'a> {
                     self.medium(name)?;
                 }
             }
-            Directive::Texture { name, value, entity } => self.texture(name, value, entity),
+            Directive::Texture { name, value, entity } => self.texture(name, value, entity, statement.faulty),
             Directive::Entity(kind, entity) => self.entity(kind, entity, at, statement.faulty)?,
             // The loader has followed it.
             Directive::Include { .. } => {}

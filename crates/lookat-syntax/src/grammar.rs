@@ -49,7 +49,7 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
     }
     if let Some(at) = reader.comma {
         let warning = Diagnostic::warning(at, "commas between numbers")
-            .help("the format separates numbers by blanks; pbrt-v3 reads only what stands before a comma");
+            .help("blanks separate numbers, and decimals have a point; pbrt-v3 reads only what stands before a comma");
         reader.diagnostics.push(warning);
     }
     reader.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
@@ -426,6 +426,11 @@ fn is_word(at: Input) -> bool {
         && !lower.starts_with(b"inf")
 }
 
+/// Whether a word at the start of a line is text that goes on with no list of numbers.
+fn may_be_directive(word: Input) -> bool {
+    !word[0].is_ascii_digit() && !matches!(word[0], b'+' | b'-' | b'.' | b',') && str::from_utf8(word).is_ok()
+}
+
 fn starts_directive(word: Input) -> bool {
     is_keyword(word) || V4_DIRECTIVES.iter().any(|keyword| keyword.as_bytes() == word)
 }
@@ -465,7 +470,7 @@ fn next_directive<'a>(start: Input<'a>, from: Input<'a>, at_lines: bool) -> Inpu
         })(next)
         {
             Ok((_, word))
-                if (starts_directive(word) || line_starts && word[0].is_ascii_alphabetic())
+                if (starts_directive(word) || line_starts && may_be_directive(word))
                     && next.as_ptr() != start.as_ptr() =>
             {
                 return next;

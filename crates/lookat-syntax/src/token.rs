@@ -102,9 +102,15 @@ pub fn shown(bytes: &[u8]) -> String {
     let cut = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]).into_owned();
     let mut text = String::new();
     for c in cut.chars() {
-        if c.is_control() { text.extend(c.escape_default()) } else { text.push(c) }
+        if c.is_control() || is_unseen(c) { text.extend(c.escape_default()) } else { text.push(c) }
     }
     if bytes.len() > 40 { text + "..." } else { text }
+}
+
+/// Whether a character beyond ASCII looks like a blank, or like nothing: such are copied from pages and other programs.
+pub(crate) fn is_unseen(c: char) -> bool {
+    !c.is_ascii() && c.is_whitespace()
+        || matches!(c, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}')
 }
 
 /// A quoted string, decoded. A string ends on the line that it starts on.
@@ -207,6 +213,12 @@ fn not_a_number<T>(input: Input) -> Parsing<T> {
             .fail();
     }
     let fault = Fault::new(at, format!("expected a number, found {found}"));
+    if let Some(size) = lower.strip_prefix(['\u{2212}', '\u{2013}', '\u{2014}']) {
+        return fault.help("the sign of a number is -, the hyphen").replace_with(format!("-{size}")).fail();
+    }
+    if at == b"=" {
+        return fault.help("a value follows its declaration without a sign: \"float radius\" 2").fail();
+    }
     match at.strip_prefix(b"\"").and_then(|at| at.strip_suffix(b"\"")) {
         Some(bare) if number(bare).is_ok_and(|(rest, _)| rest.is_empty()) => {
             fault.help("numbers are not quoted").replace_with(shown(bare)).fail()

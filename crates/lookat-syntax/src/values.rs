@@ -73,7 +73,7 @@ impl<'a> Reader<'a> {
             let spelling = declaration.value.split_ascii_whitespace().next().unwrap_or_default();
             let noun = ["", "pairs", "threes"][ty.arity() - 1];
             let message = format!("\"{spelling}\" takes its numbers in {noun}; {count} given");
-            self.diagnostics.push(Diagnostic::error(span, message));
+            self.diagnostics.push(completed(Diagnostic::error(span, message), ty, count, &values));
             self.faulty = true;
         }
         let name = Spanned { value: name, span: declaration.span };
@@ -269,6 +269,25 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// What to say of a value that has so many numbers, too few or too many.
+fn completed(error: Diagnostic, ty: ParamType, count: usize, values: &Values) -> Diagnostic {
+    let at = error.span();
+    match (ty, count, values) {
+        (ParamType::Rgb, 1, Values::Triples(triples)) => {
+            let grey = triples[0][0];
+            let three = format!("[{grey} {grey} {grey}]");
+            error.help(format!("a grey has three numbers alike: {three}")).fix(at, three)
+        }
+        (ParamType::Rgb, 4, _) => error.help("red, green and blue: a color has no fourth number"),
+        (ParamType::Blackbody, 1, Values::Pairs(pairs)) => {
+            let pair = format!("[{} 1]", pairs[0][0]);
+            error.help(format!("the second number is a factor: {pair}")).fix(at, pair)
+        }
+        (ParamType::Blackbody, ..) => error.help("a temperature in kelvin, then a factor"),
+        _ => error,
+    }
+}
+
 /// Whether a string such as `"float fov"` starts here.
 fn is_declaration(input: Input) -> bool {
     let Ok((_, text)) = quoted(input) else { return false };
@@ -301,7 +320,17 @@ fn boolean(input: Input) -> Parsing<bool> {
         return match text.as_str() {
             "true" => Ok((rest, true)),
             "false" => Ok((rest, false)),
-            _ => Fault::new(at, format!("a bool is \"true\" or \"false\", not \"{text}\"")).fail(),
+            _ => {
+                let text = shown(text.as_bytes());
+                let fault = Fault::new(at, format!("a bool is \"true\" or \"false\", not \"{text}\""));
+                match text.to_ascii_lowercase() {
+                    small if small == "true" || small == "false" => {
+                        fault.help("it is written in small letters").replace_with(format!("\"{small}\""))
+                    }
+                    _ => fault,
+                }
+                .fail()
+            }
         };
     }
     let (at, found) = found(input);

@@ -36,9 +36,18 @@ impl Params<'_> {
 
     /// Reports a parameter that there must be: as missing, or as declared with a type that it does not have.
     pub fn missing(&mut self, name: &str, message: &str, help: &str) {
-        let other = self.params.iter().position(|param| param.name.value == name);
+        let named = |is: &dyn Fn(&str) -> bool| self.params.iter().position(|param| is(&param.name.value));
+        let other =
+            named(&|given| given == name).or_else(|| named(&|given| nearest(given, [name]).is_some()));
         let error = match other.map(|index| self.params.remove(index)) {
-            Some(param) => Diagnostic { severity: Severity::Error, ..self.wrong_type(&param) },
+            Some(param) if param.name.value == name => {
+                Diagnostic { severity: Severity::Error, ..self.wrong_type(&param) }
+            }
+            Some(param) => {
+                let declaration = format!("\"{} {name}\"", self.spelling(&param));
+                let error = Diagnostic::error(param.name.span, message);
+                error.help(format!("did you mean \"{name}\"?")).fix(param.name.span, declaration)
+            }
             None if self.was_taken(name) => return,
             None => Diagnostic::error(self.kind.span, message).help(help),
         };
@@ -59,8 +68,9 @@ impl Params<'_> {
         } else if V4_KINDS.contains(&kind.as_str()) {
             self.report.v4_marks([at]);
             unknown.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
-        } else if let Some(known) =
-            nearest(&kind, known.iter().copied()).or_else(|| begun(&kind, known.iter().copied()))
+        } else if let Some(known) = nearest(&kind, known.iter().copied())
+            .or_else(|| begun(&kind, known.iter().copied()))
+            .or_else(|| known.iter().copied().find(|known| OTHER_KINDS.contains(&(&kind, known))))
         {
             unknown.help(format!("did you mean \"{known}\"?")).fix(at, format!("\"{known}\""))
         } else {
@@ -86,26 +96,32 @@ impl Params<'_> {
         let warning = Diagnostic::warning(at, format!("{what} has no parameter \"{name}\"; it is ignored"));
         let names = self.asked();
         let left = || names.iter().copied().filter(|known| !self.was_taken(known));
-        match nearest(name, left())
-            .or_else(|| other_color(name).filter(|other| left().any(|it| it == *other)))
-        {
+        match nearest(name, left()).or_else(|| left().find(|known| is_other_name(name, known))) {
             Some(known) => {
                 let warning = warning.help(format!("did you mean \"{known}\"?"));
                 // The type, too, has to be one that the parameter takes.
                 let is_of = |ty: ParamType| class(ty) == class(param.ty);
                 let types: Vec<ParamType> = self.types(known).collect();
                 let ty = match types[..] {
-                    [only] if !is_of(only) => only,
-                    _ => param.ty,
+                    [only] if !is_of(only) => only.name(),
+                    _ => return warning.fix(at, format!("\"{} {known}\"", self.spelling(param))),
                 };
-                if !is_of(ty) && !may_be(&param.values.value, ty.name()) {
+                if !may_be(&param.values.value, ty) {
                     return warning;
                 }
-                warning.fix(at, format!("\"{} {known}\"", ty.name()))
+                warning.fix(at, format!("\"{ty} {known}\""))
             }
             None if names.is_empty() => warning.help("it has none"),
             None => warning.help(format!("it has {}", names.join(", "))),
         }
+    }
+
+    /// The type of a parameter as its file has it, which has several spellings.
+    fn spelling(&self, param: &Param) -> &str {
+        let at = param.name.span;
+        let text = self.files.sources.file(at.file).text.get(at.start as usize..at.end as usize);
+        let declaration = text.and_then(|text| str::from_utf8(text).ok()).unwrap_or_default();
+        declaration.trim_start_matches('"').split_ascii_whitespace().next().unwrap_or(param.ty.name())
     }
 
     /// What the parameters belong to: `Shape "sphere"`.
@@ -143,18 +159,32 @@ impl Params<'_> {
                 let warning = warning.help(format!("declare it {declaration}"));
                 if may_be(&param.values.value, only) { warning.fix(at, declaration) } else { warning }
             }
+            _ if types.contains(&"texture") && may_be(&param.values.value, "texture") => {
+                let declaration = format!("\"texture {name}\"");
+                warning.help(format!("a texture is named so: {declaration}")).fix(at, declaration)
+            }
             _ => warning,
         }
     }
 }
 
-/// The color of a light under its other name: points have an intensity, `I`, others a radiance, `L`.
-fn other_color(name: &str) -> Option<&'static str> {
-    match name {
-        "L" => Some("I"),
-        "I" => Some("L"),
-        _ => None,
-    }
+/// Whether a parameter is known by a name elsewhere: at other lights, in other versions and other programs.
+fn is_other_name(given: &str, known: &str) -> bool {
+    const OTHERS: &[(&str, &str)] = &[
+        ("L", "I"),
+        ("I", "L"),
+        ("radiance", "L"),
+        ("intensity", "I"),
+        ("filename", "mapname"),
+        ("mapname", "filename"),
+        ("ior", "eta"),
+        ("reflectance", "Kd"),
+        ("diffuse", "Kd"),
+        ("specular", "Ks"),
+        ("xradius", "xwidth"),
+        ("yradius", "ywidth"),
+    ];
+    OTHERS.contains(&(given, known))
 }
 
 /// Whether values of one type may be meant as those of another, by name.
@@ -174,6 +204,19 @@ fn may_be(values: &Values, ty: &str) -> bool {
 fn in_threes(ty: &str) -> bool {
     matches!(ty, "rgb" | "xyz" | "point" | "vector" | "normal")
 }
+
+/// Types as other programs call them, and as pbrt-v3 does.
+const OTHER_KINDS: &[(&str, &str)] = &[
+    ("envmap", "infinite"),
+    ("environment", "infinite"),
+    ("constant", "infinite"),
+    ("directional", "distant"),
+    ("sun", "distant"),
+    ("lambertian", "matte"),
+    ("lambert", "matte"),
+    ("pathtracer", "path"),
+    ("direct", "directlighting"),
+];
 
 /// Types that pbrt-v4 introduced.
 const V4_KINDS: &[&str] = &[

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text};
+use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text, shown};
 
 use super::{Block, Resolver};
 use crate::state::{Open, Saved};
@@ -173,6 +173,14 @@ impl Resolver<'_> {
                 saved.restore(&mut self.state, &mut self.definitions);
                 if let Some(name) = name {
                     let object = self.object.take().unwrap_or_default();
+                    let is_known = |known: &Arc<Object>| !known.primitives.is_empty() && !name.is_empty();
+                    if self.objects.get(&name).is_some_and(is_known) {
+                        let message = format!(
+                            "object \"{}\" is defined again; the new one counts from here",
+                            shown(name.as_bytes())
+                        );
+                        self.report.push(Diagnostic::warning(at, message));
+                    }
                     if !object.primitives.is_empty() {
                         self.idle_objects.insert(name.clone(), at);
                     }

@@ -73,8 +73,15 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
+    pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity, faulty: bool) {
         self.texture_again(&name, &value);
+        let textures = &mut self.definitions.textures;
+        // One of which a part is missing would be another one.
+        if faulty && value.value == "float" {
+            return textures.float.define(name.value, None);
+        } else if faulty {
+            return textures.spectrum.define(name.value, None);
+        }
         let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
         let params = &mut TextureParams::new(params, &self.definitions.textures);
         match value.value.as_str() {
