@@ -29,7 +29,7 @@ pub fn print(loaded: &Loaded, quiet: bool) {
     }
     let hidden = loaded.diagnostics.iter().filter(shown).count().saturating_sub(MAX_SHOWN);
     if hidden > 0 {
-        let _ = writeln!(out, "... and {hidden} more; --json lists them all\n");
+        let _ = writeln!(out, "... and {hidden} more messages; --json has them\n");
     }
     let summary = summary(&loaded.diagnostics, quiet);
     if !summary.is_empty() {
