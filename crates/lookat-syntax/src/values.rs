@@ -272,14 +272,16 @@ impl<'a> Reader<'a> {
 /// What to say of a value that has so many numbers, too few or too many.
 fn completed(error: Diagnostic, ty: ParamType, count: usize, values: &Values) -> Diagnostic {
     let at = error.span();
+    // Others would be longer in full than people write them.
+    let is_plain = |number: f64| number == 0.0 || (1e-6..1e9).contains(&number.abs());
     match (ty, count, values) {
-        (ParamType::Rgb, 1, Values::Triples(triples)) => {
+        (ParamType::Rgb, 1, Values::Triples(triples)) if is_plain(triples[0][0]) => {
             let grey = triples[0][0];
             let three = format!("[{grey} {grey} {grey}]");
             error.help(format!("a grey has three numbers alike: {three}")).fix(at, three)
         }
         (ParamType::Rgb, 4, _) => error.help("red, green and blue: a color has no fourth number"),
-        (ParamType::Blackbody, 1, Values::Pairs(pairs)) => {
+        (ParamType::Blackbody, 1, Values::Pairs(pairs)) if is_plain(pairs[0][0]) => {
             let pair = format!("[{} 1]", pairs[0][0]);
             error.help(format!("the second number is a factor: {pair}")).fix(at, pair)
         }

@@ -98,7 +98,7 @@ pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnost
 /// The numbers of a Rotate as they should be, where the axis stands first: `0 1 0 45`.
 pub(super) fn axis_first(angle: f64, [x, y, z]: [f64; 3]) -> Option<String> {
     let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
-    (is_axis && z.abs() > 1.0).then(|| format!("{z} {angle} {x} {y}"))
+    (is_axis && z.abs() > 1.0 && z.abs() <= 720.0).then(|| format!("{z} {angle} {x} {y}"))
 }
 
 pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
