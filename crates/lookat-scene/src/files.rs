@@ -93,7 +93,11 @@ impl<'a> Files<'a> {
     /// Reads the file that is named at `span`: relative to the file that names it, or else to the scene file. (pbrt-v3 does
     /// only the second.) Gives the path that was found, or the one tried first with the reason why not.
     pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Vec<u8>), (PathBuf, io::Error)> {
-        self.named(name, span, Content::bytes)
+        let fetched = |content: Content| {
+            let bytes = content.bytes()?;
+            if bytes.starts_with(LFS_POINTER) { Err(io::Error::other(LFS_REASON)) } else { Ok(bytes) }
+        };
+        self.named(name, span, fetched)
     }
 
     /// Like `read_named`, but opens it.
@@ -131,6 +135,10 @@ impl<'a> Files<'a> {
         normal(&parent(&self.sources.file(span.file).path).join(name))
     }
 }
+
+/// The beginning of what stands in a repository for a file that Git LFS keeps elsewhere.
+pub(crate) const LFS_POINTER: &[u8] = b"version https://git-lfs";
+pub(crate) const LFS_REASON: &str = "it stands for a file that `git lfs pull` fetches";
 
 fn parent(path: &Path) -> PathBuf {
     path.parent().unwrap_or(Path::new("")).to_owned()

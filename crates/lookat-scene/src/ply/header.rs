@@ -4,6 +4,7 @@ use std::io::Read;
 
 use super::stream::Stream;
 use super::{PlyError, quote};
+use crate::files::{LFS_POINTER, LFS_REASON};
 
 /// How the body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -137,6 +138,7 @@ pub fn parse(stream: &mut Stream<impl Read>) -> Result<Header, PlyError> {
     let first = stream.line();
     let no_end = PlyError(match first.strip_prefix(b"ply") {
         Some([b'\r' | b'\n' | b' ' | b'\t', ..]) => "the header has no `end_header` line".into(),
+        _ if first.starts_with(LFS_POINTER) => LFS_REASON.into(),
         _ => "line 1: this is not a PLY file, which begins with a line `ply`".into(),
     });
     if first.trim_ascii() != b"ply" {
