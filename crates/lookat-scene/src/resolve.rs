@@ -12,7 +12,6 @@ use lookat_syntax::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, shown,
 };
 
-use crate::angle;
 use crate::files::Files;
 use crate::options::{Options, Settled};
 use crate::overrides::Overrides;
@@ -113,15 +112,7 @@ impl<'a> Resolver<'a> {
             Directive::Translate(by) => self.concat(Transform::translate(by.into()), at)?,
             Directive::Scale(by) => self.concat(scale(by, &statement.span)?, at)?,
             Directive::Rotate([angle, axis @ ..]) => {
-                if let Some((message, help)) = angle::doubt("the angle of Rotate", angle) {
-                    self.report.push(Diagnostic::warning(statement.span, message).help(help));
-                }
-                if let Some(numbers) = transformation::axis_first(angle, axis) {
-                    let message = format!("a rotation by {angle} degrees: is its angle the last number?");
-                    let help = "the angle comes first, then the axis";
-                    let warning = Diagnostic::warning(statement.span, message).help(help);
-                    self.report.push(warning.fix(statement.span, format!("Rotate {numbers}")));
-                }
+                self.doubt_rotation(angle, axis, statement.span);
                 self.concat(rotate(angle, axis, &statement.span)?, at)?
             }
             Directive::LookAt(points) => self.look_at(points, statement.span)?,
@@ -249,6 +240,12 @@ impl<'a> Resolver<'a> {
             let help = "it counts for the shapes after it, up to the AttributeEnd of its block";
             self.report.push(Diagnostic::warning(at, message).help(help));
         }
+    }
+
+    /// Names may be defined again: of materials and textures pbrt-v3 says so too.
+    fn warn_again(&mut self, what: &str, name: &str, at: Span) {
+        let message = format!("{what} \"{name}\" is defined again; the new one counts from here");
+        self.report.push(Diagnostic::warning(at, message));
     }
 
     fn warn_idle_objects(&mut self) {

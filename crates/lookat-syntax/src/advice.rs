@@ -6,39 +6,42 @@ use crate::token::{Input, is_unseen};
 /// Directives that pbrt-v4 added.
 pub(crate) const V4_DIRECTIVES: [&str; 4] = ["Option", "ColorSpace", "Attribute", "Import"];
 
-/// The way out for words of other languages and older versions, and for what other tools leave behind.
+/// The way out for words that are no directives.
 pub(crate) fn advice(word: Input) -> Option<String> {
-    if let Some(c) = String::from_utf8_lossy(word).chars().find(|c| is_unseen(*c)) {
-        let code = u32::from(c);
-        return Some(format!(
-            "the character U+{code:04X} is no blank to the format: write one, or delete it"
-        ));
+    let text = String::from_utf8_lossy(word);
+    match text.chars().find(|c| is_unseen(*c)).map(u32::from) {
+        Some(code) => {
+            Some(format!("the character U+{code:04X} is no blank to the format: write one, or delete it"))
+        }
+        None => foreign(word).map(str::to_owned),
     }
+}
+
+/// The way out for words of other languages and older versions, and for what other tools leave behind.
+fn foreign(word: Input) -> Option<&'static str> {
     let starts = |prefix: &str| word.starts_with(prefix.as_bytes());
     Some(match word {
         b"SurfaceIntegrator" | b"VolumeIntegrator" => {
-            "pbrt-v3 has one Integrator, written Integrator \"path\"".into()
+            "pbrt-v3 has one Integrator, written Integrator \"path\""
         }
         b"Renderer" | b"Volume" | b"Exterior" | b"Interior" | b"AreaLight" => {
-            "this is a directive of an older pbrt; lookat reads the pbrt-v3 format".into()
+            "this is a directive of an older pbrt; lookat reads the pbrt-v3 format"
         }
-        b"Filter" => "filters are given by PixelFilter".into(),
-        b"Light" => "lights are given by LightSource, and by AreaLightSource for shapes that glow".into(),
-        b"," => "blanks alone stand between parameters".into(),
+        b"Filter" => "filters are given by PixelFilter",
+        b"Light" => "lights are given by LightSource, and by AreaLightSource for shapes that glow",
+        b"," => "blanks alone stand between parameters",
         _ if starts("//") || starts("--") || starts(";") || starts("%") || starts("/*") => {
-            "a comment starts with #".into()
+            "a comment starts with #"
         }
         _ if starts("<<<<<<<") || starts("=======") || starts(">>>>>>>") => {
-            "a merge has left this: keep one of its two sides, and delete the marks".into()
+            "a merge has left this: keep one of its two sides, and delete the marks"
         }
-        _ if starts("```") => "a mark of Markdown: delete the line".into(),
-        _ if starts("(") || starts("{") => "lists stand in square brackets: [1 2 3]".into(),
+        _ if starts("```") => "a mark of Markdown: delete the line",
+        _ if starts("(") || starts("{") => "lists stand in square brackets: [1 2 3]",
         _ if starts("\u{201c}") || starts("'") || starts("\u{2018}") => {
-            "names stand in straight double quotes".into()
+            "names stand in straight double quotes"
         }
-        [b'a'..=b'z', ..] => {
-            "directives begin with a capital; a parameter is written as \"float radius\" 3".into()
-        }
+        [b'a'..=b'z', ..] => "directives begin with a capital; a parameter is written as \"float radius\" 3",
         _ => return None,
     })
 }

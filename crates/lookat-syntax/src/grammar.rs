@@ -134,10 +134,11 @@ impl<'a> Reader<'a> {
     }
 
     fn statement(&mut self, start: Input<'a>, before: Option<&Statement>) -> Parsing<'a, Statement> {
-        let keyword = word(start).ok().filter(|(_, word)| number(word).is_err());
-        let Some((input, keyword)) = keyword else { return self.stray(start, before).fail() };
+        let Ok((input, keyword)) = word(start) else { return self.stray(start, before).fail() };
         let (rest, directive) = if is_keyword(keyword) {
             self.directive(input, keyword)?
+        } else if number(keyword).is_ok() {
+            return self.stray(start, before).fail();
         } else {
             self.misspelt(input, keyword)?
         };

@@ -21,23 +21,25 @@ const TOGETHER: Duration = Duration::from_millis(100);
 /// Watches for both. The first time asks to stop, and `notice` is said; the second, or the first while it is not worth while
 /// to stop in order, ends the program at once.
 pub fn watch(notice: &'static str, is_worth_while: fn() -> bool) -> Result<(), String> {
-    let mut first = None;
+    let mut first: Option<Instant> = None;
     let interrupt = move || {
-        let since = first.get_or_insert_with(Instant::now).elapsed();
-        let is_first = !ASKED.swap(true, Ordering::Relaxed);
-        // Below the bar.
-        if is_first && io::stderr().is_terminal() {
-            eprintln!();
-        }
-        match is_first {
-            true if is_worth_while() => crate::say(notice),
-            true => {
-                crate::say("interrupted; nothing is written");
+        if let Some(first) = first {
+            if first.elapsed() > TOGETHER {
                 std::process::exit(STATUS.into());
             }
-            false if since > TOGETHER => std::process::exit(STATUS.into()),
-            false => {}
+            return;
         }
+        first = Some(Instant::now());
+        ASKED.store(true, Ordering::Relaxed);
+        // Below the bar.
+        if io::stderr().is_terminal() {
+            eprintln!();
+        }
+        if !is_worth_while() {
+            crate::say("interrupted; nothing is written");
+            std::process::exit(STATUS.into());
+        }
+        crate::say(notice);
     };
     on_signal(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))
 }

@@ -252,10 +252,9 @@ pub fn progress_bar(silent: bool) -> ProgressBar {
     let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
     // Of what has hardly begun, or has begun anew, nobody knows.
     let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-        let _ = match state.eta().as_secs() {
-            0 if state.pos() < 990 => write!(out, ""),
-            _ => write!(out, "{:#} left", HumanDuration(state.eta())),
-        };
+        if state.eta().as_secs() > 0 || state.pos() >= 990 {
+            let _ = write!(out, "{:#} left", HumanDuration(state.eta()));
+        }
     };
     if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {left}") {
         bar.set_style(style.with_key("left", left));

@@ -103,13 +103,13 @@ impl Params<'_> {
                 let is_of = |ty: ParamType| class(ty) == class(param.ty);
                 let types: Vec<ParamType> = self.types(known).collect();
                 let ty = match types[..] {
-                    [only] if !is_of(only) => only.name(),
+                    [only] if !is_of(only) => only,
                     _ => return warning.fix(at, format!("\"{} {known}\"", self.spelling(param))),
                 };
                 if !may_be(&param.values.value, ty) {
                     return warning;
                 }
-                warning.fix(at, format!("\"{ty} {known}\""))
+                warning.fix(at, format!("\"{} {known}\"", ty.name()))
             }
             None if names.is_empty() => warning.help("it has none"),
             None => warning.help(format!("it has {}", names.join(", "))),
@@ -136,16 +136,17 @@ impl Params<'_> {
     /// What is wrong with a parameter that exists with other types.
     pub(super) fn wrong_type(&self, param: &Param) -> Diagnostic {
         let (name, at) = (&param.name.value, param.name.span);
-        let types: Vec<&str> = self.types(name).map(ParamType::name).collect();
+        let types: Vec<ParamType> = self.types(name).collect();
+        let names: Vec<&str> = types.iter().map(|ty| ty.name()).collect();
         let message = format!(
             "\"{name}\" of {} is of type {}, not {}",
             self.subject(),
-            types.join(" or "),
+            names.join(" or "),
             param.ty.name()
         );
         let warning = Diagnostic::warning(at, message);
         // One number where a color is due: grey was meant.
-        if let (Values::Numbers(numbers), true) = (&param.values.value, types.contains(&"rgb"))
+        if let (Values::Numbers(numbers), true) = (&param.values.value, types.contains(&ParamType::Rgb))
             && let [grey] = numbers[..]
         {
             let declaration = format!("\"rgb {name}\" [{grey} {grey} {grey}]");
@@ -155,11 +156,11 @@ impl Params<'_> {
         }
         match types[..] {
             [only] => {
-                let declaration = format!("\"{only} {name}\"");
+                let declaration = format!("\"{} {name}\"", only.name());
                 let warning = warning.help(format!("declare it {declaration}"));
                 if may_be(&param.values.value, only) { warning.fix(at, declaration) } else { warning }
             }
-            _ if types.contains(&"texture") && may_be(&param.values.value, "texture") => {
+            _ if types.contains(&ParamType::Texture) && may_be(&param.values.value, ParamType::Texture) => {
                 let declaration = format!("\"texture {name}\"");
                 warning.help(format!("a texture is named so: {declaration}")).fix(at, declaration)
             }
@@ -187,22 +188,20 @@ fn is_other_name(given: &str, known: &str) -> bool {
     OTHERS.contains(&(given, known))
 }
 
-/// Whether values of one type may be meant as those of another, by name.
-fn may_be(values: &Values, ty: &str) -> bool {
+/// Whether values of one type may be meant as those of another.
+fn may_be(values: &Values, ty: ParamType) -> bool {
     match values {
-        Values::Strings(_) => matches!(ty, "string" | "texture"),
-        Values::Bools(_) => ty == "bool",
+        Values::Strings(_) => matches!(ty, ParamType::String | ParamType::Texture),
+        Values::Bools(_) => ty == ParamType::Bool,
+        _ if matches!(ty, ParamType::String | ParamType::Texture | ParamType::Bool) => false,
+        Values::Numbers(numbers) => numbers.len().is_multiple_of(ty.arity()),
+        Values::Pairs(_) => ty.arity() != 3,
         // Three numbers are a point or a color, not a number.
-        Values::Triples(triples) if triples.len() == 1 && matches!(ty, "float" | "integer") => false,
-        Values::Numbers(numbers) if in_threes(ty) => numbers.len().is_multiple_of(3),
-        Values::Pairs(_) => !in_threes(ty),
-        _ => !matches!(ty, "string" | "texture" | "bool"),
+        Values::Triples(triples) => {
+            triples.len() != 1 || !matches!(ty, ParamType::Float | ParamType::Integer)
+        }
+        Values::Integers(_) => true,
     }
-}
-
-/// Whether a type, by name, has three numbers for each value.
-fn in_threes(ty: &str) -> bool {
-    matches!(ty, "rgb" | "xyz" | "point" | "vector" | "normal")
 }
 
 /// Types as other programs call them, and as pbrt-v3 does.

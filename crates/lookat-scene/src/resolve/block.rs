@@ -175,11 +175,7 @@ impl Resolver<'_> {
                     let object = self.object.take().unwrap_or_default();
                     let is_known = |known: &Arc<Object>| !known.primitives.is_empty() && !name.is_empty();
                     if self.objects.get(&name).is_some_and(is_known) {
-                        let message = format!(
-                            "object \"{}\" is defined again; the new one counts from here",
-                            shown(name.as_bytes())
-                        );
-                        self.report.push(Diagnostic::warning(at, message));
+                        self.warn_again("object", &shown(name.as_bytes()), at);
                     }
                     if !object.primitives.is_empty() {
                         self.idle_objects.insert(name.clone(), at);

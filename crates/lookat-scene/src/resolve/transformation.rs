@@ -4,6 +4,7 @@ use glam::{DMat4, DVec3, DVec4};
 use lookat_syntax::{Diagnostic, Span, Text};
 
 use super::{Block, Resolver};
+use crate::angle;
 use crate::transform::{LARGEST, LookAtFault, Transform};
 
 impl Resolver<'_> {
@@ -21,6 +22,19 @@ impl Resolver<'_> {
             self.state.ctm = ctm;
         }
         Ok(())
+    }
+
+    /// Warns where the angle seems to be in radians, or to be the last number.
+    pub(super) fn doubt_rotation(&mut self, angle: f64, [x, y, z]: [f64; 3], span: Span) {
+        if let Some((message, help)) = angle::doubt("the angle of Rotate", angle) {
+            self.report.push(Diagnostic::warning(span, message).help(help));
+        }
+        let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
+        if is_axis && z.abs() > 1.0 && z.abs() <= 720.0 {
+            let message = format!("a rotation by {angle} degrees: is its angle the last number?");
+            let warning = Diagnostic::warning(span, message).help("the angle comes first, then the axis");
+            self.report.push(warning.fix(span, format!("Rotate {z} {angle} {x} {y}")));
+        }
     }
 
     pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
@@ -93,12 +107,6 @@ pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnost
                 .help("every factor is other than 0; use a small one such as 1e-3 for something thin"),
         )
     })
-}
-
-/// The numbers of a Rotate as they should be, where the axis stands first: `0 1 0 45`.
-pub(super) fn axis_first(angle: f64, [x, y, z]: [f64; 3]) -> Option<String> {
-    let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
-    (is_axis && z.abs() > 1.0 && z.abs() <= 720.0).then(|| format!("{z} {angle} {x} {y}"))
 }
 
 pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {

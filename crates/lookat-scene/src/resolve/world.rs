@@ -44,11 +44,8 @@ impl Resolver<'_> {
         let missing = kind.is_none() && !faulty;
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
         let instance = self.material(Entity { name: kind, params }, "Material");
-        // Named materials may be defined again: pbrt-v3 says so too.
         if self.definitions.materials.get(&name.value).is_some() {
-            let message =
-                format!("material \"{}\" is defined again; the new one counts from here", name.value);
-            self.report.push(Diagnostic::warning(name.span, message));
+            self.warn_again("material", &name.value, name.span);
         }
         self.definitions.materials.define(name.value.clone(), Rc::new(instance));
         if missing {
@@ -75,16 +72,12 @@ impl Resolver<'_> {
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity, faulty: bool) {
         self.texture_again(&name, &value);
-        let textures = &mut self.definitions.textures;
-        // One of which a part is missing would be another one.
-        if faulty && value.value == "float" {
-            return textures.float.define(name.value, None);
-        } else if faulty {
-            return textures.spectrum.define(name.value, None);
-        }
         let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
         let params = &mut TextureParams::new(params, &self.definitions.textures);
         match value.value.as_str() {
+            // One of which a part is missing would be another one.
+            "float" if faulty => self.definitions.textures.float.define(name.value, None),
+            "spectrum" | "color" if faulty => self.definitions.textures.spectrum.define(name.value, None),
             "float" => {
                 let made = texture::texture(params, self.state.ctm, &mut self.pictures);
                 self.definitions.textures.float.define(name.value, made);
@@ -106,7 +99,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Textures may be defined again: pbrt-v3 says so too.
+    /// Warns of a texture that there is, with values of the same type.
     fn texture_again(&mut self, name: &Text, value: &Text) {
         let textures = &self.definitions.textures;
         let known = match value.value.as_str() {
@@ -114,9 +107,7 @@ impl Resolver<'_> {
             _ => textures.spectrum.get(&name.value).is_some(),
         };
         if known {
-            let message =
-                format!("texture \"{}\" is defined again; the new one counts from here", name.value);
-            self.report.push(Diagnostic::warning(name.span, message));
+            self.warn_again("texture", &name.value, name.span);
         }
     }
 
