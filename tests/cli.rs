@@ -207,6 +207,42 @@ fn black_pictures_are_told() {
     }
 }
 
+// Elsewhere a name of other case may be that of the file.
+#[cfg(target_os = "linux")]
+#[test]
+fn files_that_are_there_under_another_name_are_told() {
+    let folder = Folder::empty();
+    std::fs::create_dir_all(folder.path("textures/old")).unwrap();
+    for name in ["textures/Wood.spd", "textures/steel-01.spd", "glass.spd"] {
+        folder.write(name, "400 1 700 1");
+    }
+    let names = [
+        ("Textures/wood.SPD", Some("textures/Wood.spd")),
+        ("textures\\\\Wood.spd", Some("textures/Wood.spd")),
+        ("C:/Users/me/textures/Wood.spd", Some("textures/Wood.spd")),
+        ("/home/me/glass.spd", Some("glass.spd")),
+        ("textures/old/../Wood.sdp", Some("textures/old/../Wood.spd")),
+        // Another number is another file, and a folder is none.
+        ("textures/steel-02.spd", None),
+        ("textures/OLD", None),
+        ("nowhere.ply", None),
+    ];
+    for (name, meant) in names {
+        let shape = format!("Material \"metal\" \"spectrum k\" \"{name}\" Shape \"sphere\"");
+        folder.write("a.pbrt", &FINE.replace("Shape \"sphere\"", &shape));
+        let run = folder.run(&["check", "--json", "a.pbrt"]);
+        let diagnostics = &json_lines(&run)[0]["diagnostics"];
+        let help = diagnostics[0]["help"].as_str().unwrap();
+        match meant {
+            Some(meant) => {
+                assert_eq!(help, format!("did you mean \"{meant}\"?"), "{name}");
+                assert_eq!(diagnostics[0]["fix"]["replacement"], format!("\"{meant}\""), "{name}");
+            }
+            None => assert!(help.starts_with("names are relative"), "{name}: {help}"),
+        }
+    }
+}
+
 #[test]
 fn strict_makes_errors_of_warnings() {
     let folder = Folder::new();

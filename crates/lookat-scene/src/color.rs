@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Param, ParamType, Span, Text, Values};
 
 use crate::cie;
-use crate::files::{Files, unreadable};
+use crate::files::Files;
 
 /// The largest component of a color: far beyond any light, and so small that a sum of many and a product of two fit `f32`.
 pub(crate) const LARGEST: f32 = 1e18;
@@ -96,10 +96,9 @@ fn from_file(names: &[Text], at: Span, files: &Files) -> Result<Vec3, Box<Diagno
     let Some(name) = names.first() else {
         return Err(Box::new(Diagnostic::error(at, "a spectrum needs the name of a file")));
     };
-    let (path, bytes) = files.read_named(&name.value, name.span).map_err(|(path, error)| {
-        Box::new(unreadable("read", name, &path, &error))
-            .help("the name is relative to the file that it stands in")
-    })?;
+    let (path, bytes) = files
+        .read_named(&name.value, name.span)
+        .map_err(|(path, error)| Box::new(files.unreadable("read", name, &path, &error)))?;
     let text = String::from_utf8_lossy(&bytes);
     let mut numbers = Vec::new();
     for (index, line) in text.lines().enumerate() {

@@ -1,5 +1,8 @@
 //! Reads files through the function that the caller gives.
 
+mod nearby;
+
+use std::cell::Cell;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -65,11 +68,16 @@ pub(crate) struct Files<'a> {
     access: Access<'a>,
     /// The directory of the scene file.
     root: PathBuf,
+    /// For how many names that lead nowhere others were looked for.
+    searches: Cell<usize>,
 }
+
+/// Beyond so many, a folder is missing rather than a name wrong.
+const MOST_SEARCHES: usize = 100;
 
 impl<'a> Files<'a> {
     pub fn new(scene: &Path, access: Access<'a>) -> Self {
-        Files { sources: Sources::default(), access, root: parent(scene) }
+        Files { sources: Sources::default(), access, root: parent(scene), searches: Cell::new(0) }
     }
 
     /// Reads a scene file or an included one.
@@ -132,7 +140,48 @@ impl<'a> Files<'a> {
 
     /// The path of a file that is named at `span`, beside the file that names it.
     pub fn beside(&self, name: &str, span: Span) -> PathBuf {
-        normal(&parent(&self.sources.file(span.file).path).join(name))
+        normal(&self.folder(span).join(name))
+    }
+
+    /// The folder of the file that a place is in.
+    fn folder(&self, span: Span) -> PathBuf {
+        parent(&self.sources.file(span.file).path)
+    }
+
+    /// The error for a file that a scene names and that cannot be read.
+    pub fn unreadable(&self, verb: &str, name: &Text, path: &Path, error: &io::Error) -> Diagnostic {
+        if name.value.is_empty() {
+            return Diagnostic::error(name.span, "the name of the file is empty");
+        }
+        let shown = path.display().to_string().escape_debug().to_string();
+        let diagnostic = Diagnostic::error(name.span, format!("cannot {verb} {shown}: {}", io_reason(error)));
+        if name.value.contains(char::is_control) {
+            return diagnostic.help("in a quoted name \\ starts an escape: write a backslash as / or \\\\");
+        }
+        if error.kind() != io::ErrorKind::NotFound {
+            return diagnostic;
+        }
+        match self.meant(name) {
+            Some(meant) if meant.contains(['"', '\\']) => {
+                diagnostic.help(format!("did you mean {}?", meant.escape_debug()))
+            }
+            Some(meant) => {
+                let quoted = format!("\"{meant}\"");
+                diagnostic.help(format!("did you mean {quoted}?")).fix(name.span, quoted)
+            }
+            None => diagnostic
+                .help("names are relative to the file that they stand in, or else to the scene file"),
+        }
+    }
+
+    /// A file that there is, of a name much like one that leads nowhere.
+    fn meant(&self, name: &Text) -> Option<String> {
+        // Only where names are those of files on disk, which can be listed.
+        match self.access {
+            Access::Read(_) => None,
+            Access::Open(_) if self.searches.replace(self.searches.get() + 1) >= MOST_SEARCHES => None,
+            Access::Open(_) => nearby::meant(&name.value, &[self.folder(name.span), self.root.clone()]),
+        }
     }
 }
 
@@ -159,27 +208,9 @@ fn normal(path: &Path) -> PathBuf {
     if out.as_os_str().is_empty() { PathBuf::from(".") } else { out }
 }
 
-/// The error for a file that a scene names and that cannot be read.
-pub(crate) fn unreadable(verb: &str, name: &Text, path: &Path, error: &io::Error) -> Diagnostic {
-    if name.value.is_empty() {
-        return Diagnostic::error(name.span, "the name of the file is empty");
-    }
-    let shown = path.display().to_string().escape_debug().to_string();
-    let diagnostic = Diagnostic::error(name.span, format!("cannot {verb} {shown}: {}", io_reason(error)));
-    if name.value.contains(char::is_control) {
-        return diagnostic.help("in a quoted name \\ starts an escape: write a backslash as / or \\\\");
-    }
-    match error.kind() {
-        io::ErrorKind::NotFound => {
-            diagnostic.help("names are relative to the file that they stand in, or else to the scene file")
-        }
-        _ => diagnostic,
-    }
-}
-
 /// What a file is that is certainly no scene, by its first bytes.
 pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
-    let known: [(&[u8], &str); 9] = [
+    let known: [(&[u8], &str); 10] = [
         (b"\x89PNG", "a PNG picture"),
         (b"\xFF\xD8\xFF", "a JPEG picture"),
         (b"\x76\x2F\x31\x01", "an OpenEXR picture"),
@@ -189,6 +220,7 @@ pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
         (b"\xFE\xFF", "UTF-16 text: save it as UTF-8"),
         (b"ply", "a PLY mesh, which Shape \"plymesh\" names"),
         (b"<", "XML or HTML"),
+        (LFS_POINTER, "what stands for a file that `git lfs pull` fetches"),
     ];
     known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name)
 }

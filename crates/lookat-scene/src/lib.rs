@@ -31,6 +31,7 @@ mod camera;
 mod cie;
 mod color;
 mod cutout;
+mod elsewhere;
 mod files;
 mod film;
 mod filter;

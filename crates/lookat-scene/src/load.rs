@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lookat_image::io_reason;
 use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
 
-use crate::files::{Access, Files, Open, Read, other_format, unreadable};
+use crate::files::{Access, Files, Open, Read, other_format};
 use crate::overrides::Overrides;
 use crate::resolve::Resolver;
 use crate::{Scene, Sources};
@@ -134,7 +134,7 @@ impl Loader<'_> {
         let (path, bytes) = match self.resolver.files.read_named(&name.value, name.span) {
             Ok(found) => found,
             Err((path, error)) => {
-                let error = unreadable("include", &name, &path, &error);
+                let error = self.resolver.files.unreadable("include", &name, &path, &error);
                 self.resolver.report.push(error);
                 self.resolver.report.incomplete = true;
                 return;

@@ -282,7 +282,7 @@ impl<'a> Params<'a> {
 
     /// Reports that a file cannot be read.
     pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
-        let unreadable = crate::files::unreadable("read", name, path, error);
+        let unreadable = self.files.unreadable("read", name, path, error);
         // Those without a name have nothing else in common.
         if name.value.is_empty() { self.error(unreadable) } else { self.error_once(unreadable) }
     }

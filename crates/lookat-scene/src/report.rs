@@ -2,8 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use lookat_syntax::{Diagnostic, Severity, Span};
+use lookat_syntax::{Diagnostic, Severity, Span, Text};
 
+use crate::elsewhere::{Elsewhere, Kind};
 use crate::sources::Sources;
 
 /// Diagnostics so far.
@@ -12,6 +13,7 @@ pub(crate) struct Report {
     diagnostics: Vec<Diagnostic>,
     /// For messages that are said once: the diagnostic and how many places it stands for.
     once: HashMap<String, (usize, usize)>,
+    elsewhere: Elsewhere,
     /// What only pbrt-v4 has.
     v4_marks: Vec<Span>,
     /// A file could not be included: what it defines is missing, which is no other mistake.
@@ -30,6 +32,17 @@ impl Report {
 
     pub fn extend(&mut self, diagnostics: Vec<Diagnostic>) {
         self.diagnostics.extend(diagnostics);
+    }
+
+    /// Keeps the place where a name is defined.
+    pub fn define(&mut self, kind: Kind, name: &Text) {
+        self.elsewhere.define(kind, name);
+    }
+
+    /// The error for a name that is not defined where it is used. Where else it is defined is told in the end.
+    pub fn undefined(&mut self, kind: Kind, name: &Text, error: Diagnostic) {
+        self.elsewhere.undefined(kind, name, self.diagnostics.len());
+        self.diagnostics.push(error);
     }
 
     /// A warning about a feature: said at the first place, counted at the others.
@@ -81,6 +94,7 @@ impl Report {
                 self.diagnostics[index].labels[0].text = format!("and at {others} other {noun}");
             }
         }
+        std::mem::take(&mut self.elsewhere).explain(&mut self.diagnostics);
         self.diagnostics.sort_by_cached_key(|diagnostic| sources.reading_order(diagnostic.span()));
         let mut seen = HashSet::new();
         self.diagnostics.retain(|diagnostic| {

@@ -12,6 +12,7 @@ use lookat_syntax::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, shown,
 };
 
+use crate::elsewhere::Kind;
 use crate::files::Files;
 use crate::options::{Options, Settled};
 use crate::overrides::Overrides;
@@ -122,9 +123,10 @@ impl<'a> Resolver<'a> {
             }
             Directive::CoordinateSystem(name) => {
                 self.idle_transform = None;
+                self.report.define(Kind::CoordinateSystem, &name);
                 self.coordinate_systems.insert(name.value, self.state.ctm);
             }
-            Directive::CoordSysTransform(name) => self.coord_sys_transform(name)?,
+            Directive::CoordSysTransform(name) => self.coord_sys_transform(name),
             Directive::ActiveTransform(which) => {
                 self.motion(at, "ActiveTransform");
                 self.state.at_start = which != ActiveTransform::EndTime;
@@ -146,10 +148,10 @@ impl<'a> Resolver<'a> {
             Directive::ReverseOrientation => self.state.reverse_orientation = !self.state.reverse_orientation,
             Directive::WorldBegin => self.world_begin(at),
             Directive::WorldEnd => self.world_end(),
-            Directive::NamedMaterial(name) => self.named_material(name)?,
+            Directive::NamedMaterial(name) => self.named_material(name),
             Directive::MediumInterface { inside, outside } => {
                 for name in [Some(inside), outside].into_iter().flatten() {
-                    self.medium(name)?;
+                    self.medium(name);
                 }
             }
             Directive::Texture { name, value, entity } => self.texture(name, value, entity, statement.faulty),
@@ -186,6 +188,7 @@ impl<'a> Resolver<'a> {
             EntityKind::MakeNamedMedium => {
                 let message = "participating media are not rendered; space is empty";
                 self.report.unsupported(at, message.into());
+                self.report.define(Kind::Medium, &entity.name);
                 self.media.insert(entity.name.value);
             }
             _ => {

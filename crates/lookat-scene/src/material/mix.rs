@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_syntax::{Diagnostic, nearest};
+use lookat_syntax::Diagnostic;
 
 use super::{Material, MaterialKind, Named};
+use crate::elsewhere::Kind;
 use crate::texture::{Texture, TextureParams};
 
 /// Two materials in one.
@@ -57,16 +58,7 @@ fn part(params: &mut TextureParams, parameter: &'static str, named: &Named) -> A
             let help = "\"uber\" with an opacity, or an alpha texture of the shape, makes holes";
             params.error(Diagnostic::error(name.span, message).help(help));
         }
-        None => {
-            let message = format!("there is no named material \"{}\"", name.value);
-            let error = Diagnostic::error(name.span, message);
-            params.error(match nearest(&name.value, named.keys().map(String::as_str)) {
-                Some(near) => {
-                    error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\""))
-                }
-                None => error.help("MakeNamedMaterial defines one before this"),
-            });
-        }
+        None => params.undefined(Kind::Material, &name, named.keys()),
     }
     Arc::new(Material::DEFAULT)
 }

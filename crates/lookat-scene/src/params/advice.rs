@@ -3,35 +3,27 @@
 use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, shown};
 
 use super::{Params, class};
+use crate::elsewhere::{Kind, undefined};
 
 impl Params<'_> {
-    /// The error for the name of a texture that is not defined, with values of the given type. `own` lists those that are,
-    /// `is_other` says whether one of that name has values of the other type.
-    pub fn undefined_texture<'n>(
-        &mut self,
-        texture: &Text,
-        value: &str,
-        own: impl Iterator<Item = &'n String>,
-        is_other: bool,
-    ) {
+    /// Reports a name that is not defined.
+    pub fn undefined<'n>(&mut self, kind: Kind, name: &Text, known: impl Iterator<Item = &'n String>) {
         self.failed = true;
-        if self.report.incomplete {
-            return;
-        }
-        let mut own: Vec<&str> =
-            if self.report.is_long() { Vec::new() } else { own.map(String::as_str).collect() };
-        own.sort_unstable();
-        let error =
-            Diagnostic::error(texture.span, format!("there is no {value} texture \"{}\"", texture.value));
-        let error = if is_other {
-            let has = if value == "float" { "spectrum" } else { "float" };
-            error.help(format!("the texture of that name is a {has} texture; a {value} one is needed here"))
-        } else if let Some(known) = nearest(&texture.value, own) {
-            error.help(format!("did you mean \"{known}\"?")).fix(texture.span, format!("\"{known}\""))
-        } else {
-            error.help("a Texture directive before this one, in the same or an outer block, defines it")
+        undefined(self.report, kind, name, known);
+    }
+
+    /// Reports the name of a texture where one of the other type has it. None is needed where a file is missing.
+    pub fn other_texture(&mut self, kind: Kind, name: &Text) {
+        self.failed = true;
+        let [has, needs] = match kind {
+            Kind::FloatTexture => ["spectrum", "float"],
+            _ => ["float", "spectrum"],
         };
-        self.report.push(error);
+        if !self.report.incomplete {
+            let message = format!("there is no {needs} texture \"{}\"", name.value);
+            let help = format!("the texture of that name is a {has} texture; a {needs} one is needed here");
+            self.report.push(Diagnostic::error(name.span, message).help(help));
+        }
     }
 
     /// Reports a parameter that there must be: as missing, or as declared with a type that it does not have.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text, shown};
 
 use super::{Block, Resolver};
+use crate::elsewhere::{Kind, undefined};
 use crate::state::{Open, Saved};
 use crate::{Instance, Object, Transform};
 
@@ -189,6 +190,7 @@ impl Resolver<'_> {
     pub(super) fn object_begin(&mut self, name: Text, at: Span) -> Result<(), Box<Diagnostic>> {
         let inside = self.open.iter().find(|open| matches!(open, Open::Object { .. })).map(Open::at);
         let saved = Saved::new(&self.state, &self.definitions);
+        self.report.define(Kind::Object, &name);
         let Some(outer) = inside else {
             if self.begin(Open::Object { saved, name: Some(name.value), at }) {
                 self.object = Some(Object::default());
@@ -214,7 +216,8 @@ impl Resolver<'_> {
             ));
         }
         let Some(object) = self.objects.get(&name.value) else {
-            return self.undefined("object", &name, self.objects.keys(), "ObjectBegin");
+            undefined(&mut self.report, Kind::Object, &name, self.objects.keys());
+            return Ok(());
         };
         self.idle_objects.remove(&name.value);
         if !object.primitives.is_empty() {

@@ -5,6 +5,7 @@ use lookat_syntax::{Diagnostic, Span, Text};
 
 use super::{Block, Resolver};
 use crate::angle;
+use crate::elsewhere::{Kind, undefined};
 use crate::transform::{LARGEST, LookAtFault, Transform};
 
 impl Resolver<'_> {
@@ -64,16 +65,12 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn coord_sys_transform(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
+    pub(super) fn coord_sys_transform(&mut self, name: Text) {
         match self.coordinate_systems.get(&name.value) {
-            Some(transform) => {
-                // For both times, whichever is active.
-                self.state.ctm = *transform;
-                Ok(())
-            }
+            // For both times, whichever is active.
+            Some(transform) => self.state.ctm = *transform,
             None => {
-                let known = self.coordinate_systems.keys();
-                self.undefined("coordinate system", &name, known, "CoordinateSystem")
+                undefined(&mut self.report, Kind::CoordinateSystem, &name, self.coordinate_systems.keys())
             }
         }
     }

@@ -3,10 +3,11 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values, nearest};
+use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
 
 use super::Resolver;
 use crate::cutout::cutout;
+use crate::elsewhere::{Kind, undefined};
 use crate::params::Params;
 use crate::state::MaterialInstance;
 use crate::texture::TextureParams;
@@ -47,6 +48,7 @@ impl Resolver<'_> {
         if self.definitions.materials.get(&name.value).is_some() {
             self.warn_again("material", &name.value, name.span);
         }
+        self.report.define(Kind::Material, &name);
         self.definitions.materials.define(name.value.clone(), Rc::new(instance));
         if missing {
             let error =
@@ -57,21 +59,23 @@ impl Resolver<'_> {
         Ok(())
     }
 
-    pub(super) fn named_material(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
+    pub(super) fn named_material(&mut self, name: Text) {
         match self.definitions.materials.get(&name.value) {
-            Some(instance) => {
-                self.state.material = instance.clone();
-                Ok(())
-            }
-            None => {
-                let known = self.definitions.materials.keys();
-                self.undefined("named material", &name, known, "MakeNamedMaterial")
-            }
+            Some(instance) => self.state.material = instance.clone(),
+            None => undefined(&mut self.report, Kind::Material, &name, self.definitions.materials.keys()),
         }
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity, faulty: bool) {
         self.texture_again(&name, &value);
+        self.define_texture(name.clone(), &value, entity, faulty);
+        // A texture may use the one that had its name before.
+        if let Some(kind) = Kind::of_texture(&value.value) {
+            self.report.define(kind, &name);
+        }
+    }
+
+    fn define_texture(&mut self, name: Text, value: &Text, entity: Entity, faulty: bool) {
         let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
         let params = &mut TextureParams::new(params, &self.definitions.textures);
         match value.value.as_str() {
@@ -111,11 +115,10 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn medium(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
-        if name.value.is_empty() || self.media.contains(&name.value) {
-            return Ok(());
+    pub(super) fn medium(&mut self, name: Text) {
+        if !name.value.is_empty() && !self.media.contains(&name.value) {
+            undefined(&mut self.report, Kind::Medium, &name, self.media.iter());
         }
-        self.undefined("medium", &name, self.media.iter(), "MakeNamedMedium")
     }
 
     pub(super) fn light_source(&mut self, entity: Entity) {
@@ -183,50 +186,4 @@ impl Resolver<'_> {
         }
         Some(emission)
     }
-
-    /// The error for a name that nothing has defined; none where a file that may define it is missing.
-    pub(super) fn undefined<'n>(
-        &self,
-        what: &str,
-        name: &Text,
-        known: impl Iterator<Item = &'n String>,
-        definer: &str,
-    ) -> Result<(), Box<Diagnostic>> {
-        if self.report.incomplete {
-            return Ok(());
-        }
-        if self.report.is_long() {
-            return Err(Box::new(Diagnostic::error(
-                name.span,
-                format!("there is no {what} \"{}\"", name.value),
-            )));
-        }
-        Err(undefined(what, name, known, definer))
-    }
-}
-
-/// At most this many names are looked through for the one that was meant.
-const MOST_NAMES: usize = 10_000;
-
-/// The error for a name that nothing has defined.
-fn undefined<'n>(
-    what: &str,
-    name: &Text,
-    known: impl Iterator<Item = &'n String>,
-    definer: &str,
-) -> Box<Diagnostic> {
-    let mut known: Vec<&str> = known.map(String::as_str).take(MOST_NAMES).collect();
-    known.sort_unstable();
-    let error = Diagnostic::error(name.span, format!("there is no {what} \"{}\"", name.value));
-    Box::new(match nearest(&name.value, known.iter().copied()) {
-        Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
-        None if known.is_empty() => error.help(format!("{definer} defines one; none is defined here")),
-        None => error.help(format!("{definer} defines one; defined here: {}", listed(&known))),
-    })
-}
-
-/// Names for a message, not too many of them.
-fn listed(names: &[&str]) -> String {
-    let shown = names.iter().take(8).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-    if names.len() > 8 { format!("{shown} and {} more", names.len() - 8) } else { shown }
 }

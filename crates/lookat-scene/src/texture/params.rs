@@ -6,6 +6,7 @@ use glam::Vec3;
 use lookat_syntax::ParamType;
 
 use super::Texture;
+use crate::elsewhere::Kind;
 use crate::names::Names;
 use crate::params::Params;
 
@@ -36,8 +37,10 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         let Textures { float, spectrum } = self.textures;
         let known = spectrum.get(&texture.value);
         if known.is_none() {
-            let is_other = float.get(&texture.value).is_some();
-            self.params.undefined_texture(&texture, "spectrum", spectrum.keys(), is_other);
+            match float.get(&texture.value) {
+                Some(_) => self.params.other_texture(Kind::SpectrumTexture, &texture),
+                None => self.params.undefined(Kind::SpectrumTexture, &texture, spectrum.keys()),
+            }
         }
         known.cloned().flatten().unwrap_or(Texture::Constant(default))
     }
@@ -56,8 +59,10 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         let Textures { float, spectrum } = self.textures;
         let known = float.get(&texture.value);
         if known.is_none() {
-            let is_other = spectrum.get(&texture.value).is_some();
-            self.params.undefined_texture(&texture, "float", float.keys(), is_other);
+            match spectrum.get(&texture.value) {
+                Some(_) => self.params.other_texture(Kind::FloatTexture, &texture),
+                None => self.params.undefined(Kind::FloatTexture, &texture, float.keys()),
+            }
         }
         known.cloned().flatten()
     }

@@ -1,0 +1,146 @@
+//! Names that are used where they are not defined: where else they are.
+
+use std::collections::HashMap;
+
+use lookat_syntax::{Diagnostic, Span, Text, nearest};
+
+use crate::report::Report;
+
+/// What has a name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Kind {
+    Material,
+    FloatTexture,
+    SpectrumTexture,
+    Object,
+    Medium,
+    CoordinateSystem,
+}
+
+impl Kind {
+    /// That of textures with values of a type.
+    pub fn of_texture(values: &str) -> Option<Kind> {
+        match values {
+            "float" => Some(Kind::FloatTexture),
+            "spectrum" | "color" => Some(Kind::SpectrumTexture),
+            _ => None,
+        }
+    }
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Material => "named material",
+            Kind::FloatTexture => "float texture",
+            Kind::SpectrumTexture => "spectrum texture",
+            Kind::Object => "object",
+            Kind::Medium => "medium",
+            Kind::CoordinateSystem => "coordinate system",
+        }
+    }
+
+    /// The directive that defines one.
+    pub fn definer(self) -> &'static str {
+        match self {
+            Kind::Material => "MakeNamedMaterial",
+            Kind::FloatTexture | Kind::SpectrumTexture => "Texture",
+            Kind::Object => "ObjectBegin",
+            Kind::Medium => "MakeNamedMedium",
+            Kind::CoordinateSystem => "CoordinateSystem",
+        }
+    }
+}
+
+/// Definitions of all blocks, and uses that are not in the right one.
+#[derive(Debug, Default)]
+pub(crate) struct Elsewhere {
+    /// The last definition of each name.
+    places: HashMap<(Kind, String), Span>,
+    undefined: Vec<Undefined>,
+}
+
+#[derive(Debug)]
+struct Undefined {
+    kind: Kind,
+    name: String,
+    /// Which diagnostic tells of it.
+    diagnostic: usize,
+    /// Where it is defined before, in a block that has ended.
+    before: Option<Span>,
+}
+
+impl Elsewhere {
+    pub fn define(&mut self, kind: Kind, name: &Text) {
+        self.places.insert((kind, name.value.clone()), name.span);
+    }
+
+    /// A name that is used where it is not defined.
+    pub fn undefined(&mut self, kind: Kind, name: &Text, diagnostic: usize) {
+        let key = (kind, name.value.clone());
+        let before = self.places.get(&key).copied();
+        self.undefined.push(Undefined { kind, name: key.1, diagnostic, before });
+    }
+
+    /// Tells where else the names are defined, in place of what else they might be.
+    pub fn explain(self, diagnostics: &mut [Diagnostic]) {
+        for Undefined { kind, name, diagnostic, before } in self.undefined {
+            let definer = kind.definer();
+            let (place, text, help) = match (before, self.places.get(&(kind, name))) {
+                (Some(place), _) => (
+                    place,
+                    "it is defined here, in a block that has ended",
+                    format!("what a block defines ends with it: {definer} belongs before the block"),
+                ),
+                // Not by the very directive that uses it.
+                (None, Some(place)) if !is_before(*place, diagnostics[diagnostic].span()) => (
+                    *place,
+                    "it is defined here, too late",
+                    format!("{definer} belongs before the first use"),
+                ),
+                _ => continue,
+            };
+            let error = &mut diagnostics[diagnostic];
+            *error = error.clone().related(place, text).help(help);
+            error.fix = None;
+        }
+    }
+}
+
+fn is_before(a: Span, b: Span) -> bool {
+    a.file == b.file && a.start < b.start
+}
+
+/// At most this many names are looked through for the one that was meant.
+const MOST_NAMES: usize = 10_000;
+
+/// Reports a name that is not defined; not where a file that may define it is missing.
+pub(crate) fn undefined<'n>(
+    report: &mut Report,
+    kind: Kind,
+    name: &Text,
+    known: impl Iterator<Item = &'n String>,
+) {
+    if report.incomplete {
+        return;
+    }
+    let error = Diagnostic::error(name.span, format!("there is no {} \"{}\"", kind.name(), name.value));
+    if report.is_long() {
+        report.push(error);
+        return;
+    }
+    let mut known: Vec<&str> = known.map(String::as_str).take(MOST_NAMES).collect();
+    known.sort_unstable();
+    let definer = kind.definer();
+    let error = match nearest(&name.value, known.iter().copied()) {
+        Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
+        None if known.is_empty() => error.help(format!("{definer} defines one; none is defined here")),
+        None => error.help(format!("{definer} defines one; defined here: {}", listed(&known))),
+    };
+    report.undefined(kind, name, error);
+}
+
+/// Names for a message, not too many of them.
+fn listed(names: &[&str]) -> String {
+    let shown = names.iter().take(8).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
+    if names.len() > 8 { format!("{shown} and {} more", names.len() - 8) } else { shown }
+}
