@@ -23,13 +23,26 @@ fn printed(folder: &Path, arguments: &[&str]) -> Vec<Value> {
     lines
 }
 
-/// All names of members, but for those of metrics and files, which stand for themselves.
+/// What a chart writes, with another renderer in it: `chart.csv` and `chart.json`.
+fn charted(folder: &Path) -> (String, Value) {
+    let point = ["--point", "other=1,a.exr", "-o", "chart"];
+    assert!(run(folder, &[&["chart", "scene.pbrt", "--spp", "4"], &point[..]].concat()).status.success());
+    let read = |name| std::fs::read_to_string(folder.join("chart").join(name)).unwrap();
+    (read("chart.csv"), serde_json::from_str(&read("chart.json")).unwrap())
+}
+
+/// The names of methods, which are keys of some objects.
+const METHODS: [&str; 4] = ["random", "stratified", "halton", "sobol"];
+
+/// All names of members, but for those of metrics, files and methods, which stand for themselves.
 fn members(value: &Value, found: &mut BTreeSet<String>) {
     match value {
         Value::Array(values) => values.iter().for_each(|value| members(value, found)),
         Value::Object(object) => {
             for (name, value) in object {
-                found.insert(name.clone());
+                if !METHODS.contains(&name.as_str()) {
+                    found.insert(name.clone());
+                }
                 match name.as_str() {
                     "metrics" => {}
                     "not_finite" => {
@@ -69,10 +82,13 @@ fn all_members_are_explained() {
     ] {
         all.extend(printed(folder.path(), &arguments));
     }
+    let (table, chart) = charted(folder.path());
+    all.push(chart);
     let text = std::fs::read_to_string(project().join("docs/json.md")).unwrap();
     let mut found = BTreeSet::new();
     all.iter().for_each(|value| members(value, &mut found));
+    found.extend(table.lines().next().unwrap().split(',').map(str::to_owned));
     let missing: Vec<&String> = found.iter().filter(|name| !text.contains(&format!("`{name}`"))).collect();
     assert!(missing.is_empty(), "{missing:?}");
-    assert!(found.len() > 80, "{}", found.len());
+    assert!(found.len() > 110, "{}", found.len());
 }
