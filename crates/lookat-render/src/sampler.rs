@@ -46,7 +46,7 @@ impl SampleStream {
         let pattern = match sampler.kind {
             SamplerKind::Random => Pattern::Random(random_of(seed, 0)),
             SamplerKind::Stratified { cells, jitter } => Pattern::Stratified { cells, jitter },
-            SamplerKind::Halton { pixel_center } => Pattern::of(Sequence::Halton { pixel_center }),
+            SamplerKind::Halton { pixel_center } => Pattern::of(Sequence::halton(pixel_center, seed)),
             SamplerKind::Sobol => Pattern::of(Sequence::Sobol),
         };
         SampleStream { pattern, seed, index: 0, count: sampler.samples_per_pixel, dimension: 0 }
@@ -140,7 +140,7 @@ impl SampleStream {
         let at = self.dimension - 2;
         match self.pattern {
             Pattern::Stratified { cells, jitter } => self.stratified(cells, jitter, at),
-            Pattern::Sequence { sequence: Sequence::Halton { pixel_center: true }, .. } if at == 0 => {
+            Pattern::Sequence { sequence: Sequence::Halton { pixel_center: true, .. }, .. } if at == 0 => {
                 DVec2::splat(0.5)
             }
             _ => DVec2::new(self.number(at), self.number(at + 1)),

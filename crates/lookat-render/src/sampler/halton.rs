@@ -3,13 +3,15 @@
 #[cfg(target_arch = "x86_64")]
 pub(super) mod avx2;
 
+use sobol_burley::parts::owen_scramble_rev;
+
 use super::LANES;
 
-/// The numbers of a point of the sequence in the dimensions of a set, where `count` points are taken of it. `seed` chooses the
-/// scramble. `None` beyond the dimensions, or the points, that there are.
-pub(super) fn numbers(set: u32, index: u32, count: u32, seed: u64) -> Option<[f64; LANES]> {
+/// The numbers of a point of the sequence in the dimensions of a set, where `count` points are taken of it. `seeds` are those
+/// of the set. `None` beyond the dimensions, or the points, that there are.
+pub(super) fn numbers(set: u32, index: u32, count: u32, seeds: &[u32; LANES]) -> Option<[f64; LANES]> {
     let bases = BASES.get(set as usize).filter(|_| index <= MOST)?;
-    Some(scrambled_radical_inverses(bases, index, count, &seeds(set * LANES as u32, seed)))
+    Some(scrambled_radical_inverses(bases, index, count, seeds))
 }
 
 /// The same in two dimensions alone, from `dimension` on.
@@ -19,9 +21,9 @@ pub(super) fn pair(dimension: u32, index: u32, count: u32, seed: u64) -> Option<
     (index <= MOST).then(|| scrambled_radical_inverses(&bases, index, count, &seeds(dimension, seed)))
 }
 
-/// What chooses the scrambles of dimensions.
+/// What chooses the scrambles of dimensions. Those of the first set do not change from sample to sample of a pixel.
 #[inline(always)]
-fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {
+pub(super) fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {
     let mut seeds = [0; N];
     for lane in 0..N {
         seeds[lane] = mix(seed as u32 ^ mix((seed >> 32) as u32 ^ (first + NUMBERS[lane])));
@@ -47,7 +49,7 @@ fn scrambled_radical_inverses<const N: usize>(
     // `rest` of the index is above the digits before, and `power` above all numbers with so many digits.
     let (mut rest, mut power) = ([index; N], [1_u32; N]);
     let (mut number, mut scale) = ([0.0; N], [1.0; N]);
-    // The least base needs the most digits. What the others have too many is random, as it should be.
+    // The least base but 2 needs the most digits. What the others have too many is random, as it should be.
     let mut least = 1;
     while least < u64::from(count) {
         let mut digit = [0; N];
@@ -57,7 +59,7 @@ fn scrambled_radical_inverses<const N: usize>(
             // overflow only below the digits that are needed.
             let before = power[lane].wrapping_add(index).wrapping_sub(rest[lane].wrapping_mul(power[lane]));
             let random = mix(seeds[lane] ^ before);
-            let factor = 1 + high(random.wrapping_mul(SPREAD), prime - 1);
+            let factor = 1 + high(random.rotate_left(16), prime - 1);
             let above = bases.quotient(lane, rest[lane]);
             let image = (rest[lane] - above * prime) * factor + high(random, prime);
             digit[lane] = image - bases.quotient(lane, image) * prime;
@@ -78,7 +80,16 @@ fn scrambled_radical_inverses<const N: usize>(
         let beyond = f64::from(beyond[lane] as i32) * (1.0 / f64::from(1_u32 << 31));
         number[lane] = (number[lane] + beyond * scale[lane]).min(BELOW_ONE);
     }
+    if bases.begins_with_2() {
+        number[0] = scrambled_in_base_2(index, seeds[0]);
+    }
     number
+}
+
+/// The same in base 2, all digits at once (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020).
+#[inline(always)]
+fn scrambled_in_base_2(index: u32, seed: u32) -> f64 {
+    f64::from(owen_scramble_rev(index, seed).reverse_bits()) * (1.0 / 4_294_967_296.0)
 }
 
 /// The upper half of a product: of a random number, one below `n`.
@@ -86,9 +97,6 @@ fn scrambled_radical_inverses<const N: usize>(
 fn high(x: u32, n: u32) -> u32 {
     ((u64::from(x) * u64::from(n)) >> 32) as u32
 }
-
-/// Makes another number of a random one.
-const SPREAD: u32 = 0x9e37_79b1;
 
 /// The largest number below one.
 const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
@@ -111,6 +119,7 @@ struct Bases<const N: usize> {
     /// A power of two from 2^32 on over each prime, rounded up, and the exponent beyond 32.
     reciprocal: [u32; N],
     exponent: [u32; N],
+    /// The least of those that are computed digit by digit: the first may be 2, which is not.
     least: u64,
 }
 
@@ -125,7 +134,7 @@ impl<const N: usize> Bases<N> {
             reciprocal: [0; N],
             exponent: [0; N],
             // They are in order.
-            least: primes[0] as u64,
+            least: if primes[0] == 2 { primes[1] as u64 } else { primes[0] as u64 },
         };
         let mut lane = 0;
         while lane < N {
@@ -136,6 +145,11 @@ impl<const N: usize> Bases<N> {
             lane += 1;
         }
         bases
+    }
+
+    #[inline(always)]
+    const fn begins_with_2(&self) -> bool {
+        self.prime[0] == 2
     }
 
     /// A number of at most [`MOST`] over a prime, rounded down, without a division: the reciprocal is off by less than 2^-31
@@ -182,10 +196,14 @@ const fn bases() -> [Bases<LANES>; 16] {
 mod tests {
     use super::*;
 
+    fn of_seed(set: u32, index: u32, count: u32, seed: u64) -> Option<[f64; LANES]> {
+        numbers(set, index, count, &seeds(set * LANES as u32, seed))
+    }
+
     /// The number in one dimension, with a scramble.
     fn number(prime: u32, index: u32, count: u32, seed: u32) -> f64 {
         let bases = Bases::new([prime; LANES]);
-        scrambled_radical_inverses(&bases, index, count, &[mix(seed); LANES])[3]
+        scrambled_radical_inverses(&bases, index, count, &[mix(seed); LANES])[0]
     }
 
     /// Wherever a block of the sequence begins, it has one point in each stratum.
@@ -211,7 +229,7 @@ mod tests {
             for lane in 0..LANES {
                 let prime = BASES[set as usize].prime[lane];
                 let numbers = |seed| -> Vec<f64> {
-                    (0..prime).map(|index| numbers(set, index, prime, seed).unwrap()[lane]).collect()
+                    (0..prime).map(|index| of_seed(set, index, prime, seed).unwrap()[lane]).collect()
                 };
                 let mut strata: Vec<u32> = numbers(5).iter().map(|x| (x * f64::from(prime)) as u32).collect();
                 strata.sort_unstable();
@@ -220,7 +238,7 @@ mod tests {
                 assert_ne!(numbers(5), numbers(5 | 1 << 32));
             }
         }
-        assert!(numbers(BASES.len() as u32, 0, 1, 0).is_none() && numbers(0, MOST + 1, 1, 0).is_none());
+        assert!(of_seed(BASES.len() as u32, 0, 1, 0).is_none() && of_seed(0, MOST + 1, 1, 0).is_none());
         assert!(pair(127, 0, 1, 0).is_none() && pair(0, MOST + 1, 1, 0).is_none());
     }
 
@@ -229,7 +247,7 @@ mod tests {
     fn pairs_are_those_of_sets() {
         for dimension in [0, 3, 7, 8, 126] {
             for index in 0..100 {
-                let of_set = |at: u32| numbers(at / 8, index, 100, 5).unwrap()[at as usize % LANES];
+                let of_set = |at: u32| of_seed(at / 8, index, 100, 5).unwrap()[at as usize % LANES];
                 let prime = f64::from(BASES[dimension as usize / LANES].prime[dimension as usize % LANES]);
                 let [first, second] = pair(dimension, index, 100, 5).unwrap();
                 let digits = 100_f64.log(prime).ceil();

@@ -8,13 +8,22 @@ use crate::arithmetic::{Simd, SimdKind};
 /// Which sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sequence {
-    Halton { pixel_center: bool },
+    /// With the seeds of the first set of a pixel, which all its samples take.
+    Halton {
+        pixel_center: bool,
+        first: [u32; LANES],
+    },
     Sobol,
 }
 
 impl Sequence {
+    /// That of a pixel.
+    pub fn halton(pixel_center: bool, seed: u64) -> Self {
+        Sequence::Halton { pixel_center, first: halton::seeds(0, seed) }
+    }
+
     /// The numbers of a set of dimensions.
-    pub fn numbers(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+    pub fn numbers(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
         match Simd::best().kind() {
             SimdKind::Portable => self.numbers_portable(set, index, count, seed),
             #[cfg(target_arch = "x86_64")]
@@ -27,19 +36,23 @@ impl Sequence {
     /// The same numbers, in fewer instructions.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn numbers_avx2(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+    fn numbers_avx2(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
         match self {
             Sequence::Sobol => sobol::avx2::numbers(set, index, seed),
-            Sequence::Halton { .. } => halton::avx2::numbers(set, index, count, seed)
-                .unwrap_or_else(|| beyond_halton(set, index, seed)),
+            Sequence::Halton { first, .. } => {
+                let seeds = if set == 0 { *first } else { halton::seeds(set * LANES as u32, seed) };
+                halton::avx2::numbers(set, index, count, &seeds)
+                    .unwrap_or_else(|| beyond_halton(set, index, seed))
+            }
         }
     }
 
-    fn numbers_portable(self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+    fn numbers_portable(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
         match self {
             Sequence::Sobol => sobol::numbers(set, index, seed),
-            Sequence::Halton { .. } => {
-                halton::numbers(set, index, count, seed).unwrap_or_else(|| beyond_halton(set, index, seed))
+            Sequence::Halton { first, .. } => {
+                let seeds = if set == 0 { *first } else { halton::seeds(set * LANES as u32, seed) };
+                halton::numbers(set, index, count, &seeds).unwrap_or_else(|| beyond_halton(set, index, seed))
             }
         }
     }
@@ -71,10 +84,11 @@ mod tests {
             ((bits as u32) >> (k % 32), ((bits >> 32) as u32) >> (k / 5 % 32))
         });
         let places: Vec<(u32, u32)> = chosen.into_iter().chain(beyond).chain(random).collect();
-        for sequence in [Sequence::Sobol, Sequence::Halton { pixel_center: false }] {
+        for is_halton in [false, true] {
             for set in (0..20).chain([31, 32, 1000]) {
                 for (k, &(index, count)) in (0..).zip(&places) {
                     let seed = mix(u64::from(set) << 32 | k);
+                    let sequence = if is_halton { Sequence::halton(false, seed) } else { Sequence::Sobol };
                     let numbers = sequence.numbers(set, index, count, seed);
                     let portable = sequence.numbers_portable(set, index, count, seed);
                     assert_eq!(
