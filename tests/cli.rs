@@ -264,6 +264,36 @@ fn keep_going_renders_what_is_left() {
     assert_eq!(kept.channels, folder.picture(&[]).channels);
 }
 
+/// With the words on the left, which are in error, the picture is that of the words on the right.
+#[test]
+fn keep_going_takes_what_is_right_of_what_is_wrong() {
+    let folder = Folder::new();
+    let bytes = |text: &str| {
+        folder.write("a.pbrt", text);
+        let run = folder.run(&["render", "a.pbrt", "--keep-going", "-o", "a.pfm"]);
+        assert_eq!(run.status, 0, "{}", run.err);
+        std::fs::read(folder.path("a.pfm")).unwrap()
+    };
+    let sphere = |before: &str| FINE.replace("Shape", &format!("{before} Shape"));
+    let object = |ends: &str| {
+        let begin = "AttributeBegin Translate 0 0 1 ObjectBegin \"a\" Translate 0 1 0 AttributeBegin Translate 1 0 0 Shape";
+        FINE.replace("Shape", begin)
+            .replace("WorldEnd", &format!("AttributeEnd {ends} ObjectInstance \"a\" WorldEnd"))
+    };
+    let depth = |more: &str| FINE.replace("\"path\"", &format!("\"path\" \"integer maxdepth\" 0 {more}"));
+    for (wrong, right) in [
+        (
+            sphere("Material \"phong\" \"rgb Kd\" [.9 .1 .1]"),
+            sphere("Material \"matte\" \"rgb Kd\" [.9 .1 .1]"),
+        ),
+        (object("AttributeEnd Scale 9 9 9 ObjectEnd"), object("ObjectEnd AttributeEnd")),
+        (depth("\"string lightsamplestrategy\" \"some\""), depth("")),
+        (FINE.replace("[.2 .2 .2]", "[.2 .2 .2] \"string mapname\" \"none.exr\""), FINE.to_owned()),
+    ] {
+        assert!(bytes(&wrong) == bytes(&right), "{wrong}");
+    }
+}
+
 #[test]
 fn quiet_leaves_only_errors() {
     let folder = Folder::new();

@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 use std::error::Error;
-use std::io::{BufRead, Read, Seek, SeekFrom};
+use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -44,6 +44,24 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) ->
             "lookat reads exr, pfm, png, tga, jpg and hdr, and tells them by the ending of the name".into(),
         ));
     };
+    if *format != ImageFormat::Hdr {
+        return decode(input, format, *densest, curve);
+    }
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes)?;
+    // The other first line that such files have; the decoder knows one.
+    if bytes.starts_with(b"#?RGBE\n") {
+        bytes.splice(..6, *b"#?RADIANCE");
+    }
+    decode(Cursor::new(bytes), format, *densest, curve)
+}
+
+fn decode(
+    mut input: impl BufRead + Seek,
+    format: &ImageFormat,
+    densest: u64,
+    curve: Curve,
+) -> Result<Image, Fault> {
     let as_stored = *format == ImageFormat::Hdr || curve == Curve::Stored;
     let length = input.seek(SeekFrom::End(0))?;
     let is_ended = *format != ImageFormat::Jpeg || jpeg_is_ended(&mut input, length)?;
@@ -59,7 +77,7 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) ->
     let (width, height) = decoder.dimensions();
     pixel_count(width.into(), height.into())?;
     // The memory is taken before the pixels are read.
-    if decoder.total_bytes() > length.saturating_mul(*densest) {
+    if decoder.total_bytes() > length.saturating_mul(densest) {
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
     let mut values = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f().into_raw();
@@ -139,6 +157,18 @@ mod tests {
                 assert!((a - b).abs() < 2.3 * 0.5 / 255.0, "{name}: {a} {b}");
             }
         }
+    }
+
+    #[test]
+    fn radiance_files_have_either_first_line() {
+        let of = |first: &str| {
+            let header = format!("{first}\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n");
+            let bytes = [header.as_bytes(), &[128, 64, 32, 130]].concat();
+            Image::decode(std::path::Path::new("a.hdr"), &bytes).map(|image| image.rgb().unwrap())
+        };
+        assert_eq!(of("#?RADIANCE").unwrap(), [[2.0, 1.0, 0.5]]);
+        assert_eq!(of("#?RGBE").unwrap(), [[2.0, 1.0, 0.5]]);
+        assert!(of("#?OTHER").is_err());
     }
 
     #[test]

@@ -73,7 +73,11 @@ fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
     if flat.is_empty() || !flat.len().is_multiple_of(2) {
         let message = format!("a spectrum is pairs of wavelength and value; {} numbers given", flat.len());
         let mut error = Diagnostic::error(at, message);
-        error.help = (flat.len() == 3).then(|| "red, green and blue are declared \"rgb\"".into());
+        error.help = match flat {
+            [_, _, _] => Some("red, green and blue are declared \"rgb\"".into()),
+            [grey] => Some(format!("the same at all wavelengths is [400 {grey} 700 {grey}]")),
+            _ => None,
+        };
         return Err(Box::new(error));
     }
     let mut samples: Vec<(f64, f64)> = flat.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();

@@ -169,8 +169,14 @@ impl<'a> Files<'a> {
                 let quoted = format!("\"{meant}\"");
                 diagnostic.help(format!("did you mean {quoted}?")).fix(name.span, quoted)
             }
-            None => diagnostic
-                .help("names are relative to the file that they stand in, or else to the scene file"),
+            None => {
+                let also = normal(&self.root.join(&name.value));
+                let rule = "names are relative to the file that they stand in, or else to the scene file";
+                diagnostic.help(match also == *path {
+                    true => rule.to_owned(),
+                    false => format!("{rule}: nor is there {}", also.display().to_string().escape_debug()),
+                })
+            }
         }
     }
 

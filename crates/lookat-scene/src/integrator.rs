@@ -85,7 +85,10 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
         }
         "bdpt" | "mlt" | "sppm" | "volpath" => {
             let message = format!("Integrator \"{}\" is rendered with \"path\"", params.kind());
-            params.unsupported(message);
+            // In pbrt-v3 "volpath" finds none either.
+            let help = (params.kind() != "volpath")
+                .then_some("\"path\" finds no caustics of point, spot and distant lights");
+            params.replaced(message, help);
             let integrator = path(params);
             pixel_bounds(params);
             params.ignore_rest();
@@ -94,7 +97,8 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
         _ => return params.unknown_kind(NAMES),
     };
     pixel_bounds(params);
-    params.finish().then_some(integrator)
+    params.finish();
+    Some(integrator)
 }
 
 fn pixel_bounds(params: &mut Params) {

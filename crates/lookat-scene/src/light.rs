@@ -209,11 +209,17 @@ fn map_name(params: &mut Params) -> Option<Text> {
     params.string("mapname").filter(|file| !file.value.is_empty())
 }
 
-/// The picture that a light shows: its values as they are in the file, whatever its format.
+/// The picture that a light shows: its values as they are in the file, whatever its format. Where there is an error in it, the light
+/// is that without a picture, as in pbrt-v3.
 fn shown(params: &mut Params, file: &Text, pictures: &mut Pictures) -> Option<Arc<MipMap<Vec3>>> {
     let settings =
         Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
-    pictures.colors.get(params, "mapname", file, settings)
+    let is_usable = params.usable();
+    let map = pictures.colors.get(params, "mapname", file, settings);
+    if map.is_none() && is_usable {
+        params.forgive();
+    }
+    map
 }
 
 fn no_map(params: &mut Params, what_it_does: &str) {

@@ -28,7 +28,7 @@ const MAX_INCLUDES: usize = 10_000;
 /// At most this many files are open at once, each included by the one before it.
 const MAX_DEPTH: usize = 100;
 /// Files that are included again, once for each time but the first, hold at most this many bytes in all.
-const MAX_REPEATED: usize = 256 << 20;
+const MAX_REPEATED: usize = 2 << 30;
 
 /// Reads a scene file and everything that it names through `read`.
 ///
@@ -119,7 +119,7 @@ impl Loader<'_> {
             return;
         }
         if self.repeated > MAX_REPEATED {
-            let message = "files are included again and again: more than 256 MiB of repetition";
+            let message = "files are included again and again: more than 2 GiB of repetition";
             self.resolver.report.once(
                 Diagnostic::error(name.span, message)
                     .help("ObjectInstance repeats shapes without reading them again"),

@@ -141,8 +141,10 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
         }
         _ => {
             params.unknown_kind::<()>(NAMES);
+            let kind = MaterialKind::Matte(matte::matte(params));
+            let bump = bump(params);
             params.ignore_rest();
-            return Material::DEFAULT;
+            return Material::new(kind, bump);
         }
     };
     let bump = bump(params);

@@ -345,11 +345,23 @@ impl<'a> Params<'a> {
         self.report.unsupported(self.kind.span, message);
     }
 
+    /// A warning about what is rendered in another way.
+    pub fn replaced(&mut self, message: String, help: Option<&str>) {
+        let mut warning = Diagnostic::warning(self.kind.span, message);
+        warning.help = help.map(str::to_owned);
+        self.report.once(warning);
+    }
+
     /// The error for a type that pbrt-v3 does not have.
     pub fn unknown_kind<T>(&mut self, known: &[&str]) -> Option<T> {
         self.failed = true;
         self.say_unknown_kind(known, Severity::Error);
         None
+    }
+
+    /// What was rejected is of no account for the rest.
+    pub fn forgive(&mut self) {
+        self.failed = false;
     }
 
     /// Whether nothing has been rejected so far.

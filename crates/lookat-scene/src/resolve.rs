@@ -43,6 +43,9 @@ pub(crate) struct Resolver<'a> {
     world_begin: Option<Span>,
     /// Directives of the world that stand before it: their keywords and places.
     early: Vec<(&'static str, Span)>,
+    /// How many there are, and what is said of some, if there are not too many others.
+    rotations: usize,
+    doubted_rotations: Vec<Diagnostic>,
     state: GraphicsState,
     definitions: Definitions,
     open: Vec<Open>,
@@ -76,6 +79,8 @@ impl<'a> Resolver<'a> {
             block: Block::Options,
             world_begin: None,
             early: Vec::new(),
+            rotations: 0,
+            doubted_rotations: Vec::new(),
             state: GraphicsState::new(),
             definitions: Definitions::default(),
             open: Vec::new(),
@@ -215,6 +220,7 @@ impl<'a> Resolver<'a> {
             }
             Block::Ended => {}
         }
+        self.tell_doubted_rotations();
         // A shape or a light in error is one all the same.
         if !self.report.has_errors() {
             self.warn_idle_emissions();

@@ -229,7 +229,7 @@ pub struct Report {
     /// Treat warnings as errors
     #[arg(long)]
     pub strict: bool,
-    /// Leave out directives that are in error and go on, as pbrt-v3 does
+    /// Leave out what is in error and go on
     #[arg(long)]
     pub keep_going: bool,
     /// Print problems and results to standard output as JSON, a line for each scene

@@ -59,7 +59,13 @@ pub fn render(arguments: &Render) -> ExitCode {
         error: None,
     };
     let status = match &loaded.scene {
-        None => FAILED,
+        None => {
+            let is_read = loaded.sources.files.first().is_some_and(|file| !file.text.is_empty());
+            if is_read && !arguments.report.keep_going && !arguments.report.json && !arguments.quiet {
+                crate::say("not rendered; --keep-going renders what is right");
+            }
+            FAILED
+        }
         Some(scene) => match picture(arguments, scene, &loaded) {
             Ok(picture) => {
                 let status = if picture.complete { 0 } else { interrupt::STATUS };

@@ -23,7 +23,9 @@ pub(super) fn goniometric(
         no_map(params, "it shines alike in all directions");
         return Some(Light::Point { position, intensity });
     };
-    let map = shown(params, &file, pictures)?;
+    let Some(map) = shown(params, &file, pictures) else {
+        return Some(Light::Point { position, intensity });
+    };
     let light_from_world = DMat3::from_mat4(world_from_light.inv);
     Some(Light::Goniometric { position, light_from_world, intensity, map })
 }

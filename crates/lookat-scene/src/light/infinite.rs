@@ -21,10 +21,9 @@ pub(super) fn infinite(
 ) -> Option<Light> {
     let radiance = scaled(params, "L");
     let samples = samples(params);
-    let Some(file) = map_name(params) else {
+    let Some(map) = map_name(params).and_then(|file| shown(params, &file, pictures)) else {
         return Some(Light::Infinite { radiance, samples });
     };
-    let map = shown(params, &file, pictures)?;
     Some(Light::Environment {
         map,
         scale: radiance.clamp(-glam::Vec3::splat(LARGEST), glam::Vec3::splat(LARGEST)),

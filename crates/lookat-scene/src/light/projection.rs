@@ -23,17 +23,17 @@ pub(super) fn projection(
     if !(fov > 0.0 && fov < 180.0) {
         params.reject("fov", "fov must be more than 0 and less than 180 degrees", None);
     }
-    let (map, aspect) = match map_name(params) {
-        Some(file) => {
-            let map = shown(params, &file, pictures)?;
-            let [width, height] = map.picture_size().map(|side| side as f64);
-            (Some(map), width / height)
-        }
+    let map = match map_name(params) {
+        Some(file) => shown(params, &file, pictures),
         None => {
             no_map(params, "it lights an even square");
-            (None, 1.0)
+            None
         }
     };
+    let aspect = map.as_ref().map_or(1.0, |map| {
+        let [width, height] = map.picture_size().map(|side| side as f64);
+        width / height
+    });
     let half_size = (fov.to_radians() / 2.0).tan();
     Some(Light::Projection {
         position: world_from_light.point(DVec3::ZERO),

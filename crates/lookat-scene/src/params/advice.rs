@@ -131,10 +131,10 @@ impl Params<'_> {
         let types: Vec<ParamType> = self.types(name).collect();
         let names: Vec<&str> = types.iter().map(|ty| ty.name()).collect();
         let message = format!(
-            "\"{name}\" of {} is of type {}, not {}",
+            "\"{name}\" of {} is given as {}; its type is {}",
             self.subject(),
+            param.ty.name(),
             names.join(" or "),
-            param.ty.name()
         );
         let warning = Diagnostic::warning(at, message);
         // One number where a color is due: grey was meant.
@@ -171,6 +171,7 @@ fn is_other_name(given: &str, known: &str) -> bool {
         ("filename", "mapname"),
         ("mapname", "filename"),
         ("ior", "eta"),
+        ("conedelta", "conedeltaangle"),
         ("reflectance", "Kd"),
         ("diffuse", "Kd"),
         ("specular", "Ks"),
@@ -220,7 +221,6 @@ const V4_KINDS: &[&str] = &[
     "diffusetransmission",
     "thindielectric",
     "interface",
-    "measured",
     "rgb",
     "gbuffer",
     "spectral",

@@ -133,11 +133,36 @@ impl Resolver<'_> {
             self.open.pop().into_iter().for_each(|open| self.restore(open));
             return Ok(());
         }
+        if self.cross(keyword) {
+            let warning = Diagnostic::warning(at, format!("{keyword} inside the block of {begin}"))
+                .related(opened, "the block opens here")
+                .help(format!("as in pbrt-v3, it ends the block around that one; {end} belongs before it"));
+            self.report.once(warning);
+            return Ok(());
+        }
         self.close_wrongly(keyword);
         let error = Diagnostic::error(at, format!("{keyword} inside the block of {begin}"))
             .note(format!("expected {end}"))
             .related(opened, "the block opens here");
         Err(Box::new(error))
+    }
+
+    /// Ends the block around the innermost one, if one is of attributes and the other an object: pbrt-v3 keeps what both restore
+    /// on one stack, and what the innermost has saved comes first.
+    fn cross(&mut self, keyword: &str) -> bool {
+        let [.., outer, inner] = self.open.as_mut_slice() else { return false };
+        if outer.keywords().1 != keyword {
+            return false;
+        }
+        let ((Open::Attribute { saved: a, .. }, Open::Object { saved: b, .. })
+        | (Open::Object { saved: a, .. }, Open::Attribute { saved: b, .. })) = (&mut *outer, &mut *inner)
+        else {
+            return false;
+        };
+        std::mem::swap(a, b);
+        std::mem::swap(outer, inner);
+        self.open.pop().into_iter().for_each(|open| self.restore(open));
+        true
     }
 
     pub(super) fn close_nothing(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {

@@ -8,6 +8,9 @@ use crate::angle;
 use crate::elsewhere::{Kind, undefined};
 use crate::transform::{LARGEST, LookAtFault, Transform};
 
+/// With so many others to each, doubts are of chance.
+const MANY_ROTATIONS: usize = 20;
+
 impl Resolver<'_> {
     pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
         self.replace(self.state.ctm * transform, at)
@@ -27,14 +30,22 @@ impl Resolver<'_> {
 
     /// Warns where the angle seems to be in radians, or to be the last number.
     pub(super) fn doubt_rotation(&mut self, angle: f64, [x, y, z]: [f64; 3], span: Span) {
+        self.rotations += 1;
         if let Some((message, help)) = angle::doubt("the angle of Rotate", angle) {
-            self.report.push(Diagnostic::warning(span, message).help(help));
+            self.doubted_rotations.push(Diagnostic::warning(span, message).help(help));
         }
         let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
         if is_axis && z.abs() > 1.0 && z.abs() <= 720.0 {
             let message = format!("a rotation by {angle} degrees: is its angle the last number?");
             let warning = Diagnostic::warning(span, message).help("the angle comes first, then the axis");
             self.report.push(warning.fix(span, format!("Rotate {z} {angle} {x} {y}")));
+        }
+    }
+
+    /// Among many angles some are by chance what a common one is in radians.
+    pub(super) fn tell_doubted_rotations(&mut self) {
+        if self.rotations < MANY_ROTATIONS * self.doubted_rotations.len() {
+            self.report.extend(std::mem::take(&mut self.doubted_rotations));
         }
     }
 
