@@ -383,9 +383,11 @@ fn includes_are_bounded() {
     assert_eq!(errors("Include \"0\"", &row(1, 5000)), ["more than 100 files include each other in a row"]);
     assert!(errors("Include \"0\"", &row(1, 90)).is_empty());
     assert_eq!(errors("Include \"0\"", &row(2, 30)), ["more than 10000 files are included"]);
-    let large = "#".repeat(1 << 20) + "\n";
-    let again = errors(&"Include \"0\" ".repeat(1000), &[large]);
-    assert_eq!(again, ["files are included again and again: more than 256 MiB of repetition"]);
+    // Long files, and those of many directives.
+    for (part, times) in [("#".repeat(1 << 24) + "\n", 200), ("Identity ".repeat(100_000), 250)] {
+        let again = errors(&"Include \"0\" ".repeat(times), &[part]);
+        assert_eq!(again, ["files are included again and again: more than 2 GiB of repetition"]);
+    }
 }
 
 /// Time and memory once grew with the product of what stands here.

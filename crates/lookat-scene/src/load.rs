@@ -29,6 +29,8 @@ const MAX_INCLUDES: usize = 10_000;
 const MAX_DEPTH: usize = 100;
 /// Files that are included again, once for each time but the first, hold at most this many bytes in all.
 const MAX_REPEATED: usize = 2 << 30;
+/// A directive counts as so many bytes more: a short one may make a shape.
+const DIRECTIVE_BYTES: usize = 128;
 
 /// Reads a scene file and everything that it names through `read`.
 ///
@@ -77,13 +79,13 @@ struct Loader<'a> {
     open: Vec<PathBuf>,
     /// Texts of included files: what is included often is kept once.
     texts: HashMap<PathBuf, Arc<Vec<u8>>>,
-    /// The bytes of the files that were included again.
+    /// The bytes of the files that were included again, and of their directives.
     repeated: usize,
 }
 
 impl Loader<'_> {
-    /// Resolves a file; `rest` goes to its last directive.
-    fn file(&mut self, id: FileId, rest: Vec<Param>) {
+    /// Resolves a file; `rest` goes to its last directive. Gives the number of its directives.
+    fn file(&mut self, id: FileId, rest: Vec<Param>) -> usize {
         let source = self.resolver.files.sources.file(id);
         self.open.push(source.path.clone());
         let mut parsed = parse(id, &source.text);
@@ -103,6 +105,7 @@ impl Loader<'_> {
                 }
             }
         }
+        let directives = parsed.statements.len();
         for statement in parsed.statements {
             match statement.directive {
                 Directive::Include { file, rest } => self.include(file, rest, statement.span),
@@ -110,6 +113,7 @@ impl Loader<'_> {
             }
         }
         self.open.pop();
+        directives
     }
 
     fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
@@ -148,20 +152,19 @@ impl Loader<'_> {
             self.resolver.report.push(Diagnostic::error(name.span, message).help(help));
             return;
         }
-        let text = match self.texts.get(&path) {
-            Some(known) => {
-                self.repeated += known.len();
-                known.clone()
-            }
-            None => self.texts.entry(path.clone()).or_insert(bytes.into()).clone(),
-        };
+        let is_repeated = self.texts.contains_key(&path);
+        let text = self.texts.entry(path.clone()).or_insert_with(|| bytes.into()).clone();
         if let Some(format) = other_format(&text) {
             let message = format!("cannot include {}: it looks like {format}", path.display());
             self.resolver.report.push(Diagnostic::error(name.span, message));
             self.resolver.report.incomplete = true;
             return;
         }
+        let length = text.len();
         let file = self.resolver.files.add(path, text, Some(at));
-        self.file(file, rest);
+        let directives = self.file(file, rest);
+        if is_repeated {
+            self.repeated += length + directives * DIRECTIVE_BYTES;
+        }
     }
 }
