@@ -83,26 +83,49 @@ impl Elsewhere {
 
     /// Tells where else the names are defined, in place of what else they might be.
     pub fn explain(self, diagnostics: &mut [Diagnostic]) {
-        for Undefined { kind, name, diagnostic, before } in self.undefined {
-            let definer = kind.definer();
-            let (place, text, help) = match (before, self.places.get(&(kind, name))) {
+        for Undefined { kind, name, diagnostic, before } in &self.undefined {
+            let (error, definer) = (&mut diagnostics[*diagnostic], kind.definer());
+            let place = self.places.get(&(*kind, name.clone()));
+            let (place, text, help) = match (before, place) {
                 (Some(place), _) => (
-                    place,
+                    *place,
                     "it is defined here, in a block that has ended",
                     format!("what a block defines ends with it: {definer} belongs before the block"),
                 ),
                 // Not by the very directive that uses it.
-                (None, Some(place)) if !is_before(*place, diagnostics[diagnostic].span()) => (
+                (None, Some(place)) if !is_before(*place, error.span()) => (
                     *place,
                     "it is defined here, too late",
                     format!("{definer} belongs before the first use"),
                 ),
+                (None, None) if error.fix.is_none() => match self.nearest(*kind, name) {
+                    Some((near, place)) => (
+                        place,
+                        "it is defined here, too late or in a block that has ended",
+                        format!(
+                            "did you mean \"{near}\"? {definer} belongs before its use, outside of blocks that end before it"
+                        ),
+                    ),
+                    None => continue,
+                },
                 _ => continue,
             };
-            let error = &mut diagnostics[diagnostic];
             *error = error.clone().related(place, text).help(help);
             error.fix = None;
         }
+    }
+
+    /// The name, of any block, that was most likely meant.
+    fn nearest(&self, kind: Kind, name: &str) -> Option<(&str, Span)> {
+        let mut names: Vec<(&str, Span)> = self
+            .places
+            .iter()
+            .filter(|((of, _), _)| *of == kind)
+            .map(|((_, name), at)| (name.as_str(), *at))
+            .collect();
+        names.sort_unstable_by_key(|(name, _)| *name);
+        let near = nearest(name, names.iter().map(|(name, _)| *name).take(MOST_NAMES))?;
+        names.into_iter().find(|(name, _)| *name == near)
     }
 }
 
@@ -128,8 +151,9 @@ pub(crate) fn undefined<'n>(
         report.push(error);
         return;
     }
-    let mut known: Vec<&str> = known.map(String::as_str).take(MOST_NAMES).collect();
+    let mut known: Vec<&str> = known.map(String::as_str).collect();
     known.sort_unstable();
+    known.truncate(MOST_NAMES);
     let definer = kind.definer();
     let error = match nearest(&name.value, known.iter().copied()) {
         Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),

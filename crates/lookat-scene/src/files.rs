@@ -2,7 +2,7 @@
 
 mod nearby;
 
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -11,6 +11,7 @@ use lookat_image::io_reason;
 use lookat_syntax::{Diagnostic, FileId, Span, Text};
 
 use crate::sources::{Source, Sources};
+use nearby::Folders;
 
 /// Reads a whole file. Tests need no disk, and programs decide what `-` means.
 pub type Read<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
@@ -68,16 +69,13 @@ pub(crate) struct Files<'a> {
     access: Access<'a>,
     /// The directory of the scene file.
     root: PathBuf,
-    /// For how many names that lead nowhere others were looked for.
-    searches: Cell<usize>,
+    /// What was listed for names that lead nowhere.
+    folders: RefCell<Folders>,
 }
-
-/// Beyond so many, a folder is missing rather than a name wrong.
-const MOST_SEARCHES: usize = 100;
 
 impl<'a> Files<'a> {
     pub fn new(scene: &Path, access: Access<'a>) -> Self {
-        Files { sources: Sources::default(), access, root: parent(scene), searches: Cell::new(0) }
+        Files { sources: Sources::default(), access, root: parent(scene), folders: RefCell::default() }
     }
 
     /// Reads a scene file or an included one.
@@ -162,9 +160,6 @@ impl<'a> Files<'a> {
             return diagnostic;
         }
         match self.meant(name) {
-            Some(meant) if meant.contains(['"', '\\']) => {
-                diagnostic.help(format!("did you mean {}?", meant.escape_debug()))
-            }
             Some(meant) => {
                 let quoted = format!("\"{meant}\"");
                 diagnostic.help(format!("did you mean {quoted}?")).fix(name.span, quoted)
@@ -180,14 +175,16 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// A file that there is, of a name much like one that leads nowhere.
+    /// A file that there is, of a name much like one that leads nowhere, and that is no part of the scene yet.
     fn meant(&self, name: &Text) -> Option<String> {
         // Only where names are those of files on disk, which can be listed.
-        match self.access {
-            Access::Read(_) => None,
-            Access::Open(_) if self.searches.replace(self.searches.get() + 1) >= MOST_SEARCHES => None,
-            Access::Open(_) => nearby::meant(&name.value, &[self.folder(name.span), self.root.clone()]),
+        if let Access::Read(_) = self.access {
+            return None;
         }
+        let folders = [self.folder(name.span), self.root.clone()];
+        let meant = self.folders.borrow_mut().meant(&name.value, &folders)?;
+        let is_known = |path: PathBuf| self.sources.files.iter().any(|source| source.path == path);
+        (!folders.iter().any(|folder| is_known(normal(&folder.join(&meant))))).then_some(meant)
     }
 }
 
@@ -226,7 +223,7 @@ pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
         (b"\xFE\xFF", "UTF-16 text: save it as UTF-8"),
         (b"ply", "a PLY mesh, which Shape \"plymesh\" names"),
         (b"<", "XML or HTML"),
-        (LFS_POINTER, "what stands for a file that `git lfs pull` fetches"),
+        (LFS_POINTER, "a Git LFS pointer: `git lfs pull` fetches the file"),
     ];
     known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name)
 }

@@ -38,6 +38,7 @@ mod filter;
 mod integrator;
 mod light;
 mod load;
+mod loaded;
 mod material;
 mod memory;
 mod mesh;
@@ -65,7 +66,8 @@ pub use film::{Film, MAX_PIXELS, PixelBounds};
 pub use filter::{Filter, FilterKind};
 pub use integrator::{DirectStrategy, Integrator, LightChoice};
 pub use light::Light;
-pub use load::{Loaded, load, load_opened};
+pub use load::{load, load_opened};
+pub use loaded::Loaded;
 pub use lookat_syntax as syntax;
 pub use material::{
     AnyTexture, Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Needs, Plastic, Roughness,

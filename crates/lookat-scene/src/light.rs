@@ -214,12 +214,7 @@ fn map_name(params: &mut Params) -> Option<Text> {
 fn shown(params: &mut Params, file: &Text, pictures: &mut Pictures) -> Option<Arc<MipMap<Vec3>>> {
     let settings =
         Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
-    let is_usable = params.usable();
-    let map = pictures.colors.get(params, "mapname", file, settings);
-    if map.is_none() && is_usable {
-        params.forgive();
-    }
-    map
+    params.dispensable(|params| pictures.colors.get(params, "mapname", file, settings))
 }
 
 fn no_map(params: &mut Params, what_it_does: &str) {

@@ -8,20 +8,9 @@ use lookat_image::io_reason;
 use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
 
 use crate::files::{Access, Files, Open, Read, other_format};
+use crate::loaded::Loaded;
 use crate::overrides::Overrides;
 use crate::resolve::Resolver;
-use crate::{Scene, Sources};
-
-/// What [`load`] found.
-#[derive(Debug)]
-pub struct Loaded {
-    /// The files that were read; diagnostics point into them.
-    pub sources: Sources,
-    /// The scene. There is one exactly when no diagnostic is an error, or when errors are to be left out.
-    pub scene: Option<Scene>,
-    /// What is wrong, in the order in which the scene is read.
-    pub diagnostics: Vec<Diagnostic>,
-}
 
 /// At most this many files are included: beyond it, files include each other over and over.
 const MAX_INCLUDES: usize = 10_000;
@@ -30,7 +19,7 @@ const MAX_DEPTH: usize = 100;
 /// Files that are included again, once for each time but the first, hold at most this many bytes in all.
 const MAX_REPEATED: usize = 2 << 30;
 /// A directive counts as so many bytes more: a short one may make a shape.
-const DIRECTIVE_BYTES: usize = 128;
+const DIRECTIVE_BYTES: usize = 512;
 
 /// Reads a scene file and everything that it names through `read`.
 ///
@@ -39,7 +28,8 @@ pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
     load_through(Access::Read(read), path, overrides)
 }
 
-/// Like [`load`], through a function that opens files: meshes in files of their own are never in memory as bytes.
+/// Like [`load`], through a function that opens files of the disk: meshes in files of their own are never in memory as bytes.
+/// Where a name leads nowhere, folders are listed for a better one.
 pub fn load_opened(path: &Path, open: &Open, overrides: &Overrides) -> Loaded {
     load_through(Access::Open(open), path, overrides)
 }
@@ -57,18 +47,19 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
                 let at = Span { file, start: 0, end: 0 };
                 let message = format!("{} is not a pbrt scene: it looks like {format}", path.display());
                 let diagnostics = vec![Diagnostic::error(at, message)];
-                return Loaded { sources: loader.resolver.files.without_texts(), scene: None, diagnostics };
+                let sources = loader.resolver.files.without_texts();
+                return Loaded { sources, scene: None, diagnostics, can_keep_going: false };
             }
             loader.file(file, Vec::new());
-            let (sources, scene, diagnostics) = loader.resolver.finish(file);
-            Loaded { sources, scene, diagnostics }
+            loader.resolver.finish(file)
         }
         Err(error) => {
             let file = loader.resolver.files.add(path.to_owned(), Arc::default(), None);
             let at = Span { file, start: 0, end: 0 };
             let message = format!("cannot read {}: {}", path.display(), io_reason(&error));
             let diagnostics = vec![Diagnostic::error(at, message)];
-            Loaded { sources: loader.resolver.files.sources, scene: None, diagnostics }
+            let sources = loader.resolver.files.sources;
+            Loaded { sources, scene: None, diagnostics, can_keep_going: false }
         }
     }
 }

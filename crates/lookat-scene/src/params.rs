@@ -359,9 +359,12 @@ impl<'a> Params<'a> {
         None
     }
 
-    /// What was rejected is of no account for the rest.
-    pub fn forgive(&mut self) {
-        self.failed = false;
+    /// Reads what the rest does without, should it be rejected.
+    pub fn dispensable<T>(&mut self, read: impl FnOnce(&mut Self) -> T) -> T {
+        let failed = self.failed;
+        let value = read(self);
+        self.failed = failed;
+        value
     }
 
     /// Whether nothing has been rejected so far.

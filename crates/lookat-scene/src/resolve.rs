@@ -14,12 +14,12 @@ use lookat_syntax::{
 
 use crate::elsewhere::Kind;
 use crate::files::Files;
+use crate::loaded::Loaded;
 use crate::options::{Options, Settled};
 use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::picture::Pictures;
 use crate::report::Report;
-use crate::sources::Sources;
 use crate::state::{Definitions, GraphicsState, Open, Saved};
 use crate::transform::Transform;
 use crate::{Emission, Instance, Light, Object, Primitive, Scene, light};
@@ -49,6 +49,8 @@ pub(crate) struct Resolver<'a> {
     state: GraphicsState,
     definitions: Definitions,
     open: Vec<Open>,
+    /// The first AttributeEnd inside the object that is open, of a block around it.
+    crossed: Option<Span>,
     /// Directives that would close a block which a wrong one has closed already, or that was never opened.
     forgiven: HashMap<&'static str, usize>,
     coordinate_systems: HashMap<String, Transform>,
@@ -84,6 +86,7 @@ impl<'a> Resolver<'a> {
             state: GraphicsState::new(),
             definitions: Definitions::default(),
             open: Vec::new(),
+            crossed: None,
             forgiven: HashMap::new(),
             coordinate_systems: HashMap::new(),
             options: Options::default(),
@@ -209,7 +212,7 @@ impl<'a> Resolver<'a> {
     }
 
     /// The scene, after the last directive of the scene file.
-    pub fn finish(mut self, file: FileId) -> (Sources, Option<Scene>, Vec<Diagnostic>) {
+    pub fn finish(mut self, file: FileId) -> Loaded {
         let end = self.files.sources.file(file).text.len() as u32;
         let at = Span { file, start: end, end };
         match self.block {
@@ -226,7 +229,9 @@ impl<'a> Resolver<'a> {
             self.warn_idle_emissions();
             self.warn_idle_objects();
             self.warn_dark(at);
+            self.warn_empty(at);
         }
+        let can_keep_going = self.settled.is_some() && !self.report.is_v4();
         let scene =
             (!self.report.has_errors() || self.overrides.keep_going).then(|| self.settled.take()).flatten();
         let diagnostics = self.report.finish(&self.files.sources);
@@ -240,7 +245,7 @@ impl<'a> Resolver<'a> {
             instances: self.instances,
             lights: self.lights,
         });
-        (self.files.sources, scene, diagnostics)
+        Loaded { sources: self.files.sources, scene, diagnostics, can_keep_going }
     }
 
     fn warn_idle_emissions(&mut self) {
@@ -262,6 +267,20 @@ impl<'a> Resolver<'a> {
             let message = format!("nothing is seen of object \"{}\"", shown(name.as_bytes()));
             let help = "ObjectInstance puts a copy of it into the world; no directive does so";
             self.report.push(Diagnostic::warning(at, message).help(help));
+        }
+    }
+
+    /// Without a shape only skies are seen.
+    fn warn_empty(&mut self, end: Span) {
+        let is_sky = |light: &Light| matches!(light, Light::Infinite { .. } | Light::Environment { .. });
+        let is_seen = !self.primitives.is_empty() || !self.instances.is_empty();
+        if self.settled.is_some() && !is_seen && !self.lights.is_empty() && !self.lights.iter().any(is_sky) {
+            let warning = Diagnostic::warning(
+                self.world_begin.unwrap_or(end),
+                "the world has no shapes: the picture is black",
+            );
+            self.report
+                .push(warning.help("Shape \"sphere\" is one of radius 1, where the transformations put it"));
         }
     }
 

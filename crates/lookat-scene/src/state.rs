@@ -127,6 +127,14 @@ impl Open {
         }
     }
 
+    /// The whole state, where it is kept.
+    pub fn saved(&mut self) -> Option<&mut Box<Saved>> {
+        match self {
+            Open::Attribute { saved, .. } | Open::Object { saved, .. } => Some(saved),
+            Open::Transform { .. } => None,
+        }
+    }
+
     pub fn at(&self) -> Span {
         match self {
             Open::Attribute { at, .. } | Open::Transform { at, .. } | Open::Object { at, .. } => *at,

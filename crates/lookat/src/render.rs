@@ -60,8 +60,7 @@ pub fn render(arguments: &Render) -> ExitCode {
     };
     let status = match &loaded.scene {
         None => {
-            let is_read = loaded.sources.files.first().is_some_and(|file| !file.text.is_empty());
-            if is_read && !arguments.report.keep_going && !arguments.report.json && !arguments.quiet {
+            if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
                 crate::say("not rendered; --keep-going renders what is right");
             }
             FAILED

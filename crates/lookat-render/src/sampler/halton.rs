@@ -31,6 +31,12 @@ pub(super) fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {
     seeds
 }
 
+/// Those of a set, where `first` are those of the first.
+#[inline(always)]
+pub(super) fn seeds_of_set(set: u32, first: &[u32; LANES], seed: u64) -> [u32; LANES] {
+    if set == 0 { *first } else { seeds(set * LANES as u32, seed) }
+}
+
 /// Of dimensions among their neighbours.
 const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
 

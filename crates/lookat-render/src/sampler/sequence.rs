@@ -40,7 +40,7 @@ impl Sequence {
         match self {
             Sequence::Sobol => sobol::avx2::numbers(set, index, seed),
             Sequence::Halton { first, .. } => {
-                let seeds = if set == 0 { *first } else { halton::seeds(set * LANES as u32, seed) };
+                let seeds = halton::seeds_of_set(set, first, seed);
                 halton::avx2::numbers(set, index, count, &seeds)
                     .unwrap_or_else(|| beyond_halton(set, index, seed))
             }
@@ -51,7 +51,7 @@ impl Sequence {
         match self {
             Sequence::Sobol => sobol::numbers(set, index, seed),
             Sequence::Halton { first, .. } => {
-                let seeds = if set == 0 { *first } else { halton::seeds(set * LANES as u32, seed) };
+                let seeds = halton::seeds_of_set(set, first, seed);
                 halton::numbers(set, index, count, &seeds).unwrap_or_else(|| beyond_halton(set, index, seed))
             }
         }

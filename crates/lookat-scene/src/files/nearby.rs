@@ -1,40 +1,74 @@
 //! The file that was meant by a name that leads nowhere.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use lookat_syntax::nearest;
 
-/// Of a folder at most so many entries are looked at.
+/// Of a folder at most so many entries are looked at, and of all folders so many.
 const MOST_ENTRIES: usize = 10_000;
+const MOST_IN_ALL: usize = 1_000_000;
+/// Names of more parts are left as they are.
+const MOST_PARTS: usize = 16;
 
-/// The name of a file below one of the folders: that of other case, with other slashes, without the folders of another
-/// machine before it, or misspelt.
-pub(super) fn meant(name: &str, folders: &[PathBuf]) -> Option<String> {
-    let name = name.replace('\\', "/");
-    let parts: Vec<&str> = name.split('/').filter(|part| !matches!(*part, "" | ".")).collect();
-    let below = |from: usize| folders.iter().find_map(|folder| file(folder, &parts[from..], same));
-    (0..parts.len())
-        .find_map(below)
-        .or_else(|| folders.iter().find_map(|folder| file(folder, &parts, misspelt)))
+/// The names in folders, each listed once.
+#[derive(Default)]
+pub(super) struct Folders {
+    listed: HashMap<PathBuf, Vec<String>>,
+    entries: usize,
 }
 
-/// How the last part of a name is found among the entries of a folder.
+/// How a part of a name is found among the entries of a folder.
 type Find = fn(&str, &[String]) -> Option<String>;
 
-/// Follows the parts of a name from entry to entry.
-fn file(folder: &Path, parts: &[&str], find_last: Find) -> Option<String> {
-    let (last, before) = parts.split_last()?;
-    let (mut path, mut found) = (folder.to_owned(), Vec::new());
-    for part in before {
-        let entry = if *part == ".." { "..".to_owned() } else { same(part, &entries(&path))? };
-        path.push(&entry);
-        found.push(entry);
+impl Folders {
+    /// The name of a file below one of some folders: that of other case, with other slashes, misspelt, or without the
+    /// folders of another machine before it.
+    pub fn meant(&mut self, name: &str, folders: &[PathBuf]) -> Option<String> {
+        let name = name.replace('\\', "/");
+        let parts: Vec<&str> = name.split('/').filter(|part| !matches!(*part, "" | ".")).collect();
+        if parts.len() > MOST_PARTS {
+            return None;
+        }
+        let mut below = |from: usize, find: Find| {
+            folders.iter().find_map(|folder| self.file(folder, &parts[from..], find))
+        };
+        if let Some(found) = below(0, same).or_else(|| below(0, misspelt)) {
+            return Some(found);
+        }
+        // A folder that is here is not one of another machine.
+        let is_here = folders.iter().any(|folder| folder.join(parts.first().unwrap_or(&"")).is_dir());
+        let is_absolute = name.starts_with('/');
+        if is_here && !is_absolute { None } else { (1..parts.len()).find_map(|from| below(from, same)) }
     }
-    let entry = find_last(last, &entries(&path))?;
-    path.push(&entry);
-    found.push(entry);
-    path.is_file().then(|| found.join("/"))
+
+    /// Follows the parts of a name from entry to entry.
+    fn file(&mut self, folder: &Path, parts: &[&str], find: Find) -> Option<String> {
+        let (mut path, mut found) = (folder.to_owned(), Vec::new());
+        for part in parts {
+            let entry = if *part == ".." { "..".to_owned() } else { find(part, self.entries(&path))? };
+            path.push(&entry);
+            found.push(entry);
+        }
+        path.is_file().then(|| found.join("/"))
+    }
+
+    /// The names in a folder, in order, but for those that cannot be written in a scene as they are.
+    fn entries(&mut self, folder: &Path) -> &[String] {
+        let left = MOST_IN_ALL - self.entries.min(MOST_IN_ALL);
+        let names = self.listed.entry(folder.to_owned()).or_insert_with(|| {
+            let path = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+            let entries = fs::read_dir(path).into_iter().flatten().take(MOST_ENTRIES.min(left)).flatten();
+            let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
+            let is_plain = |name: &String| !name.contains(|c: char| c.is_control() || c == '"' || c == '\\');
+            let mut names: Vec<String> = names.filter(is_plain).collect();
+            names.sort_unstable();
+            self.entries += names.len();
+            names
+        });
+        names
+    }
 }
 
 /// As it is written, or but for upper and lower case.
@@ -44,20 +78,23 @@ fn same(part: &str, entries: &[String]) -> Option<String> {
     exact.or_else(|| entries.iter().find(|entry| entry.to_lowercase() == lower)).cloned()
 }
 
-/// Of files that are numbered, another number is no slip.
+/// The same, or with a slip. Another number, of files that are numbered, is none; nor is the ending of another format.
 fn misspelt(part: &str, entries: &[String]) -> Option<String> {
+    if let Some(entry) = same(part, entries) {
+        return Some(entry);
+    }
+    let split = |name: &str| -> (String, String) {
+        let name = name.to_lowercase();
+        name.rsplit_once('.')
+            .map_or((name.clone(), String::new()), |(stem, ending)| (stem.into(), ending.into()))
+    };
     let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
+    let is_near = |a: &str, b: &str| a == b || nearest(a, [b]).is_some();
+    let (stem, ending) = split(part);
     let number = digits(part);
-    let others = entries.iter().map(String::as_str).filter(|entry| digits(entry) == number);
-    nearest(part, others).map(str::to_owned)
-}
-
-/// The names in a folder, in order.
-fn entries(folder: &Path) -> Vec<String> {
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
-    let names = entries.flatten().filter_map(|entry| entry.file_name().into_string().ok());
-    let mut names: Vec<String> = names.take(MOST_ENTRIES).collect();
-    names.sort_unstable();
-    names
+    let is_slip = |entry: &&str| {
+        let (found, format) = split(entry);
+        digits(entry) == number && !found.is_empty() && is_near(&stem, &found) && is_near(&ending, &format)
+    };
+    nearest(part, entries.iter().map(String::as_str).filter(is_slip)).map(str::to_owned)
 }

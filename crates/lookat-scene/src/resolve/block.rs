@@ -99,6 +99,7 @@ impl Resolver<'_> {
     }
 
     pub(super) fn world_end(&mut self) {
+        self.end_forgotten_object();
         for open in std::mem::take(&mut self.open).into_iter().rev() {
             let (begin, end) = open.keywords();
             let warning = Diagnostic::warning(open.at(), format!("this {begin} is not closed"))
@@ -134,10 +135,11 @@ impl Resolver<'_> {
             return Ok(());
         }
         if self.cross(keyword) {
-            let warning = Diagnostic::warning(at, format!("{keyword} inside the block of {begin}"))
-                .related(opened, "the block opens here")
-                .help(format!("as in pbrt-v3, it ends the block around that one; {end} belongs before it"));
-            self.report.once(warning);
+            // Of an object that goes on it shows in the end what is wrong.
+            match keyword {
+                "AttributeEnd" => self.crossed = self.crossed.or(Some(at)),
+                _ => self.warn_crossed(keyword, at, opened, (begin, end)),
+            }
             return Ok(());
         }
         self.close_wrongly(keyword);
@@ -147,22 +149,43 @@ impl Resolver<'_> {
         Err(Box::new(error))
     }
 
-    /// Ends the block around the innermost one, if one is of attributes and the other an object: pbrt-v3 keeps what both restore
-    /// on one stack, and what the innermost has saved comes first.
+    /// Ends the innermost block of a kind with others in it, if all are of attributes or objects: pbrt-v3 keeps what they restore
+    /// on one stack, and what was saved last comes first.
     fn cross(&mut self, keyword: &str) -> bool {
-        let [.., outer, inner] = self.open.as_mut_slice() else { return false };
-        if outer.keywords().1 != keyword {
+        let Some(at) = self.open.iter().rposition(|open| open.keywords().1 == keyword) else { return false };
+        let is_state = |open: &Open| matches!(open, Open::Attribute { .. } | Open::Object { .. });
+        if !self.open[at..].iter().all(is_state) {
             return false;
         }
-        let ((Open::Attribute { saved: a, .. }, Open::Object { saved: b, .. })
-        | (Open::Object { saved: a, .. }, Open::Attribute { saved: b, .. })) = (&mut *outer, &mut *inner)
-        else {
-            return false;
-        };
-        std::mem::swap(a, b);
-        std::mem::swap(outer, inner);
+        for next in at + 1..self.open.len() {
+            if let [outer, inner] = &mut self.open[next - 1..=next] {
+                if let (Some(a), Some(b)) = (outer.saved(), inner.saved()) {
+                    std::mem::swap(a, b);
+                }
+                std::mem::swap(outer, inner);
+            }
+        }
         self.open.pop().into_iter().for_each(|open| self.restore(open));
         true
+    }
+
+    fn warn_crossed(&mut self, keyword: &str, at: Span, opened: Span, (begin, end): (&str, &str)) {
+        let warning = Diagnostic::warning(at, format!("{keyword} inside the block of {begin}"))
+            .related(opened, "the block opens here")
+            .help(format!("as in pbrt-v3, it ends the block around that one; {end} belongs before it"));
+        self.report.once(warning);
+    }
+
+    /// Ends an object that an AttributeEnd has crossed and no ObjectEnd has ended: that is what is missing.
+    fn end_forgotten_object(&mut self) {
+        if self.crossed.is_none() || !matches!(self.open.last(), Some(Open::Object { .. })) {
+            return;
+        }
+        if let (Some(at), Some(open)) = (self.crossed.take(), self.open.pop()) {
+            let error = Diagnostic::error(at, "ObjectEnd is missing before this AttributeEnd");
+            self.report.push(error.related(open.at(), "the object begins here"));
+            self.restore(open);
+        }
     }
 
     pub(super) fn close_nothing(&mut self, keyword: &'static str, at: Span) -> Result<(), Box<Diagnostic>> {
@@ -196,6 +219,9 @@ impl Resolver<'_> {
             Open::Attribute { saved, .. } => saved.restore(&mut self.state, &mut self.definitions),
             Open::Transform { saved, .. } => (self.state.ctm, self.state.at_start) = *saved,
             Open::Object { saved, name, at } => {
+                if let Some(crossed) = self.crossed.take() {
+                    self.warn_crossed("AttributeEnd", crossed, at, ("ObjectBegin", "ObjectEnd"));
+                }
                 saved.restore(&mut self.state, &mut self.definitions);
                 if let Some(name) = name {
                     let object = self.object.take().unwrap_or_default();
@@ -213,11 +239,12 @@ impl Resolver<'_> {
     }
 
     pub(super) fn object_begin(&mut self, name: Text, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.end_forgotten_object();
         let inside = self.open.iter().find(|open| matches!(open, Open::Object { .. })).map(Open::at);
         let saved = Saved::new(&self.state, &self.definitions);
-        self.report.define(Kind::Object, &name);
         let Some(outer) = inside else {
-            if self.begin(Open::Object { saved, name: Some(name.value), at }) {
+            if self.begin(Open::Object { saved, name: Some(name.value.clone()), at }) {
+                self.report.define(Kind::Object, &name);
                 self.object = Some(Object::default());
             }
             return Ok(());
@@ -232,6 +259,7 @@ impl Resolver<'_> {
     }
 
     pub(super) fn object_instance(&mut self, name: Text) -> Result<(), Box<Diagnostic>> {
+        self.end_forgotten_object();
         if let Some(Open::Object { at, .. }) =
             self.open.iter().find(|open| matches!(open, Open::Object { .. }))
         {

@@ -93,7 +93,8 @@ impl Found<'_> {
                 listed(&elements(&objects)),
             ));
         }
-        listed(&parts)
+        let holes = if self.inspection.has_cutouts { "; meshes with holes" } else { "" };
+        listed(&parts) + holes
     }
 
     fn tree(&self) -> String {

@@ -171,7 +171,7 @@ impl JsonTarget {
         }
         if self.out_of_time > 0 {
             crate::say(&format!(
-                "{} not shown to be so exact when the time was over: nothing is claimed there",
+                "{} not shown to be so exact by the end: nothing is claimed there",
                 pixels(self.out_of_time)
             ));
         }

@@ -1,0 +1,18 @@
+//! What reading a scene gives.
+
+use lookat_syntax::Diagnostic;
+
+use crate::{Scene, Sources};
+
+/// What [`load`](crate::load()) found.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The files that were read; diagnostics point into them.
+    pub sources: Sources,
+    /// The scene. There is one exactly when no diagnostic is an error, or when errors are to be left out.
+    pub scene: Option<Scene>,
+    /// What is wrong, in the order in which the scene is read.
+    pub diagnostics: Vec<Diagnostic>,
+    /// Whether there is a scene if errors are left out.
+    pub can_keep_going: bool,
+}
