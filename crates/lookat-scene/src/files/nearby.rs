@@ -57,7 +57,7 @@ impl Folders {
     /// The names in a folder, in order, but for those that cannot be written in a scene as they are.
     fn entries(&mut self, folder: &Path) -> &[String] {
         let left = MOST_IN_ALL - self.entries.min(MOST_IN_ALL);
-        let names = self.listed.entry(folder.to_owned()).or_insert_with(|| {
+        self.listed.entry(folder.to_owned()).or_insert_with(|| {
             let path = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
             let entries = fs::read_dir(path).into_iter().flatten().take(MOST_ENTRIES.min(left)).flatten();
             let names = entries.filter_map(|entry| entry.file_name().into_string().ok());
@@ -66,8 +66,7 @@ impl Folders {
             names.sort_unstable();
             self.entries += names.len();
             names
-        });
-        names
+        })
     }
 }
 
