@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use lookat_syntax::{Diagnostic, Span, Text, nearest};
 
-use crate::report::Report;
+/// At most this many names are looked through for the one that was meant.
+pub(crate) const MOST_NAMES: usize = 10_000;
 
 /// What has a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -131,40 +132,4 @@ impl Elsewhere {
 
 fn is_before(a: Span, b: Span) -> bool {
     a.file == b.file && a.start < b.start
-}
-
-/// At most this many names are looked through for the one that was meant.
-const MOST_NAMES: usize = 10_000;
-
-/// Reports a name that is not defined; not where a file that may define it is missing.
-pub(crate) fn undefined<'n>(
-    report: &mut Report,
-    kind: Kind,
-    name: &Text,
-    known: impl Iterator<Item = &'n String>,
-) {
-    if report.incomplete {
-        return;
-    }
-    let error = Diagnostic::error(name.span, format!("there is no {} \"{}\"", kind.name(), name.value));
-    if report.is_long() {
-        report.push(error);
-        return;
-    }
-    let mut known: Vec<&str> = known.map(String::as_str).collect();
-    known.sort_unstable();
-    known.truncate(MOST_NAMES);
-    let definer = kind.definer();
-    let error = match nearest(&name.value, known.iter().copied()) {
-        Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
-        None if known.is_empty() => error.help(format!("{definer} defines one; none is defined here")),
-        None => error.help(format!("{definer} defines one; defined here: {}", listed(&known))),
-    };
-    report.undefined(kind, name, error);
-}
-
-/// Names for a message, not too many of them.
-fn listed(names: &[&str]) -> String {
-    let shown = names.iter().take(8).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
-    if names.len() > 8 { format!("{shown} and {} more", names.len() - 8) } else { shown }
 }

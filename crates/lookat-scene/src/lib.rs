@@ -57,6 +57,7 @@ mod sources;
 mod state;
 mod texture;
 mod transform;
+mod undefined;
 mod vocabulary;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};

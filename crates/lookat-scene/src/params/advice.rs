@@ -3,7 +3,8 @@
 use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, shown};
 
 use super::{Params, class};
-use crate::elsewhere::{Kind, undefined};
+use crate::elsewhere::Kind;
+use crate::undefined::undefined;
 
 impl Params<'_> {
     /// Reports a name that is not defined.

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use lookat_syntax::{Diagnostic, Directive, EntityKind, Span, Statement, Text, shown};
 
 use super::{Block, Resolver};
-use crate::elsewhere::{Kind, undefined};
+use crate::elsewhere::Kind;
 use crate::state::{Open, Saved};
+use crate::undefined::undefined;
 use crate::{Instance, Object, Transform};
 
 /// At most this many blocks stand inside each other.

@@ -5,8 +5,9 @@ use lookat_syntax::{Diagnostic, Span, Text};
 
 use super::{Block, Resolver};
 use crate::angle;
-use crate::elsewhere::{Kind, undefined};
+use crate::elsewhere::Kind;
 use crate::transform::{LARGEST, LookAtFault, Transform};
+use crate::undefined::undefined;
 
 /// With so many others to each, doubts are of chance.
 const MANY_ROTATIONS: usize = 20;

@@ -7,10 +7,11 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
 
 use super::Resolver;
 use crate::cutout::cutout;
-use crate::elsewhere::{Kind, undefined};
+use crate::elsewhere::Kind;
 use crate::params::Params;
 use crate::state::MaterialInstance;
 use crate::texture::TextureParams;
+use crate::undefined::undefined;
 use crate::{Emission, Material, Primitive, light, material, shape, texture};
 
 impl Resolver<'_> {
