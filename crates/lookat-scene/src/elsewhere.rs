@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use lookat_syntax::{Diagnostic, Span, Text, nearest};
 
-/// At most this many names are looked through for the one that was meant.
+/// Among more names none is looked for that might be meant.
 pub(crate) const MOST_NAMES: usize = 10_000;
 
 /// What has a name.
@@ -123,9 +123,13 @@ impl Elsewhere {
             .iter()
             .filter(|((of, _), _)| *of == kind)
             .map(|((_, name), at)| (name.as_str(), *at))
+            .take(MOST_NAMES + 1)
             .collect();
+        if names.len() > MOST_NAMES {
+            return None;
+        }
         names.sort_unstable_by_key(|(name, _)| *name);
-        let near = nearest(name, names.iter().map(|(name, _)| *name).take(MOST_NAMES))?;
+        let near = nearest(name, names.iter().map(|(name, _)| *name))?;
         names.into_iter().find(|(name, _)| *name == near)
     }
 }

@@ -20,10 +20,13 @@ pub(crate) fn undefined<'n>(
         report.push(error);
         return;
     }
-    let mut known: Vec<&str> = known.map(String::as_str).collect();
-    known.sort_unstable();
-    known.truncate(MOST_NAMES);
     let definer = kind.definer();
+    let mut known: Vec<&str> = known.map(String::as_str).take(MOST_NAMES + 1).collect();
+    if known.len() > MOST_NAMES {
+        report.undefined(kind, name, error.help(format!("{definer} defines one")));
+        return;
+    }
+    known.sort_unstable();
     let error = match nearest(&name.value, known.iter().copied()) {
         Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
         None if known.is_empty() => error.help(format!("{definer} defines one; none is defined here")),
