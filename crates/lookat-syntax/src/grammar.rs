@@ -350,10 +350,12 @@ impl<'a> Reader<'a> {
             return self.string(input);
         }
         let (at, found) = found(input);
+        let (what, example) = quoted_after(keyword);
         if is_keyword(at) {
             // As it stands in the text, where it may be misspelt.
             let (_, here) = word(self.statement)?;
-            let fault = Fault::new(here, format!("{} needs a quoted name", shown(keyword)));
+            let fault = Fault::new(here, format!("a quoted {what} is missing after {}", shown(keyword)))
+                .help(format!("as in {example}"));
             if keyword != b"ObjectBegin" {
                 return fault.fail();
             }
@@ -361,7 +363,8 @@ impl<'a> Reader<'a> {
             self.report(fault);
             return Ok((input, Spanned { value: String::new(), span: self.span(here) }));
         }
-        let fault = Fault::new(at, format!("expected a quoted name after {}, found {found}", shown(keyword)));
+        let fault =
+            Fault::new(at, format!("expected a quoted {what} after {}, found {found}", shown(keyword)));
         // A bare word that is no directive is the name without its quotes.
         let text = shown(at);
         if at.first().is_some_and(u8::is_ascii_alphabetic) {
@@ -370,7 +373,7 @@ impl<'a> Reader<'a> {
         }
         match advice(at) {
             Some(advice) => fault.help(advice).fail(),
-            None => fault.fail(),
+            None => fault.help(format!("as in {example}")).fail(),
         }
     }
 
@@ -416,6 +419,35 @@ impl<'a> Reader<'a> {
         let (input, name) = self.name(input, keyword)?;
         let (input, params) = self.params(input);
         Ok((input, Entity { name, params }))
+    }
+}
+
+/// What stands in quotes after a keyword, or after a part of a Texture, and an example.
+fn quoted_after(keyword: Input) -> (&'static str, &'static str) {
+    const TEXTURE: &str = "Texture \"wood\" \"spectrum\" \"imagemap\"";
+    match keyword {
+        b"Texture" => ("name", TEXTURE),
+        b"the name of a Texture" => ("type of values", TEXTURE),
+        b"the value type of a Texture" => ("type", TEXTURE),
+        b"Shape" => ("type", "Shape \"sphere\""),
+        b"Material" => ("type", "Material \"matte\""),
+        b"LightSource" => ("type", "LightSource \"point\""),
+        b"AreaLightSource" => ("type", "AreaLightSource \"diffuse\""),
+        b"Camera" => ("type", "Camera \"perspective\""),
+        b"Film" => ("type", "Film \"image\""),
+        b"Sampler" => ("type", "Sampler \"halton\""),
+        b"Integrator" => ("type", "Integrator \"path\""),
+        b"PixelFilter" => ("type", "PixelFilter \"box\""),
+        b"Accelerator" => ("type", "Accelerator \"bvh\""),
+        b"MakeNamedMaterial" => ("name", "MakeNamedMaterial \"red\" \"string type\" \"matte\""),
+        b"NamedMaterial" => ("name", "NamedMaterial \"red\""),
+        b"ObjectBegin" => ("name", "ObjectBegin \"tree\""),
+        b"ObjectInstance" => ("name", "ObjectInstance \"tree\""),
+        b"CoordinateSystem" => ("name", "CoordinateSystem \"lamp\""),
+        b"CoordSysTransform" => ("name", "CoordSysTransform \"lamp\""),
+        b"Include" => ("name", "Include \"part.pbrt\""),
+        b"MediumInterface" => ("name", "MediumInterface \"inside\" \"outside\""),
+        _ => ("name", "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\""),
     }
 }
 
