@@ -41,6 +41,21 @@ impl<'a> Reader<'a> {
         read.map(|(rest, param)| (rest, param.filter(|_| !faulty)))
     }
 
+    /// Where a material has a string for a number or a color, it most likely names a texture.
+    fn advise_texture(&mut self, ty: ParamType, name: &str) {
+        if !matches!(ty, ParamType::Float | ParamType::Rgb | ParamType::Xyz) {
+            return;
+        }
+        let is_of_material = word(self.statement)
+            .is_ok_and(|(_, keyword)| matches!(keyword, b"Material" | b"MakeNamedMaterial" | b"Texture"));
+        let is_string = |last: &&mut Diagnostic| {
+            last.help.is_none() && last.message.starts_with("expected a number, found the string")
+        };
+        if let Some(last) = self.diagnostics.last_mut().filter(is_string).filter(|_| is_of_material) {
+            last.help = Some(format!("a texture is declared \"texture {name}\""));
+        }
+    }
+
     fn readable_param(&mut self, input: Input<'a>, declaration: Text) -> Parsing<'a, Option<Param>> {
         let declared = self.declaration(&declaration);
         let (start, ()) = blank(input)?;
@@ -66,6 +81,9 @@ impl<'a> Reader<'a> {
         } else {
             self.single(start, &mut values)?
         };
+        if let Some((ty, name)) = declared.as_ref().filter(|_| self.faulty) {
+            self.advise_texture(*ty, name);
+        }
         let span = self.between(start, rest);
         let rest = if rest.first() == Some(&b',') { self.separator(rest)?.0 } else { rest };
         let Some((ty, name)) = declared else { return Ok((rest, None)) };
