@@ -10,6 +10,8 @@ use lookat_scene::syntax::Severity;
 use serde_json::Value;
 
 mod folder;
+#[path = "cli/messages.rs"]
+mod messages;
 #[path = "cli/stopping.rs"]
 mod stopping;
 
@@ -100,26 +102,6 @@ fn the_exit_status_tells_fine_from_wrong_from_trouble() {
     check(&["--version"], 0);
 }
 
-#[test]
-fn a_diagnostic_shows_the_line_and_the_way_out() {
-    let run = Folder::new().run(&["check", "wrong.pbrt", "warns.pbrt", "fine.pbrt"]);
-    assert_eq!(run.out, "", "diagnostics go to standard error");
-    for part in [
-        "error: unknown Shape \"sphrere\"",
-        "--> wrong.pbrt:9:7",
-        "9 | Shape \"sphrere\"",
-        "help: did you mean \"sphere\"?",
-        "error: unknown Material \"mate\"",
-        "wrong.pbrt: 2 errors\n",
-        "warning: Shape \"sphere\" has no parameter \"raduis\"; it is ignored",
-        "warns.pbrt: 1 warning\n",
-    ] {
-        assert!(run.err.contains(part), "no {part:?} in\n{}", run.err);
-    }
-    assert!(run.err.ends_with("fine.pbrt: fine\n"), "{}", run.err);
-    assert!(!run.err.contains('\u{1b}'), "no colors into a pipe");
-}
-
 /// The lines of standard output, each of which has to be JSON.
 fn json_lines(run: &Run) -> Vec<Value> {
     run.out.lines().map(|line| serde_json::from_str(line).expect(line)).collect()
@@ -189,121 +171,6 @@ fn json_tells_of_the_picture_or_why_there_is_none() {
     let lines = json_lines(&run);
     assert_eq!((run.status, lines.len()), (2, 1));
     assert!(lines[0]["error"].as_str().unwrap().contains("picture.jpg"));
-}
-
-/// Whoever looks away from everything is told so; inside a closed sphere there is something to see, but no light.
-#[test]
-fn black_pictures_are_told() {
-    let folder = Folder::new();
-    let without_sky = FINE.replace("LightSource \"infinite\" \"rgb L\" [.2 .2 .2]\n", "");
-    folder.write("away.pbrt", &without_sky.replace("0 0 -4  0 0 0", "0 0 -4  0 0 -9"));
-    folder.write("inside.pbrt", &without_sky.replace("0 0 -4  0 0 0", "0 0 0  0 0 9"));
-    let said = |scene, args: &[&str]| folder.run(&[&["render", scene, "-o", "a.pfm"], args].concat());
-    assert!(said("away.pbrt", &[]).err.contains("no ray from the camera meets a surface"));
-    assert!(said("inside.pbrt", &[]).err.contains("no light comes to the camera"));
-    assert!(!said("fine.pbrt", &[]).err.contains("black"));
-    for (scene, black) in [("away.pbrt", true), ("inside.pbrt", true), ("fine.pbrt", false)] {
-        assert_eq!(json_lines(&said(scene, &["--json"]))[0]["picture"]["black"], black);
-    }
-}
-
-// Elsewhere a name of other case may be that of the file.
-#[cfg(target_os = "linux")]
-#[test]
-fn files_that_are_there_under_another_name_are_told() {
-    let folder = Folder::empty();
-    std::fs::create_dir_all(folder.path("textures/old")).unwrap();
-    for name in ["textures/Wood.spd", "textures/steel-01.spd", "glass.spd"] {
-        folder.write(name, "400 1 700 1");
-    }
-    let names = [
-        ("Textures/wood.SPD", Some("textures/Wood.spd")),
-        ("textures\\\\Wood.spd", Some("textures/Wood.spd")),
-        ("C:/Users/me/textures/Wood.spd", Some("textures/Wood.spd")),
-        ("/home/me/glass.spd", Some("glass.spd")),
-        ("textures/old/../Wood.sdp", Some("textures/old/../Wood.spd")),
-        // Another number is another file, and a folder is none.
-        ("textures/steel-02.spd", None),
-        ("textures/OLD", None),
-        ("nowhere.ply", None),
-    ];
-    for (name, meant) in names {
-        let shape = format!("Material \"metal\" \"spectrum k\" \"{name}\" Shape \"sphere\"");
-        folder.write("a.pbrt", &FINE.replace("Shape \"sphere\"", &shape));
-        let run = folder.run(&["check", "--json", "a.pbrt"]);
-        let diagnostics = &json_lines(&run)[0]["diagnostics"];
-        let help = diagnostics[0]["help"].as_str().unwrap();
-        match meant {
-            Some(meant) => {
-                assert_eq!(help, format!("did you mean \"{meant}\"?"), "{name}");
-                assert_eq!(diagnostics[0]["fix"]["replacement"], format!("\"{meant}\""), "{name}");
-            }
-            None => assert!(help.starts_with("names are relative"), "{name}: {help}"),
-        }
-    }
-}
-
-#[test]
-fn strict_makes_errors_of_warnings() {
-    let folder = Folder::new();
-    for command in ["check", "render"] {
-        let run = folder.run(&[command, "warns.pbrt", "--strict"]);
-        assert_eq!(run.status, 1, "{}", run.err);
-        assert!(run.err.contains("error: Shape \"sphere\" has no parameter"), "{}", run.err);
-        assert_eq!(folder.run(&[command, "fine.pbrt", "--strict"]).status, 0);
-    }
-}
-
-#[test]
-fn keep_going_renders_what_is_left() {
-    let folder = Folder::new();
-    let run = folder.run(&["render", "wrong.pbrt", "--keep-going", "-o", "kept.exr"]);
-    assert_eq!(run.status, 0, "the picture that was asked for is there: {}", run.err);
-    assert!(run.err.contains("unknown Shape"), "{}", run.err);
-    let kept = Image::read(&folder.path("kept.exr")).unwrap();
-    assert_eq!(kept.channels, folder.picture(&[]).channels);
-}
-
-/// With the words on the left, which are in error, the picture is that of the words on the right.
-#[test]
-fn keep_going_takes_what_is_right_of_what_is_wrong() {
-    let folder = Folder::new();
-    let bytes = |text: &str| {
-        folder.write("a.pbrt", text);
-        let run = folder.run(&["render", "a.pbrt", "--keep-going", "-o", "a.pfm"]);
-        assert_eq!(run.status, 0, "{}", run.err);
-        std::fs::read(folder.path("a.pfm")).unwrap()
-    };
-    let sphere = |before: &str| FINE.replace("Shape", &format!("{before} Shape"));
-    let object = |ends: &str| {
-        let begin = "AttributeBegin Translate 0 0 1 ObjectBegin \"a\" Translate 0 1 0 AttributeBegin Translate 1 0 0 Shape";
-        FINE.replace("Shape", begin)
-            .replace("WorldEnd", &format!("AttributeEnd {ends} ObjectInstance \"a\" WorldEnd"))
-    };
-    let depth = |more: &str| FINE.replace("\"path\"", &format!("\"path\" \"integer maxdepth\" 0 {more}"));
-    for (wrong, right) in [
-        (
-            sphere("Material \"phong\" \"rgb Kd\" [.9 .1 .1]"),
-            sphere("Material \"matte\" \"rgb Kd\" [.9 .1 .1]"),
-        ),
-        (object("AttributeEnd Scale 9 9 9 ObjectEnd"), object("ObjectEnd AttributeEnd")),
-        (depth("\"string lightsamplestrategy\" \"some\""), depth("")),
-        (FINE.replace("[.2 .2 .2]", "[.2 .2 .2] \"string mapname\" \"none.exr\""), FINE.to_owned()),
-    ] {
-        assert!(bytes(&wrong) == bytes(&right), "{wrong}");
-    }
-}
-
-#[test]
-fn quiet_leaves_only_errors() {
-    let folder = Folder::new();
-    let run = folder.run(&["render", "warns.pbrt", "--quiet"]);
-    assert_eq!((run.status, run.out.as_str(), run.err.as_str()), (0, "", ""));
-    let run = folder.run(&["render", "wrong.pbrt", "-q"]);
-    assert_eq!(run.status, 1);
-    assert!(run.err.contains("unknown Shape"), "{}", run.err);
-    let run = folder.run(&["render", "warns.pbrt"]);
-    assert!(run.err.contains("warning: ") && run.err.contains("fine.pfm: 32 x 24 pixels"), "{}", run.err);
 }
 
 #[test]
@@ -440,32 +307,6 @@ fn threads_change_no_byte_and_seeds_change_the_noise() {
     let noise = |seed: &str| folder.picture(&["--seed", seed]).channels;
     assert_ne!(noise("0"), noise("1"));
     assert_ne!(noise("1"), noise("18446744073709551615"));
-}
-
-#[test]
-fn places_in_long_lines_are_told_by_their_own_column() {
-    let folder = Folder::new();
-    let indices = "0 1 2 ".repeat(400);
-    let mesh = format!(
-        "Shape \"trianglemesh\" \"integer indices\" [{indices}0 1 7] \"point P\" [0 0 0 1 0 0 0 1 0]"
-    );
-    let column = mesh.find('7').unwrap() + 1;
-    folder.write("long.pbrt", &FINE.replace("Shape \"sphere\"", &mesh));
-    let run = folder.run(&["check", "long.pbrt"]);
-    assert!(run.err.contains(&format!("long.pbrt:9:{column}\n")), "{}", run.err);
-    // Not the whole line is shown.
-    assert!(run.err.lines().all(|line| line.len() < 300), "{}", run.err);
-}
-
-/// The line would be shown whole, and once more as it should be.
-#[test]
-fn long_lines_are_shown_in_part_only() {
-    let folder = Folder::new();
-    let line = format!("{}Shaep \"sphere\"", "Shape \"sphere\" ".repeat(10_000));
-    folder.write("long.pbrt", &FINE.replace("Shape \"sphere\"", &line));
-    let run = folder.run(&["check", "long.pbrt"]);
-    assert!(run.err.contains("Shaep") && run.err.contains("help: did you mean `Shape`?"), "{}", run.err);
-    assert!(run.err.len() < 1000 && !run.err.contains(":::"), "{}", run.err);
 }
 
 /// A program whose help or result is lost does not say that all is well.

@@ -4,9 +4,6 @@ use std::collections::HashMap;
 
 use lookat_syntax::{Diagnostic, Span, Text, nearest};
 
-/// Among more names none is looked for that might be meant.
-pub(crate) const MOST_NAMES: usize = 10_000;
-
 /// What has a name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Kind {
@@ -118,20 +115,19 @@ impl Elsewhere {
 
     /// The name, of any block, that was most likely meant.
     fn nearest(&self, kind: Kind, name: &str) -> Option<(&str, Span)> {
-        let mut names: Vec<(&str, Span)> = self
-            .places
-            .iter()
-            .filter(|((of, _), _)| *of == kind)
-            .map(|((_, name), at)| (name.as_str(), *at))
-            .take(MOST_NAMES + 1)
-            .collect();
-        if names.len() > MOST_NAMES {
-            return None;
-        }
-        names.sort_unstable_by_key(|(name, _)| *name);
-        let near = nearest(name, names.iter().map(|(name, _)| *name))?;
-        names.into_iter().find(|(name, _)| *name == near)
+        let of_kind = || self.places.iter().filter(|((of, _), _)| *of == kind);
+        let names = in_order(of_kind().map(|((_, name), _)| name.as_str()))?;
+        let near = nearest(name, names)?;
+        of_kind().find(|((_, name), _)| name == near).map(|(_, place)| (near, *place))
     }
+}
+
+/// Names in order, so that what is said of them is always the same. Among very many none is looked for.
+pub(crate) fn in_order<'n>(names: impl Iterator<Item = &'n str>) -> Option<Vec<&'n str>> {
+    const MOST: usize = 10_000;
+    let mut names: Vec<&str> = names.take(MOST + 1).collect();
+    names.sort_unstable();
+    (names.len() <= MOST).then_some(names)
 }
 
 fn is_before(a: Span, b: Span) -> bool {

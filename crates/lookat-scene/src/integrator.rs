@@ -85,10 +85,10 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
         }
         "bdpt" | "mlt" | "sppm" | "volpath" => {
             let message = format!("Integrator \"{}\" is rendered with \"path\"", params.kind());
-            // In pbrt-v3 "volpath" finds none either.
-            let help = (params.kind() != "volpath")
-                .then_some("\"path\" finds no caustics of point, spot and distant lights");
-            params.replaced(message, help);
+            match params.kind() {
+                "volpath" => params.unsupported(message),
+                _ => params.replaced(message, "\"path\" finds no caustics of point, spot and distant lights"),
+            }
             let integrator = path(params);
             pixel_bounds(params);
             params.ignore_rest();

@@ -345,11 +345,9 @@ impl<'a> Params<'a> {
         self.report.unsupported(self.kind.span, message);
     }
 
-    /// A warning about what is rendered in another way.
-    pub fn replaced(&mut self, message: String, help: Option<&str>) {
-        let mut warning = Diagnostic::warning(self.kind.span, message);
-        warning.help = help.map(str::to_owned);
-        self.report.once(warning);
+    /// The same of one that is rendered in another way, with what that leaves out.
+    pub fn replaced(&mut self, message: String, help: &str) {
+        self.report.once(Diagnostic::warning(self.kind.span, message).help(help));
     }
 
     /// The error for a type that pbrt-v3 does not have.

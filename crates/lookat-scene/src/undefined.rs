@@ -2,7 +2,7 @@
 
 use lookat_syntax::{Diagnostic, Text, nearest};
 
-use crate::elsewhere::{Kind, MOST_NAMES};
+use crate::elsewhere::{Kind, in_order};
 use crate::report::Report;
 
 /// Reports a name that is not defined; not where a file that may define it is missing.
@@ -21,12 +21,10 @@ pub(crate) fn undefined<'n>(
         return;
     }
     let definer = kind.definer();
-    let mut known: Vec<&str> = known.map(String::as_str).take(MOST_NAMES + 1).collect();
-    if known.len() > MOST_NAMES {
+    let Some(known) = in_order(known.map(String::as_str)) else {
         report.undefined(kind, name, error.help(format!("{definer} defines one")));
         return;
-    }
-    known.sort_unstable();
+    };
     let error = match nearest(&name.value, known.iter().copied()) {
         Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
         None if known.is_empty() => error.help(format!("{definer} defines one; none is defined here")),

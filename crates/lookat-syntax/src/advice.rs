@@ -46,6 +46,36 @@ fn foreign(word: Input) -> Option<&'static str> {
     })
 }
 
+/// What stands in quotes after a keyword, or after a part of a Texture, and an example.
+pub(crate) fn quoted_after(keyword: Input) -> (&'static str, &'static str) {
+    const TEXTURE: &str = "Texture \"wood\" \"spectrum\" \"imagemap\"";
+    match keyword {
+        b"Texture" => ("name", TEXTURE),
+        b"the name of a Texture" => ("type of values", TEXTURE),
+        b"the value type of a Texture" => ("type", TEXTURE),
+        b"Shape" => ("type", "Shape \"sphere\""),
+        b"Material" => ("type", "Material \"matte\""),
+        b"LightSource" => ("type", "LightSource \"point\""),
+        b"AreaLightSource" => ("type", "AreaLightSource \"diffuse\""),
+        b"Camera" => ("type", "Camera \"perspective\""),
+        b"Film" => ("type", "Film \"image\""),
+        b"Sampler" => ("type", "Sampler \"halton\""),
+        b"Integrator" => ("type", "Integrator \"path\""),
+        b"PixelFilter" => ("type", "PixelFilter \"box\""),
+        b"Accelerator" => ("type", "Accelerator \"bvh\""),
+        b"MakeNamedMaterial" => ("name", "MakeNamedMaterial \"red\" \"string type\" \"matte\""),
+        b"NamedMaterial" => ("name", "NamedMaterial \"red\""),
+        b"ObjectBegin" => ("name", "ObjectBegin \"tree\""),
+        b"ObjectInstance" => ("name", "ObjectInstance \"tree\""),
+        b"CoordinateSystem" => ("name", "CoordinateSystem \"lamp\""),
+        b"CoordSysTransform" => ("name", "CoordSysTransform \"lamp\""),
+        b"Include" => ("name", "Include \"part.pbrt\""),
+        b"MediumInterface" => ("name", "MediumInterface \"inside\" \"outside\""),
+        // MakeNamedMedium.
+        _ => ("name", "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\""),
+    }
+}
+
 /// What to say of a value behind a directive that takes no parameters.
 pub(crate) fn surplus(directive: &Directive) -> Option<String> {
     let takes = match directive {

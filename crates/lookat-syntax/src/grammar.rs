@@ -3,7 +3,7 @@
 
 use nom::bytes::complete::take_while1;
 
-use crate::advice::{V4_DIRECTIVES, advice, surplus};
+use crate::advice::{V4_DIRECTIVES, advice, quoted_after, surplus};
 use crate::token::{Fault, Input, Parsing, blank, found, is_blank, number, quoted, shown, word};
 use crate::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, Text,
@@ -64,7 +64,7 @@ pub(crate) struct Reader<'a> {
     /// Unknown directives so far.
     unknown: usize,
     file: FileId,
-    text: Input<'a>,
+    pub(crate) text: Input<'a>,
     pub(crate) diagnostics: Vec<Diagnostic>,
     v4_marks: Vec<Span>,
     broken_end: bool,
@@ -419,35 +419,6 @@ impl<'a> Reader<'a> {
         let (input, name) = self.name(input, keyword)?;
         let (input, params) = self.params(input);
         Ok((input, Entity { name, params }))
-    }
-}
-
-/// What stands in quotes after a keyword, or after a part of a Texture, and an example.
-fn quoted_after(keyword: Input) -> (&'static str, &'static str) {
-    const TEXTURE: &str = "Texture \"wood\" \"spectrum\" \"imagemap\"";
-    match keyword {
-        b"Texture" => ("name", TEXTURE),
-        b"the name of a Texture" => ("type of values", TEXTURE),
-        b"the value type of a Texture" => ("type", TEXTURE),
-        b"Shape" => ("type", "Shape \"sphere\""),
-        b"Material" => ("type", "Material \"matte\""),
-        b"LightSource" => ("type", "LightSource \"point\""),
-        b"AreaLightSource" => ("type", "AreaLightSource \"diffuse\""),
-        b"Camera" => ("type", "Camera \"perspective\""),
-        b"Film" => ("type", "Film \"image\""),
-        b"Sampler" => ("type", "Sampler \"halton\""),
-        b"Integrator" => ("type", "Integrator \"path\""),
-        b"PixelFilter" => ("type", "PixelFilter \"box\""),
-        b"Accelerator" => ("type", "Accelerator \"bvh\""),
-        b"MakeNamedMaterial" => ("name", "MakeNamedMaterial \"red\" \"string type\" \"matte\""),
-        b"NamedMaterial" => ("name", "NamedMaterial \"red\""),
-        b"ObjectBegin" => ("name", "ObjectBegin \"tree\""),
-        b"ObjectInstance" => ("name", "ObjectInstance \"tree\""),
-        b"CoordinateSystem" => ("name", "CoordinateSystem \"lamp\""),
-        b"CoordSysTransform" => ("name", "CoordSysTransform \"lamp\""),
-        b"Include" => ("name", "Include \"part.pbrt\""),
-        b"MediumInterface" => ("name", "MediumInterface \"inside\" \"outside\""),
-        _ => ("name", "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\""),
     }
 }
 

@@ -48,11 +48,11 @@ impl<'a> Reader<'a> {
         }
         let is_of_material = word(self.statement)
             .is_ok_and(|(_, keyword)| matches!(keyword, b"Material" | b"MakeNamedMaterial" | b"Texture"));
-        let is_string = |last: &&mut Diagnostic| {
-            last.help.is_none() && last.message.starts_with("expected a number, found the string")
-        };
-        if let Some(last) = self.diagnostics.last_mut().filter(is_string).filter(|_| is_of_material) {
-            last.help = Some(format!("a texture is declared \"texture {name}\""));
+        let text = self.text;
+        let is_string = |error: &&mut Diagnostic| text.get(error.span().start as usize) == Some(&b'"');
+        let last = self.diagnostics.last_mut().filter(|error| error.help.is_none());
+        if let Some(error) = last.filter(is_string).filter(|_| is_of_material) {
+            error.help = Some(format!("a texture is declared \"texture {name}\""));
         }
     }
 

@@ -21,7 +21,7 @@ impl Params<'_> {
             _ => ["float", "spectrum"],
         };
         if !self.report.incomplete {
-            let message = format!("there is no {needs} texture \"{}\"", name.value);
+            let message = format!("there is no {} \"{}\"", kind.name(), name.value);
             let help = format!("the texture of that name is a {has} texture; a {needs} one is needed here");
             self.report.push(Diagnostic::error(name.span, message).help(help));
         }
