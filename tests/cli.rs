@@ -218,6 +218,38 @@ fn a_failure_writes_nothing() {
     }
 }
 
+/// What does not fit the scene is no error of the scene, and no picture of another size takes its place.
+#[test]
+fn arguments_that_do_not_fit_the_scene_are_told() {
+    let folder = Folder::new();
+    let check = |args: &[&str], expected: &str| {
+        let run = folder.run(&[&["render", "fine.pbrt"], args].concat());
+        assert_eq!((run.status, run.err.as_str()), (2, expected), "{args:?}");
+    };
+    let narrow = ["--crop", "0.01", "0.02", "0", "1"];
+    check(&narrow, "error: the crop window holds no pixel of 32 x 24\n");
+    check(&[&narrow[..], &["--keep-going"]].concat(), "error: the crop window holds no pixel of 32 x 24\n");
+    let most = "error: a picture of 2500000000 pixels; one run renders at most 100000000\n";
+    check(&["--resolution", "100000x100000", "--crop", "0", ".5", "0", ".5"], most);
+    let wide = "error: cannot write a.tga: such a file is at most 65535 pixels wide and high\n";
+    check(&["--resolution", "70000x2", "-o", "a.tga"], wide);
+    #[cfg(unix)]
+    {
+        let _socket = std::os::unix::net::UnixListener::bind(folder.path("socket.exr")).unwrap();
+        check(&["-o", "socket.exr"], "error: cannot write socket.exr: what is there is not a file\n");
+    }
+}
+
+/// What a scene names is a file, and not what is typed.
+#[test]
+fn standard_input_is_the_scene_alone() {
+    let folder = Folder::new();
+    folder.write("includes.pbrt", &FINE.replace("Shape \"sphere\"", "Include \"-\""));
+    let run = folder.run_with_input(&["check", "includes.pbrt"], "Shape \"sphere\"");
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("cannot include -: there is no such file"), "{}", run.err);
+}
+
 #[test]
 fn a_failure_keeps_the_picture_that_was_there() {
     let folder = Folder::new();

@@ -30,13 +30,14 @@ pub fn check_printed(directives: &[Directive]) {
     assert!(again == directives && printed == text, "{text}\nreads back as\n{printed}");
 }
 
-/// Places lie in their files, a scene is there when nothing is in error, and it keeps its promises.
+/// Places lie in their files, a scene is there when nothing is in error and what is asked for fits it, and it keeps its
+/// promises.
 pub fn check(loaded: &Loaded) {
     let sizes: Vec<usize> = loaded.sources.files.iter().map(|file| file.text.len()).collect();
     check_spans(&loaded.diagnostics, &sizes);
     let errors =
         loaded.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count();
-    assert_eq!(loaded.scene.is_some(), errors == 0, "{errors} errors");
+    assert_eq!(loaded.scene.is_some(), errors == 0 && loaded.misfit.is_none(), "{errors} errors");
     loaded.scene.iter().for_each(check_scene);
 }
 

@@ -2,7 +2,7 @@
 
 use std::array::from_fn;
 use std::error::Error;
-use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
+use std::io::{BufRead, Cursor, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -94,10 +94,34 @@ fn jpeg_is_ended(input: &mut (impl BufRead + Seek), length: u64) -> Result<bool,
     /// Some programs add bytes of their own.
     const TAIL: u64 = 1 << 16;
     const END_OF_IMAGE: [u8; 2] = [0xff, 0xd9];
-    input.seek(SeekFrom::Start(length.saturating_sub(TAIL)))?;
+    let scan = jpeg_scan(input)?.unwrap_or(length);
+    input.seek(SeekFrom::Start(scan.max(length.saturating_sub(TAIL))))?;
     let mut tail = Vec::new();
     input.take(TAIL).read_to_end(&mut tail)?;
     Ok(tail.windows(2).any(|bytes| bytes == END_OF_IMAGE))
+}
+
+/// Where the first scan of a JPEG picture begins: before it a small picture may stand, with an end of its own. `None`
+/// where the file ends before it.
+fn jpeg_scan(input: &mut (impl BufRead + Seek)) -> Result<Option<u64>, Fault> {
+    const START_OF_SCAN: u8 = 0xda;
+    // After the start of the picture, segments: a marker, a length that counts its own two bytes, and the rest.
+    let mut at = 2;
+    loop {
+        input.seek(SeekFrom::Start(at))?;
+        let mut head = [0; 4];
+        if let Err(error) = input.read_exact(&mut head) {
+            return if error.kind() == ErrorKind::UnexpectedEof { Ok(None) } else { Err(error.into()) };
+        }
+        match head {
+            [0xff, START_OF_SCAN, ..] => return Ok(Some(at)),
+            // Filling.
+            [0xff, 0xff, ..] => at += 1,
+            [0xff, _, high, low] => at += 2 + u64::from(u16::from_be_bytes([high, low])),
+            // The decoder knows what to say of it.
+            _ => return Ok(Some(0)),
+        }
+    }
 }
 
 fn fault(error: ::image::ImageError) -> Fault {
@@ -139,6 +163,8 @@ fn inverse_curve(encoded: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use ::image::ImageEncoder;
+
     use super::{inverse_curve, linear_from_srgb, of_byte};
     use crate::{Image, ImageError, Window};
 
@@ -169,6 +195,21 @@ mod tests {
         assert_eq!(of("#?RADIANCE").unwrap(), [[2.0, 1.0, 0.5]]);
         assert_eq!(of("#?RGBE").unwrap(), [[2.0, 1.0, 0.5]]);
         assert!(of("#?OTHER").is_err());
+    }
+
+    #[test]
+    fn jpeg_files_that_are_cut_short_are_refused() {
+        let pixels: Vec<u8> = (0..64 * 64).map(|index: u32| (index * index) as u8).collect();
+        let mut whole = Vec::new();
+        let encoder = ::image::codecs::jpeg::JpegEncoder::new(&mut whole);
+        encoder.write_image(&pixels, 64, 64, ::image::ExtendedColorType::L8).unwrap();
+        // Another picture within, with an end of its own, and filling.
+        whole.splice(2..2, *b"\xff\xff\xe1\x00\x08\xff\xd8\xff\xd9..");
+        let read = |bytes: &[u8]| Image::decode(std::path::Path::new("a.jpg"), bytes);
+        assert_eq!(read(&whole).unwrap().data_window.width, 64);
+        for length in [whole.len() - 2, whole.len() * 2 / 3, 400, 12, 4] {
+            assert!(read(&whole[..length]).is_err(), "{length}");
+        }
     }
 
     #[test]

@@ -5,8 +5,8 @@ use std::io::Write;
 use ::image::codecs::tga::TgaEncoder;
 use ::image::{ExtendedColorType, ImageEncoder};
 
-use crate::Image;
 use crate::error::Fault;
+use crate::{Format, Image};
 
 /// Writes color or gray, tagged as sRGB, with the metadata in a text chunk.
 pub(crate) fn write_png(image: &Image, out: impl Write) -> Result<(), Fault> {
@@ -27,8 +27,9 @@ pub(crate) fn write_png(image: &Image, out: impl Write) -> Result<(), Fault> {
 pub(crate) fn write_tga(image: &Image, out: impl Write) -> Result<(), Fault> {
     let planes = image.visible_planes()?;
     let (width, height) = (image.data_window.width, image.data_window.height);
-    if width.max(height) > u32::from(u16::MAX) {
-        return Err(Fault::Unfit("a TGA file is at most 65535 pixels wide and high".into()));
+    let most = Format::Tga.most_side();
+    if width.max(height) > most {
+        return Err(Fault::Unfit(format!("a TGA file is at most {most} pixels wide and high")));
     }
     let color = if planes.len() == 3 { ExtendedColorType::Rgb8 } else { ExtendedColorType::L8 };
     // Runs that cross rows, which the encoder makes, break readers that follow the specification.

@@ -34,6 +34,15 @@ impl Format {
             _ => None,
         }
     }
+
+    /// The most pixels that a picture has each way.
+    pub fn most_side(self) -> u32 {
+        match self {
+            Format::Tga => u16::MAX.into(),
+            // Numbers with a sign, of 32 bits.
+            Format::Exr | Format::Png | Format::Pfm => i32::MAX as u32,
+        }
+    }
 }
 
 /// Fails where the first bytes of a file are not those of the format that its name says. Other names say nothing.

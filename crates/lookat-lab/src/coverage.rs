@@ -6,7 +6,9 @@ mod rules;
 
 use std::ops::ControlFlow;
 
+use glam::DVec3;
 use lookat_render::{DARK, Reached, Settings, TargetError};
+use lookat_scene::LUMINANCE;
 
 use crate::interval::interval_at;
 pub use known::{Known, edges, fireflies, lens, plain, tinted, wall};
@@ -62,7 +64,7 @@ pub fn judge(known: &Known, target: &Target, seed: u64) -> (Vec<Judged>, Reached
 }
 
 fn luminance(rgb: &[f64; 3]) -> f64 {
-    0.212671 * rgb[0] + 0.715160 * rgb[1] + 0.072169 * rgb[2]
+    LUMINANCE.dot(DVec3::from(*rgb))
 }
 
 /// As the renderer has it: the square of the mean of the roots of luminances.

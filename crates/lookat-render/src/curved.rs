@@ -14,10 +14,10 @@ use lookat_scene::{Quadric, QuadricForm, Transform};
 
 use crate::parametric::Parametric;
 use crate::ray::Ray;
-use disk::FlatRing;
-use paraboloid::Bowl;
+use disk::Disk;
+use paraboloid::Paraboloid;
 use segment::TurnedSegment;
-pub(crate) use sphere::Ball;
+pub(crate) use sphere::Sphere;
 use sweep::Sweep;
 
 /// A curved shape in its place, relative to the eye.
@@ -41,10 +41,10 @@ pub(crate) struct Curved {
 /// The form, in its own space.
 #[derive(Debug, Clone, Copy)]
 enum Form {
-    Ball(Ball),
-    FlatRing(FlatRing),
+    Sphere(Sphere),
+    Disk(Disk),
     TurnedSegment(TurnedSegment),
-    Bowl(Bowl),
+    Paraboloid(Paraboloid),
 }
 
 impl Curved {
@@ -72,7 +72,7 @@ impl Curved {
     pub fn half_extent(&self) -> DVec3 {
         let rows = self.world_from_own.transpose();
         let along = |row: DVec3| match self.form {
-            Form::Ball(_) => row.length() * self.radius,
+            Form::Sphere(_) => row.length() * self.radius,
             _ => row.truncate().length() * self.radius + row.z.abs() * self.half_height,
         };
         DVec3::new(along(rows.x_axis), along(rows.y_axis), along(rows.z_axis))
@@ -84,9 +84,9 @@ impl Curved {
     }
 
     /// The sphere that it is.
-    pub fn as_ball(&self) -> Option<&Ball> {
+    pub fn as_sphere(&self) -> Option<&Sphere> {
         match &self.form {
-            Form::Ball(ball) => Some(ball),
+            Form::Sphere(sphere) => Some(sphere),
             _ => None,
         }
     }
@@ -98,7 +98,7 @@ impl Curved {
     pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
         let (o, d) = self.own_ray(ray);
         match &self.form {
-            Form::Ball(ball) => ball.intersect(o, d, t_max, leaving),
+            Form::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
             other => other.intersect(o, d, t_max, leaving),
         }
     }
@@ -107,10 +107,10 @@ impl Curved {
     pub fn hides_end_of(&self, ray: &Ray) -> bool {
         let (o, d) = self.own_ray(ray);
         let middle = match &self.form {
-            Form::FlatRing(_) => None,
-            Form::Ball(_) => Some(-o.dot(d) / d.length_squared()),
+            Form::Disk(_) => None,
+            Form::Sphere(_) => Some(-o.dot(d) / d.length_squared()),
             Form::TurnedSegment(segment) => segment.profile.meet(o, d).map(|line| line.middle()),
-            Form::Bowl(bowl) => bowl.profile.meet(o, d).map(|line| line.middle()),
+            Form::Paraboloid(paraboloid) => paraboloid.profile.meet(o, d).map(|line| line.middle()),
         };
         middle.is_some_and(|middle| {
             ray.t_max > middle && self.intersect(ray, middle, ray.leaving == ray.target).is_some()
@@ -137,12 +137,14 @@ impl Curved {
     fn own_point(&self, p: DVec3) -> DVec3 {
         let own = self.own_from_world * (p - self.center);
         match &self.form {
-            Form::Ball(ball) => own.normalize_or(DVec3::Z) * ball.radius,
-            Form::FlatRing(_) => own.with_z(0.0),
+            Form::Sphere(sphere) => own.normalize_or(DVec3::Z) * sphere.radius,
+            Form::Disk(_) => own.with_z(0.0),
             Form::TurnedSegment(segment) => {
                 quadric::project(own, |p| (segment.value(p), segment.gradient(p)))
             }
-            Form::Bowl(bowl) => quadric::project(own, |p| (bowl.value(p), bowl.gradient(p))),
+            Form::Paraboloid(paraboloid) => {
+                quadric::project(own, |p| (paraboloid.value(p), paraboloid.gradient(p)))
+            }
         }
     }
 
@@ -150,10 +152,10 @@ impl Curved {
     pub fn parametric(&self, p: DVec3) -> Parametric {
         let own = self.own_point(p);
         let local = match &self.form {
-            Form::Ball(ball) => ball.parametric(own),
-            Form::FlatRing(ring) => ring.parametric(own),
+            Form::Sphere(sphere) => sphere.parametric(own),
+            Form::Disk(disk) => disk.parametric(own),
             Form::TurnedSegment(segment) => segment.parametric(own),
-            Form::Bowl(bowl) => bowl.parametric(own),
+            Form::Paraboloid(paraboloid) => paraboloid.parametric(own),
         };
         local.placed(self.world_from_own, self.own_from_world)
     }
@@ -161,10 +163,10 @@ impl Curved {
     /// A point of the shape for one of the unit square; in its own space. Spheres are sampled by their light.
     pub fn sample(&self, u: DVec2) -> DVec3 {
         match &self.form {
-            Form::Ball(ball) => ball.sample(u),
-            Form::FlatRing(ring) => ring.sample(u),
+            Form::Sphere(sphere) => sphere.sample(u),
+            Form::Disk(disk) => disk.sample(u),
             Form::TurnedSegment(segment) => segment.sample(u),
-            Form::Bowl(bowl) => bowl.sample(u),
+            Form::Paraboloid(paraboloid) => paraboloid.sample(u),
         }
     }
 
@@ -176,10 +178,10 @@ impl Curved {
 
     fn own_stretch(&self, own: DVec3) -> f64 {
         let area = match &self.form {
-            Form::Ball(ball) => ball.area(),
-            Form::FlatRing(ring) => ring.area(),
+            Form::Sphere(sphere) => sphere.area(),
+            Form::Disk(disk) => disk.area(),
             Form::TurnedSegment(segment) => segment.stretch(own),
-            Form::Bowl(bowl) => bowl.stretch(own),
+            Form::Paraboloid(paraboloid) => paraboloid.stretch(own),
         };
         // The cofactors of the transformation, applied to the normal.
         let normal = self.form.gradient(own).normalize_or(DVec3::Z);
@@ -206,9 +208,9 @@ impl Form {
             Form::TurnedSegment(TurnedSegment::new([own(p1), own(p2)], sweep))
         };
         match quadric.form {
-            QuadricForm::Sphere(sphere) => Form::Ball(Ball::new(sphere, sweep, world_from_own)),
+            QuadricForm::Sphere(sphere) => Form::Sphere(Sphere::new(sphere, sweep, world_from_own)),
             QuadricForm::Disk(disk) => {
-                Form::FlatRing(FlatRing::new(disk.radius / unit, disk.inner_radius / unit, sweep))
+                Form::Disk(Disk::new(disk.radius / unit, disk.inner_radius / unit, sweep))
             }
             QuadricForm::Cylinder(form) => {
                 segment(DVec3::new(form.radius, 0.0, form.z_min), DVec3::new(form.radius, 0.0, form.z_max))
@@ -217,7 +219,7 @@ impl Form {
                 segment(DVec3::new(form.radius, 0.0, 0.0), DVec3::new(0.0, 0.0, form.height))
             }
             QuadricForm::Hyperboloid(form) => segment(form.p1, form.p2),
-            QuadricForm::Paraboloid(form) => Form::Bowl(Bowl::new(&form, middle, unit, sweep)),
+            QuadricForm::Paraboloid(form) => Form::Paraboloid(Paraboloid::new(&form, middle, unit, sweep)),
         }
     }
 
@@ -225,23 +227,25 @@ impl Form {
     #[inline(never)]
     fn intersect(&self, o: DVec3, d: DVec3, t_max: f64, leaving: bool) -> Option<f64> {
         match self {
-            Form::Ball(ball) => ball.intersect(o, d, t_max, leaving),
-            Form::FlatRing(_) if leaving => None,
-            Form::FlatRing(ring) => ring.intersect(o, d, t_max),
+            Form::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
+            Form::Disk(_) if leaving => None,
+            Form::Disk(disk) => disk.intersect(o, d, t_max),
             Form::TurnedSegment(segment) => {
                 segment.profile.meet(o, d)?.first(t_max, leaving, |p| segment.has(p))
             }
-            Form::Bowl(bowl) => bowl.profile.meet(o, d)?.first(t_max, leaving, |p| bowl.has(p)),
+            Form::Paraboloid(paraboloid) => {
+                paraboloid.profile.meet(o, d)?.first(t_max, leaving, |p| paraboloid.has(p))
+            }
         }
     }
 
     /// In the direction of the normal, of any length; at the tip of a cone zero.
     fn gradient(&self, p: DVec3) -> DVec3 {
         match self {
-            Form::Ball(_) => p,
-            Form::FlatRing(_) => DVec3::Z,
+            Form::Sphere(_) => p,
+            Form::Disk(_) => DVec3::Z,
             Form::TurnedSegment(segment) => segment.gradient(p),
-            Form::Bowl(bowl) => bowl.gradient(p),
+            Form::Paraboloid(paraboloid) => paraboloid.gradient(p),
         }
     }
 }

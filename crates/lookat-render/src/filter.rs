@@ -46,16 +46,22 @@ struct Axis {
     weight: f64,
 }
 
-/// Steps across the whole width. pbrt-v3 takes 32.
+/// Steps across the whole width, at least. pbrt-v3 takes 32.
 const STEPS: usize = 1024;
+/// Steps across a lobe of the filter, at least.
+const STEPS_OF_LOBE: f64 = 16.0;
 
 impl Axis {
     fn new(kind: FilterKind, radius: f64) -> Self {
-        if kind == FilterKind::Box {
-            return Axis { radius, cdf: Vec::new(), negative: Vec::new(), weight: 1.0 };
-        }
-        let middle = |step: usize| ((step as f64 + 0.5) / STEPS as f64 * 2.0 - 1.0) * radius;
-        let values: Vec<f64> = (0..STEPS).map(|step| evaluate(kind, radius, middle(step))).collect();
+        let lobe = match kind {
+            FilterKind::Box => return Axis { radius, cdf: Vec::new(), negative: Vec::new(), weight: 1.0 },
+            FilterKind::Triangle | FilterKind::Mitchell { .. } => radius,
+            FilterKind::Gaussian { alpha } => alpha.powf(-0.5),
+            FilterKind::Sinc { tau } => tau.min(1.0),
+        };
+        let steps = STEPS.max((2.0 * radius / lobe * STEPS_OF_LOBE).ceil() as usize);
+        let middle = |step: usize| ((step as f64 + 0.5) / steps as f64 * 2.0 - 1.0) * radius;
+        let values: Vec<f64> = (0..steps).map(|step| evaluate(kind, radius, middle(step))).collect();
         let absolute: f64 = values.iter().map(|value| value.abs()).sum();
         let mut sum = 0.0;
         let cdf = values.iter().map(|value| {
@@ -74,10 +80,11 @@ impl Axis {
         if self.cdf.is_empty() {
             return ((2.0 * u - 1.0) * self.radius, false);
         }
-        let step = self.cdf.partition_point(|share| *share <= u).min(STEPS - 1);
+        let steps = self.cdf.len();
+        let step = self.cdf.partition_point(|share| *share <= u).min(steps - 1);
         let before = if step == 0 { 0.0 } else { self.cdf[step - 1] };
         let within = ((u - before) / (self.cdf[step] - before)).clamp(0.0, 1.0);
-        let x = ((step as f64 + within) / STEPS as f64 * 2.0 - 1.0) * self.radius;
+        let x = ((step as f64 + within) / steps as f64 * 2.0 - 1.0) * self.radius;
         (x, self.negative[step])
     }
 }
@@ -142,6 +149,33 @@ mod tests {
             }
             let expected = moment / integral;
             assert!((sampled - expected).abs() < 1e-4, "{kind:?}: {sampled} {expected}");
+        }
+    }
+
+    /// The share of negative samples, and the mean of `offset^2` where there is none, against a hundred times the steps.
+    #[test]
+    fn wide_filters_have_steps_enough() {
+        for (kind, radius) in [
+            (FilterKind::Gaussian { alpha: 1e4 }, 100.0),
+            (FilterKind::Sinc { tau: 0.1 }, 100.0),
+            (FilterKind::Sinc { tau: 3.0 }, 100.0),
+        ] {
+            let axis = Axis::new(kind, radius);
+            let count = 3_200_000;
+            let (mut absolute, mut integral, mut moment) = (0.0, 0.0, 0.0);
+            for i in 0..count {
+                let x = ((f64::from(i) + 0.5) / f64::from(count) * 2.0 - 1.0) * radius;
+                let value = evaluate(kind, radius, x);
+                (absolute, integral, moment) =
+                    (absolute + value.abs(), integral + value, moment + value * x * x);
+            }
+            let expected = absolute / integral;
+            assert!((axis.weight / expected - 1.0).abs() < 0.01, "{kind:?}: {} {expected}", axis.weight);
+            if expected == 1.0 {
+                let squares = (0..1000).map(|i| axis.sample((f64::from(i) + 0.5) / 1000.0).0.powi(2));
+                let (sampled, expected) = (squares.sum::<f64>() / 1000.0, moment / integral);
+                assert!((sampled / expected - 1.0).abs() < 0.01, "{kind:?}: {sampled} {expected}");
+            }
         }
     }
 }

@@ -44,10 +44,10 @@ impl PlainRay {
 
 /// Spheres by the quadratic equation; others as exactly as without this feature.
 pub(crate) fn curved(shape: &Curved, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
-    let Some(ball) = shape.as_ball() else { return shape.intersect(ray, t_max, leaving) };
+    let Some(sphere) = shape.as_sphere() else { return shape.intersect(ray, t_max, leaving) };
     let o = (shape.own_from_world * (ray.o - shape.center)).as_vec3();
     let d = (shape.own_from_world * ray.d).as_vec3();
-    let radius = ball.radius as f32;
+    let radius = sphere.radius as f32;
     let (a, b, c) = (d.length_squared(), 2.0 * o.dot(d), o.length_squared() - radius * radius);
     let discriminant = b * b - 4.0 * a * c;
     if discriminant < 0.0 {
@@ -56,6 +56,6 @@ pub(crate) fn curved(shape: &Curved, ray: &Ray, t_max: f64, leaving: bool) -> Op
     let q = -0.5 * (b + b.signum() * discriminant.sqrt());
     let (x, y) = (q / a, c / q);
     let roots = [x.min(y), x.max(y)];
-    let counts = |&t: &f32| t > 0.0 && f64::from(t) <= t_max && ball.has((o + d * t).as_dvec3());
+    let counts = |&t: &f32| t > 0.0 && f64::from(t) <= t_max && sphere.has((o + d * t).as_dvec3());
     roots[usize::from(leaving)..].iter().copied().find(counts).map(f64::from)
 }

@@ -105,9 +105,11 @@ impl<'s> Traceable<'s> {
         let emitters = Emitters::new(std::mem::take(&mut world.emitters));
         let world = world.group();
         let Builder { primitives, curved, curved_of, curves } = builder;
-        let is_ball = |shape: u32| curved[shape as usize].as_ball().is_some();
-        let is_cheap =
-            world.others.iter().all(|other| matches!(other, Other::Curved { shape, .. } if is_ball(*shape)));
+        let is_sphere = |shape: u32| curved[shape as usize].as_sphere().is_some();
+        let is_cheap = world
+            .others
+            .iter()
+            .all(|other| matches!(other, Other::Curved { shape, .. } if is_sphere(*shape)));
         let has_cutouts = primitives.iter().any(|primitive| primitive.cutout.is_some());
         Traceable {
             eye,

@@ -10,7 +10,7 @@ use crate::files::Files;
 pub(crate) const LARGEST: f32 = 1e18;
 
 /// The weights of linear RGB in luminance, as pbrt-v3 has them.
-pub(crate) const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
+pub const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
 
 /// The color that a parameter gives. A list of several is cut to the first.
 pub(crate) fn from_param(param: &Param, files: &Files) -> Result<Vec3, Box<Diagnostic>> {

@@ -68,8 +68,14 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     if !known {
         params.unknown_kind::<()>(NAMES);
     }
-    let resolution = resolution(params, overrides);
-    let crop = crop(params, overrides, resolution);
+    let own = own_resolution(params);
+    let resolution = match overrides.resolution {
+        Some(resolution) => resolution,
+        None if overrides.quick => own.map(|side| (side / 4).max(1)),
+        None => own,
+    };
+    let own_crop = own_crop(params, own, overrides);
+    let crop = crop(params, overrides.crop.unwrap_or(own_crop), own, resolution, overrides);
     let mut scale = params.float("scale", 1.0);
     if scale.abs() > f64::from(color::LARGEST) {
         params.reject("scale", format!("scale is at most {:e}", color::LARGEST), None);
@@ -104,7 +110,7 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     Film { resolution, crop, scale, max_sample_luminance, file }
 }
 
-fn resolution(params: &mut Params, overrides: &Overrides) -> [u32; 2] {
+fn own_resolution(params: &mut Params) -> [u32; 2] {
     let mut side = |name: &'static str, default: i32| {
         let pixels = params.integer(name, default);
         if (1..=MAX_SIDE).contains(&pixels) {
@@ -113,54 +119,75 @@ fn resolution(params: &mut Params, overrides: &Overrides) -> [u32; 2] {
         params.reject(name, format!("{name} must be from 1 to {MAX_SIDE} pixels"), None);
         default as u32
     };
-    let own = [side("xresolution", 1280), side("yresolution", 720)];
-    match overrides.resolution {
-        Some(resolution) => resolution,
-        None if overrides.quick => own.map(|side| (side / 4).max(1)),
-        None => own,
-    }
+    [side("xresolution", 1280), side("yresolution", 720)]
 }
 
 const CROP_HELP: &str = "cropwindow is xmin xmax ymin ymax, from 0 to 1";
+const WHOLE: [f64; 4] = [0.0, 1.0, 0.0, 1.0];
 
-/// The bounds of pbrt-v3's Film, by `ceil` in `f32`, so that they are the same pixels.
-fn crop(params: &mut Params, overrides: &Overrides, resolution: [u32; 2]) -> PixelBounds {
-    let given = params.floats("cropwindow");
-    let mut edges = [0.0, 1.0, 0.0, 1.0];
-    if let Some(given) = given {
-        match <[f64; 4]>::try_from(given) {
-            Ok(four) => edges = four,
-            Err(other) => {
-                let message = format!("cropwindow takes 4 values, not {}", other.len());
-                params.reject("cropwindow", message, Some(CROP_HELP));
-            }
+/// The edges that the Film gives. What is wrong with them counts, unless others take their place.
+fn own_crop(params: &mut Params, resolution: [u32; 2], overrides: &Overrides) -> [f64; 4] {
+    let Some(given) = params.floats("cropwindow") else { return WHOLE };
+    let edges = match <[f64; 4]>::try_from(given) {
+        Ok(edges) => edges,
+        Err(other) => {
+            let message = format!("cropwindow takes 4 values, not {}", other.len());
+            params.reject("cropwindow", message, Some(CROP_HELP));
+            return WHOLE;
         }
-    }
-    let edges = overrides.crop.unwrap_or(edges);
-    let pixel = |edge: f64, side: u32| (side as f32 * edge.clamp(0.0, 1.0) as f32).ceil() as u32;
-    let [x0, x1, y0, y1] = edges;
-    let mut bounds = PixelBounds {
-        x0: pixel(x0.min(x1), resolution[0]),
-        x1: pixel(x0.max(x1), resolution[0]),
-        y0: pixel(y0.min(y1), resolution[1]),
-        y1: pixel(y0.max(y1), resolution[1]),
     };
-    let is_outside = edges.iter().any(|edge| !(0.0..=1.0).contains(edge));
-    let is_reversed = x0 > x1 || y0 > y1;
-    if bounds.area() == 0 {
+    if overrides.crop.is_some() {
+        return edges;
+    }
+    let [x0, x1, y0, y1] = edges;
+    if pixels(edges, resolution).area() == 0 {
         params.reject("cropwindow", "the crop window holds no pixel", Some(CROP_HELP));
-        bounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
-    } else if overrides.crop.is_none() && is_reversed {
+        return WHOLE;
+    }
+    if x0 > x1 || y0 > y1 {
         let message = "the edges of the crop window are in reverse; they are swapped, as in pbrt-v3";
         params.warn("cropwindow", message, CROP_HELP);
-    } else if overrides.crop.is_none() && is_outside {
+    } else if edges.iter().any(|edge| !(0.0..=1.0).contains(edge)) {
         let message = "the crop window reaches beyond the picture, and is cut there, as in pbrt-v3";
         params.warn("cropwindow", message, CROP_HELP);
     }
+    edges
+}
+
+/// The pixels to render.
+fn crop(
+    params: &mut Params,
+    edges: [f64; 4],
+    own: [u32; 2],
+    resolution: [u32; 2],
+    overrides: &Overrides,
+) -> PixelBounds {
+    const ONE: PixelBounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
+    let bounds = pixels(edges, resolution);
+    let [width, height] = resolution;
+    if bounds.area() == 0 {
+        params.misfit(format!("the crop window holds no pixel of {width} x {height}"));
+        return ONE;
+    }
     if bounds.area() > MAX_PIXELS {
         let message = format!("a picture of {} pixels; one run renders at most {MAX_PIXELS}", bounds.area());
-        params.reject("xresolution", message, Some("render parts of it with cropwindow"));
-        bounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
+        if overrides.crop.is_none() && resolution == own {
+            params.reject("xresolution", message, Some("render parts of it with cropwindow"));
+        } else {
+            params.misfit(message);
+        }
+        return ONE;
     }
     bounds
+}
+
+/// The bounds of pbrt-v3's Film, by `ceil` in `f32`, so that they are the same pixels.
+fn pixels([x0, x1, y0, y1]: [f64; 4], [width, height]: [u32; 2]) -> PixelBounds {
+    let pixel = |edge: f64, side: u32| (side as f32 * edge.clamp(0.0, 1.0) as f32).ceil() as u32;
+    PixelBounds {
+        x0: pixel(x0.min(x1), width),
+        x1: pixel(x0.max(x1), width),
+        y0: pixel(y0.min(y1), height),
+        y1: pixel(y0.max(y1), height),
+    }
 }

@@ -64,7 +64,7 @@ pub(crate) const NAMES: &[&str] =
 pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
     let integrator = match params.kind() {
         "directlighting" => {
-            let strategy = match params.choice("strategy", "all", &["all", "one"]).as_str() {
+            let strategy = match params.choice("strategy", &["all", "one"]) {
                 "one" => DirectStrategy::One,
                 _ => DirectStrategy::All,
             };
@@ -114,8 +114,8 @@ fn pixel_bounds(params: &mut Params) {
 
 fn path(params: &mut Params) -> Integrator {
     let roulette_threshold = params.float("rrthreshold", 1.0);
-    let strategy = params.choice("lightsamplestrategy", "spatial", &["spatial", "power", "uniform"]);
-    let light_choice = match strategy.as_str() {
+    let strategy = params.choice("lightsamplestrategy", &["spatial", "power", "uniform"]);
+    let light_choice = match strategy {
         "uniform" => LightChoice::Uniform,
         "power" => LightChoice::Power,
         _ => LightChoice::Spatial,

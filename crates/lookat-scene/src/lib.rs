@@ -61,6 +61,7 @@ mod undefined;
 mod vocabulary;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
+pub use color::LUMINANCE;
 pub use cutout::Cutout;
 pub use files::{Open, Read};
 pub use film::{Film, MAX_PIXELS, PixelBounds};

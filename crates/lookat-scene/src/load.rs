@@ -48,7 +48,7 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
                 let message = format!("{} is not a pbrt scene: it looks like {format}", path.display());
                 let diagnostics = vec![Diagnostic::error(at, message)];
                 let sources = loader.resolver.files.without_texts();
-                return Loaded { sources, scene: None, diagnostics, can_keep_going: false };
+                return Loaded { sources, scene: None, diagnostics, can_keep_going: false, misfit: None };
             }
             loader.file(file, Vec::new());
             loader.resolver.finish(file)
@@ -59,7 +59,7 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
             let message = format!("cannot read {}: {}", path.display(), io_reason(&error));
             let diagnostics = vec![Diagnostic::error(at, message)];
             let sources = loader.resolver.files.sources;
-            Loaded { sources, scene: None, diagnostics, can_keep_going: false }
+            Loaded { sources, scene: None, diagnostics, can_keep_going: false, misfit: None }
         }
     }
 }

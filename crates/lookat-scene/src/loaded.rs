@@ -9,10 +9,13 @@ use crate::{Scene, Sources};
 pub struct Loaded {
     /// The files that were read; diagnostics point into them.
     pub sources: Sources,
-    /// The scene. There is one exactly when no diagnostic is an error, or when errors are to be left out.
+    /// The scene. There is one exactly when no diagnostic is an error, or when errors are to be left out, and there is no
+    /// `misfit`.
     pub scene: Option<Scene>,
     /// What is wrong, in the order in which the scene is read.
     pub diagnostics: Vec<Diagnostic>,
     /// Whether there is a scene if errors are left out.
     pub can_keep_going: bool,
+    /// Why the resolution or the crop window of the caller's [`Overrides`](crate::Overrides) does not fit the scene.
+    pub misfit: Option<String>,
 }

@@ -135,7 +135,8 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
         }
         kind if NAMES.contains(&kind) => {
             let kind = stand_in::stand_in(params);
-            let bump = bump(params);
+            // In pbrt-v3 hair has none.
+            let bump = if params.kind() == "hair" { None } else { bump(params) };
             params.ignore_rest();
             return Material::new(kind, bump);
         }

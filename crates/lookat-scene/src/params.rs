@@ -17,7 +17,7 @@ use crate::files::Files;
 use crate::report::Report;
 use crate::transform::LARGEST;
 
-/// The most samples within a camera sample: about a hundredth of a second.
+/// The most samples of a light within a camera sample: about a hundredth of a second.
 const MOST_NESTED: i32 = 1 << 16;
 
 /// What a constructor may ask about: the parameters, and files.
@@ -163,15 +163,25 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// A string of a closed list. pbrt-v3 warns about others and uses the default.
-    pub fn choice(&mut self, name: &'static str, default: &str, known: &[&str]) -> String {
-        let value = self.string(name).map_or_else(|| default.to_owned(), |text| text.value);
-        if known.contains(&value.as_str()) {
-            return value;
+    /// A string of a closed list, whose first is the default. pbrt-v3 warns about others and uses that.
+    pub fn choice<'k>(&mut self, name: &'static str, known: &[&'k str]) -> &'k str {
+        let Some(given) = self.string(name) else { return known[0] };
+        if let Some(found) = known.iter().find(|known| **known == given.value) {
+            return found;
         }
-        let help = format!("the choices are {}", known.join(", "));
-        self.reject(name, format!("unknown {name} \"{value}\""), Some(&help));
-        default.to_owned()
+        self.unknown_choice(name, &given, known);
+        known[0]
+    }
+
+    /// An integer that there must be; `meaning` ends a sentence about it.
+    pub fn needed_integer(&mut self, name: &'static str, meaning: &str) -> Option<i32> {
+        let value = self.integer(name, 0);
+        if self.was_taken(name) {
+            return Some(value);
+        }
+        let message = format!("a {} needs {name}", self.kind());
+        self.missing(name, &message, &format!("\"integer {name}\" is {meaning}"));
+        None
     }
 
     /// A length or coordinate is one that can be computed with.
@@ -333,6 +343,11 @@ impl<'a> Params<'a> {
         let mut error = Diagnostic::error(self.place(name), message);
         error.help = help.map(str::to_owned);
         self.error(error);
+    }
+
+    /// Reports that what the caller asks for does not fit.
+    pub fn misfit(&mut self, message: String) {
+        self.report.misfit = Some(message);
     }
 
     /// Warns about the value of a parameter.

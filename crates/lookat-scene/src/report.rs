@@ -20,6 +20,8 @@ pub(crate) struct Report {
     pub incomplete: bool,
     /// The last directive of a file could not be read: what should follow it may be part of it.
     pub incomplete_end: bool,
+    /// Why what the caller asks for does not fit this scene.
+    pub misfit: Option<String>,
 }
 
 /// Of one message at most this many are told; the last says how many more there are.

@@ -70,6 +70,8 @@ pub(crate) struct Resolver<'a> {
     objects: BTreeMap<String, Arc<Object>>,
     media: BTreeSet<String>,
     pictures: Pictures,
+    /// Triangles that Loop subdivision has made.
+    subdivided: u64,
 }
 
 impl<'a> Resolver<'a> {
@@ -101,6 +103,7 @@ impl<'a> Resolver<'a> {
             objects: BTreeMap::new(),
             media: BTreeSet::new(),
             pictures: Pictures::default(),
+            subdivided: 0,
         }
     }
 
@@ -231,9 +234,10 @@ impl<'a> Resolver<'a> {
             self.warn_dark(at);
             self.warn_empty(at);
         }
-        let can_keep_going = self.settled.is_some() && !self.report.is_v4();
-        let scene =
-            (!self.report.has_errors() || self.overrides.keep_going).then(|| self.settled.take()).flatten();
+        let misfit = self.report.misfit.take();
+        let can_keep_going = self.settled.is_some() && !self.report.is_v4() && misfit.is_none();
+        let is_scene = (!self.report.has_errors() || self.overrides.keep_going) && misfit.is_none();
+        let scene = is_scene.then(|| self.settled.take()).flatten();
         let diagnostics = self.report.finish(&self.files.sources);
         let scene = scene.map(|settled| Scene {
             camera: settled.camera,
@@ -245,7 +249,7 @@ impl<'a> Resolver<'a> {
             instances: self.instances,
             lights: self.lights,
         });
-        Loaded { sources: self.files.sources, scene, diagnostics, can_keep_going }
+        Loaded { sources: self.files.sources, scene, diagnostics, can_keep_going, misfit }
     }
 
     fn warn_idle_emissions(&mut self) {

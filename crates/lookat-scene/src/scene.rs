@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use crate::{Camera, Cutout, Film, Filter, Integrator, Light, Material, Sampler, Shape, Transform};
 
-/// A scene, ready to render. Lengths are in world units, angles in radians, colors linear RGB; transformations are
-/// `f64`. There is nothing left to look up and nothing that can fail.
+/// A scene, ready to render. Lengths are in world units, but those of quadrics and curves in object space; angles are in
+/// radians, where a field does not say degrees; colors are linear RGB, transformations `f64`. There is nothing left to look
+/// up and nothing that can fail.
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// How it is viewed.

@@ -54,7 +54,7 @@ pub fn kinds() -> Vec<Kind> {
             if ["trianglemesh", "plymesh"].contains(&params.kind()) {
                 cutout::cutout(params);
             }
-            shape::shape(params, here);
+            shape::shape(params, here, &mut 0);
         }),
         ("Material", material::NAMES, &|params| {
             material::material(params, &Names::default());

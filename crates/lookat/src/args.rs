@@ -15,7 +15,7 @@ pub use chart::{Chart, Other};
 #[derive(Debug, Parser)]
 #[command(name = "lookat", version, about = "Renders pbrt-v3 scene files, and says what is wrong with them")]
 #[command(
-    after_help = "Exit status: 0 fine, or a picture with --keep-going; 1 a file has errors; 2 wrong usage or trouble; 130 interrupted"
+    after_help = "Exit status: 0 fine, or with --keep-going a result in spite of errors; 1 a file has errors; 2 wrong usage or trouble; 130 interrupted"
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -86,6 +86,9 @@ pub struct Render {
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+    /// Leave out what is in error and go on
+    #[arg(long)]
+    pub keep_going: bool,
     #[command(flatten)]
     pub report: Report,
 }
@@ -108,6 +111,9 @@ pub struct Bench {
 pub struct Inspect {
     /// The scene file; - is standard input
     pub scene: PathBuf,
+    /// Leave out what is in error and go on
+    #[arg(long)]
+    pub keep_going: bool,
     #[command(flatten)]
     pub report: Report,
 }
@@ -229,9 +235,6 @@ pub struct Report {
     /// Treat warnings as errors
     #[arg(long)]
     pub strict: bool,
-    /// Leave out what is in error and go on
-    #[arg(long)]
-    pub keep_going: bool,
     /// Print problems and results to standard output as JSON, a line for each scene
     #[arg(long)]
     pub json: bool,

@@ -35,7 +35,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let started = Instant::now();
     let methods = chosen(&arguments.methods)?;
     let overrides = Overrides { resolution: arguments.resolution, ..Overrides::default() };
-    let how = Report { strict: false, keep_going: false, json: false };
+    let how = Report { strict: false, json: false };
     let loaded = load_scene(&arguments.scene, &overrides, how);
     let parse = started.elapsed().as_secs_f64();
     report::print(&loaded, false);

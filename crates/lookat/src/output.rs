@@ -4,11 +4,15 @@ use std::path::Path;
 
 use lookat_image::{Format, io_reason};
 
-/// Fails where the picture could not be written in the end.
-pub fn check_output(file: &Path) -> Result<(), String> {
-    if Format::from_path(file).is_none() {
-        let name = file.display();
+/// Fails where a picture of this width and height could not be written in the end.
+pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
+    let name = file.display();
+    let Some(format) = Format::from_path(file) else {
         return Err(format!("{name}: lookat writes {}; choose one by the ending, with -o", Format::NAMES));
+    };
+    let most = format.most_side();
+    if size.iter().any(|side| *side > most) {
+        return Err(format!("cannot write {name}: such a file is at most {most} pixels wide and high"));
     }
     check_folder(file)
 }
@@ -18,7 +22,12 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
     if file.is_dir() {
         return Err(format!("cannot write {}: it is a folder", file.display()));
     }
-    let folder = match file.parent() {
+    // What a link leads to is replaced.
+    let target = file.canonicalize().unwrap_or_else(|_| file.into());
+    if target.exists() && !target.is_file() {
+        return Err(format!("cannot write {}: what is there is not a file", file.display()));
+    }
+    let folder = match target.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };

@@ -46,7 +46,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         resolution: arguments.resolution,
         crop,
         quick: arguments.quick,
-        keep_going: arguments.report.keep_going,
+        keep_going: arguments.keep_going,
     };
     let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
     if !arguments.report.json {
@@ -58,28 +58,32 @@ pub fn render(arguments: &Render) -> ExitCode {
         picture: None,
         error: None,
     };
-    let status = match &loaded.scene {
-        None => {
+    let status = match (&loaded.scene, &loaded.misfit) {
+        (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone(), &mut result),
+        (None, _) => {
             if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
                 crate::say("not rendered; --keep-going renders what is right");
             }
             FAILED
         }
-        Some(scene) => match picture(arguments, scene, &loaded) {
+        (Some(scene), _) => match picture(arguments, scene, &loaded) {
             Ok(picture) => {
                 let status = if picture.complete { 0 } else { interrupt::STATUS };
                 result.picture = Some(picture);
                 status
             }
-            Err(message) => {
-                crate::say(&format!("error: {message}"));
-                result.error = Some(message);
-                crate::TROUBLE
-            }
+            Err(message) => fail(message, &mut result),
         },
     };
     let lost = arguments.report.json && crate::print_json(&result).is_err();
     ExitCode::from(if lost { crate::lost() } else { status })
+}
+
+/// Tells of trouble that is not in the scene.
+fn fail(message: String, result: &mut JsonResult) -> u8 {
+    crate::say(&format!("error: {message}"));
+    result.error = Some(message);
+    crate::TROUBLE
 }
 
 /// What is wrong with the arguments together, before it is blamed on the scene.
@@ -127,8 +131,9 @@ fn settings(arguments: &Render, file: &Path) -> Settings {
 fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPicture, String> {
     let file = arguments.output.clone().unwrap_or_else(|| scene.film.file.clone());
     // Before hours of rendering, not after.
-    check_output(&file)?;
-    if arguments.target_error.is_some() && scene.film.crop.area() > MOST_PIXELS {
+    let crop = scene.film.crop;
+    check_output(&file, [crop.width(), crop.height()])?;
+    if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
         return Err(format!(
             "--target-error keeps 16 patterns for each pixel, and takes up to {MOST_PIXELS} pixels; render parts with --crop"
         ));
@@ -144,9 +149,9 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let settings = settings(arguments, &file);
     let started = Instant::now();
     let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));
-    let seconds = started.elapsed().as_secs_f64();
+    let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
 
-    let samples_per_pixel = rendered.statistics.samples as f64 / scene.film.crop.area() as f64;
+    let samples_per_pixel = rendered.statistics.samples as f64 / crop.area() as f64;
     let scene_file = &loaded.sources.files[0].path;
     let metadata = Metadata::new(scene_file, arguments.seed, samples_per_pixel, rendered.complete);
     rendered.image.metadata = metadata.with_settings(&settings).as_json();

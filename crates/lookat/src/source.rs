@@ -1,5 +1,6 @@
 //! Loads scenes for the program: from files, or from standard input.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Result};
 use std::path::{Path, PathBuf};
@@ -11,6 +12,12 @@ use crate::args::Report;
 
 /// Loads a scene, and turns warnings into errors where that is asked for.
 pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded {
+    let begun = Cell::new(false);
+    // Standard input is the scene alone, not what a file in it names.
+    let open = |file: &Path| match file == Path::new("-") && file == path && !begun.replace(true) {
+        true => Ok(Box::new(std::io::stdin()) as Box<dyn Read>),
+        false => open(file),
+    };
     let mut loaded = load_opened(path, &open, overrides);
     // People know standard input by another name.
     if let Some(first) = loaded.sources.files.first_mut()
@@ -20,18 +27,15 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
     }
     if report.strict && !loaded.diagnostics.is_empty() {
         loaded.diagnostics.iter_mut().for_each(|diagnostic| diagnostic.severity = Severity::Error);
-        if !report.keep_going {
+        if !overrides.keep_going {
             loaded.scene = None;
         }
     }
     loaded
 }
 
-/// Opens a file; `-` is standard input.
+/// Opens a file.
 fn open(path: &Path) -> Result<Box<dyn Read>> {
-    if path == Path::new("-") {
-        return Ok(Box::new(std::io::stdin()));
-    }
     let kind = std::fs::metadata(path)?.file_type();
     if kind.is_dir() {
         return Err(ErrorKind::IsADirectory.into());

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use lookat_image::{Aligned, Image, align, io_reason, write_file};
+use lookat_image::{Aligned, Format, Image, align, io_reason, write_file};
 use lookat_render::Settings;
 use lookat_scene::{Overrides, Scene};
 
@@ -171,8 +171,15 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     if reference.is_none() && !arguments.update {
         return outcome(Verdict::New, "no picture beside it".into());
     }
+    if arguments.update
+        && let Some(reference) = &reference
+        && Format::from_path(reference).is_none()
+    {
+        let reason = format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES);
+        return outcome(Verdict::Trouble, reason);
+    }
     let overrides = Overrides { samples_per_pixel: arguments.spp, ..Overrides::default() };
-    let report = Report { strict: false, keep_going: false, json: false };
+    let report = Report { strict: false, json: false };
     let loaded = load_scene(file, &overrides, report);
     report::print(&loaded, false);
     let Some(scene) = &loaded.scene else { return outcome(Verdict::Trouble, "the scene has errors".into()) };

@@ -199,7 +199,7 @@ fn upward(wh: DVec3) -> DVec3 {
 
 fn microfacet(facets: &TrowbridgeReitz, fresnel: &Fresnel, wo: DVec3, wi: DVec3) -> Vec3 {
     let Some(wh) = half(wo, wi) else { return Vec3::ZERO };
-    let shape = facets.density(wh) * facets.seen_by_both(wo, wi) / (4.0 * wi.z * wo.z).abs();
+    let shape = facets.density(wh) * facets.masking_shadowing(wo, wi) / (4.0 * wi.z * wo.z).abs();
     fresnel.reflected(wi.dot(upward(wh))) * shape as f32
 }
 
@@ -258,7 +258,7 @@ fn spread(wo: DVec3, wi: DVec3, wh: DVec3, ratio: f64) -> f64 {
 
 fn microfacet_transmission(facets: &TrowbridgeReitz, eta: f64, wo: DVec3, wi: DVec3) -> f32 {
     let Some((wh, ratio)) = refracting(wo, wi, eta) else { return 0.0 };
-    let shape = facets.density(wh) * facets.seen_by_both(wo, wi) * spread(wo, wi, wh, ratio);
+    let shape = facets.density(wh) * facets.masking_shadowing(wo, wi) * spread(wo, wi, wh, ratio);
     let passes = 1.0 - dielectric(wo.dot(wh), eta);
     // Radiance is denser where the index is larger.
     (passes * shape * wo.dot(wh).abs() / (ratio * ratio * (wi.z * wo.z).abs())) as f32

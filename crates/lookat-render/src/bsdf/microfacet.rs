@@ -35,19 +35,19 @@ impl TrowbridgeReitz {
     }
 
     /// What is hidden, by what is seen, from direction `w` (`Lambda`).
-    fn hidden(&self, w: DVec3) -> f64 {
+    fn lambda(&self, w: DVec3) -> f64 {
         let squared = (w.truncate() * self.alpha).length_squared() / (w.z * w.z);
         ((1.0 + squared).sqrt() - 1.0) / 2.0
     }
 
     /// The share of facets that both directions see (`G`).
-    pub fn seen_by_both(&self, wo: DVec3, wi: DVec3) -> f64 {
-        1.0 / (1.0 + self.hidden(wo) + self.hidden(wi))
+    pub fn masking_shadowing(&self, wo: DVec3, wi: DVec3) -> f64 {
+        1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
     }
 
     /// Density of [`TrowbridgeReitz::sample`] by solid angle around `wh`.
     pub fn pdf(&self, wo: DVec3, wh: DVec3) -> f64 {
-        self.density(wh) * wo.dot(wh).abs() / ((1.0 + self.hidden(wo)) * wo.z.abs())
+        self.density(wh) * wo.dot(wh).abs() / ((1.0 + self.lambda(wo)) * wo.z.abs())
     }
 
     /// One of the normals that `wo` sees, on its side (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT

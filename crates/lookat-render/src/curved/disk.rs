@@ -8,15 +8,15 @@ use crate::parametric::Local;
 
 /// A disk or ring in the plane z = 0.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct FlatRing {
+pub(super) struct Disk {
     radius: f64,
     inner_radius: f64,
     sweep: Sweep,
 }
 
-impl FlatRing {
+impl Disk {
     pub fn new(radius: f64, inner_radius: f64, sweep: Sweep) -> Self {
-        FlatRing { radius, inner_radius, sweep }
+        Disk { radius, inner_radius, sweep }
     }
 
     /// The distance at which a line meets it, more than 0 and at most `t_max`. One in its plane does not.

@@ -1,7 +1,6 @@
 //! Paraboloids.
 
 use glam::{DVec2, DVec3};
-use lookat_scene::Paraboloid;
 use twofloat::TwoFloat;
 
 use super::quadric::Profile;
@@ -11,7 +10,7 @@ use crate::warp::{linear, linear_pdf};
 
 /// A parabola turned about the z axis; the middle of its height is at z = 0.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Bowl {
+pub(super) struct Paraboloid {
     pub profile: Profile,
     /// The squared distance from the axis for each length above the vertex.
     width: f64,
@@ -27,16 +26,16 @@ pub(super) struct Bowl {
     ends: [f64; 2],
 }
 
-impl Bowl {
+impl Paraboloid {
     /// The form in units of `unit`, moved down by `middle`.
-    pub fn new(form: &Paraboloid, middle: f64, unit: f64, sweep: Sweep) -> Self {
+    pub fn new(form: &lookat_scene::Paraboloid, middle: f64, unit: f64, sweep: Sweep) -> Self {
         let (radius, top) = (form.radius / unit, form.z_max / unit);
         let vertex = -middle / unit;
         // 4 top² (x² + y²) = 4 top radius² (z - vertex).
         let square = TwoFloat::new_mul(radius, radius);
         let b = square * (4.0 * top);
         let z_max = (form.z_max - middle) / unit;
-        let mut bowl = Bowl {
+        let mut bowl = Paraboloid {
             profile: Profile {
                 w: TwoFloat::new_mul(top, top) * 4.0,
                 a: TwoFloat::from(0.0),

@@ -1,7 +1,6 @@
 //! Ray against sphere, by the point of the ray that is closest to the centre.
 
 use glam::{DMat3, DVec2, DVec3};
-use lookat_scene::Sphere;
 use twofloat::TwoFloat;
 
 use super::sweep::Sweep;
@@ -9,7 +8,7 @@ use crate::parametric::Local;
 
 /// A sphere around the origin, or part of one.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Ball {
+pub(crate) struct Sphere {
     pub radius: f64,
     z_min: f64,
     z_max: f64,
@@ -18,11 +17,11 @@ pub(crate) struct Ball {
     pub world_radius: Option<f64>,
 }
 
-impl Ball {
-    pub fn new(sphere: Sphere, sweep: Sweep, world_from_own: DMat3) -> Self {
-        let Sphere { radius, z_min, z_max } = sphere;
+impl Sphere {
+    pub fn new(sphere: lookat_scene::Sphere, sweep: Sweep, world_from_own: DMat3) -> Self {
+        let lookat_scene::Sphere { radius, z_min, z_max } = sphere;
         let world_radius = uniform_scale(world_from_own).map(|scale| scale * radius);
-        Ball { radius, z_min, z_max, sweep, world_radius }
+        Sphere { radius, z_min, z_max, sweep, world_radius }
     }
 
     /// The nearest distance at which the ray meets the sphere, more than 0 and at most `t_max`. A ray that leaves the

@@ -236,7 +236,7 @@ fn only_similar_transformations_keep_a_sphere() {
     let turn = Transform::rotate(30.0, DVec3::ONE).unwrap();
     let double = Transform::scale(DVec3::splat(2.0)).unwrap();
     let stretch = Transform::scale(DVec3::new(1.0, 1.0, 1.01)).unwrap();
-    let radius = |transform| placed(WHOLE, TAU, transform).as_ball().unwrap().world_radius;
+    let radius = |transform| placed(WHOLE, TAU, transform).as_sphere().unwrap().world_radius;
     assert!((radius(turn * double).unwrap() - 2.0).abs() < 1e-14);
     assert_eq!(radius(turn * stretch), None);
 }

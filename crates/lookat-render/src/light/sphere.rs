@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::curved::{Ball, Curved};
+use crate::curved::{Curved, Sphere};
 use crate::frame::Frame;
 use crate::warp::{square_to_uniform_cone, square_to_uniform_cone_pdf};
 
@@ -19,8 +19,10 @@ pub(super) struct VisibleCone {
 impl VisibleCone {
     /// Of a whole sphere, that is one in the world.
     pub fn new(shape: &Curved, p: DVec3) -> Option<Self> {
-        let radius =
-            shape.as_ball().filter(|ball| ball.is_whole()).and_then(|ball: &Ball| ball.world_radius)?;
+        let radius = shape
+            .as_sphere()
+            .filter(|sphere| sphere.is_whole())
+            .and_then(|sphere: &Sphere| sphere.world_radius)?;
         let to_center = shape.center - p;
         let distance = to_center.length();
         if distance <= radius * (1.0 + 1e-9) {

@@ -86,24 +86,38 @@ impl<'p> Control<'p> {
     }
 }
 
-/// Samples that a thread takes before it asks whether to stop. They may take long: so a few only.
-pub(super) const BATCH: u32 = 256;
+/// Samples that a thread takes before it asks whether to stop, at most.
+const BATCH: u32 = 256;
+/// Rays that it traces before it asks, about, or those of one sample: a hundredth of a second.
+const RAYS: u64 = 1 << 14;
 
 /// Counts the samples of one thread, to tell of them in batches.
 pub(super) struct Meter<'c, 'p> {
     control: &'c Control<'p>,
     since: u64,
+    /// Rays traced when samples were last counted.
+    rays: u64,
+    /// Samples to take at once.
+    batch: u32,
 }
 
 impl<'c, 'p> Meter<'c, 'p> {
     pub fn new(control: &'c Control<'p>) -> Self {
-        Meter { control, since: 0 }
+        Meter { control, since: 0, rays: 0, batch: 4 }
     }
 
-    /// Counts samples; whether to go on.
-    pub fn add(&mut self, samples: u32) -> bool {
+    /// How many samples to take at once, so that they are soon done.
+    pub fn batch(&self) -> u32 {
+        self.batch
+    }
+
+    /// Counts samples of a thread that has traced so many rays in all; whether to go on.
+    pub fn add(&mut self, samples: u32, rays: u64) -> bool {
+        let are_many = rays - self.rays > RAYS;
+        self.rays = rays;
+        self.batch = if are_many { (self.batch / 4).max(1) } else { (self.batch * 4).min(BATCH) };
         self.since += u64::from(samples);
-        if self.since >= u64::from(BATCH) {
+        if self.since >= u64::from(BATCH) || are_many {
             self.control.advance(std::mem::take(&mut self.since));
         }
         !self.control.is_stopped()

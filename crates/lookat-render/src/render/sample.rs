@@ -7,7 +7,7 @@ use std::time::Duration;
 use glam::{DVec2, Vec3};
 use lookat_scene::{Sampler, Scene};
 
-use super::control::{BATCH, Control, Meter};
+use super::control::{Control, Meter};
 use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, limited};
 use crate::filter::FilterSampler;
@@ -122,9 +122,9 @@ where
     ) -> Samples {
         let mut from = indices.start;
         while from < indices.end {
-            let to = indices.end.min(from.saturating_add(BATCH));
+            let to = indices.end.min(from.saturating_add(meter.batch()));
             self.sample(tracer, pattern, place, from..to, &mut samples);
-            if !meter.add(to - from) {
+            if !meter.add(to - from, tracer.rays) {
                 break;
             }
             from = to;

@@ -26,7 +26,7 @@ pub(super) fn pair(dimension: u32, index: u32, count: u32, seed: u64) -> Option<
 pub(super) fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {
     let mut seeds = [0; N];
     for lane in 0..N {
-        seeds[lane] = mix(seed as u32 ^ mix((seed >> 32) as u32 ^ (first + NUMBERS[lane])));
+        seeds[lane] = lowbias(seed as u32 ^ lowbias((seed >> 32) as u32 ^ (first + NUMBERS[lane])));
     }
     seeds
 }
@@ -64,7 +64,7 @@ fn scrambled_radical_inverses<const N: usize>(
             // The digits before, with a leading one: no two that differ have the same, whatever their lengths. It may
             // overflow only below the digits that are needed.
             let before = power[lane].wrapping_add(index).wrapping_sub(rest[lane].wrapping_mul(power[lane]));
-            let random = mix(seeds[lane] ^ before);
+            let random = lowbias(seeds[lane] ^ before);
             let factor = 1 + high(random.rotate_left(16), prime - 1);
             let above = bases.quotient(lane, rest[lane]);
             let image = (rest[lane] - above * prime) * factor + high(random, prime);
@@ -80,7 +80,7 @@ fn scrambled_radical_inverses<const N: usize>(
     }
     let mut beyond = [0; N];
     for lane in 0..N {
-        beyond[lane] = mix(seeds[lane] ^ power[lane].wrapping_add(index)) >> 1;
+        beyond[lane] = lowbias(seeds[lane] ^ power[lane].wrapping_add(index)) >> 1;
     }
     for lane in 0..N {
         let beyond = f64::from(beyond[lane] as i32) * (1.0 / f64::from(1_u32 << 31));
@@ -109,7 +109,7 @@ const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// Spreads every bit over all bits (Wellons's hash "lowbias32").
 #[inline(always)]
-fn mix(mut x: u32) -> u32 {
+fn lowbias(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
     x ^= x >> 15;
@@ -209,7 +209,7 @@ mod tests {
     /// The number in one dimension, with a scramble.
     fn number(prime: u32, index: u32, count: u32, seed: u32) -> f64 {
         let bases = Bases::new([prime; LANES]);
-        scrambled_radical_inverses(&bases, index, count, &[mix(seed); LANES])[0]
+        scrambled_radical_inverses(&bases, index, count, &[lowbias(seed); LANES])[0]
     }
 
     /// Wherever a block of the sequence begins, it has one point in each stratum.

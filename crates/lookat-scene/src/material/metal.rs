@@ -20,9 +20,14 @@ pub struct Metal {
 const COPPER: [Vec3; 2] = [Vec3::new(0.199990, 0.922086, 1.099876), Vec3::new(3.904638, 2.447633, 2.137651)];
 
 pub(super) fn metal(params: &mut TextureParams) -> Metal {
-    Metal {
-        eta: params.spectrum_texture("eta", COPPER[0]),
-        k: params.spectrum_texture("k", COPPER[1]),
-        roughness: Roughness::of_metal(params, 0.01),
-    }
+    let [eta, k] = [("eta", COPPER[0]), ("k", COPPER[1])].map(|(name, default)| {
+        let value = params.spectrum_texture(name, default);
+        // Parts of spectra may be below 0 as colors.
+        if value.constant().is_some_and(|color| color.min_element() < 0.0) && params.was_rgb(name) {
+            let message = format!("{name} is less than 0, which no metal has");
+            params.warn(name, &message, "both eta and k are more than 0; without them, those of copper");
+        }
+        value
+    });
+    Metal { eta, k, roughness: Roughness::of_metal(params, 0.01) }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_syntax::Diagnostic;
 
-use super::{Material, MaterialKind, Named};
+use super::{Material, MaterialKind, Named, share};
 use crate::elsewhere::Kind;
 use crate::texture::{Texture, TextureParams};
 
@@ -25,7 +25,7 @@ const MOST: u32 = 100;
 
 pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
     let materials = ["namedmaterial1", "namedmaterial2"].map(|name| part(params, name, named));
-    let amount = params.spectrum_texture("amount", Vec3::splat(0.5));
+    let amount = share(params, "amount", 0.5);
     let count = materials.iter().map(|part| count(part)).sum();
     if count > MOST {
         let help = "a material that two parameters name counts twice, and so do those that it names";

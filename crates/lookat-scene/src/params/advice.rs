@@ -47,6 +47,18 @@ impl Params<'_> {
         self.error(error);
     }
 
+    /// Reports a string that is not of its closed list.
+    pub fn unknown_choice(&mut self, name: &str, given: &Text, known: &[&str]) {
+        let message = format!("unknown {name} \"{}\"", shown(given.value.as_bytes()));
+        let error = Diagnostic::error(given.span, message);
+        self.error(match nearest(&given.value, known.iter().copied()) {
+            Some(near) => {
+                error.help(format!("did you mean \"{near}\"?")).fix(given.span, format!("\"{near}\""))
+            }
+            None => error.help(format!("the choices are {}", known.join(", "))),
+        });
+    }
+
     /// Reports a type that pbrt-v3 does not have.
     pub fn say_unknown_kind(&mut self, known: &[&str], severity: Severity) {
         let (kind, at) = (self.kind.value.clone(), self.kind.span);

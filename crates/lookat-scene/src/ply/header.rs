@@ -2,9 +2,12 @@
 
 use std::io::Read;
 
-use super::stream::Stream;
+use super::stream::{LONGEST, Stream};
 use super::{PlyError, quote};
 use crate::files::{LFS_POINTER, LFS_REASON};
+
+/// Of a header.
+const MOST_LINES: usize = 100_000;
 
 /// How the body is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -150,6 +153,11 @@ pub fn parse(stream: &mut Stream<impl Read>) -> Result<Header, PlyError> {
         let line = stream.line();
         if line.is_empty() {
             break;
+        }
+        // So that one without an end does not fill the memory.
+        if line.len() >= LONGEST || number > MOST_LINES {
+            let message = format!("line {number}: the header is too long to be one");
+            return Err(PlyError(message));
         }
         let line = String::from_utf8_lossy(line);
         let words: Vec<&str> = line.split_ascii_whitespace().collect();

@@ -6,7 +6,7 @@ use lookat_syntax::{decimal, digits};
 
 use super::header::{Kind, Scalar};
 use super::quote;
-use super::stream::Stream;
+use super::stream::{LONGEST, Stream};
 
 /// Why a row cannot be read.
 pub enum Fault {
@@ -79,7 +79,9 @@ impl<R: Read> Ascii<'_, R> {
     #[cold]
     fn number<T: std::str::FromStr>(&mut self, wanted: &str) -> Result<T, Fault> {
         let word = self.word()?;
-        let parsed = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
+        // What is as long may go on.
+        let whole = Some(word).filter(|word| word.len() < LONGEST);
+        let parsed = whole.and_then(|word| std::str::from_utf8(word).ok()?.parse().ok());
         parsed.ok_or_else(|| Fault::Bad(format!("has {} in place of {wanted}", quote(word))))
     }
 }

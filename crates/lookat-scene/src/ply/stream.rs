@@ -5,6 +5,9 @@ use std::io::{self, ErrorKind, Read};
 /// Bytes to read at once: small enough to stay in the cache of a core. Tests meet the end of a piece everywhere.
 const PIECE: usize = if cfg!(test) { 7 } else { 1 << 16 };
 
+/// The longest word or line, in bytes.
+pub const LONGEST: usize = 1 << 16;
+
 /// A file that is read from its beginning to its end.
 pub struct Stream<R> {
     file: R,
@@ -66,7 +69,8 @@ impl<R: Read> Stream<R> {
         Some(&self.piece[self.at - count..self.at])
     }
 
-    /// The bytes up to the next one that `ends` knows, or to the end of the file; that one is not stepped over.
+    /// The bytes up to the next one that `ends` knows, or to the end of the file; that one is not stepped over. At most
+    /// [`LONGEST`] of them, so that what has no end does not fill the memory.
     pub fn until(&mut self, ends: impl Fn(&u8) -> bool) -> &[u8] {
         let mut length = 0;
         loop {
@@ -76,10 +80,11 @@ impl<R: Read> Stream<R> {
                 length = known + more;
                 break;
             }
-            if !self.more() {
+            if length >= LONGEST || !self.more() {
                 break;
             }
         }
+        let length = length.min(LONGEST);
         self.step(length);
         &self.piece[self.at - length..self.at]
     }
@@ -87,7 +92,7 @@ impl<R: Read> Stream<R> {
     /// The next line with its end; nothing at the end of the file.
     pub fn line(&mut self) -> &[u8] {
         let length = self.until(|byte| *byte == b'\n').len();
-        let end = usize::from(!self.rest().is_empty());
+        let end = usize::from(self.rest().first() == Some(&b'\n'));
         self.step(end);
         &self.piece[self.at - length - end..self.at]
     }

@@ -280,6 +280,20 @@ fn words_must_be_numbers() {
 }
 
 #[test]
+fn what_has_no_end_is_not_read_to_it() {
+    let long = "1".repeat(1 << 17);
+    let bad = square().replace("1 1 0", &format!("1 {long} 0"));
+    check_error(
+        bad.as_bytes(),
+        &format!("line 12: vertex 2 has `{}...` in place of a number", "1".repeat(32)),
+    );
+    let bad = square().replace("element vertex", &format!("comment {long}\nelement vertex"));
+    check_error(bad.as_bytes(), "line 3: the header is too long to be one");
+    let bad = square().replace("element vertex", &format!("{}element vertex", "comment\n".repeat(100_000)));
+    check_error(bad.as_bytes(), "line 100001: the header is too long to be one");
+}
+
+#[test]
 fn promises_are_checked_before_memory_is_reserved() {
     let promising = |bytes: &[u8], count: &str| {
         let (header, body) = bytes.split_at(header::parse(&mut Stream::new(bytes)).unwrap().size as usize);

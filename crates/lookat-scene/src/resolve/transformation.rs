@@ -36,7 +36,7 @@ impl Resolver<'_> {
             self.doubted_rotations.push(Diagnostic::warning(span, message).help(help));
         }
         let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
-        if is_axis && z.abs() > 1.0 && z.abs() <= 720.0 {
+        if is_axis && (10.0..=720.0).contains(&z.abs()) {
             let message = format!("a rotation by {angle} degrees: is its angle the last number?");
             let warning = Diagnostic::warning(span, message).help("the angle comes first, then the axis");
             self.report.push(warning.fix(span, format!("Rotate {z} {angle} {x} {y}")));

@@ -1,7 +1,7 @@
 //! `Shape "curve"`: cubic Bézier curves with a width, for hair and grass (PBR 3.7).
 
 use glam::{DMat3, DVec3};
-use lookat_syntax::{ParamType, nearest};
+use lookat_syntax::ParamType;
 
 use crate::Transform;
 use crate::params::Params;
@@ -40,9 +40,9 @@ const MOST_SPLITS: i32 = 5;
 /// pbrt-v3's CreateCurveShape.
 pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option<Curve> {
     let points = params.triples("P", ParamType::Point3);
-    let bspline = choice(params, "basis", &["bezier", "bspline"]) == 1;
+    let bspline = params.choice("basis", &["bezier", "bspline"]) == "bspline";
     let degree = params.integer("degree", 3);
-    let kind = choice(params, "type", &["flat", "cylinder", "ribbon"]);
+    let kind = params.choice("type", &["flat", "cylinder", "ribbon"]);
     let normals = params.triples("N", ParamType::Normal);
     let widths = widths(params);
     let split_depth = split_depth(params);
@@ -57,27 +57,14 @@ pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option
     check_points(params, &points, &world_from_object, widths);
     let segments = segments(params, &points, degree as usize, bspline)?;
     let kind = match kind {
-        0 => CurveKind::Flat,
-        1 => CurveKind::Cylinder,
+        "flat" => CurveKind::Flat,
+        "cylinder" => CurveKind::Cylinder,
         _ => CurveKind::Ribbon(ribbon_normals(params, normals.as_deref(), segments.len())?),
     };
     if normals.is_some() && !matches!(kind, CurveKind::Ribbon(_)) {
         params.warn("N", "N of a curve that is no ribbon is ignored", "\"string type\" \"ribbon\" uses it");
     }
     params.usable().then_some(Curve { segments, kind, widths, split_depth, world_from_object })
-}
-
-/// The number of the name that a parameter gives among those that there are. The first is the default.
-fn choice(params: &mut Params, name: &'static str, names: &[&str]) -> usize {
-    let Some(given) = params.string(name) else { return 0 };
-    names.iter().position(|known| *known == given.value).unwrap_or_else(|| {
-        let help = match nearest(&given.value, names.iter().copied()) {
-            Some(known) => format!("did you mean \"{known}\"?"),
-            None => format!("there are {}", names.join(", ")),
-        };
-        params.reject(name, format!("unknown {name} \"{}\" of a curve", given.value), Some(&help));
-        0
-    })
 }
 
 fn widths(params: &mut Params) -> [f64; 2] {

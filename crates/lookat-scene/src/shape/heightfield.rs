@@ -28,12 +28,8 @@ pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> 
 
 /// The number of heights along one side.
 fn count(params: &mut Params, name: &'static str) -> Option<usize> {
-    let count = params.integer(name, -1);
-    if !params.was_taken(name) {
-        let help = format!("\"integer {name}\" gives the number of heights along {}", &name[1..]);
-        params.missing(name, &format!("a heightfield needs {name}"), &help);
-        return None;
-    }
+    let meaning = format!("the number of heights along {}", &name[1..]);
+    let count = params.needed_integer(name, &meaning)?;
     if count < 2 {
         params.reject(name, format!("a heightfield needs at least 2 heights along {}", &name[1..]), None);
     }

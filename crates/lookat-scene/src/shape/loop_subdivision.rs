@@ -11,11 +11,15 @@ use crate::mesh::{Mesh, check_indices, finish};
 use crate::params::Params;
 use topology::{Fault, Topology};
 
-/// The most triangles that subdivision may make: more than a picture can show, and few enough for the memory.
+/// The most triangles that subdivision may make in a scene: more than a picture can show, and few enough for the memory.
 const MOST_TRIANGLES: u64 = 20_000_000;
 
-/// pbrt-v3's CreateLoopSubdiv.
-pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
+/// pbrt-v3's CreateLoopSubdiv. `made` counts the triangles that subdivision has made in the scene.
+pub(crate) fn loop_subdivision(
+    params: &mut Params,
+    world_from_object: Transform,
+    made: &mut u64,
+) -> Option<Mesh> {
     let nlevels = params.integer("nlevels", 3);
     // The name of old files, which wins.
     let levels = params.integer("levels", nlevels);
@@ -37,7 +41,7 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
         }
     };
     check_indices(params, &control);
-    let levels = check_levels(params, levels, control.triangles() as u64);
+    let levels = check_levels(params, levels, control.triangles() as u64, made);
     if !params.usable() {
         return None;
     }
@@ -54,9 +58,9 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
     }
 }
 
-fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
+fn check_levels(params: &mut Params, levels: i32, faces: u64, before: &mut u64) -> u32 {
     let name = if params.was_taken("levels") { "levels" } else { "nlevels" };
-    let made = |levels: u32| faces.saturating_mul(4_u64.saturating_pow(levels));
+    let made = |levels: u32| faces.saturating_mul(4_u64.saturating_pow(levels)).saturating_add(*before);
     let Ok(levels) = u32::try_from(levels) else {
         params.reject(name, format!("{name} must be at least 0"), None);
         return 0;
@@ -67,9 +71,12 @@ fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
             Some(most) => format!("at most {most} levels keep it below {MOST_TRIANGLES} triangles"),
             None => format!("at most {MOST_TRIANGLES} triangles are subdivided; a plymesh may have more"),
         };
-        let message = format!("{levels} levels of {faces} triangles make too many triangles");
+        let with = if *before > 0 { format!(", with the {before} of other shapes") } else { String::new() };
+        let message = format!("{levels} levels of {faces} triangles make too many triangles{with}");
         params.reject(name, message, Some(&help));
+        return levels;
     }
+    *before = made(levels);
     levels
 }
 

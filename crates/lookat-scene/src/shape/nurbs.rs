@@ -73,8 +73,8 @@ fn share(at: usize) -> f64 {
 
 /// One direction of the surface.
 fn spline(params: &mut Params, names: &Names) -> Option<Spline> {
-    let points = needed(params, names.count, "the number of control points in this direction");
-    let order = needed(params, names.order, "the degree plus 1");
+    let points = params.needed_integer(names.count, "the number of control points in this direction");
+    let order = params.needed_integer(names.order, "the degree plus 1");
     let knots = params.floats(names.knots);
     let domain = [params.given(names.from), params.given(names.to)];
     let (from, to) = (params.float(names.from, 0.0), params.float(names.to, 0.0));
@@ -139,16 +139,6 @@ fn check(params: &mut Params, names: &Names, spline: &Spline, [least, most]: [f6
             None,
         );
     }
-}
-
-/// An integer that there must be.
-fn needed(params: &mut Params, name: &'static str, meaning: &str) -> Option<i32> {
-    let value = params.integer(name, -1);
-    if params.was_taken(name) {
-        return Some(value);
-    }
-    params.missing(name, &format!("a nurbs needs {name}"), &format!("\"integer {name}\" is {meaning}"));
-    None
 }
 
 /// Points times their weights, with the weights: `P` has weight 1.

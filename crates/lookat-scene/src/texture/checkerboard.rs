@@ -41,7 +41,7 @@ pub(super) fn checkerboard<T: Parameter>(params: &mut TextureParams, ctm: Transf
     let textures = [T::texture(params, "tex1", 1.0), T::texture(params, "tex2", 0.0)];
     let cells = match dimension {
         2 => {
-            let filtered = params.choice("aamode", "closedform", &["closedform", "none"]) == "closedform";
+            let filtered = params.choice("aamode", &["closedform", "none"]) == "closedform";
             Cells::Plane { mapping: mapping(params, ctm), filtered }
         }
         3 => Cells::Space { texture_from_world: ctm },

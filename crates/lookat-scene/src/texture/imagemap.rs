@@ -98,15 +98,9 @@ fn filter(params: &mut Params) -> ImageFilter {
 }
 
 fn wrap(params: &mut Params) -> Wrap {
-    let wrap = params.string("wrap");
-    match wrap.as_ref().map_or("repeat", |wrap| wrap.value.as_str()) {
-        "repeat" => Wrap::Repeat,
+    match params.choice("wrap", &["repeat", "black", "clamp"]) {
         "black" => Wrap::Black,
         "clamp" => Wrap::Clamp,
-        other => {
-            let message = format!("unknown wrap \"{other}\"");
-            params.reject("wrap", message, Some("there are \"repeat\", \"black\" and \"clamp\""));
-            Wrap::Repeat
-        }
+        _ => Wrap::Repeat,
     }
 }

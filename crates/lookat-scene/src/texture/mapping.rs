@@ -46,12 +46,12 @@ const NAMES: &[&str] = &["uv", "spherical", "cylindrical", "planar"];
 /// The parameters of all textures with two coordinates; to be called when the others are taken.
 pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Mapping {
     let texture_from_world = world_from_texture.inverse();
-    let name = params.choice("mapping", "uv", NAMES);
+    let name = params.choice("mapping", NAMES);
     if !params.usable() {
         // Which of the others belong to it is not known.
         params.ignore_rest();
     }
-    match name.as_str() {
+    match name {
         "spherical" => {
             idle(params, &["uscale", "vscale", "udelta", "vdelta"], "spherical");
             Mapping::Spherical { texture_from_world }
