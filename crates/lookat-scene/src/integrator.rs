@@ -61,6 +61,12 @@ impl Integrator {
 pub(crate) const NAMES: &[&str] =
     &["path", "directlighting", "whitted", "ambientocclusion", "bdpt", "mlt", "sppm", "volpath"];
 
+/// Whether in pbrt-v3 all rays of the integrator pass surfaces without a material, shadow rays too: it knows media, which
+/// they bound.
+pub(crate) fn passes_boundaries(kind: &str) -> bool {
+    ["volpath", "bdpt", "mlt"].contains(&kind)
+}
+
 pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
     let integrator = match params.kind() {
         "directlighting" => {
@@ -74,7 +80,8 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
         "whitted" => {
             Integrator::DirectLighting { strategy: DirectStrategy::EachOnce, max_depth: depth(params) }
         }
-        "path" => path(params),
+        // Where space is empty they are the same.
+        "path" | "volpath" => path(params),
         "ambientocclusion" => {
             let cosine = params.bool("cossample", true);
             let samples = params.nested_samples("nsamples", 64);
@@ -83,12 +90,9 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             }
             Integrator::AmbientOcclusion { cosine, samples: samples.max(1) as u32 }
         }
-        "bdpt" | "mlt" | "sppm" | "volpath" => {
+        "bdpt" | "mlt" | "sppm" => {
             let message = format!("Integrator \"{}\" is rendered with \"path\"", params.kind());
-            match params.kind() {
-                "volpath" => params.unsupported(message),
-                _ => params.replaced(message, "\"path\" finds no caustics of point, spot and distant lights"),
-            }
+            params.replaced(message, "\"path\" finds no caustics of point, spot and distant lights");
             let integrator = path(params);
             pixel_bounds(params);
             params.ignore_rest();

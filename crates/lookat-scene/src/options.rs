@@ -37,6 +37,8 @@ pub(crate) struct Settled {
     pub filter: Filter,
     pub sampler: Sampler,
     pub integrator: Integrator,
+    /// Whether surfaces without a material are as if they were not there.
+    pub passes_boundaries: bool,
 }
 
 impl Options {
@@ -92,6 +94,7 @@ impl Options {
         let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
         let sampler = sampler::sampler(params, overrides);
         let params = &mut Params::new("Integrator", entity(self.integrator, "path"), files, report);
+        let passes_boundaries = integrator::passes_boundaries(params.kind());
         let integrator = integrator::integrator(params);
         accelerator(self.accelerator, files, report);
         let (given, world_from_camera) = match self.camera {
@@ -106,6 +109,7 @@ impl Options {
             filter: filter.unwrap_or(Filter::BOX),
             sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),
             integrator: integrator.unwrap_or(Integrator::PBRT_DEFAULT),
+            passes_boundaries,
         }
     }
 

@@ -197,8 +197,6 @@ impl<'a> Resolver<'a> {
                 self.idle_emissions.extend(emission.filter(|emission| !emission.is_black()).map(|_| at));
             }
             EntityKind::MakeNamedMedium => {
-                let message = "participating media are not rendered; space is empty";
-                self.report.unsupported(at, message.into());
                 self.report.define(Kind::Medium, &entity.name);
                 self.media.insert(entity.name.value);
             }

@@ -12,7 +12,7 @@ use crate::params::Params;
 use crate::state::MaterialInstance;
 use crate::texture::TextureParams;
 use crate::undefined::undefined;
-use crate::{Emission, Material, Primitive, light, material, shape, texture};
+use crate::{Emission, Material, MaterialKind, Primitive, light, material, shape, texture};
 
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
@@ -116,8 +116,12 @@ impl Resolver<'_> {
         }
     }
 
+    /// One side of a MediumInterface.
     pub(super) fn medium(&mut self, name: Text) {
-        if !name.value.is_empty() && !self.media.contains(&name.value) {
+        if self.media.contains(&name.value) {
+            let message = "participating media are not rendered; space is empty";
+            self.report.unsupported(name.span, message.into());
+        } else if !name.value.is_empty() {
             undefined(&mut self.report, Kind::Medium, &name, self.media.iter());
         }
     }
@@ -145,6 +149,10 @@ impl Resolver<'_> {
         }
         let material = self.material_for_shape(overriding);
         let emission = self.emission(&name);
+        let is_boundary = matches!(material.kind, MaterialKind::None) && emission.is_none();
+        if is_boundary && self.settled.as_ref().is_some_and(|settled| settled.passes_boundaries) {
+            return;
+        }
         let primitive = Primitive {
             shape,
             reverse_orientation: self.state.reverse_orientation,
