@@ -144,3 +144,27 @@ fn depth(params: &mut Params) -> u32 {
 
 /// Of light that loses a thousandth at each surface, less is left then than `f32` can tell from nothing beside it.
 const MAX_DEPTH: i32 = 20_000;
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::{Overrides, load};
+
+    /// How many primitives are left of one without a material, one without that glows, and one of matte.
+    fn primitives(integrator: &str) -> usize {
+        let text = format!(
+            "Integrator \"{integrator}\" WorldBegin LightSource \"point\" Material \"none\" Shape \"sphere\"
+            AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" 2 AttributeEnd
+            Material \"matte\" Shape \"sphere\" \"float radius\" 3 WorldEnd"
+        );
+        let read = |_: &Path| Ok(text.clone().into_bytes());
+        load(Path::new("a.pbrt"), &read, &Overrides::default()).scene.unwrap().primitives.len()
+    }
+
+    #[test]
+    fn integrators_that_know_media_pass_what_bounds_them() {
+        assert_eq!(["path", "directlighting", "sppm"].map(primitives), [3; 3]);
+        assert_eq!(["volpath", "bdpt", "mlt"].map(primitives), [2; 3]);
+    }
+}

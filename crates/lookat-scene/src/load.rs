@@ -10,14 +10,14 @@ use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text,
 use crate::files::{Access, Files, Open, Read, other_format};
 use crate::loaded::Loaded;
 use crate::overrides::Overrides;
-use crate::resolve::Resolver;
+use crate::resolve::{Block, Resolver, home_block};
 
 /// At most this many files are included: beyond it, files include each other over and over.
 const MAX_INCLUDES: usize = 10_000;
 /// At most this many files are open at once, each included by the one before it.
 const MAX_DEPTH: usize = 100;
 /// Files that are included again, once for each time but the first, hold at most this many bytes in all.
-const MAX_REPEATED: usize = 2 << 30;
+const MAX_REPEATED: usize = 4 << 30;
 /// A directive counts as so many bytes more: a short one may make a shape.
 const DIRECTIVE_BYTES: usize = 512;
 
@@ -96,6 +96,9 @@ impl Loader<'_> {
                 }
             }
         }
+        if self.open.len() == 1 && is_part(&parsed.statements) {
+            self.resolver.begin_part();
+        }
         let directives = parsed.statements.len();
         for statement in parsed.statements {
             match statement.directive {
@@ -114,7 +117,7 @@ impl Loader<'_> {
             return;
         }
         if self.repeated > MAX_REPEATED {
-            let message = "files are included again and again: more than 2 GiB of repetition";
+            let message = "files are included again and again: more than 4 GiB of repetition";
             self.resolver.report.once(
                 Diagnostic::error(name.span, message)
                     .help("ObjectInstance repeats shapes without reading them again"),
@@ -158,4 +161,17 @@ impl Loader<'_> {
             self.repeated += length + directives * DIRECTIVE_BYTES;
         }
     }
+}
+
+/// Whether the directives are those of a file that scenes include: what belongs into a world, and nothing around it.
+fn is_part(statements: &[Statement]) -> bool {
+    let home = |statement: &Statement| home_block(&statement.directive);
+    let is_option = |statement: &Statement| {
+        home(statement) == Some(Block::Options)
+            || matches!(statement.directive, Directive::WorldEnd | Directive::LookAt(_))
+    };
+    let first = statements.iter().position(|statement| home(statement) == Some(Block::World));
+    // What is included before may be the rest.
+    let includes = |statement: &Statement| matches!(statement.directive, Directive::Include { .. });
+    first.is_some_and(|first| !statements[..first].iter().any(includes)) && !statements.iter().any(is_option)
 }

@@ -151,16 +151,11 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     if mesh.indices.is_empty() && params.kind() != "plymesh" {
         params.warn("indices", "the mesh has no triangles", "each takes three of the indices");
     }
-    let without_area = mesh.without_area();
     // Poles of surfaces have such triangles as a matter of course.
-    if without_area > 0 && params.kind() != "nurbs" {
+    if mesh.without_area() > 0 && params.kind() != "nurbs" {
         let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
-        // One message for all meshes, so that many are told together.
-        let help = format!(
-            "the corners of {without_area} of {} triangles are collinear or coincide; nothing of them can be seen",
-            mesh.triangles()
-        );
-        params.warn(name, "triangles without area are left out", &help);
+        let help = "their corners are collinear or coincide; nothing of them can be seen";
+        params.warn_once(name, "triangles without area are left out", help);
     }
     Some(mesh)
 }

@@ -4,6 +4,7 @@
 use std::collections::HashSet;
 
 mod advice;
+mod other_versions;
 
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -353,6 +354,11 @@ impl<'a> Params<'a> {
     /// Warns about the value of a parameter.
     pub fn warn(&mut self, name: &str, message: &str, help: &str) {
         self.report.push(Diagnostic::warning(self.place(name), message).help(help));
+    }
+
+    /// The same, told at the first place alone.
+    pub fn warn_once(&mut self, name: &str, message: &str, help: &str) {
+        self.report.once(Diagnostic::warning(self.place(name), message).help(help));
     }
 
     /// Warns, once per scene, about a feature that is not rendered.

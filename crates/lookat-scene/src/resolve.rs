@@ -23,11 +23,12 @@ use crate::report::Report;
 use crate::state::{Definitions, GraphicsState, Open, Saved};
 use crate::transform::Transform;
 use crate::{Emission, Instance, Light, Object, Primitive, Scene, light};
+pub(crate) use block::home_block;
 use transformation::{matrix, rotate, scale};
 
 /// Where a directive may stand.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Block {
+pub(crate) enum Block {
     Options,
     World,
     /// After `WorldEnd`.
@@ -218,6 +219,8 @@ impl<'a> Resolver<'a> {
         let at = Span { file, start: end, end };
         match self.block {
             Block::Options => self.report_no_world(at),
+            // Blocks of a part may end elsewhere.
+            Block::World if self.world_begin.is_none() => self.report_part(Span { start: 0, end: 0, ..at }),
             Block::World => {
                 self.report_no_end(at);
                 self.world_end();

@@ -2,24 +2,28 @@
 //!
 //! - `hair`: matte of its `color`
 //! - `disney`: a substrate of its `color` and `roughness`
-//! - `subsurface`: white plastic
-//! - `kdsubsurface`: plastic with its `Kd`
+//! - `subsurface`: a grey substrate
+//! - `kdsubsurface`: a substrate of its `Kd`
 //! - `fourier`: grey matte
 
 use glam::Vec3;
 
-use super::{MaterialKind, Matte, Plastic, Roughness, Substrate, share};
+use super::{MaterialKind, Matte, Roughness, Substrate, share};
 use crate::texture::{Texture, TextureParams};
 
 pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
     let (stand_in, material) = match params.kind() {
-        "disney" => ("a substrate, neither metallic nor clear, with its color and roughness", disney(params)),
+        "disney" => {
+            let kd = share(params, "color", 0.5);
+            let stand_in = "a substrate, neither metallic nor clear, with its color and roughness";
+            (stand_in, substrate(params, kd, 0.04, 0.5))
+        }
         "hair" => ("matte with its color", matte(share(params, "color", 0.3))),
         "kdsubsurface" => {
             let kd = share(params, "Kd", 0.5);
-            ("plastic with its Kd", plastic(params, kd))
+            ("a substrate with its Kd", substrate(params, kd, 0.02, 0.1))
         }
-        "subsurface" => ("white plastic", plastic(params, gray(0.8))),
+        "subsurface" => ("a grey substrate", substrate(params, gray(0.6), 0.02, 0.1)),
         _ => ("grey matte", matte(gray(0.5))),
     };
     let message = format!("Material \"{}\" is not rendered; {stand_in} stands in for it", params.kind());
@@ -35,13 +39,9 @@ fn matte(kd: Texture<Vec3>) -> MaterialKind {
     MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) })
 }
 
-/// The gloss of a dielectric of index 1.5 on something diffuse.
-fn plastic(params: &mut TextureParams, kd: Texture<Vec3>) -> MaterialKind {
-    MaterialKind::Plastic(Plastic { kd, ks: gray(1.0), roughness: Roughness::isotropic(params, 0.1) })
-}
-
-fn disney(params: &mut TextureParams) -> MaterialKind {
-    let kd = share(params, "color", 0.5);
-    // What a dielectric of index 1.5 reflects along the normal.
-    MaterialKind::Substrate(Substrate { kd, ks: gray(0.04), roughness: Roughness::isotropic(params, 0.5) })
+/// The gloss of a dielectric on something diffuse, which reflects no more than it gets. `ks`: what it reflects along the
+/// normal, 0.04 for an index of 1.5 and 0.02 for 1.33.
+fn substrate(params: &mut TextureParams, kd: Texture<Vec3>, ks: f32, roughness: f64) -> MaterialKind {
+    let roughness = Roughness::isotropic(params, roughness);
+    MaterialKind::Substrate(Substrate { kd, ks: gray(ks), roughness })
 }

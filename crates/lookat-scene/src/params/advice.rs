@@ -2,6 +2,7 @@
 
 use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, shown};
 
+use super::other_versions::{is_of_v4, is_other_name, of_older, of_other};
 use super::{Params, class};
 use crate::elsewhere::Kind;
 use crate::undefined::undefined;
@@ -63,19 +64,28 @@ impl Params<'_> {
     pub fn say_unknown_kind(&mut self, known: &[&str], severity: Severity) {
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
         let name = shown(kind.as_bytes());
-        let unknown = Diagnostic::error(at, format!("unknown {} \"{name}\"", self.keyword));
+        let without = if self.keyword == "Accelerator" { ": pbrt-v3 shows no shapes" } else { "" };
+        let unknown = Diagnostic::error(at, format!("unknown {} \"{name}\"{without}", self.keyword));
         let source = &self.files.sources.file(at.file).text;
         let runs_on = source.get(at.end as usize).is_some_and(u8::is_ascii_alphabetic);
         let unknown = if runs_on && known.contains(&kind.trim_end()) {
             let closed = kind.trim_end();
             let unknown = unknown.help(format!("the quote that closes \"{closed}\" is missing"));
             unknown.fix(at, format!("\"{closed}\" \""))
-        } else if V4_KINDS.contains(&kind.as_str()) {
+        } else if is_of_v4(self.keyword, &kind) {
             self.report.v4_marks([at]);
             unknown.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
+        } else if let Some(near) = of_older(self.keyword, &kind) {
+            let older = format!("\"{kind}\" is a type of an older pbrt");
+            match near {
+                Some(near) => {
+                    unknown.help(format!("{older}; now there is \"{near}\"")).fix(at, format!("\"{near}\""))
+                }
+                None => unknown.help(format!("{older}; nothing of pbrt-v3 is like it")),
+            }
         } else if let Some(known) = nearest(&kind, known.iter().copied())
             .or_else(|| begun(&kind, known.iter().copied()))
-            .or_else(|| known.iter().copied().find(|known| OTHER_KINDS.contains(&(&kind, known))))
+            .or_else(|| of_other(&kind, known))
         {
             unknown.help(format!("did you mean \"{known}\"?")).fix(at, format!("\"{known}\""))
         } else {
@@ -174,26 +184,6 @@ impl Params<'_> {
     }
 }
 
-/// Whether a parameter is known by a name elsewhere: at other lights, in other versions and other programs.
-fn is_other_name(given: &str, known: &str) -> bool {
-    const OTHERS: &[(&str, &str)] = &[
-        ("L", "I"),
-        ("I", "L"),
-        ("radiance", "L"),
-        ("intensity", "I"),
-        ("filename", "mapname"),
-        ("mapname", "filename"),
-        ("ior", "eta"),
-        ("conedelta", "conedeltaangle"),
-        ("reflectance", "Kd"),
-        ("diffuse", "Kd"),
-        ("specular", "Ks"),
-        ("xradius", "xwidth"),
-        ("yradius", "ywidth"),
-    ];
-    OTHERS.contains(&(given, known))
-}
-
 /// Whether values of one type may be meant as those of another.
 fn may_be(values: &Values, ty: ParamType) -> bool {
     match values {
@@ -209,48 +199,3 @@ fn may_be(values: &Values, ty: ParamType) -> bool {
         Values::Integers(_) => true,
     }
 }
-
-/// Types as other programs call them, and as pbrt-v3 does.
-const OTHER_KINDS: &[(&str, &str)] = &[
-    ("envmap", "infinite"),
-    ("environment", "infinite"),
-    ("constant", "infinite"),
-    ("directional", "distant"),
-    ("sun", "distant"),
-    ("lambertian", "matte"),
-    ("lambert", "matte"),
-    ("pathtracer", "path"),
-    ("direct", "directlighting"),
-];
-
-/// Types that pbrt-v4 introduced.
-const V4_KINDS: &[&str] = &[
-    "bilinearmesh",
-    "coateddiffuse",
-    "coatedconductor",
-    "conductor",
-    "dielectric",
-    "diffuse",
-    "diffusetransmission",
-    "thindielectric",
-    "interface",
-    "rgb",
-    "gbuffer",
-    "spectral",
-    "spherical",
-    "zsobol",
-    "paddedsobol",
-    "independent",
-    "pmj02bn",
-    "simplepath",
-    "simplevolpath",
-    "lightpath",
-    "randomwalk",
-    "uniformgrid",
-    "rgbgrid",
-    "nanovdb",
-    "cloud",
-    "directionmix",
-    "imageinfinite",
-    "portalimageinfinite",
-];

@@ -73,6 +73,18 @@ impl Resolver<'_> {
         self.report.push(error);
     }
 
+    /// Takes what comes as that of a world, though none has begun. What it names may be defined elsewhere.
+    pub fn begin_part(&mut self) {
+        self.block = Block::World;
+        self.report.incomplete = true;
+    }
+
+    pub(super) fn report_part(&mut self, at: Span) {
+        let message = "this is a part of a scene, without Camera, Film and WorldBegin";
+        let error = Diagnostic::error(at, message).help("check or render the scene that includes it");
+        self.report.push(error);
+    }
+
     pub(super) fn report_no_end(&mut self, end: Span) {
         // pbrt-v4 has no WorldEnd.
         if self.report.is_v4() || self.report.incomplete || self.report.incomplete_end {
@@ -282,7 +294,7 @@ impl Resolver<'_> {
 }
 
 /// The block that a directive belongs to; none if it may stand in both.
-fn home_block(directive: &Directive) -> Option<Block> {
+pub(crate) fn home_block(directive: &Directive) -> Option<Block> {
     match directive {
         Directive::WorldBegin | Directive::TransformTimes(_) => Some(Block::Options),
         Directive::Entity(kind, _) => match kind {
