@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::decoded::Curve;
 use crate::error::{Fault, ImageError};
@@ -251,19 +251,27 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     replace(path, |out| Ok(out.write_all(bytes)?)).map_err(|fault| ImageError::writing(path, fault))
 }
 
+/// The file that writing to `path` replaces, and its folder: a link stays, and what it leads to is replaced. `None` where
+/// something stands there that is neither a file nor a folder.
+pub fn write_target(path: &Path) -> Option<(PathBuf, PathBuf)> {
+    let target = path.canonicalize().unwrap_or_else(|_| path.into());
+    if target.exists() && !target.is_file() && !target.is_dir() {
+        return None;
+    }
+    let folder = match target.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent.into(),
+        _ => ".".into(),
+    };
+    Some((target, folder))
+}
+
 /// Writes a file that appears whole or not at all.
 fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
-    // A link stays, and what it leads to is replaced.
-    let target = path.canonicalize().unwrap_or_else(|_| path.into());
-    if std::fs::metadata(&target).is_ok_and(|there| !there.is_file() && !there.is_dir()) {
+    let Some((target, directory)) = write_target(path) else {
         return Err(Fault::Unfit("what is there is not a file".into()));
-    }
-    let directory = match target.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent,
-        _ => Path::new("."),
     };
     // Made by `create_new` and not by tempfile, so that the picture gets the permissions of any other file.
     let mut file =

@@ -48,7 +48,7 @@ pub use errors::PixelError;
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use floor::floor;
 pub use format::Format;
-pub use image::{Channel, Image, Precision, Window, write_file};
+pub use image::{Channel, Image, Precision, Window, write_file, write_target};
 pub use metric::{
     Largest, Means, largest_difference, mean, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,

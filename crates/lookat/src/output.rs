@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lookat_image::{Format, io_reason};
+use lookat_image::{Format, io_reason, write_target};
 
 /// Fails where a picture of this width and height could not be written in the end.
 pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
@@ -22,14 +22,8 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
     if file.is_dir() {
         return Err(format!("cannot write {}: it is a folder", file.display()));
     }
-    // What a link leads to is replaced.
-    let target = file.canonicalize().unwrap_or_else(|_| file.into());
-    if target.exists() && !target.is_file() {
+    let Some((_, folder)) = write_target(file) else {
         return Err(format!("cannot write {}: what is there is not a file", file.display()));
-    }
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
     };
     if !folder.is_dir() {
         return Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()));
