@@ -13,10 +13,14 @@ const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
 /// The steps of half precision grow no smaller than this, however near a value is to 0.
 const HALF_STEP: f64 = 1.0 / (1 << 24) as f64;
 /// A pixel of fewer samples takes itself for exact too often to be held against one of which nothing is known.
-const FEWEST_SAMPLES: u32 = 16;
+const FEWEST_SAMPLES: u32 = 32;
 /// How much larger the error of a mean of pixels may be than that of independent ones, because filters of several pixels
 /// make neighbours alike.
 const FILTERED: f32 = 2.0;
+
+/// An event that is not met in n samples has a probability of at most this over n, with a confidence of 95 % (Hanley and
+/// Lippman-Hand, "If Nothing Goes Wrong, Is Everything All Right?", 1983).
+const RULE_OF_THREE: f32 = 3.0;
 
 /// How much noisier a tile may be than nine of ten others, to be taken for the noise of the picture.
 const MOST_OF_TILE: f64 = 4.0;
@@ -106,7 +110,7 @@ impl Noise {
 
 /// The errors of the expected picture where it does not give them: those of the actual one, times what all differences
 /// together ask for, or what the differences of a tile scatter beyond those, as other renderers have noise where this one has
-/// none.
+/// none, or that of a rare event which one of the pictures has met in this pixel and the other has not.
 fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     let factor = noisier(pair, actual) as f32;
     let mut errors = actual.to_vec();
@@ -121,7 +125,8 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
             let others = FILTERED * (all - own).max(0.0).sqrt() as f32;
             for pixel in in_tile(tile, pair) {
                 let error = &mut errors[pixel].standard_error[channel];
-                *error = error.max(others);
+                // The standard error of a mean, of which events of that probability make up all.
+                *error = error.max(others).max(at(pixel).abs() / RULE_OF_THREE.sqrt());
             }
         }
     }

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use twofloat::TwoFloat;
 
-use super::sweep::Sweep;
+use super::sweep::{Sweep, radial};
 use crate::parametric::Local;
 
 /// A disk or ring in the plane z = 0.
@@ -51,7 +51,7 @@ impl Disk {
         Local {
             uv: DVec2::new(angle / self.sweep.max, (self.radius - p.truncate().length()) / width),
             dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
-            dpdv: (DVec2::from_angle(angle) * -width).extend(0.0),
+            dpdv: (radial(p) * -width).extend(0.0),
             gradient: DVec3::Z,
             bend: DVec3::ZERO,
         }

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use twofloat::TwoFloat;
 
 use super::quadric::Profile;
-use super::sweep::Sweep;
+use super::sweep::{Sweep, radial};
 use crate::parametric::Local;
 use crate::warp::{linear, linear_pdf};
 
@@ -80,7 +80,7 @@ impl Paraboloid {
         Local {
             uv: DVec2::new(angle / self.sweep.max, (p.z - self.v_zero) / height),
             dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
-            dpdv: (DVec2::from_angle(angle) * outward).extend(1.0) * height,
+            dpdv: (radial(p) * outward).extend(1.0) * height,
             gradient: self.gradient(p),
             bend: DVec3::new(1.0, 1.0, 0.0),
         }

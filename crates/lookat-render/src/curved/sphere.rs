@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use twofloat::TwoFloat;
 
-use super::sweep::Sweep;
+use super::sweep::{Sweep, radial};
 use crate::parametric::Local;
 
 /// A sphere around the origin, or part of one.
@@ -12,6 +12,8 @@ pub(crate) struct Sphere {
     pub radius: f64,
     z_min: f64,
     z_max: f64,
+    /// The angle from +z, where v is 0 and by how much it is more where v is 1, in radians.
+    polar: [f64; 2],
     sweep: Sweep,
     /// The radius in the world, where the sphere is still one there.
     pub world_radius: Option<f64>,
@@ -21,7 +23,8 @@ impl Sphere {
     pub fn new(sphere: lookat_scene::Sphere, sweep: Sweep, world_from_own: DMat3) -> Self {
         let lookat_scene::Sphere { radius, z_min, z_max } = sphere;
         let world_radius = uniform_scale(world_from_own).map(|scale| scale * radius);
-        Sphere { radius, z_min, z_max, sweep, world_radius }
+        let [start, end] = [z_min, z_max].map(|z| (z / radius).clamp(-1.0, 1.0).acos());
+        Sphere { radius, z_min, z_max, polar: [start, end - start], sweep, world_radius }
     }
 
     /// The nearest distance at which the ray meets the sphere, more than 0 and at most `t_max`. A ray that leaves the
@@ -66,15 +69,14 @@ impl Sphere {
 
     pub fn parametric(&self, p: DVec3) -> Local {
         let angle = Sweep::angle(p.truncate(), DVec2::X);
-        let polar = |z: f64| (z / self.radius).clamp(-1.0, 1.0).acos();
-        let (start, span) = (polar(self.z_min), polar(self.z_max) - polar(self.z_min));
+        let [start, span] = self.polar;
         // Exact also next to the poles, where the cosine has few digits.
         let r = p.truncate().length();
         let theta = r.atan2(p.z);
         Local {
             uv: DVec2::new(angle / self.sweep.max, (theta - start) / span),
             dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
-            dpdv: (DVec2::from_angle(angle) * p.z).extend(-r) * span,
+            dpdv: (radial(p) * p.z).extend(-r) * span,
             gradient: p,
             bend: DVec3::ONE,
         }

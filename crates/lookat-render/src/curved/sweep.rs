@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// How far a form is turned about the axis.
 #[derive(Debug, Clone, Copy)]
@@ -30,4 +30,9 @@ impl Sweep {
     pub fn has(self, p: DVec2, start: DVec2) -> bool {
         self.is_whole() || Sweep::angle(p, start) <= self.max
     }
+}
+
+/// The direction away from the axis at `p`, of length one; any on the axis.
+pub(super) fn radial(p: DVec3) -> DVec2 {
+    p.truncate().normalize_or(DVec2::X)
 }
