@@ -52,8 +52,8 @@ impl Kind {
 /// Definitions of all blocks, and uses that are not in the right one.
 #[derive(Debug, Default)]
 pub(crate) struct Elsewhere {
-    /// The last definition of each name.
-    places: HashMap<(Kind, String), Span>,
+    /// The first and the last definition of each name.
+    places: HashMap<(Kind, String), [Span; 2]>,
     undefined: Vec<Undefined>,
 }
 
@@ -69,13 +69,14 @@ struct Undefined {
 
 impl Elsewhere {
     pub fn define(&mut self, kind: Kind, name: &Text) {
-        self.places.insert((kind, name.value.clone()), name.span);
+        let places = self.places.entry((kind, name.value.clone())).or_insert([name.span; 2]);
+        places[1] = name.span;
     }
 
     /// A name that is used where it is not defined.
     pub fn undefined(&mut self, kind: Kind, name: &Text, diagnostic: usize) {
         let key = (kind, name.value.clone());
-        let before = self.places.get(&key).copied();
+        let before = self.places.get(&key).map(|[_, last]| *last);
         self.undefined.push(Undefined { kind, name: key.1, diagnostic, before });
     }
 
@@ -83,8 +84,8 @@ impl Elsewhere {
     pub fn explain(self, diagnostics: &mut [Diagnostic]) {
         for Undefined { kind, name, diagnostic, before } in &self.undefined {
             let (error, definer) = (&mut diagnostics[*diagnostic], kind.definer());
-            let place = self.places.get(&(*kind, name.clone()));
-            let (place, text, help) = match (before, place) {
+            let first = self.places.get(&(*kind, name.clone())).map(|[first, _]| first);
+            let (place, text, help) = match (before, first) {
                 (Some(place), _) => (
                     *place,
                     "it is defined here, in a block that has ended",
@@ -118,7 +119,7 @@ impl Elsewhere {
         let of_kind = || self.places.iter().filter(|((of, _), _)| *of == kind);
         let names = in_order(of_kind().map(|((_, name), _)| name.as_str()))?;
         let near = nearest(name, names)?;
-        of_kind().find(|((_, name), _)| name == near).map(|(_, place)| (near, *place))
+        of_kind().find(|((_, name), _)| name == near).map(|(_, [first, _])| (near, *first))
     }
 }
 

@@ -96,8 +96,11 @@ impl Loader<'_> {
                 }
             }
         }
-        if self.open.len() == 1 && is_part(&parsed.statements) {
-            self.resolver.begin_part();
+        if let [first, ..] = &parsed.statements[..]
+            && self.open.len() == 1
+            && is_part(&parsed.statements)
+        {
+            self.resolver.begin_part(first.keyword);
         }
         let directives = parsed.statements.len();
         for statement in parsed.statements {

@@ -13,4 +13,6 @@ pub struct Overrides {
     pub quick: bool,
     /// Leave out directives that are in error and make a scene of the others.
     pub keep_going: bool,
+    /// Take a part of a scene, which other files include, for no error: only warn that it is one.
+    pub accept_part: bool,
 }

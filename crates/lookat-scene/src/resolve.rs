@@ -42,6 +42,8 @@ pub(crate) struct Resolver<'a> {
     overrides: &'a Overrides,
     block: Block,
     world_begin: Option<Span>,
+    /// The first directive of a file that is a part of a scene.
+    part: Option<Span>,
     /// Directives of the world that stand before it: their keywords and places.
     early: Vec<(&'static str, Span)>,
     /// How many there are, and what is said of some, if there are not too many others.
@@ -63,6 +65,8 @@ pub(crate) struct Resolver<'a> {
     idle_emissions: HashSet<Span>,
     /// Objects that have no instance yet.
     idle_objects: HashMap<String, Span>,
+    /// The first shape that all rays pass.
+    passed: Option<Span>,
     primitives: Vec<Primitive>,
     instances: Vec<Instance>,
     lights: Vec<Light>,
@@ -83,6 +87,7 @@ impl<'a> Resolver<'a> {
             overrides,
             block: Block::Options,
             world_begin: None,
+            part: None,
             early: Vec::new(),
             rotations: 0,
             doubted_rotations: Vec::new(),
@@ -97,6 +102,7 @@ impl<'a> Resolver<'a> {
             idle_transform: None,
             idle_emissions: HashSet::new(),
             idle_objects: HashMap::new(),
+            passed: None,
             primitives: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
@@ -219,12 +225,14 @@ impl<'a> Resolver<'a> {
         let at = Span { file, start: end, end };
         match self.block {
             Block::Options => self.report_no_world(at),
-            // Blocks of a part may end elsewhere.
-            Block::World if self.world_begin.is_none() => self.report_part(Span { start: 0, end: 0, ..at }),
-            Block::World => {
-                self.report_no_end(at);
-                self.world_end();
-            }
+            Block::World => match self.part {
+                // Its blocks may end elsewhere.
+                Some(first) => self.report_part(first),
+                None => {
+                    self.report_no_end(at);
+                    self.world_end();
+                }
+            },
             Block::Ended => {}
         }
         self.tell_doubted_rotations();
@@ -278,8 +286,14 @@ impl<'a> Resolver<'a> {
     /// Without a shape only skies are seen.
     fn warn_empty(&mut self, end: Span) {
         let is_sky = |light: &Light| matches!(light, Light::Infinite { .. } | Light::Environment { .. });
-        let is_seen = !self.primitives.is_empty() || !self.instances.is_empty();
-        if self.settled.is_some() && !is_seen && !self.lights.is_empty() && !self.lights.iter().any(is_sky) {
+        if self.settled.is_none() || !self.primitives.is_empty() || !self.instances.is_empty() {
+            return;
+        }
+        if let Some(passed) = self.passed {
+            let warning = Diagnostic::warning(passed, "no shape has a material: none is seen");
+            let help = "rays of this Integrator pass those without one; Material \"matte\" gives the next shapes one";
+            self.report.push(warning.help(help));
+        } else if !self.lights.is_empty() && !self.lights.iter().any(is_sky) {
             let warning = Diagnostic::warning(
                 self.world_begin.unwrap_or(end),
                 "the world has no shapes: the picture is black",

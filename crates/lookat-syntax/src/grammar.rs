@@ -164,6 +164,7 @@ impl<'a> Reader<'a> {
         };
         match before.filter(is_beside).and_then(|before| surplus(&before.directive)) {
             _ if at == b"]" => fault.help("no `[` opens a list here"),
+            _ if at == b"[" => fault.help("a list follows the name of its parameter: \"rgb Kd\" [.5 .5 .5]"),
             Some(advice) => fault.help(advice),
             None if is_number => fault.help("several values of one parameter stand in brackets: [1 2 3]"),
             None if at.contains(&b' ') => fault.help("a parameter follows the directive that it belongs to"),
@@ -347,7 +348,11 @@ impl<'a> Reader<'a> {
     fn name(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Text> {
         let (input, ()) = blank(input)?;
         if input.first() == Some(&b'"') {
-            return self.string(input);
+            let (rest, name) = self.string(input)?;
+            return Ok(self.unclosed_name(input, rest).unwrap_or((rest, name)));
+        }
+        if let Some(read) = self.unopened_name(input) {
+            return Ok(read);
         }
         let (at, found) = found(input);
         let (what, example) = quoted_after(keyword);
@@ -375,6 +380,35 @@ impl<'a> Reader<'a> {
             Some(advice) => fault.help(advice).fail(),
             None => fault.help(format!("as in {example}")).fail(),
         }
+    }
+
+    /// A name whose closing quote is missing, so that it ends at the quote that opens the next string.
+    fn unclosed_name(&mut self, input: Input<'a>, rest: Input<'a>) -> Option<(Input<'a>, Text)> {
+        let string = &input[..input.len() - rest.len()];
+        let name = string[1..string.len() - 1].trim_ascii_end();
+        if name.len() + 2 == string.len() || !rest.first()?.is_ascii_alphabetic() {
+            return None;
+        }
+        let value = String::from_utf8_lossy(name).into_owned();
+        let fault = Fault::new(&string[..1 + name.len()], "the quote that closes this name is missing");
+        self.report(fault.help("add it").replace_with(format!("\"{value}\"")));
+        Some((&input[string.len() - 1..], Spanned { value, span: self.span(string) }))
+    }
+
+    /// A name whose opening quote is missing.
+    fn unopened_name(&mut self, input: Input<'a>) -> Option<(Input<'a>, Text)> {
+        let (rest, name) = word(input).ok()?;
+        let line = rest.split(|byte| *byte == b'\n').next()?;
+        // All quotes of the line but this one come in pairs.
+        let quotes = line.iter().filter(|byte| **byte == b'"').count();
+        if rest.first() != Some(&b'"') || quotes % 2 == 0 {
+            return None;
+        }
+        let all = &input[..=name.len()];
+        let value = String::from_utf8_lossy(name).into_owned();
+        let fault = Fault::new(all, "the quote that opens this name is missing");
+        self.report(fault.help("add it").replace_with(format!("\"{value}\"")));
+        Some((&rest[1..], Spanned { value, span: self.span(all) }))
     }
 
     pub(crate) fn string(&self, input: Input<'a>) -> Parsing<'a, Text> {

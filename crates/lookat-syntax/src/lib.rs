@@ -14,6 +14,7 @@
 //! ```
 
 mod advice;
+mod brackets;
 mod decimal;
 mod diagnostic;
 mod directive;

@@ -76,6 +76,12 @@ impl<'a> Reader<'a> {
         if next.is_some_and(|(_, text)| text.split(' ').next().and_then(ParamType::from_spelling).is_some()) {
             return Ok((input, None));
         }
+        if list && let (rest, Some(())) = self.nested_list(start)? {
+            return Ok((rest, None));
+        }
+        if let Some(rest) = self.list_in_others(start) {
+            return Ok((rest, None));
+        }
         let (rest, count) = if list {
             self.list(&start[1..], &start[..1], &mut values)?
         } else {
@@ -117,6 +123,9 @@ impl<'a> Reader<'a> {
             Err(error) => return Err(error),
         };
         let (end, more) = self.more_numbers(rest)?;
+        if let (rest, Some(())) = self.unopened_list(input, end)? {
+            return Ok((rest, 1 + more));
+        }
         if more > 0 {
             let all = &input[..input.len() - end.len()];
             let fault = Fault::new(all, "several values without brackets");
@@ -160,8 +169,12 @@ impl<'a> Reader<'a> {
             },
             (Some(only), None) => {
                 let error = Diagnostic::error(at, format!("\"{only}\" does not declare a parameter"));
-                // A type is a parameter of a named material or medium.
-                if self.statement.starts_with(b"MakeNamed") {
+                let after = word(self.statement).and_then(|(rest, _)| blank(rest));
+                let is_named = self.statement.starts_with(b"MakeNamed");
+                if is_named && after.is_ok_and(|(first, ())| is_declaration(first)) {
+                    error.help("the name comes first: MakeNamedMaterial \"red\" \"string type\" \"matte\"")
+                } else if is_named {
+                    // A type is a parameter of a named material or medium.
                     let declaration = format!("\"string type\" \"{only}\"");
                     error.help(format!("a type is given so: {declaration}")).fix(at, declaration)
                 } else {

@@ -17,9 +17,10 @@ struct JsonResult<'a> {
 
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
+    let overrides = Overrides { accept_part: true, ..Overrides::default() };
     let (mut failed, mut lost) = (false, false);
     for path in &arguments.files {
-        let loaded = load_scene(path, &Overrides::default(), arguments.report);
+        let loaded = load_scene(path, &overrides, arguments.report);
         failed |= report::has_errors(&loaded);
         if arguments.report.json {
             let scene = path.display().to_string();

@@ -47,6 +47,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         crop,
         quick: arguments.quick,
         keep_going: arguments.keep_going,
+        ..Overrides::default()
     };
     let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
     if !arguments.report.json {

@@ -66,13 +66,7 @@ impl Params<'_> {
         let name = shown(kind.as_bytes());
         let without = if self.keyword == "Accelerator" { ": pbrt-v3 shows no shapes" } else { "" };
         let unknown = Diagnostic::error(at, format!("unknown {} \"{name}\"{without}", self.keyword));
-        let source = &self.files.sources.file(at.file).text;
-        let runs_on = source.get(at.end as usize).is_some_and(u8::is_ascii_alphabetic);
-        let unknown = if runs_on && known.contains(&kind.trim_end()) {
-            let closed = kind.trim_end();
-            let unknown = unknown.help(format!("the quote that closes \"{closed}\" is missing"));
-            unknown.fix(at, format!("\"{closed}\" \""))
-        } else if is_of_v4(self.keyword, &kind) {
+        let unknown = if is_of_v4(self.keyword, &kind) {
             self.report.v4_marks([at]);
             unknown.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
         } else if let Some(near) = of_older(self.keyword, &kind) {
@@ -178,6 +172,10 @@ impl Params<'_> {
             _ if types.contains(&ParamType::Texture) && may_be(&param.values.value, ParamType::Texture) => {
                 let declaration = format!("\"texture {name}\"");
                 warning.help(format!("a texture is named so: {declaration}")).fix(at, declaration)
+            }
+            _ if types.contains(&ParamType::Rgb) && may_be(&param.values.value, ParamType::Rgb) => {
+                let declaration = format!("\"rgb {name}\"");
+                warning.help(format!("a color is declared {declaration}")).fix(at, declaration)
             }
             _ => warning,
         }

@@ -78,6 +78,9 @@ pub(super) fn is_other_name(given: &str, known: &str) -> bool {
         ("reflectance", "Kd"),
         ("diffuse", "Kd"),
         ("specular", "Ks"),
+        ("index", "indices"),
+        ("vertices", "P"),
+        ("normals", "N"),
         ("xradius", "xwidth"),
         ("yradius", "ywidth"),
     ];

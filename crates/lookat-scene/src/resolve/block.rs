@@ -62,7 +62,7 @@ impl Resolver<'_> {
         }
         let error = match self.early.first() {
             None => Diagnostic::error(end, "the file has no WorldBegin: there is nothing to render")
-                .help("WorldBegin and WorldEnd enclose the lights and shapes"),
+                .help("WorldBegin and WorldEnd enclose the lights and shapes; a part is checked with the scene that includes it"),
             Some((keyword, at)) => {
                 let before = Span { end: at.start, ..*at };
                 Diagnostic::error(*at, format!("{keyword} without WorldBegin"))
@@ -74,15 +74,19 @@ impl Resolver<'_> {
     }
 
     /// Takes what comes as that of a world, though none has begun. What it names may be defined elsewhere.
-    pub fn begin_part(&mut self) {
+    pub fn begin_part(&mut self, first: Span) {
+        self.part = Some(first);
         self.block = Block::World;
         self.report.incomplete = true;
     }
 
     pub(super) fn report_part(&mut self, at: Span) {
         let message = "this is a part of a scene, without Camera, Film and WorldBegin";
-        let error = Diagnostic::error(at, message).help("check or render the scene that includes it");
-        self.report.push(error);
+        let help = "check or render the scene that includes it";
+        self.report.push(match self.overrides.accept_part {
+            true => Diagnostic::warning(at, message).help("names may be defined where it is included"),
+            false => Diagnostic::error(at, message).help(help),
+        });
     }
 
     pub(super) fn report_no_end(&mut self, end: Span) {

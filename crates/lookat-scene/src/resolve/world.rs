@@ -39,11 +39,19 @@ impl Resolver<'_> {
     ) -> Result<(), Box<Diagnostic>> {
         let Entity { name, mut params } = entity;
         let is_type = |param: &Param| param.name.value == "type" && param.ty == ParamType::String;
-        let kind = params.iter().position(is_type).and_then(|at| match params.remove(at).values.value {
-            Values::Strings(mut names) => names.pop(),
-            _ => None,
+        let given = params.iter().rposition(is_type).map(|at| params.remove(at).values);
+        let mut error = (given.is_none() && !faulty).then(|| {
+            Diagnostic::error(name.span, format!("named material \"{}\" has no type", name.value))
+                .help("\"string type\" \"matte\" gives it one")
         });
-        let missing = kind.is_none() && !faulty;
+        let kind = given.and_then(|given| match given.value {
+            Values::Strings(mut kinds) if kinds.len() == 1 => kinds.pop(),
+            several => {
+                let message = format!("type takes 1 value, not {}", several.len());
+                error = Some(Diagnostic::error(given.span, message));
+                None
+            }
+        });
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
         let instance = self.material(Entity { name: kind, params }, "Material");
         if self.definitions.materials.get(&name.value).is_some() {
@@ -51,13 +59,7 @@ impl Resolver<'_> {
         }
         self.report.define(Kind::Material, &name);
         self.definitions.materials.define(name.value.clone(), Rc::new(instance));
-        if missing {
-            let error =
-                Diagnostic::error(name.span, format!("named material \"{}\" has no type", name.value))
-                    .help("\"string type\" \"matte\" gives it one");
-            return Err(Box::new(error));
-        }
-        Ok(())
+        error.map_or(Ok(()), |error| Err(Box::new(error)))
     }
 
     pub(super) fn named_material(&mut self, name: Text) {
@@ -127,6 +129,11 @@ impl Resolver<'_> {
     }
 
     pub(super) fn light_source(&mut self, entity: Entity) {
+        if self.object.is_some() {
+            let message = "a LightSource is no part of the object: it shines once, from where it stands here";
+            let warning = Diagnostic::warning(entity.name.span, message);
+            self.report.once(warning.help("place it outside ObjectBegin; pbrt-v3 takes it so too"));
+        }
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
         let light = light::light(params, self.state.ctm, &mut self.pictures);
         self.lights.extend(light);
@@ -151,6 +158,7 @@ impl Resolver<'_> {
         let emission = self.emission(&name);
         let is_boundary = matches!(material.kind, MaterialKind::None) && emission.is_none();
         if is_boundary && self.settled.as_ref().is_some_and(|settled| settled.passes_boundaries) {
+            self.passed.get_or_insert(name.span);
             return;
         }
         let primitive = Primitive {

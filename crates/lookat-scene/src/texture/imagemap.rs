@@ -60,7 +60,7 @@ pub(super) fn imagemap<T: Parameter>(
     let mapping = mapping::mapping(params, world_from_texture);
     let Some(file) = file else {
         let help = "\"string filename\" names the picture";
-        params.reject("filename", "Texture \"imagemap\" has no filename", Some(help));
+        params.missing("filename", "Texture \"imagemap\" has no filename", help);
         params.finish();
         return None;
     };

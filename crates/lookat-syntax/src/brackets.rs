@@ -1,0 +1,69 @@
+//! Brackets of lists that are missing, too many or of another kind.
+
+use crate::grammar::{Reader, is_keyword, unclosed};
+use crate::token::{Fault, Input, Parsing, blank, quoted, word};
+
+impl<'a> Reader<'a> {
+    /// Skips a list of lists, which pbrt-v3 does not have, and reports it. `None` if there is none.
+    pub(crate) fn nested_list(&mut self, start: Input<'a>) -> Parsing<'a, Option<()>> {
+        let (inner, ()) = blank(&start[1..])?;
+        if inner.first() != Some(&b'[') {
+            return Ok((start, None));
+        }
+        let (mut input, mut depth) = (start, 0);
+        loop {
+            (input, ()) = blank(input)?;
+            input = match input.first() {
+                None => return unclosed(&start[..1], input).fail(),
+                Some(b'"') => quoted(input)?.0,
+                Some(b'[') => {
+                    depth += 1;
+                    &input[1..]
+                }
+                Some(b']') => {
+                    depth -= 1;
+                    &input[1..]
+                }
+                Some(_) => match word(input)? {
+                    (_, word) if is_keyword(word) => return unclosed(&start[..1], input).fail(),
+                    (rest, _) => rest,
+                },
+            };
+            if depth == 0 {
+                let all = &start[..start.len() - input.len()];
+                self.report(
+                    Fault::new(all, "a list in a list").help("all values stand in one pair of brackets"),
+                );
+                return Ok((input, Some(())));
+            }
+        }
+    }
+
+    /// Skips a list in brackets of another kind, and reports it. `None` if there is none.
+    pub(crate) fn list_in_others(&mut self, start: Input<'a>) -> Option<Input<'a>> {
+        let close = match start.first()? {
+            b'(' => b')',
+            b'{' => b'}',
+            _ => return None,
+        };
+        let end = start.iter().position(|byte| *byte == close || *byte == b'"')?;
+        let (all, rest) = start.split_at_checked(end + 1).filter(|_| start[end] == close)?;
+        let values = String::from_utf8_lossy(&all[1..end]);
+        let fault = Fault::new(all, "lists stand in square brackets");
+        self.report(fault.help("write it so").replace_with(format!("[{values}]")));
+        Some(rest)
+    }
+
+    /// Skips the bracket that closes a list of which the other one is missing, and reports that. `None` if there is none.
+    pub(crate) fn unopened_list(&mut self, start: Input<'a>, end: Input<'a>) -> Parsing<'a, Option<()>> {
+        let (close, ()) = blank(end)?;
+        if close.first() != Some(&b']') {
+            return Ok((end, None));
+        }
+        let values = &start[..start.len() - end.len()];
+        let replacement = format!("[{}", String::from_utf8_lossy(values));
+        let fault = Fault::new(values, "the bracket that opens this list is missing");
+        self.report(fault.help("add `[`").replace_with(replacement));
+        Ok((&close[1..], Some(())))
+    }
+}
