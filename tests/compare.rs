@@ -244,6 +244,21 @@ fn layers_are_chosen_by_name() {
     );
 }
 
+/// A file of integers cannot be as bright as the other picture: that is no fault of the render.
+#[test]
+fn clipped_pixels_are_told() {
+    let folder = Folder::new();
+    let mut bright = smooth();
+    bright[3] = [0.5, 4.0, 0.5];
+    for file in ["bright.png", "bright.exr"] {
+        Image::from_rgb(WINDOW, WINDOW, &bright).write(&folder.path(file)).unwrap();
+    }
+    let (_, out, _) = folder.compare(&["bright.png", "bright.exr"]);
+    assert!(out.contains("bright.png: 1 pixel is at 1, the most that the file holds"), "{out}");
+    let (_, out, _) = folder.compare(&["bright.png", "bright.png"]);
+    assert!(!out.contains("at 1"), "{out}");
+}
+
 /// A limit that cannot be held to anything is not kept.
 #[test]
 fn limits_of_what_cannot_be_measured_are_trouble() {
@@ -262,7 +277,7 @@ fn limits_of_what_cannot_be_measured_are_trouble() {
     let (status, _, err) = folder.compare(&["partial.exr", "smooth.exr", "--max", "noise-p=0.01"]);
     assert!(
         status == 2
-            && err.contains("there is no noise-p: the actual picture has pixels of less than 16 samples"),
+            && err.contains("there is no noise-p: the actual picture has pixels of less than 32 samples"),
         "{err}"
     );
     // Nor does a picture replace what it shows.

@@ -3,10 +3,16 @@
 /// Common parts of a turn, in degrees.
 const COMMON: [f64; 9] = [30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 180.0, 270.0, 360.0];
 
-/// What to say of an angle that is one of them in radians, be it rounded: a message and help.
+/// Fields of view, in degrees, that hardly anyone asks for, and that are common ones in radians.
+const NARROW: std::ops::Range<f64> = 0.2..2.0;
+
+/// What to say of an angle that is one of the common ones in radians, be it rounded, or of a field of view that is so narrow:
+/// a message and help.
 pub(crate) fn doubt(name: &str, given: f64) -> Option<(String, String)> {
     let is_meant = |degrees: &f64| (given.abs() / degrees.to_radians() - 1.0).abs() < 6e-4;
-    let degrees = COMMON.into_iter().find(is_meant)?.copysign(given);
+    let common = COMMON.into_iter().find(is_meant).map(|degrees| degrees.copysign(given));
+    let is_narrow = name == "fov" && NARROW.contains(&given);
+    let degrees = common.or(is_narrow.then(|| (given.to_degrees() * 10.0).round() / 10.0))?;
     let message = format!("{name} is {given} degrees: are radians meant?");
     Some((message, format!("angles are in degrees; {given} radians are {degrees} degrees")))
 }
@@ -26,8 +32,10 @@ mod tests {
             assert!(doubt("fov", shorter.parse().unwrap()).is_some(), "{shorter}");
         }
         for given in [0.0, 0.8, 1.0, 1.5, 3.0, 3.1, 5.0, f64::INFINITY, f64::NAN] {
-            assert_eq!(doubt("fov", given), None);
+            assert_eq!(doubt("the angle", given), None);
         }
+        assert!(doubt("fov", 0.7).unwrap().1.ends_with("0.7 radians are 40.1 degrees"));
+        assert_eq!(doubt("fov", 2.0), None);
         let (message, help) = doubt("the angle", -90_f64.to_radians()).unwrap();
         assert!(
             message.starts_with("the angle is -1.57") && message.ends_with(" degrees: are radians meant?")

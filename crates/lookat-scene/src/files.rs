@@ -166,7 +166,12 @@ impl<'a> Files<'a> {
             }
             None => {
                 let also = normal(&self.root.join(&name.value));
-                let rule = "names are relative to the file that they stand in, or else to the scene file";
+                let rule = match self.sources.files.first() {
+                    Some(scene) if scene.path == Path::new("-") => {
+                        "names are relative to the file that they stand in; in a scene from standard input, to the folder in which lookat runs"
+                    }
+                    _ => "names are relative to the file that they stand in, or else to the scene file",
+                };
                 diagnostic.help(match also == *path {
                     true => rule.to_owned(),
                     false => format!("{rule}: nor is there {}", also.display().to_string().escape_debug()),

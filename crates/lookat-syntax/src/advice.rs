@@ -24,8 +24,15 @@ fn foreign(word: Input) -> Option<&'static str> {
         b"SurfaceIntegrator" | b"VolumeIntegrator" => {
             "pbrt-v3 has one Integrator, written Integrator \"path\""
         }
-        b"Renderer" | b"Volume" | b"Exterior" | b"Interior" | b"AreaLight" => {
-            "this is a directive of an older pbrt; lookat reads the pbrt-v3 format"
+        b"Renderer" => {
+            "this is a directive of an older pbrt; pbrt-v3 has the Integrator alone: delete this one"
+        }
+        b"Volume" | b"Exterior" | b"Interior" => {
+            "this is a directive of an older pbrt; pbrt-v3 has MakeNamedMedium and MediumInterface"
+        }
+        b"AreaLight" => "this is a directive of an older pbrt; in pbrt-v3 it is AreaLightSource",
+        b"SearchPath" => {
+            "this is a directive of an older pbrt; in pbrt-v3 names of files are relative to the scene: delete it"
         }
         b"Filter" => "filters are given by PixelFilter",
         b"Light" => "lights are given by LightSource, and by AreaLightSource for shapes that glow",

@@ -65,7 +65,7 @@ pub struct Render {
     #[arg(long, conflicts_with_all = ["target_error", "error_layers"])]
     pub adaptive: bool,
     /// Size of the full picture, in place of the Film's
-    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// The part to render, each from 0 to 1, in place of the Film's cropwindow
     #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
@@ -77,7 +77,7 @@ pub struct Render {
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
     /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given
-    #[arg(long, conflicts_with_all = ["target_error", "time", "adaptive"])]
+    #[arg(long, conflicts_with_all = ["target_error", "confidence", "time", "adaptive"])]
     pub quick: bool,
     /// Also write how noisy each pixel is: its standard error and number of samples, as layers of the EXR file. The picture
     /// itself is noisier for it

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use lookat_image::{Aligned, Format, Image, PanelOptions, align, write_panel};
+use lookat_image::{Aligned, Format, Image, PanelOptions, Precision, align, write_panel};
 use serde_json::{Map, Value, json};
 
 use crate::args::Compare;
@@ -89,6 +89,17 @@ fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> 
     write_panel(pair, &options, file).map_err(|error| error.to_string())
 }
 
+/// Of both pictures, how many pixels are at the most that a file of integers holds, where the other one is brighter.
+fn clipped(pair: &Aligned) -> [usize; 2] {
+    if pair.precision != Precision::Integer {
+        return [0; 2];
+    }
+    [(&pair.actual, &pair.expected), (&pair.expected, &pair.actual)].map(|(own, other)| {
+        let is_clipped = |(own, other): (&f32, &f32)| *own == 1.0 && *other > 1.0;
+        own.iter().zip(other).filter(|(own, other)| own.iter().zip(*other).any(is_clipped)).count()
+    })
+}
+
 impl Comparison<'_> {
     fn limits(&self) -> &[Limit] {
         &self.arguments.max
@@ -117,6 +128,14 @@ impl Comparison<'_> {
                 let pixels = if *count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") };
                 let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
             }
+        }
+        for (i, count) in clipped(self.pair).into_iter().enumerate().filter(|(_, count)| *count > 0) {
+            let path = self.path(i).display();
+            let pixels = if count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") };
+            let _ = writeln!(
+                text,
+                "{path}: {pixels} at 1, the most that the file holds, where the other picture is brighter; compare .exr files"
+            );
         }
         for line in &self.measurement.metrics {
             let (name, meaning) = (line.metric.name(), line.metric.meaning());

@@ -176,7 +176,7 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         target: settings.target_error.zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
     if !arguments.quiet && !arguments.report.json {
-        summarize(&picture, &rendered);
+        summarize(&picture, &rendered, scene);
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }

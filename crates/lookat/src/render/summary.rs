@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use lookat_render::{Reached, Rendered, Settings, TargetError};
+use lookat_scene::Scene;
 use serde::Serialize;
 
 use crate::report::JsonDiagnostic;
@@ -94,7 +95,7 @@ impl Metadata {
 }
 
 /// The lines at the end.
-pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
+pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scene) {
     let JsonPicture { file, width, height, seconds, rays, .. } = picture;
     let rate = *rays as f64 / seconds / 1e6;
     let samples = samples(picture);
@@ -114,6 +115,9 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
         crate::say(match is_alone {
             true => {
                 "the picture is all black: no ray from the camera meets a surface that scatters light; see LookAt and fov"
+            }
+            false if scene.lights.is_empty() => {
+                "the picture is all black: no light comes to the camera from what it sees; a shape glows on the side of its normals alone; see \"bool twosided\" and ReverseOrientation"
             }
             false => "the picture is all black: no light comes to the camera from what it sees",
         });
