@@ -4,7 +4,7 @@
 const COMMON: [f64; 9] = [30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 180.0, 270.0, 360.0];
 
 /// Fields of view, in degrees, that hardly anyone asks for, and that are common ones in radians.
-const NARROW: std::ops::Range<f64> = 0.2..2.0;
+const NARROW: std::ops::Range<f64> = 0.25..2.0;
 
 /// What to say of an angle that is one of the common ones in radians, be it rounded, or of a field of view that is so narrow:
 /// a message and help.

@@ -83,6 +83,7 @@ impl Loader<'_> {
         self.resolver.report.extend(parsed.diagnostics);
         self.resolver.report.v4_marks(parsed.v4_marks);
         self.resolver.report.incomplete_end |= parsed.broken_end;
+        self.resolver.report.incomplete |= parsed.lost_include;
         if let Some(first) = rest.first() {
             let at = first.span();
             match parsed.statements.last_mut().and_then(|last| last.directive.params_mut()) {

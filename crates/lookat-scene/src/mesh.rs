@@ -176,6 +176,10 @@ pub(crate) fn grid(columns: usize, rows: usize) -> Vec<i32> {
 fn texture_coordinates(params: &mut Params) -> Vec<[f64; 2]> {
     let pairs = params.pairs("uv").or_else(|| params.pairs("st"));
     let floats = params.floats("uv").or_else(|| params.floats("st"));
+    if let Some(odd) = floats.as_ref().map(Vec::len).filter(|count| !count.is_multiple_of(2)) {
+        let message = format!("uv takes its numbers in pairs; {odd} given");
+        params.warn("uv", &message, "the last one is not used, as in pbrt-v3");
+    }
     pairs
         .or_else(|| floats.map(|flat| flat.chunks_exact(2).map(|uv| [uv[0], uv[1]]).collect()))
         .unwrap_or_default()

@@ -1,6 +1,7 @@
 //! Brackets of lists that are missing, too many or of another kind.
 
 use crate::grammar::{Reader, is_keyword, unclosed};
+use crate::quotes::is_declaration;
 use crate::token::{Fault, Input, Parsing, blank, quoted, word};
 
 impl<'a> Reader<'a> {
@@ -10,33 +11,36 @@ impl<'a> Reader<'a> {
         if inner.first() != Some(&b'[') {
             return Ok((start, None));
         }
-        let (mut input, mut depth) = (start, 0);
-        loop {
-            (input, ()) = blank(input)?;
-            input = match input.first() {
-                None => return unclosed(&start[..1], input).fail(),
-                Some(b'"') => quoted(input)?.0,
-                Some(b'[') => {
-                    depth += 1;
-                    &input[1..]
-                }
-                Some(b']') => {
-                    depth -= 1;
-                    &input[1..]
-                }
-                Some(_) => match word(input)? {
-                    (_, word) if is_keyword(word) => return unclosed(&start[..1], input).fail(),
-                    (rest, _) => rest,
-                },
-            };
-            if depth == 0 {
-                let all = &start[..start.len() - input.len()];
-                self.report(
-                    Fault::new(all, "a list in a list").help("all values stand in one pair of brackets"),
-                );
-                return Ok((input, Some(())));
-            }
+        let (rest, ()) = whole_list(start)?;
+        let all = &start[..start.len() - rest.len()];
+        self.report(Fault::new(all, "a list in a list").help("all values stand in one pair of brackets"));
+        Ok((rest, Some(())))
+    }
+
+    /// Skips a bracket or a comma that stands before a declaration, and reports it.
+    pub(crate) fn after_stray(&mut self, input: Input<'a>) -> Input<'a> {
+        let Some((stray @ (b']' | b','), rest)) = input.split_first() else { return input };
+        let Ok((next, ())) = blank(rest) else { return input };
+        if !is_declaration(next) {
+            return input;
         }
+        let fault = match stray {
+            b']' => Fault::new(&input[..1], "unexpected `]`").help("no `[` opens a list here: delete it"),
+            _ => Fault::new(&input[..1], "unexpected `,`").help("blanks alone stand between parameters"),
+        };
+        self.report(fault);
+        next
+    }
+
+    /// Skips numbers, and a list on the same line, which stand behind a value that makes nothing of them. Says whether
+    /// there was a list.
+    pub(crate) fn after_values(&mut self, input: Input<'a>) -> Parsing<'a, bool> {
+        let (end, _) = self.more_numbers(input)?;
+        let (next, ()) = blank(end)?;
+        if next.first() != Some(&b'[') || end[..end.len() - next.len()].contains(&b'\n') {
+            return Ok((end, false));
+        }
+        Ok((whole_list(next)?.0, true))
     }
 
     /// Skips a list in brackets of another kind, and reports it. `None` if there is none.
@@ -65,5 +69,32 @@ impl<'a> Reader<'a> {
         let fault = Fault::new(values, "the bracket that opens this list is missing");
         self.report(fault.help("add `[`").replace_with(replacement));
         Ok((&close[1..], Some(())))
+    }
+}
+
+/// Skips a list with all lists in it.
+fn whole_list(start: Input) -> Parsing<()> {
+    let (mut input, mut depth) = (start, 0);
+    loop {
+        (input, ()) = blank(input)?;
+        input = match input.first() {
+            None => return unclosed(&start[..1], input).fail(),
+            Some(b'"') => quoted(input)?.0,
+            Some(b'[') => {
+                depth += 1;
+                &input[1..]
+            }
+            Some(b']') => {
+                depth -= 1;
+                &input[1..]
+            }
+            Some(_) => match word(input)? {
+                (_, word) if is_keyword(word) => return unclosed(&start[..1], input).fail(),
+                (rest, _) => rest,
+            },
+        };
+        if depth == 0 {
+            return Ok((input, ()));
+        }
     }
 }

@@ -4,6 +4,7 @@
 use nom::bytes::complete::take_while1;
 
 use crate::advice::{V4_DIRECTIVES, advice, quoted_after, surplus};
+use crate::quotes::is_declaration;
 use crate::token::{Fault, Input, Parsing, blank, found, is_blank, number, quoted, shown, word};
 use crate::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, Text,
@@ -21,6 +22,8 @@ pub struct Parsed {
     pub v4_marks: Vec<Span>,
     /// The last directive could not be read, and whatever follows it belongs to it, as after an open list.
     pub broken_end: bool,
+    /// An Include could not be read: what it would have added is not known.
+    pub lost_include: bool,
 }
 
 /// Reads one file. `text` need not be UTF-8: pbrt looks at bytes, and comments are free.
@@ -34,6 +37,7 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
         diagnostics: Vec::new(),
         v4_marks: Vec::new(),
         broken_end: false,
+        lost_include: false,
         comma: None,
         statement: &[],
         faulty: false,
@@ -53,8 +57,8 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
         reader.diagnostics.push(warning);
     }
     reader.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
-    let Reader { diagnostics, v4_marks, broken_end, .. } = reader;
-    Parsed { statements, diagnostics, v4_marks, broken_end }
+    let Reader { diagnostics, v4_marks, broken_end, lost_include, .. } = reader;
+    Parsed { statements, diagnostics, v4_marks, broken_end, lost_include }
 }
 
 /// Beyond so many unknown directives, only known ones are looked for, which the last message says: this is hardly a scene.
@@ -68,6 +72,7 @@ pub(crate) struct Reader<'a> {
     pub(crate) diagnostics: Vec<Diagnostic>,
     v4_marks: Vec<Span>,
     broken_end: bool,
+    lost_include: bool,
     /// The first comma between numbers.
     pub(crate) comma: Option<Span>,
     /// The text from the keyword of the current statement on.
@@ -105,6 +110,7 @@ impl<'a> Reader<'a> {
         self.report(fault);
         let rest = next_directive(self.statement, from, self.unknown <= MAX_UNKNOWN);
         self.broken_end |= rest.is_empty();
+        self.lost_include |= self.statement.starts_with(b"Include");
         rest
     }
 
@@ -347,15 +353,22 @@ impl<'a> Reader<'a> {
 
     fn name(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Text> {
         let (input, ()) = blank(input)?;
-        if input.first() == Some(&b'"') {
-            let (rest, name) = self.string(input)?;
-            return Ok(self.unclosed_name(input, rest).unwrap_or((rest, name)));
+        let (what, example) = quoted_after(keyword);
+        if what == "type" && is_declaration(input) {
+            let (_, here) = word(self.statement)?;
+            let fault = Fault::new(here, format!("a quoted type is missing after {}", shown(keyword)));
+            return fault.help(format!("as in {example}")).fail();
         }
-        if let Some(read) = self.unopened_name(input) {
+        if input.first() == Some(&b'"') {
+            return self.closed_string(input);
+        }
+        if let Some(read) = self.unopened_string(input) {
             return Ok(read);
         }
+        if let Some(next) = self.surplus_word(input, keyword) {
+            return self.closed_string(next);
+        }
         let (at, found) = found(input);
-        let (what, example) = quoted_after(keyword);
         if is_keyword(at) {
             // As it stands in the text, where it may be misspelt.
             let (_, here) = word(self.statement)?;
@@ -380,35 +393,6 @@ impl<'a> Reader<'a> {
             Some(advice) => fault.help(advice).fail(),
             None => fault.help(format!("as in {example}")).fail(),
         }
-    }
-
-    /// A name whose closing quote is missing, so that it ends at the quote that opens the next string.
-    fn unclosed_name(&mut self, input: Input<'a>, rest: Input<'a>) -> Option<(Input<'a>, Text)> {
-        let string = &input[..input.len() - rest.len()];
-        let name = string[1..string.len() - 1].trim_ascii_end();
-        if name.len() + 2 == string.len() || !rest.first()?.is_ascii_alphabetic() {
-            return None;
-        }
-        let value = String::from_utf8_lossy(name).into_owned();
-        let fault = Fault::new(&string[..1 + name.len()], "the quote that closes this name is missing");
-        self.report(fault.help("add it").replace_with(format!("\"{value}\"")));
-        Some((&input[string.len() - 1..], Spanned { value, span: self.span(string) }))
-    }
-
-    /// A name whose opening quote is missing.
-    fn unopened_name(&mut self, input: Input<'a>) -> Option<(Input<'a>, Text)> {
-        let (rest, name) = word(input).ok()?;
-        let line = rest.split(|byte| *byte == b'\n').next()?;
-        // All quotes of the line but this one come in pairs.
-        let quotes = line.iter().filter(|byte| **byte == b'"').count();
-        if rest.first() != Some(&b'"') || quotes % 2 == 0 {
-            return None;
-        }
-        let all = &input[..=name.len()];
-        let value = String::from_utf8_lossy(name).into_owned();
-        let fault = Fault::new(all, "the quote that opens this name is missing");
-        self.report(fault.help("add it").replace_with(format!("\"{value}\"")));
-        Some((&rest[1..], Spanned { value, span: self.span(all) }))
     }
 
     pub(crate) fn string(&self, input: Input<'a>) -> Parsing<'a, Text> {

@@ -23,6 +23,7 @@ mod grammar;
 mod lists;
 mod nearest;
 mod param;
+mod quotes;
 mod span;
 mod token;
 mod values;

@@ -3,6 +3,7 @@
 use crate::grammar::{Reader, ends_list, unclosed};
 use crate::lists;
 use crate::param::{Param, ParamType, Values};
+use crate::quotes::{is_declaration, unopened};
 use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separator, shown, word};
 use crate::{Diagnostic, Spanned, Text, nearest};
 
@@ -16,10 +17,15 @@ impl<'a> Reader<'a> {
         let mut input = input;
         loop {
             let next = blank(input).map_or(input, |(next, ())| next);
-            if next.first() != Some(&b'"') {
-                return (input, params);
-            }
-            match self.string(next).and_then(|(rest, declaration)| self.param(rest, declaration)) {
+            let next = self.after_stray(next);
+            let declaration = match next.first() {
+                Some(b'"') => self.closed_declaration(next),
+                _ => match self.unopened_declaration(next) {
+                    Some(read) => Ok(read),
+                    None => return (input, params),
+                },
+            };
+            match declaration.and_then(|(rest, declaration)| self.param(rest, declaration)) {
                 Ok((rest, param)) => {
                     params.extend(param);
                     input = rest;
@@ -117,12 +123,19 @@ impl<'a> Reader<'a> {
             // A word that is no directive was meant as the value.
             Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) if !open_string(input) => {
                 let (word, _) = found(input);
+                let skipped = word.len().max(fault.at.len());
                 self.report(fault);
-                return Ok((&input[word.len()..], 0));
+                return Ok((self.after_values(&input[skipped..])?.0, 0));
             }
             Err(error) => return Err(error),
         };
         let (end, more) = self.more_numbers(rest)?;
+        let (after, skipped) = self.after_values(end)?;
+        if skipped {
+            let fault = Fault::new(&input[..input.len() - end.len()], "a value before the list of values");
+            self.report(fault.help("delete it"));
+            return Ok((after, 1 + more));
+        }
         if let (rest, Some(())) = self.unopened_list(input, end)? {
             return Ok((rest, 1 + more));
         }
@@ -262,13 +275,16 @@ impl<'a> Reader<'a> {
                 Ok((rest, ()))
             }
             Values::Strings(list) => {
-                if input.first() != Some(&b'"') {
-                    let (at, found) = found(input);
-                    return Fault::new(at, format!("expected a quoted string, found {found}")).fail();
+                if input.first() == Some(&b'"') {
+                    let (rest, text) = self.closed_string(input)?;
+                    list.push(text);
+                    return Ok((rest, ()));
                 }
-                let (rest, text) = self.string(input)?;
-                list.push(text);
-                Ok((rest, ()))
+                if let Some(fault) = unopened(input) {
+                    return fault.fail();
+                }
+                let (at, found) = found(input);
+                Fault::new(at, format!("expected a quoted string, found {found}")).fail()
             }
         }
     }
@@ -319,13 +335,6 @@ fn completed(error: Diagnostic, ty: ParamType, count: usize, values: &Values) ->
         (ParamType::Blackbody, ..) => error.help("a temperature in kelvin, then a factor"),
         _ => error,
     }
-}
-
-/// Whether a string such as `"float fov"` starts here.
-fn is_declaration(input: Input) -> bool {
-    let Ok((_, text)) = quoted(input) else { return false };
-    let mut words = text.split_ascii_whitespace();
-    words.next().is_some_and(|ty| ParamType::from_spelling(ty).is_some()) && words.count() == 1
 }
 
 /// Whether a string that cannot be read starts here: after it nothing is certain.
