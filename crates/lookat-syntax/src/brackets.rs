@@ -2,7 +2,7 @@
 
 use crate::grammar::{Reader, is_keyword, unclosed};
 use crate::quotes::is_declaration;
-use crate::token::{Fault, Input, Parsing, blank, quoted, word};
+use crate::token::{Fault, Input, Parsing, blank, is_blank, quoted, word};
 
 impl<'a> Reader<'a> {
     /// Skips a list of lists, which pbrt-v3 does not have, and reports it. `None` if there is none.
@@ -52,6 +52,11 @@ impl<'a> Reader<'a> {
         };
         let end = start.iter().position(|byte| *byte == close || *byte == b'"')?;
         let (all, rest) = start.split_at_checked(end + 1).filter(|_| start[end] == close)?;
+        let is_number = |byte: &u8| is_blank(*byte) || byte.is_ascii_digit() || b"+-.,eE".contains(byte);
+        // Else it is no list, but what a program should have replaced.
+        if !all[1..end].iter().all(is_number) {
+            return None;
+        }
         let values = String::from_utf8_lossy(&all[1..end]);
         let fault = Fault::new(all, "lists stand in square brackets");
         self.report(fault.help("write it so").replace_with(format!("[{values}]")));
