@@ -1,8 +1,9 @@
 //! Brackets of lists that are missing, too many or of another kind.
 
-use crate::grammar::{Reader, is_keyword, unclosed};
+use crate::Diagnostic;
+use crate::grammar::{Reader, is_keyword};
 use crate::quotes::is_declaration;
-use crate::token::{Fault, Input, Parsing, blank, is_blank, quoted, word};
+use crate::token::{Fault, Input, Parsing, blank, found, is_blank, quoted, shown, word};
 
 impl<'a> Reader<'a> {
     /// Skips a list of lists, which pbrt-v3 does not have, and reports it. `None` if there is none.
@@ -15,6 +16,31 @@ impl<'a> Reader<'a> {
         let all = &start[..start.len() - rest.len()];
         self.report(Fault::new(all, "a list in a list").help("all values stand in one pair of brackets"));
         Ok((rest, Some(())))
+    }
+
+    /// pbrt-v3 insists on brackets around the 16 numbers of a matrix, and on none around fewer.
+    pub(crate) fn misbracketed(
+        &mut self,
+        all: Input<'a>,
+        numbers: Input<'a>,
+        keyword: Input<'a>,
+        open: bool,
+    ) {
+        let (span, keyword, numbers) = (self.span(all), shown(keyword), String::from_utf8_lossy(numbers));
+        let diagnostic = if open {
+            Diagnostic::warning(
+                span,
+                format!("{keyword} takes its numbers without brackets; pbrt-v3 stops here"),
+            )
+            .help("leave out the brackets")
+            .fix(span, numbers.trim())
+        } else {
+            self.faulty = true;
+            Diagnostic::error(span, format!("{keyword} takes its numbers in brackets"))
+                .help("put them in brackets")
+                .fix(span, format!("[{numbers}]"))
+        };
+        self.diagnostics.push(diagnostic);
     }
 
     /// Skips a bracket or a comma that stands before a declaration, and reports it.
@@ -102,4 +128,13 @@ fn whole_list(start: Input) -> Parsing<()> {
             return Ok((input, ()));
         }
     }
+}
+
+/// The fault for a list that opens at `open`, whose bracket is missing before `rest`.
+pub(crate) fn unclosed<'a>(open: Input<'a>, rest: Input<'a>) -> Fault<'a> {
+    let (at, found) = found(rest);
+    if at.is_empty() {
+        return Fault::new(open, "the file ends inside this list").help("add the closing `]`");
+    }
+    Fault::new(open, "this list is not closed").help(format!("add `]` before {found}"))
 }

@@ -4,6 +4,7 @@
 use nom::bytes::complete::take_while1;
 
 use crate::advice::{V4_DIRECTIVES, advice, quoted_after, surplus};
+use crate::brackets::unclosed;
 use crate::quotes::is_declaration;
 use crate::token::{Fault, Input, Parsing, blank, found, is_blank, number, quoted, shown, word};
 use crate::{
@@ -322,25 +323,6 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// pbrt-v3 insists on brackets around the 16 numbers of a matrix, and on none around fewer.
-    fn misbracketed(&mut self, all: Input<'a>, numbers: Input<'a>, keyword: Input<'a>, open: bool) {
-        let (span, keyword, numbers) = (self.span(all), shown(keyword), String::from_utf8_lossy(numbers));
-        let diagnostic = if open {
-            Diagnostic::warning(
-                span,
-                format!("{keyword} takes its numbers without brackets; pbrt-v3 stops here"),
-            )
-            .help("leave out the brackets")
-            .fix(span, numbers.trim())
-        } else {
-            self.faulty = true;
-            Diagnostic::error(span, format!("{keyword} takes its numbers in brackets"))
-                .help("put them in brackets")
-                .fix(span, format!("[{numbers}]"))
-        };
-        self.diagnostics.push(diagnostic);
-    }
-
     /// Skips the numbers that follow, and counts them.
     pub(crate) fn more_numbers(&mut self, input: Input<'a>) -> Parsing<'a, usize> {
         let (mut input, mut count) = (input, 0);
@@ -460,15 +442,6 @@ fn starts_directive(word: Input) -> bool {
 /// Whether values cannot go on here: the file ends, or a bracket or a directive follows.
 pub(crate) fn ends_list(word: Input) -> bool {
     word.is_empty() || matches!(word, b"[" | b"]") || is_keyword(word)
-}
-
-/// The fault for a list that opens at `open`, whose bracket is missing before `rest`.
-pub(crate) fn unclosed<'a>(open: Input<'a>, rest: Input<'a>) -> Fault<'a> {
-    let (at, found) = found(rest);
-    if at.is_empty() {
-        return Fault::new(open, "the file ends inside this list").help("add the closing `]`");
-    }
-    Fault::new(open, "this list is not closed").help(format!("add `]` before {found}"))
 }
 
 pub(crate) fn is_keyword(word: Input) -> bool {

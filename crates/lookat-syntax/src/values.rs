@@ -1,6 +1,7 @@
 //! The grammar of parameters and their values.
 
-use crate::grammar::{Reader, ends_list, unclosed};
+use crate::brackets::unclosed;
+use crate::grammar::{Reader, ends_list};
 use crate::lists;
 use crate::param::{Param, ParamType, Values};
 use crate::quotes::{is_declaration, unopened};
