@@ -102,14 +102,18 @@ fn adaptive_samples_are_as_many_on_average() {
         json_lines(&run)[0]["picture"].clone()
     };
     let picture = json(&["--spp", "24"]);
-    assert_eq!(picture["samples_per_pixel"].as_f64(), Some(24.0));
+    let is_about = |picture: &Value, mean: f64| {
+        let found = picture["samples_per_pixel"].as_f64().unwrap();
+        assert!((found / mean - 1.0).abs() < 0.03, "{found} {mean}");
+    };
+    is_about(&picture, 24.0);
     assert!(picture["least_samples"].as_u64() == Some(12) && picture["most_samples"].as_u64() > Some(32));
     let image = Image::read(&folder.path("a.exr")).unwrap();
     let metadata: Value = serde_json::from_str(image.metadata.as_deref().unwrap()).unwrap();
     assert_eq!(metadata["adaptive"], true);
     // The Sampler's number; with a time the most on average.
     assert_eq!(json(&[])["samples_per_pixel"].as_f64(), Some(4.0));
-    assert_eq!(json(&["--time", "3600", "--spp", "33"])["samples_per_pixel"].as_f64(), Some(33.0));
+    is_about(&json(&["--time", "3600", "--spp", "33"]), 33.0);
 
     folder.write("fine.pbrt", &FINE.replace("Integrator", "PixelFilter \"mitchell\" Integrator"));
     let bytes = |threads: &str| {

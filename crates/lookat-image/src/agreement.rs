@@ -97,7 +97,7 @@ pub struct Agreement {
     /// small errors of pictures that share their noise. As the next ones, only of pixels that have error layers in both
     /// pictures, and about the same number of samples: the noise of others is skewed.
     pub paired: Vec<Test>,
-    /// Pixel by pixel, for each channel that has pixels enough with at least 6 replicates.
+    /// Pixel by pixel, for each channel that has pixels enough with at least 6 replicates and 64 samples.
     pub pixels: Vec<PixelTest>,
     /// The smallest p of all tests, corrected for their number: half of the chance of a false alarm is that of the tiles,
     /// half that of the tests of whole pictures, evenly within each (Bonferroni). 0..1. Pictures that differ by nothing but
@@ -256,7 +256,12 @@ fn test_pixels(differences: &[Difference], channel: usize) -> Option<PixelTest> 
     for pixel in differences {
         let n = pixel.freedom();
         // The variance of t squared is finite above 4; black and rounded pixels have nothing to say.
-        if !pixel.is_even || n.is_nan() || n <= 4.5 || pixel.variance < pixel.rounding.powi(2) {
+        if !pixel.is_even
+            || !pixel.is_settled
+            || n.is_nan()
+            || n <= 4.5
+            || pixel.variance < pixel.rounding.powi(2)
+        {
             continue;
         }
         let mean = n / (n - 2.0);

@@ -61,7 +61,7 @@ pub struct Render {
     /// Render for so long: more samples, for the whole picture, until the time is up or --target-error or --spp is reached
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub time: Option<Duration>,
-    /// Take more samples where the picture is noisy, and fewer elsewhere: as many as without, on average
+    /// Take more samples where the picture is noisy, and fewer elsewhere: about as many as without, on average
     #[arg(long, conflicts_with_all = ["target_error", "error_layers"])]
     pub adaptive: bool,
     /// Size of the full picture, in place of the Film's

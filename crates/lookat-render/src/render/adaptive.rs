@@ -18,7 +18,7 @@ use super::sample::{Context, Pattern, Samples};
 use crate::film::{Tile, indices, places, tiles};
 use crate::integrator::{FirstHit, Tracer};
 use crate::sampler::SampleStream;
-use allotment::{LEAST, allotted, needs};
+use allotment::{LEAST, allotted};
 
 /// Samples of every pixel, at least, before their noise is asked for.
 const FEWEST: u32 = 4;
@@ -42,15 +42,15 @@ where
     let pattern = Pattern { sampler, seed: settings.seed, is_watched: true };
     let mut parts: Vec<Part> = tiles(crop, false).into_iter().map(Part::new).collect();
     context.control.expect(crop.area() * u64::from(sampler.samples_per_pixel));
-    let mut needs = None;
+    let mut variances = None;
     // How many samples each pixel is to have, row by row.
     let mut goals = vec![0; crop.area() as usize];
     for Pass { mean, is_alike } in passes(sampler.samples_per_pixel, settings.time.is_some()) {
         if is_alike {
             goals.fill(mean);
         } else {
-            let needs = needs.get_or_insert_with(|| needs_of(&parts, crop));
-            goals = allotted(needs, &goals, mean);
+            let variances = variances.get_or_insert_with(|| variances_of(&parts, crop));
+            goals = allotted(variances, crop.width() as usize, &goals, mean);
         }
         parts.par_iter_mut().for_each(|part| part.sample(context, &pattern, &goals));
         if context.control.is_stopped() {
@@ -80,8 +80,8 @@ fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
     first.chain(by_need.map(|mean| Pass { mean, is_alike: false }))
 }
 
-/// How many samples each pixel should have, relative to others, by those that it has. Row by row.
-fn needs_of(parts: &[Part], picture: PixelBounds) -> Vec<f64> {
+/// The variance of the samples of each pixel, row by row.
+fn variances_of(parts: &[Part], picture: PixelBounds) -> Vec<f64> {
     let mut variances = vec![0.0; picture.area() as usize];
     for part in parts {
         let pixels = part.tile.pixels.iter().zip(&part.squares);
@@ -89,7 +89,7 @@ fn needs_of(parts: &[Part], picture: PixelBounds) -> Vec<f64> {
             variances[at] = pixel.variance(*squares);
         }
     }
-    needs(&variances, picture.width() as usize)
+    variances
 }
 
 impl Part {
@@ -179,7 +179,8 @@ mod tests {
             let mut signed = Vec::new();
             for seed in 0..PICTURES {
                 let found = picture(seed, adaptive, 16);
-                assert_eq!(found.statistics.samples, 48 * 40 * 16);
+                let mean = found.statistics.samples as f64 / (48.0 * 40.0);
+                assert!((mean - 16.0).abs() < 0.04 * 16.0, "{mean}");
                 let off: Vec<f64> =
                     pixels(&found).iter().zip(&truth).map(|(a, b)| f64::from(a[0] - b[0])).collect();
                 squared += off.iter().map(|off| off * off).sum::<f64>();

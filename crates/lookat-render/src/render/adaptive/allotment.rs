@@ -6,8 +6,7 @@ use rayon::prelude::*;
 pub(super) const LEAST: u32 = 2;
 /// A pixel gets at most the mean times this, so that the noise around one bright sample does not take all.
 const MOST: u32 = 64;
-/// And at most the mean of as many pixels as the picture has over this. What a pixel brings its neighbours is taken from all
-/// others, itself too: by this its say stays small.
+/// And at most the mean of as many pixels as the picture has over this: no few pixels take all.
 const SHARE: usize = 256;
 /// How far away a neighbour may be, in pixels across and down. Fewer neighbours know less: the counts that follow scatter, and
 /// the errors become larger.
@@ -18,68 +17,152 @@ const QUIET: f64 = 1e-6;
 /// `variance / count^2` is least where the counts are as the cubic roots of the variances.
 const EXPONENT: f64 = 1.0 / 3.0;
 
-/// How many samples each pixel should have, relative to others: by the variance of the samples of its neighbours. Row by
-/// row, as all that follows.
-pub(super) fn needs(variances: &[f64], width: usize) -> Vec<f64> {
-    let height = variances.len() / width;
-    let around = |at: usize, end: usize| at.saturating_sub(REACH)..=(at + REACH).min(end - 1);
-    let need = |at: usize| {
-        let (x, y) = (at % width, at / width);
-        let (mut sum, mut count) = (0.0, 0);
-        for row in around(y, height) {
-            for column in around(x, width).filter(|column| (*column, row) != (x, y)) {
-                sum += variances[row * width + column];
-                count += 1;
-            }
-        }
-        (sum / f64::from(count.max(1))).powf(EXPONENT)
-    };
-    let mut needs: Vec<f64> = (0..variances.len()).into_par_iter().map(need).collect();
-    let largest = needs.iter().copied().fold(0.0, f64::max);
-    let quiet = if largest > 0.0 { QUIET * largest } else { 1.0 };
-    needs.iter_mut().for_each(|need| *need = need.max(quiet));
-    needs
+/// Pixels of one class lie so many pixels apart, across and down: further than a neighbour may be.
+const APART: usize = REACH + 2;
+
+/// How many samples each pixel is to have, row by row: by the variance of the samples of its neighbours, by powers of two,
+/// for which patterns are best; `mean` on average, but for a few percent. None has less than its count so far, or than half
+/// of the mean.
+///
+/// What one pixel gets is taken from all others. So pixels are shared out by classes, each as if nothing were known of the
+/// samples of its own: by them a pixel has no say in how many more it gets.
+pub(super) fn allotted(variances: &[f64], width: usize, counts: &[u32], mean: u32) -> Vec<u32> {
+    let around: Vec<Around> = (0..variances.len()).map(|at| Around::new(variances, width, at)).collect();
+    let shares = Shares { around, variances, width, counts, mean };
+    let (first, guess) = shares.of_class(0, None);
+    let others: Vec<Vec<u32>> =
+        (1..APART * APART).into_par_iter().map(|class| shares.of_class(class, Some(guess)).0).collect();
+    let mut goals: Vec<_> = std::iter::once(first).chain(others).map(Vec::into_iter).collect();
+    (0..variances.len()).filter_map(|at| goals[class_of(at, width)].next()).collect()
 }
 
-/// How many samples each pixel is to have: in proportion to its need, by powers of two, for which patterns are best; `mean`
-/// on average. None has less than its count so far, or than half of the mean.
-pub(super) fn allotted(needs: &[f64], counts: &[u32], mean: u32) -> Vec<u32> {
-    // Pixels that need alike do not all double at once.
-    let jitter = |at: usize| 0.98 + 0.04 * (at as f64 * GOLDEN).fract();
-    let level = |at: usize| (needs[at] * jitter(at)).log2();
-    let levels: Vec<f64> = (0..needs.len()).into_par_iter().map(level).collect();
-    let (least, most) = (mean / LEAST, mean.saturating_mul(most_times(needs.len())));
-    let goal = |at: usize, scale: f64| {
-        let wanted = 1_u32 << (scale + levels[at]).round().clamp(0.0, 31.0) as u32;
-        wanted.min(most).max(least).max(counts[at])
-    };
-    let total = needs.len() as u64 * u64::from(mean);
-    let sum = |scale: f64| (0..needs.len()).into_par_iter().map(|at| u64::from(goal(at, scale))).sum::<u64>();
-    // At the first scale nobody gets more than the least, at the other all get the most.
-    let (lowest, highest) = levels
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), level| (a.min(*level), b.max(*level)));
-    let (mut low, mut high) = (-highest - 1.0, 33.0 - lowest);
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        if sum(middle) <= total { low = middle } else { high = middle }
-    }
-    let mut rest = total - sum(low);
-    let spend = |at: usize| {
-        let more = u64::from(goal(at, high) - goal(at, low)).min(rest);
-        rest -= more;
-        goal(at, low) + more as u32
-    };
-    (0..needs.len()).map(spend).collect()
+fn class_of(at: usize, width: usize) -> usize {
+    at % width % APART + at / width % APART * APART
 }
+
+/// The sum of what the neighbours of a pixel have shown, and how many they are.
+#[derive(Clone, Copy)]
+struct Around {
+    sum: f64,
+    count: u32,
+}
+
+impl Around {
+    fn new(variances: &[f64], width: usize, at: usize) -> Around {
+        let mut around = Around { sum: 0.0, count: 0 };
+        let height = variances.len() / width;
+        for row in reach(at / width, height) {
+            for column in reach(at % width, width).filter(|column| row * width + column != at) {
+                around.sum += variances[row * width + column];
+                around.count += 1;
+            }
+        }
+        around
+    }
+
+    /// Without those neighbours that are of a class.
+    fn without(self, class: usize, variances: &[f64], width: usize, at: usize) -> Around {
+        let mut around = self;
+        let of_class = |end: usize, side: usize, rest: usize| {
+            reach(end, side)
+                .find(|place| place % APART == rest)
+                .into_iter()
+                .flat_map(move |first| (first..=(end + REACH).min(side - 1)).step_by(APART))
+        };
+        for row in of_class(at / width, variances.len() / width, class / APART) {
+            for column in
+                of_class(at % width, width, class % APART).filter(|column| row * width + column != at)
+            {
+                around.sum -= variances[row * width + column];
+                around.count -= 1;
+            }
+        }
+        around
+    }
+}
+
+/// The places so near to one of a row or column.
+fn reach(place: usize, end: usize) -> std::ops::RangeInclusive<usize> {
+    place.saturating_sub(REACH)..=(place + REACH).min(end - 1)
+}
+
+/// What classes are shared out by.
+struct Shares<'a> {
+    around: Vec<Around>,
+    variances: &'a [f64],
+    width: usize,
+    counts: &'a [u32],
+    mean: u32,
+}
+
+impl Shares<'_> {
+    /// The goals of the pixels of a class, in order, and the scale that they have; `guess`: about that.
+    fn of_class(&self, class: usize, guess: Option<i32>) -> (Vec<u32>, i32) {
+        let levels = self.levels(class);
+        let scale = self.scale(&levels, guess);
+        let members = (0..levels.len()).filter(|at| class_of(*at, self.width) == class);
+        (members.map(|at| self.goal(at, &levels, scale)).collect(), scale)
+    }
+
+    /// Logarithms to base 2 of what the pixels need, relative to the largest, as far as other classes tell.
+    fn levels(&self, class: usize) -> Vec<f64> {
+        let needs = self.around.iter().enumerate().map(|(at, around)| {
+            let Around { sum, count } = around.without(class, self.variances, self.width, at);
+            // Of sums that are equal rounding may leave something.
+            if sum <= 1e-12 * around.sum { 0.0 } else { sum / f64::from(count) }
+        });
+        let mut levels: Vec<f64> = needs.collect();
+        let largest = levels.iter().copied().fold(0.0, f64::max);
+        for (at, level) in levels.iter_mut().enumerate() {
+            let relative = if largest > 0.0 { *level / largest } else { 1.0 };
+            let need = relative.powf(EXPONENT).max(QUIET);
+            // Pixels that need alike do not all double at once.
+            *level = (need * (0.98 + 0.04 * (at as f64 * GOLDEN).fract())).log2();
+        }
+        levels
+    }
+
+    /// The number of samples of a pixel.
+    fn goal(&self, at: usize, levels: &[f64], scale: i32) -> u32 {
+        let (least, most) = (self.mean / LEAST, self.mean.saturating_mul(most_times(levels.len())));
+        let wanted = 1_u32 << (f64::from(scale) / STEPS + levels[at]).round().clamp(0.0, 31.0) as u32;
+        wanted.min(most).max(least).max(self.counts[at])
+    }
+
+    /// The largest scale at which all pixels together get no more than there is.
+    fn scale(&self, levels: &[f64], guess: Option<i32>) -> i32 {
+        let total = levels.len() as u64 * u64::from(self.mean);
+        let fits = |scale: i32| {
+            let goals = (0..levels.len()).map(|at| u64::from(self.goal(at, levels, scale)));
+            goals.sum::<u64>() <= total
+        };
+        let step = STEPS as i32;
+        let (mut low, mut high) = guess.map_or((LOWEST, HIGHEST), |guess| (guess - 1, guess + step / 4));
+        while low > LOWEST && !fits(low) {
+            (low, high) = ((low - step / 4).max(LOWEST), low);
+        }
+        while high < HIGHEST && fits(high) {
+            (low, high) = (high, (high + step).min(HIGHEST));
+        }
+        while high - low > 1 {
+            let middle = low + (high - low) / 2;
+            if fits(middle) { low = middle } else { high = middle }
+        }
+        low
+    }
+}
+
+/// Scales are multiples of one over this: then few pixels are left to share the rest.
+const STEPS: f64 = 16384.0;
+/// At this scale nobody gets more than the least,
+const LOWEST: i32 = -2 * STEPS as i32;
+/// and at this one all get the most.
+const HIGHEST: i32 = 54 * STEPS as i32;
 
 /// How many times the mean a pixel of so many may get; 1 where all are to have alike many.
 fn most_times(pixels: usize) -> u32 {
     MOST.min((pixels / SHARE) as u32).max(1)
 }
-
-/// Of the interval in which the scale is looked for: then few pixels are left to share the rest.
-const HALVINGS: u32 = 40;
 
 /// Its multiples are spread evenly, whatever the width of a picture.
 const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -91,47 +174,71 @@ mod tests {
 
     use super::*;
 
-    /// Of one noisy pixel only the others around hear.
+    /// As many of all pixels so far.
+    fn shared(variances: &[f64], width: usize, so_far: u32, mean: u32) -> Vec<u32> {
+        allotted(variances, width, &vec![so_far; variances.len()], mean)
+    }
+
+    /// Whatever a pixel has shown, it gets as many: of one noisy pixel only those around hear, and what they get is taken
+    /// from others.
     #[test]
     fn a_pixel_has_no_say_in_its_own_samples() {
-        let mut variances = vec![0.0; 11 * 11];
-        variances[5 * 11 + 5] = 24.0;
-        for (at, need) in needs(&variances, 11).into_iter().enumerate() {
-            let distance = (at % 11).abs_diff(5).max((at / 11).abs_diff(5));
-            assert_eq!(need, if (1..=REACH).contains(&distance) { 1.0 } else { QUIET }, "{at}");
+        const SIDE: usize = 64;
+        let mut random = Pcg64Mcg::seed_from_u64(5);
+        for is_dark in [true, false] {
+            let mut variances = vec![0.0; SIDE * SIDE];
+            if !is_dark {
+                variances.fill_with(|| random.random::<f64>().powi(20));
+            }
+            for at in [0, 5, 17 * SIDE + 63, 30 * SIDE + 30, SIDE * SIDE - 1] {
+                let before = shared(&variances, SIDE, 8, 16);
+                let mut lucky = variances.clone();
+                lucky[at] = 24.0;
+                let after = shared(&lucky, SIDE, 8, 16);
+                assert_eq!(before[at], after[at]);
+                let next = at ^ 1;
+                assert!(before[next] < after[next], "{} {}", before[next], after[next]);
+                let less = (0..SIDE * SIDE).filter(|other| after[*other] < before[*other]).count();
+                assert!(less > 20, "{less}");
+            }
         }
-        assert_eq!(needs(&[3.0], 1), [1.0]);
     }
 
     #[test]
     fn goals_spend_what_there_is_by_need() {
         /// So many that a pixel may get the most.
-        const PIXELS: usize = MOST as usize * SHARE;
-        let spent = |goals: &[u32]| goals.iter().map(|goal| u64::from(*goal)).sum::<u64>();
+        const SIDE: usize = 128;
+        const PIXELS: usize = SIDE * SIDE;
+        let spent = |goals: &[u32]| goals.iter().map(|goal| u64::from(*goal)).sum::<u64>() as f64;
+        let is_spent = |goals: &[u32], mean: u32, within: f64| {
+            (spent(goals) / (f64::from(mean) * goals.len() as f64) - 1.0).abs() < within
+        };
         // Alike: as powers of two allow, and mixed well.
-        let even = allotted(&[1.0; PIXELS], &[8; PIXELS], 24);
-        assert_eq!(spent(&even), 24 * PIXELS as u64);
-        assert!(even.iter().filter(|goal| [16, 32].contains(*goal)).count() >= PIXELS - 1);
-        assert!(even.chunks_exact(64).all(|some| (20 * 64..28 * 64).contains(&spent(some))));
+        let even = shared(&[1.0; PIXELS], SIDE, 8, 24);
+        assert!(is_spent(&even, 24, 1e-3));
+        assert!(even.iter().all(|goal| [16, 32].contains(goal)));
+        assert!(even.chunks_exact(64).all(|some| is_spent(some, 24, 0.2)));
         // By need, as powers of two allow, in between bounds.
-        let needs: Vec<f64> = (0..PIXELS).map(|at| (at + 1) as f64).collect();
-        let by_need = allotted(&needs, &[8; PIXELS], 32);
-        assert_eq!(spent(&by_need), 32 * PIXELS as u64);
+        let variances: Vec<f64> = (0..PIXELS).map(|at| ((at / SIDE + 1) as f64).powi(3)).collect();
+        let by_need = shared(&variances, SIDE, 8, 32);
+        assert!(is_spent(&by_need, 32, 1e-2));
         assert!(by_need[..PIXELS / 4].iter().all(|goal| *goal == 16));
         assert!(by_need[PIXELS - 99..].iter().all(|goal| *goal == 64));
-        let mut spike = vec![1e-6; PIXELS];
-        spike[500] = 1.0;
-        let spiked = allotted(&spike, &[8; PIXELS], 16);
-        assert_eq!((spent(&spiked), spiked[500]), (16 * PIXELS as u64, 16 * MOST));
-        assert!(spiked.iter().all(|goal| *goal >= 8));
+        let mut spike = vec![0.0; PIXELS];
+        spike[50 * SIDE + 50] = 1.0;
+        let spiked = shared(&spike, SIDE, 8, 16);
+        // The class of the one pixel takes nothing from its own.
+        assert!(is_spent(&spiked, 16, 0.01) && spiked.iter().all(|goal| *goal >= 8));
+        assert_eq!((spiked[50 * SIDE + 50], spiked[51 * SIDE + 49]), (16, 16 * MOST));
         // What is there already counts.
         let mut counts = vec![16; 1024];
         counts[0] = 500;
-        let late = allotted(&[1.0; 1024], &counts, 64);
-        assert!(spent(&late) == 64 * 1024 && late[0] == 500 && late[1..].iter().all(|goal| *goal >= 32));
+        let late = allotted(&[1.0; 1024], 32, &counts, 64);
+        assert!(is_spent(&late, 64, 0.01) && late[0] == 500 && late[1..].iter().all(|goal| *goal >= 32));
         // In small pictures nobody gets more.
-        assert_eq!(allotted(&[1.0], &[4], 23), [23]);
-        assert_eq!(allotted(&[1.0, 9.0], &[8, 8], 17), [17, 17]);
+        assert_eq!(shared(&[1.0], 1, 4, 23), [23]);
+        assert_eq!(shared(&[1.0, 9.0], 2, 8, 17), [17, 17]);
+        assert_eq!(shared(&[1.0, 9.0], 1, 8, 17), [17, 17]);
     }
 
     /// In a patch of pixels that are 1 in a twentieth of their samples, in the midst of black, the mean is a twentieth: lucky
@@ -149,7 +256,7 @@ mod tests {
             let first: Vec<f64> =
                 (0..SIDE * SIDE).map(|at| if is_noisy(at) { hits(8) } else { 0.0 }).collect();
             let variances: Vec<f64> = first.iter().map(|sum| sum * (1.0 - sum / 8.0) / 7.0).collect();
-            let goals = allotted(&needs(&variances, SIDE), &[8; SIDE * SIDE], 16);
+            let goals = shared(&variances, SIDE, 8, 16);
             let patch = (0..SIDE * SIDE).filter(|at| is_noisy(*at));
             let values = patch.map(|at| (first[at] + hits(goals[at] - 8)) / f64::from(goals[at]));
             means.push(values.sum::<f64>() / PATCH.len().pow(2) as f64);
