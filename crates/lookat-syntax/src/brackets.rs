@@ -1,9 +1,9 @@
 //! Brackets of lists that are missing, too many or of another kind.
 
 use crate::Diagnostic;
-use crate::grammar::{Reader, is_keyword};
-use crate::quotes::is_declaration;
-use crate::token::{Fault, Input, Parsing, blank, found, is_blank, quoted, shown, word};
+use crate::grammar::Reader;
+use crate::token::{Fault, Input, Parsing, blank, is_blank, quoted, shown, word};
+use crate::words::{is_declaration, is_keyword, unclosed};
 
 impl<'a> Reader<'a> {
     /// Skips a list of lists, which pbrt-v3 does not have, and reports it. `None` if there is none.
@@ -128,13 +128,4 @@ fn whole_list(start: Input) -> Parsing<()> {
             return Ok((input, ()));
         }
     }
-}
-
-/// The fault for a list that opens at `open`, whose bracket is missing before `rest`.
-pub(crate) fn unclosed<'a>(open: Input<'a>, rest: Input<'a>) -> Fault<'a> {
-    let (at, found) = found(rest);
-    if at.is_empty() {
-        return Fault::new(open, "the file ends inside this list").help("add the closing `]`");
-    }
-    Fault::new(open, "this list is not closed").help(format!("add `]` before {found}"))
 }

@@ -4,9 +4,8 @@
 use nom::bytes::complete::take_while1;
 
 use crate::advice::{V4_DIRECTIVES, advice, quoted_after, surplus};
-use crate::brackets::unclosed;
-use crate::quotes::is_declaration;
 use crate::token::{Fault, Input, Parsing, blank, found, is_blank, number, quoted, shown, word};
+use crate::words::{ends_list, is_declaration, is_keyword, unclosed};
 use crate::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, Text,
     nearest,
@@ -437,15 +436,6 @@ fn may_be_directive(word: Input) -> bool {
 
 fn starts_directive(word: Input) -> bool {
     is_keyword(word) || V4_DIRECTIVES.iter().any(|keyword| keyword.as_bytes() == word)
-}
-
-/// Whether values cannot go on here: the file ends, or a bracket or a directive follows.
-pub(crate) fn ends_list(word: Input) -> bool {
-    word.is_empty() || matches!(word, b"[" | b"]") || is_keyword(word)
-}
-
-pub(crate) fn is_keyword(word: Input) -> bool {
-    Directive::KEYWORDS.iter().any(|keyword| keyword.as_bytes() == word)
 }
 
 /// Where reading goes on after a fault at `from` in the statement that starts at `start`: at the next word that is a

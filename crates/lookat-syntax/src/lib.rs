@@ -27,6 +27,7 @@ mod quotes;
 mod span;
 mod token;
 mod values;
+mod words;
 
 pub use decimal::{decimal, digits};
 pub use diagnostic::{Diagnostic, Fix, Label, Severity};

@@ -1,8 +1,9 @@
 //! Quotes that are missing, and words that stand beside them.
 
-use crate::grammar::{Reader, is_keyword};
+use crate::grammar::Reader;
 use crate::param::ParamType;
 use crate::token::{Fault, Input, Parsing, blank, is_blank, quoted, shown, word};
+use crate::words::{is_declaration, is_keyword};
 use crate::{Spanned, Text};
 
 /// More of a line is not looked through for quotes.
@@ -101,11 +102,4 @@ fn declared(string: Input) -> Option<usize> {
     let start = name + string[name..].iter().position(|byte| !is_blank(*byte))?;
     let ends = |byte: &u8| is_blank(*byte) || matches!(byte, b'[' | b'"');
     Some(start + string[start..].iter().position(ends)?).filter(|end| *end > start)
-}
-
-/// Whether a string such as `"float fov"` starts here.
-pub(crate) fn is_declaration(input: Input) -> bool {
-    let Ok((_, text)) = quoted(input) else { return false };
-    let mut words = text.split_ascii_whitespace();
-    words.next().is_some_and(|ty| ParamType::from_spelling(ty).is_some()) && words.count() == 1
 }

@@ -1,11 +1,11 @@
 //! The grammar of parameters and their values.
 
-use crate::brackets::unclosed;
-use crate::grammar::{Reader, ends_list};
+use crate::grammar::Reader;
 use crate::lists;
 use crate::param::{Param, ParamType, Values};
-use crate::quotes::{is_declaration, unopened};
+use crate::quotes::unopened;
 use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separator, shown, word};
+use crate::words::{ends_list, is_declaration, unclosed};
 use crate::{Diagnostic, Spanned, Text, nearest};
 
 /// At most this many bad values are reported of one list.
