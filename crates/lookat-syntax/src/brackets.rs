@@ -6,16 +6,16 @@ use crate::token::{Fault, Input, Parsing, blank, is_blank, quoted, shown, word};
 use crate::words::{is_declaration, is_keyword, unclosed};
 
 impl<'a> Reader<'a> {
-    /// Skips a list of lists, which pbrt-v3 does not have, and reports it. `None` if there is none.
-    pub(crate) fn nested_list(&mut self, start: Input<'a>) -> Parsing<'a, Option<()>> {
+    /// Skips a list of lists, which pbrt-v3 does not have, and reports it. Says whether there was one.
+    pub(crate) fn nested_list(&mut self, start: Input<'a>) -> Parsing<'a, bool> {
         let (inner, ()) = blank(&start[1..])?;
         if inner.first() != Some(&b'[') {
-            return Ok((start, None));
+            return Ok((start, false));
         }
         let (rest, ()) = whole_list(start)?;
         let all = &start[..start.len() - rest.len()];
         self.report(Fault::new(all, "a list in a list").help("all values stand in one pair of brackets"));
-        Ok((rest, Some(())))
+        Ok((rest, true))
     }
 
     /// pbrt-v3 insists on brackets around the 16 numbers of a matrix, and on none around fewer.
@@ -89,17 +89,17 @@ impl<'a> Reader<'a> {
         Some(rest)
     }
 
-    /// Skips the bracket that closes a list of which the other one is missing, and reports that. `None` if there is none.
-    pub(crate) fn unopened_list(&mut self, start: Input<'a>, end: Input<'a>) -> Parsing<'a, Option<()>> {
+    /// Skips the bracket that closes a list of which the other one is missing, and reports that. Says whether there was one.
+    pub(crate) fn unopened_list(&mut self, start: Input<'a>, end: Input<'a>) -> Parsing<'a, bool> {
         let (close, ()) = blank(end)?;
         if close.first() != Some(&b']') {
-            return Ok((end, None));
+            return Ok((end, false));
         }
         let values = &start[..start.len() - end.len()];
         let replacement = format!("[{}", String::from_utf8_lossy(values));
         let fault = Fault::new(values, "the bracket that opens this list is missing");
         self.report(fault.help("add `[`").replace_with(replacement));
-        Ok((&close[1..], Some(())))
+        Ok((&close[1..], true))
     }
 }
 

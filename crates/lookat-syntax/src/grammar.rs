@@ -335,10 +335,14 @@ impl<'a> Reader<'a> {
     fn name(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Text> {
         let (input, ()) = blank(input)?;
         let (what, example) = quoted_after(keyword);
+        // As it stands in the text, where it may be misspelt.
+        let (_, here) = word(self.statement)?;
+        let missing = || {
+            Fault::new(here, format!("a quoted {what} is missing after {}", shown(keyword)))
+                .help(format!("as in {example}"))
+        };
         if what == "type" && is_declaration(input) {
-            let (_, here) = word(self.statement)?;
-            let fault = Fault::new(here, format!("a quoted type is missing after {}", shown(keyword)));
-            return fault.help(format!("as in {example}")).fail();
+            return missing().fail();
         }
         if input.first() == Some(&b'"') {
             return self.closed_string(input);
@@ -351,15 +355,11 @@ impl<'a> Reader<'a> {
         }
         let (at, found) = found(input);
         if is_keyword(at) {
-            // As it stands in the text, where it may be misspelt.
-            let (_, here) = word(self.statement)?;
-            let fault = Fault::new(here, format!("a quoted {what} is missing after {}", shown(keyword)))
-                .help(format!("as in {example}"));
             if keyword != b"ObjectBegin" {
-                return fault.fail();
+                return missing().fail();
             }
             // What follows belongs to it all the same.
-            self.report(fault);
+            self.report(missing());
             return Ok((input, Spanned { value: String::new(), span: self.span(here) }));
         }
         let fault =

@@ -33,29 +33,30 @@ impl<'a> Reader<'a> {
     /// A string that was meant to end after so many bytes, the opening quote among them.
     fn closed_early(&mut self, input: Input<'a>, length: usize) -> (Input<'a>, Text) {
         let (meant, rest) = input.split_at(length);
-        let value = String::from_utf8_lossy(&meant[1..]).into_owned();
-        let fault = Fault::new(meant, "the closing quote is missing");
-        self.report(fault.help("add it").replace_with(format!("\"{value}\"")));
-        (rest.trim_ascii_start(), Spanned { value, span: self.span(meant) })
+        let fault = quote_missing("closing", meant, &meant[1..]);
+        (rest.trim_ascii_start(), self.mended(fault, &meant[1..]))
     }
 
     /// A string of one word whose opening quote is missing, which is reported.
     pub(crate) fn unopened_string(&mut self, input: Input<'a>) -> Option<(Input<'a>, Text)> {
         let fault = unopened(input)?;
         let (all, rest) = input.split_at(fault.at.len());
-        self.report(fault);
-        let value = String::from_utf8_lossy(&all[..all.len() - 1]).into_owned();
-        Some((rest, Spanned { value, span: self.span(all) }))
+        Some((rest, self.mended(fault, &all[..all.len() - 1])))
     }
 
     /// A declaration whose opening quote is missing, which is reported.
     pub(crate) fn unopened_declaration(&mut self, input: Input<'a>) -> Option<(Input<'a>, Text)> {
         let length = declared(input).filter(|length| input[*length] == b'"')?;
         let (meant, rest) = input.split_at(length + 1);
-        let value = String::from_utf8_lossy(&meant[..length]).into_owned();
-        let fault = Fault::new(meant, "the opening quote is missing");
-        self.report(fault.help("add it").replace_with(format!("\"{value}\"")));
-        Some((rest, Spanned { value, span: self.span(meant) }))
+        let fault = quote_missing("opening", meant, &meant[..length]);
+        Some((rest, self.mended(fault, &meant[..length])))
+    }
+
+    /// Reports a quote that is missing, and gives the string as it was meant.
+    fn mended(&mut self, fault: Fault<'a>, inner: Input<'a>) -> Text {
+        let span = self.span(fault.at);
+        self.report(fault);
+        Spanned { value: String::from_utf8_lossy(inner).into_owned(), span }
     }
 
     /// The string behind a word that is none, which is reported. `None` where the word is the string without its quotes.
@@ -86,8 +87,13 @@ pub(crate) fn unopened(input: Input) -> Option<Fault> {
     if rest.first() != Some(&b'"') || quotes.is_multiple_of(2) {
         return None;
     }
-    let fault = Fault::new(&input[..=name.len()], "the opening quote is missing");
-    Some(fault.help("add it").replace_with(format!("\"{}\"", String::from_utf8_lossy(name))))
+    Some(quote_missing("opening", &input[..=name.len()], name))
+}
+
+/// The fault of a string at `at`, meant to hold `inner`, that lacks a quote.
+fn quote_missing<'a>(which: &str, at: Input<'a>, inner: Input<'a>) -> Fault<'a> {
+    let fault = Fault::new(at, format!("the {which} quote is missing"));
+    fault.help("add it").replace_with(format!("\"{}\"", String::from_utf8_lossy(inner)))
 }
 
 /// Whether text follows a closing quote at once, as where the quote was meant to open a string.

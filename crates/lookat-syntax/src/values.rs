@@ -83,7 +83,7 @@ impl<'a> Reader<'a> {
         if next.is_some_and(|(_, text)| text.split(' ').next().and_then(ParamType::from_spelling).is_some()) {
             return Ok((input, None));
         }
-        if list && let (rest, Some(())) = self.nested_list(start)? {
+        if list && let (rest, true) = self.nested_list(start)? {
             return Ok((rest, None));
         }
         if let Some(rest) = self.list_in_others(start) {
@@ -131,13 +131,12 @@ impl<'a> Reader<'a> {
             Err(error) => return Err(error),
         };
         let (end, more) = self.more_numbers(rest)?;
-        let (after, skipped) = self.after_values(end)?;
-        if skipped {
+        if let (after, true) = self.after_values(end)? {
             let fault = Fault::new(&input[..input.len() - end.len()], "a value before the list of values");
             self.report(fault.help("delete it"));
             return Ok((after, 1 + more));
         }
-        if let (rest, Some(())) = self.unopened_list(input, end)? {
+        if let (rest, true) = self.unopened_list(input, end)? {
             return Ok((rest, 1 + more));
         }
         if more > 0 {

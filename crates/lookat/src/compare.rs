@@ -100,6 +100,10 @@ fn clipped(pair: &Aligned) -> [usize; 2] {
     })
 }
 
+fn pixels_are(count: usize) -> String {
+    if count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") }
+}
+
 impl Comparison<'_> {
     fn limits(&self) -> &[Limit] {
         &self.arguments.max
@@ -125,13 +129,13 @@ impl Comparison<'_> {
         for (i, fault) in self.faults.iter().enumerate() {
             if let Some((count, [x, y])) = fault {
                 let path = self.path(i).display();
-                let pixels = if *count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") };
+                let pixels = pixels_are(*count);
                 let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
             }
         }
         for (i, count) in clipped(self.pair).into_iter().enumerate().filter(|(_, count)| *count > 0) {
             let path = self.path(i).display();
-            let pixels = if count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") };
+            let pixels = pixels_are(count);
             let _ = writeln!(
                 text,
                 "{path}: {pixels} at 1, the most that the file holds, where the other picture is brighter; compare .exr files"

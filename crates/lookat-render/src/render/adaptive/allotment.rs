@@ -27,7 +27,7 @@ const APART: usize = REACH + 2;
 /// What one pixel gets is taken from all others. So pixels are shared out by classes, each as if nothing were known of the
 /// samples of its own: by them a pixel has no say in how many more it gets.
 pub(super) fn allotted(variances: &[f64], width: usize, counts: &[u32], mean: u32) -> Vec<u32> {
-    let around: Vec<Around> = (0..variances.len()).map(|at| Around::new(variances, width, at)).collect();
+    let around = (0..variances.len()).into_par_iter().map(|at| Around::new(variances, width, at)).collect();
     let shares = Shares { around, variances, width, counts, mean };
     let (first, guess) = shares.of_class(0, None);
     let others: Vec<Vec<u32>> =
@@ -63,16 +63,10 @@ impl Around {
     /// Without those neighbours that are of a class.
     fn without(self, class: usize, variances: &[f64], width: usize, at: usize) -> Around {
         let mut around = self;
-        let of_class = |end: usize, side: usize, rest: usize| {
-            reach(end, side)
-                .find(|place| place % APART == rest)
-                .into_iter()
-                .flat_map(move |first| (first..=(end + REACH).min(side - 1)).step_by(APART))
-        };
-        for row in of_class(at / width, variances.len() / width, class / APART) {
-            for column in
-                of_class(at % width, width, class % APART).filter(|column| row * width + column != at)
-            {
+        let height = variances.len() / width;
+        for row in reach(at / width, height).filter(|row| row % APART == class / APART) {
+            let of_class = |column: &usize| column % APART == class % APART && row * width + column != at;
+            for column in reach(at % width, width).filter(of_class) {
                 around.sum -= variances[row * width + column];
                 around.count -= 1;
             }
