@@ -76,7 +76,7 @@ fn pixels_at_the_cap_are_told_of() {
         run.err
     );
     assert!(
-        run.err.contains("taken to be within 0.1 % of the true brightness, each with 95 % confidence"),
+        run.err.contains("taken to be within 0.1 % of the true brightness, each with 95 % confidence; light that no sample has met is not known of"),
         "{}",
         run.err
     );

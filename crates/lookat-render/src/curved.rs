@@ -36,6 +36,8 @@ pub(crate) struct Curved {
     /// The largest distance from the axis, and half the height; in its own space.
     radius: f64,
     half_height: f64,
+    /// The largest coordinate of the box around it.
+    pub magnitude: f64,
 }
 
 /// The form, in its own space.
@@ -58,14 +60,17 @@ impl Curved {
             _ => power_of_two(radius.max(half_height)),
         };
         let world_from_own = DMat3::from_mat4(m) * unit;
-        Curved {
+        let mut shape = Curved {
             form: Form::new(quadric, middle, unit, world_from_own),
             center: m.w_axis.truncate() - eye + m.z_axis.truncate() * middle,
             own_from_world: DMat3::from_mat4(inv) * unit.recip(),
             world_from_own,
             radius: radius / unit,
             half_height: half_height / unit,
-        }
+            magnitude: 0.0,
+        };
+        shape.magnitude = (shape.center.abs() + shape.half_extent()).max_element();
+        shape
     }
 
     /// Half the extent of the uncut form along each axis of the world.
@@ -76,11 +81,6 @@ impl Curved {
             _ => row.truncate().length() * self.radius + row.z.abs() * self.half_height,
         };
         DVec3::new(along(rows.x_axis), along(rows.y_axis), along(rows.z_axis))
-    }
-
-    /// The largest coordinate of the box around it.
-    pub fn magnitude(&self) -> f64 {
-        (self.center.abs() + self.half_extent()).max_element()
     }
 
     /// The sphere that it is.

@@ -158,7 +158,7 @@ impl JsonTarget {
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
-            "{} taken to be within {error} % of the true brightness, each with {confidence} % confidence",
+            "{} taken to be within {error} % of the true brightness, each with {confidence} % confidence; light that no sample has met is not known of",
             pixels(self.within)
         ));
         if self.at_cap > 0 {
