@@ -12,6 +12,8 @@ use serde_json::Value;
 mod folder;
 #[path = "cli/messages.rs"]
 mod messages;
+#[path = "cli/outputs.rs"]
+mod outputs;
 #[path = "cli/stopping.rs"]
 mod stopping;
 
@@ -80,11 +82,13 @@ fn the_exit_status_tells_fine_from_wrong_from_trouble() {
     check(&["check", "warns.pbrt"], 0);
     check(&["check", "wrong.pbrt"], 1);
     check(&["check", "fine.pbrt", "wrong.pbrt", "fine.pbrt"], 1);
-    check(&["check", "nothing.pbrt"], 1);
+    check(&["check", "nothing.pbrt"], 2);
+    check(&["check", "nothing.pbrt", "wrong.pbrt"], 2);
     check(&["render", "fine.pbrt"], 0);
     check(&["render", "warns.pbrt"], 0);
     check(&["render", "wrong.pbrt"], 1);
-    check(&["render", "nothing.pbrt"], 1);
+    check(&["render", "nothing.pbrt"], 2);
+    check(&["inspect", "nothing.pbrt"], 2);
     check(&["render", "fine.pbrt", "-o", "picture.jpg"], 2);
     check(&["render", "fine.pbrt", "-o", "nowhere/picture.exr"], 2);
     check(&[], 2);
@@ -113,7 +117,7 @@ fn json_is_a_line_for_each_scene_with_all_diagnostics() {
     let folder = Folder::new();
     let files = ["wrong.pbrt", "fine.pbrt", "warns.pbrt", "nothing.pbrt"];
     let run = folder.run(&[&["check", "--json"], &files[..]].concat());
-    assert_eq!((run.status, run.err.as_str()), (1, ""));
+    assert_eq!((run.status, run.err.as_str()), (2, ""));
     let lines = json_lines(&run);
     assert_eq!(lines.len(), files.len());
     for (line, name) in lines.iter().zip(files) {

@@ -124,6 +124,6 @@ fn a_scene_with_errors_is_told_as_by_check() {
     assert!(status == 0 && lacks(&result["needs"], "a tree"), "{out}");
     assert!(lacks(&result["needs"], "materials, textures and lights"), "{out}");
     assert_eq!(result["needs"]["numbers"]["most"], 2 + 2 * 64);
-    assert_eq!(run(&["inspect", "nothing.pbrt"]).0, 1);
+    assert_eq!(run(&["inspect", "nothing.pbrt"]).0, 2);
     assert_eq!(run(&["inspect"]).0, 2);
 }

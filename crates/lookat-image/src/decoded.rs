@@ -38,14 +38,19 @@ pub(crate) fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, 
 }
 
 /// Reads R, G and B; alpha is left out.
-pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) -> Result<Image, Fault> {
+pub(crate) fn read(
+    mut input: impl BufRead + Seek,
+    path: &Path,
+    curve: Curve,
+    most: u64,
+) -> Result<Image, Fault> {
     let Some((_, format, densest)) = known(path) else {
         return Err(Fault::Unfit(
             "lookat reads exr, pfm, png, tga, jpg and hdr, and tells them by the ending of the name".into(),
         ));
     };
     if *format != ImageFormat::Hdr {
-        return decode(input, format, *densest, curve);
+        return decode(input, format, *densest, curve, most);
     }
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes)?;
@@ -53,7 +58,7 @@ pub(crate) fn read(mut input: impl BufRead + Seek, path: &Path, curve: Curve) ->
     if bytes.starts_with(b"#?RGBE\n") {
         bytes.splice(..6, *b"#?RADIANCE");
     }
-    decode(Cursor::new(bytes), format, *densest, curve)
+    decode(Cursor::new(bytes), format, *densest, curve, most)
 }
 
 fn decode(
@@ -61,6 +66,7 @@ fn decode(
     format: &ImageFormat,
     densest: u64,
     curve: Curve,
+    most: u64,
 ) -> Result<Image, Fault> {
     let as_stored = *format == ImageFormat::Hdr || curve == Curve::Stored;
     let length = input.seek(SeekFrom::End(0))?;
@@ -75,7 +81,7 @@ fn decode(
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(fault)?;
     let (width, height) = decoder.dimensions();
-    pixel_count(width.into(), height.into())?;
+    pixel_count(width.into(), height.into(), most)?;
     // The memory is taken before the pixels are read.
     if decoder.total_bytes() > length.saturating_mul(densest) {
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
@@ -166,6 +172,7 @@ mod tests {
     use ::image::ImageEncoder;
 
     use super::{inverse_curve, linear_from_srgb, of_byte};
+    use crate::error::MOST_PIXELS;
     use crate::{Image, ImageError, Window};
 
     #[test]
@@ -190,7 +197,8 @@ mod tests {
         let of = |first: &str| {
             let header = format!("{first}\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n");
             let bytes = [header.as_bytes(), &[128, 64, 32, 130]].concat();
-            Image::decode(std::path::Path::new("a.hdr"), &bytes).map(|image| image.rgb().unwrap())
+            Image::decode(std::path::Path::new("a.hdr"), &bytes, MOST_PIXELS)
+                .map(|image| image.rgb().unwrap())
         };
         assert_eq!(of("#?RADIANCE").unwrap(), [[2.0, 1.0, 0.5]]);
         assert_eq!(of("#?RGBE").unwrap(), [[2.0, 1.0, 0.5]]);
@@ -205,7 +213,7 @@ mod tests {
         encoder.write_image(&pixels, 64, 64, ::image::ExtendedColorType::L8).unwrap();
         // Another picture within, with an end of its own, and filling.
         whole.splice(2..2, *b"\xff\xff\xe1\x00\x08\xff\xd8\xff\xd9..");
-        let read = |bytes: &[u8]| Image::decode(std::path::Path::new("a.jpg"), bytes);
+        let read = |bytes: &[u8]| Image::decode(std::path::Path::new("a.jpg"), bytes, MOST_PIXELS);
         assert_eq!(read(&whole).unwrap().data_window.width, 64);
         for length in [whole.len() - 2, whole.len() * 2 / 3, 400, 12, 4] {
             assert!(read(&whole[..length]).is_err(), "{length}");

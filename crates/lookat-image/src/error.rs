@@ -30,6 +30,18 @@ pub enum ImageError {
         /// Lower case, or the words of the operating system; no full stop.
         reason: String,
     },
+    /// There are more pixels than lookat, or the caller, takes; nothing was decoded.
+    #[error("cannot read {}: {width} x {height} pixels are more than the {most} that lookat reads", path.display())]
+    TooLarge {
+        /// The path as it was given.
+        path: PathBuf,
+        /// The number of columns.
+        width: u64,
+        /// The number of rows.
+        height: u64,
+        /// The most pixels that are taken.
+        most: u64,
+    },
     /// The contents are not of the format that the extension claims.
     #[error("{} is not what its ending says{}", path.display(), named(*format))]
     NotThatFormat {
@@ -58,6 +70,7 @@ impl ImageError {
         match fault {
             Fault::Foreign(format) => ImageError::NotThatFormat { path, format },
             Fault::Damaged(reason) => ImageError::Damaged { path, reason },
+            Fault::TooLarge { width, height, most } => ImageError::TooLarge { path, width, height, most },
             Fault::Io(_) | Fault::Unfit(_) => ImageError::Read { path, reason: fault.reason() },
         }
     }
@@ -72,6 +85,8 @@ pub(crate) enum Fault {
     Foreign(Option<&'static str>),
     /// The file begins as the format does, but cannot be right.
     Damaged(String),
+    /// There are more pixels than are taken.
+    TooLarge { width: u64, height: u64, most: u64 },
     /// The format cannot hold the picture, or the picture is beyond what lookat handles.
     Unfit(String),
 }
@@ -81,6 +96,9 @@ impl Fault {
         match self {
             Fault::Io(error) => io_reason(&error),
             Fault::Foreign(format) => format!("the format is wrong{}", named(format)),
+            Fault::TooLarge { width, height, most } => {
+                format!("{width} x {height} pixels are more than the {most} that lookat reads")
+            }
             Fault::Damaged(reason) | Fault::Unfit(reason) => reason,
         }
     }
@@ -95,16 +113,15 @@ impl From<io::Error> for Fault {
     }
 }
 
-/// The number of pixels of a picture to be read. The limit keeps a few hostile bytes from claiming all
-/// memory.
-pub(crate) fn pixel_count(width: u64, height: u64) -> Result<usize, Fault> {
-    const LIMIT: u64 = 1 << 28;
+/// The most pixels of a picture to be read. The limit keeps a few hostile bytes from claiming all memory.
+pub(crate) const MOST_PIXELS: u64 = 1 << 28;
+
+/// The number of pixels of a picture to be read, which has `most` at most.
+pub(crate) fn pixel_count(width: u64, height: u64, most: u64) -> Result<usize, Fault> {
     match width.checked_mul(height) {
         Some(0) => Err(Fault::Damaged("it has no pixels".into())),
-        Some(count @ ..=LIMIT) => Ok(count as usize),
-        _ => Err(Fault::Unfit(format!(
-            "{width} x {height} pixels are more than the {LIMIT} that lookat reads"
-        ))),
+        Some(count) if count <= most => Ok(count as usize),
+        _ => Err(Fault::TooLarge { width, height, most }),
     }
 }
 

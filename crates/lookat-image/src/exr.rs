@@ -47,7 +47,7 @@ pub(crate) fn write(image: &Image, out: impl Write + Seek) -> Result<(), Fault> 
 }
 
 /// Reads the layer with this name, or else what the file shows first.
-pub(crate) fn read(mut file: impl Read + Seek, layer: Option<&str>) -> Result<Image, Fault> {
+pub(crate) fn read(mut file: impl Read + Seek, layer: Option<&str>, most: u64) -> Result<Image, Fault> {
     let mut magic = Vec::new();
     file.by_ref().take(4).read_to_end(&mut magic)?;
     if magic != ::exr::meta::magic_number::BYTES {
@@ -57,11 +57,11 @@ pub(crate) fn read(mut file: impl Read + Seek, layer: Option<&str>) -> Result<Im
     file.rewind()?;
     // Damaged B44 data make the crate panic where overflow is checked, as in a debug build; nothing else is
     // known to. It then holds nothing but the file.
-    catch_unwind(AssertUnwindSafe(|| decode(file, length, layer)))
+    catch_unwind(AssertUnwindSafe(|| decode(file, length, layer, most)))
         .unwrap_or_else(|_| Err(Fault::Damaged("its parts contradict each other".into())))
 }
 
-fn decode(mut file: impl Read + Seek, length: u64, layer: Option<&str>) -> Result<Image, Fault> {
+fn decode(mut file: impl Read + Seek, length: u64, layer: Option<&str>, most: u64) -> Result<Image, Fault> {
     let meta = MetaData::read_from_buffered(&mut file, false).map_err(header_fault)?;
     let parts = &meta.headers;
     if parts.is_empty() {
@@ -73,7 +73,7 @@ fn decode(mut file: impl Read + Seek, length: u64, layer: Option<&str>) -> Resul
         Some(name) => layer::find(parts, name).ok_or_else(|| unknown(name, &layers))?,
     };
     let header = &parts[choice.part];
-    let pixels = check(header, length)?;
+    let pixels = check(header, length, most)?;
     let mut image = blank(header, pixels, &choice)?;
     image.layers = layers;
 
@@ -92,7 +92,7 @@ fn unknown(name: &str, layers: &[String]) -> Fault {
 }
 
 /// The number of pixels, if the part is one that can be held and a file of this length can contain it.
-fn check(header: &Header, length: u64) -> Result<usize, Fault> {
+fn check(header: &Header, length: u64, most: u64) -> Result<usize, Fault> {
     let unfit = |reason: &str| Err(Fault::Unfit(reason.into()));
     if header.deep {
         return unfit("deep data are not supported");
@@ -108,7 +108,7 @@ fn check(header: &Header, length: u64) -> Result<usize, Fault> {
     }
     header.channels.validate(true, header.data_window(), true).map_err(header_fault)?;
     let Vec2(width, height) = header.layer_size;
-    let pixels = pixel_count(width as u64, height as u64)?;
+    let pixels = pixel_count(width as u64, height as u64, most)?;
     if (pixels * header.channels.bytes_per_pixel) as u64 > length.saturating_mul(block::DENSEST as u64) {
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
@@ -214,6 +214,7 @@ fn window(bounds: IntegerBounds) -> Window {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::MOST_PIXELS;
     use ::exr::image::Blocks;
     use std::io::Cursor;
 
@@ -257,7 +258,7 @@ mod tests {
     #[test]
     fn keeps_every_bit_and_both_windows() {
         let image = sample();
-        let read = read(Cursor::new(bytes(&image)), None).unwrap();
+        let read = read(Cursor::new(bytes(&image)), None, MOST_PIXELS).unwrap();
         assert_eq!(bits(&read), bits(&image));
         assert_eq!((read.data_window, read.display_window), (image.data_window, image.display_window));
         assert_eq!(read.metadata, image.metadata);
@@ -279,7 +280,7 @@ mod tests {
             let half = FlatSamples::F16((0..200u8).map(f16::from).collect());
             let check = |name, first: &FlatSamples, second: &FlatSamples| {
                 let file = layers(encoding, [("Z", first.clone()), (name, second.clone())]);
-                read(Cursor::new(file), None).unwrap().channels
+                read(Cursor::new(file), None, MOST_PIXELS).unwrap().channels
             };
             let uint = FlatSamples::U32((1000..1200).collect());
             let halves: Vec<f32> = (0..200u8).map(f32::from).collect();
@@ -293,7 +294,7 @@ mod tests {
     #[test]
     fn reads_a_layer_by_its_name() {
         let image = sample();
-        let one = read(Cursor::new(bytes(&image)), Some("albedo")).unwrap();
+        let one = read(Cursor::new(bytes(&image)), Some("albedo"), MOST_PIXELS).unwrap();
         assert_eq!(bits(&one), [("Y", bits(&image).pop().unwrap().1)]);
         assert_eq!((one.data_window, one.display_window), (image.data_window, image.display_window));
         assert_eq!(one.metadata, image.metadata);
@@ -303,7 +304,7 @@ mod tests {
         let half = FlatSamples::F16((0..200u8).map(f16::from).collect());
         let file = layers(tiles, [("Z", FlatSamples::U32((0..200).collect())), ("n.Z", half)]);
         for name in ["layer 0", "Z", "layer 0.Z", "layer 1.n", "n", "n.Z"] {
-            let channels = read(Cursor::new(&file), Some(name)).unwrap().channels;
+            let channels = read(Cursor::new(&file), Some(name), MOST_PIXELS).unwrap().channels;
             assert_eq!(
                 channels,
                 [Channel { name: "Y".into(), samples: (0..200u8).map(f32::from).collect() }]
@@ -318,7 +319,7 @@ mod tests {
             let window = Window { x: 0, y: 0, width: 1, height: 1 };
             let mut image = Image::from_rgb(window, window, &[[0.0; 3]]);
             image.channels.extend(names.iter().map(channel));
-            match read(Cursor::new(bytes(&image)), Some("x")) {
+            match read(Cursor::new(bytes(&image)), Some("x"), MOST_PIXELS) {
                 Err(Fault::Unfit(reason)) => assert_eq!(reason, expected),
                 other => panic!("{other:?}"),
             }
@@ -339,7 +340,7 @@ mod tests {
         for file in [&file, &layers(tiles, two.clone()), &layers(Encoding::UNCOMPRESSED, two)] {
             for end in 0..file.len() {
                 for layer in [Some("n"), Some("albedo"), None] {
-                    match (end, layer, read(Cursor::new(&file[..end]), layer)) {
+                    match (end, layer, read(Cursor::new(&file[..end]), layer, MOST_PIXELS)) {
                         (..4, _, Err(Fault::Foreign(None))) | (4.., _, Err(Fault::Damaged(_))) => {}
                         (_, Some(_), Err(Fault::Unfit(reason))) => assert!(reason.contains("no layer")),
                         // The first part may be whole without the second.
@@ -349,14 +350,17 @@ mod tests {
                 }
             }
         }
-        assert!(matches!(read(Cursor::new(b"P6 1 1 255\n..."), None), Err(Fault::Foreign(None))));
+        assert!(matches!(
+            read(Cursor::new(b"P6 1 1 255\n..."), None, MOST_PIXELS),
+            Err(Fault::Foreign(None))
+        ));
 
         // The upper corner of the data window, as it stands in the file.
         let corner = file.windows(10).position(|bytes| bytes == b"dataWindow").unwrap() + 10 + 1 + 6 + 4 + 8;
         let check = |x: i32, y: i32, expected: &str| {
             let mut file = file.clone();
             file[corner..corner + 8].copy_from_slice(&[x.to_le_bytes(), y.to_le_bytes()].concat());
-            let error = format!("{:?}", read(Cursor::new(file), None).unwrap_err());
+            let error = format!("{:?}", read(Cursor::new(file), None, MOST_PIXELS).unwrap_err());
             assert!(error.contains(expected), "{x} {y}: {error}");
         };
         // The crate swaps corners that are the wrong way round; then the data do not fit.
@@ -378,7 +382,7 @@ mod tests {
     }
 
     fn refuses(file: Vec<u8>, expected: &str) {
-        let error = format!("{:?}", read(Cursor::new(file), None).unwrap_err());
+        let error = format!("{:?}", read(Cursor::new(file), None, MOST_PIXELS).unwrap_err());
         assert!(error.contains(expected), "{error} instead of {expected}");
     }
 
@@ -413,7 +417,8 @@ mod tests {
             for corner in [4, 8, 12, 16] {
                 refuses(patch("dataWindow box2i", corner, number), "");
                 // No pixel depends on it.
-                let result = read(Cursor::new(patch("displayWindow box2i", corner, number)), None);
+                let result =
+                    read(Cursor::new(patch("displayWindow box2i", corner, number)), None, MOST_PIXELS);
                 assert!(matches!(result, Ok(_) | Err(Fault::Damaged(_))), "{result:?}");
             }
         }
@@ -467,7 +472,7 @@ mod tests {
             let at = file.windows(12).position(|window| window == b"name\0string\0").unwrap();
             file[at] = b'g';
         }
-        let image = read(Cursor::new(file), None).unwrap();
+        let image = read(Cursor::new(file), None, MOST_PIXELS).unwrap();
         assert_eq!(image.channels[0].name, "Y");
         assert_eq!(image.layers, ["Z"]);
     }

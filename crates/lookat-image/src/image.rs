@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::decoded::Curve;
-use crate::error::{Fault, ImageError};
+use crate::error::{Fault, ImageError, MOST_PIXELS};
 use crate::format::check_beginning;
 use crate::{Format, decoded, eightbit, exr, pfm};
 
@@ -77,10 +77,15 @@ impl Image {
     /// row, top row first.
     pub fn from_rgb(data_window: Window, display_window: Window, pixels: &[[f32; 3]]) -> Self {
         let plane = |i: usize| pixels.iter().map(|pixel| pixel[i]).collect();
+        Image::from_planes(data_window, display_window, [0, 1, 2].map(plane))
+    }
+
+    /// The same, from linear red, green and blue one after the other.
+    pub fn from_planes(data_window: Window, display_window: Window, planes: [Vec<f32>; 3]) -> Self {
         let channels = ["R", "G", "B"]
             .iter()
-            .enumerate()
-            .map(|(i, name)| Channel { name: name.to_string(), samples: plane(i) });
+            .zip(planes)
+            .map(|(name, samples)| Channel { name: name.to_string(), samples });
         Image {
             data_window,
             display_window,
@@ -144,7 +149,7 @@ impl Image {
     pub fn read(path: &Path) -> Result<Image, ImageError> {
         File::open(path)
             .map_err(Fault::from)
-            .and_then(|file| read_as(path, BufReader::new(file), Curve::Linear))
+            .and_then(|file| read_as(path, BufReader::new(file), Curve::Linear, MOST_PIXELS))
             .map_err(|fault| ImageError::reading(path, fault))
     }
 
@@ -153,9 +158,11 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// As [`Image::read`].
-    pub fn decode(path: &Path, bytes: &[u8]) -> Result<Image, ImageError> {
-        read_as(path, Cursor::new(bytes), Curve::Stored).map_err(|fault| ImageError::reading(path, fault))
+    /// As [`Image::read`]; and [`ImageError::TooLarge`] for more than `most_pixels`, before any is decoded.
+    pub fn decode(path: &Path, bytes: &[u8], most_pixels: u64) -> Result<Image, ImageError> {
+        let most = most_pixels.min(MOST_PIXELS);
+        read_as(path, Cursor::new(bytes), Curve::Stored, most)
+            .map_err(|fault| ImageError::reading(path, fault))
     }
 
     /// Reads one layer of an EXR file.
@@ -175,7 +182,7 @@ impl Image {
             Some(Format::Exr) => File::open(path).map_err(Fault::from).and_then(|file| {
                 let mut file = BufReader::new(file);
                 check_beginning(path, file.fill_buf()?)?;
-                exr::read(file, Some(layer))
+                exr::read(file, Some(layer), MOST_PIXELS)
             }),
             _ => Err(Fault::Unfit("only EXR files have layers".into())),
         };
@@ -233,12 +240,12 @@ impl Image {
 }
 
 /// Reads in the format that the path names.
-fn read_as(path: &Path, mut input: impl BufRead + Seek, curve: Curve) -> Result<Image, Fault> {
+fn read_as(path: &Path, mut input: impl BufRead + Seek, curve: Curve, most: u64) -> Result<Image, Fault> {
     check_beginning(path, input.fill_buf()?)?;
     match Format::from_path(path) {
-        Some(Format::Exr) => exr::read(input, None),
-        Some(Format::Pfm) => pfm::read(input),
-        _ => decoded::read(input, path, curve),
+        Some(Format::Exr) => exr::read(input, None, most),
+        Some(Format::Pfm) => pfm::read(input, most),
+        _ => decoded::read(input, path, curve, most),
     }
 }
 
@@ -280,6 +287,10 @@ fn replace(
     write(&mut out)?;
     out.flush()?;
     drop(out);
+    // Who may read what was there may read what replaces it, and nobody else.
+    if let Ok(before) = std::fs::metadata(&target) {
+        file.as_file().set_permissions(before.permissions())?;
+    }
     file.persist(&target).map_err(|refused| refused.error)?;
     Ok(())
 }

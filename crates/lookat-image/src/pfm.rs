@@ -24,7 +24,7 @@ pub(crate) fn write(image: &Image, out: &mut impl Write) -> Result<(), Fault> {
 }
 
 /// Reads either kind and either byte order. The absolute value of the scale is multiplied in, as pbrt does.
-pub(crate) fn read(mut file: impl BufRead) -> Result<Image, Fault> {
+pub(crate) fn read(mut file: impl BufRead, most: u64) -> Result<Image, Fault> {
     let names: &[&str] = match word(&mut file)?.as_str() {
         "PF" => &["R", "G", "B"],
         "Pf" => &["Y"],
@@ -36,7 +36,7 @@ pub(crate) fn read(mut file: impl BufRead) -> Result<Image, Fault> {
     if !scale.is_finite() || scale == 0.0 {
         return Err(Fault::Damaged(format!("its scale is {scale}")));
     }
-    let bytes = 4 * names.len() * pixel_count(width.into(), height.into())?;
+    let bytes = 4 * names.len() * pixel_count(width.into(), height.into(), most)?;
 
     // Grows with what is there, not with what the header claims.
     let mut data = Vec::new();
@@ -86,9 +86,10 @@ fn number<T: std::str::FromStr>(file: &mut impl BufRead, what: &str) -> Result<T
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::error::MOST_PIXELS;
 
     fn read_bytes(bytes: &[u8]) -> Result<Image, String> {
-        read(bytes).map_err(|fault| format!("{fault:?}"))
+        read(bytes, MOST_PIXELS).map_err(|fault| format!("{fault:?}"))
     }
 
     #[test]

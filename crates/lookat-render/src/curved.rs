@@ -36,6 +36,8 @@ pub(crate) struct Curved {
     /// The largest distance from the axis, and half the height; in its own space.
     radius: f64,
     half_height: f64,
+    /// The length of 1 of its own space, in object space.
+    unit: f64,
     /// The largest coordinate of the box around it.
     pub magnitude: f64,
 }
@@ -67,6 +69,7 @@ impl Curved {
             world_from_own,
             radius: radius / unit,
             half_height: half_height / unit,
+            unit,
             magnitude: 0.0,
         };
         shape.magnitude = (shape.center.abs() + shape.half_extent()).max_element();
@@ -157,7 +160,7 @@ impl Curved {
             Form::TurnedSegment(segment) => segment.parametric(own),
             Form::Paraboloid(paraboloid) => paraboloid.parametric(own),
         };
-        local.placed(self.world_from_own, self.own_from_world)
+        local.placed(self.world_from_own, self.own_from_world.transpose() * self.unit)
     }
 
     /// A point of the shape for one of the unit square; in its own space. Spheres are sampled by their light.

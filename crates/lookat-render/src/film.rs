@@ -208,6 +208,11 @@ impl Tile {
     }
 }
 
+/// Bytes of a film while it is rendered: the sums of each pixel, and the picture that they become.
+pub fn film_bytes(film: &Film) -> u64 {
+    film.crop.area() * (size_of::<Pixel>() + size_of::<[f32; 3]>()) as u64
+}
+
 /// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.
 pub(crate) fn tile_side(crop: PixelBounds) -> u32 {
     const FEWEST: u64 = 64;
@@ -232,15 +237,17 @@ pub(crate) fn tiles(crop: PixelBounds, with_spreads: bool) -> Vec<Tile> {
 /// The picture that the tiles make, with the layers of its error if they have it.
 pub(crate) fn develop(tiles: &[Tile], film: &Film, weight: f64) -> Image {
     let crop = film.crop;
-    let mut pixels = vec![[0.0; 3]; crop.area() as usize];
+    let area = crop.area() as usize;
+    let mut planes = [(); 3].map(|()| vec![0.0; area]);
     let mut errors = Vec::new();
     for tile in tiles {
         for (at, pixel) in indices(tile.bounds, crop).zip(&tile.pixels) {
             // pbrt-v3 writes nothing below black, which filters with negative lobes give.
-            pixels[at] = (pixel.value(weight).max(DVec3::ZERO) * film.scale).as_vec3().to_array();
+            let value = (pixel.value(weight).max(DVec3::ZERO) * film.scale).as_vec3().to_array();
+            planes.iter_mut().zip(value).for_each(|(plane, value)| plane[at] = value);
         }
         if !tile.errors.is_empty() {
-            errors.resize(pixels.len(), PixelError::default());
+            errors.resize(area, PixelError::default());
         }
         for (at, error) in indices(tile.bounds, crop).zip(&tile.errors) {
             let standard_error = error.standard_error.map(|error| error * film.scale.abs() as f32);
@@ -249,7 +256,8 @@ pub(crate) fn develop(tiles: &[Tile], film: &Film, weight: f64) -> Image {
     }
     let window = |x: u32, y: u32, width, height| Window { x: x as i32, y: y as i32, width, height };
     let data = window(crop.x0, crop.y0, crop.width(), crop.height());
-    let mut image = Image::from_rgb(data, window(0, 0, film.resolution[0], film.resolution[1]), &pixels);
+    let display = window(0, 0, film.resolution[0], film.resolution[1]);
+    let mut image = Image::from_planes(data, display, planes);
     if !errors.is_empty() {
         image.add_errors(&errors);
     }

@@ -58,7 +58,7 @@ mod triangle;
 mod warp;
 
 pub use arithmetic::Precision;
-pub use film::REPLICATES;
+pub use film::{REPLICATES, film_bytes};
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::Draw;
 pub use lookat_image as image;

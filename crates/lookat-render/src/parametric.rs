@@ -11,7 +11,8 @@ pub(crate) struct Parametric {
     /// Change of the position with u and with v. One is 0 where a surface ends in a point, as at the poles of a sphere.
     pub dpdu: DVec3,
     pub dpdv: DVec3,
-    /// Change of the unit normal, as it is before it is flipped.
+    /// Change of the unit normal of object space, as it is before it is flipped; transformed like a normal, as in pbrt-v3, so
+    /// that it is that of the unit normal of the world only where that space is not scaled.
     pub dndu: DVec3,
     pub dndv: DVec3,
 }
@@ -29,16 +30,14 @@ pub(crate) struct Local {
 }
 
 impl Local {
-    /// In the world. The derivatives of the normal are what the Weingarten equations give (PBR 3.2), but hold under any
-    /// affine transformation: of the unit normal in the world, where pbrt-v3 transforms those of object space.
-    pub fn placed(&self, world_from_local: DMat3, local_from_world: DMat3) -> Parametric {
-        let normals = local_from_world.transpose();
-        let normal = normals * self.gradient;
-        let length = normal.length();
-        let unit = normal / length;
+    /// In the world. `normals` takes normals of object space there. The derivatives of the normal are what the Weingarten
+    /// equations give (PBR 3.2).
+    pub fn placed(&self, world_from_local: DMat3, normals: DMat3) -> Parametric {
+        let length = self.gradient.length();
+        let unit = self.gradient / length;
         let turn = |dp: DVec3| {
-            let change = normals * (self.bend * dp) / length;
-            let across = change - unit * unit.dot(change);
+            let change = self.bend * dp / length;
+            let across = normals * (change - unit * unit.dot(change));
             // The tip of a cone has no normal.
             if across.is_finite() { across } else { DVec3::ZERO }
         };

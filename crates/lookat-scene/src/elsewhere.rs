@@ -100,7 +100,7 @@ impl Elsewhere {
                 (None, None) if error.fix.is_none() => match self.nearest(*kind, name) {
                     Some((near, place)) => (
                         place,
-                        "it is defined here, too late or in a block that has ended",
+                        "one of this name is defined here, too late or in a block that has ended",
                         format!(
                             "did you mean \"{near}\"? {definer} belongs before its use, outside of blocks that end before it"
                         ),

@@ -3,6 +3,7 @@
 mod nearby;
 
 use std::cell::RefCell;
+use std::collections::BTreeSet;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
@@ -71,23 +72,37 @@ pub(crate) struct Files<'a> {
     root: PathBuf,
     /// What was listed for names that lead nowhere.
     folders: RefCell<Folders>,
+    /// All files that were read.
+    inputs: RefCell<BTreeSet<PathBuf>>,
 }
 
 impl<'a> Files<'a> {
     pub fn new(scene: &Path, access: Access<'a>) -> Self {
-        Files { sources: Sources::default(), access, root: parent(scene), folders: RefCell::default() }
+        Files {
+            sources: Sources::default(),
+            access,
+            root: parent(scene),
+            folders: RefCell::default(),
+            inputs: RefCell::default(),
+        }
     }
 
     /// Reads a scene file or an included one.
     pub fn open(&mut self, path: PathBuf, included_at: Option<Span>) -> io::Result<FileId> {
         let text: Arc<Vec<u8>> = self.access.content(&path)?.bytes()?.into();
+        self.inputs.borrow_mut().insert(path.clone());
         Ok(self.add(path, text, included_at))
     }
 
-    /// The files alone: texts that are no text are not to be shown.
-    pub fn without_texts(mut self) -> Sources {
+    /// Forgets the texts: those that are no text are not to be shown.
+    pub fn without_texts(mut self) -> Self {
         self.sources.files.iter_mut().for_each(|source| source.text = Arc::default());
-        self.sources
+        self
+    }
+
+    /// The files of the scene's text, and all that were read.
+    pub fn into_parts(self) -> (Sources, BTreeSet<PathBuf>) {
+        (self.sources, self.inputs.into_inner())
     }
 
     /// Adds a file whose text is known already.
@@ -121,7 +136,11 @@ impl<'a> Files<'a> {
         span: Span,
         take: impl Fn(Content) -> io::Result<T>,
     ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
-        let get = |path: &Path| self.access.content(path).and_then(&take);
+        let get = |path: &Path| {
+            let taken = self.access.content(path).and_then(&take)?;
+            self.inputs.borrow_mut().insert(path.to_owned());
+            Ok(taken)
+        };
         let beside = self.beside(name, span);
         let error = match get(&beside) {
             Ok(taken) => return Ok((beside, taken)),
@@ -180,7 +199,22 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// A file that there is, of a name much like one that leads nowhere, and that is no part of the scene yet.
+    /// A file that there is, of a name much like that of a scene file that is not there.
+    pub fn meant_scene(&self, path: &Path) -> Option<String> {
+        if let Access::Read(_) = self.access {
+            return None;
+        }
+        let ended = format!("{}.pbrt", path.to_str()?);
+        if Path::new(&ended).is_file() {
+            return Some(ended);
+        }
+        let from = if path.is_absolute() { "/" } else { "" };
+        let meant = self.folders.borrow_mut().meant(path.to_str()?, &[PathBuf::from(from)])?;
+        Some(format!("{from}{meant}"))
+    }
+
+    /// A file that there is, of a name much like one that leads nowhere. Not one that is part of the scene already, unless only
+    /// upper and lower case differ: files have names much like each other's.
     fn meant(&self, name: &Text) -> Option<String> {
         // Only where names are those of files on disk, which can be listed.
         if let Access::Read(_) = self.access {
@@ -189,7 +223,8 @@ impl<'a> Files<'a> {
         let folders = [self.folder(name.span), self.root.clone()];
         let meant = self.folders.borrow_mut().meant(&name.value, &folders)?;
         let is_known = |path: PathBuf| self.sources.files.iter().any(|source| source.path == path);
-        (!folders.iter().any(|folder| is_known(normal(&folder.join(&meant))))).then_some(meant)
+        let is_same = meant.to_lowercase() == name.value.to_lowercase();
+        (is_same || !folders.iter().any(|folder| is_known(normal(&folder.join(&meant))))).then_some(meant)
     }
 }
 
@@ -230,7 +265,13 @@ pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
         (b"<", "XML or HTML"),
         (LFS_POINTER, "a Git LFS pointer: `git lfs pull` fetches the file"),
     ];
-    known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name)
+    let by_magic = known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name);
+    by_magic.or(match bytes {
+        [0, 0, ..] => Some("no text"),
+        // Every other byte of what is mostly ASCII.
+        [0, letter, ..] | [letter, 0, ..] if letter.is_ascii() => Some("UTF-16 text: save it as UTF-8"),
+        _ => None,
+    })
 }
 
 #[cfg(test)]

@@ -101,6 +101,9 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
         let message = format!("lookat cannot write a picture named \"{}\"", file.display());
         let help = format!("the endings {} choose the format; or render with -o", Format::NAMES);
         params.warn("filename", &message, &help);
+    } else if cfg!(not(windows)) && file.as_os_str().as_encoded_bytes().contains(&b'\\') {
+        let message = "a backslash is part of the name here, and begins no folder";
+        params.warn("filename", message, "/ separates folders; -o names another file");
     }
     if known {
         params.finish();

@@ -1,6 +1,7 @@
 //! From a path to a scene: reads files, follows `Include`, and hands every directive to the resolver.
 
 use std::collections::HashMap;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -47,8 +48,7 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
                 let at = Span { file, start: 0, end: 0 };
                 let message = format!("{} is not a pbrt scene: it looks like {format}", path.display());
                 let diagnostics = vec![Diagnostic::error(at, message)];
-                let sources = loader.resolver.files.without_texts();
-                return Loaded { sources, scene: None, diagnostics, can_keep_going: false, misfit: None };
+                return nothing(loader.resolver.files.without_texts(), diagnostics);
             }
             loader.file(file, Vec::new());
             loader.resolver.finish(file)
@@ -57,11 +57,23 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
             let file = loader.resolver.files.add(path.to_owned(), Arc::default(), None);
             let at = Span { file, start: 0, end: 0 };
             let message = format!("cannot read {}: {}", path.display(), io_reason(&error));
-            let diagnostics = vec![Diagnostic::error(at, message)];
-            let sources = loader.resolver.files.sources;
-            Loaded { sources, scene: None, diagnostics, can_keep_going: false, misfit: None }
+            let mut diagnostic = Diagnostic::error(at, message);
+            diagnostic.help = match error.kind() {
+                ErrorKind::NotFound => {
+                    loader.resolver.files.meant_scene(path).map(|meant| format!("did you mean {meant}?"))
+                }
+                ErrorKind::IsADirectory => Some("`lookat verify` renders the scenes of a folder".into()),
+                _ => None,
+            };
+            nothing(loader.resolver.files, vec![diagnostic])
         }
     }
+}
+
+/// What is no scene at all.
+fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
+    let (sources, inputs) = files.into_parts();
+    Loaded { sources, inputs, scene: None, diagnostics, can_keep_going: false, misfit: None }
 }
 
 struct Loader<'a> {

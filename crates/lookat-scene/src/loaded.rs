@@ -1,5 +1,8 @@
 //! What reading a scene gives.
 
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
 use lookat_syntax::Diagnostic;
 
 use crate::{Scene, Sources};
@@ -9,6 +12,8 @@ use crate::{Scene, Sources};
 pub struct Loaded {
     /// The files that were read; diagnostics point into them.
     pub sources: Sources,
+    /// All files that were read: these, and the pictures, meshes and spectra that they name.
+    pub inputs: BTreeSet<PathBuf>,
     /// The scene. There is one exactly when no diagnostic is an error, or when errors are to be left out, and there is no
     /// `misfit`.
     pub scene: Option<Scene>,

@@ -155,7 +155,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
 
 fn bump(params: &mut TextureParams) -> Option<Texture<f64>> {
     // A surface that is moved as a whole is not bent.
-    params.float_texture_if_given("bumpmap").filter(|bump| bump.constant().is_none())
+    params.float_texture_if_given("bumpmap").filter(|bump| bump.constant() != Some(0.0))
 }
 
 /// A share of light. pbrt-v3 takes what is less than 0 for 0.

@@ -126,6 +126,10 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
         );
         params.warn("filename", &message, "split them into triangles; pbrt-v3 leaves them out too");
     }
+    if mesh.goes_on {
+        let message = format!("{} goes on after what its header counts", name.value);
+        params.warn("filename", &message, "the rest is left out, as in pbrt-v3; the counts may be wrong");
+    }
     let mesh = Mesh {
         positions: mesh.positions,
         indices: mesh.indices,

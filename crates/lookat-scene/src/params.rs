@@ -79,7 +79,7 @@ impl<'a> Params<'a> {
                 Diagnostic::warning(again.name.span, format!("\"{}\" is given twice", this.name.value))
                     .note("this one counts")
                     .related(this.span(), "this one is dropped");
-            self.report.push(warning);
+            self.report.push_sure(warning);
         }
         let dropped: HashSet<usize> = repeated.into_iter().map(|[this, _]| this).collect();
         let mut at = 0..;
@@ -295,7 +295,7 @@ impl<'a> Params<'a> {
     pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
         let unreadable = self.files.unreadable("read", name, path, error);
         // Those without a name have nothing else in common.
-        if name.value.is_empty() { self.error(unreadable) } else { self.error_once(unreadable) }
+        if name.value.is_empty() { self.error(unreadable) } else { self.file_error(unreadable) }
     }
 
     /// The path at which [`Params::file`] looks first: the same for names that mean the same file.
@@ -333,9 +333,9 @@ impl<'a> Params<'a> {
         self.failed = true;
     }
 
-    /// The same, for a mistake that is told at its first place only, and counted at others.
-    pub fn error_once(&mut self, diagnostic: Diagnostic) {
-        self.report.once(diagnostic);
+    /// Reports what is wrong with a file that a parameter names, at its first place only, and counted at others.
+    pub fn file_error(&mut self, diagnostic: Diagnostic) {
+        self.report.once_sure(diagnostic);
         self.failed = true;
     }
 
@@ -432,9 +432,9 @@ impl<'a> Params<'a> {
     pub fn finish(&mut self) -> bool {
         for param in std::mem::take(&mut self.params) {
             let warning = self.left_over(&param);
-            self.report.push(warning);
+            self.report.push_sure(warning);
         }
-        !self.failed
+        !self.failed && !self.report.partial
     }
 
     /// The types that a parameter was asked for with.

@@ -25,7 +25,7 @@ pub(crate) struct Settings {
     pub not_negative: bool,
 }
 
-/// The most texels of one picture, once its sides are powers of two: 1 GiB of colors.
+/// The most texels of one picture, once its sides are powers of two, and so the most pixels: 1 GiB of colors.
 const MOST_TEXELS: u64 = 1 << 26;
 /// The most texels of all pictures of colors, and of all pictures of numbers, of a scene.
 const MOST_TEXELS_IN_ALL: u64 = 1 << 28;
@@ -124,7 +124,7 @@ impl<T: FromColor> Cache<T> {
         match &self.known[&key] {
             Ok(map) => Some(map.clone()),
             Err((message, help)) => {
-                params.error_once(Diagnostic::error(file.span, message).help(help));
+                params.file_error(Diagnostic::error(file.span, message).help(help));
                 None
             }
         }
@@ -140,19 +140,20 @@ impl<T: FromColor> Cache<T> {
     ) -> Made<T> {
         // As a message may show it.
         let shown = PathBuf::from(path.display().to_string().escape_debug().to_string());
-        let image = Image::decode(&shown, bytes).map_err(|error| (error.to_string(), help(&error)))?;
+        let image =
+            Image::decode(&shown, bytes, MOST_TEXELS).map_err(|error| (error.to_string(), help(&error)))?;
         let (width, height) = (image.data_window.width, image.data_window.height);
         let size = MipMap::<T>::size_of(width, height);
         if size > MOST_TEXELS || self.texels + size > MOST_TEXELS_IN_ALL {
-            let (whose, most) = match size > MOST_TEXELS {
-                true => ("it has", MOST_TEXELS),
-                false => ("the pictures of the scene have", MOST_TEXELS_IN_ALL),
+            let (whose, most, help) = match size > MOST_TEXELS {
+                true => ("it has", MOST_TEXELS, SMALLER),
+                false => ("the pictures of the scene have", MOST_TEXELS_IN_ALL, "make some of them smaller"),
             };
             let message = format!(
                 "cannot use {}, {width} x {height} pixels: {whose} more than {most} once the sides are powers of two",
                 shown.display()
             );
-            return Err((message, HELP.into()));
+            return Err((message, help.into()));
         }
         self.texels += size;
         let planes = image.rgb_planes().ok_or_else(|| {
@@ -177,11 +178,15 @@ fn help(error: &ImageError) -> String {
         ImageError::NotThatFormat { format: Some(ending), .. } => {
             format!("let its name end in .{ending}, or {HELP}")
         }
+        ImageError::TooLarge { .. } => SMALLER.into(),
         _ => HELP.into(),
     }
 }
 
-const HELP: &str = "save the picture again, as exr with ZIP compression or as png, or smaller";
+/// The way out where a picture is too large.
+const SMALLER: &str = "make it smaller: 8192 x 8192 pixels at most, or as many in another shape";
+
+const HELP: &str = "save the picture again, as exr with ZIP compression or as png";
 
 /// The texels of red, green and blue, in rows of so many. What is infinite or no number counts as 0; and whether all is
 /// finite.

@@ -35,6 +35,8 @@ pub struct PlyMesh {
     pub indices: Vec<i32>,
     /// How many faces are neither triangles nor quads. They are left out, as in pbrt-v3.
     pub other_faces: usize,
+    /// Whether the file goes on after what its header counts. That is left out, as in pbrt-v3.
+    pub goes_on: bool,
 }
 
 /// Why a PLY file cannot be read, in words for its user. Vertices, faces and bytes are counted from 0, as in
@@ -54,7 +56,7 @@ impl std::error::Error for PlyError {}
 ///
 /// Quads become two triangles. Normals and texture coordinates are read if all their properties are there.
 /// It is an error if the file is malformed or cut short, has no vertices or no faces, refers to a vertex that does not
-/// exist, or has a value that is not finite. Bytes after the last element are ignored.
+/// exist, or has a value that is not finite.
 ///
 /// # Errors
 ///
@@ -89,7 +91,7 @@ fn read_zipped(file: impl Read, limit: u64) -> Result<PlyMesh, PlyError> {
 
 fn read_stream(stream: &mut Stream<impl Read>) -> Result<PlyMesh, PlyError> {
     let header = header::parse(stream)?;
-    read_body(&header, stream).map_err(|error| {
+    let mesh = read_body(&header, stream).map_err(|error| {
         // What the file cannot hold explains everything else.
         let available = stream.skip_all() - header.size;
         header
@@ -97,7 +99,8 @@ fn read_stream(stream: &mut Stream<impl Read>) -> Result<PlyMesh, PlyError> {
             .iter()
             .find_map(|element| broken_promise(&header, element, available))
             .unwrap_or(error)
-    })
+    })?;
+    Ok(PlyMesh { goes_on: stream.goes_on(), ..mesh })
 }
 
 fn read_body(header: &Header, stream: &mut Stream<impl Read>) -> Result<PlyMesh, PlyError> {

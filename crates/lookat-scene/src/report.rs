@@ -22,6 +22,8 @@ pub(crate) struct Report {
     pub incomplete_end: bool,
     /// Why what the caller asks for does not fit this scene.
     pub misfit: Option<String>,
+    /// A part of the directive could not be read: only what holds whatever that was is told.
+    pub partial: bool,
 }
 
 /// Of one message at most this many are told; the last says how many more there are.
@@ -29,6 +31,13 @@ const MOST_ALIKE: usize = 10;
 
 impl Report {
     pub fn push(&mut self, diagnostic: Diagnostic) {
+        if !self.partial {
+            self.push_sure(diagnostic);
+        }
+    }
+
+    /// Keeps what holds also where a part of the directive could not be read.
+    pub fn push_sure(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
     }
 
@@ -54,6 +63,13 @@ impl Report {
 
     /// Says a message at its first place only.
     pub fn once(&mut self, diagnostic: Diagnostic) {
+        if !self.partial {
+            self.once_sure(diagnostic);
+        }
+    }
+
+    /// The same of what holds also where a part of the directive could not be read.
+    pub fn once_sure(&mut self, diagnostic: Diagnostic) {
         let next = self.diagnostics.len();
         let (_, places) = self.once.entry(diagnostic.message.clone()).or_insert((next, 0));
         *places += 1;
@@ -106,7 +122,9 @@ impl Report {
         cut_alike(&mut self.diagnostics);
         self.v4_marks.sort_by_cached_key(|mark| sources.reading_order(*mark));
         if self.is_v4() {
-            self.diagnostics.insert(0, v4_scene(self.v4_marks[0], self.v4_marks.len()));
+            // One thing is wrong with the scene, not as many as it has marks.
+            self.diagnostics.retain(|diagnostic| !self.v4_marks.contains(&diagnostic.span()));
+            self.diagnostics.insert(0, v4_scene(&self.v4_marks, sources));
         }
         self.diagnostics
     }
@@ -116,10 +134,22 @@ impl Report {
     }
 }
 
-/// The first diagnostic of a scene for another program: it explains the others.
-fn v4_scene(first: Span, marks: usize) -> Diagnostic {
+/// Of a scene for pbrt-v4 at most so many lines are named.
+const MOST_LINES: usize = 20;
+
+/// The diagnostic of a scene for another program: it stands for those of all its marks.
+fn v4_scene(marks: &[Span], sources: &Sources) -> Diagnostic {
+    let (first, count) = (marks[0], marks.len());
+    let here = marks.iter().filter(|mark| mark.file == first.file);
+    let mut lines: Vec<usize> = here.map(|mark| sources.location(*mark).line).collect();
+    lines.dedup();
+    let mut others: Vec<String> = lines[1..].iter().take(MOST_LINES).map(usize::to_string).collect();
+    if lines.len() > 1 + MOST_LINES {
+        others.push("more".into());
+    }
+    let others = if others.is_empty() { String::new() } else { format!("; see lines {}", others.join(", ")) };
     Diagnostic::error(first, "this is a pbrt-v4 scene; lookat reads the pbrt-v3 format")
-        .note(format!("the first of {marks} things that only pbrt-v4 has"))
+        .note(format!("the first of {count} things that only pbrt-v4 has{others}"))
         .help("pbrt-v4 changed directives, types and parameters: look for a pbrt-v3 version of the scene")
 }
 

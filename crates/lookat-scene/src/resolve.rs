@@ -119,7 +119,9 @@ impl<'a> Resolver<'a> {
         if !self.belongs_here(&statement) {
             return;
         }
-        if let Err(error) = self.directive(statement) {
+        let done = self.directive(statement);
+        self.report.partial = false;
+        if let Err(error) = done {
             self.report.push(*error);
         }
     }
@@ -172,7 +174,10 @@ impl<'a> Resolver<'a> {
                     self.medium(name);
                 }
             }
-            Directive::Texture { name, value, entity } => self.texture(name, value, entity, statement.faulty),
+            Directive::Texture { name, value, entity } => {
+                self.report.partial = statement.faulty;
+                self.texture(name, value, entity);
+            }
             Directive::Entity(kind, entity) => self.entity(kind, entity, at, statement.faulty)?,
             // The loader has followed it.
             Directive::Include { .. } => {}
@@ -188,10 +193,10 @@ impl<'a> Resolver<'a> {
         faulty: bool,
     ) -> Result<(), Box<Diagnostic>> {
         match kind {
-            EntityKind::Shape if !faulty => self.shape(entity),
-            EntityKind::LightSource if !faulty => self.light_source(entity),
-            // A shape or light of which a part is missing would be another one.
-            EntityKind::Shape | EntityKind::LightSource => {}
+            EntityKind::Shape | EntityKind::LightSource => {
+                self.report.partial = faulty;
+                if kind == EntityKind::Shape { self.shape(entity) } else { self.light_source(entity) }
+            }
             EntityKind::Material => {
                 let instance = self.material(entity, "Material");
                 self.state.material = Rc::new(instance);
@@ -199,7 +204,8 @@ impl<'a> Resolver<'a> {
             EntityKind::MakeNamedMaterial => self.make_named_material(entity, faulty)?,
             EntityKind::AreaLightSource => {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
-                let emission = light::emission(params);
+                // One of which a part is missing would be another one.
+                let emission = light::emission(params).filter(|_| !faulty);
                 self.state.emission = emission.map(|value| Spanned { value, span: at });
                 self.idle_emissions.extend(emission.filter(|emission| !emission.is_black()).map(|_| at));
             }
@@ -258,7 +264,8 @@ impl<'a> Resolver<'a> {
             instances: self.instances,
             lights: self.lights,
         });
-        Loaded { sources: self.files.sources, scene, diagnostics, can_keep_going, misfit }
+        let (sources, inputs) = self.files.into_parts();
+        Loaded { sources, inputs, scene, diagnostics, can_keep_going, misfit }
     }
 
     fn warn_idle_emissions(&mut self) {

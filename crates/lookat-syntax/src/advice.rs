@@ -21,10 +21,8 @@ pub(crate) fn advice(word: Input) -> Option<String> {
 fn foreign(word: Input) -> Option<&'static str> {
     let starts = |prefix: &str| word.starts_with(prefix.as_bytes());
     Some(match word {
-        b"SurfaceIntegrator" | b"VolumeIntegrator" => {
-            "pbrt-v3 has one Integrator, written Integrator \"path\""
-        }
-        b"Renderer" => {
+        b"SurfaceIntegrator" => "this is a directive of an older pbrt; in pbrt-v3 it is Integrator \"path\"",
+        b"Renderer" | b"VolumeIntegrator" => {
             "this is a directive of an older pbrt; pbrt-v3 has the Integrator alone: delete this one"
         }
         b"Volume" | b"Exterior" | b"Interior" => {

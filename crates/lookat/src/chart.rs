@@ -17,10 +17,13 @@ use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Chart, Other, Report};
-use crate::output::{check_folder, make_folder};
+use crate::output::{check_folder, check_inputs, make_folder};
 use crate::render::progress_bar;
 use crate::source::load_scene;
 use crate::{interrupt, report};
+
+/// What is written.
+const FILE_NAMES: [&str; 4] = ["chart.svg", "chart.png", "chart.csv", "chart.json"];
 
 /// How long a picture of the pilot takes at least: a share of the budget, but at most so many seconds.
 const PILOT: (f64, f64) = (0.0025, 0.1);
@@ -39,7 +42,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let loaded = load_scene(&arguments.scene, &overrides, how);
     let parse = started.elapsed().as_secs_f64();
     report::print(&loaded, false);
-    let Some(scene) = loaded.scene else { return Ok(1) };
+    let Some(scene) = loaded.scene else { return Ok(report::failure(&loaded)) };
     // Before minutes of rendering, not after.
     let reference =
         arguments.reference.as_deref().map(|file| read_reference(file, &scene, arguments)).transpose()?;
@@ -50,6 +53,11 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let is_new = !folder.exists();
     make_folder(&folder)?;
     check_folder(&folder.join("chart.svg"))?;
+    let inputs = loaded.inputs.iter().chain(&arguments.reference);
+    let inputs: Vec<&PathBuf> = inputs.chain(arguments.point.iter().map(|other| &other.image)).collect();
+    for name in FILE_NAMES {
+        check_inputs(&folder.join(name), inputs.iter().copied())?;
+    }
     if is_new {
         // Only a test: nothing is left behind if there will be nothing in it.
         let _ = std::fs::remove_dir(&folder);
@@ -72,12 +80,12 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let results = Results::new(measured, markers, &reference);
     let files = files(&header, &plan, &reference, &results)?;
     make_folder(&folder)?;
-    for (name, bytes) in files {
+    for (name, bytes) in FILE_NAMES.iter().zip(files) {
         write_file(&folder.join(name), &bytes).map_err(|error| error.to_string())?;
     }
     let printed = crate::print(&text::results(&header, &reference, &results));
     let (folder, seconds) = (folder.display(), started.elapsed().as_secs_f64());
-    crate::say(&format!("{folder}: chart.svg, chart.png, chart.csv, chart.json; {seconds:.1} s in all"));
+    crate::say(&format!("{folder}: {}; {seconds:.1} s in all", FILE_NAMES.join(", ")));
     printed.map(|()| status)
 }
 
@@ -272,23 +280,18 @@ fn marker(other: &Other, found: &Fitted, reference: &Reference) -> Marker {
     Marker::new(&other.name, other.seconds, &found.pixels, found.rounded, &reference.pixels)
 }
 
-/// What is written: names and contents.
+/// What is in each of the files.
 fn files(
     header: &Header,
     plan: &Plan,
     reference: &Reference,
     results: &Results,
-) -> Result<[(&'static str, Vec<u8>); 4], String> {
+) -> Result<[Vec<u8>; FILE_NAMES.len()], String> {
     let cannot = |error| format!("cannot draw the chart: {error}");
     let Some(plot) = draw(results, &text::title(header)).map_err(cannot)? else {
         return Err("there is nothing to chart: every picture is the same as the reference".into());
     };
     let png = plot.png().map_err(cannot)?;
     let json = format!("{:#}\n", as_json(header, plan, reference, results));
-    Ok([
-        ("chart.svg", plot.svg.into_bytes()),
-        ("chart.png", png),
-        ("chart.csv", as_csv(results).into_bytes()),
-        ("chart.json", json.into_bytes()),
-    ])
+    Ok([plot.svg.into_bytes(), png, as_csv(results).into_bytes(), json.into_bytes()])
 }

@@ -18,10 +18,12 @@ struct JsonResult<'a> {
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
     let overrides = Overrides { accept_part: true, ..Overrides::default() };
-    let (mut failed, mut lost) = (false, false);
+    let (mut status, mut lost) = (0, false);
     for path in &arguments.files {
         let loaded = load_scene(path, &overrides, arguments.report);
-        failed |= report::has_errors(&loaded);
+        if report::has_errors(&loaded) {
+            status = status.max(report::failure(&loaded));
+        }
         if arguments.report.json {
             let scene = path.display().to_string();
             lost |= crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) }).is_err();
@@ -32,5 +34,5 @@ pub fn check(arguments: &Check) -> ExitCode {
             }
         }
     }
-    ExitCode::from(if lost { crate::lost() } else { u8::from(failed) })
+    ExitCode::from(if lost { crate::lost() } else { status })
 }

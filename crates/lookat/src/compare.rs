@@ -1,7 +1,7 @@
 //! `lookat compare`: how far a picture is from another one.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::{Aligned, Format, Image, PanelOptions, Precision, align, write_panel};
@@ -10,6 +10,7 @@ use serde_json::{Map, Value, json};
 use crate::args::Compare;
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::noise;
+use crate::output::check_inputs;
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {
@@ -79,11 +80,7 @@ fn read(path: &Path, arguments: &Compare) -> Result<Image, String> {
 
 /// Draws both pictures and their difference.
 fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> {
-    let same =
-        |other: &PathBuf| file.canonicalize().is_ok_and(|file| other.canonicalize().is_ok_and(|o| o == file));
-    if same(&arguments.actual) || same(&arguments.expected) {
-        return Err(format!("{}: --picture would replace a picture that is compared", file.display()));
-    }
+    check_inputs(file, [&arguments.actual, &arguments.expected])?;
     let [actual, expected] = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
     let options = PanelOptions { actual, expected, exposure: arguments.exposure };
     write_panel(pair, &options, file).map_err(|error| error.to_string())

@@ -42,7 +42,11 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
         report::print(&loaded, false);
         found.as_ref().map_or(Ok(()), |found| crate::print(&found.text(&name)))
     };
-    ExitCode::from(if printed.is_ok() { u8::from(found.is_none()) } else { crate::lost() })
+    ExitCode::from(match (printed, found) {
+        (Err(_), _) => crate::lost(),
+        (Ok(()), Some(_)) => 0,
+        (Ok(()), None) => report::failure(&loaded),
+    })
 }
 
 impl<'s> Found<'s> {

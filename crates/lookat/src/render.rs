@@ -11,12 +11,12 @@ use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use lookat_image::Format;
-use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError};
-use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
+use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError, film_bytes};
+use lookat_scene::{Film, Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
 use crate::args::Render;
 use crate::interrupt;
-use crate::output::check_output;
+use crate::output::{check_inputs, check_output};
 use crate::report;
 use crate::source::load_scene;
 pub use summary::Metadata;
@@ -25,7 +25,6 @@ use summary::{JsonPicture, JsonResult, JsonTarget, summarize};
 /// Set when there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
 
-const FAILED: u8 = 1;
 /// The share of pixels that are to be within the target error, where it is not given.
 const CONFIDENCE: f64 = 0.95;
 
@@ -34,10 +33,6 @@ const MOST_PIXELS: u64 = 1 << 24;
 
 /// Runs the command.
 pub fn render(arguments: &Render) -> ExitCode {
-    if let Err(message) = check_arguments(arguments) {
-        crate::say(&format!("error: {message}"));
-        return ExitCode::from(crate::TROUBLE);
-    }
     let crop = arguments.crop.as_deref().and_then(|edges| <[f64; 4]>::try_from(edges).ok());
     let is_open = arguments.target_error.is_some() || arguments.time.is_some();
     let overrides = Overrides {
@@ -49,23 +44,24 @@ pub fn render(arguments: &Render) -> ExitCode {
         keep_going: arguments.keep_going,
         ..Overrides::default()
     };
+    let scene = arguments.scene.display().to_string();
+    if let Err(message) = check_arguments(arguments) {
+        let mut result = JsonResult { scene, diagnostics: Vec::new(), picture: None, error: None };
+        let status = fail(message, &mut result);
+        return finish(arguments, &result, status);
+    }
     let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
     if !arguments.report.json {
         report::print(&loaded, arguments.quiet);
     }
-    let mut result = JsonResult {
-        scene: arguments.scene.display().to_string(),
-        diagnostics: report::json(&loaded),
-        picture: None,
-        error: None,
-    };
+    let mut result = JsonResult { scene, diagnostics: report::json(&loaded), picture: None, error: None };
     let status = match (&loaded.scene, &loaded.misfit) {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone(), &mut result),
         (None, _) => {
             if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
                 crate::say("not rendered; --keep-going renders what is right");
             }
-            FAILED
+            report::failure(&loaded)
         }
         (Some(scene), _) => match picture(arguments, scene, &loaded) {
             Ok(picture) => {
@@ -76,7 +72,12 @@ pub fn render(arguments: &Render) -> ExitCode {
             Err(message) => fail(message, &mut result),
         },
     };
-    let lost = arguments.report.json && crate::print_json(&result).is_err();
+    finish(arguments, &result, status)
+}
+
+/// Prints the result, if it is asked for as JSON; the exit status.
+fn finish(arguments: &Render, result: &JsonResult, status: u8) -> ExitCode {
+    let lost = arguments.report.json && crate::print_json(result).is_err();
     ExitCode::from(if lost { crate::lost() } else { status })
 }
 
@@ -134,6 +135,8 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     // Before hours of rendering, not after.
     let crop = scene.film.crop;
     check_output(&file, [crop.width(), crop.height()])?;
+    check_inputs(&file, &loaded.inputs)?;
+    check_memory(&scene.film)?;
     if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
         return Err(format!(
             "--target-error keeps 16 patterns for each pixel, and takes up to {MOST_PIXELS} pixels; render parts with --crop"
@@ -182,6 +185,19 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         }
     }
     Ok(picture)
+}
+
+/// Fails where there is no memory for the film.
+fn check_memory(film: &Film) -> Result<(), String> {
+    let bytes = film_bytes(film);
+    let fits = usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
+    match fits {
+        true => Ok(()),
+        false => {
+            let megabytes = bytes.div_ceil(1_000_000);
+            Err(format!("the film takes {megabytes} MB, more than there is; render parts of it with --crop"))
+        }
+    }
 }
 
 /// Where `--adaptive` has changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.

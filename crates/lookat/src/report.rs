@@ -17,19 +17,34 @@ pub fn has_errors(loaded: &Loaded) -> bool {
     loaded.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
 }
 
+/// The exit status for what is no scene: it has errors, or could not even be read.
+pub fn failure(loaded: &Loaded) -> u8 {
+    if loaded.inputs.is_empty() { crate::TROUBLE } else { 1 }
+}
+
 /// Prints the diagnostics of a scene to standard error. `quiet` leaves warnings out.
 pub fn print(loaded: &Loaded, quiet: bool) {
     let out = anstream::stderr();
     let renderer = if out.as_inner().is_terminal() { Renderer::styled() } else { Renderer::plain() };
     let mut out = out.lock();
-    let shown = |diagnostic: &&Diagnostic| !quiet || diagnostic.severity == Severity::Error;
-    for diagnostic in loaded.diagnostics.iter().filter(shown).take(MAX_SHOWN) {
+    let is_error = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Error;
+    let errors = loaded.diagnostics.iter().filter(is_error).count();
+    // Warnings have the room that errors leave.
+    let mut room = [MAX_SHOWN, if quiet { 0 } else { MAX_SHOWN.saturating_sub(errors) }];
+    let mut hidden = 0;
+    for diagnostic in loaded.diagnostics.iter().filter(|diagnostic| !quiet || is_error(diagnostic)) {
+        let room = &mut room[usize::from(!is_error(&diagnostic))];
+        if *room == 0 {
+            hidden += 1;
+            continue;
+        }
+        *room -= 1;
         // Standard error may be closed; nobody reads then.
         let _ = writeln!(out, "{}\n", render(diagnostic, &loaded.sources, &renderer));
     }
-    let hidden = loaded.diagnostics.iter().filter(shown).count().saturating_sub(MAX_SHOWN);
     if hidden > 0 {
-        let _ = writeln!(out, "... and {hidden} more messages; --json has them\n");
+        let noun = if hidden == 1 { "message" } else { "messages" };
+        let _ = writeln!(out, "... and {hidden} more {noun}; --json has them\n");
     }
     let summary = summary(&loaded.diagnostics, quiet);
     if !summary.is_empty() {

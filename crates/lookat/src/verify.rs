@@ -15,7 +15,7 @@ use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
-use crate::output::check_folder;
+use crate::output::{check_folder, is_among};
 use crate::render::{Metadata, note_jitter};
 use crate::source::load_scene;
 use crate::{noise, report};
@@ -143,7 +143,9 @@ fn scenes(folder: &Path) -> Result<Vec<PathBuf>, String> {
     let cannot = |error: std::io::Error| format!("cannot read {}: {}", folder.display(), io_reason(&error));
     let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(cannot)?.collect();
     let mut files: Vec<PathBuf> = entries.map_err(cannot)?.into_iter().map(|entry| entry.path()).collect();
-    files.retain(|file| file.extension().is_some_and(|ending| ending == "pbrt") && file.is_file());
+    files.retain(|file| {
+        file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pbrt")) && file.is_file()
+    });
     files.sort();
     if files.is_empty() { Err(format!("there is no .pbrt file in {}", folder.display())) } else { Ok(files) }
 }
@@ -184,6 +186,10 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     report::print(&loaded, false);
     let Some(scene) = &loaded.scene else { return outcome(Verdict::Trouble, "the scene has errors".into()) };
     note_jitter(scene, &loaded);
+    if let Some(reference) = reference.as_ref().filter(|reference| is_among(reference, &loaded.inputs)) {
+        let reason = format!("{} is a picture that the scene shows, not one of it", reference.display());
+        return outcome(Verdict::Trouble, reason);
+    }
     let rendered = render(arguments, file, scene);
     let mut outcome = match &reference {
         None => outcome(Verdict::New, "no picture beside it".into()),

@@ -49,7 +49,8 @@ impl Facing {
         let along = self.mean_normal.dot(d);
         let along = if self.sides > 1.0 { along.abs() } else { along };
         match self.is_flat {
-            true if along <= 0.0 => 0.0,
+            // Nor does it light its own plane, which rounding may lift.
+            true if along <= ROUNDING => 0.0,
             // Parts of it are seen less aslant than the centre.
             true => (along + 0.5 * spread).clamp(LEAST_COSINE, 1.0),
             // A closed convex shape shows a quarter.

@@ -24,7 +24,7 @@ impl Params<'_> {
         if !self.report.incomplete {
             let message = format!("there is no {} \"{}\"", kind.name(), name.value);
             let help = format!("the texture of that name is a {has} texture; a {needs} one is needed here");
-            self.report.push(Diagnostic::error(name.span, message).help(help));
+            self.report.push_sure(Diagnostic::error(name.span, message).help(help));
         }
     }
 
@@ -52,12 +52,13 @@ impl Params<'_> {
     pub fn unknown_choice(&mut self, name: &str, given: &Text, known: &[&str]) {
         let message = format!("unknown {name} \"{}\"", shown(given.value.as_bytes()));
         let error = Diagnostic::error(given.span, message);
-        self.error(match nearest(&given.value, known.iter().copied()) {
+        self.report.push_sure(match nearest(&given.value, known.iter().copied()) {
             Some(near) => {
                 error.help(format!("did you mean \"{near}\"?")).fix(given.span, format!("\"{near}\""))
             }
             None => error.help(format!("the choices are {}", known.join(", "))),
         });
+        self.failed = true;
     }
 
     /// Reports a type that pbrt-v3 does not have.
@@ -86,7 +87,7 @@ impl Params<'_> {
             let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
             unknown.help(format!("pbrt-v3 knows {}", names.join(", ")))
         };
-        self.report.push(Diagnostic { severity, ..unknown });
+        self.report.push_sure(Diagnostic { severity, ..unknown });
     }
 
     pub(super) fn left_over(&self, param: &Param) -> Diagnostic {
@@ -113,6 +114,7 @@ impl Params<'_> {
                 let types: Vec<ParamType> = self.types(known).collect();
                 let ty = match types[..] {
                     [only] if !is_of(only) => only,
+                    _ if !types.iter().any(|ty| is_of(*ty)) => return warning,
                     _ => return warning.fix(at, format!("\"{} {known}\"", self.spelling(param))),
                 };
                 if !may_be(&param.values.value, ty) {

@@ -97,6 +97,20 @@ impl<R: Read> Stream<R> {
         &self.piece[self.at - length - end..self.at]
     }
 
+    /// Steps over blanks and zeros. Whether anything else follows.
+    pub fn goes_on(&mut self) -> bool {
+        loop {
+            let is_blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0;
+            if !self.rest().iter().all(is_blank) {
+                return true;
+            }
+            self.step(self.rest().len());
+            if !self.more() {
+                return false;
+            }
+        }
+    }
+
     /// Steps over bytes. Whether there are so many.
     pub fn skip(&mut self, count: u64) -> bool {
         let mut left = count;

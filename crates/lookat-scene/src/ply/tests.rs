@@ -129,7 +129,7 @@ fn normals_and_texture_coordinates() {
             normals: vec![[0.0, 0.1, 1.0], [1.0, 0.0, 0.0]],
             uvs: vec![[-7.0, 0.5], [300.0, 0.25]],
             indices: vec![0, 1, 0],
-            other_faces: 0,
+            ..PlyMesh::default()
         };
         check(&file(&lines, "", &rows, &["3 0 1 0"]), &expected);
     }
@@ -172,6 +172,15 @@ fn all_types_of_coordinates_and_indices() {
             };
             check(&ascii, &expected);
         }
+    }
+}
+
+#[test]
+fn what_the_header_does_not_count_is_told() {
+    let goes_on = |bytes: Vec<u8>| read(&bytes[..]).unwrap().unwrap().goes_on;
+    for (rest, expected) in [("", false), (" \n\0", false), ("3 0 1 2", true), ("\n\n   \n    3", true)] {
+        assert_eq!(goes_on((square() + rest).into_bytes()), expected, "{rest:?}");
+        assert_eq!(goes_on([&to_binary(&square(), true), rest.as_bytes()].concat()), expected, "{rest:?}");
     }
 }
 

@@ -69,22 +69,19 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity, faulty: bool) {
+    pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
         self.texture_again(&name, &value);
-        self.define_texture(name.clone(), &value, entity, faulty);
+        self.define_texture(name.clone(), &value, entity);
         // A texture may use the one that had its name before.
         if let Some(kind) = Kind::of_texture(&value.value) {
             self.report.define(kind, &name);
         }
     }
 
-    fn define_texture(&mut self, name: Text, value: &Text, entity: Entity, faulty: bool) {
+    fn define_texture(&mut self, name: Text, value: &Text, entity: Entity) {
         let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
         let params = &mut TextureParams::new(params, &self.definitions.textures);
         match value.value.as_str() {
-            // One of which a part is missing would be another one.
-            "float" if faulty => self.definitions.textures.float.define(name.value, None),
-            "spectrum" | "color" if faulty => self.definitions.textures.spectrum.define(name.value, None),
             "float" => {
                 let made = texture::texture(params, self.state.ctm, &mut self.pictures);
                 self.definitions.textures.float.define(name.value, made);
@@ -150,7 +147,8 @@ impl Resolver<'_> {
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
         params.finish();
-        let Some(shape) = shape else { return };
+        // One of which a part is missing would be another one.
+        let Some(shape) = shape.filter(|_| !self.report.partial) else { return };
         if let Some(emission) = self.state.emission.as_ref().filter(|_| !shape.is_empty()) {
             self.idle_emissions.remove(&emission.span);
         }

@@ -106,7 +106,7 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scen
     if let Some(target) = &picture.target {
         target.summarize(picture);
     }
-    if picture.least_samples == 0 && rendered.complete {
+    if picture.least_samples == 0 {
         crate::say("the time was too short for a sample of each pixel; those without one are black");
     }
     if picture.black {
@@ -116,7 +116,8 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scen
             true => {
                 "the picture is all black: no ray from the camera meets a surface that scatters light; see LookAt and fov"
             }
-            false if scene.lights.is_empty() => {
+            // Else it is told before.
+            false if scene.lights.is_empty() && glows(scene) => {
                 "the picture is all black: no light comes to the camera from what it sees; a shape glows on the side of its normals alone; see \"bool twosided\" and ReverseOrientation"
             }
             false => "the picture is all black: no light comes to the camera from what it sees",
@@ -126,6 +127,13 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scen
         let count = rendered.statistics.rejected;
         crate::say(&format!("{count} samples were infinite or not a number, and count as black"));
     }
+}
+
+/// Whether any shape emits light.
+fn glows(scene: &Scene) -> bool {
+    let objects = scene.objects();
+    let of_objects = objects.iter().flat_map(|object| &object.primitives);
+    scene.primitives.iter().chain(of_objects).any(|primitive| primitive.emission.is_some())
 }
 
 /// How many samples the pixels have.
@@ -181,7 +189,7 @@ impl JsonTarget {
         }
         if self.outliers > 0 {
             crate::say(&format!(
-                "{} hold a sample over 20 times as bright as all around: around them, pixels may be off by light that they have not seen; maxsampleluminance of the Film limits it",
+                "{} with a sample over 20 times as bright as all around: around them, pixels may be off by light that they have not seen; maxsampleluminance of the Film limits it",
                 pixels(self.outliers)
             ));
         }
