@@ -77,6 +77,7 @@ fn metrics_are_held_to_their_limits() {
     assert_eq!(status(&[]), 0);
     assert_eq!(status(&["--max", "rmse=0.13", "--max", "error=0.126"]), 0);
     assert_eq!(status(&["--max", "rmse=0.12"]), 1);
+    assert_eq!(status(&["--max", "rmse=-1"]), 2);
     assert_eq!(status(&["--max", "psnr=60"]), 1);
     assert_eq!(status(&["--max", "ssim=0.5"]), 0);
     assert_eq!(

@@ -162,3 +162,29 @@ fn long_lines_are_shown_in_part_only() {
     assert!(run.err.contains("Shaep") && run.err.contains("help: did you mean `Shape`?"), "{}", run.err);
     assert!(run.err.len() < 1000 && !run.err.contains(":::"), "{}", run.err);
 }
+
+/// However many warnings there are, errors are printed.
+#[test]
+fn errors_are_told_before_warnings() {
+    let folder = Folder::new();
+    let warnings: String =
+        (0..120).map(|k| format!("Shape \"sphere\" \"float slip{k}\" 1 ")).collect::<Vec<_>>().join("\n");
+    folder.write("many.pbrt", &FINE.replace("Shape \"sphere\"", &format!("{warnings}\nShape \"nothing\"")));
+    let err = folder.run(&["check", "many.pbrt"]).err;
+    assert!(err.contains("error: unknown Shape \"nothing\""), "{err}");
+    assert!(err.contains("... and 21 more messages; --json has them"), "{err}");
+    assert!(err.ends_with("many.pbrt: 1 error, 120 warnings\n"), "{err}");
+}
+
+/// Of a light, a part of which could not be read, nothing is seen; not what it would be without that part.
+#[test]
+fn lights_in_error_give_no_light() {
+    let folder = Folder::new();
+    let lamps = r#"AttributeBegin AreaLightSource "diffuse" "rgb L" [1 2] Shape "sphere" AttributeEnd
+        LightSource "infinite" "rgb L" [1 2] LightSource "point" "color I" "much""#;
+    let world = FINE.split_once("WorldBegin").unwrap().0;
+    folder.write("lamps.pbrt", &format!("{world}WorldBegin {lamps} WorldEnd"));
+    let run = folder.run(&["render", "lamps.pbrt", "-o", "a.pfm", "--keep-going", "--json"]);
+    let result = &json_lines(&run)[0];
+    assert_eq!((run.status, &result["picture"]["black"]), (0, &true.into()), "{}", run.out);
+}
