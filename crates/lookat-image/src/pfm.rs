@@ -127,7 +127,7 @@ mod tests {
         check(b"PF\n-1 1\n-1\n", "its width is");
         check(b"PF\n1 1\n0\n", "its scale is");
         check(b"PF\n0 1\n-1\n", "no pixels");
-        check(b"PF\n4294967295 4294967295\n-1\n", "more than");
+        check(b"PF\n4294967295 4294967295\n-1\n", "TooLarge");
         check(b"PF\n16384 16384\n-1\n1234", "ends too early");
         check(b"Pf\n1 1\n-1\n123", "ends too early");
     }

@@ -1,6 +1,6 @@
 //! `Camera`: the view of the scene.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use crate::params::Params;
 use crate::{Film, Transform};
@@ -104,20 +104,7 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
     // Nothing moves, so the shutter changes nothing.
     params.float("shutteropen", 0.0);
     params.float("shutterclose", 1.0);
-    if is_scaled(&world_from_camera) {
-        let message =
-            "a scale before Camera: pbrt-v3 shows glossy and clear surfaces too dark or too bright, or ends";
-        params.warn("", message, "lookat shows them as they are; scale the world after WorldBegin instead");
-    }
     params.finish().then_some(Camera { world_from_camera, projection, screen, lens })
-}
-
-/// Whether lengths of the camera are others in the world: pbrt-v3 then samples the BSDF of the first surface with a
-/// direction whose length is not 1.
-fn is_scaled(world_from_camera: &Transform) -> bool {
-    [DVec3::X, DVec3::Y, DVec3::Z]
-        .iter()
-        .any(|axis| (world_from_camera.vector(*axis).length() - 1.0).abs() > 1e-3)
 }
 
 fn perspective(params: &mut Params) -> Projection {

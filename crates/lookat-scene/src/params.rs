@@ -114,7 +114,9 @@ impl<'a> Params<'a> {
             return Some(param);
         }
         let message = format!("{name} takes 1 value, not {}", param.values.value.len());
-        self.reject(name, message, None);
+        let has_comma = self.files.sources.text(param.values.span).contains(&b',');
+        let help = has_comma.then_some("the decimal point is a point");
+        self.reject(name, message, help);
         None
     }
 

@@ -1,6 +1,7 @@
 //! The interpreter: every directive changes the state as api.cpp of pbrt-v3 has it, or adds to the scene.
 
 mod block;
+mod doubts;
 mod transformation;
 mod world;
 
@@ -9,7 +10,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use lookat_syntax::{
-    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, shown,
+    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement,
 };
 
 use crate::elsewhere::Kind;
@@ -22,8 +23,9 @@ use crate::picture::Pictures;
 use crate::report::Report;
 use crate::state::{Definitions, GraphicsState, Open, Saved};
 use crate::transform::Transform;
-use crate::{Emission, Instance, Light, Object, Primitive, Scene, light};
+use crate::{Instance, Light, Object, Primitive, Scene, light};
 pub(crate) use block::home_block;
+use doubts::is_scaled;
 use transformation::{matrix, rotate, scale};
 
 /// Where a directive may stand.
@@ -67,6 +69,8 @@ pub(crate) struct Resolver<'a> {
     idle_objects: HashMap<String, Span>,
     /// The first shape that all rays pass.
     passed: Option<Span>,
+    /// A Camera whose lengths are others in the world.
+    scaled_camera: Option<Span>,
     primitives: Vec<Primitive>,
     instances: Vec<Instance>,
     lights: Vec<Light>,
@@ -103,6 +107,7 @@ impl<'a> Resolver<'a> {
             idle_emissions: HashSet::new(),
             idle_objects: HashMap::new(),
             passed: None,
+            scaled_camera: None,
             primitives: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
@@ -217,6 +222,7 @@ impl<'a> Resolver<'a> {
                 let world_from_camera = self.state.ctm.inverse();
                 if kind == EntityKind::Camera {
                     self.idle_transform = None;
+                    self.scaled_camera = is_scaled(&world_from_camera).then_some(at);
                     self.coordinate_systems.insert("camera".into(), world_from_camera);
                 }
                 self.options.set(kind, entity, at, world_from_camera, &mut self.report);
@@ -244,10 +250,7 @@ impl<'a> Resolver<'a> {
         self.tell_doubted_rotations();
         // A shape or a light in error is one all the same.
         if !self.report.has_errors() {
-            self.warn_idle_emissions();
-            self.warn_idle_objects();
-            self.warn_dark(at);
-            self.warn_empty(at);
+            self.warn_of_all(at);
         }
         let misfit = self.report.misfit.take();
         let can_keep_going = self.settled.is_some() && !self.report.is_v4() && misfit.is_none();
@@ -268,65 +271,9 @@ impl<'a> Resolver<'a> {
         Loaded { sources, inputs, scene, diagnostics, can_keep_going, misfit }
     }
 
-    fn warn_idle_emissions(&mut self) {
-        for at in self.idle_emissions.drain() {
-            let message = "no shape that could glow follows this AreaLightSource";
-            let help = "it counts for the shapes after it, up to the AttributeEnd of its block";
-            self.report.push(Diagnostic::warning(at, message).help(help));
-        }
-    }
-
     /// Names may be defined again: of materials and textures pbrt-v3 says so too.
     fn warn_again(&mut self, what: &str, name: &str, at: Span) {
         let message = format!("{what} \"{name}\" is defined again; the new one counts from here");
         self.report.push(Diagnostic::warning(at, message));
-    }
-
-    fn warn_idle_objects(&mut self) {
-        for (name, at) in self.idle_objects.drain() {
-            let message = format!("nothing is seen of object \"{}\"", shown(name.as_bytes()));
-            let help = "ObjectInstance puts a copy of it into the world; no directive does so";
-            self.report.push(Diagnostic::warning(at, message).help(help));
-        }
-    }
-
-    /// Without a shape only skies are seen.
-    fn warn_empty(&mut self, end: Span) {
-        let is_sky = |light: &Light| matches!(light, Light::Infinite { .. } | Light::Environment { .. });
-        if self.settled.is_none() || !self.primitives.is_empty() || !self.instances.is_empty() {
-            return;
-        }
-        if let Some(passed) = self.passed {
-            let warning = Diagnostic::warning(passed, "no shape has a material: none is seen");
-            let help = "rays of this Integrator pass those without one; Material \"matte\" gives the next shapes one";
-            self.report.push(warning.help(help));
-        } else if !self.lights.is_empty() && !self.lights.iter().any(is_sky) {
-            let warning = Diagnostic::warning(
-                self.world_begin.unwrap_or(end),
-                "the world has no shapes: the picture is black",
-            );
-            self.report
-                .push(warning.help("Shape \"sphere\" is one of radius 1, where the transformations put it"));
-        }
-    }
-
-    fn warn_dark(&mut self, end: Span) {
-        let Some(settled) = &self.settled else { return };
-        if matches!(settled.integrator, crate::Integrator::AmbientOcclusion { .. }) {
-            return;
-        }
-        let in_objects = self.objects.values().flat_map(|object| &object.primitives);
-        let there = self.primitives.iter().chain(in_objects).filter(|primitive| !primitive.shape.is_empty());
-        let emissions: Vec<Emission> = there.filter_map(|primitive| primitive.emission).collect();
-        let (message, help) = if self.lights.is_empty() && emissions.is_empty() {
-            let help = "LightSource \"infinite\" lights a scene from all sides";
-            ("the scene has no lights: the picture is black", help)
-        } else if self.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
-            let help = "their colors, times scale, are 0";
-            ("all lights of the scene are black, and so is the picture", help)
-        } else {
-            return;
-        };
-        self.report.push(Diagnostic::warning(self.world_begin.unwrap_or(end), message).help(help));
     }
 }

@@ -67,6 +67,11 @@ impl Sources {
         Location { path: &source.path, line, column }
     }
 
+    /// What stands there.
+    pub(crate) fn text(&self, span: Span) -> &[u8] {
+        self.file(span.file).text.get(span.start as usize..span.end as usize).unwrap_or_default()
+    }
+
     /// The place of one number or string of a list of values.
     pub(crate) fn value_span(&self, list: Span, index: usize) -> Span {
         value_span(&self.file(list.file).text, list, index)

@@ -284,7 +284,13 @@ impl<'a> Reader<'a> {
                     return fault.fail();
                 }
                 let (at, found) = found(input);
-                Fault::new(at, format!("expected a quoted string, found {found}")).fail()
+                let fault = Fault::new(at, format!("expected a quoted string, found {found}"));
+                match at.iter().all(|byte| byte.is_ascii_graphic() && !b"[]\"#\\".contains(byte)) {
+                    true if !at.is_empty() => {
+                        fault.help("strings are quoted").replace_with(format!("\"{}\"", shown(at))).fail()
+                    }
+                    _ => fault.fail(),
+                }
             }
         }
     }
@@ -377,8 +383,10 @@ fn boolean(input: Input) -> Parsing<bool> {
     }
     let (at, found) = found(input);
     let fault = Fault::new(at, format!("expected \"true\" or \"false\" in quotes, found {found}"));
-    if matches!(at, b"true" | b"false") {
-        return fault.help("bools are quoted").replace_with(format!("\"{}\"", shown(at))).fail();
-    }
-    fault.fail()
+    let meant = match at {
+        b"true" | b"1" => "\"true\"",
+        b"false" | b"0" => "\"false\"",
+        _ => return fault.fail(),
+    };
+    fault.help("bools are words in quotes").replace_with(meant).fail()
 }

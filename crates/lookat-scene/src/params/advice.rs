@@ -129,9 +129,7 @@ impl Params<'_> {
 
     /// The type of a parameter as its file has it, which has several spellings.
     fn spelling(&self, param: &Param) -> &str {
-        let at = param.name.span;
-        let text = self.files.sources.file(at.file).text.get(at.start as usize..at.end as usize);
-        let declaration = text.and_then(|text| str::from_utf8(text).ok()).unwrap_or_default();
+        let declaration = str::from_utf8(self.files.sources.text(param.name.span)).unwrap_or_default();
         declaration.trim_start_matches('"').split_ascii_whitespace().next().unwrap_or(param.ty.name())
     }
 

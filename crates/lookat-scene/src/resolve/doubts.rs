@@ -1,0 +1,104 @@
+//! What is odd about a scene as a whole, and no error.
+
+use glam::DVec3;
+use lookat_syntax::{Diagnostic, Span, shown};
+
+use super::Resolver;
+use crate::transform::Transform;
+use crate::{Emission, Integrator, Light, MaterialKind, Primitive};
+
+impl Resolver<'_> {
+    /// Warns of it, after the last directive, which ends at `end`.
+    pub(super) fn warn_of_all(&mut self, end: Span) {
+        self.warn_idle_emissions();
+        self.warn_idle_objects();
+        self.warn_dark(end);
+        self.warn_empty(end);
+        self.warn_scaled_camera();
+    }
+
+    /// All shapes, those of objects included.
+    fn shapes(&self) -> impl Iterator<Item = &Primitive> {
+        self.primitives.iter().chain(self.objects.values().flat_map(|object| &object.primitives))
+    }
+
+    fn warn_idle_emissions(&mut self) {
+        for at in self.idle_emissions.drain() {
+            let message = "no shape that could glow follows this AreaLightSource";
+            let help = "it counts for the shapes after it, up to the AttributeEnd of its block";
+            self.report.push(Diagnostic::warning(at, message).help(help));
+        }
+    }
+
+    fn warn_idle_objects(&mut self) {
+        for (name, at) in self.idle_objects.drain() {
+            let message = format!("nothing is seen of object \"{}\"", shown(name.as_bytes()));
+            let help = "ObjectInstance puts a copy of it into the world; no directive does so";
+            self.report.push(Diagnostic::warning(at, message).help(help));
+        }
+    }
+
+    /// Without a shape only skies are seen.
+    fn warn_empty(&mut self, end: Span) {
+        let is_sky = |light: &Light| matches!(light, Light::Infinite { .. } | Light::Environment { .. });
+        if self.settled.is_none() || !self.primitives.is_empty() || !self.instances.is_empty() {
+            return;
+        }
+        if let Some(passed) = self.passed {
+            let warning = Diagnostic::warning(passed, "no shape has a material: none is seen");
+            let help = "rays of this Integrator pass those without one; Material \"matte\" gives the next shapes one";
+            self.report.push(warning.help(help));
+        } else if !self.lights.is_empty() && !self.lights.iter().any(is_sky) {
+            let warning = Diagnostic::warning(
+                self.world_begin.unwrap_or(end),
+                "the world has no shapes: the picture is black",
+            );
+            self.report
+                .push(warning.help("Shape \"sphere\" is one of radius 1, where the transformations put it"));
+        }
+    }
+
+    fn warn_dark(&mut self, end: Span) {
+        let Some(settled) = &self.settled else { return };
+        if matches!(settled.integrator, Integrator::AmbientOcclusion { .. }) {
+            return;
+        }
+        let there = self.shapes().filter(|primitive| !primitive.shape.is_empty());
+        let emissions: Vec<Emission> = there.filter_map(|primitive| primitive.emission).collect();
+        let (message, help) = if self.lights.is_empty() && emissions.is_empty() {
+            let help = "LightSource \"infinite\" lights a scene from all sides";
+            ("the scene has no lights: the picture is black", help)
+        } else if self.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
+            let help = "their colors, times scale, are 0";
+            ("all lights of the scene are black, and so is the picture", help)
+        } else {
+            return;
+        };
+        self.report.push(Diagnostic::warning(self.world_begin.unwrap_or(end), message).help(help));
+    }
+
+    /// pbrt-v3 asks the BSDF of the first surface about a direction whose length is not 1 there.
+    fn warn_scaled_camera(&mut self) {
+        let is_seen = self.shapes().any(|primitive| is_glossy(&primitive.material.kind));
+        if let Some(at) = self.scaled_camera.filter(|_| is_seen) {
+            let message = "a scale before Camera: pbrt-v3 shows glossy and clear surfaces too dark or too bright, or ends";
+            let help = "lookat shows them as they are; scale the world after WorldBegin instead";
+            self.report.push(Diagnostic::warning(at, message).help(help));
+        }
+    }
+}
+
+/// Whether lengths of the camera are others in the world.
+pub(super) fn is_scaled(world_from_camera: &Transform) -> bool {
+    let is_other = |axis: &DVec3| (world_from_camera.vector(*axis).length() - 1.0).abs() > 1e-3;
+    [DVec3::X, DVec3::Y, DVec3::Z].iter().any(is_other)
+}
+
+/// Whether what it scatters depends on more than cosines and single directions.
+fn is_glossy(material: &MaterialKind) -> bool {
+    match material {
+        MaterialKind::None | MaterialKind::Matte(_) | MaterialKind::Mirror(_) => false,
+        MaterialKind::Mix(mix) => mix.materials.iter().any(|material| is_glossy(&material.kind)),
+        _ => true,
+    }
+}
