@@ -165,7 +165,7 @@ fn long_lines_are_shown_in_part_only() {
 
 /// However many warnings there are, errors are printed.
 #[test]
-fn errors_are_told_before_warnings() {
+fn warnings_do_not_hide_errors() {
     let folder = Folder::new();
     let warnings: String =
         (0..120).map(|k| format!("Shape \"sphere\" \"float slip{k}\" 1 ")).collect::<Vec<_>>().join("\n");

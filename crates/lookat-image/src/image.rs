@@ -283,14 +283,14 @@ fn replace(
     // Made by `create_new` and not by tempfile, so that the picture gets the permissions of any other file.
     let mut file =
         tempfile::Builder::new().prefix(".lookat-").make_in(directory, |path| File::create_new(path))?;
+    // The mode is kept, where the file system knows one; the owner is who writes.
+    if let Ok(before) = std::fs::metadata(&target) {
+        let _ = file.as_file().set_permissions(before.permissions());
+    }
     let mut out = BufWriter::new(file.as_file_mut());
     write(&mut out)?;
     out.flush()?;
     drop(out);
-    // Who may read what was there may read what replaces it, and nobody else.
-    if let Ok(before) = std::fs::metadata(&target) {
-        file.as_file().set_permissions(before.permissions())?;
-    }
     file.persist(&target).map_err(|refused| refused.error)?;
     Ok(())
 }

@@ -208,11 +208,6 @@ impl Tile {
     }
 }
 
-/// Bytes of a film while it is rendered: the sums of each pixel, and the picture that they become.
-pub fn film_bytes(film: &Film) -> u64 {
-    film.crop.area() * (size_of::<Pixel>() + size_of::<[f32; 3]>()) as u64
-}
-
 /// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.
 pub(crate) fn tile_side(crop: PixelBounds) -> u32 {
     const FEWEST: u64 = 64;

@@ -8,11 +8,11 @@ use crate::arithmetic::{Precision, Simd};
 use crate::bsdf::{lambert, most_lobes};
 use crate::bvh::Node;
 use crate::camera::CameraRays;
-use crate::film::film_bytes;
 use crate::filter::FilterSampler;
 use crate::integrator::{Draw, direct, path};
 use crate::light::LightTable;
 use crate::prepare::{Group, Other, Traceable};
+use crate::render::{Settings, film_bytes};
 use crate::triangle::block::Block;
 
 /// What a scene needs. What it does not need is skipped in rendering.
@@ -109,7 +109,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     let (choice, draws, depth) = integration(&scene.integrator, &lights, materials.specular > 0);
     let asks_materials = !matches!(scene.integrator, Integrator::AmbientOcclusion { .. });
     Inspection {
-        film_bytes: film_bytes(&scene.film),
+        film_bytes: film_bytes(&scene.film, &Settings::default()),
         has_lens: CameraRays::new(&scene.camera, &scene.film).has_lens(),
         has_filter_table: FilterSampler::new(&scene.filter).has_tables(),
         world: elements(&traceable.world),

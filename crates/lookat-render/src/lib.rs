@@ -58,7 +58,7 @@ mod triangle;
 mod warp;
 
 pub use arithmetic::Precision;
-pub use film::{REPLICATES, film_bytes};
+pub use film::REPLICATES;
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::Draw;
 pub use lookat_image as image;
@@ -66,5 +66,5 @@ pub use lookat_scene as scene;
 pub use lookat_scene::Scene;
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
-pub use render::{DARK, Progress, Reached, Rendered, Settings, Statistics, TargetError, render};
+pub use render::{DARK, Progress, Reached, Rendered, Settings, Statistics, TargetError, film_bytes, render};
 pub use trace::BUNDLE;

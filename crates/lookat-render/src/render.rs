@@ -11,11 +11,11 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use lookat_image::Image;
-use lookat_scene::{Integrator, Scene};
+use lookat_image::{Image, PixelError};
+use lookat_scene::{Film, Integrator, Scene};
 
 use crate::arithmetic::Precision;
-use crate::film::{Tile, develop};
+use crate::film::{Pixel, Spread, Tile, develop};
 use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
@@ -120,6 +120,19 @@ pub struct Reached {
     /// Pixels in which a sample was more than 20 times as bright as the brightest pixel around. Where light is so rare, a
     /// pixel may have seen none of it, and be taken for exact: the target may be missed around these.
     pub outliers: u64,
+}
+
+/// Pixels with a target error take so many bytes more, about, until they are done.
+const TARGET_BYTES: usize = 300;
+
+/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become.
+pub fn film_bytes(film: &Film, settings: &Settings) -> u64 {
+    let errors = match (settings.target_error, settings.error_layers) {
+        (Some(_), _) => TARGET_BYTES,
+        (None, true) => size_of::<Spread>() + 2 * size_of::<PixelError>(),
+        (None, false) => 0,
+    };
+    film.crop.area() * (size_of::<Pixel>() + size_of::<[f32; 3]>() + errors) as u64
 }
 
 /// Renders a scene. `progress` is called from any thread every now and then; when it breaks, the rendering ends soon and

@@ -88,6 +88,11 @@ fn bumped(
     let ns = surface.ns;
     let dpdu = shading.dpdu + ns * slope(step.x, shading.dpdu, DVec2::X) + shading.dndu * height;
     let dpdv = shading.dpdv + ns * slope(step.y, shading.dpdv, DVec2::Y) + shading.dndv * height;
-    let Some(bent) = dpdu.cross(dpdv).try_normalize() else { return (ns, shading.dpdu) };
+    let across = dpdu.cross(dpdv);
+    // A height of minus the radius leaves nothing but rounding.
+    if across.length() <= 1e-9 * shading.dpdu.length() * shading.dpdv.length() {
+        return (ns, shading.dpdu);
+    }
+    let Some(bent) = across.try_normalize() else { return (ns, shading.dpdu) };
     (flipped(bent, bent.dot(surface.n) < 0.0), dpdu)
 }

@@ -266,10 +266,12 @@ pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
         (LFS_POINTER, "a Git LFS pointer: `git lfs pull` fetches the file"),
     ];
     let by_magic = known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name);
+    // Of mostly ASCII letters, every other byte.
+    let is_utf16 = |pair: &[u8; 2]| matches!(pair, [0, letter] | [letter, 0] if !matches!(letter, 0 | 128..));
+    let (pairs, _) = bytes.as_chunks();
     by_magic.or(match bytes {
         [0, 0, ..] => Some("no text"),
-        // Every other byte of what is mostly ASCII.
-        [0, letter, ..] | [letter, 0, ..] if letter.is_ascii() => Some("UTF-16 text: save it as UTF-8"),
+        _ if pairs.len() >= 8 && pairs[..8].iter().all(is_utf16) => Some("UTF-16 text: save it as UTF-8"),
         _ => None,
     })
 }

@@ -160,7 +160,7 @@ fn point_in_range(params: &mut Params, name: &'static str, default: DVec3) -> DV
 }
 
 fn same_points<T>(params: &mut Params) -> Option<T> {
-    if params.usable() {
+    if params.usable() && !params.may_lack("from") {
         let are_given = params.was_taken("from") && params.was_taken("to");
         let help = (!are_given).then_some("from is 0 0 0, and to is 0 0 1, where they are not given");
         params.reject("to", "from and to are the same point: the light has no direction", help);

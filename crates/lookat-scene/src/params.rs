@@ -236,7 +236,7 @@ impl<'a> Params<'a> {
                 default
             }
             Err(error) => {
-                self.report.push(*error);
+                self.report.push_sure(*error);
                 self.failed = true;
                 default
             }
@@ -345,7 +345,13 @@ impl<'a> Params<'a> {
     pub fn reject(&mut self, name: &str, message: impl Into<String>, help: Option<&str>) {
         let mut error = Diagnostic::error(self.place(name), message);
         error.help = help.map(str::to_owned);
-        self.error(error);
+        // What shapes do not take is mostly a matter of several parameters.
+        if self.was_taken(name) && self.keyword != "Shape" {
+            self.report.push_sure(error);
+            self.failed = true;
+        } else {
+            self.error(error);
+        }
     }
 
     /// Reports that what the caller asks for does not fit.
@@ -391,6 +397,11 @@ impl<'a> Params<'a> {
     /// Whether nothing has been rejected so far.
     pub fn usable(&self) -> bool {
         !self.failed
+    }
+
+    /// Whether it may be the parameter that could not be read.
+    pub fn may_lack(&self, name: &str) -> bool {
+        self.report.partial && !self.was_taken(name)
     }
 
     /// Leaves the remaining parameters unread, without a word: those of a feature that is not rendered.

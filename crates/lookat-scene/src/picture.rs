@@ -184,7 +184,8 @@ fn help(error: &ImageError) -> String {
 }
 
 /// The way out where a picture is too large.
-const SMALLER: &str = "make it smaller: 8192 x 8192 pixels at most, or as many in another shape";
+const SMALLER: &str =
+    "make it smaller: 8192 x 8192 pixels at most, or as many with other sides that are powers of two";
 
 const HELP: &str = "save the picture again, as exr with ZIP compression or as png";
 

@@ -84,8 +84,17 @@ impl Report {
     }
 
     /// Whether this is a scene for pbrt-v4: one mark alone may be a slip.
-    pub fn is_v4(&self) -> bool {
-        self.v4_marks.len() > 1
+    pub fn is_v4(&self, sources: &Sources) -> bool {
+        self.v4_places(sources).len() > 1
+    }
+
+    /// What only pbrt-v4 has, in the order in which the scene is read; what an Include repeats counts once.
+    fn v4_places(&self, sources: &Sources) -> Vec<Span> {
+        let mut places = self.v4_marks.clone();
+        places.sort_by_cached_key(|place| sources.reading_order(*place));
+        let mut seen = HashSet::new();
+        places.retain(|place| seen.insert((&sources.file(place.file).path, place.start)));
+        places
     }
 
     /// Whether there is so much to tell that searching for advice is no longer worth the time.
@@ -120,11 +129,12 @@ impl Report {
             seen.insert((sources.file(span.file).path.clone(), span.start, diagnostic.message.clone()))
         });
         cut_alike(&mut self.diagnostics);
-        self.v4_marks.sort_by_cached_key(|mark| sources.reading_order(*mark));
-        if self.is_v4() {
-            // One thing is wrong with the scene, not as many as it has marks.
-            self.diagnostics.retain(|diagnostic| !self.v4_marks.contains(&diagnostic.span()));
-            self.diagnostics.insert(0, v4_scene(&self.v4_marks, sources));
+        let v4_places = self.v4_places(sources);
+        if let [first, _, ..] = v4_places[..] {
+            // One thing is wrong with the scene, not as many as its file has marks.
+            let is_told = |span: Span| span.file == first.file && v4_places.contains(&span);
+            self.diagnostics.retain(|diagnostic| !is_told(diagnostic.span()));
+            self.diagnostics.insert(0, v4_scene(&v4_places, sources));
         }
         self.diagnostics
     }
@@ -147,7 +157,11 @@ fn v4_scene(marks: &[Span], sources: &Sources) -> Diagnostic {
     if lines.len() > 1 + MOST_LINES {
         others.push("more".into());
     }
-    let others = if others.is_empty() { String::new() } else { format!("; see lines {}", others.join(", ")) };
+    let others = match &others[..] {
+        [] => String::new(),
+        [line] => format!("; see line {line}"),
+        lines => format!("; see lines {}", lines.join(", ")),
+    };
     Diagnostic::error(first, "this is a pbrt-v4 scene; lookat reads the pbrt-v3 format")
         .note(format!("the first of {count} things that only pbrt-v4 has{others}"))
         .help("pbrt-v4 changed directives, types and parameters: look for a pbrt-v3 version of the scene")

@@ -197,11 +197,10 @@ impl<'a> Resolver<'a> {
         at: Span,
         faulty: bool,
     ) -> Result<(), Box<Diagnostic>> {
+        self.report.partial = faulty;
         match kind {
-            EntityKind::Shape | EntityKind::LightSource => {
-                self.report.partial = faulty;
-                if kind == EntityKind::Shape { self.shape(entity) } else { self.light_source(entity) }
-            }
+            EntityKind::Shape => self.shape(entity),
+            EntityKind::LightSource => self.light_source(entity),
             EntityKind::Material => {
                 let instance = self.material(entity, "Material");
                 self.state.material = Rc::new(instance);
@@ -209,8 +208,7 @@ impl<'a> Resolver<'a> {
             EntityKind::MakeNamedMaterial => self.make_named_material(entity, faulty)?,
             EntityKind::AreaLightSource => {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
-                // One of which a part is missing would be another one.
-                let emission = light::emission(params).filter(|_| !faulty);
+                let emission = light::emission(params);
                 self.state.emission = emission.map(|value| Spanned { value, span: at });
                 self.idle_emissions.extend(emission.filter(|emission| !emission.is_black()).map(|_| at));
             }
@@ -253,7 +251,8 @@ impl<'a> Resolver<'a> {
             self.warn_of_all(at);
         }
         let misfit = self.report.misfit.take();
-        let can_keep_going = self.settled.is_some() && !self.report.is_v4() && misfit.is_none();
+        let can_keep_going =
+            self.settled.is_some() && !self.report.is_v4(&self.files.sources) && misfit.is_none();
         let is_scene = (!self.report.has_errors() || self.overrides.keep_going) && misfit.is_none();
         let scene = is_scene.then(|| self.settled.take()).flatten();
         let diagnostics = self.report.finish(&self.files.sources);

@@ -226,9 +226,8 @@ fn limit(text: &str) -> Result<Limit, String> {
     if metric == Metric::NoiseP && !(value > 0.0 && value < 1.0) {
         return Err("noise-p is a probability, more than 0 and less than 1".into());
     }
-    // The error may be negative; its limit is that of its size.
     if value < 0.0 && !metric.is_likeness() {
-        return Err(format!("{name} is never below 0"));
+        return Err(format!("nothing is within it: the limit of {name} is one of its size"));
     }
     Ok(Limit { metric, value })
 }

@@ -52,11 +52,12 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let folder = arguments.output.clone().unwrap_or_else(|| folder_of(&arguments.scene));
     let is_new = !folder.exists();
     make_folder(&folder)?;
-    check_folder(&folder.join("chart.svg"))?;
     let inputs = loaded.inputs.iter().chain(&arguments.reference);
     let inputs: Vec<&PathBuf> = inputs.chain(arguments.point.iter().map(|other| &other.image)).collect();
     for name in FILE_NAMES {
-        check_inputs(&folder.join(name), inputs.iter().copied())?;
+        let file = folder.join(name);
+        check_folder(&file)?;
+        check_inputs(&file, inputs.iter().copied())?;
     }
     if is_new {
         // Only a test: nothing is left behind if there will be nothing in it.

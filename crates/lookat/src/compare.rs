@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use crate::args::Compare;
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::noise;
-use crate::output::check_inputs;
+use crate::output::{check_folder, check_inputs};
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {
@@ -80,6 +80,7 @@ fn read(path: &Path, arguments: &Compare) -> Result<Image, String> {
 
 /// Draws both pictures and their difference.
 fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> {
+    check_folder(file)?;
     check_inputs(file, [&arguments.actual, &arguments.expected])?;
     let [actual, expected] = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
     let options = PanelOptions { actual, expected, exposure: arguments.exposure };

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use lookat_image::Format;
 use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError, film_bytes};
-use lookat_scene::{Film, Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
+use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
 use crate::args::Render;
 use crate::interrupt;
@@ -136,7 +136,9 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     let crop = scene.film.crop;
     check_output(&file, [crop.width(), crop.height()])?;
     check_inputs(&file, &loaded.inputs)?;
-    check_memory(&scene.film)?;
+    check_inputs(&partial(&file), &loaded.inputs)?;
+    let settings = settings(arguments, &file);
+    check_memory(film_bytes(&scene.film, &settings))?;
     if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
         return Err(format!(
             "--target-error keeps 16 patterns for each pixel, and takes up to {MOST_PIXELS} pixels; render parts with --crop"
@@ -150,7 +152,6 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     }
     let notice = "stopping; once more ends at once, without a picture";
     interrupt::watch(notice, || HAS_SAMPLES.load(Ordering::Relaxed))?;
-    let settings = settings(arguments, &file);
     let started = Instant::now();
     let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));
     let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
@@ -188,8 +189,7 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
 }
 
 /// Fails where there is no memory for the film.
-fn check_memory(film: &Film) -> Result<(), String> {
-    let bytes = film_bytes(film);
+fn check_memory(bytes: u64) -> Result<(), String> {
     let fits = usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
     match fits {
         true => Ok(()),

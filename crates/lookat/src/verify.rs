@@ -186,8 +186,10 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     report::print(&loaded, false);
     let Some(scene) = &loaded.scene else { return outcome(Verdict::Trouble, "the scene has errors".into()) };
     note_jitter(scene, &loaded);
+    // A picture that the scene shows is none of it.
     if let Some(reference) = reference.as_ref().filter(|reference| is_among(reference, &loaded.inputs)) {
-        let reason = format!("{} is a picture that the scene shows, not one of it", reference.display());
+        let reason =
+            format!("{} is part of the scene; another name for either mends it", reference.display());
         return outcome(Verdict::Trouble, reason);
     }
     let rendered = render(arguments, file, scene);
@@ -200,7 +202,10 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     };
     if arguments.update && matches!(outcome.verdict, Verdict::Differs | Verdict::New) {
         let target = reference.unwrap_or_else(|| file.with_extension("exr"));
-        update(&rendered, &target, &mut outcome);
+        match check_folder(&target) {
+            Ok(()) => update(&rendered, &target, &mut outcome),
+            Err(message) => (outcome.verdict, outcome.reason) = (Verdict::Trouble, message),
+        }
     }
     outcome
 }

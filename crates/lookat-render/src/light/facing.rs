@@ -26,6 +26,8 @@ pub(super) struct Facing {
 
 /// What may be off by rounding, relative to the size of a shape.
 const ROUNDING: f64 = 1e-6;
+/// A cosine that rounding may make of 0. Light at less is left to samples of the BSDF.
+const GRAZING: f64 = 1e-6;
 
 impl Facing {
     /// That of a shape with these patches around a centre.
@@ -49,8 +51,7 @@ impl Facing {
         let along = self.mean_normal.dot(d);
         let along = if self.sides > 1.0 { along.abs() } else { along };
         match self.is_flat {
-            // Nor does it light its own plane, which rounding may lift.
-            true if along <= ROUNDING => 0.0,
+            true if along <= GRAZING => 0.0,
             // Parts of it are seen less aslant than the centre.
             true => (along + 0.5 * spread).clamp(LEAST_COSINE, 1.0),
             // A closed convex shape shows a quarter.
@@ -86,6 +87,7 @@ mod tests {
         assert_eq!(Facing::new(cube, middle, false).share(slanted, 0.0), 0.25);
         // From nearby, more of a large shape is seen than of its middle; from its plane nothing.
         let facing = Facing::new(flat.into_iter(), middle, false);
-        assert_eq!([slanted, DVec3::X].map(|d| facing.share(d, 0.2)), [0.9, 0.0]);
+        let lifted = DVec3::new(1.0, 0.0, 1e-7);
+        assert_eq!([slanted, DVec3::X, lifted].map(|d| facing.share(d, 0.2)), [0.9, 0.0, 0.0]);
     }
 }

@@ -31,8 +31,7 @@ impl Params<'_> {
     /// Reports a parameter that there must be: as missing, or as declared with a type that it does not have.
     pub fn missing(&mut self, name: &str, message: &str, help: &str) {
         let named = |is: &dyn Fn(&str) -> bool| self.params.iter().position(|param| is(&param.name.value));
-        let other =
-            named(&|given| given == name).or_else(|| named(&|given| nearest(given, [name]).is_some()));
+        let other = named(&|given| given == name).or_else(|| named(&|given| is_slip(given, name)));
         let error = match other.map(|index| self.params.remove(index)) {
             Some(param) if param.name.value == name => {
                 Diagnostic { severity: Severity::Error, ..self.wrong_type(&param) }
@@ -196,4 +195,10 @@ fn may_be(values: &Values, ty: ParamType) -> bool {
         }
         Values::Integers(_) => true,
     }
+}
+
+/// Whether one name was most likely meant by another. Names with other numbers are other names.
+fn is_slip(given: &str, name: &str) -> bool {
+    let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
+    digits(given) == digits(name) && nearest(given, [name]).is_some()
 }

@@ -91,7 +91,7 @@ impl Resolver<'_> {
 
     pub(super) fn report_no_end(&mut self, end: Span) {
         // pbrt-v4 has no WorldEnd.
-        if self.report.is_v4() || self.report.incomplete || self.report.incomplete_end {
+        if self.report.is_v4(&self.files.sources) || self.report.incomplete || self.report.incomplete_end {
             return;
         }
         let warning = Diagnostic::warning(end, "the file ends without WorldEnd")

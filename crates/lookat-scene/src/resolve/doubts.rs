@@ -4,6 +4,7 @@ use glam::DVec3;
 use lookat_syntax::{Diagnostic, Span, shown};
 
 use super::Resolver;
+use crate::options::Settled;
 use crate::transform::Transform;
 use crate::{Emission, Integrator, Light, MaterialKind, Primitive};
 
@@ -77,8 +78,12 @@ impl Resolver<'_> {
         self.report.push(Diagnostic::warning(self.world_begin.unwrap_or(end), message).help(help));
     }
 
-    /// pbrt-v3 asks the BSDF of the first surface about a direction whose length is not 1 there.
+    /// The paths of pbrt-v3 ask the BSDF of the first surface about a direction whose length is not 1 there.
     fn warn_scaled_camera(&mut self) {
+        let is_path = |settled: &Settled| matches!(settled.integrator, Integrator::Path { .. });
+        if !self.settled.as_ref().is_some_and(is_path) {
+            return;
+        }
         let is_seen = self.shapes().any(|primitive| is_glossy(&primitive.material.kind));
         if let Some(at) = self.scaled_camera.filter(|_| is_seen) {
             let message = "a scale before Camera: pbrt-v3 shows glossy and clear surfaces too dark or too bright, or ends";

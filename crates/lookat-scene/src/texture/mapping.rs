@@ -47,7 +47,7 @@ const NAMES: &[&str] = &["uv", "spherical", "cylindrical", "planar"];
 pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Mapping {
     let texture_from_world = world_from_texture.inverse();
     let name = params.choice("mapping", NAMES);
-    if !params.usable() {
+    if !params.usable() || params.may_lack("mapping") {
         // Which of the others belong to it is not known.
         params.ignore_rest();
     }

@@ -107,9 +107,12 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scen
         target.summarize(picture);
     }
     if picture.least_samples == 0 {
-        crate::say("the time was too short for a sample of each pixel; those without one are black");
+        crate::say(match rendered.complete {
+            true => "the time was too short for a sample of each pixel; those without one are black",
+            false => "some pixels have no sample yet; they are black",
+        });
     }
-    if picture.black {
+    if picture.black && rendered.complete {
         // Where light could come from, a second ray would have asked.
         let is_alone = *rays == rendered.statistics.samples;
         crate::say(match is_alone {
