@@ -176,6 +176,22 @@ mod tests {
     use crate::{Image, ImageError, Window};
 
     #[test]
+    fn too_many_pixels_are_refused_before_any_is_decoded() {
+        let directory = tempfile::tempdir().unwrap();
+        let window = Window { x: 0, y: 0, width: 64, height: 32 };
+        let image = Image::from_rgb(window, window, &[[0.5; 3]; 64 * 32]);
+        for name in ["a.png", "a.exr", "a.pfm", "a.tga"] {
+            let path = directory.path().join(name);
+            image.write(&path).unwrap();
+            let bytes = std::fs::read(&path).unwrap();
+            let decode = |most| Image::decode(&path, &bytes, most);
+            assert_eq!(decode(64 * 32).unwrap().data_window, window, "{name}");
+            let (path, width, height, most) = (path.clone(), 64, 32, 64 * 32 - 1);
+            assert_eq!(decode(most), Err(ImageError::TooLarge { path, width, height, most }), "{name}");
+        }
+    }
+
+    #[test]
     fn eight_bits_come_back_to_half_a_step() {
         let directory = tempfile::tempdir().unwrap();
         let window = Window { x: 0, y: 0, width: 2, height: 2 };

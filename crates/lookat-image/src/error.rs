@@ -31,7 +31,7 @@ pub enum ImageError {
         reason: String,
     },
     /// There are more pixels than lookat, or the caller, takes; nothing was decoded.
-    #[error("cannot read {}: {width} x {height} pixels are more than the {most} that lookat reads", path.display())]
+    #[error("cannot read {}: {}", path.display(), too_large(*width, *height, *most))]
     TooLarge {
         /// The path as it was given.
         path: PathBuf,
@@ -96,9 +96,7 @@ impl Fault {
         match self {
             Fault::Io(error) => io_reason(&error),
             Fault::Foreign(format) => format!("the format is wrong{}", named(format)),
-            Fault::TooLarge { width, height, most } => {
-                format!("{width} x {height} pixels are more than the {most} that lookat reads")
-            }
+            Fault::TooLarge { width, height, most } => too_large(width, height, most),
             Fault::Damaged(reason) | Fault::Unfit(reason) => reason,
         }
     }
@@ -123,6 +121,10 @@ pub(crate) fn pixel_count(width: u64, height: u64, most: u64) -> Result<usize, F
         Some(count) if count <= most => Ok(count as usize),
         _ => Err(Fault::TooLarge { width, height, most }),
     }
+}
+
+fn too_large(width: u64, height: u64, most: u64) -> String {
+    format!("{width} x {height} pixels are more than the {most} that lookat reads")
 }
 
 /// The names as a message shows them.

@@ -143,9 +143,9 @@ impl Image {
     ///
     /// # Errors
     ///
-    /// [`ImageError::Read`] if the file system refuses, the format is another one, the picture claims more than
-    /// 2^28 pixels, or what is to be read of an EXR file has deep data, subsampled channels, or DWA or HTJ2K
-    /// compression; [`ImageError::NotThatFormat`] and [`ImageError::Damaged`] for contents that are not right.
+    /// [`ImageError::Read`] if the file system refuses, the format is another one, or what is to be read of an EXR
+    /// file has deep data, subsampled channels, or DWA or HTJ2K compression; [`ImageError::TooLarge`] for more
+    /// than 2^28 pixels; [`ImageError::NotThatFormat`] and [`ImageError::Damaged`] for contents that are not right.
     pub fn read(path: &Path) -> Result<Image, ImageError> {
         File::open(path)
             .map_err(Fault::from)
