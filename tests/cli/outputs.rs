@@ -28,12 +28,21 @@ fn nothing_is_written_over_its_inputs() {
         assert!(run.err.contains("the result is made from what is there"), "{}", run.err);
     }
     // Nor is a picture that a scene shows one of the scene.
-    let run = folder.run(&["verify", ".", "--update", "--max", "rmse=0"]);
-    assert!(
-        run.out.contains("wood.png is part of the scene; another name for either mends it"),
-        "{}",
-        run.out
-    );
+    let row = |arguments: &[&str]| {
+        let out = folder.run(&[&["verify", "."], arguments].concat()).out;
+        out.lines().find(|line| line.starts_with("wood ")).unwrap_or_default().to_owned()
+    };
+    assert_eq!(folder.run(&["render", "fine.pbrt", "-o", "fine.exr"]).status, 0);
+    assert!(row(&[]).contains("no picture beside it but one that it shows"), "{}", row(&[]));
+    assert!(row(&["--update"]).contains("wrote ./wood.exr"));
+    assert!(row(&[]).contains("agrees"), "{}", row(&[]));
+    // Not even where there is no other name for it.
+    std::fs::copy(folder.path("wood.exr"), folder.path("sky.exr")).unwrap();
+    folder.write("sky.pbrt", &scene.replace("wood.png", "sky.exr"));
+    let sky = bytes("sky.exr");
+    let out = folder.run(&["verify", ".", "--update"]).out;
+    assert!(out.contains("cannot write ./sky.exr: the result is made from what is there"), "{out}");
+    assert_eq!(bytes("sky.exr"), sky);
     assert_eq!(["wood.png", "part.pfm", "scene.tga"].map(bytes), before);
 }
 

@@ -4,6 +4,7 @@ mod page;
 mod report_page;
 mod table;
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,7 +16,7 @@ use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
-use crate::output::{check_folder, is_among};
+use crate::output::{check_folder, check_inputs, is_among};
 use crate::render::{Metadata, note_jitter};
 use crate::source::load_scene;
 use crate::{noise, report};
@@ -97,7 +98,7 @@ pub fn verify(arguments: &Verify) -> ExitCode {
 /// Looks at all scenes of the folder; the exit status.
 fn run(arguments: &Verify) -> Result<u8, String> {
     let scenes = scenes(&arguments.folder)?;
-    if !arguments.update && !scenes.iter().any(|scene| reference(scene).is_some()) {
+    if !arguments.update && !scenes.iter().any(|scene| reference(scene, &BTreeSet::new()).is_some()) {
         let folder = arguments.folder.display();
         return Err(format!(
             "no scene in {folder} has a picture of the same name beside it; --update writes them"
@@ -150,9 +151,10 @@ fn scenes(folder: &Path) -> Result<Vec<PathBuf>, String> {
     if files.is_empty() { Err(format!("there is no .pbrt file in {}", folder.display())) } else { Ok(files) }
 }
 
-/// The picture beside a scene.
-fn reference(scene: &Path) -> Option<PathBuf> {
-    ENDINGS.iter().map(|ending| scene.with_extension(ending)).find(|file| file.is_file())
+/// The picture beside a scene, which is none of those that the scene shows.
+fn reference(scene: &Path, inputs: &BTreeSet<PathBuf>) -> Option<PathBuf> {
+    let mut beside = ENDINGS.iter().map(|ending| scene.with_extension(ending)).filter(|file| file.is_file());
+    beside.find(|file| !is_among(file, inputs))
 }
 
 /// The name of a scene: that of its file.
@@ -169,16 +171,8 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
         updated: false,
         compared: None,
     };
-    let reference = reference(file);
-    if reference.is_none() && !arguments.update {
+    if reference(file, &BTreeSet::new()).is_none() && !arguments.update {
         return outcome(Verdict::New, "no picture beside it".into());
-    }
-    if arguments.update
-        && let Some(reference) = &reference
-        && Format::from_path(reference).is_none()
-    {
-        let reason = format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES);
-        return outcome(Verdict::Trouble, reason);
     }
     let overrides = Overrides { samples_per_pixel: arguments.spp, ..Overrides::default() };
     let report = Report { strict: false, json: false };
@@ -186,10 +180,15 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     report::print(&loaded, false);
     let Some(scene) = &loaded.scene else { return outcome(Verdict::Trouble, "the scene has errors".into()) };
     note_jitter(scene, &loaded);
-    // A picture that the scene shows is none of it.
-    if let Some(reference) = reference.as_ref().filter(|reference| is_among(reference, &loaded.inputs)) {
-        let reason =
-            format!("{} is part of the scene; another name for either mends it", reference.display());
+    let reference = reference(file, &loaded.inputs);
+    if reference.is_none() && !arguments.update {
+        return outcome(Verdict::New, "no picture beside it but one that it shows".into());
+    }
+    if arguments.update
+        && let Some(reference) = &reference
+        && Format::from_path(reference).is_none()
+    {
+        let reason = format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES);
         return outcome(Verdict::Trouble, reason);
     }
     let rendered = render(arguments, file, scene);
@@ -202,7 +201,7 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     };
     if arguments.update && matches!(outcome.verdict, Verdict::Differs | Verdict::New) {
         let target = reference.unwrap_or_else(|| file.with_extension("exr"));
-        match check_folder(&target) {
+        match check_folder(&target).and_then(|()| check_inputs(&target, &loaded.inputs)) {
             Ok(()) => update(&rendered, &target, &mut outcome),
             Err(message) => (outcome.verdict, outcome.reason) = (Verdict::Trouble, message),
         }
