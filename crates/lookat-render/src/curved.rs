@@ -38,8 +38,6 @@ pub(crate) struct Curved {
     half_height: f64,
     /// The length of 1 of its own space, in object space.
     unit: f64,
-    /// The largest coordinate of the box around it.
-    pub magnitude: f64,
 }
 
 /// The form, in its own space.
@@ -62,7 +60,7 @@ impl Curved {
             _ => power_of_two(radius.max(half_height)),
         };
         let world_from_own = DMat3::from_mat4(m) * unit;
-        let mut shape = Curved {
+        Curved {
             form: Form::new(quadric, middle, unit, world_from_own),
             center: m.w_axis.truncate() - eye + m.z_axis.truncate() * middle,
             own_from_world: DMat3::from_mat4(inv) * unit.recip(),
@@ -70,10 +68,7 @@ impl Curved {
             radius: radius / unit,
             half_height: half_height / unit,
             unit,
-            magnitude: 0.0,
-        };
-        shape.magnitude = (shape.center.abs() + shape.half_extent()).max_element();
-        shape
+        }
     }
 
     /// Half the extent of the uncut form along each axis of the world.
@@ -84,6 +79,11 @@ impl Curved {
             _ => row.truncate().length() * self.radius + row.z.abs() * self.half_height,
         };
         DVec3::new(along(rows.x_axis), along(rows.y_axis), along(rows.z_axis))
+    }
+
+    /// The largest coordinate of the box around it.
+    pub fn magnitude(&self) -> f64 {
+        (self.center.abs() + self.half_extent()).max_element()
     }
 
     /// The sphere that it is.

@@ -187,7 +187,7 @@ impl<'s> Builder<'s> {
                 Shape::Quadric(quadric) => {
                     let shape = Curved::new(quadric, eye);
                     let (half, number) = (shape.half_extent(), self.curved.len() as u32);
-                    let bounds = Bounds::padded(shape.center - half, shape.center + half, shape.magnitude);
+                    let bounds = Bounds::padded(shape.center - half, shape.center + half, shape.magnitude());
                     all.push(bounds, Other::Curved { primitive, shape: number });
                     self.curved.push(shape);
                     self.curved_of[primitive as usize] = number;

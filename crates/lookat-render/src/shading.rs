@@ -90,9 +90,7 @@ fn bumped(
     let dpdv = shading.dpdv + ns * slope(step.y, shading.dpdv, DVec2::Y) + shading.dndv * height;
     let across = dpdu.cross(dpdv);
     // A height of minus the radius leaves nothing but rounding.
-    if across.length() <= 1e-9 * shading.dpdu.length() * shading.dpdv.length() {
-        return (ns, shading.dpdu);
-    }
-    let Some(bent) = across.try_normalize() else { return (ns, shading.dpdu) };
+    let is_left = across.length() > 1e-9 * shading.dpdu.length() * shading.dpdv.length();
+    let Some(bent) = across.try_normalize().filter(|_| is_left) else { return (ns, shading.dpdu) };
     (flipped(bent, bent.dot(surface.n) < 0.0), dpdu)
 }

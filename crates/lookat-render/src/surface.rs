@@ -85,7 +85,7 @@ impl<'s> Surface<'s> {
                 let (p, outward, magnitude) = match scene.curved(hit.element.primitive) {
                     Some(shape) => {
                         let (p, outward) = shape.project(place);
-                        (p, outward, shape.magnitude)
+                        (p, outward, shape.magnitude())
                     }
                     None => (place, DVec3::Z, 0.0),
                 };

@@ -154,7 +154,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
 }
 
 fn bump(params: &mut TextureParams) -> Option<Texture<f64>> {
-    // A surface that is moved as a whole is not bent.
+    // At height 0 everywhere nothing is bent.
     params.float_texture_if_given("bumpmap").filter(|bump| bump.constant() != Some(0.0))
 }
 

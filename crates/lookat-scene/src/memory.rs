@@ -34,11 +34,16 @@ impl Scene {
         objects
     }
 
+    /// All shapes, those of objects that have copies in the world included.
+    pub fn shapes(&self) -> impl Iterator<Item = &Primitive> {
+        let of_objects = self.objects().into_iter().flat_map(|object| &object.primitives);
+        self.primitives.iter().chain(of_objects)
+    }
+
     /// What the arrays of the scene take.
     pub fn memory(&self) -> Memory {
         let mut found = Found::default();
-        let of_objects = self.objects().into_iter().flat_map(|object| &object.primitives);
-        self.primitives.iter().chain(of_objects).for_each(|primitive| found.primitive(primitive));
+        self.shapes().for_each(|primitive| found.primitive(primitive));
         for light in &self.lights {
             match light {
                 Light::Environment { map, .. } | Light::Goniometric { map, .. } => found.picture(map),

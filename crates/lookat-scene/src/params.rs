@@ -79,7 +79,7 @@ impl<'a> Params<'a> {
                 Diagnostic::warning(again.name.span, format!("\"{}\" is given twice", this.name.value))
                     .note("this one counts")
                     .related(this.span(), "this one is dropped");
-            self.report.push_sure(warning);
+            self.report.push(warning);
         }
         let dropped: HashSet<usize> = repeated.into_iter().map(|[this, _]| this).collect();
         let mut at = 0..;
@@ -236,8 +236,7 @@ impl<'a> Params<'a> {
                 default
             }
             Err(error) => {
-                self.report.push_sure(*error);
-                self.failed = true;
+                self.error_surely(*error);
                 default
             }
         }
@@ -329,15 +328,23 @@ impl<'a> Params<'a> {
         self.files.sources.value_span(self.place(name), index)
     }
 
-    /// Reports an error; the directive makes nothing.
+    /// Reports an error, unless it may come of a part that could not be read; the directive makes nothing.
     pub fn error(&mut self, diagnostic: Diagnostic) {
+        if !self.report.partial {
+            self.report.push(diagnostic);
+        }
+        self.failed = true;
+    }
+
+    /// Reports an error that no other part of the directive could mend.
+    pub fn error_surely(&mut self, diagnostic: Diagnostic) {
         self.report.push(diagnostic);
         self.failed = true;
     }
 
     /// Reports what is wrong with a file that a parameter names, at its first place only, and counted at others.
     pub fn file_error(&mut self, diagnostic: Diagnostic) {
-        self.report.once_sure(diagnostic);
+        self.report.once(diagnostic);
         self.failed = true;
     }
 
@@ -346,11 +353,9 @@ impl<'a> Params<'a> {
         let mut error = Diagnostic::error(self.place(name), message);
         error.help = help.map(str::to_owned);
         // What shapes do not take is mostly a matter of several parameters.
-        if self.was_taken(name) && self.keyword != "Shape" {
-            self.report.push_sure(error);
-            self.failed = true;
-        } else {
-            self.error(error);
+        match self.was_taken(name) && self.keyword != "Shape" {
+            true => self.error_surely(error),
+            false => self.error(error),
         }
     }
 
@@ -359,14 +364,18 @@ impl<'a> Params<'a> {
         self.report.misfit = Some(message);
     }
 
-    /// Warns about the value of a parameter.
+    /// Warns about the value of a parameter, unless that may come of a part that could not be read.
     pub fn warn(&mut self, name: &str, message: &str, help: &str) {
-        self.report.push(Diagnostic::warning(self.place(name), message).help(help));
+        if !self.report.partial {
+            self.report.push(Diagnostic::warning(self.place(name), message).help(help));
+        }
     }
 
     /// The same, told at the first place alone.
     pub fn warn_once(&mut self, name: &str, message: &str, help: &str) {
-        self.report.once(Diagnostic::warning(self.place(name), message).help(help));
+        if !self.report.partial {
+            self.report.once(Diagnostic::warning(self.place(name), message).help(help));
+        }
     }
 
     /// Warns, once per scene, about a feature that is not rendered.
@@ -445,7 +454,7 @@ impl<'a> Params<'a> {
     pub fn finish(&mut self) -> bool {
         for param in std::mem::take(&mut self.params) {
             let warning = self.left_over(&param);
-            self.report.push_sure(warning);
+            self.report.push(warning);
         }
         !self.failed && !self.report.partial
     }

@@ -22,7 +22,7 @@ pub(crate) struct Report {
     pub incomplete_end: bool,
     /// Why what the caller asks for does not fit this scene.
     pub misfit: Option<String>,
-    /// A part of the directive could not be read: only what holds whatever that was is told.
+    /// A part of the directive could not be read: of its parameters only what holds whatever that was is told.
     pub partial: bool,
 }
 
@@ -31,13 +31,6 @@ const MOST_ALIKE: usize = 10;
 
 impl Report {
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        if !self.partial {
-            self.push_sure(diagnostic);
-        }
-    }
-
-    /// Keeps what holds also where a part of the directive could not be read.
-    pub fn push_sure(&mut self, diagnostic: Diagnostic) {
         self.diagnostics.push(diagnostic);
     }
 
@@ -63,13 +56,6 @@ impl Report {
 
     /// Says a message at its first place only.
     pub fn once(&mut self, diagnostic: Diagnostic) {
-        if !self.partial {
-            self.once_sure(diagnostic);
-        }
-    }
-
-    /// The same of what holds also where a part of the directive could not be read.
-    pub fn once_sure(&mut self, diagnostic: Diagnostic) {
         let next = self.diagnostics.len();
         let (_, places) = self.once.entry(diagnostic.message.clone()).or_insert((next, 0));
         *places += 1;
@@ -132,8 +118,9 @@ impl Report {
         let v4_places = self.v4_places(sources);
         if let [first, _, ..] = v4_places[..] {
             // One thing is wrong with the scene, not as many as its file has marks.
-            let is_told = |span: Span| span.file == first.file && v4_places.contains(&span);
-            self.diagnostics.retain(|diagnostic| !is_told(diagnostic.span()));
+            let told: HashSet<Span> =
+                v4_places.iter().copied().filter(|place| place.file == first.file).collect();
+            self.diagnostics.retain(|diagnostic| !told.contains(&diagnostic.span()));
             self.diagnostics.insert(0, v4_scene(&v4_places, sources));
         }
         self.diagnostics
@@ -151,7 +138,7 @@ const MOST_LINES: usize = 20;
 fn v4_scene(marks: &[Span], sources: &Sources) -> Diagnostic {
     let (first, count) = (marks[0], marks.len());
     let here = marks.iter().filter(|mark| mark.file == first.file);
-    let mut lines: Vec<usize> = here.map(|mark| sources.location(*mark).line).collect();
+    let mut lines: Vec<usize> = here.map(|mark| sources.line(*mark)).collect();
     lines.dedup();
     let mut others: Vec<String> = lines[1..].iter().take(MOST_LINES).map(usize::to_string).collect();
     if lines.len() > 1 + MOST_LINES {

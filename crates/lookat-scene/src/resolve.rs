@@ -124,9 +124,8 @@ impl<'a> Resolver<'a> {
         if !self.belongs_here(&statement) {
             return;
         }
-        let done = self.directive(statement);
-        self.report.partial = false;
-        if let Err(error) = done {
+        self.report.partial = statement.faulty;
+        if let Err(error) = self.directive(statement) {
             self.report.push(*error);
         }
     }
@@ -179,25 +178,15 @@ impl<'a> Resolver<'a> {
                     self.medium(name);
                 }
             }
-            Directive::Texture { name, value, entity } => {
-                self.report.partial = statement.faulty;
-                self.texture(name, value, entity);
-            }
-            Directive::Entity(kind, entity) => self.entity(kind, entity, at, statement.faulty)?,
+            Directive::Texture { name, value, entity } => self.texture(name, value, entity),
+            Directive::Entity(kind, entity) => self.entity(kind, entity, at)?,
             // The loader has followed it.
             Directive::Include { .. } => {}
         }
         Ok(())
     }
 
-    fn entity(
-        &mut self,
-        kind: EntityKind,
-        entity: Entity,
-        at: Span,
-        faulty: bool,
-    ) -> Result<(), Box<Diagnostic>> {
-        self.report.partial = faulty;
+    fn entity(&mut self, kind: EntityKind, entity: Entity, at: Span) -> Result<(), Box<Diagnostic>> {
         match kind {
             EntityKind::Shape => self.shape(entity),
             EntityKind::LightSource => self.light_source(entity),
@@ -205,7 +194,7 @@ impl<'a> Resolver<'a> {
                 let instance = self.material(entity, "Material");
                 self.state.material = Rc::new(instance);
             }
-            EntityKind::MakeNamedMaterial => self.make_named_material(entity, faulty)?,
+            EntityKind::MakeNamedMaterial => self.make_named_material(entity)?,
             EntityKind::AreaLightSource => {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
                 let emission = light::emission(params);

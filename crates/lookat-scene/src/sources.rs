@@ -55,11 +55,15 @@ impl Sources {
         &self.files[id.0 as usize]
     }
 
+    /// The line that a span begins in, from 1.
+    pub(crate) fn line(&self, span: Span) -> usize {
+        self.file(span.file).line_starts().partition_point(|start| *start <= span.start as usize)
+    }
+
     /// Line and column of the first byte of a span.
     pub fn location(&self, span: Span) -> Location<'_> {
-        let source = self.file(span.file);
+        let (source, line) = (self.file(span.file), self.line(span));
         let at = (span.start as usize).min(source.text.len());
-        let line = source.line_starts().partition_point(|start| *start <= at);
         let before = &source.text[source.line_starts()[line - 1]..at];
         // Bytes that continue a UTF-8 character start no column; nor does a byte-order mark.
         let text = before.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(before);

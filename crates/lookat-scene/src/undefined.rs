@@ -17,7 +17,7 @@ pub(crate) fn undefined<'n>(
     }
     let error = Diagnostic::error(name.span, format!("there is no {} \"{}\"", kind.name(), name.value));
     if report.is_long() {
-        report.push_sure(error);
+        report.push(error);
         return;
     }
     let definer = kind.definer();

@@ -47,6 +47,12 @@ fn distance(a: &str, b: &str) -> usize {
     rows[a.len()][b.len()]
 }
 
+/// Whether two names have the same digits in the same order. Names that are numbered otherwise are no slips of each other.
+pub fn same_digits(a: &str, b: &str) -> bool {
+    let digits = |name: &str| name.bytes().filter(u8::is_ascii_digit).collect::<Vec<u8>>();
+    digits(a) == digits(b)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{begun, nearest};

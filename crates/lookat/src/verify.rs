@@ -4,7 +4,6 @@ mod page;
 mod report_page;
 mod table;
 
-use std::collections::BTreeSet;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -98,7 +97,7 @@ pub fn verify(arguments: &Verify) -> ExitCode {
 /// Looks at all scenes of the folder; the exit status.
 fn run(arguments: &Verify) -> Result<u8, String> {
     let scenes = scenes(&arguments.folder)?;
-    if !arguments.update && !scenes.iter().any(|scene| reference(scene, &BTreeSet::new()).is_some()) {
+    if !arguments.update && !scenes.iter().any(|scene| beside(scene).next().is_some()) {
         let folder = arguments.folder.display();
         return Err(format!(
             "no scene in {folder} has a picture of the same name beside it; --update writes them"
@@ -151,10 +150,9 @@ fn scenes(folder: &Path) -> Result<Vec<PathBuf>, String> {
     if files.is_empty() { Err(format!("there is no .pbrt file in {}", folder.display())) } else { Ok(files) }
 }
 
-/// The picture beside a scene, which is none of those that the scene shows.
-fn reference(scene: &Path, inputs: &BTreeSet<PathBuf>) -> Option<PathBuf> {
-    let mut beside = ENDINGS.iter().map(|ending| scene.with_extension(ending)).filter(|file| file.is_file());
-    beside.find(|file| !is_among(file, inputs))
+/// The pictures beside a scene that may be its reference, the likeliest first.
+fn beside(scene: &Path) -> impl Iterator<Item = PathBuf> {
+    ENDINGS.iter().map(|ending| scene.with_extension(ending)).filter(|file| file.is_file())
 }
 
 /// The name of a scene: that of its file.
@@ -171,7 +169,7 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
         updated: false,
         compared: None,
     };
-    if reference(file, &BTreeSet::new()).is_none() && !arguments.update {
+    if !arguments.update && beside(file).next().is_none() {
         return outcome(Verdict::New, "no picture beside it".into());
     }
     let overrides = Overrides { samples_per_pixel: arguments.spp, ..Overrides::default() };
@@ -180,7 +178,8 @@ fn look_at(arguments: &Verify, file: &Path) -> Outcome {
     report::print(&loaded, false);
     let Some(scene) = &loaded.scene else { return outcome(Verdict::Trouble, "the scene has errors".into()) };
     note_jitter(scene, &loaded);
-    let reference = reference(file, &loaded.inputs);
+    // What the scene shows is no picture of it.
+    let reference = beside(file).find(|picture| !is_among(picture, &loaded.inputs));
     if reference.is_none() && !arguments.update {
         return outcome(Verdict::New, "no picture beside it but one that it shows".into());
     }

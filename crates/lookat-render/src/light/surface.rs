@@ -126,7 +126,7 @@ impl<'s> SurfaceLight<'s> {
             return None;
         }
         let (wi, distance) = cone.sample(u);
-        let t_max = reach(from, distance, shape.magnitude);
+        let t_max = reach(from, distance, shape.magnitude());
         let shadow = Ray { t_max, target: self.element(), ..from.leave(wi) };
         Some(LightSample { li: emission.radiance, pdf: Some(cone.pdf()), shadow })
     }
@@ -153,7 +153,7 @@ impl<'s> SurfaceLight<'s> {
         let (p, n) = shape.placed(shape.sample(u));
         Surface {
             p,
-            magnitude: shape.magnitude,
+            magnitude: shape.magnitude(),
             n,
             ns: n,
             emitting: flipped(n, self.primitive.reverse_orientation),

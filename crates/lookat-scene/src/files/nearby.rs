@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use lookat_syntax::nearest;
+use lookat_syntax::{nearest, same_digits};
 
 /// Of a folder at most so many entries are looked at, and of all folders so many.
 const MOST_ENTRIES: usize = 10_000;
@@ -87,13 +87,11 @@ fn misspelt(part: &str, entries: &[String]) -> Option<String> {
         name.rsplit_once('.')
             .map_or((name.clone(), String::new()), |(stem, ending)| (stem.into(), ending.into()))
     };
-    let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
     let is_near = |a: &str, b: &str| a == b || nearest(a, [b]).is_some();
     let (stem, ending) = split(part);
-    let number = digits(part);
     let is_slip = |entry: &&str| {
         let (found, format) = split(entry);
-        digits(entry) == number && !found.is_empty() && is_near(&stem, &found) && is_near(&ending, &format)
+        same_digits(entry, part) && !found.is_empty() && is_near(&stem, &found) && is_near(&ending, &format)
     };
     nearest(part, entries.iter().map(String::as_str).filter(is_slip)).map(str::to_owned)
 }

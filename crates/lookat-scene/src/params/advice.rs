@@ -1,6 +1,8 @@
 //! What to say about parameters and types that are not what they should be.
 
-use lookat_syntax::{Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, shown};
+use lookat_syntax::{
+    Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, same_digits, shown,
+};
 
 use super::other_versions::{is_of_v4, is_other_name, of_older, of_other};
 use super::{Params, class};
@@ -24,7 +26,7 @@ impl Params<'_> {
         if !self.report.incomplete {
             let message = format!("there is no {} \"{}\"", kind.name(), name.value);
             let help = format!("the texture of that name is a {has} texture; a {needs} one is needed here");
-            self.report.push_sure(Diagnostic::error(name.span, message).help(help));
+            self.report.push(Diagnostic::error(name.span, message).help(help));
         }
     }
 
@@ -51,13 +53,12 @@ impl Params<'_> {
     pub fn unknown_choice(&mut self, name: &str, given: &Text, known: &[&str]) {
         let message = format!("unknown {name} \"{}\"", shown(given.value.as_bytes()));
         let error = Diagnostic::error(given.span, message);
-        self.report.push_sure(match nearest(&given.value, known.iter().copied()) {
+        self.error_surely(match nearest(&given.value, known.iter().copied()) {
             Some(near) => {
                 error.help(format!("did you mean \"{near}\"?")).fix(given.span, format!("\"{near}\""))
             }
             None => error.help(format!("the choices are {}", known.join(", "))),
         });
-        self.failed = true;
     }
 
     /// Reports a type that pbrt-v3 does not have.
@@ -86,7 +87,7 @@ impl Params<'_> {
             let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
             unknown.help(format!("pbrt-v3 knows {}", names.join(", ")))
         };
-        self.report.push_sure(Diagnostic { severity, ..unknown });
+        self.report.push(Diagnostic { severity, ..unknown });
     }
 
     pub(super) fn left_over(&self, param: &Param) -> Diagnostic {
@@ -197,8 +198,7 @@ fn may_be(values: &Values, ty: ParamType) -> bool {
     }
 }
 
-/// Whether one name was most likely meant by another. Names with other numbers are other names.
+/// Whether one name was most likely meant by another.
 fn is_slip(given: &str, name: &str) -> bool {
-    let digits = |name: &str| name.chars().filter(char::is_ascii_digit).collect::<String>();
-    digits(given) == digits(name) && nearest(given, [name]).is_some()
+    same_digits(given, name) && nearest(given, [name]).is_some()
 }

@@ -32,15 +32,11 @@ impl Resolver<'_> {
     }
 
     /// The type of a named material is one of its parameters.
-    pub(super) fn make_named_material(
-        &mut self,
-        entity: Entity,
-        faulty: bool,
-    ) -> Result<(), Box<Diagnostic>> {
+    pub(super) fn make_named_material(&mut self, entity: Entity) -> Result<(), Box<Diagnostic>> {
         let Entity { name, mut params } = entity;
         let is_type = |param: &Param| param.name.value == "type" && param.ty == ParamType::String;
         let given = params.iter().rposition(is_type).map(|at| params.remove(at).values);
-        let mut error = (given.is_none() && !faulty).then(|| {
+        let mut error = (given.is_none() && !self.report.partial).then(|| {
             Diagnostic::error(name.span, format!("named material \"{}\" has no type", name.value))
                 .help("\"string type\" \"matte\" gives it one")
         });

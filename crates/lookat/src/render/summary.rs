@@ -120,7 +120,7 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scen
                 "the picture is all black: no ray from the camera meets a surface that scatters light; see LookAt and fov"
             }
             // Else it is told before.
-            false if scene.lights.is_empty() && glows(scene) => {
+            false if scene.lights.is_empty() && scene.shapes().any(|shape| shape.emission.is_some()) => {
                 "the picture is all black: no light comes to the camera from what it sees; a shape glows on the side of its normals alone; see \"bool twosided\" and ReverseOrientation"
             }
             false => "the picture is all black: no light comes to the camera from what it sees",
@@ -130,13 +130,6 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scen
         let count = rendered.statistics.rejected;
         crate::say(&format!("{count} samples were infinite or not a number, and count as black"));
     }
-}
-
-/// Whether any shape emits light.
-fn glows(scene: &Scene) -> bool {
-    let objects = scene.objects();
-    let of_objects = objects.iter().flat_map(|object| &object.primitives);
-    scene.primitives.iter().chain(of_objects).any(|primitive| primitive.emission.is_some())
 }
 
 /// How many samples the pixels have.
