@@ -2,6 +2,7 @@
 
 mod choice;
 mod fresnel;
+pub(crate) mod lanes;
 mod lobe;
 mod material;
 mod microfacet;

@@ -1,5 +1,7 @@
 //! Camera rays: from a place on the film and the lens to a ray, in closed form and `f64`.
 
+mod lanes;
+
 use std::f64::consts::{PI, TAU};
 
 use glam::{DMat3, DVec2, DVec3};

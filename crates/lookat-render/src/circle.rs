@@ -1,5 +1,7 @@
 //! Points of the unit circle, for samples: without the cases that the sine and cosine of any angle have.
 
+pub(crate) mod lanes;
+
 use std::f64::consts::TAU;
 
 use glam::DVec2;

@@ -4,7 +4,7 @@ mod disk;
 mod paraboloid;
 mod quadric;
 mod segment;
-mod sphere;
+pub(crate) mod sphere;
 mod sweep;
 #[cfg(test)]
 mod tests;

@@ -42,6 +42,9 @@ struct Axis {
     radius: f64,
     /// The share of the absolute value up to the end of each step; empty for a constant filter.
     cdf: Vec<f64>,
+    /// Where to look from for numbers from 0 on, from one over the number of steps on, and so forth: the first step that any
+    /// of them may come to (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+    guide: Vec<u32>,
     negative: Vec<bool>,
     weight: f64,
 }
@@ -54,7 +57,15 @@ const STEPS_OF_LOBE: f64 = 16.0;
 impl Axis {
     fn new(kind: FilterKind, radius: f64) -> Self {
         let lobe = match kind {
-            FilterKind::Box => return Axis { radius, cdf: Vec::new(), negative: Vec::new(), weight: 1.0 },
+            FilterKind::Box => {
+                return Axis {
+                    radius,
+                    cdf: Vec::new(),
+                    guide: Vec::new(),
+                    negative: Vec::new(),
+                    weight: 1.0,
+                };
+            }
             FilterKind::Triangle | FilterKind::Mitchell { .. } => radius,
             FilterKind::Gaussian { alpha } => alpha.powf(-0.5),
             FilterKind::Sinc { tau } => tau.min(1.0),
@@ -68,9 +79,12 @@ impl Axis {
             sum += value.abs() / absolute;
             sum
         });
+        let cdf: Vec<f64> = cdf.collect();
+        let first = |number: usize| cdf.partition_point(|share| *share <= number as f64 / steps as f64);
         Axis {
             radius,
-            cdf: cdf.collect(),
+            guide: (0..steps).map(|number| first(number) as u32).collect(),
+            cdf,
             negative: values.iter().map(|value| *value < 0.0).collect(),
             weight: absolute / values.iter().sum::<f64>(),
         }
@@ -81,7 +95,10 @@ impl Axis {
             return ((2.0 * u - 1.0) * self.radius, false);
         }
         let steps = self.cdf.len();
-        let step = self.cdf.partition_point(|share| *share <= u).min(steps - 1);
+        let mut step = self.guide[((u * steps as f64) as usize).min(steps - 1)] as usize;
+        while step < steps - 1 && self.cdf[step] <= u {
+            step += 1;
+        }
         let before = if step == 0 { 0.0 } else { self.cdf[step - 1] };
         let within = ((u - before) / (self.cdf[step] - before)).clamp(0.0, 1.0);
         let x = ((step as f64 + within) / steps as f64 * 2.0 - 1.0) * self.radius;

@@ -1,5 +1,7 @@
 //! Directions and frames around them.
 
+pub(crate) mod lanes;
+
 use glam::DVec3;
 
 /// The direction, or the opposite one.

@@ -12,6 +12,7 @@ use crate::filter::FilterSampler;
 use crate::integrator::{Draw, direct, path};
 use crate::light::LightTable;
 use crate::prepare::{Group, Other, Traceable};
+use crate::render::lanes::Lanes;
 use crate::render::{Settings, film_bytes};
 use crate::triangle::block::Block;
 
@@ -30,6 +31,8 @@ pub struct Inspection {
     pub objects: Vec<Elements>,
     /// Shapes may have holes.
     pub has_cutouts: bool,
+    /// Samples are taken eight side by side, and their rays tried against each shape; on processors that can.
+    pub side_by_side: bool,
     /// What surfaces are made of; `None` where the integrator does not ask.
     pub surfaces: Option<Surfaces>,
     /// The kind of each light, infinite ones last.
@@ -115,6 +118,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts,
+        side_by_side: Lanes::new(&scene.integrator, &traceable, &lights).is_some(),
         surfaces: asks_materials.then_some(materials),
         lights: lights.kinds().collect(),
         constant_skies: lights.len() - lights.eligible(None),

@@ -39,6 +39,7 @@ mod frame;
 mod inspect;
 mod instance;
 mod integrator;
+mod lanes;
 mod light;
 mod parametric;
 mod plain;

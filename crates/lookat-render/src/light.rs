@@ -4,6 +4,7 @@ mod choice;
 mod environment;
 mod facing;
 mod goniometric;
+pub(crate) mod lanes;
 mod lune;
 mod mesh;
 mod projection;
@@ -357,5 +358,7 @@ fn falloff(cos_theta: f64, cos_total_width: f64, cos_falloff_start: f64) -> f64 
     if cos_theta >= cos_falloff_start {
         return 1.0;
     }
-    ((cos_theta - cos_total_width) / (cos_falloff_start - cos_total_width)).powi(4)
+    let within = (cos_theta - cos_total_width) / (cos_falloff_start - cos_total_width);
+    let squared = within * within;
+    squared * squared
 }

@@ -3,6 +3,7 @@
 #[cfg(target_arch = "x86_64")]
 mod avx2;
 mod halton;
+pub(crate) mod lanes;
 mod sequence;
 mod sobol;
 
@@ -42,7 +43,7 @@ const NO_SET: u32 = u32::MAX;
 impl SampleStream {
     /// The stream of the first sample of a pixel.
     pub fn new(sampler: &Sampler, seed: u64, pixel: [u32; 2]) -> Self {
-        let seed = mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ (u64::from(pixel[0]) | u64::from(pixel[1]) << 32));
+        let seed = of_pixel(seed, pixel);
         let pattern = match sampler.kind {
             SamplerKind::Random => Pattern::Random(random_of(seed, 0)),
             SamplerKind::Stratified { cells, jitter } => Pattern::Stratified { cells, jitter },
@@ -50,6 +51,11 @@ impl SampleStream {
             SamplerKind::Sobol => Pattern::of(Sequence::Sobol),
         };
         SampleStream { pattern, seed, index: 0, count: sampler.samples_per_pixel, dimension: 0 }
+    }
+
+    /// That of a point of Halton's sequence, of a pixel with that seed of its own.
+    fn halton(seed: u64, index: u32, count: u32) -> Self {
+        SampleStream { pattern: Pattern::of(Sequence::halton(false, seed)), seed, index, count, dimension: 0 }
     }
 
     /// Goes to the beginning of sample `index` of the same pixel.
@@ -192,6 +198,11 @@ impl Pattern {
     fn of(sequence: Sequence) -> Self {
         Pattern::Sequence { sequence, set: NO_SET, numbers: [0.0; LANES] }
     }
+}
+
+/// The seed of a pixel.
+fn of_pixel(seed: u64, pixel: [u32; 2]) -> u64 {
+    mix(mix(seed ^ 0x9e37_79b9_7f4a_7c15) ^ (u64::from(pixel[0]) | u64::from(pixel[1]) << 32))
 }
 
 /// The random numbers of sample `index` of a pixel.

@@ -1,5 +1,7 @@
 //! The point of a surface that a ray has hit.
 
+pub(crate) mod lanes;
+
 use glam::{DVec3, Vec3};
 use lookat_scene::{MaterialKind, Mesh, Primitive, Shape};
 

@@ -1,6 +1,7 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
 mod bundle;
+pub(crate) mod lanes;
 #[cfg(test)]
 mod tests;
 

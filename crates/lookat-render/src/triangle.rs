@@ -1,6 +1,7 @@
 //! Ray against triangle, watertight.
 
 pub(crate) mod block;
+pub(crate) mod lanes;
 pub(crate) mod parametric;
 
 use std::cmp::Ordering;

@@ -1,5 +1,7 @@
 //! From the unit square to other domains, with the densities that result; and from a number to one of several amounts.
 
+pub(crate) mod lanes;
+
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use glam::{DVec2, DVec3, Vec2Swizzles};

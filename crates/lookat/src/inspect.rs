@@ -77,7 +77,7 @@ impl<'s> Found<'s> {
         let mut absent = vec![
             (!it.has_lens, "points on a lens"),
             (!it.has_filter_table, "filter tables"),
-            (it.world.nodes == 0, "a tree"),
+            (it.side_by_side || it.world.nodes == 0, "a tree"),
             (it.world.instances == 0, "instances"),
             (!it.has_cutouts, "holes"),
         ];
@@ -128,7 +128,7 @@ impl<'s> Found<'s> {
             },
             "world": elements(&it.world),
             "objects": it.objects.iter().map(elements).collect::<Vec<_>>(),
-            "has_cutouts": it.has_cutouts,
+            "has_cutouts": it.has_cutouts, "side_by_side": it.side_by_side,
             "surfaces": it.surfaces.as_ref().map(|surfaces| json!({
                 "kinds": surfaces.kinds, "lambert": surfaces.lambert, "most_lobes": surfaces.most_lobes,
                 "specular": surfaces.specular, "coordinates": surfaces.coordinates,

@@ -93,7 +93,7 @@ pub(crate) struct DoubleSlabs {
 }
 
 /// Covers the rounding of both ends of the test (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
-const PAD: f64 = 1.0 + 4.0 * f64::EPSILON;
+pub(crate) const PAD: f64 = 1.0 + 4.0 * f64::EPSILON;
 
 impl DoubleSlabs {
     pub fn new(ray: &Ray) -> Self {

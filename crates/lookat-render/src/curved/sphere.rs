@@ -1,5 +1,7 @@
 //! Ray against sphere, by the point of the ray that is closest to the centre.
 
+pub(crate) mod lanes;
+
 use glam::{DMat3, DVec2, DVec3};
 use twofloat::TwoFloat;
 

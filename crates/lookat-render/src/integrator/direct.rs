@@ -1,5 +1,7 @@
 //! Direct lighting (PBR 14.3).
 
+pub(crate) mod lanes;
+
 use glam::{DVec2, Vec3};
 use lookat_scene::{DirectStrategy, LightChoice};
 

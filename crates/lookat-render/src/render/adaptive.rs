@@ -14,8 +14,8 @@ use rayon::prelude::*;
 use super::Settings;
 use super::control::Meter;
 use super::passes::doubled;
-use super::sample::{Context, Pattern, Samples};
-use crate::film::{Tile, indices, places, tiles};
+use super::sample::{Context, Job, Pattern, Samples};
+use crate::film::{Pixel, Tile, indices, places, tiles};
 use crate::integrator::{FirstHit, Tracer};
 use crate::sampler::SampleStream;
 use allotment::{LEAST, allotted};
@@ -104,22 +104,23 @@ impl Part {
         F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
     {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
-        let mut rejected = 0;
         let Tile { bounds, pixels, .. } = &mut self.tile;
         let goals = indices(*bounds, context.prepared.scene.film.crop).map(|at| goals[at]);
-        let pixels = pixels.iter_mut().zip(&mut self.squares);
-        for (((pixel, squares), place), goal) in pixels.zip(places(*bounds)).zip(goals) {
-            if context.control.is_stopped() {
-                break;
-            }
-            let before = Samples::after(*pixel);
-            let samples =
-                context.sample_all(&mut tracer, &mut meter, pattern, place, pixel.count()..goal, before);
+        let job = |((place, pixel), goal): (([u32; 2], &Pixel), u32)| Job {
+            pattern: *pattern,
+            place,
+            indices: pixel.count()..goal,
+            samples: Samples::after(*pixel),
+        };
+        let mut jobs: Vec<Job> = places(*bounds).zip(&*pixels).zip(goals).map(job).collect();
+        if !context.control.is_stopped() {
+            context.sample_all(&mut tracer, &mut meter, &mut jobs);
+        }
+        for ((pixel, squares), Job { samples, .. }) in pixels.iter_mut().zip(&mut self.squares).zip(&jobs) {
             *pixel = samples.sum;
             *squares += samples.squares;
-            rejected += samples.rejected;
         }
-        context.control.add(tracer.rays, rejected);
+        context.control.add(tracer.rays, jobs.iter().map(|job| job.samples.rejected).sum());
     }
 }
 

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use super::Settings;
 use super::control::Meter;
-use super::sample::{Context, Pattern, Samples};
-use crate::film::{REPLICATES, Tile, places, tiles};
+use super::sample::{Context, Job, Pattern, Samples};
+use crate::film::{Pixel, REPLICATES, Tile, places, tiles};
 use crate::integrator::{FirstHit, Tracer};
 use crate::sampler::{SampleStream, replicate_seed};
 
@@ -102,16 +102,16 @@ where
         return;
     }
     let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
-    let mut rejected = 0;
-    let places = places(tile.bounds);
+    let has_spreads = !tile.spreads.is_empty();
+    let job = |(place, pixel): ([u32; 2], &Pixel)| {
+        let before = if has_spreads { Pixel::default() } else { *pixel };
+        Job { pattern: pass.pattern, place, indices: pass.samples.clone(), samples: Samples::after(before) }
+    };
+    let mut jobs: Vec<Job> = places(tile.bounds).zip(&tile.pixels).map(job).collect();
+    context.sample_all(&mut tracer, &mut meter, &mut jobs);
     let mut spreads = tile.spreads.iter_mut();
-    for (pixel, place) in tile.pixels.iter_mut().zip(places) {
-        let spread = spreads.next();
-        let before = if spread.is_some() { Default::default() } else { *pixel };
-        let (indices, before) = (pass.samples.clone(), Samples::after(before));
-        let samples = context.sample_all(&mut tracer, &mut meter, &pass.pattern, place, indices, before);
-        rejected += samples.rejected;
-        match spread {
+    for (pixel, Job { samples, .. }) in tile.pixels.iter_mut().zip(&jobs) {
+        match spreads.next() {
             // Half a replicate is none.
             Some(_) if samples.sum.count() < pass.samples.end => {}
             Some(spread) => {
@@ -120,9 +120,6 @@ where
             }
             None => *pixel = samples.sum,
         }
-        if context.control.is_stopped() {
-            break;
-        }
     }
-    context.control.add(tracer.rays, rejected);
+    context.control.add(tracer.rays, jobs.iter().map(|job| job.samples.rejected).sum());
 }

@@ -8,6 +8,7 @@ use glam::{DVec2, Vec3};
 use lookat_scene::{Sampler, Scene};
 
 use super::control::{Control, Meter};
+use super::lanes::Lanes;
 use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, limited};
 use crate::filter::FilterSampler;
@@ -31,11 +32,13 @@ pub(super) struct Context<'a, F> {
     pub prepared: &'a Prepared<'a>,
     pub control: &'a Control<'a>,
     pub filter: FilterSampler,
-    camera: CameraRays,
+    pub(super) camera: CameraRays,
     /// The distance of samples on the film, in pixels.
     spacing: f64,
     /// Light along a camera ray.
     li: F,
+    /// The same for samples side by side, of scenes that it serves for.
+    pub(super) lanes: Option<Lanes<'a>>,
 }
 
 impl<'a, F> Context<'a, F> {
@@ -50,6 +53,7 @@ impl<'a, F> Context<'a, F> {
             camera: CameraRays::new(&scene.camera, &scene.film),
             spacing: f64::from(nominal_samples).sqrt().recip(),
             li,
+            lanes: Lanes::new(&scene.integrator, &prepared.traceable, &prepared.lights),
         }
     }
 
@@ -65,6 +69,17 @@ pub(super) struct Pattern {
     pub seed: u64,
     /// Whether the bounds and squares of the samples are asked for.
     pub is_watched: bool,
+}
+
+/// Samples to take of a pixel.
+#[derive(Debug, Clone)]
+pub(super) struct Job {
+    pub pattern: Pattern,
+    pub place: [u32; 2],
+    /// Which of the pattern.
+    pub indices: Range<u32>,
+    /// What there was before, and what has been added.
+    pub samples: Samples,
 }
 
 /// What samples have shown.
@@ -110,44 +125,34 @@ impl<F> Context<'_, F>
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
 {
-    /// Takes samples of a pixel, as long as there is time: fewer, if that is up.
-    pub fn sample_all(
-        &self,
-        tracer: &mut Tracer,
-        meter: &mut Meter,
-        pattern: &Pattern,
-        place: [u32; 2],
-        indices: Range<u32>,
-        mut samples: Samples,
-    ) -> Samples {
-        let mut from = indices.start;
-        while from < indices.end {
-            let to = indices.end.min(from.saturating_add(meter.batch()));
-            self.sample(tracer, pattern, place, from..to, &mut samples);
-            if !meter.add(to - from, tracer.rays) {
-                break;
-            }
-            from = to;
+    /// Does jobs, which are all for one kind and number of samples, as long as there is time: some may be left.
+    pub fn sample_all(&self, tracer: &mut Tracer, meter: &mut Meter, jobs: &mut [Job]) {
+        if let Some(lanes) = &self.lanes {
+            return self.sample_side_by_side(lanes, tracer, meter, jobs);
         }
-        samples
+        for job in jobs {
+            let mut from = job.indices.start;
+            while from < job.indices.end {
+                let to = job.indices.end.min(from.saturating_add(meter.batch()));
+                self.sample(tracer, job, from..to);
+                if !meter.add(to - from, tracer.rays) {
+                    return;
+                }
+                from = to;
+            }
+        }
     }
 
-    /// Takes samples of a pixel: those whose camera rays are traced together, and those that are left.
-    fn sample(
-        &self,
-        tracer: &mut Tracer,
-        pattern: &Pattern,
-        place: [u32; 2],
-        indices: Range<u32>,
-        samples: &mut Samples,
-    ) {
-        let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, place);
+    /// Takes some samples of a job: those whose camera rays are traced together, and those that are left.
+    pub(super) fn sample(&self, tracer: &mut Tracer, job: &mut Job, indices: Range<u32>) {
+        let Job { pattern, place, samples, .. } = job;
+        let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, *place);
         let mut from = indices.start;
         if indices.len() >= BUNDLE {
             // Apart from what else there is of a sample, and used again: large values are best not moved.
             let mut streams: [_; BUNDLE] = from_fn(|_| stream.clone());
             while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
-                let starts = from_fn(|k| self.start(&mut streams[k], place, from + k as u32));
+                let starts = from_fn(|k| self.start(&mut streams[k], *place, from + k as u32));
                 let rays = starts.each_ref().map(|start: &Start| start.camera_ray.ray());
                 let hits = tracer.nearest_of(&rays);
                 for (k, Start { camera_ray, negative }) in starts.iter().enumerate() {
@@ -158,7 +163,7 @@ where
             }
         }
         for index in from..indices.end {
-            let Start { camera_ray, negative } = self.start(&mut stream, place, index);
+            let Start { camera_ray, negative } = self.start(&mut stream, *place, index);
             let ray = camera_ray.ray();
             let hit = tracer.nearest(&ray);
             let first = FirstHit { camera_ray: &camera_ray, ray: &ray, hit: hit.as_ref() };
@@ -170,11 +175,14 @@ where
     #[inline(always)]
     fn start(&self, stream: &mut SampleStream, place: [u32; 2], index: u32) -> Start<'_> {
         stream.restart(index);
-        let center = DVec2::new(f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5);
         let (offset, negative) = self.filter.sample(stream.next_2d());
         let on_lens = if self.camera.has_lens() { stream.next_2d() } else { DVec2::ZERO };
-        let camera_ray =
-            CameraRay { camera: &self.camera, film: center + offset, on_lens, spacing: self.spacing };
+        let camera_ray = CameraRay {
+            camera: &self.camera,
+            film: center_of(place) + offset,
+            on_lens,
+            spacing: self.spacing,
+        };
         Start { camera_ray, negative }
     }
 
@@ -190,9 +198,15 @@ where
         stream: &mut SampleStream,
         samples: &mut Samples,
     ) {
-        let mut radiance = (self.li)(tracer, first, stream);
+        let radiance = (self.li)(tracer, first, stream);
+        self.add(pattern, radiance, negative, samples);
+    }
+
+    /// Adds the radiance of a sample to those of its pixel.
+    #[inline(always)]
+    pub(super) fn add(&self, pattern: &Pattern, mut radiance: Vec3, negative: bool, samples: &mut Samples) {
         if !radiance.is_finite() {
-            debug_assert!(false, "radiance {radiance} at {}", first.camera_ray.film);
+            debug_assert!(false, "radiance {radiance}");
             samples.rejected += 1;
             radiance = Vec3::ZERO;
         }
@@ -210,4 +224,10 @@ struct Start<'c> {
     camera_ray: CameraRay<'c>,
     /// Whether the filter is negative there.
     negative: bool,
+}
+
+/// The middle of a pixel on the film.
+#[inline(always)]
+pub(super) fn center_of(place: [u32; 2]) -> DVec2 {
+    DVec2::new(f64::from(place[0]) + 0.5, f64::from(place[1]) + 0.5)
 }

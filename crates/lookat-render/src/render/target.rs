@@ -4,13 +4,15 @@
 //! round, when all pixels are known so far, each is judged by itself and its neighbours; so threads and the order of tiles
 //! change nothing.
 
+use std::array::from_fn;
+
 use glam::Vec3;
 use lookat_image::PixelError;
 use lookat_scene::{PixelBounds, Sampler, SamplerKind};
 use rayon::prelude::*;
 
 use super::control::Meter;
-use super::sample::{Context, Pattern, Samples, Seen};
+use super::sample::{Context, Job, Pattern, Samples, Seen};
 use super::stop::{Brightness, Estimate, StopRule};
 use super::{Reached, Settings, TargetError};
 use crate::color::luminance;
@@ -122,16 +124,20 @@ impl Part {
         F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
     {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
-        let mut rejected = 0;
-        for (pixel, place) in self.tile.pixels.iter_mut().zip(places(self.tile.bounds)) {
-            if context.control.is_stopped() {
-                break;
-            }
-            let (pattern, before) = (pattern(seed, 0, 1), Samples::after(*pixel));
-            let samples = context.sample_all(&mut tracer, &mut meter, &pattern, place, 0..1, before);
-            (*pixel, rejected) = (samples.sum, rejected + samples.rejected);
+        let job = |(place, pixel): ([u32; 2], &Pixel)| Job {
+            pattern: pattern(seed, 0, 1),
+            place,
+            indices: 0..1,
+            samples: Samples::after(*pixel),
+        };
+        let mut jobs: Vec<Job> = places(self.tile.bounds).zip(&self.tile.pixels).map(job).collect();
+        if !context.control.is_stopped() {
+            context.sample_all(&mut tracer, &mut meter, &mut jobs);
         }
-        context.control.add(tracer.rays, rejected);
+        for (pixel, Job { samples, .. }) in self.tile.pixels.iter_mut().zip(&jobs) {
+            *pixel = samples.sum;
+        }
+        context.control.add(tracer.rays, jobs.iter().map(|job| job.samples.rejected).sum());
     }
 
     /// Brings the replicates of all pixels that are not done to so many samples.
@@ -161,7 +167,7 @@ impl Part {
             if active.count == 0 {
                 *pixel = Pixel::default();
             }
-            for (r, samples) in replicates.iter().enumerate() {
+            for (r, Job { samples, .. }) in replicates.iter().enumerate() {
                 active.sums[r].add(&samples.sum);
                 if let Some(signed) = &mut active.signed {
                     signed[r].add(&samples.sum);
@@ -190,19 +196,18 @@ fn replicates<F>(
     meter: &mut Meter,
     (place, seed): ([u32; 2], u64),
     indices: std::ops::Range<u32>,
-) -> Option<[Samples; REPLICATES as usize]>
+) -> Option<[Job; REPLICATES as usize]>
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
 {
-    let mut all = [Samples::after(Pixel::default()); REPLICATES as usize];
-    for (r, samples) in (0..).zip(&mut all) {
-        let pattern = pattern(seed, r, indices.end);
-        *samples = context.sample_all(tracer, meter, &pattern, place, indices.clone(), *samples);
-        if context.control.is_stopped() {
-            return None;
-        }
-    }
-    Some(all)
+    let mut jobs = from_fn(|r| Job {
+        pattern: pattern(seed, r as u32, indices.end),
+        place,
+        indices: indices.clone(),
+        samples: Samples::after(Pixel::default()),
+    });
+    context.sample_all(tracer, meter, &mut jobs);
+    (!context.control.is_stopped()).then_some(jobs)
 }
 
 impl Active {

@@ -1,10 +1,10 @@
 //! What sequences in eight dimensions share, by AVX2.
 
 use std::arch::x86_64::{
-    __m256d, __m256i, _mm256_and_si256, _mm256_blend_epi32, _mm256_castsi256_si128, _mm256_cvtepi32_pd,
-    _mm256_extracti128_si256, _mm256_mul_epu32, _mm256_mullo_epi32, _mm256_or_si256, _mm256_set1_epi8,
-    _mm256_set1_epi32, _mm256_shuffle_epi8, _mm256_slli_epi32, _mm256_srli_epi32, _mm256_srli_epi64,
-    _mm256_xor_si256,
+    __m256d, __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_blend_epi32, _mm256_castsi256_si128,
+    _mm256_cvtepi32_pd, _mm256_extracti128_si256, _mm256_mul_epu32, _mm256_mullo_epi32, _mm256_or_si256,
+    _mm256_set1_epi8, _mm256_set1_epi32, _mm256_shuffle_epi8, _mm256_slli_epi32, _mm256_srli_epi32,
+    _mm256_srli_epi64, _mm256_xor_si256,
 };
 
 use bytemuck::cast;
@@ -33,6 +33,16 @@ pub(super) fn high(a: __m256i, b: __m256i) -> __m256i {
     let even = _mm256_srli_epi64::<32>(_mm256_mul_epu32(a, b));
     let odd = _mm256_mul_epu32(_mm256_srli_epi64::<32>(a), _mm256_srli_epi64::<32>(b));
     _mm256_blend_epi32::<0b1010_1010>(even, odd)
+}
+
+/// That of `sobol_burley`.
+#[target_feature(enable = "avx2")]
+#[inline]
+pub(super) fn owen_scramble_rev(x: __m256i, scramble: __m256i) -> __m256i {
+    let stirred = |x, factor| _mm256_xor_si256(x, _mm256_mullo_epi32(x, splat(factor)));
+    let x = _mm256_add_epi32(stirred(x, 0x3d20_adea), scramble);
+    let x = _mm256_mullo_epi32(x, _mm256_or_si256(_mm256_srli_epi32::<16>(scramble), splat(1)));
+    stirred(stirred(x, 0x0552_6c56), 0x53a2_2864)
 }
 
 /// The bits in reverse.

@@ -21,6 +21,23 @@ pub(super) fn pair(dimension: u32, index: u32, count: u32, seed: u64) -> Option<
     (index <= MOST).then(|| scrambled_radical_inverses(&bases, index, count, &seeds(dimension, seed)))
 }
 
+/// Seeds of several pixels: their lower and upper halves.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seeds {
+    low: [u32; LANES],
+    high: [u32; LANES],
+}
+
+impl Seeds {
+    pub fn new(seeds: [u64; LANES]) -> Self {
+        Seeds { low: seeds.map(|seed| seed as u32), high: seeds.map(|seed| (seed >> 32) as u32) }
+    }
+
+    pub fn lane(&self, lane: usize) -> u64 {
+        u64::from(self.high[lane]) << 32 | u64::from(self.low[lane])
+    }
+}
+
 /// What chooses the scrambles of dimensions. Those of the first set do not change from sample to sample of a pixel.
 #[inline(always)]
 pub(super) fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {

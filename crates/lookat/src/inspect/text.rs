@@ -18,7 +18,7 @@ impl Found<'_> {
             ("textures", self.inspection.surfaces.as_ref().map_or("not asked for".into(), textures)),
             ("lights", self.lights()),
             ("memory", self.memory()),
-            ("arithmetic", arithmetic()),
+            ("arithmetic", self.arithmetic()),
             ("not paid for", listed(&self.not_paid_for())),
         ];
         let line = |(title, text): &(&str, String)| format!("  {title:14}{}\n", wrapped(text));
@@ -98,6 +98,9 @@ impl Found<'_> {
     }
 
     fn tree(&self) -> String {
+        if self.inspection.side_by_side {
+            return "not used: eight rays at a time are tried against each shape".into();
+        }
         let tree = |of: &str, elements: &Elements| match elements.nodes {
             0 => format!("{of}a list"),
             nodes => format!("{of}{}, {} deep", count(nodes as u64, "node"), elements.depth),
@@ -126,6 +129,17 @@ impl Found<'_> {
             _ => (how, ", but for constant infinite ones, which BSDF samples find"),
         };
         format!("{}{how}{but}", tallied(&it.lights))
+    }
+
+    fn arithmetic(&self) -> String {
+        let by = match lookat_render::simd() {
+            "portable" => "portable code",
+            simd => simd,
+        };
+        match self.inspection.side_by_side {
+            true => format!("f64, eight samples at a time, {by}"),
+            false => format!("f32, eight boxes or triangles at a time, {by}; f64 decides"),
+        }
     }
 
     fn memory(&self) -> String {
@@ -177,14 +191,6 @@ fn textures(surfaces: &Surfaces) -> String {
         .map(|(materials, what)| format!("{what} for {}", count(materials as u64, "material")))
         .collect();
     listed(&needs)
-}
-
-fn arithmetic() -> String {
-    let by = match lookat_render::simd() {
-        "portable" => "portable code".to_owned(),
-        simd => simd.to_owned(),
-    };
-    format!("f32, eight boxes or triangles at a time, {by}; f64 decides")
 }
 
 /// Text in lines, each below the start of the first.

@@ -1,14 +1,13 @@
 //! Eight dimensions of Sobol' points by AVX2.
 
 use std::arch::x86_64::{
-    __m256i, _mm256_add_epi32, _mm256_mul_pd, _mm256_mullo_epi32, _mm256_or_si256, _mm256_set1_pd,
-    _mm256_setzero_si256, _mm256_srli_epi32, _mm256_xor_si256,
+    __m256i, _mm256_mul_pd, _mm256_set1_pd, _mm256_setzero_si256, _mm256_srli_epi32, _mm256_xor_si256,
 };
 
 use bytemuck::cast;
 
 use super::{LANES, Place, SCALE, SCRAMBLES};
-use crate::sampler::avx2::{lowbias, reversed, splat, to_f64};
+use crate::sampler::avx2::{lowbias, owen_scramble_rev, reversed, splat, to_f64};
 
 /// As [`super::numbers`], to the bit.
 #[target_feature(enable = "avx2")]
@@ -29,14 +28,4 @@ pub(in crate::sampler) fn numbers(set: u32, index: u32, seed: u64) -> [f64; LANE
 #[inline]
 fn hash(x: __m256i) -> __m256i {
     lowbias(_mm256_xor_si256(x, splat(0xe6fe_3beb)))
-}
-
-/// Likewise.
-#[target_feature(enable = "avx2")]
-#[inline]
-fn owen_scramble_rev(x: __m256i, scramble: __m256i) -> __m256i {
-    let stirred = |x, factor| _mm256_xor_si256(x, _mm256_mullo_epi32(x, splat(factor)));
-    let x = _mm256_add_epi32(stirred(x, 0x3d20_adea), scramble);
-    let x = _mm256_mullo_epi32(x, _mm256_or_si256(_mm256_srli_epi32::<16>(scramble), splat(1)));
-    stirred(stirred(x, 0x0552_6c56), 0x53a2_2864)
 }

@@ -1,0 +1,60 @@
+//! Camera rays side by side.
+
+use fearless_simd::{Simd, f64x8, prelude::*};
+use glam::DVec3;
+use lookat_scene::{Lens, Projection};
+
+use super::CameraRays;
+use crate::lanes::Vec3x8;
+use crate::warp::lanes::square_to_disk;
+
+type Vec2x8<S> = [f64x8<S>; 2];
+
+impl CameraRays {
+    /// Origins and directions of the rays that [`CameraRays::ray`] gives, to the bit. Not for environments.
+    #[inline(always)]
+    pub fn rays<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
+        let (start, step, middle) = (self.origin, self.step, self.film_middle);
+        let [x, y] = film;
+        let p = [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)];
+        let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
+        let is_perspective = matches!(self.projection, Projection::Perspective { .. });
+        let (o, d) = match (self.lens, u) {
+            (Some(lens), Some(u)) => {
+                let (center, slope) = match self.projection {
+                    Projection::Orthographic { telecentric: true } => (p, [zero; 2]),
+                    Projection::Orthographic { telecentric: false } => {
+                        let (x, y) = (p[0] + self.middle.x, p[1] + self.middle.y);
+                        let center = [(-self.middle.x).simd_into(simd), (-self.middle.y).simd_into(simd)];
+                        (center, [x / lens.focal_distance, y / lens.focal_distance])
+                    }
+                    Projection::Perspective { .. } | Projection::Environment => ([zero; 2], p),
+                };
+                through_lens(center, slope, lens, u)
+            }
+            _ if is_perspective => (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8 { x: p[0], y: p[1], z: one }),
+            _ => (Vec3x8 { x: p[0], y: p[1], z: zero }, Vec3x8::splat(simd, DVec3::Z)),
+        };
+        (o.by(&self.world_from_camera), d.by(&self.world_from_camera).normalize())
+    }
+}
+
+/// As [`super::through_lens`].
+#[inline(always)]
+fn through_lens<S: Simd>(
+    center: Vec2x8<S>,
+    slope: Vec2x8<S>,
+    lens: Lens,
+    u: Vec2x8<S>,
+) -> (Vec3x8<S>, Vec3x8<S>) {
+    let [x, y] = square_to_disk(u);
+    let (x, y) = (x * lens.radius, y * lens.radius);
+    let simd = x.token();
+    let o = Vec3x8 { x: center[0] + x, y: center[1] + y, z: 0.0.simd_into(simd) };
+    let focal = lens.focal_distance;
+    if focal >= lens.radius {
+        (o, Vec3x8 { x: slope[0] - x / focal, y: slope[1] - y / focal, z: 1.0.simd_into(simd) })
+    } else {
+        (o, Vec3x8 { x: slope[0] * focal - x, y: slope[1] * focal - y, z: focal.simd_into(simd) })
+    }
+}

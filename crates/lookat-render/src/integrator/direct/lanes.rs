@@ -1,0 +1,135 @@
+//! Direct lighting of samples side by side: in small worlds of diffuse surfaces.
+
+use fearless_simd::{Simd, mask64x8, prelude::*};
+use glam::{DVec3, Vec3};
+use lookat_scene::DirectStrategy;
+
+use crate::bsdf::lanes::{DiffuseBsdfs, diffuse};
+use crate::lanes::Colors;
+use crate::light::LightTable;
+use crate::prepare::Traceable;
+use crate::sampler::lanes::Streams;
+use crate::surface::lanes::{Sheet, Surfaces};
+use crate::trace::lanes::{Hits, List, Rays};
+
+/// A scene that [`Lanes::li`] serves for.
+pub(crate) struct Lanes<'s> {
+    lights: &'s LightTable<'s>,
+    list: List<'s>,
+    /// Of each element of the list its points, and what [`diffuse`] gives.
+    sheets: Vec<(Sheet<'s>, Vec3)>,
+    /// So many lights are sampled, the first ones,
+    sampled: usize,
+    /// and so many directions from the BSDF.
+    directions: u32,
+    /// What one of these brings from where there is nothing, as its part of all.
+    sky: Vec3,
+    background: Vec3,
+}
+
+/// What samples have brought.
+pub(crate) struct Brought<S: Simd> {
+    pub radiance: Colors<S>,
+    /// How many rays it took.
+    pub rays: u64,
+}
+
+impl<'s> Lanes<'s> {
+    /// `None` of scenes that have anything else.
+    pub fn new(scene: &'s Traceable, lights: &'s LightTable, strategy: DirectStrategy) -> Option<Self> {
+        if strategy == DirectStrategy::One || !lights.are_plain() || !scene.emitters.is_empty() {
+            return None;
+        }
+        let list = List::new(scene)?;
+        let sheets = list.elements.iter().map(|element| {
+            let primitive = scene.primitives[element.id.primitive as usize];
+            Some((Sheet::new(element, primitive)?, diffuse(&primitive.material)?))
+        });
+        let sheets = sheets.collect::<Option<_>>()?;
+        let sampled = lights.eligible(None);
+        let mut directions = 0;
+        for count in super::directions(lights, sampled) {
+            if count > 1 {
+                return None;
+            }
+            directions += count;
+        }
+        // Alike in all directions, of which none is sampled in another way.
+        let sky = lights.skies(None, DVec3::Z).map(|(_, radiance, _)| radiance).sum::<Vec3>();
+        Some(Lanes {
+            lights,
+            list,
+            sheets,
+            sampled,
+            directions,
+            sky: sky / directions as f32,
+            background: lights.background(DVec3::Z),
+        })
+    }
+
+    /// The radiance along those of the camera rays that are active; as [`super::li`], to the bit.
+    #[inline(always)]
+    pub fn li<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays<S>,
+        active: mask64x8<S>,
+        streams: &mut Streams,
+    ) -> Brought<S> {
+        let hits = self.list.nearest(simd, rays, active);
+        let mut brought = Brought { radiance: Colors::splat(simd, self.background), rays: count(active) };
+        let Some((surfaces, f)) = self.surfaces(simd, rays, &hits, active) else { return brought };
+        let is_hit = hits.is_hit() & active;
+        let bsdfs = DiffuseBsdfs::new(surfaces.n, -rays.d, f);
+        let black = Colors::splat(simd, Vec3::ZERO);
+        let mut radiance = black;
+        for light in 0..self.sampled {
+            let sample = self.lights.samples_of(simd, light, &surfaces);
+            let reflected = bsdfs.f_cos(sample.shadow.d) * sample.li;
+            let asked = sample.is_there & reflected.is_light() & is_hit;
+            let is_free = !self.list.met(simd, &sample.shadow, asked);
+            radiance = radiance + reflected.or(asked & is_free, black);
+            brought.rays += count(asked);
+        }
+        for _ in 0..self.directions {
+            let sample = bsdfs.sample(streams.next_2d(simd));
+            let asked = sample.is_there & is_hit;
+            let is_free = !self.list.met(simd, &surfaces.leave(sample.wi), asked);
+            radiance = radiance + (sample.weight * Colors::splat(simd, self.sky)).or(asked & is_free, black);
+            brought.rays += count(asked);
+        }
+        brought.radiance = radiance.or(is_hit, brought.radiance);
+        brought
+    }
+
+    /// Where the rays have hit something, and what [`DiffuseBsdfs`] is made of there; `None` if there is no hit.
+    #[inline(always)]
+    fn surfaces<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays<S>,
+        hits: &Hits<S>,
+        active: mask64x8<S>,
+    ) -> Option<(Surfaces<S>, Colors<S>)> {
+        let mut all: Option<(Surfaces<S>, Colors<S>)> = None;
+        let mut rest = hits.is_hit() & active;
+        // Mostly it is one element.
+        while rest.any_true() {
+            let first = rest.to_bitmask().trailing_zeros() as usize;
+            let is_same = hits.element.simd_eq(hits.element[first]);
+            let (sheet, f) = &self.sheets[hits.element[first] as usize];
+            let own = (sheet.points(simd, rays, hits), Colors::splat(simd, *f));
+            all = Some(match all {
+                Some(others) => (own.0.or(is_same, others.0), own.1.or(is_same, others.1)),
+                None => own,
+            });
+            rest &= !is_same;
+        }
+        all
+    }
+}
+
+#[inline(always)]
+fn count<S: Simd>(mask: mask64x8<S>) -> u64 {
+    u64::from(mask.to_bitmask().count_ones())
+}

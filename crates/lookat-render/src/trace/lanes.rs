@@ -1,0 +1,190 @@
+//! Rays side by side in a small world, whose elements are tried one after the other.
+
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+
+use crate::curved::Curved;
+use crate::curved::sphere::lanes::Meetings;
+use crate::lanes::{LANES, Vec3x8};
+use crate::prepare::{Other, Traceable};
+use crate::ray::{ElementId, Ray};
+use crate::triangle::Triangle;
+use crate::triangle::lanes::{BoxedTriangle, ShearedRays};
+
+/// With more elements than that, a tree is faster.
+const MOST: usize = 32;
+
+/// All elements of a small world, sorted by name.
+pub(crate) struct List<'s> {
+    pub elements: Vec<Element<'s>>,
+}
+
+pub(crate) struct Element<'s> {
+    pub id: ElementId,
+    pub shape: Shape<'s>,
+}
+
+#[derive(Clone, Copy)]
+pub(crate) enum Shape<'s> {
+    Triangle { boxed: BoxedTriangle, triangle: &'s Triangle, place: u32 },
+    Sphere(&'s Curved),
+}
+
+/// Rays, relative to the eye.
+#[derive(Clone, Copy)]
+pub(crate) struct Rays<S: Simd> {
+    pub o: Vec3x8<S>,
+    pub d: Vec3x8<S>,
+    pub t_max: f64x8<S>,
+    /// The number of the element that each leaves; [`NONE`] of those that leave none.
+    pub leaving: f64x8<S>,
+}
+
+/// The number of no element.
+pub(crate) const NONE: f64 = -1.0;
+
+/// The nearest hits.
+#[derive(Clone, Copy)]
+pub(crate) struct Hits<S: Simd> {
+    pub t: f64x8<S>,
+    /// Numbers of elements; [`NONE`] where there is no hit.
+    pub element: f64x8<S>,
+    /// Of triangles in proportion to what the corners weigh.
+    pub sides: [f64x8<S>; 3],
+}
+
+impl<S: Simd> Hits<S> {
+    /// Where there is one.
+    #[inline(always)]
+    pub fn is_hit(&self) -> mask64x8<S> {
+        self.element.simd_ge(0.0)
+    }
+}
+
+impl<'s> List<'s> {
+    /// `None` of worlds that are too large, or have other elements.
+    pub fn new(scene: &'s Traceable) -> Option<Self> {
+        let world = &scene.world;
+        let count = world.triangles().take(MOST + 1).count() + world.others.len();
+        if count > MOST || scene.has_cutouts {
+            return None;
+        }
+        let triangle = |(place, triangle): (u32, &'s Triangle)| Element {
+            id: triangle.element(ElementId::WORLD),
+            shape: Shape::Triangle { boxed: BoxedTriangle::new(triangle.corners), triangle, place },
+        };
+        let mut elements: Vec<Element<'s>> = world.triangles().map(triangle).collect();
+        for other in &world.others {
+            let Other::Curved { primitive, shape } = *other else { return None };
+            let curved = &scene.curved[shape as usize];
+            curved.as_sphere()?;
+            let id = ElementId { instance: ElementId::WORLD, primitive, index: 0 };
+            elements.push(Element { id, shape: Shape::Sphere(curved) });
+        }
+        elements.sort_by_key(|element| element.id);
+        Some(List { elements })
+    }
+
+    /// The nearest hits of the rays that are active.
+    #[inline(always)]
+    pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
+        let sheared = ShearedRays::new(rays.o, rays.d, active);
+        let none: f64x8<S> = NONE.simd_into(simd);
+        let mut hits = Hits { t: rays.t_max, element: none, sides: [none; 3] };
+        for (number, element) in self.elements.iter().enumerate() {
+            let number: f64x8<S> = (number as f64).simd_into(simd);
+            let leaving = rays.leaving.simd_eq(number);
+            match &element.shape {
+                Shape::Triangle { boxed, .. } => {
+                    let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
+                    let nearer = met & is_nearer(t, &hits, none);
+                    hits.t = nearer.select(t, hits.t);
+                    hits.element = nearer.select(number, hits.element);
+                    for (side, known) in sides.into_iter().zip(&mut hits.sides) {
+                        *known = nearer.select(side, *known);
+                    }
+                }
+                Shape::Sphere(sphere) => {
+                    let (met, t) = meet_sphere(simd, sphere, rays, hits.t, leaving, active);
+                    let nearer = met & is_nearer(t, &hits, none);
+                    hits.t = nearer.select(t, hits.t);
+                    hits.element = nearer.select(number, hits.element);
+                }
+            }
+        }
+        hits
+    }
+
+    /// Which of the rays that are active meet anything.
+    #[inline(always)]
+    pub fn met<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> mask64x8<S> {
+        let sheared = ShearedRays::new(rays.o, rays.d, active);
+        let mut free = active;
+        for (number, element) in self.elements.iter().enumerate() {
+            if !free.any_true() {
+                break;
+            }
+            let number: f64x8<S> = (number as f64).simd_into(simd);
+            let leaving = rays.leaving.simd_eq(number);
+            let (met, t) = match &element.shape {
+                Shape::Triangle { boxed, .. } => {
+                    let (met, t, _) = sheared.intersect(simd, boxed, free & !leaving);
+                    (met, t)
+                }
+                Shape::Sphere(sphere) => meet_sphere(simd, sphere, rays, rays.t_max, leaving, free),
+            };
+            free &= !(met & t.simd_le(rays.t_max));
+        }
+        active & !free
+    }
+}
+
+/// Where hits are nearer than those so far; the elements come in the order of their names.
+#[inline(always)]
+fn is_nearer<S: Simd>(t: f64x8<S>, hits: &Hits<S>, none: f64x8<S>) -> mask64x8<S> {
+    t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none))
+}
+
+#[inline(always)]
+fn meet_sphere<S: Simd>(
+    simd: S,
+    curved: &Curved,
+    rays: &Rays<S>,
+    t_max: f64x8<S>,
+    leaving: mask64x8<S>,
+    active: mask64x8<S>,
+) -> (mask64x8<S>, f64x8<S>) {
+    let Some(sphere) = curved.as_sphere() else { return (active & !active, t_max) };
+    let o = (rays.o - Vec3x8::splat(simd, curved.center)).by(&curved.own_from_world);
+    let d = rays.d.by(&curved.own_from_world);
+    let Meetings { met, t, doubtful } = sphere.meet(o, d, t_max, leaving, active);
+    if !doubtful.any_true() {
+        return (met, t);
+    }
+    one_by_one(simd, curved, rays, t_max, leaving, (met, t, doubtful))
+}
+
+/// Asks the sphere ray by ray.
+#[inline(never)]
+fn one_by_one<S: Simd>(
+    simd: S,
+    curved: &Curved,
+    rays: &Rays<S>,
+    t_max: f64x8<S>,
+    leaving: mask64x8<S>,
+    (met, mut t, doubtful): (mask64x8<S>, f64x8<S>, mask64x8<S>),
+) -> (mask64x8<S>, f64x8<S>) {
+    let (mut met, doubtful, leaving) = (met.to_bitmask(), doubtful.to_bitmask(), leaving.to_bitmask());
+    for lane in (0..LANES).filter(|lane| doubtful >> lane & 1 == 1) {
+        let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
+        let found = curved.intersect(&ray, t_max[lane], leaving >> lane & 1 == 1);
+        met = met & !(1 << lane) | u64::from(found.is_some()) << lane;
+        t[lane] = found.unwrap_or(0.0);
+    }
+    (mask64x8::from_bitmask(simd, met), t)
+}
+
+/// The position of a hit along each ray.
+#[inline(always)]
+pub(crate) fn at<S: Simd>(rays: &Rays<S>, t: f64x8<S>) -> Vec3x8<S> {
+    rays.o + rays.d * t
+}

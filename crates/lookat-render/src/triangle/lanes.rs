@@ -1,0 +1,198 @@
+//! Rays side by side against a triangle.
+
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::DVec3;
+
+use super::{Axis, ShearedRay, Triangle, extent};
+use crate::bvh::PAD;
+use crate::lanes::{LANES, Vec3x8};
+use crate::ray::Ray;
+
+/// A triangle, with the box that its hits lie in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct BoxedTriangle {
+    corners: [DVec3; 3],
+    low: DVec3,
+    high: DVec3,
+}
+
+impl BoxedTriangle {
+    pub fn new(corners: [DVec3; 3]) -> Self {
+        let (low, high) = extent(&corners);
+        BoxedTriangle { corners, low, high }
+    }
+}
+
+/// As [`ShearedRay`].
+#[derive(Clone, Copy)]
+pub(crate) struct ShearedRays<S: Simd> {
+    o: Vec3x8<S>,
+    d: Vec3x8<S>,
+    turned: Vec3x8<S>,
+    shear: Vec3x8<S>,
+    inverse: Vec3x8<S>,
+    /// Where the direction is negative along an axis.
+    negative: [mask64x8<S>; 3],
+    turn: Turn<S>,
+}
+
+/// How rays are turned, see [`Axis::longest_last`].
+#[derive(Clone, Copy)]
+enum Turn<S: Simd> {
+    /// All in one way.
+    Alike([Axis; 3]),
+    /// Where the longest axis is not x, and where it would not be y.
+    Mixed { is_not_x: mask64x8<S>, is_not_y: mask64x8<S> },
+}
+
+impl<S: Simd> Turn<S> {
+    #[inline(always)]
+    fn new(d: Vec3x8<S>, active: mask64x8<S>) -> Self {
+        let [x, y, z] = [d.x.abs(), d.y.abs(), d.z.abs()];
+        let (is_not_x, is_not_y) = (x.simd_lt(y) | x.simd_lt(z), y.simd_lt(z));
+        let bits = active.to_bitmask();
+        let Some(lane) = (bits != 0).then(|| bits.trailing_zeros() as usize) else {
+            return Turn::Alike([Axis::X, Axis::Y, Axis::Z]);
+        };
+        let (not_x, not_y) = (is_not_x.to_bitmask(), is_not_y.to_bitmask());
+        let is_alike = |mask: u64| mask & bits == 0 || mask & bits == bits;
+        if is_alike(not_x) && (not_x & bits == 0 || is_alike(not_y)) {
+            return Turn::Alike(Axis::longest_last(d.lane(lane)));
+        }
+        Turn::Mixed { is_not_x, is_not_y }
+    }
+
+    #[inline(always)]
+    fn turned(&self, v: Vec3x8<S>) -> Vec3x8<S> {
+        match self {
+            Turn::Alike(axes) => {
+                let (all, [x, y, z]) = ([v.x, v.y, v.z], axes);
+                Vec3x8 { x: x.of(&all), y: y.of(&all), z: z.of(&all) }
+            }
+            Turn::Mixed { is_not_x, is_not_y } => Vec3x8 {
+                x: is_not_x.select(is_not_y.select(v.x, v.z), v.y),
+                y: is_not_x.select(is_not_y.select(v.y, v.x), v.z),
+                z: is_not_x.select(is_not_y.select(v.z, v.y), v.x),
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn turned_point(&self, simd: S, p: &DVec3) -> Vec3x8<S> {
+        match self {
+            Turn::Alike(axes) => {
+                let (p, [x, y, z]) = (p.as_ref(), axes);
+                Vec3x8::splat(simd, DVec3::new(x.of(p), y.of(p), z.of(p)))
+            }
+            Turn::Mixed { .. } => self.turned(Vec3x8::splat(simd, *p)),
+        }
+    }
+}
+
+impl<S: Simd> ShearedRays<S> {
+    #[inline(always)]
+    pub fn new(o: Vec3x8<S>, d: Vec3x8<S>, active: mask64x8<S>) -> Self {
+        let turn = Turn::new(d, active);
+        let Vec3x8 { x, y, z } = turn.turned(d);
+        let inverse = Vec3x8 { x: 1.0 / d.x, y: 1.0 / d.y, z: 1.0 / d.z };
+        ShearedRays {
+            o,
+            d,
+            turned: turn.turned(o),
+            shear: Vec3x8 { x: x / z, y: y / z, z: 1.0 / z },
+            inverse,
+            negative: [
+                inverse.x.is_sign_negative(),
+                inverse.y.is_sign_negative(),
+                inverse.z.is_sign_negative(),
+            ],
+            turn,
+        }
+    }
+
+    /// Where rays meet a triangle, at which distance, and in proportion to what the corners weigh; as
+    /// [`ShearedRay::intersect`], to the bit.
+    #[inline(always)]
+    pub fn intersect(
+        &self,
+        simd: S,
+        triangle: &BoxedTriangle,
+        active: mask64x8<S>,
+    ) -> (mask64x8<S>, f64x8<S>, [f64x8<S>; 3]) {
+        let [a, b, c] = &triangle.corners;
+        let (a, b, c) = (self.sheared(simd, a), self.sheared(simd, b), self.sheared(simd, c));
+        let u = c.x * b.y - c.y * b.x;
+        let v = a.x * c.y - a.y * c.x;
+        let w = b.x * a.y - b.y * a.x;
+        let zero = (u.simd_eq(0.0) | v.simd_eq(0.0) | w.simd_eq(0.0)) & active;
+        if zero.any_true() {
+            return self.one_by_one(simd, triangle, active);
+        }
+        let below = u.simd_lt(0.0) | v.simd_lt(0.0) | w.simd_lt(0.0);
+        let above = u.simd_gt(0.0) | v.simd_gt(0.0) | w.simd_gt(0.0);
+        let mut met = active & !(below & above);
+        if !met.any_true() {
+            return (met, u, [u, v, w]);
+        }
+        let det = u + v + w;
+        let t = (u * a.z + v * b.z + w * c.z) * self.shear.z / det;
+        met &= det.simd_ne(0.0) & t.simd_gt(0.0);
+        let (mut near, mut far): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), f64::INFINITY.simd_into(simd));
+        let (origins, inverses) =
+            ([self.o.x, self.o.y, self.o.z], [self.inverse.x, self.inverse.y, self.inverse.z]);
+        for axis in 0..3 {
+            let (o, inverse, negative) = (origins[axis], inverses[axis], self.negative[axis]);
+            let (low, high) = ((triangle.low[axis] - o) * inverse, (triangle.high[axis] - o) * inverse);
+            let (enter, leave) = (negative.select(high, low), negative.select(low, high) * PAD);
+            // A NaN drops out, because it compares as false.
+            near = enter.simd_gt(near).select(enter, near);
+            far = leave.simd_lt(far).select(leave, far);
+        }
+        met &= near.simd_le(far);
+        let t = t.simd_lt(near).select(near, t);
+        let t = t.simd_gt(far).select(far, t);
+        (met & t.simd_gt(0.0), t, [u, v, w])
+    }
+
+    #[inline(always)]
+    fn sheared(&self, simd: S, p: &DVec3) -> Vec3x8<S> {
+        let p = self.turn.turned_point(simd, p) - self.turned;
+        Vec3x8 { x: p.x - self.shear.x * p.z, y: p.y - self.shear.y * p.z, z: p.z }
+    }
+
+    /// Where a ray passes just at an edge.
+    #[cold]
+    #[inline(never)]
+    fn one_by_one(
+        &self,
+        simd: S,
+        triangle: &BoxedTriangle,
+        active: mask64x8<S>,
+    ) -> (mask64x8<S>, f64x8<S>, [f64x8<S>; 3]) {
+        let zero: f64x8<S> = 0.0.simd_into(simd);
+        let (mut met, mut t, mut sides) = (0, zero, [zero; 3]);
+        for lane in 0..LANES {
+            let ray = Ray::new(self.o.lane(lane), self.d.lane(lane));
+            let is_active = active.to_bitmask() >> lane & 1 == 1;
+            if let Some(hit) = ShearedRay::new(&ray).intersect(&triangle.corners).filter(|_| is_active) {
+                met |= 1 << lane;
+                t[lane] = hit.0;
+                for (side, found) in sides.iter_mut().zip(hit.1) {
+                    side[lane] = found;
+                }
+            }
+        }
+        (mask64x8::from_bitmask(simd, met), t, sides)
+    }
+}
+
+impl Triangle {
+    /// The weights of its vertices, as the mesh has them, from what is in proportion to those of its corners.
+    #[inline(always)]
+    pub fn weights<S: Simd>(&self, sides: [f64x8<S>; 3]) -> [f64x8<S>; 3] {
+        let sum = sides[0] + sides[1] + sides[2];
+        let [first, second] = self.first.map(usize::from);
+        let (b0, b1) = (sides[first] / sum, sides[second] / sum);
+        [b0, b1, 1.0 - b0 - b1]
+    }
+}
