@@ -42,8 +42,8 @@ struct Axis {
     radius: f64,
     /// The share of the absolute value up to the end of each step; empty for a constant filter.
     cdf: Vec<f64>,
-    /// Where to look from for numbers from 0 on, from one over the number of steps on, and so forth: the first step that any
-    /// of them may come to (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
+    /// Where to look from for numbers from 0 on, from one over the number of steps on, and so forth: the step of the least of
+    /// them (Chen and Asau, "On Generating Random Variates from an Empirical Distribution", 1974).
     guide: Vec<u32>,
     negative: Vec<bool>,
     weight: f64,
@@ -96,6 +96,10 @@ impl Axis {
         }
         let steps = self.cdf.len();
         let mut step = self.guide[((u * steps as f64) as usize).min(steps - 1)] as usize;
+        // The product may be rounded to the next.
+        while step > 0 && self.cdf[step - 1] > u {
+            step -= 1;
+        }
         while step < steps - 1 && self.cdf[step] <= u {
             step += 1;
         }

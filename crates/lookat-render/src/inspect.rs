@@ -31,8 +31,9 @@ pub struct Inspection {
     pub objects: Vec<Elements>,
     /// Shapes may have holes.
     pub has_cutouts: bool,
-    /// Samples are taken eight side by side, and their rays tried against each shape; on processors that can.
-    pub side_by_side: bool,
+    /// Where samples are taken eight side by side, and their rays tried against each shape: the instructions for that, "AVX-512"
+    /// or "AVX2".
+    pub side_by_side: Option<&'static str>,
     /// What surfaces are made of; `None` where the integrator does not ask.
     pub surfaces: Option<Surfaces>,
     /// The kind of each light, infinite ones last.
@@ -118,7 +119,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts,
-        side_by_side: Lanes::new(&scene.integrator, &traceable, &lights).is_some(),
+        side_by_side: Lanes::new(scene, &traceable, &lights).map(|lanes| lanes.name()),
         surfaces: asks_materials.then_some(materials),
         lights: lights.kinds().collect(),
         constant_skies: lights.len() - lights.eligible(None),

@@ -17,6 +17,16 @@ pub(crate) fn level() -> Option<Level> {
     None
 }
 
+/// Its name for people.
+pub(crate) fn name(level: Level) -> &'static str {
+    #[cfg(target_arch = "x86_64")]
+    if level.as_avx512().is_some() {
+        return "AVX-512";
+    }
+    let _ = level;
+    "AVX2"
+}
+
 /// Vectors.
 #[derive(Clone, Copy)]
 pub(crate) struct Vec3x8<S: Simd> {
@@ -35,6 +45,15 @@ impl<S: Simd> Vec3x8<S> {
     #[inline(always)]
     pub fn dot(self, other: Self) -> f64x8<S> {
         self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> Self {
+        Vec3x8 {
+            x: self.y * other.z - other.y * self.z,
+            y: self.z * other.x - other.z * self.x,
+            z: self.x * other.y - other.x * self.y,
+        }
     }
 
     #[inline(always)]
@@ -154,6 +173,15 @@ impl<S: Simd> Colors<S> {
         }
     }
 
+    /// The sums of the channels, as far as these are not negative.
+    #[inline(always)]
+    pub fn amount(self) -> f64x8<S> {
+        let simd = self.r.token();
+        let sum = self.r.max(0.0) * 1.0 + self.g.max(0.0) * 1.0 + self.b.max(0.0) * 1.0;
+        let [a, b, c, d, e, f, g, h] = *sum.as_array();
+        [a, b, c, d, e, f, g, h].map(f64::from).simd_into(simd)
+    }
+
     /// Where they are not black.
     #[inline(always)]
     pub fn is_light(self) -> mask64x8<S> {
@@ -198,6 +226,12 @@ impl<S: Simd> std::ops::Div<f32x8<S>> for Colors<S> {
     fn div(self, divisor: f32x8<S>) -> Self {
         Colors { r: self.r / divisor, g: self.g / divisor, b: self.b / divisor }
     }
+}
+
+/// The same number everywhere.
+#[inline(always)]
+pub(crate) fn splat_f32<S: Simd>(simd: S, x: f32) -> f32x8<S> {
+    x.simd_into(simd)
 }
 
 /// Rounded to `f32`.

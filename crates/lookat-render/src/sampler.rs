@@ -16,7 +16,7 @@ use rand_pcg::Pcg64Mcg;
 use sequence::Sequence;
 
 /// So many dimensions of a sequence, a set, are computed at once.
-const LANES: usize = 8;
+const SET: usize = 8;
 
 /// Numbers for one camera sample. Each call takes the next dimensions of the pattern.
 #[derive(Debug, Clone)]
@@ -34,7 +34,7 @@ pub(crate) struct SampleStream {
 enum Pattern {
     Random(Pcg64Mcg),
     Stratified { cells: [u32; 2], jitter: bool },
-    Sequence { sequence: Sequence, set: u32, numbers: [f64; LANES] },
+    Sequence { sequence: Sequence, set: u32, numbers: [f64; SET] },
 }
 
 /// No set of dimensions.
@@ -156,8 +156,8 @@ impl SampleStream {
     #[inline]
     fn number(&mut self, dimension: u32) -> f64 {
         match &self.pattern {
-            Pattern::Sequence { set, numbers, .. } if *set == dimension / LANES as u32 => {
-                numbers[dimension as usize % LANES]
+            Pattern::Sequence { set, numbers, .. } if *set == dimension / SET as u32 => {
+                numbers[dimension as usize % SET]
             }
             _ => self.computed(dimension),
         }
@@ -176,9 +176,9 @@ impl SampleStream {
                 (f64::from(stratum) + within) / f64::from(count)
             }
             Pattern::Sequence { sequence, set, numbers } => {
-                *set = dimension / LANES as u32;
+                *set = dimension / SET as u32;
                 *numbers = sequence.numbers(*set, index, count, seed);
-                numbers[dimension as usize % LANES]
+                numbers[dimension as usize % SET]
             }
         }
     }
@@ -196,7 +196,7 @@ impl SampleStream {
 
 impl Pattern {
     fn of(sequence: Sequence) -> Self {
-        Pattern::Sequence { sequence, set: NO_SET, numbers: [0.0; LANES] }
+        Pattern::Sequence { sequence, set: NO_SET, numbers: [0.0; SET] }
     }
 }
 

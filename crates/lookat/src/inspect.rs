@@ -77,7 +77,7 @@ impl<'s> Found<'s> {
         let mut absent = vec![
             (!it.has_lens, "points on a lens"),
             (!it.has_filter_table, "filter tables"),
-            (it.side_by_side || it.world.nodes == 0, "a tree"),
+            (it.world.nodes == 0, "a tree"),
             (it.world.instances == 0, "instances"),
             (!it.has_cutouts, "holes"),
         ];

@@ -16,7 +16,7 @@ pub(super) struct LikelyLobe {
 /// The share of samples that lobes have alike, whatever they scatter: a lobe may scatter more than it seems to, or what it
 /// scatters may be brighter (defensive mixtures; Hesterberg, "Weighted average importance sampling and defensive mixture
 /// distributions", Technometrics 37(2), 1995).
-const ALIKE: f64 = 0.25;
+pub(super) const ALIKE: f64 = 0.25;
 
 impl LikelyLobe {
     /// A lobe that is the only one as yet.

@@ -1,26 +1,137 @@
-//! Diffuse reflection side by side.
+//! Reflection side by side: by a diffuse lobe, a glossy one, or both.
 
-use std::f32::consts::FRAC_1_PI;
+use std::f32::consts::FRAC_1_PI as FRAC_1_PI_F32;
+use std::f64::consts::FRAC_1_PI;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use glam::Vec3;
-use lookat_scene::{Material, Texture};
+use glam::{DVec2, Vec3};
+use lookat_scene::{Material, MaterialKind};
 
-use super::lambert;
+use super::choice::ALIKE;
+use super::fresnel::Fresnel;
+use super::lobe::Lobe;
+use super::microfacet::lanes::Facets;
+use super::{LobeList, lambert, material};
 use crate::frame::lanes::Frames;
-use crate::lanes::{Colors, Vec3x8, to_f32};
+use crate::lanes::{Colors, Vec3x8, splat_f32, to_f32};
+use crate::texture::TexturePoint;
 use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
-/// The scattering of light at points of diffuse surfaces; as [`super::Bsdf`], to the bit.
+/// What points of a material have in common: its lobes, which are everywhere alike.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Coat {
+    /// Black where there is no such lobe.
+    diffuse: Vec3,
+    /// The terms of Oren and Nayar's model.
+    rough: Option<[f64; 2]>,
+    glossy: Option<Gloss>,
+    /// Diffuse and nothing else, without a list of lobes.
+    pub is_lambert: bool,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Gloss {
+    reflectance: Vec3,
+    alpha: DVec2,
+    eta: f64,
+}
+
+impl Coat {
+    /// `None` of no material, and of those that have other lobes, or not everywhere the same.
+    pub fn new(material: &Material) -> Option<Coat> {
+        // Rays pass what is of no material.
+        if material.needs.coordinates || matches!(material.kind, MaterialKind::None) {
+            return None;
+        }
+        let at = TexturePoint::default();
+        let mut coat = Coat { diffuse: Vec3::ZERO, rough: None, glossy: None, is_lambert: false };
+        if let Some(kd) = lambert(&material.kind) {
+            return Some(Coat { diffuse: at.value(kd).max(Vec3::ZERO), is_lambert: true, ..coat });
+        }
+        let mut lobes = LobeList::new();
+        material::add_lobes(&material.kind, &at, &mut lobes);
+        for (number, likely) in lobes.iter().enumerate() {
+            match likely.lobe {
+                Lobe::Lambert { reflectance } if number == 0 => coat.diffuse = reflectance,
+                Lobe::OrenNayar { reflectance, a, b } if number == 0 => {
+                    (coat.diffuse, coat.rough) = (reflectance, Some([a, b]));
+                }
+                Lobe::Microfacet { reflectance, facets, fresnel: Fresnel::Dielectric { eta } }
+                    if coat.glossy.is_none() =>
+                {
+                    coat.glossy = Some(Gloss { reflectance, alpha: facets.alpha(), eta });
+                }
+                _ => return None,
+            }
+        }
+        Some(coat)
+    }
+}
+
+/// The lobes at points side by side.
 #[derive(Clone, Copy)]
-pub(crate) struct DiffuseBsdfs<S: Simd> {
+pub(crate) struct Coats<S: Simd> {
+    diffuse: Colors<S>,
+    has_diffuse: mask64x8<S>,
+    is_rough: mask64x8<S>,
+    rough: [f64x8<S>; 2],
+    has_gloss: mask64x8<S>,
+    gloss: Colors<S>,
+    facets: Facets<S>,
+    eta: f64x8<S>,
+    is_lambert: mask64x8<S>,
+}
+
+impl<S: Simd> Coats<S> {
+    /// The same one everywhere.
+    #[inline(always)]
+    pub fn splat(simd: S, coat: &Coat) -> Self {
+        let gloss = coat.glossy.unwrap_or(Gloss { reflectance: Vec3::ZERO, alpha: DVec2::ONE, eta: 1.0 });
+        let [a, b] = coat.rough.unwrap_or_default();
+        Coats {
+            diffuse: Colors::splat(simd, coat.diffuse),
+            has_diffuse: mask64x8::splat(simd, coat.diffuse != Vec3::ZERO || coat.is_lambert),
+            is_rough: mask64x8::splat(simd, coat.rough.is_some()),
+            rough: [a.simd_into(simd), b.simd_into(simd)],
+            has_gloss: mask64x8::splat(simd, coat.glossy.is_some()),
+            gloss: Colors::splat(simd, gloss.reflectance),
+            facets: Facets { x: gloss.alpha.x.simd_into(simd), y: gloss.alpha.y.simd_into(simd) },
+            eta: gloss.eta.simd_into(simd),
+            is_lambert: mask64x8::splat(simd, coat.is_lambert),
+        }
+    }
+
+    /// These where `mask` says so, and the others elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+        Coats {
+            diffuse: self.diffuse.or(mask, others.diffuse),
+            has_diffuse: mask & self.has_diffuse | !mask & others.has_diffuse,
+            is_rough: mask & self.is_rough | !mask & others.is_rough,
+            rough: [mask.select(self.rough[0], others.rough[0]), mask.select(self.rough[1], others.rough[1])],
+            has_gloss: mask & self.has_gloss | !mask & others.has_gloss,
+            gloss: self.gloss.or(mask, others.gloss),
+            facets: Facets {
+                x: mask.select(self.facets.x, others.facets.x),
+                y: mask.select(self.facets.y, others.facets.y),
+            },
+            eta: mask.select(self.eta, others.eta),
+            is_lambert: mask & self.is_lambert | !mask & others.is_lambert,
+        }
+    }
+}
+
+/// The scattering of light at points; as [`super::Bsdf`], to the bit. Where all are `LAMBERT`, nothing else is asked for.
+#[derive(Clone, Copy)]
+pub(crate) struct Bsdfs<S: Simd, const LAMBERT: bool> {
     frame: Frames<S>,
     /// Geometric normals on the side of the directions towards which light is scattered.
     n: Vec3x8<S>,
-    /// The cosines between these directions and the normals.
-    cos_o: f64x8<S>,
-    /// Reflectances over pi.
-    f: Colors<S>,
+    /// These directions, in the shading frames.
+    local_o: Vec3x8<S>,
+    coats: Coats<S>,
+    /// The probability of the diffuse lobe.
+    diffuse_share: f64x8<S>,
 }
 
 /// Directions that light may come from; as [`super::BsdfSample`], where there is one.
@@ -31,35 +142,180 @@ pub(crate) struct BsdfSamples<S: Simd> {
     pub weight: Colors<S>,
 }
 
-/// What [`DiffuseBsdfs`] is made of: the reflectance over pi of a material that is diffuse and everywhere alike.
-pub(crate) fn diffuse(material: &Material) -> Option<Vec3> {
-    let Texture::Constant(kd) = lambert(&material.kind)? else { return None };
-    (!material.needs.coordinates).then(|| kd.max(Vec3::ZERO) * FRAC_1_PI)
-}
-
-impl<S: Simd> DiffuseBsdfs<S> {
-    /// Those at points with normals `n`, towards `wo`; `f` is that of [`diffuse`].
+impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
+    /// Those at points with normals `n` and shading normals `ns`, towards `wo`.
     #[inline(always)]
-    pub fn new(n: Vec3x8<S>, wo: Vec3x8<S>, f: Colors<S>) -> Self {
-        let cos_o = n.dot(wo);
-        DiffuseBsdfs { frame: Frames::from_z(n), n: (-n).or(cos_o.simd_lt(0.0), n), cos_o, f }
+    pub fn new(n: Vec3x8<S>, ns: Vec3x8<S>, wo: Vec3x8<S>, coats: Coats<S>) -> Self {
+        let frame = Frames::from_z(ns);
+        let local_o = frame.to_local(wo);
+        let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
+        let mut bsdfs = Bsdfs { frame, n, local_o, coats, diffuse_share: local_o.z };
+        if !LAMBERT {
+            bsdfs.diffuse_share = bsdfs.diffuse_share();
+        }
+        bsdfs
+    }
+
+    /// As [`super::choice::weigh`].
+    #[inline(always)]
+    fn diffuse_share(&self) -> f64x8<S> {
+        let Coats { diffuse, has_diffuse, has_gloss, gloss, .. } = self.coats;
+        let simd = self.local_o.z.token();
+        let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
+        let alone = has_diffuse.select(one, zero);
+        let both = has_diffuse & has_gloss;
+        if !both.any_true() {
+            return alone;
+        }
+        let diffuse = diffuse.amount();
+        let gloss = (gloss * to_f32(dielectric(self.local_o.z, self.coats.eta))).amount();
+        let sum = zero + diffuse + gloss;
+        let usable = sum.simd_gt(0.0) & sum.is_finite();
+        let alike: f64x8<S> = 0.5.simd_into(simd);
+        let share = usable.select(alike * ALIKE + diffuse / sum * (1.0 - ALIKE), alike);
+        both.select(share, alone)
+    }
+
+    /// As [`super::choice::weigh`], of the other lobe.
+    #[inline(always)]
+    fn gloss_share(&self) -> f64x8<S> {
+        let Coats { diffuse, has_diffuse, has_gloss, gloss, .. } = self.coats;
+        let simd = self.local_o.z.token();
+        let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
+        let diffuse = diffuse.amount();
+        let gloss = (gloss * to_f32(dielectric(self.local_o.z, self.coats.eta))).amount();
+        let sum = zero + diffuse + gloss;
+        let usable = sum.simd_gt(0.0) & sum.is_finite();
+        let alike: f64x8<S> = 0.5.simd_into(simd);
+        let share = usable.select(alike * ALIKE + gloss / sum * (1.0 - ALIKE), alike);
+        (has_diffuse & has_gloss).select(share, has_gloss.select(one, zero))
     }
 
     /// As [`super::Bsdf::f_cos`].
     #[inline(always)]
     pub fn f_cos(&self, wi: Vec3x8<S>) -> Colors<S> {
-        let is_above = self.cos_o.simd_ne(0.0) & wi.dot(self.n).simd_gt(0.0);
-        let value = self.f * to_f32(self.frame.z.dot(wi).abs());
-        value.or(is_above, Colors::splat(wi.x.token(), Vec3::ZERO))
+        let simd = wi.x.token();
+        let is_above = self.local_o.z.simd_ne(0.0) & wi.dot(self.n).simd_gt(0.0);
+        let black = Colors::splat(simd, Vec3::ZERO);
+        let cos = self.frame.z.dot(wi);
+        let Coats { diffuse, is_rough, has_gloss, .. } = self.coats;
+        let mut f = diffuse * splat_f32(simd, FRAC_1_PI_F32);
+        if !LAMBERT && (is_rough | has_gloss).any_true() {
+            let local_i = self.frame.to_local(wi);
+            if is_rough.any_true() {
+                let [a, b] = self.coats.rough;
+                let term = oren_nayar(self.local_o, local_i);
+                let rough = diffuse * to_f32(FRAC_1_PI * (a + b * term));
+                f = rough.or(is_rough, f);
+            }
+            if has_gloss.any_true() {
+                let gloss = self.coats.gloss * self.microfacet(local_i);
+                // A sum with nothing before, as that of a list is.
+                f = (f.or(self.coats.has_diffuse, black) + gloss).or(has_gloss, f);
+            }
+        }
+        (f * to_f32(cos.abs())).or(is_above, black)
+    }
+
+    /// As in [`Lobe::f`], but for the reflectance.
+    #[inline(always)]
+    fn microfacet(&self, wi: Vec3x8<S>) -> fearless_simd::f32x8<S> {
+        let (wo, facets) = (self.local_o, self.coats.facets);
+        let (wh, is_there) = half(wo, wi);
+        let shape = facets.density(wh) * facets.masking_shadowing(wo, wi) / (4.0 * wi.z * wo.z).abs();
+        let upward = (-wh).or(wh.z.simd_lt(0.0), wh);
+        let value = to_f32(dielectric(wi.dot(upward), self.coats.eta)) * to_f32(shape);
+        let simd = wi.x.token();
+        let is_there = fearless_simd::mask32x8::from_bitmask(simd, is_there.to_bitmask());
+        is_there.select(value, splat_f32(simd, 0.0))
+    }
+
+    #[inline(always)]
+    fn pdf_of(&self, wi: Vec3x8<S>) -> f64x8<S> {
+        let wo = self.local_o;
+        let zero: f64x8<S> = 0.0.simd_into(wi.x.token());
+        let same_side = (wo.z * wi.z).simd_gt(0.0);
+        let diffuse = same_side.select(square_to_cosine_hemisphere_pdf(wi.z.abs()), zero);
+        let mut sum = self.coats.has_diffuse.select(self.diffuse_share * diffuse, zero);
+        if self.coats.has_gloss.any_true() {
+            let (wh, is_there) = half(wo, wi);
+            let gloss = self.coats.facets.pdf(wo, wh) / (4.0 * wo.dot(wh).abs());
+            let gloss = (same_side & is_there).select(gloss, zero);
+            sum = self.coats.has_gloss.select(sum + self.gloss_share() * gloss, sum);
+        }
+        sum
     }
 
     /// As [`super::Bsdf::sample`].
     #[inline(always)]
-    pub fn sample(&self, u: [f64x8<S>; 2]) -> BsdfSamples<S> {
-        let local = square_to_cosine_hemisphere(u);
-        let wi = self.frame.to_world(Vec3x8 { z: local.z.copysign(self.cos_o), ..local });
-        let (pdf, f_cos) = (square_to_cosine_hemisphere_pdf(local.z), self.f_cos(wi));
-        let is_there = self.cos_o.simd_ne(0.0) & pdf.simd_gt(0.0) & f_cos.is_light();
+    pub fn sample(&self, [u, v]: [f64x8<S>; 2]) -> BsdfSamples<S> {
+        let Coats { has_diffuse, has_gloss, .. } = self.coats;
+        if LAMBERT {
+            return self.sample_of([u, v], has_gloss);
+        }
+        // As `pick` does.
+        let is_gloss = has_gloss & (!has_diffuse | (u - self.diffuse_share).simd_ge(0.0));
+        let share = is_gloss.select(self.gloss_share(), self.diffuse_share);
+        let taken = (is_gloss & has_diffuse).select(u - self.diffuse_share, u);
+        let rest = (taken / share).min(1.0 - f64::EPSILON);
+        self.sample_of([self.coats.is_lambert.select(u, rest), v], is_gloss)
+    }
+
+    /// Those of the diffuse lobes, or of the glossy ones.
+    #[inline(always)]
+    fn sample_of(&self, u: [f64x8<S>; 2], is_gloss: mask64x8<S>) -> BsdfSamples<S> {
+        let mut is_there = self.local_o.z.simd_ne(0.0);
+        let mut local = square_to_cosine_hemisphere(u);
+        local.z = local.z.copysign(self.local_o.z);
+        if !LAMBERT && is_gloss.any_true() {
+            let wh = self.coats.facets.sample(self.local_o, u);
+            let reflected = wh * (2.0 * self.local_o.dot(wh)) - self.local_o;
+            local = reflected.or(is_gloss, local);
+            is_there &= !is_gloss | (local.z * self.local_o.z).simd_gt(0.0);
+        }
+        let wi = self.frame.to_world(local);
+        let pdf = match !LAMBERT && self.coats.has_gloss.any_true() {
+            true => self.pdf_of(local),
+            false => square_to_cosine_hemisphere_pdf(local.z.abs()),
+        };
+        let f_cos = self.f_cos(wi);
+        is_there &= pdf.simd_gt(0.0) & f_cos.is_light();
         BsdfSamples { is_there, wi, weight: f_cos / to_f32(pdf) }
     }
+}
+
+/// As in `lobe.rs`, and where there is one.
+#[inline(always)]
+fn half<S: Simd>(wo: Vec3x8<S>, wi: Vec3x8<S>) -> (Vec3x8<S>, mask64x8<S>) {
+    let (wh, is_there) = (wo + wi).try_normalize();
+    (wh, is_there & wo.z.simd_ne(0.0) & wi.z.simd_ne(0.0))
+}
+
+/// As [`super::fresnel::dielectric`].
+#[inline(always)]
+fn dielectric<S: Simd>(cos: f64x8<S>, eta: f64x8<S>) -> f64x8<S> {
+    let ratio = cos.simd_gt(0.0).select(eta, 1.0 / eta);
+    let cos = cos.abs();
+    let squared = 1.0 - (1.0 - cos * cos) / (ratio * ratio);
+    let cos_t = squared.sqrt();
+    let parallel = (ratio * cos - cos_t) / (ratio * cos + cos_t);
+    let perpendicular = (cos - ratio * cos_t) / (cos + ratio * cos_t);
+    let one: f64x8<S> = 1.0.simd_into(cos.token());
+    let share = (parallel * parallel + perpendicular * perpendicular) / 2.0;
+    squared.simd_le(0.0).select(one, share)
+}
+
+/// As in `lobe.rs`.
+#[inline(always)]
+fn oren_nayar<S: Simd>(wo: Vec3x8<S>, wi: Vec3x8<S>) -> f64x8<S> {
+    let zero: f64x8<S> = 0.0.simd_into(wo.x.token());
+    let sin_i = (wi.x * wi.x + wi.y * wi.y).sqrt();
+    let sin_o = (wo.x * wo.x + wo.y * wo.y).sqrt();
+    let across = wi.x * wo.x + wi.y * wo.y;
+    let product = sin_i * sin_o;
+    let cos_phi = product.simd_gt(1e-8).select((across / product).max(0.0), zero);
+    let is_steep = wi.z.abs().simd_gt(wo.z.abs());
+    let sin_alpha = is_steep.select(sin_o, sin_i);
+    let tan_beta = is_steep.select(sin_i / wi.z.abs(), sin_o / wo.z.abs());
+    cos_phi * sin_alpha * tan_beta
 }

@@ -1,6 +1,8 @@
 //! The distribution of the normals of a rough surface, by Trowbridge and Reitz (GGX; PBR 8.4). Directions are in the
 //! shading frame.
 
+pub(super) mod lanes;
+
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
@@ -26,6 +28,11 @@ impl TrowbridgeReitz {
     pub fn alpha_of(roughness: f64) -> f64 {
         let x = roughness.max(1e-3).ln();
         1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
+    }
+
+    /// Its widths.
+    pub fn alpha(&self) -> DVec2 {
+        self.alpha
     }
 
     /// Density of normals around `wh`, by area of the surface (`D`).

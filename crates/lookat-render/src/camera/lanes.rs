@@ -11,29 +11,34 @@ use crate::warp::lanes::square_to_disk;
 type Vec2x8<S> = [f64x8<S>; 2];
 
 impl CameraRays {
-    /// Origins and directions of the rays that [`CameraRays::ray`] gives, to the bit. Not for environments.
+    /// Origins and directions of the rays that [`CameraRays::ray`] gives, to the bit; not of an environment.
     #[inline(always)]
     pub fn rays<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
         let (start, step, middle) = (self.origin, self.step, self.film_middle);
         let [x, y] = film;
         let p = [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)];
         let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
-        let is_perspective = matches!(self.projection, Projection::Perspective { .. });
-        let (o, d) = match (self.lens, u) {
-            (Some(lens), Some(u)) => {
-                let (center, slope) = match self.projection {
-                    Projection::Orthographic { telecentric: true } => (p, [zero; 2]),
-                    Projection::Orthographic { telecentric: false } => {
-                        let (x, y) = (p[0] + self.middle.x, p[1] + self.middle.y);
-                        let center = [(-self.middle.x).simd_into(simd), (-self.middle.y).simd_into(simd)];
-                        (center, [x / lens.focal_distance, y / lens.focal_distance])
-                    }
-                    Projection::Perspective { .. } | Projection::Environment => ([zero; 2], p),
-                };
-                through_lens(center, slope, lens, u)
+        let (o, d) = match (self.projection, self.lens.zip(u)) {
+            // Nothing asks for these.
+            (Projection::Environment, _) => {
+                (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8::splat(simd, DVec3::NAN))
             }
-            _ if is_perspective => (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8 { x: p[0], y: p[1], z: one }),
-            _ => (Vec3x8 { x: p[0], y: p[1], z: zero }, Vec3x8::splat(simd, DVec3::Z)),
+            (Projection::Perspective { .. }, None) => {
+                (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8 { x: p[0], y: p[1], z: one })
+            }
+            (Projection::Perspective { .. }, Some((lens, u))) => through_lens([zero; 2], p, lens, u),
+            (Projection::Orthographic { .. }, None) => {
+                (Vec3x8 { x: p[0], y: p[1], z: zero }, Vec3x8::splat(simd, DVec3::Z))
+            }
+            (Projection::Orthographic { telecentric: true }, Some((lens, u))) => {
+                through_lens(p, [zero; 2], lens, u)
+            }
+            (Projection::Orthographic { telecentric: false }, Some((lens, u))) => {
+                let (x, y) = (p[0] + self.middle.x, p[1] + self.middle.y);
+                let center = [(-self.middle.x).simd_into(simd), (-self.middle.y).simd_into(simd)];
+                let focal = lens.focal_distance;
+                through_lens(center, [x / focal, y / focal], lens, u)
+            }
         };
         (o.by(&self.world_from_camera), d.by(&self.world_from_camera).normalize())
     }

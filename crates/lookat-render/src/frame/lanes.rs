@@ -26,6 +26,11 @@ impl<S: Simd> Frames<S> {
     }
 
     #[inline(always)]
+    pub fn to_local(self, v: Vec3x8<S>) -> Vec3x8<S> {
+        Vec3x8 { x: self.x.dot(v), y: self.y.dot(v), z: self.z.dot(v) }
+    }
+
+    #[inline(always)]
     pub fn to_world(self, v: Vec3x8<S>) -> Vec3x8<S> {
         self.x * v.x + self.y * v.y + self.z * v.z
     }

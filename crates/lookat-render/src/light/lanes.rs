@@ -1,7 +1,7 @@
 //! Lights that are points or directions, as they are seen from points side by side.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use super::{LightTable, SceneLight};
 use crate::lanes::{Colors, Vec3x8, to_f32};
@@ -15,35 +15,73 @@ pub(crate) struct LightSamples<S: Simd> {
     pub shadow: Rays<S>,
 }
 
-impl LightTable<'_> {
-    /// Whether [`LightTable::samples_of`] serves for all lights but skies that are everywhere alike, and there is no other.
-    pub fn are_plain(&self) -> bool {
-        self.lights.iter().all(|light| {
-            matches!(
-                light,
-                SceneLight::Point { .. }
-                    | SceneLight::Spot { .. }
-                    | SceneLight::Distant { .. }
-                    | SceneLight::Infinite { .. }
-            )
-        })
-    }
+/// A light that is a point or a direction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum PlainLight {
+    Distant { direction: DVec3, radiance: Vec3 },
+    Point { position: DVec3, intensity: Vec3, cone: Option<Cone> },
+}
 
+/// That of a spot.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cone {
+    light_from_world: DMat3,
+    cos_total_width: f64,
+    cos_falloff_start: f64,
+}
+
+impl LightTable<'_> {
+    /// All lights but skies that are everywhere alike; `None` where any is not plain.
+    pub fn plain_lights(&self) -> Option<Vec<PlainLight>> {
+        self.lights[..self.uneven].iter().map(SceneLight::as_plain).collect()
+    }
+}
+
+impl SceneLight<'_> {
+    fn as_plain(&self) -> Option<PlainLight> {
+        match *self {
+            SceneLight::Distant { direction, radiance } => Some(PlainLight::Distant { direction, radiance }),
+            SceneLight::Point { position, intensity } => {
+                Some(PlainLight::Point { position, intensity, cone: None })
+            }
+            SceneLight::Spot {
+                position,
+                light_from_world,
+                intensity,
+                cos_total_width,
+                cos_falloff_start,
+            } => {
+                let cone = Some(Cone { light_from_world, cos_total_width, cos_falloff_start });
+                Some(PlainLight::Point { position, intensity, cone })
+            }
+            SceneLight::Infinite { .. }
+            | SceneLight::Environment(_)
+            | SceneLight::Goniometric(_)
+            | SceneLight::Projection(_)
+            | SceneLight::Surface(_) => None,
+        }
+    }
+}
+
+impl PlainLight {
     /// As [`LightTable::sample`], to the bit.
     #[inline(always)]
-    pub fn samples_of<S: Simd>(&self, simd: S, light: usize, from: &Surfaces<S>) -> LightSamples<S> {
-        let all = mask64x8::splat(simd, true);
-        match &self.lights[light] {
-            SceneLight::Distant { direction, radiance } => {
+    pub fn samples<S: Simd>(&self, simd: S, from: &Surfaces<S>) -> LightSamples<S> {
+        match self {
+            PlainLight::Distant { direction, radiance } => {
                 let shadow = from.leave(Vec3x8::splat(simd, *direction));
-                LightSamples { is_there: all, li: Colors::splat(simd, *radiance), shadow }
+                let is_there = mask64x8::splat(simd, true);
+                LightSamples { is_there, li: Colors::splat(simd, *radiance), shadow }
             }
-            light => {
-                let to_light = Vec3x8::splat(simd, light.position()) - from.p;
+            PlainLight::Point { position, intensity, cone } => {
+                let to_light = Vec3x8::splat(simd, *position) - from.p;
                 let squared_distance = to_light.length_squared();
                 let (wi, is_apart) = to_light.try_normalize();
-                let intensity = light.intensities(wi);
-                let t_max = from.reach(squared_distance.sqrt(), light.position().abs().max_element());
+                let mut intensity = Colors::splat(simd, *intensity);
+                if let Some(cone) = cone {
+                    intensity = intensity * to_f32(cone.falloff(wi));
+                }
+                let t_max = from.reach(squared_distance.sqrt(), position.abs().max_element());
                 let shadow = Rays { t_max, ..from.leave(wi) };
                 let li = intensity / to_f32(squared_distance);
                 LightSamples { is_there: is_apart & intensity.is_light(), li, shadow }
@@ -52,37 +90,18 @@ impl LightTable<'_> {
     }
 }
 
-impl SceneLight<'_> {
-    /// Of a point or spot.
-    fn position(&self) -> DVec3 {
-        match self {
-            SceneLight::Point { position, .. } | SceneLight::Spot { position, .. } => *position,
-            _ => DVec3::ZERO,
-        }
-    }
-
-    /// Those of a point or spot, seen in directions `wi`; as in [`SceneLight::seen_from`].
+impl Cone {
+    /// What of the intensity goes to points from which the light is seen in directions `wi`; as [`super::falloff`], to the
+    /// bit.
     #[inline(always)]
-    fn intensities<S: Simd>(&self, wi: Vec3x8<S>) -> Colors<S> {
+    fn falloff<S: Simd>(&self, wi: Vec3x8<S>) -> f64x8<S> {
+        let Cone { light_from_world, cos_total_width, cos_falloff_start } = self;
         let simd = wi.x.token();
-        match self {
-            SceneLight::Point { intensity, .. } => Colors::splat(simd, *intensity),
-            SceneLight::Spot { light_from_world, intensity, cos_total_width, cos_falloff_start, .. } => {
-                let cos_theta = (-wi).by(light_from_world).normalize_or(DVec3::ZERO).z;
-                let factor = falloff(simd, cos_theta, *cos_total_width, *cos_falloff_start);
-                Colors::splat(simd, *intensity) * to_f32(factor)
-            }
-            _ => Colors::splat(simd, Vec3::ZERO),
-        }
+        let cos_theta = (-wi).by(light_from_world).normalize_or(DVec3::ZERO).z;
+        let within = (cos_theta - *cos_total_width) / (cos_falloff_start - cos_total_width);
+        let squared = within * within;
+        let (zero, one) = (0.0.simd_into(simd), 1.0.simd_into(simd));
+        let inside = cos_theta.simd_ge(*cos_falloff_start).select(one, squared * squared);
+        cos_theta.simd_lt(*cos_total_width).select(zero, inside)
     }
-}
-
-/// As [`super::falloff`], to the bit.
-#[inline(always)]
-fn falloff<S: Simd>(simd: S, cos_theta: f64x8<S>, cos_total_width: f64, cos_falloff_start: f64) -> f64x8<S> {
-    let within = (cos_theta - cos_total_width) / (cos_falloff_start - cos_total_width);
-    let squared = within * within;
-    let (zero, one) = (0.0.simd_into(simd), 1.0.simd_into(simd));
-    let inside = cos_theta.simd_ge(cos_falloff_start).select(one, squared * squared);
-    cos_theta.simd_lt(cos_total_width).select(zero, inside)
 }

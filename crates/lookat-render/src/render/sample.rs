@@ -1,4 +1,4 @@
-//! Samples of one pixel.
+//! Samples of pixels.
 
 use std::array::from_fn;
 use std::ops::Range;
@@ -53,7 +53,7 @@ impl<'a, F> Context<'a, F> {
             camera: CameraRays::new(&scene.camera, &scene.film),
             spacing: f64::from(nominal_samples).sqrt().recip(),
             li,
-            lanes: Lanes::new(&scene.integrator, &prepared.traceable, &prepared.lights),
+            lanes: Lanes::new(scene, &prepared.traceable, &prepared.lights),
         }
     }
 

@@ -5,18 +5,19 @@ pub(super) mod avx2;
 
 use sobol_burley::parts::owen_scramble_rev;
 
-use super::LANES;
+use super::SET;
+use crate::lanes::LANES;
 
 /// The numbers of a point of the sequence in the dimensions of a set, where `count` points are taken of it. `seeds` are those
 /// of the set. `None` beyond the dimensions, or the points, that there are.
-pub(super) fn numbers(set: u32, index: u32, count: u32, seeds: &[u32; LANES]) -> Option<[f64; LANES]> {
+pub(super) fn numbers(set: u32, index: u32, count: u32, seeds: &[u32; SET]) -> Option<[f64; SET]> {
     let bases = BASES.get(set as usize).filter(|_| index <= MOST)?;
     Some(scrambled_radical_inverses(bases, index, count, seeds))
 }
 
 /// The same in two dimensions alone, from `dimension` on.
 pub(super) fn pair(dimension: u32, index: u32, count: u32, seed: u64) -> Option<[f64; 2]> {
-    let prime = |at: u32| Some(BASES.get(at as usize / LANES)?.prime[at as usize % LANES]);
+    let prime = |at: u32| Some(BASES.get(at as usize / SET)?.prime[at as usize % SET]);
     let bases = Bases::new([prime(dimension)?, prime(dimension + 1)?]);
     (index <= MOST).then(|| scrambled_radical_inverses(&bases, index, count, &seeds(dimension, seed)))
 }
@@ -50,12 +51,12 @@ pub(super) fn seeds<const N: usize>(first: u32, seed: u64) -> [u32; N] {
 
 /// Those of a set, where `first` are those of the first.
 #[inline(always)]
-pub(super) fn seeds_of_set(set: u32, first: &[u32; LANES], seed: u64) -> [u32; LANES] {
-    if set == 0 { *first } else { seeds(set * LANES as u32, seed) }
+pub(super) fn seeds_of_set(set: u32, first: &[u32; SET], seed: u64) -> [u32; SET] {
+    if set == 0 { *first } else { seeds(set * SET as u32, seed) }
 }
 
 /// Of dimensions among their neighbours.
-const NUMBERS: [u32; LANES] = [0, 1, 2, 3, 4, 5, 6, 7];
+const NUMBERS: [u32; SET] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// The radical inverses of `index` with their digits permuted after Owen: each by the digits before it. Digits beyond those
 /// that tell `count` indices apart are random.
@@ -184,10 +185,10 @@ impl<const N: usize> Bases<N> {
 }
 
 /// The bases of the Halton sequence, set by set.
-static BASES: [Bases<LANES>; 16] = bases();
+static BASES: [Bases<SET>; 16] = bases();
 
-const fn bases() -> [Bases<LANES>; 16] {
-    let mut primes = [2; 16 * LANES];
+const fn bases() -> [Bases<SET>; 16] {
+    let mut primes = [2; 16 * SET];
     let (mut found, mut candidate) = (1, 3);
     while found < primes.len() {
         let mut at = 0;
@@ -200,13 +201,13 @@ const fn bases() -> [Bases<LANES>; 16] {
         }
         candidate += 2;
     }
-    let mut bases = [Bases::new([2; LANES]); 16];
+    let mut bases = [Bases::new([2; SET]); 16];
     let mut set = 0;
     while set < bases.len() {
-        let mut own = [0; LANES];
+        let mut own = [0; SET];
         let mut lane = 0;
-        while lane < LANES {
-            own[lane] = primes[set * LANES + lane];
+        while lane < SET {
+            own[lane] = primes[set * SET + lane];
             lane += 1;
         }
         bases[set] = Bases::new(own);
@@ -219,14 +220,14 @@ const fn bases() -> [Bases<LANES>; 16] {
 mod tests {
     use super::*;
 
-    fn of_seed(set: u32, index: u32, count: u32, seed: u64) -> Option<[f64; LANES]> {
-        numbers(set, index, count, &seeds(set * LANES as u32, seed))
+    fn of_seed(set: u32, index: u32, count: u32, seed: u64) -> Option<[f64; SET]> {
+        numbers(set, index, count, &seeds(set * SET as u32, seed))
     }
 
     /// The number in one dimension, with a scramble.
     fn number(prime: u32, index: u32, count: u32, seed: u32) -> f64 {
-        let bases = Bases::new([prime; LANES]);
-        scrambled_radical_inverses(&bases, index, count, &[lowbias(seed); LANES])[0]
+        let bases = Bases::new([prime; SET]);
+        scrambled_radical_inverses(&bases, index, count, &[lowbias(seed); SET])[0]
     }
 
     /// Wherever a block of the sequence begins, it has one point in each stratum.
@@ -249,7 +250,7 @@ mod tests {
     #[test]
     fn all_dimensions_are_stratified() {
         for set in 0..BASES.len() as u32 {
-            for lane in 0..LANES {
+            for lane in 0..SET {
                 let prime = BASES[set as usize].prime[lane];
                 let numbers = |seed| -> Vec<f64> {
                     (0..prime).map(|index| of_seed(set, index, prime, seed).unwrap()[lane]).collect()
@@ -270,8 +271,8 @@ mod tests {
     fn pairs_are_those_of_sets() {
         for dimension in [0, 3, 7, 8, 126] {
             for index in 0..100 {
-                let of_set = |at: u32| of_seed(at / 8, index, 100, 5).unwrap()[at as usize % LANES];
-                let prime = f64::from(BASES[dimension as usize / LANES].prime[dimension as usize % LANES]);
+                let of_set = |at: u32| of_seed(at / 8, index, 100, 5).unwrap()[at as usize % SET];
+                let prime = f64::from(BASES[dimension as usize / SET].prime[dimension as usize % SET]);
                 let [first, second] = pair(dimension, index, 100, 5).unwrap();
                 let digits = 100_f64.log(prime).ceil();
                 assert!((first - of_set(dimension)).abs() < prime.powf(-digits), "{dimension} {index}");
@@ -308,7 +309,7 @@ mod tests {
 
     #[test]
     fn quotients_need_no_division() {
-        for (bases, lane) in BASES.iter().flat_map(|bases| (0..LANES).map(move |lane| (bases, lane))) {
+        for (bases, lane) in BASES.iter().flat_map(|bases| (0..SET).map(move |lane| (bases, lane))) {
             let (prime, end) = (bases.prime[lane], MOST + 1);
             let mut numbers = (0..prime * prime).chain(end - 2 * prime..end);
             assert!(numbers.all(|x| bases.quotient(lane, x) == x / prime), "{prime}");

@@ -16,21 +16,16 @@ use crate::lanes::LANES;
 #[derive(Debug, Clone)]
 pub(crate) enum Streams {
     /// Points of Halton's sequence, which are had together.
-    Halton {
-        pixel_center: bool,
-        seeds: Seeds,
-        indices: [u32; LANES],
-        count: u32,
-        dimension: u32,
-    },
-    Each(Box<[SampleStream; LANES]>),
+    Halton { pixel_center: bool, seeds: Seeds, indices: [u32; LANES], count: u32, dimension: u32 },
+    /// With the samples that they are of.
+    Each(Box<[(Sample, SampleStream); LANES]>),
 }
 
 /// A camera sample: a seed, a pixel, and which of its samples.
 pub(crate) type Sample = (u64, [u32; 2], u32);
 
 impl Streams {
-    /// Those of samples, from their beginning.
+    /// Those of some samples, from their beginning.
     pub fn new(sampler: &Sampler, samples: &[Sample; LANES]) -> Self {
         match sampler.kind {
             SamplerKind::Halton { pixel_center } => Streams::Halton {
@@ -40,11 +35,24 @@ impl Streams {
                 count: sampler.samples_per_pixel,
                 dimension: 0,
             },
-            _ => Streams::Each(Box::new(samples.map(|(seed, pixel, index)| {
-                let mut stream = SampleStream::new(sampler, seed, pixel);
-                stream.restart(index);
-                stream
-            }))),
+            _ => Streams::Each(Box::new(samples.map(|sample| (sample, of_sample(sampler, sample))))),
+        }
+    }
+
+    /// Goes to the beginning of others.
+    pub fn restart(&mut self, sampler: &Sampler, samples: &[Sample; LANES]) {
+        let Streams::Each(streams) = self else {
+            *self = Streams::new(sampler, samples);
+            return;
+        };
+        for ((of, stream), sample) in streams.iter_mut().zip(samples) {
+            // Mostly of the same pixel.
+            if (of.0, of.1) == (sample.0, sample.1) {
+                stream.restart(sample.2);
+            } else {
+                *stream = of_sample(sampler, *sample);
+            }
+            *of = *sample;
         }
     }
 
@@ -62,12 +70,18 @@ impl Streams {
                 [numbers(at, indices, *count, seeds), numbers(at + 1, indices, *count, seeds)]
             }
             Streams::Each(streams) => {
-                let points: [DVec2; LANES] = from_fn(|lane| streams[lane].next_2d());
+                let points: [DVec2; LANES] = from_fn(|lane| streams[lane].1.next_2d());
                 [points.map(|p| p.x), points.map(|p| p.y)]
             }
         };
         [x.simd_into(simd), y.simd_into(simd)]
     }
+}
+
+fn of_sample(sampler: &Sampler, (seed, pixel, index): Sample) -> SampleStream {
+    let mut stream = SampleStream::new(sampler, seed, pixel);
+    stream.restart(index);
+    stream
 }
 
 /// Those of a dimension.

@@ -2,8 +2,9 @@
 
 use std::array::from_fn;
 
-use super::{LANES, halton, hash, mix, sobol, unit};
+use super::{SET, halton, hash, mix, sobol, unit};
 use crate::arithmetic::{Simd, SimdKind};
+use crate::lanes::LANES;
 
 /// Which sequence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -11,7 +12,7 @@ pub(crate) enum Sequence {
     /// With the seeds of the first set of a pixel, which all its samples take.
     Halton {
         pixel_center: bool,
-        first: [u32; LANES],
+        first: [u32; SET],
     },
     Sobol,
 }
@@ -23,7 +24,7 @@ impl Sequence {
     }
 
     /// The numbers of a set of dimensions.
-    pub fn numbers(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+    pub fn numbers(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; SET] {
         match Simd::best().kind() {
             SimdKind::Portable => self.numbers_portable(set, index, count, seed),
             #[cfg(target_arch = "x86_64")]
@@ -36,7 +37,7 @@ impl Sequence {
     /// The same numbers, in fewer instructions.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn numbers_avx2(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+    fn numbers_avx2(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; SET] {
         match self {
             Sequence::Sobol => sobol::avx2::numbers(set, index, seed),
             Sequence::Halton { first, .. } => {
@@ -47,7 +48,7 @@ impl Sequence {
         }
     }
 
-    fn numbers_portable(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; LANES] {
+    fn numbers_portable(&self, set: u32, index: u32, count: u32, seed: u64) -> [f64; SET] {
         match self {
             Sequence::Sobol => sobol::numbers(set, index, seed),
             Sequence::Halton { first, .. } => {
@@ -82,9 +83,9 @@ pub(super) fn halton_points(
 
 /// Beyond the sequence its numbers are random.
 #[cold]
-fn beyond_halton(set: u32, index: u32, seed: u64) -> [f64; LANES] {
+fn beyond_halton(set: u32, index: u32, seed: u64) -> [f64; SET] {
     from_fn(|lane| {
-        let hash = hash(seed, set * LANES as u32 + lane as u32);
+        let hash = hash(seed, set * SET as u32 + lane as u32);
         unit(mix(hash ^ u64::from(index) << 32))
     })
 }
@@ -126,9 +127,11 @@ mod tests {
     /// To the bit, in all dimensions that there are.
     #[test]
     fn points_of_several_pixels_have_the_same_numbers() {
-        for dimension in 0..16 * LANES as u32 {
-            for count in [1, 5, 64, 100_000] {
-                let bits: [u64; LANES] = from_fn(|lane| mix(u64::from(dimension * count) + lane as u64));
+        const MOST: u32 = (1 << 31) - 1;
+        for dimension in 0..16 * SET as u32 {
+            for count in [1, 5, 64, 100_000, MOST] {
+                let bits: [u64; LANES] =
+                    from_fn(|lane| mix(u64::from(dimension) << 40 | u64::from(count) << 8 | lane as u64));
                 let seeds = if dimension.is_multiple_of(2) { bits } else { [bits[0]; LANES] };
                 let indices = bits.map(|bits| bits as u32 % count);
                 let Some(points) = halton_points(dimension, &indices, count, &halton::Seeds::new(seeds))
@@ -137,7 +140,7 @@ mod tests {
                 };
                 for lane in 0..LANES {
                     let sequence = Sequence::halton(false, seeds[lane]);
-                    let (set, at) = (dimension / LANES as u32, dimension as usize % LANES);
+                    let (set, at) = (dimension / SET as u32, dimension as usize % SET);
                     let own = sequence.numbers(set, indices[lane], count, seeds[lane])[at];
                     assert_eq!(points[lane].to_bits(), own.to_bits(), "{dimension} {count}");
                 }

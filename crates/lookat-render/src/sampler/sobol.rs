@@ -13,24 +13,24 @@ use std::sync::LazyLock;
 use sobol_burley::NUM_DIMENSIONS;
 use sobol_burley::parts::{hash, owen_scramble_rev, sobol_rev};
 
-use super::{LANES, mix};
+use super::{SET, mix};
 
 /// Sets of dimensions that there are; beyond them others, scrambled on their own, take over.
-const SETS: u32 = NUM_DIMENSIONS / LANES as u32;
+const SETS: u32 = NUM_DIMENSIONS / SET as u32;
 
 /// For each set, each four bits of the upper half of an index and all that these may be: what they add to the points.
-type Table = Vec<[[[u32; LANES]; 16]; 4]>;
+type Table = Vec<[[[u32; SET]; 16]; 4]>;
 
 static TABLE: LazyLock<Table> = LazyLock::new(|| {
-    let added = |set: u32, quarter: usize, bits: u32| -> [u32; LANES] {
-        from_fn(|lane| sobol_rev(bits << (16 + 4 * quarter), set * LANES as u32 + lane as u32))
+    let added = |set: u32, quarter: usize, bits: u32| -> [u32; SET] {
+        from_fn(|lane| sobol_rev(bits << (16 + 4 * quarter), set * SET as u32 + lane as u32))
     };
     (0..SETS).map(|set| from_fn(|quarter| from_fn(|bits| added(set, quarter, bits as u32)))).collect()
 });
 
 /// The numbers of a point in the dimensions of a set. `seed` chooses the scramble. The sequence has 2^16 points; beyond them
 /// others, scrambled on their own, take over too.
-pub(super) fn numbers(set: u32, index: u32, seed: u64) -> [f64; LANES] {
+pub(super) fn numbers(set: u32, index: u32, seed: u64) -> [f64; SET] {
     let Place { added, own } = Place::new(set, index, seed);
     from_fn(|lane| {
         let point = added.iter().fold(0, |point, added| point ^ added[lane]);
@@ -42,7 +42,7 @@ pub(super) fn numbers(set: u32, index: u32, seed: u64) -> [f64; LANES] {
 /// Where the numbers of a point come from.
 struct Place {
     /// What the bits of its shuffled index add to it, by fours.
-    added: [&'static [u32; LANES]; 4],
+    added: [&'static [u32; SET]; 4],
     /// What chooses its scrambles.
     own: u32,
 }
@@ -65,7 +65,7 @@ impl Place {
 const SCALE: f64 = 1.0 / 8_388_608.0;
 
 /// As in `sobol_burley`, for each of four dimensions and the next four.
-const SCRAMBLES: [u32; LANES] = {
+const SCRAMBLES: [u32; SET] = {
     let [a, b, c, d] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
     [a, b, c, d, a ^ 1, b ^ 1, c ^ 1, d ^ 1]
 };
@@ -81,8 +81,8 @@ mod tests {
             for set in 0..SETS {
                 for index in (0..64).chain([77, 4096, 40_001, 65_535]) {
                     let found = numbers(set, index, seed);
-                    let library: Vec<f64> = (0..LANES as u32)
-                        .map(|lane| sobol_burley::sample(index, set * LANES as u32 + lane, own).into())
+                    let library: Vec<f64> = (0..SET as u32)
+                        .map(|lane| sobol_burley::sample(index, set * SET as u32 + lane, own).into())
                         .collect();
                     assert_eq!(found.to_vec(), library, "{seed} {set} {index}");
                 }

@@ -7,9 +7,10 @@ use lookat_scene::{Primitive, Shape as SceneShape};
 use super::{OFFSET, on_triangle};
 use crate::curved::Curved;
 use crate::lanes::Vec3x8;
-use crate::ray::ElementId;
+use crate::ray::Hit;
 use crate::trace::lanes::{Element, Hits, Rays, Shape, at};
 use crate::triangle::Triangle;
+use crate::triangle::lanes::BoxedTriangle;
 
 /// What points of an element have in common.
 pub(crate) struct Sheet<'s> {
@@ -37,11 +38,11 @@ impl<'s> Sheet<'s> {
     /// `None` of those that have shading normals.
     pub fn new(element: &Element<'s>, primitive: &Primitive) -> Option<Self> {
         match (element.shape, &primitive.shape) {
-            (Shape::Triangle { triangle, place, .. }, SceneShape::TriangleMesh(mesh)) => {
+            (Shape::Triangle(BoxedTriangle { triangle, .. }), SceneShape::TriangleMesh(mesh)) => {
                 let corners = triangle.in_order();
-                let weights = [1.0, 0.0, 0.0];
-                let id: ElementId = element.id;
-                let surface = on_triangle(primitive, mesh, id, place, corners, weights);
+                // Normal and magnitude are those of any point.
+                let surface =
+                    on_triangle(primitive, mesh, element.id, Hit::NO_PLACE, corners, [1.0, 0.0, 0.0]);
                 let form = Form::Flat { triangle, corners, n: surface.n };
                 mesh.normals.is_empty().then_some(Sheet { form, magnitude: surface.magnitude })
             }
@@ -81,6 +82,7 @@ impl<S: Simd> Surfaces<S> {
             p: self.p.or(mask, others.p),
             n: self.n.or(mask, others.n),
             magnitude: mask.select(self.magnitude, others.magnitude),
+            // Of the same hits.
             element: self.element,
         }
     }

@@ -10,8 +10,10 @@ use crate::ray::{ElementId, Ray};
 use crate::triangle::Triangle;
 use crate::triangle::lanes::{BoxedTriangle, ShearedRays};
 
-/// With more elements than that, a tree is faster.
-const MOST: usize = 32;
+/// With more triangles than that, a tree is faster.
+pub(crate) const MOST: usize = 32;
+/// A sphere takes as long as so many of them.
+const SPHERE: usize = 2;
 
 /// All elements of a small world, sorted by name.
 pub(crate) struct List<'s> {
@@ -25,7 +27,7 @@ pub(crate) struct Element<'s> {
 
 #[derive(Clone, Copy)]
 pub(crate) enum Shape<'s> {
-    Triangle { boxed: BoxedTriangle, triangle: &'s Triangle, place: u32 },
+    Triangle(BoxedTriangle<'s>),
     Sphere(&'s Curved),
 }
 
@@ -64,13 +66,13 @@ impl<'s> List<'s> {
     /// `None` of worlds that are too large, or have other elements.
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
-        let count = world.triangles().take(MOST + 1).count() + world.others.len();
+        let count = world.triangles().take(MOST + 1).count() + SPHERE * world.others.len();
         if count > MOST || scene.has_cutouts {
             return None;
         }
-        let triangle = |(place, triangle): (u32, &'s Triangle)| Element {
+        let triangle = |(_, triangle): (u32, &'s Triangle)| Element {
             id: triangle.element(ElementId::WORLD),
-            shape: Shape::Triangle { boxed: BoxedTriangle::new(triangle.corners), triangle, place },
+            shape: Shape::Triangle(BoxedTriangle::new(triangle)),
         };
         let mut elements: Vec<Element<'s>> = world.triangles().map(triangle).collect();
         for other in &world.others {
@@ -94,7 +96,7 @@ impl<'s> List<'s> {
             let number: f64x8<S> = (number as f64).simd_into(simd);
             let leaving = rays.leaving.simd_eq(number);
             match &element.shape {
-                Shape::Triangle { boxed, .. } => {
+                Shape::Triangle(boxed) => {
                     let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
                     let nearer = met & is_nearer(t, &hits, none);
                     hits.t = nearer.select(t, hits.t);
@@ -126,7 +128,7 @@ impl<'s> List<'s> {
             let number: f64x8<S> = (number as f64).simd_into(simd);
             let leaving = rays.leaving.simd_eq(number);
             let (met, t) = match &element.shape {
-                Shape::Triangle { boxed, .. } => {
+                Shape::Triangle(boxed) => {
                     let (met, t, _) = sheared.intersect(simd, boxed, free & !leaving);
                     (met, t)
                 }

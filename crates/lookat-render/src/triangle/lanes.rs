@@ -10,16 +10,16 @@ use crate::ray::Ray;
 
 /// A triangle, with the box that its hits lie in.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct BoxedTriangle {
-    corners: [DVec3; 3],
+pub(crate) struct BoxedTriangle<'s> {
+    pub triangle: &'s Triangle,
     low: DVec3,
     high: DVec3,
 }
 
-impl BoxedTriangle {
-    pub fn new(corners: [DVec3; 3]) -> Self {
-        let (low, high) = extent(&corners);
-        BoxedTriangle { corners, low, high }
+impl<'s> BoxedTriangle<'s> {
+    pub fn new(triangle: &'s Triangle) -> Self {
+        let (low, high) = extent(&triangle.corners);
+        BoxedTriangle { triangle, low, high }
     }
 }
 
@@ -119,7 +119,7 @@ impl<S: Simd> ShearedRays<S> {
         triangle: &BoxedTriangle,
         active: mask64x8<S>,
     ) -> (mask64x8<S>, f64x8<S>, [f64x8<S>; 3]) {
-        let [a, b, c] = &triangle.corners;
+        let [a, b, c] = &triangle.triangle.corners;
         let (a, b, c) = (self.sheared(simd, a), self.sheared(simd, b), self.sheared(simd, c));
         let u = c.x * b.y - c.y * b.x;
         let v = a.x * c.y - a.y * c.x;
@@ -174,7 +174,9 @@ impl<S: Simd> ShearedRays<S> {
         for lane in 0..LANES {
             let ray = Ray::new(self.o.lane(lane), self.d.lane(lane));
             let is_active = active.to_bitmask() >> lane & 1 == 1;
-            if let Some(hit) = ShearedRay::new(&ray).intersect(&triangle.corners).filter(|_| is_active) {
+            if let Some(hit) =
+                ShearedRay::new(&ray).intersect(&triangle.triangle.corners).filter(|_| is_active)
+            {
                 met |= 1 << lane;
                 t[lane] = hit.0;
                 for (side, found) in sides.iter_mut().zip(hit.1) {

@@ -98,8 +98,8 @@ impl Found<'_> {
     }
 
     fn tree(&self) -> String {
-        if self.inspection.side_by_side {
-            return "not used: eight rays at a time are tried against each shape".into();
+        if self.inspection.side_by_side.is_some() {
+            return "not asked: eight rays at a time are tried against each shape".into();
         }
         let tree = |of: &str, elements: &Elements| match elements.nodes {
             0 => format!("{of}a list"),
@@ -132,13 +132,12 @@ impl Found<'_> {
     }
 
     fn arithmetic(&self) -> String {
-        let by = match lookat_render::simd() {
-            "portable" => "portable code",
-            simd => simd,
-        };
-        match self.inspection.side_by_side {
-            true => format!("f64, eight samples at a time, {by}"),
-            false => format!("f32, eight boxes or triangles at a time, {by}; f64 decides"),
+        match (self.inspection.side_by_side, lookat_render::simd()) {
+            (Some(by), _) => format!("f64, eight samples at a time, {by}"),
+            (None, "portable") => {
+                "f32, eight boxes or triangles at a time, portable code; f64 decides".into()
+            }
+            (None, by) => format!("f32, eight boxes or triangles at a time, {by}; f64 decides"),
         }
     }
 

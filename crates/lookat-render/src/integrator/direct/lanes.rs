@@ -4,9 +4,10 @@ use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 use lookat_scene::DirectStrategy;
 
-use crate::bsdf::lanes::{DiffuseBsdfs, diffuse};
+use crate::bsdf::lanes::{Bsdfs, Coat, Coats};
 use crate::lanes::Colors;
 use crate::light::LightTable;
+use crate::light::lanes::PlainLight;
 use crate::prepare::Traceable;
 use crate::sampler::lanes::Streams;
 use crate::surface::lanes::{Sheet, Surfaces};
@@ -14,13 +15,14 @@ use crate::trace::lanes::{Hits, List, Rays};
 
 /// A scene that [`Lanes::li`] serves for.
 pub(crate) struct Lanes<'s> {
-    lights: &'s LightTable<'s>,
+    /// Those that are sampled.
+    lights: Vec<PlainLight>,
     list: List<'s>,
-    /// Of each element of the list its points, and what [`diffuse`] gives.
-    sheets: Vec<(Sheet<'s>, Vec3)>,
-    /// So many lights are sampled, the first ones,
-    sampled: usize,
-    /// and so many directions from the BSDF.
+    /// Of each element of the list its points and lobes.
+    sheets: Vec<(Sheet<'s>, Coat)>,
+    /// Whether all materials are diffuse and nothing else.
+    pub is_lambert: bool,
+    /// So many directions from the BSDF look for light.
     directions: u32,
     /// What one of these brings from where there is nothing, as its part of all.
     sky: Vec3,
@@ -36,19 +38,19 @@ pub(crate) struct Brought<S: Simd> {
 
 impl<'s> Lanes<'s> {
     /// `None` of scenes that have anything else.
-    pub fn new(scene: &'s Traceable, lights: &'s LightTable, strategy: DirectStrategy) -> Option<Self> {
-        if strategy == DirectStrategy::One || !lights.are_plain() || !scene.emitters.is_empty() {
+    pub fn new(scene: &'s Traceable, lights: &LightTable, strategy: DirectStrategy) -> Option<Self> {
+        if strategy == DirectStrategy::One || !scene.emitters.is_empty() {
             return None;
         }
+        let sampled = lights.plain_lights()?;
         let list = List::new(scene)?;
         let sheets = list.elements.iter().map(|element| {
             let primitive = scene.primitives[element.id.primitive as usize];
-            Some((Sheet::new(element, primitive)?, diffuse(&primitive.material)?))
+            Some((Sheet::new(element, primitive)?, Coat::new(&primitive.material)?))
         });
-        let sheets = sheets.collect::<Option<_>>()?;
-        let sampled = lights.eligible(None);
+        let sheets = sheets.collect::<Option<Vec<_>>>()?;
         let mut directions = 0;
-        for count in super::directions(lights, sampled) {
+        for count in super::directions(lights, sampled.len()) {
             if count > 1 {
                 return None;
             }
@@ -57,10 +59,10 @@ impl<'s> Lanes<'s> {
         // Alike in all directions, of which none is sampled in another way.
         let sky = lights.skies(None, DVec3::Z).map(|(_, radiance, _)| radiance).sum::<Vec3>();
         Some(Lanes {
-            lights,
+            lights: sampled,
             list,
+            is_lambert: sheets.iter().all(|(_, coat)| coat.is_lambert),
             sheets,
-            sampled,
             directions,
             sky: sky / directions as f32,
             background: lights.background(DVec3::Z),
@@ -69,7 +71,7 @@ impl<'s> Lanes<'s> {
 
     /// The radiance along those of the camera rays that are active; as [`super::li`], to the bit.
     #[inline(always)]
-    pub fn li<S: Simd>(
+    pub fn li<S: Simd, const LAMBERT: bool>(
         &self,
         simd: S,
         rays: &Rays<S>,
@@ -78,13 +80,13 @@ impl<'s> Lanes<'s> {
     ) -> Brought<S> {
         let hits = self.list.nearest(simd, rays, active);
         let mut brought = Brought { radiance: Colors::splat(simd, self.background), rays: count(active) };
-        let Some((surfaces, f)) = self.surfaces(simd, rays, &hits, active) else { return brought };
+        let Some((surfaces, coats)) = self.surfaces(simd, rays, &hits, active) else { return brought };
         let is_hit = hits.is_hit() & active;
-        let bsdfs = DiffuseBsdfs::new(surfaces.n, -rays.d, f);
+        let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, surfaces.n, -rays.d, coats);
         let black = Colors::splat(simd, Vec3::ZERO);
         let mut radiance = black;
-        for light in 0..self.sampled {
-            let sample = self.lights.samples_of(simd, light, &surfaces);
+        for light in &self.lights {
+            let sample = light.samples(simd, &surfaces);
             let reflected = bsdfs.f_cos(sample.shadow.d) * sample.li;
             let asked = sample.is_there & reflected.is_light() & is_hit;
             let is_free = !self.list.met(simd, &sample.shadow, asked);
@@ -102,7 +104,7 @@ impl<'s> Lanes<'s> {
         brought
     }
 
-    /// Where the rays have hit something, and what [`DiffuseBsdfs`] is made of there; `None` if there is no hit.
+    /// Where the rays have hit something, and the lobes there; `None` if there is no hit.
     #[inline(always)]
     fn surfaces<S: Simd>(
         &self,
@@ -110,15 +112,15 @@ impl<'s> Lanes<'s> {
         rays: &Rays<S>,
         hits: &Hits<S>,
         active: mask64x8<S>,
-    ) -> Option<(Surfaces<S>, Colors<S>)> {
-        let mut all: Option<(Surfaces<S>, Colors<S>)> = None;
+    ) -> Option<(Surfaces<S>, Coats<S>)> {
+        let mut all: Option<(Surfaces<S>, Coats<S>)> = None;
         let mut rest = hits.is_hit() & active;
         // Mostly it is one element.
         while rest.any_true() {
             let first = rest.to_bitmask().trailing_zeros() as usize;
             let is_same = hits.element.simd_eq(hits.element[first]);
-            let (sheet, f) = &self.sheets[hits.element[first] as usize];
-            let own = (sheet.points(simd, rays, hits), Colors::splat(simd, *f));
+            let (sheet, coat) = &self.sheets[hits.element[first] as usize];
+            let own = (sheet.points(simd, rays, hits), Coats::splat(simd, coat));
             all = Some(match all {
                 Some(others) => (own.0.or(is_same, others.0), own.1.or(is_same, others.1)),
                 None => own,

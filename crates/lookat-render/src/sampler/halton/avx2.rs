@@ -9,7 +9,8 @@ use std::arch::x86_64::{
 
 use bytemuck::cast;
 
-use super::{BASES, BELOW_ONE, LANES, MOST, Seeds};
+use super::{BASES, BELOW_ONE, MOST, SET, Seeds};
+use crate::lanes::LANES;
 use crate::sampler::avx2::{high, lowbias, owen_scramble_rev, reversed, splat, to_f64};
 
 /// As [`super::numbers`], to the bit.
@@ -18,8 +19,8 @@ pub(in crate::sampler) fn numbers(
     set: u32,
     index: u32,
     count: u32,
-    seeds: &[u32; LANES],
-) -> Option<[f64; LANES]> {
+    seeds: &[u32; SET],
+) -> Option<[f64; SET]> {
     let bases = BASES.get(set as usize).filter(|_| index <= MOST)?;
     let wide = WideBases {
         prime: cast(bases.prime),
@@ -44,7 +45,7 @@ pub(in crate::sampler) fn points(
     count: u32,
     seeds: &Seeds,
 ) -> Option<[f64; LANES]> {
-    let (set, lane) = (dimension as usize / LANES, dimension as usize % LANES);
+    let (set, lane) = (dimension as usize / SET, dimension as usize % SET);
     let are_there = indices.iter().all(|index| *index <= MOST);
     let bases = BASES.get(set).filter(|_| are_there)?;
     let index = cast(*indices);

@@ -6,12 +6,12 @@ use std::arch::x86_64::{
 
 use bytemuck::cast;
 
-use super::{LANES, Place, SCALE, SCRAMBLES};
+use super::{Place, SCALE, SCRAMBLES, SET};
 use crate::sampler::avx2::{lowbias, owen_scramble_rev, reversed, splat, to_f64};
 
 /// As [`super::numbers`], to the bit.
 #[target_feature(enable = "avx2")]
-pub(in crate::sampler) fn numbers(set: u32, index: u32, seed: u64) -> [f64; LANES] {
+pub(in crate::sampler) fn numbers(set: u32, index: u32, seed: u64) -> [f64; SET] {
     let Place { added, own } = Place::new(set, index, seed);
     let mut point = _mm256_setzero_si256();
     for added in added {
