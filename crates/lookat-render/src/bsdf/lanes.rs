@@ -130,8 +130,8 @@ pub(crate) struct Bsdfs<S: Simd, const LAMBERT: bool> {
     /// These directions, in the shading frames.
     local_o: Vec3x8<S>,
     coats: Coats<S>,
-    /// The probability of the diffuse lobe.
-    diffuse_share: f64x8<S>,
+    /// The probabilities of the diffuse lobe and of the glossy one; of no use where all are Lambert.
+    shares: [f64x8<S>; 2],
 }
 
 /// Directions that light may come from; as [`super::BsdfSample`], where there is one.
@@ -143,52 +143,14 @@ pub(crate) struct BsdfSamples<S: Simd> {
 }
 
 impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
-    /// Those at points with normals `n` and shading normals `ns`, towards `wo`.
+    /// Those at points with normals `n`, towards `wo`.
     #[inline(always)]
-    pub fn new(n: Vec3x8<S>, ns: Vec3x8<S>, wo: Vec3x8<S>, coats: Coats<S>) -> Self {
-        let frame = Frames::from_z(ns);
+    pub fn new(n: Vec3x8<S>, wo: Vec3x8<S>, coats: Coats<S>) -> Self {
+        let frame = Frames::from_z(n);
         let local_o = frame.to_local(wo);
         let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
-        let mut bsdfs = Bsdfs { frame, n, local_o, coats, diffuse_share: local_o.z };
-        if !LAMBERT {
-            bsdfs.diffuse_share = bsdfs.diffuse_share();
-        }
-        bsdfs
-    }
-
-    /// As [`super::choice::weigh`].
-    #[inline(always)]
-    fn diffuse_share(&self) -> f64x8<S> {
-        let Coats { diffuse, has_diffuse, has_gloss, gloss, .. } = self.coats;
-        let simd = self.local_o.z.token();
-        let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
-        let alone = has_diffuse.select(one, zero);
-        let both = has_diffuse & has_gloss;
-        if !both.any_true() {
-            return alone;
-        }
-        let diffuse = diffuse.amount();
-        let gloss = (gloss * to_f32(dielectric(self.local_o.z, self.coats.eta))).amount();
-        let sum = zero + diffuse + gloss;
-        let usable = sum.simd_gt(0.0) & sum.is_finite();
-        let alike: f64x8<S> = 0.5.simd_into(simd);
-        let share = usable.select(alike * ALIKE + diffuse / sum * (1.0 - ALIKE), alike);
-        both.select(share, alone)
-    }
-
-    /// As [`super::choice::weigh`], of the other lobe.
-    #[inline(always)]
-    fn gloss_share(&self) -> f64x8<S> {
-        let Coats { diffuse, has_diffuse, has_gloss, gloss, .. } = self.coats;
-        let simd = self.local_o.z.token();
-        let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
-        let diffuse = diffuse.amount();
-        let gloss = (gloss * to_f32(dielectric(self.local_o.z, self.coats.eta))).amount();
-        let sum = zero + diffuse + gloss;
-        let usable = sum.simd_gt(0.0) & sum.is_finite();
-        let alike: f64x8<S> = 0.5.simd_into(simd);
-        let share = usable.select(alike * ALIKE + gloss / sum * (1.0 - ALIKE), alike);
-        (has_diffuse & has_gloss).select(share, has_gloss.select(one, zero))
+        let shares = if LAMBERT { [local_o.z; 2] } else { shares(&coats, local_o.z) };
+        Bsdfs { frame, n, local_o, coats, shares }
     }
 
     /// As [`super::Bsdf::f_cos`].
@@ -236,12 +198,12 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
         let zero: f64x8<S> = 0.0.simd_into(wi.x.token());
         let same_side = (wo.z * wi.z).simd_gt(0.0);
         let diffuse = same_side.select(square_to_cosine_hemisphere_pdf(wi.z.abs()), zero);
-        let mut sum = self.coats.has_diffuse.select(self.diffuse_share * diffuse, zero);
+        let mut sum = self.coats.has_diffuse.select(self.shares[0] * diffuse, zero);
         if self.coats.has_gloss.any_true() {
             let (wh, is_there) = half(wo, wi);
             let gloss = self.coats.facets.pdf(wo, wh) / (4.0 * wo.dot(wh).abs());
             let gloss = (same_side & is_there).select(gloss, zero);
-            sum = self.coats.has_gloss.select(sum + self.gloss_share() * gloss, sum);
+            sum = self.coats.has_gloss.select(sum + self.shares[1] * gloss, sum);
         }
         sum
     }
@@ -254,9 +216,9 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
             return self.sample_of([u, v], has_gloss);
         }
         // As `pick` does.
-        let is_gloss = has_gloss & (!has_diffuse | (u - self.diffuse_share).simd_ge(0.0));
-        let share = is_gloss.select(self.gloss_share(), self.diffuse_share);
-        let taken = (is_gloss & has_diffuse).select(u - self.diffuse_share, u);
+        let is_gloss = has_gloss & (!has_diffuse | (u - self.shares[0]).simd_ge(0.0));
+        let share = is_gloss.select(self.shares[1], self.shares[0]);
+        let taken = (is_gloss & has_diffuse).select(u - self.shares[0], u);
         let rest = (taken / share).min(1.0 - f64::EPSILON);
         self.sample_of([self.coats.is_lambert.select(u, rest), v], is_gloss)
     }
@@ -282,6 +244,28 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
         is_there &= pdf.simd_gt(0.0) & f_cos.is_light();
         BsdfSamples { is_there, wi, weight: f_cos / to_f32(pdf) }
     }
+}
+
+/// As [`super::choice::weigh`]: the probabilities of the diffuse lobe and of the glossy one.
+#[inline(always)]
+fn shares<S: Simd>(coats: &Coats<S>, cos_o: f64x8<S>) -> [f64x8<S>; 2] {
+    let Coats { has_diffuse, has_gloss, .. } = *coats;
+    let simd = cos_o.token();
+    let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
+    let alone = [has_diffuse.select(one, zero), has_gloss.select(one, zero)];
+    let both = has_diffuse & has_gloss;
+    if !both.any_true() {
+        return alone;
+    }
+    let diffuse = coats.diffuse.amount();
+    let gloss = (coats.gloss * to_f32(dielectric(cos_o, coats.eta))).amount();
+    let sum = zero + diffuse + gloss;
+    let usable = sum.simd_gt(0.0) & sum.is_finite();
+    let alike: f64x8<S> = 0.5.simd_into(simd);
+    let base = alike * ALIKE;
+    let of_diffuse = usable.select(base + diffuse / sum * (1.0 - ALIKE), alike);
+    let of_gloss = usable.select(base + gloss / sum * (1.0 - ALIKE), alike);
+    [both.select(of_diffuse, alone[0]), both.select(of_gloss, alone[1])]
 }
 
 /// As in `lobe.rs`, and where there is one.

@@ -92,25 +92,16 @@ impl<'s> List<'s> {
         let sheared = ShearedRays::new(rays.o, rays.d, active);
         let none: f64x8<S> = NONE.simd_into(simd);
         let mut hits = Hits { t: rays.t_max, element: none, sides: [none; 3] };
+        // They come in the order of their names: of hits as near as each other, the first counts.
         for (number, element) in self.elements.iter().enumerate() {
-            let number: f64x8<S> = (number as f64).simd_into(simd);
-            let leaving = rays.leaving.simd_eq(number);
-            match &element.shape {
-                Shape::Triangle(boxed) => {
-                    let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
-                    let nearer = met & is_nearer(t, &hits, none);
-                    hits.t = nearer.select(t, hits.t);
-                    hits.element = nearer.select(number, hits.element);
-                    for (side, known) in sides.into_iter().zip(&mut hits.sides) {
-                        *known = nearer.select(side, *known);
-                    }
-                }
-                Shape::Sphere(sphere) => {
-                    let (met, t) = meet_sphere(simd, sphere, rays, hits.t, leaving, active);
-                    let nearer = met & is_nearer(t, &hits, none);
-                    hits.t = nearer.select(t, hits.t);
-                    hits.element = nearer.select(number, hits.element);
-                }
+            let own: f64x8<S> = (number as f64).simd_into(simd);
+            let leaving = rays.leaving.simd_eq(own);
+            let (met, t, sides) = element.meet(simd, rays, &sheared, hits.t, leaving, active);
+            let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
+            hits.t = nearer.select(t, hits.t);
+            hits.element = nearer.select(own, hits.element);
+            for (side, known) in sides.into_iter().flatten().zip(&mut hits.sides) {
+                *known = nearer.select(side, *known);
             }
         }
         hits
@@ -125,25 +116,39 @@ impl<'s> List<'s> {
             if !free.any_true() {
                 break;
             }
-            let number: f64x8<S> = (number as f64).simd_into(simd);
-            let leaving = rays.leaving.simd_eq(number);
-            let (met, t) = match &element.shape {
-                Shape::Triangle(boxed) => {
-                    let (met, t, _) = sheared.intersect(simd, boxed, free & !leaving);
-                    (met, t)
-                }
-                Shape::Sphere(sphere) => meet_sphere(simd, sphere, rays, rays.t_max, leaving, free),
-            };
+            let own: f64x8<S> = (number as f64).simd_into(simd);
+            let leaving = rays.leaving.simd_eq(own);
+            let (met, t, _) = element.meet(simd, rays, &sheared, rays.t_max, leaving, free);
             free &= !(met & t.simd_le(rays.t_max));
         }
         active & !free
     }
 }
 
-/// Where hits are nearer than those so far; the elements come in the order of their names.
-#[inline(always)]
-fn is_nearer<S: Simd>(t: f64x8<S>, hits: &Hits<S>, none: f64x8<S>) -> mask64x8<S> {
-    t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none))
+impl Element<'_> {
+    /// Where those of the rays that are active meet it, at which distances, and of a triangle in proportion to what its corners
+    /// weigh.
+    #[inline(always)]
+    fn meet<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays<S>,
+        sheared: &ShearedRays<S>,
+        t_max: f64x8<S>,
+        leaving: mask64x8<S>,
+        active: mask64x8<S>,
+    ) -> (mask64x8<S>, f64x8<S>, Option<[f64x8<S>; 3]>) {
+        match &self.shape {
+            Shape::Triangle(boxed) => {
+                let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
+                (met, t, Some(sides))
+            }
+            Shape::Sphere(sphere) => {
+                let (met, t) = meet_sphere(simd, sphere, rays, t_max, leaving, active);
+                (met, t, None)
+            }
+        }
+    }
 }
 
 #[inline(always)]

@@ -82,7 +82,7 @@ impl<'s> Lanes<'s> {
         let mut brought = Brought { radiance: Colors::splat(simd, self.background), rays: count(active) };
         let Some((surfaces, coats)) = self.surfaces(simd, rays, &hits, active) else { return brought };
         let is_hit = hits.is_hit() & active;
-        let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, surfaces.n, -rays.d, coats);
+        let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, -rays.d, coats);
         let black = Colors::splat(simd, Vec3::ZERO);
         let mut radiance = black;
         for light in &self.lights {
