@@ -9,10 +9,10 @@ use crate::bsdf::{lambert, most_lobes};
 use crate::bvh::Node;
 use crate::camera::CameraRays;
 use crate::filter::FilterSampler;
+use crate::integrator::direct::lanes::Lanes;
 use crate::integrator::{Draw, direct, path};
 use crate::light::LightTable;
 use crate::prepare::{Group, Other, Traceable};
-use crate::render::lanes::Lanes;
 use crate::render::{Settings, film_bytes};
 use crate::triangle::block::Block;
 

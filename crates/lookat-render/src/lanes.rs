@@ -178,8 +178,7 @@ impl<S: Simd> Colors<S> {
     pub fn amount(self) -> f64x8<S> {
         let simd = self.r.token();
         let sum = self.r.max(0.0) * 1.0 + self.g.max(0.0) * 1.0 + self.b.max(0.0) * 1.0;
-        let [a, b, c, d, e, f, g, h] = *sum.as_array();
-        [a, b, c, d, e, f, g, h].map(f64::from).simd_into(simd)
+        sum.to_array().map(f64::from).simd_into(simd)
     }
 
     /// Where they are not black.

@@ -2,7 +2,7 @@
 
 mod adaptive;
 mod control;
-pub(crate) mod lanes;
+mod lanes;
 mod passes;
 mod sample;
 mod stop;

@@ -3,26 +3,17 @@
 use std::array::from_fn;
 
 use arrayvec::ArrayVec;
-use fearless_simd::{Level, Simd, dispatch, mask64x8, prelude::*};
+use fearless_simd::{Simd, dispatch, mask64x8, prelude::*};
 use glam::{DVec2, Vec3};
-use lookat_scene::{Integrator, Projection, Scene};
 
 use super::control::Meter;
 use super::sample::{Context, Job, center_of};
-use crate::arithmetic::Precision;
-use crate::integrator::{FirstHit, Tracer, direct};
-use crate::lanes::{LANES, level, name};
-use crate::light::LightTable;
-use crate::prepare::Traceable;
+use crate::integrator::direct::lanes::Lanes;
+use crate::integrator::{FirstHit, Tracer};
+use crate::lanes::LANES;
 use crate::sampler::SampleStream;
 use crate::sampler::lanes::Streams;
 use crate::trace::lanes::{NONE, Rays};
-
-/// What takes samples side by side.
-pub(crate) struct Lanes<'s> {
-    level: Level,
-    direct: direct::lanes::Lanes<'s>,
-}
 
 /// Samples of some pixels.
 struct Eight {
@@ -31,31 +22,6 @@ struct Eight {
     negative: [bool; LANES],
     /// How many rays they took.
     rays: u64,
-}
-
-impl<'s> Lanes<'s> {
-    /// `None` of scenes and processors that it is not for.
-    pub fn new(scene: &Scene, traceable: &'s Traceable, lights: &LightTable) -> Option<Self> {
-        let has_rays = !matches!(scene.camera.projection, Projection::Environment);
-        match scene.integrator {
-            Integrator::DirectLighting { strategy, .. }
-                if has_rays && traceable.precision == Precision::Mixed =>
-            {
-                Some(Lanes {
-                    level: level()?,
-                    direct: direct::lanes::Lanes::new(traceable, lights, strategy)?,
-                })
-            }
-            _ => None,
-        }
-    }
-}
-
-impl Lanes<'_> {
-    /// The instructions that it uses.
-    pub fn name(&self) -> &'static str {
-        name(self.level)
-    }
 }
 
 /// A sample of a job: the job's number, and which of the pattern.
@@ -123,7 +89,7 @@ where
         };
         let pixels = samples.map(|(_, place, _)| place);
         let count = places.len();
-        let eight = match lanes.direct.is_lambert {
+        let eight = match lanes.is_lambert {
             true => {
                 dispatch!(lanes.level, simd => self.eight::<_, true>(simd, lanes, streams, &pixels, count))
             }
@@ -159,7 +125,7 @@ where
         let (o, d) = self.camera.rays(simd, film, on_lens);
         let rays = Rays { o, d, t_max: f64::INFINITY.simd_into(simd), leaving: NONE.simd_into(simd) };
         let active = mask64x8::from_bitmask(simd, (1 << count) - 1);
-        let brought = lanes.direct.li::<_, LAMBERT>(simd, &rays, active, streams);
+        let brought = lanes.li::<_, LAMBERT>(simd, &rays, active, streams);
         Eight { radiance: from_fn(|lane| brought.radiance.lane(lane)), negative, rays: brought.rays }
     }
 }
@@ -169,7 +135,15 @@ mod tests {
     use std::fmt::Write;
     use std::ops::ControlFlow;
 
+    use fearless_simd::Level;
+    use lookat_scene::{Integrator, Scene};
+
     use super::*;
+    use crate::arithmetic::Precision;
+    use crate::integrator::direct;
+    use crate::lanes::level;
+    use crate::light::LightTable;
+    use crate::prepare::Traceable;
     use crate::render::control::Control;
     use crate::render::sample::{Pattern, Prepared, Samples};
     use crate::testing::{noise, scene};

@@ -8,10 +8,10 @@ use glam::{DVec2, Vec3};
 use lookat_scene::{Sampler, Scene};
 
 use super::control::{Control, Meter};
-use super::lanes::Lanes;
 use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, limited};
 use crate::filter::FilterSampler;
+use crate::integrator::direct::lanes::Lanes;
 use crate::integrator::{FirstHit, Tracer};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
@@ -144,7 +144,7 @@ where
     }
 
     /// Takes some samples of a job: those whose camera rays are traced together, and those that are left.
-    pub(super) fn sample(&self, tracer: &mut Tracer, job: &mut Job, indices: Range<u32>) {
+    fn sample(&self, tracer: &mut Tracer, job: &mut Job, indices: Range<u32>) {
         let Job { pattern, place, samples, .. } = job;
         let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, *place);
         let mut from = indices.start;

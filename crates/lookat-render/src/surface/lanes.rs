@@ -8,7 +8,7 @@ use super::{OFFSET, on_triangle};
 use crate::curved::Curved;
 use crate::lanes::Vec3x8;
 use crate::ray::Hit;
-use crate::trace::lanes::{Element, Hits, Rays, Shape, at};
+use crate::trace::lanes::{Element, Hits, Rays, Shape};
 use crate::triangle::Triangle;
 use crate::triangle::lanes::BoxedTriangle;
 
@@ -66,7 +66,7 @@ impl<'s> Sheet<'s> {
                 (p0 * b0 + p1 * b1 + p2 * b2, Vec3x8::splat(simd, *n))
             }
             Form::Round { curved, is_inward } => {
-                let (p, outward) = curved.on_sphere(at(rays, hits.t));
+                let (p, outward) = curved.on_sphere(rays.at(hits.t));
                 (p, if *is_inward { -outward } else { outward })
             }
         };

@@ -41,6 +41,14 @@ pub(crate) struct Rays<S: Simd> {
     pub leaving: f64x8<S>,
 }
 
+impl<S: Simd> Rays<S> {
+    /// Their points at distances.
+    #[inline(always)]
+    pub fn at(&self, t: f64x8<S>) -> Vec3x8<S> {
+        self.o + self.d * t
+    }
+}
+
 /// The number of no element.
 pub(crate) const NONE: f64 = -1.0;
 
@@ -95,8 +103,7 @@ impl<'s> List<'s> {
         // They come in the order of their names: of hits as near as each other, the first counts.
         for (number, element) in self.elements.iter().enumerate() {
             let own: f64x8<S> = (number as f64).simd_into(simd);
-            let leaving = rays.leaving.simd_eq(own);
-            let (met, t, sides) = element.meet(simd, rays, &sheared, hits.t, leaving, active);
+            let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, active);
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
             hits.t = nearer.select(t, hits.t);
             hits.element = nearer.select(own, hits.element);
@@ -117,8 +124,7 @@ impl<'s> List<'s> {
                 break;
             }
             let own: f64x8<S> = (number as f64).simd_into(simd);
-            let leaving = rays.leaving.simd_eq(own);
-            let (met, t, _) = element.meet(simd, rays, &sheared, rays.t_max, leaving, free);
+            let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, free);
             free &= !(met & t.simd_le(rays.t_max));
         }
         active & !free
@@ -127,17 +133,17 @@ impl<'s> List<'s> {
 
 impl Element<'_> {
     /// Where those of the rays that are active meet it, at which distances, and of a triangle in proportion to what its corners
-    /// weigh.
+    /// weigh. `own` is its number.
     #[inline(always)]
     fn meet<S: Simd>(
         &self,
-        simd: S,
+        own: f64x8<S>,
         rays: &Rays<S>,
         sheared: &ShearedRays<S>,
         t_max: f64x8<S>,
-        leaving: mask64x8<S>,
         active: mask64x8<S>,
     ) -> (mask64x8<S>, f64x8<S>, Option<[f64x8<S>; 3]>) {
+        let (simd, leaving) = (own.token(), rays.leaving.simd_eq(own));
         match &self.shape {
             Shape::Triangle(boxed) => {
                 let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
@@ -188,10 +194,4 @@ fn one_by_one<S: Simd>(
         t[lane] = found.unwrap_or(0.0);
     }
     (mask64x8::from_bitmask(simd, met), t)
-}
-
-/// The position of a hit along each ray.
-#[inline(always)]
-pub(crate) fn at<S: Simd>(rays: &Rays<S>, t: f64x8<S>) -> Vec3x8<S> {
-    rays.o + rays.d * t
 }

@@ -1,11 +1,12 @@
-//! Direct lighting of samples side by side: in small worlds of diffuse surfaces.
+//! Direct lighting of samples side by side: in small worlds of plain materials.
 
-use fearless_simd::{Simd, mask64x8, prelude::*};
+use fearless_simd::{Level, Simd, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
-use lookat_scene::DirectStrategy;
+use lookat_scene::{DirectStrategy, Integrator, Projection, Scene};
 
+use crate::arithmetic::Precision;
 use crate::bsdf::lanes::{Bsdfs, Coat, Coats};
-use crate::lanes::Colors;
+use crate::lanes::{Colors, level, name};
 use crate::light::LightTable;
 use crate::light::lanes::PlainLight;
 use crate::prepare::Traceable;
@@ -15,6 +16,7 @@ use crate::trace::lanes::{Hits, List, Rays};
 
 /// A scene that [`Lanes::li`] serves for.
 pub(crate) struct Lanes<'s> {
+    pub level: Level,
     /// Those that are sampled.
     lights: Vec<PlainLight>,
     list: List<'s>,
@@ -37,15 +39,21 @@ pub(crate) struct Brought<S: Simd> {
 }
 
 impl<'s> Lanes<'s> {
-    /// `None` of scenes that have anything else.
-    pub fn new(scene: &'s Traceable, lights: &LightTable, strategy: DirectStrategy) -> Option<Self> {
-        if strategy == DirectStrategy::One || !scene.emitters.is_empty() {
+    /// `None` of scenes that have anything else, and of processors that have too little.
+    pub fn new(scene: &Scene, traceable: &'s Traceable, lights: &LightTable) -> Option<Self> {
+        let Integrator::DirectLighting { strategy, .. } = scene.integrator else { return None };
+        let is_other = strategy == DirectStrategy::One
+            || matches!(scene.camera.projection, Projection::Environment)
+            || traceable.precision != Precision::Mixed
+            || !traceable.emitters.is_empty();
+        if is_other {
             return None;
         }
+        let level = level()?;
         let sampled = lights.plain_lights()?;
-        let list = List::new(scene)?;
+        let list = List::new(traceable)?;
         let sheets = list.elements.iter().map(|element| {
-            let primitive = scene.primitives[element.id.primitive as usize];
+            let primitive = traceable.primitives[element.id.primitive as usize];
             Some((Sheet::new(element, primitive)?, Coat::new(&primitive.material)?))
         });
         let sheets = sheets.collect::<Option<Vec<_>>>()?;
@@ -59,6 +67,7 @@ impl<'s> Lanes<'s> {
         // Alike in all directions, of which none is sampled in another way.
         let sky = lights.skies(None, DVec3::Z).map(|(_, radiance, _)| radiance).sum::<Vec3>();
         Some(Lanes {
+            level,
             lights: sampled,
             list,
             is_lambert: sheets.iter().all(|(_, coat)| coat.is_lambert),
@@ -67,6 +76,11 @@ impl<'s> Lanes<'s> {
             sky: sky / directions as f32,
             background: lights.background(DVec3::Z),
         })
+    }
+
+    /// The instructions that it uses.
+    pub fn name(&self) -> &'static str {
+        name(self.level)
     }
 
     /// The radiance along those of the camera rays that are active; as [`super::li`], to the bit.
