@@ -1,5 +1,7 @@
 //! Where a ray may find what glows.
 
+mod lanes;
+
 use crate::bounds::Bounds;
 use crate::bvh::within_box;
 use crate::ray::Ray;

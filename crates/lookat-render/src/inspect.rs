@@ -9,7 +9,7 @@ use crate::bsdf::{lambert, most_lobes};
 use crate::bvh::Node;
 use crate::camera::CameraRays;
 use crate::filter::FilterSampler;
-use crate::integrator::direct::lanes::Lanes;
+use crate::integrator::lanes::Lanes;
 use crate::integrator::{Draw, direct, path};
 use crate::light::LightTable;
 use crate::prepare::{Group, Other, Traceable};

@@ -2,6 +2,7 @@
 
 pub(crate) mod ambient;
 pub(crate) mod direct;
+pub(crate) mod lanes;
 pub(crate) mod path;
 mod weighed;
 

@@ -27,6 +27,26 @@ pub(crate) fn name(level: Level) -> &'static str {
     "AVX2"
 }
 
+/// Does something with the instructions of a [`level`], `simd`; nothing where there is none.
+macro_rules! side_by_side {
+    ($level:expr, $simd:ident => $does:expr) => {
+        match $level {
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Avx512($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $does,
+            ),
+            #[cfg(target_arch = "x86_64")]
+            fearless_simd::Level::Avx2($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $does,
+            ),
+            _ => {}
+        }
+    };
+}
+pub(crate) use side_by_side;
+
 /// Vectors.
 #[derive(Clone, Copy)]
 pub(crate) struct Vec3x8<S: Simd> {
@@ -108,10 +128,22 @@ impl<S: Simd> Vec3x8<S> {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
     }
 
+    /// Those whose coordinates are these.
+    #[inline(always)]
+    pub fn from_arrays(simd: S, [x, y, z]: &[[f64; LANES]; 3]) -> Self {
+        Vec3x8 { x: (*x).simd_into(simd), y: (*y).simd_into(simd), z: (*z).simd_into(simd) }
+    }
+
     /// That of a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> DVec3 {
         DVec3::new(self.x[lane], self.y[lane], self.z[lane])
+    }
+
+    /// Puts another one in a lane.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, v: DVec3) {
+        (self.x[lane], self.y[lane], self.z[lane]) = v.into();
     }
 }
 
@@ -195,6 +227,14 @@ impl<S: Simd> Colors<S> {
     }
 }
 
+impl<S: Simd> Colors<S> {
+    /// Puts another one in a lane.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, color: Vec3) {
+        (self.r[lane], self.g[lane], self.b[lane]) = color.into();
+    }
+}
+
 impl<S: Simd> std::ops::Add for Colors<S> {
     type Output = Self;
     #[inline(always)]
@@ -225,6 +265,25 @@ impl<S: Simd> std::ops::Div<f32x8<S>> for Colors<S> {
     fn div(self, divisor: f32x8<S>) -> Self {
         Colors { r: self.r / divisor, g: self.g / divisor, b: self.b / divisor }
     }
+}
+
+/// Where bits are set.
+#[inline(always)]
+pub(crate) fn bits<S: Simd>(simd: S, bits: u64) -> mask64x8<S> {
+    mask64x8::from_bitmask(simd, bits)
+}
+
+/// The lanes where a mask says so.
+#[inline(always)]
+pub(crate) fn those<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usize> {
+    let bits = mask.to_bitmask();
+    (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
+}
+
+/// How many there are.
+#[inline(always)]
+pub(crate) fn count<S: Simd>(mask: mask64x8<S>) -> u64 {
+    u64::from(mask.to_bitmask().count_ones())
 }
 
 /// The same number everywhere.

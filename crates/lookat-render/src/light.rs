@@ -242,6 +242,11 @@ impl<'s> LightTable<'s> {
         }
     }
 
+    /// The first light that is a sky; they are the last.
+    pub fn first_sky(&self) -> usize {
+        self.first_sky
+    }
+
     /// The light that an element belongs to.
     pub fn of_element(&self, element: ElementId) -> Option<usize> {
         let in_world = element.instance == ElementId::WORLD;

@@ -1,6 +1,7 @@
 //! How a surface scatters light where a ray has hit it: from the material, its textures and its bumps.
 
 mod coordinates;
+pub(crate) mod lanes;
 
 use glam::{DMat2, DVec2, DVec3};
 use lookat_scene::Texture;

@@ -11,7 +11,8 @@ use super::choice::ALIKE;
 use super::fresnel::Fresnel;
 use super::lobe::Lobe;
 use super::microfacet::lanes::Facets;
-use super::{LobeList, lambert, material};
+use super::{Domain, LobeList, lambert, material};
+use crate::frame::flipped;
 use crate::frame::lanes::Frames;
 use crate::lanes::{Colors, Vec3x8, splat_f32, to_f32};
 use crate::texture::TexturePoint;
@@ -138,19 +139,37 @@ pub(crate) struct Bsdfs<S: Simd, const LAMBERT: bool> {
 pub(crate) struct BsdfSamples<S: Simd> {
     pub is_there: mask64x8<S>,
     pub wi: Vec3x8<S>,
+    /// Densities by solid angle.
+    pub pdf: f64x8<S>,
     /// By what radiance is multiplied.
     pub weight: Colors<S>,
 }
 
 impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
-    /// Those at points with normals `n`, towards `wo`.
+    /// Those at points with geometric normals `n` and shading normals `ns`, towards `wo`.
     #[inline(always)]
-    pub fn new(n: Vec3x8<S>, wo: Vec3x8<S>, coats: Coats<S>) -> Self {
-        let frame = Frames::from_z(n);
+    pub fn new(n: Vec3x8<S>, ns: Vec3x8<S>, wo: Vec3x8<S>, coats: Coats<S>) -> Self {
+        let frame = Frames::from_z(ns);
         let local_o = frame.to_local(wo);
         let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
         let shares = if LAMBERT { [local_o.z; 2] } else { shares(&coats, local_o.z) };
         Bsdfs { frame, n, local_o, coats, shares }
+    }
+
+    /// Where there are any lobes.
+    #[inline(always)]
+    pub fn has_lobes(&self) -> mask64x8<S> {
+        self.coats.has_diffuse | self.coats.has_gloss
+    }
+
+    /// What [`super::Bsdf::domain`] is at one of the points.
+    pub fn domain(&self, lane: usize) -> Domain {
+        Domain {
+            n: self.n.lane(lane),
+            ns: flipped(self.frame.z.lane(lane), self.local_o.z[lane] < 0.0),
+            is_two_sided: false,
+            is_diffuse: self.coats.is_lambert.to_bitmask() >> lane & 1 == 1,
+        }
     }
 
     /// As [`super::Bsdf::f_cos`].
@@ -190,6 +209,17 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
         let simd = wi.x.token();
         let is_there = fearless_simd::mask32x8::from_bitmask(simd, is_there.to_bitmask());
         is_there.select(value, splat_f32(simd, 0.0))
+    }
+
+    /// As [`super::Bsdf::pdf`].
+    #[inline(always)]
+    pub fn pdf(&self, wi: Vec3x8<S>) -> f64x8<S> {
+        if !LAMBERT {
+            return self.pdf_of(self.frame.to_local(wi));
+        }
+        let cos = self.frame.z.dot(wi);
+        let same_side = (self.local_o.z * cos).simd_gt(0.0);
+        same_side.select(square_to_cosine_hemisphere_pdf(cos.abs()), 0.0.simd_into(cos.token()))
     }
 
     #[inline(always)]
@@ -242,7 +272,7 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
         };
         let f_cos = self.f_cos(wi);
         is_there &= pdf.simd_gt(0.0) & f_cos.is_light();
-        BsdfSamples { is_there, wi, weight: f_cos / to_f32(pdf) }
+        BsdfSamples { is_there, wi, pdf, weight: f_cos / to_f32(pdf) }
     }
 }
 

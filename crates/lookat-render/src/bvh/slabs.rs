@@ -2,6 +2,7 @@
 
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
+pub(super) mod lanes;
 
 use glam::{BVec3A, DVec3, Vec3A};
 
@@ -93,7 +94,7 @@ pub(crate) struct DoubleSlabs {
 }
 
 /// Covers the rounding of both ends of the test (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
-pub(crate) const PAD: f64 = 1.0 + 4.0 * f64::EPSILON;
+const PAD: f64 = 1.0 + 4.0 * f64::EPSILON;
 
 impl DoubleSlabs {
     pub fn new(ray: &Ray) -> Self {

@@ -5,7 +5,7 @@ pub(crate) mod lanes;
 use glam::{DVec2, Vec3};
 use lookat_scene::{DirectStrategy, LightChoice};
 
-use super::weighed::{LightSamples, Samples, Vertex, by_directions, one_light, sampled_light};
+use super::weighed::{LightSamples, Samples, Sampling, Vertex, by_directions, one_light, sampled_light};
 use super::{Draw, FirstHit, MAX_PASSED, Tracer};
 use crate::bsdf::{Bsdf, Lobes, Part};
 use crate::light::{LightTable, Receiver};
@@ -101,7 +101,10 @@ fn from_lights(
     let receiver = &Receiver { p: surface.p, domain: bsdf.domain() };
     let lune = table.lune(&receiver.domain);
     let lune = lune.as_ref();
-    let vertex = |samples| Vertex { surface, bsdf, receiver, part: Part::Smooth, lune, samples };
+    let vertex = |samples| {
+        let sampling = Sampling { receiver, lune, samples };
+        Vertex { surface, bsdf, part: Part::Smooth, sampling }
+    };
     if strategy == DirectStrategy::One {
         let vertex = &vertex(Samples::of_one(table, CHOICE, lune));
         let light = one_light(tracer, vertex, stream, CHOICE);

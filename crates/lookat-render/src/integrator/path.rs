@@ -1,11 +1,13 @@
 //! Path tracing (PBR 14.5).
 
+pub(crate) mod lanes;
+
 use std::ops::Range;
 
 use glam::Vec3;
 use lookat_scene::LightChoice;
 
-use super::weighed::{Emission, Samples, Vertex, found_light, light_of, one_light};
+use super::weighed::{Emission, Samples, Sampling, Vertex, found_light, light_of, one_light};
 use super::{Draw, FirstHit, MAX_PASSED, Tracer};
 use crate::bsdf::{Lobes, Part};
 use crate::light::{LightTable, Receiver};
@@ -94,7 +96,8 @@ pub(crate) fn li(
         let lune = if is_smooth { lights.lune(&receiver.domain) } else { None };
         let lune = lune.as_ref();
         let samples = Samples::of_one(lights, settings.light_choice, lune);
-        let vertex = Vertex { surface: &surface, bsdf: &bsdf, receiver, part: Part::All, lune, samples };
+        let sampling = Sampling { receiver, lune, samples };
+        let vertex = Vertex { surface: &surface, bsdf: &bsdf, part: Part::All, sampling };
         if is_smooth {
             radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice);
         }

@@ -1,5 +1,7 @@
 //! Light that samples of lights find, and that directions from the BSDF find, weighed against each other (PBR 14.3.1).
 
+pub(super) mod lanes;
+
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::LightChoice;
 
@@ -38,15 +40,21 @@ impl Samples {
 pub(super) struct Vertex<'v> {
     pub surface: &'v Surface<'v>,
     pub bsdf: &'v Bsdf<'v>,
-    /// Its point, and the directions that its BSDF scatters light from.
-    pub receiver: &'v Receiver,
     /// What of the BSDF directions are sampled from.
     pub part: Part,
+    pub sampling: Sampling<'v>,
+}
+
+/// How light is sampled at a surface.
+#[derive(Clone, Copy)]
+pub(super) struct Sampling<'v> {
+    /// Its point, and the directions that its BSDF scatters light from.
+    pub receiver: &'v Receiver,
     pub lune: Option<&'v Lune>,
     pub samples: Samples,
 }
 
-impl Vertex<'_> {
+impl Sampling<'_> {
     /// How many samples there are of a light, in the mean.
     fn samples_of(&self, lights: &LightTable, light: usize) -> f64 {
         match self.samples.lights {
@@ -63,7 +71,7 @@ pub(super) enum Emission<'v> {
     Full,
     /// Weighed against samples of lights at the surface that the ray left.
     Weighed {
-        from: &'v Vertex<'v>,
+        from: Sampling<'v>,
         /// Density of the ray by solid angle, times the number of directions.
         pdf: f64,
     },
@@ -71,11 +79,16 @@ pub(super) enum Emission<'v> {
 
 impl<'v> Emission<'v> {
     /// That found by a sample of the BSDF.
-    pub fn by(from: &'v Vertex<'v>, sample: &BsdfSample) -> Self {
+    pub fn by(vertex: &Vertex<'v>, sample: &BsdfSample) -> Self {
         match sample.is_specular {
             true => Emission::Full,
-            false => Emission::Weighed { from, pdf: sample.pdf * f64::from(from.samples.directions) },
+            false => Emission::weighed(vertex.sampling, sample.pdf),
         }
+    }
+
+    /// That found by a direction of density `pdf`, which is not the only one nearby.
+    pub fn weighed(from: Sampling<'v>, pdf: f64) -> Self {
+        Emission::Weighed { from, pdf: pdf * f64::from(from.samples.directions) }
     }
 
     /// What counts of the emission of a surface, as its part of all directions.
@@ -110,7 +123,8 @@ pub(super) fn one_light(
     choice: LightChoice,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let chosen = lights.choose(choice, vertex.receiver, vertex.lune, stream);
+    let Sampling { receiver, lune, samples } = vertex.sampling;
+    let chosen = lights.choose(choice, receiver, lune, stream);
     match chosen {
         Some((light, probability)) => {
             // Where nothing about a light is left to chance, its numbers stay untaken.
@@ -122,7 +136,7 @@ pub(super) fn one_light(
             };
             sampled_light(tracer, vertex, (light, probability), u)
         }
-        None if vertex.samples.directions > 1 => by_directions(tracer, vertex, stream, 1),
+        None if samples.directions > 1 => by_directions(tracer, vertex, stream, 1),
         None => {
             stream.skip(2);
             Vec3::ZERO
@@ -138,7 +152,7 @@ pub(super) fn sampled_light(
     u: DVec2,
 ) -> Vec3 {
     let lights = tracer.lights();
-    let Vertex { surface, bsdf, part, lune, samples, .. } = vertex;
+    let Vertex { surface, bsdf, part, sampling: Sampling { lune, samples, .. } } = vertex;
     // By reference: it is large.
     let sample = lights.sample(light, surface, *lune, u);
     let Some(sample) = &sample else { return Vec3::ZERO };

@@ -34,9 +34,20 @@ impl LightTable<'_> {
             stream.skip(1);
             return (count == 1).then_some((0, 1.0));
         }
-        let (u, last) = (stream.next_1d(), count - 1);
+        self.chosen(choice, at, lune, stream.next_1d())
+    }
+
+    /// The same where there are several lights to choose from, by the number `u`.
+    pub fn chosen(
+        &self,
+        choice: LightChoice,
+        at: &Receiver,
+        lune: Option<&Lune>,
+        u: f64,
+    ) -> Option<(usize, f64)> {
+        let count = self.eligible(lune);
         let (light, probability) = match self.rule(choice) {
-            LightChoice::Uniform => (((u * count as f64) as usize).min(last), 1.0 / count as f64),
+            LightChoice::Uniform => (((u * count as f64) as usize).min(count - 1), 1.0 / count as f64),
             LightChoice::Power => {
                 let total = self.total_power(count, lune);
                 let mark = u * total;

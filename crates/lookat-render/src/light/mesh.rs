@@ -36,15 +36,22 @@ impl MeshAreas {
         self.sums.last().copied().unwrap_or(0.0)
     }
 
+    /// The triangle with which the sum of areas passes an amount, and the sums before and after it.
+    #[inline(always)]
+    pub fn at(&self, amount: f64) -> (usize, [f64; 2]) {
+        let index = self.sums.partition_point(|sum| *sum <= amount).min(self.sums.len() - 1);
+        let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
+        (index, [before, self.sums[index]])
+    }
+
     /// A point, all alike: the triangle, and the weights of its corners.
     // Inlined, as what it returns is needed at once.
     #[inline(always)]
     pub fn sample(&self, u: DVec2) -> (usize, [f64; 3]) {
         let at = u.x * self.total();
-        let index = self.sums.partition_point(|sum| *sum <= at).min(self.sums.len() - 1);
-        let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
+        let (index, [before, after]) = self.at(at);
         // What is left of the number after the choice is uniform again.
-        let rest = ((at - before) / (self.sums[index] - before)).clamp(0.0, 1.0);
+        let rest = ((at - before) / (after - before)).clamp(0.0, 1.0);
         let [b0, b1] = square_to_triangle(DVec2::new(rest, u.y));
         (index, [b0, b1, 1.0 - b0 - b1])
     }

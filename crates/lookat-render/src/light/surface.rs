@@ -1,5 +1,7 @@
 //! Light from shapes of the world.
 
+pub(super) mod lanes;
+
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3, Vec3};

@@ -1,37 +1,37 @@
 //! Samples side by side, of one pixel or several.
 
-use std::array::from_fn;
-
 use arrayvec::ArrayVec;
-use fearless_simd::{Simd, dispatch, mask64x8, prelude::*};
+use fearless_simd::Simd;
 use glam::{DVec2, Vec3};
 
 use super::control::Meter;
 use super::sample::{Context, Job, center_of};
-use crate::integrator::direct::lanes::Lanes;
-use crate::integrator::{FirstHit, Tracer};
-use crate::lanes::LANES;
+use crate::camera::CameraRays;
+use crate::filter::FilterSampler;
+use crate::integrator::lanes::{Lanes, LanesIntegrator};
+use crate::integrator::path::lanes::{WAVE, Wave};
+use crate::integrator::{FirstHit, Tracer, direct, path};
+use crate::lanes::{LANES, bits, side_by_side};
 use crate::sampler::SampleStream;
-use crate::sampler::lanes::Streams;
-use crate::trace::lanes::{NONE, Rays};
-
-/// Samples of some pixels.
-struct Eight {
-    radiance: [Vec3; LANES],
-    /// Whether the filter is negative.
-    negative: [bool; LANES],
-    /// How many rays they took.
-    rays: u64,
-}
+use crate::sampler::lanes::{Sample, Streams};
+use crate::trace::lanes::Rays;
 
 /// A sample of a job: the job's number, and which of the pattern.
 type Place = (usize, u32);
+
+/// What is used again for one batch of samples after the other.
+struct Batch {
+    streams: Streams,
+    wave: Box<Wave>,
+    /// Whether the filter is negative at each sample.
+    negative: [bool; WAVE],
+}
 
 impl<F> Context<'_, F>
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
 {
-    /// Does jobs as [`Context::sample_all`] does, eight samples at a time. Those of one pixel are added in their order.
+    /// Does jobs as [`Context::sample_all`] does, many samples at a time. Those of one pixel are added in their order.
     pub(super) fn sample_side_by_side(
         &self,
         lanes: &Lanes,
@@ -40,9 +40,9 @@ where
         jobs: &mut [Job],
     ) {
         let (mut number, mut index) = (0, jobs.first().map_or(0, |job| job.indices.start));
-        let mut streams = None;
+        let mut batch = None;
         loop {
-            let mut places: ArrayVec<Place, LANES> = ArrayVec::new();
+            let mut places: ArrayVec<Place, WAVE> = ArrayVec::new();
             while !places.is_full() && number < jobs.len() {
                 if index < jobs[number].indices.end {
                     places.push((number, index));
@@ -55,84 +55,137 @@ where
             if places.is_empty() {
                 return;
             }
-            self.sample_places(lanes, tracer, jobs, &places, &mut streams);
+            self.sample_places(lanes, tracer, jobs, &places, &mut batch);
             if !meter.add(places.len() as u32, tracer.rays) {
                 return;
             }
         }
     }
 
-    /// Takes up to eight samples.
     fn sample_places(
         &self,
         lanes: &Lanes,
         tracer: &mut Tracer,
         jobs: &mut [Job],
         places: &[Place],
-        streams: &mut Option<Streams>,
+        batch: &mut Option<Batch>,
     ) {
-        // Where there are fewer, the first again, for nothing.
-        let place_of = |lane: usize| places.get(lane).unwrap_or(&places[0]);
-        let samples = from_fn(|lane| {
-            let (number, index) = *place_of(lane);
-            let Job { pattern, place, .. } = &jobs[number];
-            (pattern.seed, *place, index)
-        });
+        let sample = |(number, index): &Place| {
+            let Job { pattern, place, .. } = &jobs[*number];
+            (pattern.seed, *place, *index)
+        };
+        let samples: ArrayVec<Sample, WAVE> = places.iter().map(sample).collect();
         let sampler = &jobs[places[0].0].pattern.sampler;
         debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
-        let streams = match streams {
-            Some(streams) => {
-                streams.restart(sampler, &samples);
-                streams
+        let batch = match batch {
+            Some(batch) => {
+                batch.streams.restart(sampler, &samples);
+                batch
             }
-            None => streams.insert(Streams::new(sampler, &samples)),
-        };
-        let pixels = samples.map(|(_, place, _)| place);
-        let count = places.len();
-        let eight = match lanes.is_lambert {
-            true => {
-                dispatch!(lanes.level, simd => self.eight::<_, true>(simd, lanes, streams, &pixels, count))
-            }
-            false => {
-                dispatch!(lanes.level, simd => self.eight::<_, false>(simd, lanes, streams, &pixels, count))
+            None => {
+                let streams = Streams::new(sampler, &samples);
+                batch.insert(Batch { streams, wave: Box::new(Wave::new()), negative: [false; WAVE] })
             }
         };
-        tracer.rays += eight.rays;
-        for (lane, (number, _)) in places.iter().enumerate() {
+        Taker { lanes, camera: &self.camera, filter: &self.filter }.take(tracer, batch, &samples);
+        for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
-            self.add(pattern, eight.radiance[lane], eight.negative[lane], samples);
+            self.add(pattern, batch.wave.radiance[at], batch.negative[at], samples);
+        }
+    }
+}
+
+/// Takes samples, whatever takes them one by one.
+struct Taker<'a> {
+    lanes: &'a Lanes<'a>,
+    camera: &'a CameraRays,
+    filter: &'a FilterSampler,
+}
+
+impl Taker<'_> {
+    fn take(&self, tracer: &mut Tracer, batch: &mut Batch, samples: &[Sample]) {
+        batch.wave.clear();
+        let level = self.lanes.level;
+        match (&self.lanes.integrator, self.lanes.is_lambert()) {
+            (LanesIntegrator::Direct(direct), true) => {
+                side_by_side!(level, simd => self.direct::<_, true>(simd, direct, tracer, batch, samples));
+            }
+            (LanesIntegrator::Direct(direct), false) => {
+                side_by_side!(level, simd => self.direct::<_, false>(simd, direct, tracer, batch, samples));
+            }
+            (LanesIntegrator::Path(path), true) => {
+                side_by_side!(level, simd => self.paths::<_, true>(simd, path, tracer, batch, samples));
+            }
+            (LanesIntegrator::Path(path), false) => {
+                side_by_side!(level, simd => self.paths::<_, false>(simd, path, tracer, batch, samples));
+            }
         }
     }
 
-    /// The first `count` of some samples.
     #[inline(always)]
-    fn eight<S: Simd, const LAMBERT: bool>(
+    fn direct<S: Simd, const LAMBERT: bool>(
         &self,
         simd: S,
-        lanes: &Lanes,
-        streams: &mut Streams,
-        pixels: &[[u32; 2]; LANES],
-        count: usize,
-    ) -> Eight {
-        let mut film = streams.next_2d(simd);
-        let mut negative = [false; LANES];
-        for (lane, place) in pixels.iter().enumerate() {
+        direct: &direct::lanes::Lanes,
+        tracer: &mut Tracer,
+        batch: &mut Batch,
+        samples: &[Sample],
+    ) {
+        for first in (0..samples.len()).step_by(LANES) {
+            let (numbers, rays) = self.camera_rays(simd, batch, samples, first);
+            let active = bits(simd, (1 << numbers.len()) - 1);
+            let radiance = direct.li::<_, LAMBERT>(simd, tracer, &rays, active, &mut batch.streams);
+            for (lane, number) in numbers.iter().enumerate() {
+                batch.wave.radiance[usize::from(*number)] = radiance.lane(lane);
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn paths<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        path: &path::lanes::Lanes,
+        tracer: &mut Tracer,
+        batch: &mut Batch,
+        samples: &[Sample],
+    ) {
+        for first in (0..samples.len()).step_by(LANES) {
+            let (numbers, rays) = self.camera_rays(simd, batch, samples, first);
+            path.begin(simd, tracer, &rays, &numbers, &mut batch.wave);
+        }
+        let dimension = if self.camera.has_lens() { 4 } else { 2 };
+        path.follow::<_, LAMBERT>(simd, tracer, &mut batch.streams, &mut batch.wave, dimension);
+    }
+
+    /// The camera rays of up to eight samples, from one on, and the numbers of these samples.
+    #[inline(always)]
+    fn camera_rays<S: Simd>(
+        &self,
+        simd: S,
+        batch: &mut Batch,
+        samples: &[Sample],
+        first: usize,
+    ) -> (ArrayVec<u16, LANES>, Rays<S>) {
+        let samples = &samples[first..samples.len().min(first + LANES)];
+        let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
+        let streams = &mut batch.streams;
+        let all = bits(simd, (1 << numbers.len()) - 1);
+        streams.choose(&numbers, 0);
+        let mut film = streams.next_2d(simd, all);
+        for (lane, (_, place, _)) in samples.iter().enumerate() {
             let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
             (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
-            negative[lane] = is_negative;
+            batch.negative[first + lane] = is_negative;
         }
-        let on_lens = self.camera.has_lens().then(|| streams.next_2d(simd));
+        let on_lens = self.camera.has_lens().then(|| streams.next_2d(simd, all));
         let (o, d) = self.camera.rays(simd, film, on_lens);
-        let rays = Rays { o, d, t_max: f64::INFINITY.simd_into(simd), leaving: NONE.simd_into(simd) };
-        let active = mask64x8::from_bitmask(simd, (1 << count) - 1);
-        let brought = lanes.li::<_, LAMBERT>(simd, &rays, active, streams);
-        Eight { radiance: from_fn(|lane| brought.radiance.lane(lane)), negative, rays: brought.rays }
+        (numbers, Rays::new(o, d))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::fmt::Write;
     use std::ops::ControlFlow;
 
     use fearless_simd::Level;
@@ -140,7 +193,6 @@ mod tests {
 
     use super::*;
     use crate::arithmetic::Precision;
-    use crate::integrator::direct;
     use crate::lanes::level;
     use crate::light::LightTable;
     use crate::prepare::Traceable;
@@ -156,9 +208,15 @@ mod tests {
         let prepared = Prepared { scene, traceable, lights, preparation: Default::default() };
         let progress = |_| ControlFlow::Continue(());
         let control = Control::new(&progress, None);
-        let Integrator::DirectLighting { strategy, max_depth } = scene.integrator else { panic!() };
-        let li = |tracer: &mut Tracer, first: &FirstHit, stream: &mut SampleStream| {
-            direct::li(tracer, first, stream, strategy, max_depth)
+        let li = |tracer: &mut Tracer, first: &FirstHit, stream: &mut SampleStream| match scene.integrator {
+            Integrator::DirectLighting { strategy, max_depth } => {
+                direct::li(tracer, first, stream, strategy, max_depth)
+            }
+            Integrator::Path { max_depth, roulette_threshold, light_choice } => {
+                let settings = path::Settings { max_depth, roulette_threshold, light_choice };
+                path::li(tracer, first, stream, &settings)
+            }
+            Integrator::AmbientOcclusion { .. } => panic!(),
         };
         let mut context = Context::new(&prepared, 16, &control, li);
         match (&mut context.lanes, level) {
@@ -182,9 +240,14 @@ mod tests {
         (sums, tracer.rays)
     }
 
-    fn text(case: usize) -> String {
-        let number = |k: f64| noise(case, k);
-        let pick = |k: f64, of: &[&str]| of[(number(k).abs() * of.len() as f64) as usize].to_owned();
+    /// One of several texts, by a number from -1 to 1.
+    fn pick(number: f64, of: &[&str]) -> String {
+        of[(number.abs() * of.len() as f64) as usize].to_owned()
+    }
+
+    /// All before the world, in a case.
+    fn head(case: usize, integrator: &str) -> String {
+        let pick = |k: f64, of: &[&str]| pick(noise(case, k), of);
         let camera = pick(
             1.1,
             &[
@@ -206,12 +269,21 @@ mod tests {
                 "\"stratified\" \"integer xsamples\" 5 \"integer ysamples\" 5",
             ],
         );
-        let integrator = pick(1.6, &["directlighting", "whitted"]);
         let limit = pick(1.7, &["", "\"float maxsampleluminance\" .5"]);
         let filter = pick(1.3, &["box", "triangle", "gaussian", "mitchell", "sinc"]);
         let look_at = pick(1.4, &["LookAt 0 0 -4 0 0 0 0 1 0", "Scale -1 1 1 LookAt -3 1.5 -2 0 0 0 .1 1 0"]);
-        let lights = pick(
-            1.5,
+        format!(
+            "{look_at} Camera {camera} Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 24 {limit}
+             Sampler {sampler} \"integer pixelsamples\" 25 PixelFilter \"{filter}\" Integrator {integrator}
+             WorldBegin Shape \"trianglemesh\" \"point P\" [-9 -2 5 9 -2 5 9 9 5 -9 9 5]
+             \"integer indices\" [0 1 2 0 2 3] "
+        )
+    }
+
+    /// Lights of no extent, and skies.
+    fn lights(case: usize) -> String {
+        pick(
+            noise(case, 1.5),
             &[
                 "LightSource \"distant\" LightSource \"infinite\" \"rgb L\" [.2 .3 .4]",
                 "LightSource \"point\" \"point from\" [2 2 -3] \"rgb I\" [9 8 7] LightSource \"spot\"
@@ -222,51 +294,103 @@ mod tests {
                 "LightSource \"distant\" \"point from\" [0 1 0] LightSource \"point\" \"point from\" [0 0 0]",
                 "",
             ],
+        )
+    }
+
+    /// A shape in its place, with a material.
+    fn shape(case: usize, number: usize, shapes: &[&str]) -> String {
+        let number = |k: f64| noise(case * 16 + number, k);
+        let [x, y, z] = [number(2.1), number(2.2), number(2.3)].map(|x| x * 1.5);
+        let size = [number(3.1), number(3.2), number(3.3)].map(|x| 0.4 + x.abs());
+        let [across, up, along] = if case.is_multiple_of(2) { [size[0]; 3] } else { size };
+        let [r, g, b] = [number(4.1), number(4.2), number(4.3)].map(|x| (x + 0.5).max(0.0));
+        let material = match (number(8.1).abs() * 5.0) as u32 {
+            0 | 1 => "",
+            2 => "\"float sigma\" 30",
+            3 => "\"float roughness\" .2 \"rgb Ks\" [.3 .4 .5]",
+            _ => "\"float roughness\" .01 \"bool remaproughness\" \"false\" \"rgb Ks\" [1 1 1]",
+        };
+        // In half of the scenes all are diffuse.
+        let material = if (case / 2).is_multiple_of(2) { "" } else { material };
+        let kind = if material.contains("rough") { "plastic" } else { "matte" };
+        let turn = 180.0 * number(5.1);
+        let shape = pick(number(6.1), shapes);
+        let (orientation, turned) =
+            (if number(7.1) > 0.0 { "ReverseOrientation" } else { "" }, number(7.2) > 0.0);
+        let turn = if turned { format!("Rotate {turn} 1 .4 .2") } else { String::new() };
+        format!(
+            "AttributeBegin Translate {x} {y} {z} {turn} Scale {across} {up} {along} {orientation}
+             Material \"{kind}\" \"rgb Kd\" [{r} {g} {b}] {material} {shape} AttributeEnd "
+        )
+    }
+
+    const SPHERE: &str = "Shape \"sphere\"";
+    const PARTIAL: &str = "Shape \"sphere\" \"float zmin\" -.5 \"float phimax\" 200";
+    /// On pixels and edges of others.
+    const SQUARE: &str = "Shape \"trianglemesh\" \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0]
+        \"integer indices\" [0 1 2 0 2 3]";
+    const TRIANGLE: &str =
+        "Shape \"trianglemesh\" \"point P\" [-1 0 0 1 0 0 0 1 .5] \"integer indices\" [0 1 2]";
+    const CORNER: &str = "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0 0 0 1]
+        \"integer indices\" [0 1 2 0 2 3 0 3 1]";
+    const SMOOTH: &str =
+        "Shape \"trianglemesh\" \"point P\" [-1 0 0 1 0 0 0 1 .5] \"integer indices\" [0 1 2]
+        \"normal N\" [-.5 0 1 .5 .2 1 0 -.1 -1]";
+    const TANGENTS: &str =
+        "Shape \"trianglemesh\" \"point P\" [-1 0 0 1 0 0 0 1 .5] \"integer indices\" [0 1 2]
+        \"vector S\" [1 0 0 1 0 0 1 0 0]";
+    const DISK: &str = "Shape \"disk\"";
+    const CURVE: &str = "Shape \"curve\" \"float width\" .2 \"point P\" [0 0 0 .2 .5 0 .4 -.5 0 .6 0 0]";
+    const FIELD: &str = "Shape \"heightfield\" \"integer nu\" 6 \"integer nv\" 6 \"float Pz\"
+        [0 .1 0 .2 0 .1  .3 0 .2 .1 0 .1  0 .2 0 .1 .3 0  .1 0 .2 0 .1 0  0 .1 .2 0 .3 .1  0 .2 0 .1 .1 0]";
+
+    /// A scene for direct lighting.
+    fn direct_scene(case: usize) -> String {
+        let integrator = pick(noise(case, 1.6), &["\"directlighting\"", "\"whitted\""]);
+        let mut text = head(case, &integrator) + &lights(case);
+        for number in 0..1 + case % 12 {
+            text += &shape(case, number, &[SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER]);
+        }
+        text + "WorldEnd"
+    }
+
+    /// A scene for paths: small, or with a tree; with lights of all kinds.
+    fn path_scene(case: usize) -> String {
+        let depth = case % 8;
+        let choice = pick(noise(case, 1.6), &["spatial", "power", "uniform"]);
+        let threshold = pick(noise(case, 1.8), &["1", ".5"]);
+        let integrator = format!(
+            "\"path\" \"integer maxdepth\" {depth} \"string lightsamplestrategy\" \"{choice}\"
+             \"float rrthreshold\" {threshold}"
         );
-        let mut text = format!(
-            "{look_at} Camera {camera} Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 24 {limit}
-             Sampler {sampler} \"integer pixelsamples\" 25 PixelFilter \"{filter}\" Integrator \"{integrator}\"
-             WorldBegin {lights} Shape \"trianglemesh\" \"point P\" [-9 -2 5 9 -2 5 9 9 5 -9 9 5]
-             \"integer indices\" [0 1 2 0 2 3] "
-        );
-        for shape in 0..1 + case % 12 {
-            let number = |k: f64| noise(case * 16 + shape, k);
-            let place = [number(2.1), number(2.2), number(2.3)].map(|x| x * 1.5);
-            let size = [number(3.1), number(3.2), number(3.3)].map(|x| 0.4 + x.abs());
-            let size = if case.is_multiple_of(2) { [size[0]; 3] } else { size };
-            let color = [number(4.1), number(4.2), number(4.3)].map(|x| (x + 0.5).max(0.0));
-            let material = match (number(8.1).abs() * 5.0) as u32 {
-                0 | 1 => "",
-                2 => "\"float sigma\" 30",
-                3 => "\"float roughness\" .2 \"rgb Ks\" [.3 .4 .5]",
-                _ => "\"float roughness\" .01 \"bool remaproughness\" \"false\" \"rgb Ks\" [1 1 1]",
+        // Where normals differ, there are no skies.
+        let has_normals = noise(case, 1.9) > 0.0;
+        let mut text = head(case, &integrator);
+        if !has_normals || !lights(case).contains("infinite") {
+            text += &lights(case);
+        }
+        let small = [SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER];
+        let large = [SPHERE, SQUARE, CORNER, FIELD, TANGENTS, DISK, CURVE, PARTIAL];
+        let smooth = [SPHERE, SQUARE, SMOOTH, SMOOTH, FIELD, DISK, CURVE, TANGENTS];
+        for number in 0..1 + case % 9 {
+            let shapes = if has_normals {
+                &smooth[..]
+            } else if case % 5 < 2 {
+                &small[..]
+            } else {
+                &large[..]
             };
-            // In half of the scenes all are diffuse.
-            let material = if (case / 2).is_multiple_of(2) { "" } else { material };
-            let kind = if material.contains("rough") { "plastic" } else { "matte" };
-            let turn = 180.0 * number(5.1);
-            let shape = match (number(6.1).abs() * 6.0) as u32 {
-                0 | 1 => "\"sphere\"",
-                2 => "\"sphere\" \"float zmin\" -.5 \"float phimax\" 200",
-                // On pixels and edges of others.
-                3 => {
-                    "\"trianglemesh\" \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] \"integer indices\" [0 1 2 0 2 3]"
-                }
-                4 => "\"trianglemesh\" \"point P\" [-1 0 0 1 0 0 0 1 .5] \"integer indices\" [0 1 2]",
-                _ => {
-                    "\"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0 0 0 1] \"integer indices\" [0 1 2 0 2 3 0 3 1]"
-                }
-            };
-            let (orientation, turned) =
-                (if number(7.1) > 0.0 { "ReverseOrientation" } else { "" }, number(7.2) > 0.0);
-            let turn = if turned { format!("Rotate {turn} 1 .4 .2") } else { String::new() };
-            let [x, y, z] = place;
-            let _ = write!(
-                text,
-                "AttributeBegin Translate {x} {y} {z} {turn} Scale {} {} {} {orientation}
-                 Material \"{kind}\" \"rgb Kd\" [{} {} {}] {material} Shape {shape} AttributeEnd ",
-                size[0], size[1], size[2], color[0], color[1], color[2],
+            let shape = shape(case, number, shapes);
+            let glow = pick(
+                noise(case * 16 + number, 9.1),
+                &[
+                    "AreaLightSource \"diffuse\" \"rgb L\" [4 3 2]",
+                    "AreaLightSource \"diffuse\" \"rgb L\" [1 2 1] \"bool twosided\" \"true\"",
+                    "",
+                    "",
+                ],
             );
+            text += &format!("AttributeBegin {glow} {shape} AttributeEnd ");
         }
         text + "WorldEnd"
     }
@@ -282,73 +406,90 @@ mod tests {
     }
 
     #[test]
-    fn only_small_plain_worlds_are_served() {
+    fn only_plain_worlds_are_served() {
         if level().is_none() {
             return;
         }
-        let triangle = "Shape \"trianglemesh\" \"point P\" [-1 0 0 1 0 0 0 1 .5] \"integer indices\" [0 1 2]";
+        let path = "Integrator \"path\"";
+        let many = TRIANGLE.repeat(MOST + 1);
+        let lamp = "AreaLightSource \"diffuse\" Shape \"sphere\"";
+        let picture = "Texture \"t\" \"color\" \"checkerboard\" Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"";
+        let holes = format!("Texture \"t\" \"float\" \"checkerboard\" {TRIANGLE} \"texture alpha\" \"t\"");
+        let copy = "ObjectBegin \"o\" Shape \"sphere\" ObjectEnd ObjectInstance \"o\"";
         for (before, world) in [
             ("", ""),
-            ("Camera \"orthographic\" \"float lensradius\" 1", triangle),
+            ("Camera \"orthographic\" \"float lensradius\" 1", TRIANGLE),
             ("Integrator \"whitted\"", "LightSource \"infinite\" \"integer nsamples\" 2"),
             ("", "ObjectBegin \"o\" Shape \"sphere\" ObjectEnd LightSource \"spot\" Shape \"sphere\""),
             ("", "Material \"matte\" \"float sigma\" 20 Shape \"sphere\""),
             ("", "Material \"plastic\" Shape \"sphere\""),
-            ("", &triangle.repeat(MOST)),
+            ("", &TRIANGLE.repeat(MOST)),
+            (path, TRIANGLE),
+            (path, &format!("LightSource \"infinite\" LightSource \"projection\" {DISK} {lamp} {many}")),
+            (path, &format!("LightSource \"point\" {CURVE} {SMOOTH} {lamp}")),
         ] {
             assert!(is_served(before, world), "{before} {world}");
         }
         for (before, world) in [
-            ("Camera \"environment\"", triangle),
-            ("Integrator \"path\"", triangle),
-            ("Integrator \"ambientocclusion\"", triangle),
-            ("Integrator \"directlighting\" \"string strategy\" \"one\"", triangle),
+            ("Camera \"environment\"", TRIANGLE),
+            ("Integrator \"ambientocclusion\"", TRIANGLE),
+            ("Integrator \"directlighting\" \"string strategy\" \"one\"", TRIANGLE),
             ("", "LightSource \"infinite\" \"integer nsamples\" 2"),
             ("", "LightSource \"projection\""),
-            ("", "AreaLightSource \"diffuse\" Shape \"sphere\""),
-            ("", "Shape \"disk\""),
-            ("", "Shape \"curve\" \"point P\" [0 0 0 1 1 0 2 0 0 3 1 0]"),
-            ("", "ObjectBegin \"o\" Shape \"sphere\" ObjectEnd ObjectInstance \"o\""),
+            ("", lamp),
+            ("", DISK),
+            ("", CURVE),
+            ("", copy),
             ("", "Material \"none\" Shape \"sphere\""),
             ("", "Material \"mirror\" Shape \"sphere\""),
             ("", "Material \"metal\" Shape \"sphere\""),
-            (
-                "",
-                "Texture \"t\" \"color\" \"checkerboard\" Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"",
-            ),
+            ("", picture),
             (
                 "",
                 "Texture \"t\" \"float\" \"fbm\" Material \"matte\" \"texture bumpmap\" \"t\" Shape \"sphere\"",
             ),
-            ("", &format!("Texture \"t\" \"float\" \"checkerboard\" {triangle} \"texture alpha\" \"t\"")),
-            ("", &format!("{triangle} \"normal N\" [0 0 1 0 1 1 0 0 1]")),
-            ("", &triangle.repeat(MOST + 1)),
-            ("", &"Shape \"sphere\" ".repeat(MOST / 2 + 1)),
+            ("", &holes),
+            ("", SMOOTH),
+            ("", &many),
+            ("", &SPHERE.repeat(MOST / 2 + 1)),
+            (path, "Material \"none\" Shape \"sphere\""),
+            (path, "Material \"glass\" Shape \"sphere\""),
+            (path, picture),
+            (path, &holes),
+            (path, copy),
+            (path, &format!("LightSource \"infinite\" {SMOOTH}")),
         ] {
             assert!(!is_served(before, world), "{before} {world}");
         }
     }
 
-    /// To the bit, in scenes of all kinds that it serves for, and with all that processors may have.
-    #[test]
-    fn samples_side_by_side_are_those_one_by_one() {
-        let Some(level) = level() else { return };
+    /// To the bit, with all that processors may have; returns how many rays there were.
+    fn check(text: &str) -> u64 {
+        let Some(level) = level() else { return u64::MAX };
         let mut levels = vec![level];
         #[cfg(target_arch = "x86_64")]
         levels.extend(level.as_avx2().map(Level::Avx2));
-        let mut seen = 0;
-        for case in 0..200 {
-            let text = text(case);
-            let scene = scene(&text);
-            let (sums, rays) = pixels(&scene, None);
-            // Of these, 110,000 are of the camera.
-            seen += rays;
-            for level in &levels {
-                let (own, own_rays) = pixels(&scene, Some(*level));
-                assert_eq!(sums, own, "{level:?} {text}");
-                assert_eq!(rays, own_rays, "{level:?} {text}");
-            }
+        let scene = scene(text);
+        let (sums, rays) = pixels(&scene, None);
+        for level in &levels {
+            let (own, own_rays) = pixels(&scene, Some(*level));
+            assert_eq!(sums, own, "{level:?} {text}");
+            assert_eq!(rays, own_rays, "{level:?} {text}");
         }
+        rays
+    }
+
+    /// Of these rays, 110,000 are of the camera.
+    #[test]
+    fn direct_light_of_samples_side_by_side_is_that_of_samples_one_by_one() {
+        let seen = (0..200).map(|case| check(&direct_scene(case))).fold(0, u64::saturating_add);
         assert!(seen > 180_000, "{seen}");
+    }
+
+    /// Of these rays, 220,000 are of the camera.
+    #[test]
+    fn paths_side_by_side_are_those_one_by_one() {
+        let seen = (0..400).map(|case| check(&path_scene(case))).fold(0, u64::saturating_add);
+        assert!(seen > 350_000, "{seen}");
     }
 }

@@ -11,7 +11,7 @@ use super::control::{Control, Meter};
 use crate::camera::{CameraRay, CameraRays};
 use crate::film::{Pixel, limited};
 use crate::filter::FilterSampler;
-use crate::integrator::direct::lanes::Lanes;
+use crate::integrator::lanes::Lanes;
 use crate::integrator::{FirstHit, Tracer};
 use crate::light::LightTable;
 use crate::prepare::Traceable;

@@ -2,17 +2,64 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
-use lookat_scene::{Primitive, Shape as SceneShape};
+use lookat_scene::{Mesh, Primitive, Shape as SceneShape};
 
-use super::{OFFSET, on_triangle};
+use super::{OFFSET, Surface, direction_across, on_triangle};
 use crate::curved::Curved;
-use crate::lanes::Vec3x8;
+use crate::lanes::{LANES, Vec3x8, bits, those};
 use crate::ray::Hit;
 use crate::trace::lanes::{Element, Hits, Rays, Shape};
 use crate::triangle::Triangle;
 use crate::triangle::lanes::BoxedTriangle;
 
-/// What points of an element have in common.
+/// Points of surfaces, relative to the eye; as [`super::Surface`].
+#[derive(Clone, Copy)]
+pub(crate) struct Surfaces<S: Simd> {
+    pub p: Vec3x8<S>,
+    pub n: Vec3x8<S>,
+    pub ns: Vec3x8<S>,
+    pub magnitude: f64x8<S>,
+    /// The numbers of the elements in their world.
+    pub element: f64x8<S>,
+}
+
+impl<S: Simd> Surfaces<S> {
+    /// These where `mask` says so, and the others elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+        Surfaces {
+            p: self.p.or(mask, others.p),
+            n: self.n.or(mask, others.n),
+            ns: self.ns.or(mask, others.ns),
+            magnitude: mask.select(self.magnitude, others.magnitude),
+            // Of the same hits.
+            element: self.element,
+        }
+    }
+
+    /// As [`super::Surface::leave`].
+    #[inline(always)]
+    pub fn leave(&self, d: Vec3x8<S>) -> Rays<S> {
+        let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
+        Rays { leaving: self.element, ..Rays::new(self.p + offset, d) }
+    }
+
+    /// As [`super::reach`].
+    #[inline(always)]
+    pub fn reach(&self, distance: f64x8<S>, magnitude: f64x8<S>) -> f64x8<S> {
+        distance - self.magnitude.max(magnitude) * 4.0 * OFFSET
+    }
+
+    /// Puts another surface in the place of one.
+    pub fn put(&mut self, lane: usize, surface: &Surface) {
+        self.p.put(lane, surface.p);
+        self.n.put(lane, surface.n);
+        self.ns.put(lane, surface.ns);
+        self.magnitude[lane] = surface.magnitude;
+    }
+}
+
+/// What points of an element of a list have in common.
 pub(crate) struct Sheet<'s> {
     form: Form<'s>,
     magnitude: f64,
@@ -23,15 +70,6 @@ enum Form<'s> {
     Flat { triangle: &'s Triangle, corners: [DVec3; 3], n: DVec3 },
     /// A sphere; whether its normal points inwards.
     Round { curved: &'s Curved, is_inward: bool },
-}
-
-/// Points of surfaces, relative to the eye; as [`super::Surface`], without shading normals of their own.
-#[derive(Clone, Copy)]
-pub(crate) struct Surfaces<S: Simd> {
-    pub p: Vec3x8<S>,
-    pub n: Vec3x8<S>,
-    magnitude: f64x8<S>,
-    element: f64x8<S>,
 }
 
 impl<'s> Sheet<'s> {
@@ -70,34 +108,127 @@ impl<'s> Sheet<'s> {
                 (p, if *is_inward { -outward } else { outward })
             }
         };
-        Surfaces { p, n, magnitude: self.magnitude.simd_into(simd), element: hits.element }
+        Surfaces { p, n, ns: n, magnitude: self.magnitude.simd_into(simd), element: hits.element }
     }
 }
 
-impl<S: Simd> Surfaces<S> {
-    /// These where `mask` says so, and the others elsewhere.
+/// How normals of a primitive, a mesh, are turned.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turned {
+    /// Those from the winding order, where the file gives none; and those on the side that emits.
+    is_n: bool,
+    is_emitting: bool,
+    /// Those that the file gives.
+    is_smooth: bool,
+}
+
+impl Turned {
+    /// Of primitives that are no meshes it says nothing.
+    pub fn new(primitive: &Primitive) -> Self {
+        let Primitive { reverse_orientation, mirrored, .. } = *primitive;
+        let has_tangents =
+            matches!(&primitive.shape, SceneShape::TriangleMesh(mesh) if !mesh.tangents.is_empty());
+        Turned {
+            is_n: mirrored != (reverse_orientation && !has_tangents),
+            is_emitting: mirrored != reverse_orientation,
+            is_smooth: reverse_orientation,
+        }
+    }
+}
+
+/// Triangles of any meshes, one for each point.
+pub(crate) struct Triangles {
+    corners: [[[f64; LANES]; 3]; 3],
+    normals: [[[f64; LANES]; 3]; 3],
+    /// Which of them have normals.
+    has_normals: u64,
+    is_n: u64,
+    is_emitting: u64,
+    is_smooth: u64,
+}
+
+/// Points of triangles; as [`on_triangle`] gives them, to the bit.
+#[derive(Clone, Copy)]
+pub(crate) struct Points<S: Simd> {
+    pub p: Vec3x8<S>,
+    pub magnitude: f64x8<S>,
+    pub n: Vec3x8<S>,
+    pub ns: Vec3x8<S>,
+    pub emitting: Vec3x8<S>,
+}
+
+impl Triangles {
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
-        Surfaces {
-            p: self.p.or(mask, others.p),
-            n: self.n.or(mask, others.n),
-            magnitude: mask.select(self.magnitude, others.magnitude),
-            // Of the same hits.
-            element: self.element,
+    pub fn new() -> Self {
+        let (zero, one) = ([0.0; LANES], [1.0; LANES]);
+        Triangles {
+            // Such as give no trouble.
+            corners: [[zero, zero, zero], [one, zero, zero], [zero, one, zero]],
+            normals: [[zero; 3]; 3],
+            has_normals: 0,
+            is_n: 0,
+            is_emitting: 0,
+            is_smooth: 0,
         }
     }
 
-    /// As [`super::Surface::leave`].
+    /// Puts a triangle of a mesh in its place.
     #[inline(always)]
-    pub fn leave(&self, d: Vec3x8<S>) -> Rays<S> {
-        let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
-        let t_max = f64::INFINITY.simd_into(self.magnitude.token());
-        Rays { o: self.p + offset, d, t_max, leaving: self.element }
+    pub fn put(&mut self, lane: usize, corners: [DVec3; 3], mesh: &Mesh, index: usize, turned: Turned) {
+        for (own, corner) in self.corners.iter_mut().zip(corners) {
+            (own[0][lane], own[1][lane], own[2][lane]) = corner.into();
+        }
+        if !mesh.normals.is_empty() {
+            self.has_normals |= 1 << lane;
+            for (own, vertex) in self.normals.iter_mut().zip(mesh.triangle(index)) {
+                [own[0][lane], own[1][lane], own[2][lane]] = mesh.normals[vertex];
+            }
+        }
+        self.is_n |= u64::from(turned.is_n) << lane;
+        self.is_emitting |= u64::from(turned.is_emitting) << lane;
+        self.is_smooth |= u64::from(turned.is_smooth) << lane;
     }
 
-    /// As [`super::reach`].
+    /// Those that the corners weigh so much at.
     #[inline(always)]
-    pub fn reach(&self, distance: f64x8<S>, magnitude: f64) -> f64x8<S> {
-        distance - self.magnitude.max(magnitude) * 4.0 * OFFSET
+    pub fn points<S: Simd>(&self, simd: S, [b0, b1, b2]: [f64x8<S>; 3]) -> Points<S> {
+        let [p0, p1, p2] = vectors(simd, &self.corners);
+        let p = p0 * b0 + p1 * b1 + p2 * b2;
+        let magnitude = p0.magnitude().max(p1.magnitude()).max(p2.magnitude());
+        let winding = across(p1 - p0, p2 - p0);
+        let mut n = (-winding).or(bits(simd, self.is_n), winding);
+        let (mut ns, mut emitting) = (n, (-winding).or(bits(simd, self.is_emitting), winding));
+        if self.has_normals != 0 {
+            let [n0, n1, n2] = vectors(simd, &self.normals);
+            let (smooth, is_there) = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize();
+            let is_there = is_there & bits(simd, self.has_normals);
+            let turned = (-smooth).or(bits(simd, self.is_smooth), smooth);
+            let own_n = (-winding).or(winding.dot(turned).simd_lt(0.0), winding);
+            let own_emitting = (-winding).or(winding.dot(smooth).simd_lt(0.0), winding);
+            n = own_n.or(is_there, n);
+            ns = turned.or(is_there, ns);
+            emitting = own_emitting.or(is_there, emitting);
+        }
+        Points { p, magnitude, n, ns, emitting }
     }
+}
+
+/// As [`direction_across`].
+#[inline(always)]
+fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>) -> Vec3x8<S> {
+    let product = e1.cross(e2);
+    let squared = product.length_squared();
+    let mut direction = product * (1.0 / squared.sqrt());
+    let is_usual = squared.simd_gt(1e-200) & squared.simd_lt(1e200);
+    if !is_usual.all_true() {
+        for lane in those(!is_usual) {
+            direction.put(lane, direction_across(e1.lane(lane), e2.lane(lane)));
+        }
+    }
+    direction
+}
+
+#[inline(always)]
+fn vectors<S: Simd>(simd: S, [a, b, c]: &[[[f64; LANES]; 3]; 3]) -> [Vec3x8<S>; 3] {
+    [Vec3x8::from_arrays(simd, a), Vec3x8::from_arrays(simd, b), Vec3x8::from_arrays(simd, c)]
 }

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
 use super::{Axis, ShearedRay, Triangle, extent};
-use crate::bvh::PAD;
+use crate::bvh::BoxRays;
 use crate::lanes::{LANES, Vec3x8};
 use crate::ray::Ray;
 
@@ -30,9 +30,7 @@ pub(crate) struct ShearedRays<S: Simd> {
     d: Vec3x8<S>,
     turned: Vec3x8<S>,
     shear: Vec3x8<S>,
-    inverse: Vec3x8<S>,
-    /// Where the direction is negative along an axis.
-    negative: [mask64x8<S>; 3],
+    boxed: BoxRays<S>,
     turn: Turn<S>,
 }
 
@@ -94,18 +92,12 @@ impl<S: Simd> ShearedRays<S> {
     pub fn new(o: Vec3x8<S>, d: Vec3x8<S>, active: mask64x8<S>) -> Self {
         let turn = Turn::new(d, active);
         let Vec3x8 { x, y, z } = turn.turned(d);
-        let inverse = Vec3x8 { x: 1.0 / d.x, y: 1.0 / d.y, z: 1.0 / d.z };
         ShearedRays {
             o,
             d,
             turned: turn.turned(o),
             shear: Vec3x8 { x: x / z, y: y / z, z: 1.0 / z },
-            inverse,
-            negative: [
-                inverse.x.is_sign_negative(),
-                inverse.y.is_sign_negative(),
-                inverse.z.is_sign_negative(),
-            ],
+            boxed: BoxRays::new(o, d),
             turn,
         }
     }
@@ -137,17 +129,7 @@ impl<S: Simd> ShearedRays<S> {
         let det = u + v + w;
         let t = (u * a.z + v * b.z + w * c.z) * self.shear.z / det;
         met &= det.simd_ne(0.0) & t.simd_gt(0.0);
-        let (mut near, mut far): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), f64::INFINITY.simd_into(simd));
-        let (origins, inverses) =
-            ([self.o.x, self.o.y, self.o.z], [self.inverse.x, self.inverse.y, self.inverse.z]);
-        for axis in 0..3 {
-            let (o, inverse, negative) = (origins[axis], inverses[axis], self.negative[axis]);
-            let (low, high) = ((triangle.low[axis] - o) * inverse, (triangle.high[axis] - o) * inverse);
-            let (enter, leave) = (negative.select(high, low), negative.select(low, high) * PAD);
-            // A NaN drops out, because it compares as false.
-            near = enter.simd_gt(near).select(enter, near);
-            far = leave.simd_lt(far).select(leave, far);
-        }
+        let (near, far) = self.boxed.ends(simd, &triangle.low, &triangle.high);
         met &= near.simd_le(far);
         let t = t.simd_lt(near).select(near, t);
         let t = t.simd_gt(far).select(far, t);

@@ -1,0 +1,51 @@
+//! Samples side by side: what integrators take them, of which scenes.
+
+pub(super) mod world;
+
+use fearless_simd::Level;
+use lookat_scene::{Projection, Scene};
+
+use super::{direct, path};
+use crate::arithmetic::Precision;
+use crate::lanes::{level, name};
+use crate::light::LightTable;
+use crate::prepare::Traceable;
+
+/// A scene whose samples are taken side by side.
+pub(crate) struct Lanes<'s> {
+    pub level: Level,
+    pub integrator: LanesIntegrator<'s>,
+}
+
+/// What takes them.
+pub(crate) enum LanesIntegrator<'s> {
+    Direct(direct::lanes::Lanes<'s>),
+    Path(path::lanes::Lanes<'s>),
+}
+
+impl<'s> Lanes<'s> {
+    /// `None` of scenes that have other things than these serve for, and of processors that have too little.
+    pub fn new(scene: &Scene, traceable: &'s Traceable<'s>, lights: &'s LightTable<'s>) -> Option<Self> {
+        let is_environment = matches!(scene.camera.projection, Projection::Environment);
+        if is_environment || traceable.precision != Precision::Mixed {
+            return None;
+        }
+        let level = level()?;
+        let direct = || Some(LanesIntegrator::Direct(direct::lanes::Lanes::new(scene, traceable, lights)?));
+        let path = || Some(LanesIntegrator::Path(path::lanes::Lanes::new(scene, traceable, lights)?));
+        Some(Lanes { level, integrator: direct().or_else(path)? })
+    }
+
+    /// The instructions that are used.
+    pub fn name(&self) -> &'static str {
+        name(self.level)
+    }
+
+    /// Whether all materials are diffuse and nothing else.
+    pub fn is_lambert(&self) -> bool {
+        match &self.integrator {
+            LanesIntegrator::Direct(direct) => direct.world.is_lambert(),
+            LanesIntegrator::Path(path) => path.world.is_lambert(),
+        }
+    }
+}

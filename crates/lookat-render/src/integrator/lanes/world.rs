@@ -1,0 +1,199 @@
+//! Worlds in which rays of samples are traced side by side, and counted.
+
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use lookat_scene::Scene;
+
+use crate::bsdf::lanes::Coats;
+use crate::integrator::Tracer;
+use crate::lanes::{LANES, bits, count, those};
+use crate::prepare::Traceable;
+use crate::ray::{Hit, Ray};
+use crate::shading::lanes::{ListShading, TreeShading};
+use crate::surface::Surface;
+use crate::surface::lanes::Surfaces;
+use crate::trace::BUNDLE;
+use crate::trace::lanes::{Found, Hits, List, Rays, Tree};
+
+/// A world, and what it is made of.
+pub(in crate::integrator) enum World<'s> {
+    List(List<'s>, ListShading<'s>),
+    Tree(Tree<'s>, TreeShading<'s>),
+}
+
+impl<'s> World<'s> {
+    /// `None` of one that is not small, or has other than plain materials.
+    pub fn small(traceable: &'s Traceable<'s>) -> Option<Self> {
+        let list = List::new(traceable)?;
+        let shading = ListShading::new(traceable, &list)?;
+        Some(World::List(list, shading))
+    }
+
+    /// `None` of one that has copies of objects, or holes, or other than plain materials.
+    pub fn any(scene: &Scene, traceable: &'s Traceable<'s>) -> Option<Self> {
+        let tree = || Some(World::Tree(Tree::new(traceable)?, TreeShading::new(scene, traceable)?));
+        World::small(traceable).or_else(tree)
+    }
+
+    /// Whether all materials are diffuse and nothing else.
+    pub fn is_lambert(&self) -> bool {
+        match self {
+            World::List(_, shading) => shading.is_lambert,
+            World::Tree(_, shading) => shading.is_lambert,
+        }
+    }
+
+    /// Whether shading normals may differ from geometric ones.
+    pub fn has_normals(&self) -> bool {
+        matches!(self, World::Tree(_, shading) if shading.has_normals)
+    }
+
+    /// The nearest hits of the rays that are active. `together`: neighbours mostly meet the same.
+    #[inline(always)]
+    pub fn nearest<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: &Rays<S>,
+        active: mask64x8<S>,
+        together: bool,
+    ) -> Hits<S> {
+        match self {
+            World::List(list, _) => {
+                tracer.rays += count(active);
+                list.nearest(simd, rays, active)
+            }
+            World::Tree(tree, _) => {
+                let mut found = Found::NOTHING;
+                search(tree, tracer, rays, active, together, &mut found);
+                let [b0, b1]: [f64x8<S>; 2] =
+                    [found.weights[0].simd_into(simd), found.weights[1].simd_into(simd)];
+                Hits {
+                    t: found.t.simd_into(simd),
+                    element: found.element.simd_into(simd),
+                    sides: [b0, b1, 1.0 - b0 - b1],
+                }
+            }
+        }
+    }
+
+    /// Which of the rays that are active meet anything but their targets.
+    #[inline(always)]
+    pub fn met<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: &Rays<S>,
+        active: mask64x8<S>,
+    ) -> mask64x8<S> {
+        match self {
+            World::List(list, _) => {
+                tracer.rays += count(active);
+                list.met(simd, rays, active)
+            }
+            World::Tree(tree, _) => bits(simd, occluded(tree, tracer, rays, active)),
+        }
+    }
+
+    /// Where the rays have hit something, and the lobes there; `None` if there is no hit.
+    #[inline(always)]
+    pub fn surfaces<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays<S>,
+        hits: &Hits<S>,
+        active: mask64x8<S>,
+    ) -> Option<(Surfaces<S>, Coats<S>)> {
+        match self {
+            World::List(_, shading) => shading.at(simd, rays, hits, active),
+            World::Tree(tree, shading) => shading.at(simd, tree, rays, hits, active),
+        }
+    }
+
+    /// Which of the hits are of what emits.
+    #[inline(always)]
+    pub fn emits<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &Tracer,
+        hits: &Hits<S>,
+        active: mask64x8<S>,
+    ) -> mask64x8<S> {
+        let mut emits = 0;
+        if tracer.scene.emitters.is_empty() {
+            return bits(simd, emits);
+        }
+        for lane in those(active & hits.is_hit()) {
+            let element = match self {
+                World::List(list, _) => list.elements[hits.element[lane] as usize].id,
+                World::Tree(tree, _) => tree.element(hits.element[lane]),
+            };
+            let primitive = tracer.scene.primitives[element.primitive as usize];
+            emits |= u64::from(primitive.emission.is_some()) << lane;
+        }
+        bits(simd, emits)
+    }
+
+    /// One of the rays with what it has hit.
+    pub fn one<S: Simd>(&self, rays: &Rays<S>, hits: &Hits<S>, lane: usize) -> (Ray, Option<Hit>) {
+        let is_hit = hits.element[lane] >= 0.0;
+        match self {
+            World::List(list, _) => {
+                let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
+                (ray, is_hit.then(|| list.hit(hits, lane)))
+            }
+            World::Tree(tree, _) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
+        }
+    }
+
+    /// The surface that one of the rays has hit.
+    pub fn surface<S: Simd>(
+        &self,
+        tracer: &Tracer<'_, 's>,
+        rays: &Rays<S>,
+        hits: &Hits<S>,
+        lane: usize,
+    ) -> Option<Surface<'s>> {
+        let (ray, hit) = self.one(rays, hits, lane);
+        hit.map(|hit| tracer.surface(&ray, &hit))
+    }
+}
+
+/// Traces rays down a tree.
+#[inline(never)]
+fn search<S: Simd>(
+    tree: &Tree,
+    tracer: &mut Tracer,
+    rays: &Rays<S>,
+    active: mask64x8<S>,
+    together: bool,
+    found: &mut Found,
+) {
+    if together && active.all_true() {
+        for first in (0..LANES).step_by(BUNDLE) {
+            let bundle: [Ray; BUNDLE] = std::array::from_fn(|k| tree.ray(rays, first + k));
+            for (k, hit) in tracer.nearest_of(&bundle).iter().enumerate() {
+                if let Some(hit) = hit {
+                    found.put(first + k, hit);
+                }
+            }
+        }
+        return;
+    }
+    let mut hit = None;
+    for lane in those(active) {
+        tracer.find(&tree.ray(rays, lane), &mut hit);
+        if let Some(hit) = &hit {
+            found.put(lane, hit);
+        }
+    }
+}
+
+/// The rays that are stopped on their way, as bits.
+#[inline(never)]
+fn occluded<S: Simd>(tree: &Tree, tracer: &mut Tracer, rays: &Rays<S>, active: mask64x8<S>) -> u64 {
+    let mut occluded = 0;
+    for lane in those(active) {
+        occluded |= u64::from(tracer.occluded(&tree.ray(rays, lane))) << lane;
+    }
+    occluded
+}

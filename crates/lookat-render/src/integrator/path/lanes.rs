@@ -1,0 +1,171 @@
+//! Paths side by side, of plain materials: those that go on are brought together at each surface.
+
+mod wave;
+
+use fearless_simd::{Simd, mask64x8};
+use glam::Vec3;
+use lookat_scene::{Integrator, Scene};
+
+use super::{FIRST_ROULETTE, roulette};
+use crate::bsdf::lanes::Bsdfs;
+use crate::integrator::Tracer;
+use crate::integrator::lanes::world::World;
+use crate::integrator::weighed::lanes::{Directions, Lighting, Vertices};
+use crate::lanes::{Colors, LANES, bits, those};
+use crate::light::LightTable;
+use crate::prepare::Traceable;
+use crate::sampler::lanes::Streams;
+use crate::trace::lanes::{MOST_PRIMITIVES, Rays};
+use wave::Paths;
+pub(crate) use wave::{WAVE, Wave};
+
+/// A scene whose paths are followed side by side.
+pub(crate) struct Lanes<'s> {
+    pub(in crate::integrator) world: World<'s>,
+    lighting: Lighting<'s>,
+    background: &'s LightTable<'s>,
+    max_depth: u32,
+    roulette_threshold: f64,
+}
+
+impl<'s> Lanes<'s> {
+    /// `None` of scenes that have anything else.
+    pub fn new(scene: &Scene, traceable: &'s Traceable<'s>, lights: &'s LightTable<'s>) -> Option<Self> {
+        let Integrator::Path { max_depth, roulette_threshold, light_choice } = scene.integrator else {
+            return None;
+        };
+        let world = World::any(scene, traceable)?;
+        // Where normals differ, skies are sampled in another way from each point.
+        if lights.has_skies() && world.has_normals() || scene.primitives.len() > MOST_PRIMITIVES {
+            return None;
+        }
+        let lighting = Lighting::new(lights, light_choice);
+        Some(Lanes { world, lighting, background: lights, max_depth, roulette_threshold })
+    }
+
+    /// Begins paths with camera rays: those of the samples of these numbers.
+    #[inline(always)]
+    pub fn begin<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: &Rays<S>,
+        samples: &[u16],
+        wave: &mut Wave,
+    ) {
+        let active = bits(simd, (1 << samples.len()) - 1);
+        let hits = self.world.nearest(simd, tracer, rays, active, true);
+        let is_hit = hits.is_hit() & active;
+        for lane in those(active & !is_hit) {
+            wave.radiance[usize::from(samples[lane])] = self.background.background(rays.d.lane(lane));
+        }
+        for lane in those(self.world.emits(simd, tracer, &hits, is_hit)) {
+            let surface = self.world.surface(tracer, rays, &hits, lane);
+            let le = surface.map_or(Vec3::ZERO, |surface| surface.le(-rays.d.lane(lane)));
+            wave.radiance[usize::from(samples[lane])] = le;
+        }
+        let paths = Paths {
+            rays: *rays,
+            hits,
+            beta: Colors::splat(simd, Vec3::ONE),
+            samples: samples.iter().copied().collect(),
+        };
+        wave.push(simd, &paths, is_hit);
+    }
+
+    /// Follows paths that have begun to their ends; as [`super::li`] does, to the bit. So many dimensions have been taken.
+    #[inline(always)]
+    pub fn follow<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        wave: &mut Wave,
+        dimension: u32,
+    ) {
+        // The choice of a light, the light, the direction; roulette.
+        let numbers = 5 + u32::from(!roulette(self.max_depth).is_empty());
+        for depth in 0..self.max_depth {
+            let count = wave.begin_surface();
+            if count == 0 {
+                return;
+            }
+            for first in (0..count).step_by(LANES) {
+                let paths = wave.take(simd, first, count.min(first + LANES));
+                streams.choose(&paths.samples, dimension + depth * numbers);
+                self.surface::<S, LAMBERT>(simd, tracer, streams, paths, depth, wave);
+            }
+        }
+    }
+
+    /// What becomes of paths at a surface.
+    #[inline(always)]
+    fn surface<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        mut paths: Paths<S>,
+        depth: u32,
+        wave: &mut Wave,
+    ) {
+        let (rays, hits) = (paths.rays, paths.hits);
+        let mut active = bits(simd, (1 << paths.samples.len()) - 1);
+        let Some((surfaces, coats)) = self.world.surfaces(simd, &rays, &hits, active) else { return };
+        let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, surfaces.ns, -rays.d, coats);
+        let vertices =
+            &Vertices { world: &self.world, rays: &rays, hits: &hits, surfaces: &surfaces, bsdfs: &bsdfs };
+        active &= bsdfs.has_lobes();
+        let light = self.lighting.one_light(simd, tracer, streams, vertices, active);
+        wave.add(&paths.samples, paths.beta * light, active);
+        let is_last = depth + 1 >= self.max_depth;
+        if is_last && !tracer.may_find_light() {
+            return;
+        }
+        let sample = bsdfs.sample(streams.next_2d(simd, active));
+        active &= sample.is_there;
+        paths.beta = paths.beta * sample.weight;
+        let directions = Directions { rays: surfaces.leave(sample.wi), pdf: sample.pdf };
+        if is_last {
+            let light = self.lighting.found_light(simd, tracer, vertices, &directions, active);
+            wave.add(&paths.samples, paths.beta * light, active);
+            return;
+        }
+        if !roulette(self.max_depth).is_empty() {
+            active = self.roulette(simd, streams, &mut paths.beta, depth, active);
+        }
+        paths.rays = directions.rays;
+        paths.hits = self.world.nearest(simd, tracer, &paths.rays, active, false);
+        let light = self.lighting.light_of(simd, tracer, vertices, &directions, &paths.hits, active);
+        wave.add(&paths.samples, paths.beta * light, active);
+        wave.push(simd, &paths, active & paths.hits.is_hit());
+    }
+
+    /// Those that go on.
+    #[inline(always)]
+    fn roulette<S: Simd>(
+        &self,
+        simd: S,
+        streams: &mut Streams,
+        beta: &mut Colors<S>,
+        depth: u32,
+        active: mask64x8<S>,
+    ) -> mask64x8<S> {
+        let mut asked = 0;
+        if depth + 1 > FIRST_ROULETTE {
+            for lane in those(active) {
+                let strength = f64::from(beta.lane(lane).max_element());
+                asked |= u64::from(strength < self.roulette_threshold) << lane;
+            }
+        }
+        let numbers = streams.next_1d(bits(simd, asked));
+        let mut ended = 0;
+        for lane in those(bits(simd, asked)) {
+            let own = beta.lane(lane);
+            let end = (1.0 - f64::from(own.max_element())).max(0.05);
+            ended |= u64::from(numbers[lane] < end) << lane;
+            beta.put(lane, own / (1.0 - end) as f32);
+        }
+        active & !bits(simd, ended)
+    }
+}

@@ -1,0 +1,107 @@
+//! Paths that are followed together, surface by surface.
+
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
+use glam::Vec3;
+
+use crate::lanes::{Colors, LANES, Vec3x8, those};
+use crate::trace::lanes::{Hits, Rays};
+
+/// So many paths begin together.
+pub(crate) const WAVE: usize = 64;
+
+/// Room for those that are moved together.
+const ROOM: usize = WAVE + LANES;
+
+/// Paths that have come to a surface, most of which go on to the next one.
+pub(crate) struct Wave {
+    /// What the samples of all paths have brought.
+    pub radiance: [Vec3; WAVE],
+    /// Origins and directions of rays, distances and numbers of elements that they have hit, and where on these.
+    numbers: [[f64; ROOM]; 11],
+    beta: [[f32; ROOM]; 3],
+    samples: [u16; ROOM],
+    count: usize,
+}
+
+/// Some of them.
+#[derive(Clone)]
+pub(super) struct Paths<S: Simd> {
+    pub rays: Rays<S>,
+    pub hits: Hits<S>,
+    /// By what radiance along the rays is multiplied.
+    pub beta: Colors<S>,
+    /// The samples that they are for.
+    pub samples: ArrayVec<u16, LANES>,
+}
+
+impl Wave {
+    pub fn new() -> Self {
+        Wave {
+            radiance: [Vec3::ZERO; WAVE],
+            numbers: [[0.0; ROOM]; 11],
+            beta: [[0.0; ROOM]; 3],
+            samples: [0; ROOM],
+            count: 0,
+        }
+    }
+
+    /// Forgets all paths.
+    pub fn clear(&mut self) {
+        (self.radiance, self.count) = ([Vec3::ZERO; WAVE], 0);
+    }
+
+    /// How many paths are at this surface. Those that go on, of all that are taken, will be at the next one.
+    pub(super) fn begin_surface(&mut self) -> usize {
+        std::mem::take(&mut self.count)
+    }
+
+    /// Those from one number to before another, at most eight; of no more than are at this surface.
+    #[inline(always)]
+    pub(super) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Paths<S> {
+        let [ox, oy, oz, dx, dy, dz, t, element, a, b, c] =
+            [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10].map(|at: usize| load(simd, &self.numbers[at], from));
+        let rays = Rays::new(Vec3x8 { x: ox, y: oy, z: oz }, Vec3x8 { x: dx, y: dy, z: dz });
+        let beta = Colors {
+            r: f32x8::from_slice(simd, &self.beta[0][from..from + LANES]),
+            g: f32x8::from_slice(simd, &self.beta[1][from..from + LANES]),
+            b: f32x8::from_slice(simd, &self.beta[2][from..from + LANES]),
+        };
+        let samples = self.samples[from..to].iter().copied().collect();
+        Paths { rays, hits: Hits { t, element, sides: [a, b, c] }, beta, samples }
+    }
+
+    /// Adds those that go on to the next surface.
+    #[inline(always)]
+    pub(super) fn push<S: Simd>(&mut self, simd: S, paths: &Paths<S>, goes_on: mask64x8<S>) {
+        let (Rays { o, d, .. }, Hits { t, element, sides: [a, b, c] }) = (&paths.rays, &paths.hits);
+        let at = self.count;
+        for (own, values) in
+            self.numbers.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, *t, *element, *a, *b, *c])
+        {
+            simd.compress_f64x8(values, goes_on).store_slice(&mut own[at..at + LANES]);
+        }
+        let bits = goes_on.to_bitmask();
+        let narrow = mask32x8::from_bitmask(simd, bits);
+        for (own, values) in self.beta.iter_mut().zip([paths.beta.r, paths.beta.g, paths.beta.b]) {
+            simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
+        }
+        for lane in those(goes_on) {
+            self.samples[self.count] = paths.samples[lane];
+            self.count += 1;
+        }
+    }
+
+    /// Adds light to the samples of paths.
+    #[inline(always)]
+    pub(super) fn add<S: Simd>(&mut self, samples: &[u16], light: Colors<S>, active: mask64x8<S>) {
+        for lane in those(active) {
+            self.radiance[usize::from(samples[lane])] += light.lane(lane);
+        }
+    }
+}
+
+#[inline(always)]
+fn load<S: Simd>(simd: S, numbers: &[f64; ROOM], from: usize) -> f64x8<S> {
+    f64x8::from_slice(simd, &numbers[from..from + LANES])
+}

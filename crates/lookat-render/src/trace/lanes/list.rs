@@ -1,0 +1,180 @@
+//! Small worlds, whose elements are tried one after the other.
+
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+
+use super::{Hits, NONE, Rays, label};
+use crate::curved::Curved;
+use crate::curved::sphere::lanes::Meetings;
+use crate::lanes::{LANES, Vec3x8};
+use crate::prepare::{Other, Traceable};
+use crate::ray::{ElementId, Hit, Ray};
+use crate::triangle::Triangle;
+use crate::triangle::lanes::{BoxedTriangle, ShearedRays};
+
+/// With more triangles than that, a tree is faster.
+pub(crate) const MOST: usize = 32;
+/// A sphere takes as long as so many of them.
+const SPHERE: usize = 2;
+
+/// All elements of a small world, sorted by name.
+pub(crate) struct List<'s> {
+    pub elements: Vec<Element<'s>>,
+}
+
+pub(crate) struct Element<'s> {
+    pub id: ElementId,
+    /// As in [`Hit::place`].
+    pub place: u32,
+    /// See [`label`].
+    label: f64,
+    pub shape: Shape<'s>,
+}
+
+#[derive(Clone, Copy)]
+pub(crate) enum Shape<'s> {
+    Triangle(BoxedTriangle<'s>),
+    Sphere(&'s Curved),
+}
+
+impl<'s> List<'s> {
+    /// `None` of worlds that are too large, or have other elements.
+    pub fn new(scene: &'s Traceable) -> Option<Self> {
+        let world = &scene.world;
+        let count = world.triangles().take(MOST + 1).count() + SPHERE * world.others.len();
+        if count > MOST || scene.has_cutouts {
+            return None;
+        }
+        let triangle = |(place, triangle): (u32, &'s Triangle)| {
+            let shape = Shape::Triangle(BoxedTriangle::new(triangle));
+            Element::new(triangle.element(ElementId::WORLD), place, shape)
+        };
+        let mut elements: Vec<Element<'s>> = world.triangles().map(triangle).collect();
+        for other in &world.others {
+            let Other::Curved { primitive, shape } = *other else { return None };
+            let curved = &scene.curved[shape as usize];
+            curved.as_sphere()?;
+            let id = ElementId { instance: ElementId::WORLD, primitive, index: 0 };
+            elements.push(Element::new(id, Hit::NO_PLACE, Shape::Sphere(curved)));
+        }
+        elements.sort_by_key(|element| element.id);
+        Some(List { elements })
+    }
+
+    /// One of the hits.
+    pub fn hit<S: Simd>(&self, hits: &Hits<S>, lane: usize) -> Hit {
+        let element = &self.elements[hits.element[lane] as usize];
+        let barycentric = match element.shape {
+            Shape::Triangle(BoxedTriangle { triangle, .. }) => {
+                triangle.barycentric([hits.sides[0][lane], hits.sides[1][lane], hits.sides[2][lane]])
+            }
+            Shape::Sphere(_) => [0.0; 2],
+        };
+        Hit { t: hits.t[lane], element: element.id, barycentric, place: element.place }
+    }
+
+    /// The nearest hits of the rays that are active.
+    #[inline(always)]
+    pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
+        let sheared = ShearedRays::new(rays.o, rays.d, active);
+        let none: f64x8<S> = NONE.simd_into(simd);
+        let mut hits = Hits { t: rays.t_max, element: none, sides: [none; 3] };
+        // They come in the order of their names: of hits as near as each other, the first counts.
+        for (number, element) in self.elements.iter().enumerate() {
+            let own: f64x8<S> = (number as f64).simd_into(simd);
+            let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, active);
+            let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
+            hits.t = nearer.select(t, hits.t);
+            hits.element = nearer.select(own, hits.element);
+            for (side, known) in sides.into_iter().flatten().zip(&mut hits.sides) {
+                *known = nearer.select(side, *known);
+            }
+        }
+        hits
+    }
+
+    /// Which of the rays that are active meet anything but their targets.
+    #[inline(always)]
+    pub fn met<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> mask64x8<S> {
+        let sheared = ShearedRays::new(rays.o, rays.d, active);
+        let mut free = active;
+        for (number, element) in self.elements.iter().enumerate() {
+            if !free.any_true() {
+                break;
+            }
+            let own: f64x8<S> = (number as f64).simd_into(simd);
+            let others = free & !rays.target.simd_eq(element.label);
+            let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, others);
+            free &= !(met & t.simd_le(rays.t_max));
+        }
+        active & !free
+    }
+}
+
+impl<'s> Element<'s> {
+    fn new(id: ElementId, place: u32, shape: Shape<'s>) -> Self {
+        Element { id, place, label: label(id), shape }
+    }
+
+    /// Where those of the rays that are active meet it, at which distances, and of a triangle in proportion to what its corners
+    /// weigh. `own` is its number.
+    #[inline(always)]
+    fn meet<S: Simd>(
+        &self,
+        own: f64x8<S>,
+        rays: &Rays<S>,
+        sheared: &ShearedRays<S>,
+        t_max: f64x8<S>,
+        active: mask64x8<S>,
+    ) -> (mask64x8<S>, f64x8<S>, Option<[f64x8<S>; 3]>) {
+        let (simd, leaving) = (own.token(), rays.leaving.simd_eq(own));
+        match &self.shape {
+            Shape::Triangle(boxed) => {
+                let (met, t, sides) = sheared.intersect(simd, boxed, active & !leaving);
+                (met, t, Some(sides))
+            }
+            Shape::Sphere(sphere) => {
+                let (met, t) = meet_sphere(simd, sphere, rays, t_max, leaving, active);
+                (met, t, None)
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn meet_sphere<S: Simd>(
+    simd: S,
+    curved: &Curved,
+    rays: &Rays<S>,
+    t_max: f64x8<S>,
+    leaving: mask64x8<S>,
+    active: mask64x8<S>,
+) -> (mask64x8<S>, f64x8<S>) {
+    let Some(sphere) = curved.as_sphere() else { return (active & !active, t_max) };
+    let o = (rays.o - Vec3x8::splat(simd, curved.center)).by(&curved.own_from_world);
+    let d = rays.d.by(&curved.own_from_world);
+    let Meetings { met, t, doubtful } = sphere.meet(o, d, t_max, leaving, active);
+    if !doubtful.any_true() {
+        return (met, t);
+    }
+    one_by_one(simd, curved, rays, t_max, leaving, (met, t, doubtful))
+}
+
+/// Asks the sphere ray by ray.
+#[inline(never)]
+fn one_by_one<S: Simd>(
+    simd: S,
+    curved: &Curved,
+    rays: &Rays<S>,
+    t_max: f64x8<S>,
+    leaving: mask64x8<S>,
+    (met, mut t, doubtful): (mask64x8<S>, f64x8<S>, mask64x8<S>),
+) -> (mask64x8<S>, f64x8<S>) {
+    let (mut met, doubtful, leaving) = (met.to_bitmask(), doubtful.to_bitmask(), leaving.to_bitmask());
+    for lane in (0..LANES).filter(|lane| doubtful >> lane & 1 == 1) {
+        let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
+        let found = curved.intersect(&ray, t_max[lane], leaving >> lane & 1 == 1);
+        met = met & !(1 << lane) | u64::from(found.is_some()) << lane;
+        t[lane] = found.unwrap_or(0.0);
+    }
+    (mask64x8::from_bitmask(simd, met), t)
+}

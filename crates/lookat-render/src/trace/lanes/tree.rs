@@ -1,0 +1,101 @@
+//! Worlds in which rays are traced one by one, down their tree.
+
+use fearless_simd::Simd;
+
+use super::{Hits, INDICES, NONE, Rays};
+use crate::lanes::LANES;
+use crate::prepare::{Other, Traceable};
+use crate::ray::{ElementId, Hit, Ray};
+
+/// A world with its tree. Its elements are numbered: triangles by their place, others from 2^32 on, by their names.
+pub(crate) struct Tree<'s> {
+    pub scene: &'s Traceable<'s>,
+}
+
+/// Hits of rays one by one, as numbers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Found {
+    pub t: [f64; LANES],
+    pub element: [f64; LANES],
+    pub weights: [[f64; LANES]; 2],
+}
+
+impl Found {
+    pub const NOTHING: Found = Found { t: [0.0; LANES], element: [NONE; LANES], weights: [[0.0; LANES]; 2] };
+
+    pub fn put(&mut self, lane: usize, hit: &Hit) {
+        self.t[lane] = hit.t;
+        self.element[lane] = match hit.place {
+            Hit::NO_PLACE => INDICES + super::label(hit.element),
+            place => f64::from(place),
+        };
+        [self.weights[0][lane], self.weights[1][lane]] = hit.barycentric;
+    }
+}
+
+impl<'s> Tree<'s> {
+    /// `None` of worlds with holes or copies of objects.
+    pub fn new(scene: &'s Traceable<'s>) -> Option<Self> {
+        let has_instances = scene.world.others.iter().any(|other| matches!(other, Other::Instance { .. }));
+        (!has_instances && !scene.has_cutouts).then_some(Tree { scene })
+    }
+
+    /// One of the rays.
+    #[inline(always)]
+    pub fn ray<S: Simd>(&self, rays: &Rays<S>, lane: usize) -> Ray {
+        let (leaving, leaving_place) = self.left(rays.leaving[lane]);
+        let target = match rays.target[lane] {
+            target if target >= 0.0 => named(target),
+            _ => ElementId::NONE,
+        };
+        Ray {
+            t_max: rays.t_max[lane],
+            leaving,
+            leaving_place,
+            target,
+            ..Ray::new(rays.o.lane(lane), rays.d.lane(lane))
+        }
+    }
+
+    /// The name and the place of an element; of triangles, the place is enough.
+    #[inline(always)]
+    fn left(&self, number: f64) -> (ElementId, u32) {
+        match number {
+            number if number < 0.0 => (ElementId::NONE, Hit::NO_PLACE),
+            number if number < INDICES => (ElementId::NONE, number as u32),
+            number => (named(number - INDICES), Hit::NO_PLACE),
+        }
+    }
+
+    /// The place of a triangle, see [`Hit::place`].
+    #[inline(always)]
+    pub fn place(&self, number: f64) -> u32 {
+        self.left(number).1
+    }
+
+    /// The name of an element.
+    #[inline(always)]
+    pub fn element(&self, number: f64) -> ElementId {
+        match number < INDICES {
+            true => self.scene.world.triangle(number as u32).element(ElementId::WORLD),
+            false => named(number - INDICES),
+        }
+    }
+
+    /// One of the hits.
+    pub fn hit<S: Simd>(&self, hits: &Hits<S>, lane: usize) -> Hit {
+        Hit {
+            t: hits.t[lane],
+            element: self.element(hits.element[lane]),
+            barycentric: [hits.sides[0][lane], hits.sides[1][lane]],
+            place: self.place(hits.element[lane]),
+        }
+    }
+}
+
+/// The element of a label.
+#[inline(always)]
+fn named(label: f64) -> ElementId {
+    let label = label as u64;
+    ElementId { instance: ElementId::WORLD, primitive: (label >> 32) as u32, index: label as u32 }
+}
