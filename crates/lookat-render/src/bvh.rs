@@ -10,7 +10,7 @@ use crate::prefetch::{LINE, prefetch};
 pub(crate) use build::{Reference, around, build};
 #[cfg(target_arch = "x86_64")]
 pub(crate) use slabs::avx2::WideSlabs;
-pub(crate) use slabs::lanes::BoxRays;
+pub(crate) use slabs::lanes::{BoxRays, ManySlabs};
 pub(crate) use slabs::{DoubleSlabs, Slabs, within_box};
 
 /// Children of a node, and triangles of a block: what one instruction computes.

@@ -17,7 +17,7 @@ use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
 use crate::shading;
 use crate::surface::Surface;
-use crate::trace::BUNDLE;
+use crate::trace::{BUNDLE, Form, Forms};
 
 /// The most surfaces without a material that a ray passes through in a row.
 pub(crate) const MAX_PASSED: u32 = 1000;
@@ -38,6 +38,8 @@ pub(crate) struct Tracer<'t, 's> {
     apart: u32,
     /// How many of them there are left.
     apart_left: u32,
+    /// What has been made of rays that are traced next.
+    pub forms: Box<Forms>,
 }
 
 /// Bundles of rays are not tried again for longer.
@@ -45,7 +47,7 @@ const LONGEST_APART: u32 = 63;
 
 impl<'t, 's> Tracer<'t, 's> {
     pub fn new(scene: &'t Traceable<'s>, lights: &'t LightTable<'s>) -> Self {
-        Tracer { scene, lights, rays: 0, apart: 0, apart_left: 0 }
+        Tracer { scene, lights, rays: 0, apart: 0, apart_left: 0, forms: Box::new(Forms::new()) }
     }
 
     pub fn lights(&self) -> &'t LightTable<'s> {
@@ -66,12 +68,18 @@ impl<'t, 's> Tracer<'t, 's> {
 
     /// The nearest hits of rays that run side by side.
     pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
+        self.nearest_of_formed(rays, None)
+    }
+
+    /// The same; `first`: of the forms that have been made, that of the first ray.
+    pub fn nearest_of_formed(&mut self, rays: &[Ray; BUNDLE], first: Option<usize>) -> [Option<Hit>; BUNDLE] {
         if self.apart_left > 0 {
             self.apart_left -= 1;
             return rays.each_ref().map(|ray| self.nearest(ray));
         }
         self.rays += BUNDLE as u64;
-        let (hits, together) = self.scene.nearest_of(rays);
+        let form = first.map(|lane| Form { of: &self.forms, lane });
+        let (hits, together) = self.scene.nearest_of_formed(rays, form);
         // Neighbours mostly fare alike; so twice as long each time.
         self.apart = if together { 0 } else { LONGEST_APART.min(2 * self.apart + 1) };
         self.apart_left = self.apart;
@@ -115,6 +123,18 @@ impl<'t, 's> Tracer<'t, 's> {
     pub fn meets(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
         self.scene.meets(ray)
+    }
+
+    /// As [`Tracer::find`], of a ray of which a form has been made: that of `lane`.
+    pub fn find_formed(&mut self, ray: &Ray, lane: usize, found: &mut Option<Hit>) {
+        self.rays += 1;
+        self.scene.find_formed(ray, Some(Form { of: &self.forms, lane }), found);
+    }
+
+    /// As [`Tracer::occluded`], likewise.
+    pub fn occluded_formed(&mut self, ray: &Ray, lane: usize) -> bool {
+        self.rays += 1;
+        self.scene.occluded_formed(ray, Some(Form { of: &self.forms, lane }))
     }
 
     /// Whether something is in the way of a shadow ray.

@@ -1,6 +1,7 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
 mod bundle;
+mod forms;
 pub(crate) mod lanes;
 #[cfg(test)]
 mod tests;
@@ -9,6 +10,7 @@ use std::array::from_fn;
 
 pub use bundle::BUNDLE;
 use bundle::{MOST_LEAVES, OTHER};
+pub(crate) use forms::{Form, Forms};
 
 use crate::arithmetic::{Precision, SimdKind};
 #[cfg(target_arch = "x86_64")]
@@ -33,13 +35,15 @@ struct Query<'q> {
     leaving: u32,
     /// Whether holes are those that shadow rays pass.
     is_shadow: bool,
+    /// What has been made of the ray, if anything.
+    form: Option<Form<'q>>,
 }
 
 impl<'q> Query<'q> {
     #[inline(always)]
     fn new(group: &'q Group, ray: &'q Ray, instance: u32, is_shadow: bool) -> Self {
         let leaving = if ray.leaving.instance == instance { ray.leaving_place } else { Hit::NO_PLACE };
-        Query { group, ray, instance, leaving, is_shadow }
+        Query { group, ray, instance, leaving, is_shadow, form: None }
     }
 
     /// The bit of the triangle that the ray leaves, if it is in the block of a number.
@@ -68,15 +72,25 @@ impl Traceable<'_> {
 
     /// The same, put where it is to be.
     pub(crate) fn find(&self, ray: &Ray, found: &mut Option<Hit>) {
+        self.find_formed(ray, None, found);
+    }
+
+    /// The same of a ray of which a form has been made.
+    pub(crate) fn find_formed(&self, ray: &Ray, form: Option<Form>, found: &mut Option<Hit>) {
         let hit = found.insert(nothing(ray));
-        if !self.search::<false>(self.query(ray, false), hit) {
+        if !self.search::<false>(Query { form, ..self.query(ray, false) }, hit) {
             *found = None;
         }
     }
 
     /// Whether anything but its target is in the way of a shadow ray.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.search::<true>(self.query(ray, true), &mut nothing(ray))
+        self.occluded_formed(ray, None)
+    }
+
+    /// The same of a ray of which a form has been made.
+    pub(crate) fn occluded_formed(&self, ray: &Ray, form: Option<Form>) -> bool {
+        self.search::<true>(Query { form, ..self.query(ray, true) }, &mut nothing(ray))
     }
 
     /// Whether a ray meets anything at all.
@@ -131,8 +145,22 @@ impl Traceable<'_> {
         queries: &[Query; N],
         hits: &mut [Hit; N],
     ) -> Search {
-        let slabs = WideSlabs::new(&slabs(queries));
-        let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
+        let slabs = match (N, queries[0].form) {
+            (1, Some(form)) => WideSlabs::of(&form.of.slabs, form.lane),
+            _ => WideSlabs::new(&slabs(queries)),
+        };
+        let rays = from_fn(|k| match queries[k].form {
+            Some(form) => {
+                let Form { of: Forms { sheared, filters, .. }, lane } = form;
+                let ray = queries[k].ray;
+                RayForms {
+                    filter: WideFilter::of(filters, sheared.axes(lane), lane),
+                    sheared: sheared.lane(ray.o, lane),
+                    plain: PlainRay::new(ray),
+                }
+            }
+            None => RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)),
+        });
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
         let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
@@ -147,8 +175,22 @@ impl Traceable<'_> {
         queries: &[Query; N],
         hits: &mut [Hit; N],
     ) -> Search {
-        let slabs = WideSlabs::new(&slabs(queries));
-        let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
+        let slabs = match (N, queries[0].form) {
+            (1, Some(form)) => WideSlabs::of(&form.of.slabs, form.lane),
+            _ => WideSlabs::new(&slabs(queries)),
+        };
+        let rays = from_fn(|k| match queries[k].form {
+            Some(form) => {
+                let Form { of: Forms { sheared, filters, .. }, lane } = form;
+                let ray = queries[k].ray;
+                RayForms {
+                    filter: WideFilter::of(filters, sheared.axes(lane), lane),
+                    sheared: sheared.lane(ray.o, lane),
+                    plain: PlainRay::new(ray),
+                }
+            }
+            None => RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)),
+        });
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
         let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
@@ -380,9 +422,13 @@ impl<F> RayForms<F> {
 /// Boxes that any of the rays may meet.
 #[inline(always)]
 fn slabs<const N: usize>(queries: &[Query; N]) -> Slabs {
-    let mut slabs = Slabs::new(queries[0].ray);
+    let of = |query: &Query| match query.form {
+        Some(form) => form.of.slabs.lane(form.lane),
+        None => Slabs::new(query.ray),
+    };
+    let mut slabs = of(&queries[0]);
     for query in &queries[1..] {
-        slabs = slabs.union(&Slabs::new(query.ray));
+        slabs = slabs.union(&of(query));
     }
     slabs
 }

@@ -21,15 +21,17 @@ pub(crate) enum Axis {
 }
 
 impl Axis {
+    /// All in cyclic order, with each of them last.
+    const ORDERS: [[Axis; 3]; 3] =
+        [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
+
     /// All three, in cyclic order, the longest of a vector last. Without branches: rays come from everywhere.
     #[inline(always)]
     pub fn longest_last(v: DVec3) -> [Axis; 3] {
-        const ORDERS: [[Axis; 3]; 3] =
-            [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
         let size = v.abs();
         let is_not_x = usize::from((size.x < size.y) | (size.x < size.z));
         let is_not_y = usize::from(size.y < size.z);
-        ORDERS[is_not_x + (is_not_x & is_not_y)]
+        Axis::ORDERS[is_not_x + (is_not_x & is_not_y)]
     }
 
     #[inline(always)]

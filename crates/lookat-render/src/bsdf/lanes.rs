@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_1_PI as FRAC_1_PI_F32;
 use std::f64::consts::FRAC_1_PI;
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DVec2, Vec3};
 use lookat_scene::{Material, MaterialKind};
 
@@ -172,17 +172,26 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
         }
     }
 
-    /// As [`super::Bsdf::f_cos`].
+    /// As [`super::Bsdf::f_cos`] and [`super::Bsdf::pdf`].
     #[inline(always)]
-    pub fn f_cos(&self, wi: Vec3x8<S>) -> Colors<S> {
+    pub fn f_cos_pdf(&self, wi: Vec3x8<S>) -> (Colors<S>, f64x8<S>) {
+        let local_i = self.frame.to_local(wi);
+        self.at(wi, local_i)
+    }
+
+    /// The same of a direction of the world and of the frames.
+    #[inline(always)]
+    fn at(&self, wi: Vec3x8<S>, local_i: Vec3x8<S>) -> (Colors<S>, f64x8<S>) {
         let simd = wi.x.token();
-        let is_above = self.local_o.z.simd_ne(0.0) & wi.dot(self.n).simd_gt(0.0);
+        let zero: f64x8<S> = 0.0.simd_into(simd);
         let black = Colors::splat(simd, Vec3::ZERO);
-        let cos = self.frame.z.dot(wi);
-        let Coats { diffuse, is_rough, has_gloss, .. } = self.coats;
+        let is_above = self.local_o.z.simd_ne(0.0) & wi.dot(self.n).simd_gt(0.0);
+        let same_side = (self.local_o.z * local_i.z).simd_gt(0.0);
+        let Coats { diffuse, has_diffuse, is_rough, has_gloss, .. } = self.coats;
         let mut f = diffuse * splat_f32(simd, FRAC_1_PI_F32);
-        if !LAMBERT && (is_rough | has_gloss).any_true() {
-            let local_i = self.frame.to_local(wi);
+        let mut pdf = same_side.select(square_to_cosine_hemisphere_pdf(local_i.z.abs()), zero);
+        if !LAMBERT {
+            pdf = has_diffuse.select(self.shares[0] * pdf, zero);
             if is_rough.any_true() {
                 let [a, b] = self.coats.rough;
                 let term = oren_nayar(self.local_o, local_i);
@@ -190,52 +199,30 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
                 f = rough.or(is_rough, f);
             }
             if has_gloss.any_true() {
-                let gloss = self.coats.gloss * self.microfacet(local_i);
+                let (value, density) = self.microfacet(local_i);
                 // A sum with nothing before, as that of a list is.
-                f = (f.or(self.coats.has_diffuse, black) + gloss).or(has_gloss, f);
+                f = (f.or(has_diffuse, black) + self.coats.gloss * value).or(has_gloss, f);
+                let density = same_side.select(density, zero);
+                pdf = has_gloss.select(pdf + self.shares[1] * density, pdf);
             }
         }
-        (f * to_f32(cos.abs())).or(is_above, black)
+        ((f * to_f32(local_i.z.abs())).or(is_above, black), pdf)
     }
 
-    /// As in [`Lobe::f`], but for the reflectance.
+    /// As in [`Lobe::f`], but for the reflectance, and in [`Lobe::pdf`].
     #[inline(always)]
-    fn microfacet(&self, wi: Vec3x8<S>) -> fearless_simd::f32x8<S> {
+    fn microfacet(&self, wi: Vec3x8<S>) -> (f32x8<S>, f64x8<S>) {
         let (wo, facets) = (self.local_o, self.coats.facets);
+        let simd = wi.x.token();
         let (wh, is_there) = half(wo, wi);
-        let shape = facets.density(wh) * facets.masking_shadowing(wo, wi) / (4.0 * wi.z * wo.z).abs();
+        let (density, [lambda_o, lambda_i]) = (facets.density(wh), [facets.lambda(wo), facets.lambda(wi)]);
+        let shape = density * (1.0 / (1.0 + lambda_o + lambda_i)) / (4.0 * wi.z * wo.z).abs();
         let upward = (-wh).or(wh.z.simd_lt(0.0), wh);
         let value = to_f32(dielectric(wi.dot(upward), self.coats.eta)) * to_f32(shape);
-        let simd = wi.x.token();
-        let is_there = fearless_simd::mask32x8::from_bitmask(simd, is_there.to_bitmask());
-        is_there.select(value, splat_f32(simd, 0.0))
-    }
-
-    /// As [`super::Bsdf::pdf`].
-    #[inline(always)]
-    pub fn pdf(&self, wi: Vec3x8<S>) -> f64x8<S> {
-        if !LAMBERT {
-            return self.pdf_of(self.frame.to_local(wi));
-        }
-        let cos = self.frame.z.dot(wi);
-        let same_side = (self.local_o.z * cos).simd_gt(0.0);
-        same_side.select(square_to_cosine_hemisphere_pdf(cos.abs()), 0.0.simd_into(cos.token()))
-    }
-
-    #[inline(always)]
-    fn pdf_of(&self, wi: Vec3x8<S>) -> f64x8<S> {
-        let wo = self.local_o;
-        let zero: f64x8<S> = 0.0.simd_into(wi.x.token());
-        let same_side = (wo.z * wi.z).simd_gt(0.0);
-        let diffuse = same_side.select(square_to_cosine_hemisphere_pdf(wi.z.abs()), zero);
-        let mut sum = self.coats.has_diffuse.select(self.shares[0] * diffuse, zero);
-        if self.coats.has_gloss.any_true() {
-            let (wh, is_there) = half(wo, wi);
-            let gloss = self.coats.facets.pdf(wo, wh) / (4.0 * wo.dot(wh).abs());
-            let gloss = (same_side & is_there).select(gloss, zero);
-            sum = self.coats.has_gloss.select(sum + self.shares[1] * gloss, sum);
-        }
-        sum
+        let cos = wo.dot(wh).abs();
+        let pdf = density * cos / ((1.0 + lambda_o) * wo.z.abs()) / (4.0 * cos);
+        let narrow = mask32x8::from_bitmask(simd, is_there.to_bitmask());
+        (narrow.select(value, splat_f32(simd, 0.0)), is_there.select(pdf, 0.0.simd_into(simd)))
     }
 
     /// As [`super::Bsdf::sample`].
@@ -266,11 +253,7 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
             is_there &= !is_gloss | (local.z * self.local_o.z).simd_gt(0.0);
         }
         let wi = self.frame.to_world(local);
-        let pdf = match !LAMBERT && self.coats.has_gloss.any_true() {
-            true => self.pdf_of(local),
-            false => square_to_cosine_hemisphere_pdf(local.z.abs()),
-        };
-        let f_cos = self.f_cos(wi);
+        let (f_cos, pdf) = self.at(wi, local);
         is_there &= pdf.simd_gt(0.0) & f_cos.is_light();
         BsdfSamples { is_there, wi, pdf, weight: f_cos / to_f32(pdf) }
     }

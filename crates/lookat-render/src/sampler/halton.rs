@@ -23,15 +23,21 @@ pub(super) fn pair(dimension: u32, index: u32, count: u32, seed: u64) -> Option<
 }
 
 /// Seeds of several pixels: their lower and upper halves.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Seeds {
     low: [u32; LANES],
     high: [u32; LANES],
 }
 
 impl Seeds {
+    #[cfg(test)]
     pub fn new(seeds: [u64; LANES]) -> Self {
         Seeds { low: seeds.map(|seed| seed as u32), high: seeds.map(|seed| (seed >> 32) as u32) }
+    }
+
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, seed: u64) {
+        (self.low[lane], self.high[lane]) = (seed as u32, (seed >> 32) as u32);
     }
 
     pub fn lane(&self, lane: usize) -> u64 {

@@ -51,7 +51,7 @@ impl Streams {
                 pixel_center,
                 count: sampler.samples_per_pixel,
                 samples: samples.iter().map(of_pattern).collect(),
-                seeds: Seeds::new([0; LANES]),
+                seeds: Seeds::default(),
                 indices: [0; LANES],
                 dimension: 0,
             })),
@@ -91,12 +91,16 @@ impl Streams {
     #[inline(always)]
     pub fn choose(&mut self, samples: &[u16], dimension: u32) {
         self.chosen.clear();
-        self.chosen.extend(samples.iter().copied());
+        for sample in samples {
+            self.chosen.push(*sample);
+        }
         if let Kind::Halton(halton) = &mut self.kind {
-            let of =
-                |lane: usize| halton.samples[usize::from(samples.get(lane).copied().unwrap_or(samples[0]))];
-            halton.seeds = Seeds::new(from_fn(|lane| of(lane).0));
-            halton.indices = from_fn(|lane| of(lane).1);
+            for lane in 0..LANES {
+                let sample = samples.get(lane).unwrap_or(&samples[0]);
+                let (seed, index) = halton.samples[usize::from(*sample)];
+                halton.seeds.put(lane, seed);
+                halton.indices[lane] = index;
+            }
             halton.dimension = dimension;
         }
     }

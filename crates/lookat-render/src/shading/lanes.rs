@@ -5,8 +5,9 @@ use lookat_scene::{Scene, Shape};
 
 use crate::bsdf::lanes::{Coat, Coats};
 use crate::lanes::{LANES, bits, those};
+use crate::prefetch::prefetch;
 use crate::prepare::Traceable;
-use crate::ray::Hit;
+use crate::ray::{ElementId, Hit};
 use crate::surface::Surface;
 use crate::surface::lanes::{Sheet, Surfaces, Triangles, Turned};
 use crate::trace::lanes::{Hits, List, Rays, Tree};
@@ -94,23 +95,35 @@ impl<'s> TreeShading<'s> {
         if !is_hit.any_true() {
             return None;
         }
-        let mut primitives = [0; LANES];
-        let mut others = 0;
+        // What is far in memory is asked for before any of it is needed.
+        let mut elements = [ElementId::NONE; LANES];
+        for lane in those(is_hit) {
+            elements[lane] = tree.element(hits.element[lane]);
+            if let Shape::TriangleMesh(mesh) = &self.scene.primitives[elements[lane].primitive as usize].shape
+                && !mesh.normals.is_empty()
+            {
+                for vertex in mesh.triangle(elements[lane].index as usize) {
+                    prefetch(&mesh.normals[vertex], 0..1);
+                }
+            }
+        }
+        let (mut primitives, mut there) = ([0; LANES], 0);
         let mut triangles = Triangles::new();
         for lane in those(is_hit) {
-            let element = tree.element(hits.element[lane]);
+            let (element, place) = (elements[lane], tree.place(hits.element[lane]));
             primitives[lane] = element.primitive;
-            match (&self.scene.primitives[element.primitive as usize].shape, tree.place(hits.element[lane])) {
-                (Shape::TriangleMesh(mesh), place) if place != Hit::NO_PLACE => {
+            match &self.scene.primitives[element.primitive as usize].shape {
+                Shape::TriangleMesh(mesh) if place != Hit::NO_PLACE => {
                     let corners = self.scene.world.triangle(place).in_order();
                     let (turned, _) = self.primitives[element.primitive as usize];
                     triangles.put(lane, corners, mesh, element.index as usize, turned);
+                    there |= 1 << lane;
                 }
-                _ => others |= 1 << lane,
+                _ => {}
             }
         }
-        let [b0, b1, b2] = hits.sides;
-        let points = triangles.points(simd, [b0, b1, b2]);
+        let points = triangles.points(simd, hits.sides, bits(simd, there));
+        let others = is_hit.to_bitmask() & !there;
         let mut surfaces = Surfaces {
             p: points.p,
             n: points.n,

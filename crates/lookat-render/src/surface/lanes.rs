@@ -160,11 +160,9 @@ pub(crate) struct Points<S: Simd> {
 impl Triangles {
     #[inline(always)]
     pub fn new() -> Self {
-        let (zero, one) = ([0.0; LANES], [1.0; LANES]);
         Triangles {
-            // Such as give no trouble.
-            corners: [[zero, zero, zero], [one, zero, zero], [zero, one, zero]],
-            normals: [[zero; 3]; 3],
+            corners: [[[0.0; LANES]; 3]; 3],
+            normals: [[[0.0; LANES]; 3]; 3],
             has_normals: 0,
             is_n: 0,
             is_emitting: 0,
@@ -189,13 +187,13 @@ impl Triangles {
         self.is_smooth |= u64::from(turned.is_smooth) << lane;
     }
 
-    /// Those that the corners weigh so much at.
+    /// Those that the corners weigh so much at; of the triangles that are there.
     #[inline(always)]
-    pub fn points<S: Simd>(&self, simd: S, [b0, b1, b2]: [f64x8<S>; 3]) -> Points<S> {
+    pub fn points<S: Simd>(&self, simd: S, [b0, b1, b2]: [f64x8<S>; 3], there: mask64x8<S>) -> Points<S> {
         let [p0, p1, p2] = vectors(simd, &self.corners);
         let p = p0 * b0 + p1 * b1 + p2 * b2;
         let magnitude = p0.magnitude().max(p1.magnitude()).max(p2.magnitude());
-        let winding = across(p1 - p0, p2 - p0);
+        let winding = across(p1 - p0, p2 - p0, there);
         let mut n = (-winding).or(bits(simd, self.is_n), winding);
         let (mut ns, mut emitting) = (n, (-winding).or(bits(simd, self.is_emitting), winding));
         if self.has_normals != 0 {
@@ -215,15 +213,13 @@ impl Triangles {
 
 /// As [`direction_across`].
 #[inline(always)]
-fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>) -> Vec3x8<S> {
+fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S> {
     let product = e1.cross(e2);
     let squared = product.length_squared();
     let mut direction = product * (1.0 / squared.sqrt());
     let is_usual = squared.simd_gt(1e-200) & squared.simd_lt(1e200);
-    if !is_usual.all_true() {
-        for lane in those(!is_usual) {
-            direction.put(lane, direction_across(e1.lane(lane), e2.lane(lane)));
-        }
+    for lane in those(there & !is_usual) {
+        direction.put(lane, direction_across(e1.lane(lane), e2.lane(lane)));
     }
     direction
 }

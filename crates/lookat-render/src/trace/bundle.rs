@@ -1,6 +1,8 @@
 //! Rays that are traced together. They share the way down the tree, and are tested one by one where it ends.
 
-use super::nothing;
+use std::array::from_fn;
+
+use super::{Form, Query, nothing};
 use crate::arithmetic::Precision;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
@@ -18,8 +20,20 @@ impl Traceable<'_> {
     /// The nearest hits of several rays that go down the tree together, as far as they run side by side; and whether they
     /// did all the way.
     pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> ([Option<Hit>; BUNDLE], bool) {
+        self.nearest_of_formed(rays, None)
+    }
+
+    /// The same; where forms of the rays have been made, this is that of the first.
+    pub(crate) fn nearest_of_formed(
+        &self,
+        rays: &[Ray; BUNDLE],
+        form: Option<Form>,
+    ) -> ([Option<Hit>; BUNDLE], bool) {
         let mut hits = rays.each_ref().map(nothing);
-        let queries = rays.each_ref().map(|ray| self.query(ray, false));
+        let queries = from_fn(|k| {
+            let form = form.map(|form| Form { lane: form.lane + k, ..form });
+            Query { form, ..self.query(&rays[k], false) }
+        });
         let way = rays[0].d.is_negative_bitmask();
         let together = self.is_cheap
             && self.precision == Precision::Mixed
@@ -63,7 +77,7 @@ mod tests {
             (DVec3::new(0.5, -1.0, 1.5) + vector(case, 1.1) * 0.3, vector(case, 2.9) * 0.5 + 0.5);
         // From rays that are almost one to some that have little in common, from one point or from many.
         let spread = 10_f64.powi(case as i32 % 7 - 6);
-        std::array::from_fn(|k| {
+        from_fn(|k| {
             let i = case * BUNDLE + k;
             let o = if case.is_multiple_of(2) { o } else { o + vector(i, 5.1) * spread };
             let d = target.with_z(0.0) + vector(i, 3.7) * spread - o;

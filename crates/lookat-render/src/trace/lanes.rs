@@ -74,6 +74,8 @@ pub(crate) struct Hits<S: Simd> {
     pub element: f64x8<S>,
     /// Of triangles, in proportion to what the corners weigh in a [`List`], and the weights of the vertices in a [`Tree`].
     pub sides: [f64x8<S>; 3],
+    /// Which of them emit.
+    pub emits: mask64x8<S>,
 }
 
 impl<S: Simd> Hits<S> {
@@ -81,7 +83,7 @@ impl<S: Simd> Hits<S> {
     #[inline(always)]
     pub fn none(simd: S) -> Self {
         let none: f64x8<S> = NONE.simd_into(simd);
-        Hits { t: none, element: none, sides: [none; 3] }
+        Hits { t: none, element: none, sides: [none; 3], emits: mask64x8::splat(simd, false) }
     }
 
     /// Where there is one.

@@ -24,20 +24,10 @@ impl<S: Simd> Facets<S> {
     }
 
     #[inline(always)]
-    fn lambda(&self, w: Vec3x8<S>) -> f64x8<S> {
+    pub fn lambda(&self, w: Vec3x8<S>) -> f64x8<S> {
         let (x, y) = (w.x * self.x, w.y * self.y);
         let squared = (x * x + y * y) / (w.z * w.z);
         ((1.0 + squared).sqrt() - 1.0) / 2.0
-    }
-
-    #[inline(always)]
-    pub fn masking_shadowing(&self, wo: Vec3x8<S>, wi: Vec3x8<S>) -> f64x8<S> {
-        1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
-    }
-
-    #[inline(always)]
-    pub fn pdf(&self, wo: Vec3x8<S>, wh: Vec3x8<S>) -> f64x8<S> {
-        self.density(wh) * wo.dot(wh).abs() / ((1.0 + self.lambda(wo)) * wo.z.abs())
     }
 
     #[inline(always)]

@@ -9,7 +9,9 @@ use bytemuck::cast;
 use glam::Vec3A;
 
 use super::Slabs;
+use super::lanes::ManySlabs;
 use crate::bvh::{Node, WIDTH};
+use crate::lanes::LANES;
 
 /// [`Slabs`], each number in all lanes.
 #[derive(Debug, Clone, Copy)]
@@ -31,6 +33,19 @@ impl WideSlabs {
             near_inverse: splat(slabs.near_inverse),
             far_inverse: splat(slabs.far_inverse),
             near: slabs.near,
+        }
+    }
+
+    /// Those of one of several rays.
+    #[target_feature(enable = "avx2,fma")]
+    #[inline]
+    pub fn of(slabs: &ManySlabs, lane: usize) -> Self {
+        WideSlabs {
+            near_o: splat_one(&slabs.near_o, lane),
+            far_o: splat_one(&slabs.far_o, lane),
+            near_inverse: splat_one(&slabs.near_inverse, lane),
+            far_inverse: splat_one(&slabs.far_inverse, lane),
+            near: slabs.near(lane),
         }
     }
 
@@ -57,4 +72,10 @@ impl WideSlabs {
 #[inline]
 fn splat(v: Vec3A) -> [__m256; 3] {
     [_mm256_set1_ps(v.x), _mm256_set1_ps(v.y), _mm256_set1_ps(v.z)]
+}
+
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+fn splat_one([x, y, z]: &[[f32; LANES]; 3], lane: usize) -> [__m256; 3] {
+    [_mm256_set1_ps(x[lane]), _mm256_set1_ps(y[lane]), _mm256_set1_ps(z[lane])]
 }

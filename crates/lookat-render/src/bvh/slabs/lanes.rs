@@ -1,10 +1,10 @@
-//! Rays side by side against a box.
+//! Rays side by side against boxes.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 
-use super::PAD;
-use crate::lanes::Vec3x8;
+use super::{PAD, SLACK, Slabs};
+use crate::lanes::{LANES, Vec3x8, splat_f32, to_f32};
 
 /// Rays as they are tested against boxes.
 #[derive(Clone, Copy)]
@@ -25,6 +25,13 @@ impl<S: Simd> BoxRays<S> {
         BoxRays { o: [o.x, o.y, o.z], inverse, negative }
     }
 
+    /// One over the directions.
+    #[inline(always)]
+    pub fn inverse(&self) -> Vec3x8<S> {
+        let [x, y, z] = self.inverse;
+        Vec3x8 { x, y, z }
+    }
+
     /// Where they enter and leave the box between two corners; as `slabs` does, to the bit.
     #[inline(always)]
     pub fn ends(&self, simd: S, low: &DVec3, high: &DVec3) -> (f64x8<S>, f64x8<S>) {
@@ -39,4 +46,67 @@ impl<S: Simd> BoxRays<S> {
         }
         (near, far)
     }
+}
+
+/// [`Slabs`] of eight rays.
+pub(crate) struct ManySlabs {
+    pub near_o: [[f32; LANES]; 3],
+    pub far_o: [[f32; LANES]; 3],
+    pub near_inverse: [[f32; LANES]; 3],
+    pub far_inverse: [[f32; LANES]; 3],
+    /// Where directions are negative along each axis, as bits.
+    negative: [u64; 3],
+}
+
+impl ManySlabs {
+    pub const NOTHING: ManySlabs = ManySlabs {
+        near_o: [[0.0; LANES]; 3],
+        far_o: [[0.0; LANES]; 3],
+        near_inverse: [[0.0; LANES]; 3],
+        far_inverse: [[0.0; LANES]; 3],
+        negative: [0; 3],
+    };
+
+    /// As [`Slabs::new`], to the bit. `inverse` is one over the directions.
+    #[inline(always)]
+    pub fn put<S: Simd>(&mut self, simd: S, o: Vec3x8<S>, inverse: Vec3x8<S>) {
+        let (least, most) = (splat_f32(simd, f32::MIN_POSITIVE), splat_f32(simd, f32::MAX));
+        let (o, inverse) = ([o.x, o.y, o.z], [inverse.x, inverse.y, inverse.z]);
+        for axis in 0..3 {
+            let (o, inverse) = (to_f32(o[axis]), to_f32(inverse[axis]));
+            let along = (o.abs() * f32::EPSILON + least).copysign(inverse);
+            let is_tiny = inverse.abs().simd_lt(least);
+            let near_inverse = (inverse * (1.0 - SLACK)).max(-most).min(most);
+            let far_inverse = is_tiny.select(least.copysign(inverse), inverse * (1.0 + SLACK));
+            (o + along).store_slice(&mut self.near_o[axis]);
+            (o - along).store_slice(&mut self.far_o[axis]);
+            is_tiny.select(splat_f32(simd, 0.0), near_inverse).store_slice(&mut self.near_inverse[axis]);
+            far_inverse.store_slice(&mut self.far_inverse[axis]);
+            self.negative[axis] = inverse.is_sign_negative().to_bitmask();
+        }
+    }
+
+    /// That of one of the rays.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Slabs {
+        Slabs {
+            near_o: vector(&self.near_o, lane),
+            far_o: vector(&self.far_o, lane),
+            near_inverse: vector(&self.near_inverse, lane),
+            far_inverse: vector(&self.far_inverse, lane),
+            near: self.near(lane),
+        }
+    }
+
+    /// Along each axis, which of the two planes of a box one of the rays enters it at.
+    #[inline(always)]
+    pub fn near(&self, lane: usize) -> [usize; 3] {
+        let [x, y, z] = self.negative;
+        [(x >> lane & 1) as usize, (y >> lane & 1) as usize, (z >> lane & 1) as usize]
+    }
+}
+
+#[inline(always)]
+fn vector([x, y, z]: &[[f32; LANES]; 3], lane: usize) -> Vec3A {
+    Vec3A::new(x[lane], y[lane], z[lane])
 }

@@ -74,7 +74,7 @@ impl<'s> Lanes<'s> {
         let mut radiance = black;
         for light in &self.lights {
             let sample = light.samples(simd, &surfaces);
-            let reflected = bsdfs.f_cos(sample.shadow.d) * sample.li;
+            let reflected = bsdfs.f_cos_pdf(sample.shadow.d).0 * sample.li;
             let asked = sample.is_there & reflected.is_light() & is_hit;
             let is_free = !self.world.met(simd, tracer, &sample.shadow, asked);
             radiance = radiance + reflected.or(asked & is_free, black);

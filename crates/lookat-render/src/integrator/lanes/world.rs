@@ -64,6 +64,7 @@ impl<'s> World<'s> {
             }
             World::Tree(tree, _) => {
                 let mut found = Found::NOTHING;
+                tracer.forms.put(simd, rays, active);
                 search(tree, tracer, rays, active, together, &mut found);
                 let [b0, b1]: [f64x8<S>; 2] =
                     [found.weights[0].simd_into(simd), found.weights[1].simd_into(simd)];
@@ -71,6 +72,7 @@ impl<'s> World<'s> {
                     t: found.t.simd_into(simd),
                     element: found.element.simd_into(simd),
                     sides: [b0, b1, 1.0 - b0 - b1],
+                    emits: bits(simd, found.emits),
                 }
             }
         }
@@ -90,7 +92,10 @@ impl<'s> World<'s> {
                 tracer.rays += count(active);
                 list.met(simd, rays, active)
             }
-            World::Tree(tree, _) => bits(simd, occluded(tree, tracer, rays, active)),
+            World::Tree(tree, _) => {
+                tracer.forms.put(simd, rays, active);
+                bits(simd, occluded(tree, tracer, rays, active))
+            }
         }
     }
 
@@ -107,30 +112,6 @@ impl<'s> World<'s> {
             World::List(_, shading) => shading.at(simd, rays, hits, active),
             World::Tree(tree, shading) => shading.at(simd, tree, rays, hits, active),
         }
-    }
-
-    /// Which of the hits are of what emits.
-    #[inline(always)]
-    pub fn emits<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &Tracer,
-        hits: &Hits<S>,
-        active: mask64x8<S>,
-    ) -> mask64x8<S> {
-        let mut emits = 0;
-        if tracer.scene.emitters.is_empty() {
-            return bits(simd, emits);
-        }
-        for lane in those(active & hits.is_hit()) {
-            let element = match self {
-                World::List(list, _) => list.elements[hits.element[lane] as usize].id,
-                World::Tree(tree, _) => tree.element(hits.element[lane]),
-            };
-            let primitive = tracer.scene.primitives[element.primitive as usize];
-            emits |= u64::from(primitive.emission.is_some()) << lane;
-        }
-        bits(simd, emits)
     }
 
     /// One of the rays with what it has hit.
@@ -171,9 +152,9 @@ fn search<S: Simd>(
     if together && active.all_true() {
         for first in (0..LANES).step_by(BUNDLE) {
             let bundle: [Ray; BUNDLE] = std::array::from_fn(|k| tree.ray(rays, first + k));
-            for (k, hit) in tracer.nearest_of(&bundle).iter().enumerate() {
+            for (k, hit) in tracer.nearest_of_formed(&bundle, Some(first)).iter().enumerate() {
                 if let Some(hit) = hit {
-                    found.put(first + k, hit);
+                    found.put(first + k, hit, tracer.emits(hit));
                 }
             }
         }
@@ -181,9 +162,9 @@ fn search<S: Simd>(
     }
     let mut hit = None;
     for lane in those(active) {
-        tracer.find(&tree.ray(rays, lane), &mut hit);
+        tracer.find_formed(&tree.ray(rays, lane), lane, &mut hit);
         if let Some(hit) = &hit {
-            found.put(lane, hit);
+            found.put(lane, hit, tracer.emits(hit));
         }
     }
 }
@@ -193,7 +174,7 @@ fn search<S: Simd>(
 fn occluded<S: Simd>(tree: &Tree, tracer: &mut Tracer, rays: &Rays<S>, active: mask64x8<S>) -> u64 {
     let mut occluded = 0;
     for lane in those(active) {
-        occluded |= u64::from(tracer.occluded(&tree.ray(rays, lane))) << lane;
+        occluded |= u64::from(tracer.occluded_formed(&tree.ray(rays, lane), lane)) << lane;
     }
     occluded
 }

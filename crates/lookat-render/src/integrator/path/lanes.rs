@@ -59,7 +59,7 @@ impl<'s> Lanes<'s> {
         for lane in those(active & !is_hit) {
             wave.radiance[usize::from(samples[lane])] = self.background.background(rays.d.lane(lane));
         }
-        for lane in those(self.world.emits(simd, tracer, &hits, is_hit)) {
+        for lane in those(hits.emits & active) {
             let surface = self.world.surface(tracer, rays, &hits, lane);
             let le = surface.map_or(Vec3::ZERO, |surface| surface.le(-rays.d.lane(lane)));
             wave.radiance[usize::from(samples[lane])] = le;

@@ -110,7 +110,8 @@ impl<'s> Lighting<'s> {
             });
             sample.put(lane, one.as_ref());
         }
-        let reflected = bsdfs.f_cos(sample.shadow.d) * sample.li;
+        let (f_cos, pdf) = bsdfs.f_cos_pdf(sample.shadow.d);
+        let reflected = f_cos * sample.li;
         active &= sample.is_there & reflected.is_light();
         active &= !vertices.world.met(simd, tracer, &sample.shadow, active);
         let mut count = [1.0; LANES];
@@ -121,7 +122,7 @@ impl<'s> Lighting<'s> {
         }
         let count: f64x8<S> = count.simd_into(simd);
         let direct = reflected / to_f32(count);
-        let other = bsdfs.pdf(sample.shadow.d) * f64::from(self.samples.directions);
+        let other = pdf * f64::from(self.samples.directions);
         let weight = weights(bits(simd, is_sky), sample.pdf * count, other);
         let weighed = direct * weight / to_f32(sample.pdf);
         weighed.or(sample.has_pdf, direct).or(active, Colors::splat(simd, Vec3::ZERO))
@@ -232,7 +233,7 @@ impl<'s> Lighting<'s> {
         active: mask64x8<S>,
     ) -> Colors<S> {
         let mut found = Colors::splat(simd, Vec3::ZERO);
-        let mut is_light = vertices.world.emits(simd, tracer, hits, active);
+        let mut is_light = hits.emits & active;
         if self.table.has_skies() {
             let is_free = active & !hits.is_hit();
             match self.even_sky {

@@ -137,7 +137,7 @@ impl MeshLamp<'_> {
         let rest = ((at - before) / (own - before)).max(0.0).min(1.0);
         let root = rest.sqrt();
         let (b0, b1) = (1.0 - root, v * root);
-        let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1]);
+        let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], mask64x8::splat(simd, true));
         let to_light = on_light.p - from.p;
         let squared = to_light.length_squared();
         let distance = squared.sqrt();

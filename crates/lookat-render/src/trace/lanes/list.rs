@@ -27,6 +27,7 @@ pub(crate) struct Element<'s> {
     pub place: u32,
     /// See [`label`].
     label: f64,
+    emits: bool,
     pub shape: Shape<'s>,
 }
 
@@ -46,7 +47,7 @@ impl<'s> List<'s> {
         }
         let triangle = |(place, triangle): (u32, &'s Triangle)| {
             let shape = Shape::Triangle(BoxedTriangle::new(triangle));
-            Element::new(triangle.element(ElementId::WORLD), place, shape)
+            Element::new(scene, triangle.element(ElementId::WORLD), place, shape)
         };
         let mut elements: Vec<Element<'s>> = world.triangles().map(triangle).collect();
         for other in &world.others {
@@ -54,7 +55,7 @@ impl<'s> List<'s> {
             let curved = &scene.curved[shape as usize];
             curved.as_sphere()?;
             let id = ElementId { instance: ElementId::WORLD, primitive, index: 0 };
-            elements.push(Element::new(id, Hit::NO_PLACE, Shape::Sphere(curved)));
+            elements.push(Element::new(scene, id, Hit::NO_PLACE, Shape::Sphere(curved)));
         }
         elements.sort_by_key(|element| element.id);
         Some(List { elements })
@@ -77,7 +78,8 @@ impl<'s> List<'s> {
     pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
         let sheared = ShearedRays::new(rays.o, rays.d, active);
         let none: f64x8<S> = NONE.simd_into(simd);
-        let mut hits = Hits { t: rays.t_max, element: none, sides: [none; 3] };
+        let no = mask64x8::splat(simd, false);
+        let mut hits = Hits { t: rays.t_max, element: none, sides: [none; 3], emits: no };
         // They come in the order of their names: of hits as near as each other, the first counts.
         for (number, element) in self.elements.iter().enumerate() {
             let own: f64x8<S> = (number as f64).simd_into(simd);
@@ -85,6 +87,7 @@ impl<'s> List<'s> {
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
             hits.t = nearer.select(t, hits.t);
             hits.element = nearer.select(own, hits.element);
+            hits.emits = if element.emits { hits.emits | nearer } else { hits.emits & !nearer };
             for (side, known) in sides.into_iter().flatten().zip(&mut hits.sides) {
                 *known = nearer.select(side, *known);
             }
@@ -111,8 +114,9 @@ impl<'s> List<'s> {
 }
 
 impl<'s> Element<'s> {
-    fn new(id: ElementId, place: u32, shape: Shape<'s>) -> Self {
-        Element { id, place, label: label(id), shape }
+    fn new(scene: &Traceable, id: ElementId, place: u32, shape: Shape<'s>) -> Self {
+        let emits = scene.primitives[id.primitive as usize].emission.is_some();
+        Element { id, place, label: label(id), emits, shape }
     }
 
     /// Where those of the rays that are active meet it, at which distances, and of a triangle in proportion to what its corners

@@ -18,12 +18,17 @@ pub(crate) struct Found {
     pub t: [f64; LANES],
     pub element: [f64; LANES],
     pub weights: [[f64; LANES]; 2],
+    /// Which of them emit, as bits.
+    pub emits: u64,
 }
 
 impl Found {
-    pub const NOTHING: Found = Found { t: [0.0; LANES], element: [NONE; LANES], weights: [[0.0; LANES]; 2] };
+    pub const NOTHING: Found =
+        Found { t: [0.0; LANES], element: [NONE; LANES], weights: [[0.0; LANES]; 2], emits: 0 };
 
-    pub fn put(&mut self, lane: usize, hit: &Hit) {
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, hit: &Hit, emits: bool) {
+        self.emits |= u64::from(emits) << lane;
         self.t[lane] = hit.t;
         self.element[lane] = match hit.place {
             Hit::NO_PLACE => INDICES + super::label(hit.element),

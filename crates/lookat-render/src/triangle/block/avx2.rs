@@ -8,10 +8,11 @@ use std::arch::x86_64::{
 
 use bytemuck::cast;
 
-use super::{Block, FilterRay, Sides};
+use super::{Block, FilterRay, Scale, Sides};
 use crate::bvh::WIDTH;
 use crate::ray::Ray;
-use crate::triangle::ShearedRay;
+use crate::triangle::lanes::ManyFilters;
+use crate::triangle::{Axis, ShearedRay};
 
 /// A ray for the filter of eight triangles.
 pub(crate) type WideFilter = FilterRay<__m256>;
@@ -24,6 +25,20 @@ pub(crate) fn filter_ray(ray: &Ray, sheared: &ShearedRay) -> WideFilter {
 }
 
 impl WideFilter {
+    /// That of one of several rays, whose axes these are.
+    #[target_feature(enable = "avx2,fma")]
+    #[inline]
+    pub fn of(rays: &ManyFilters, axes: [Axis; 3], lane: usize) -> Self {
+        let ManyFilters { turned: [x, y, z], shear: [shear_x, shear_y], sign, length, magnitude } = rays;
+        FilterRay {
+            turned: [_mm256_set1_ps(x[lane]), _mm256_set1_ps(y[lane]), _mm256_set1_ps(z[lane])],
+            axes,
+            shear: [_mm256_set1_ps(shear_x[lane]), _mm256_set1_ps(shear_y[lane])],
+            sign: _mm256_set1_ps(sign[lane]),
+            scale: Scale { length: length[lane], magnitude: magnitude[lane] },
+        }
+    }
+
     /// As for one number at a time, but for what rounding does to triangles that may be met or not.
     #[target_feature(enable = "avx2,fma")]
     #[inline]

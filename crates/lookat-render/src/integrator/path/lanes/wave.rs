@@ -59,22 +59,31 @@ impl Wave {
     /// Those from one number to before another, at most eight; of no more than are at this surface.
     #[inline(always)]
     pub(super) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Paths<S> {
-        let [ox, oy, oz, dx, dy, dz, t, element, a, b, c] =
-            [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10].map(|at: usize| load(simd, &self.numbers[at], from));
-        let rays = Rays::new(Vec3x8 { x: ox, y: oy, z: oz }, Vec3x8 { x: dx, y: dy, z: dz });
+        let [ox, oy, oz, dx, dy, dz, t, element, a, b, c] = &self.numbers;
+        let rays = Rays::new(load_vectors(simd, [ox, oy, oz], from), load_vectors(simd, [dx, dy, dz], from));
+        let hits = Hits {
+            t: load(simd, t, from),
+            element: load(simd, element, from),
+            sides: [load(simd, a, from), load(simd, b, from), load(simd, c, from)],
+            // That has been asked for.
+            emits: mask64x8::splat(simd, false),
+        };
         let beta = Colors {
             r: f32x8::from_slice(simd, &self.beta[0][from..from + LANES]),
             g: f32x8::from_slice(simd, &self.beta[1][from..from + LANES]),
             b: f32x8::from_slice(simd, &self.beta[2][from..from + LANES]),
         };
-        let samples = self.samples[from..to].iter().copied().collect();
-        Paths { rays, hits: Hits { t, element, sides: [a, b, c] }, beta, samples }
+        let mut samples = ArrayVec::new();
+        for sample in &self.samples[from..to] {
+            samples.push(*sample);
+        }
+        Paths { rays, hits, beta, samples }
     }
 
     /// Adds those that go on to the next surface.
     #[inline(always)]
     pub(super) fn push<S: Simd>(&mut self, simd: S, paths: &Paths<S>, goes_on: mask64x8<S>) {
-        let (Rays { o, d, .. }, Hits { t, element, sides: [a, b, c] }) = (&paths.rays, &paths.hits);
+        let (Rays { o, d, .. }, Hits { t, element, sides: [a, b, c], .. }) = (&paths.rays, &paths.hits);
         let at = self.count;
         for (own, values) in
             self.numbers.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, *t, *element, *a, *b, *c])
@@ -104,4 +113,9 @@ impl Wave {
 #[inline(always)]
 fn load<S: Simd>(simd: S, numbers: &[f64; ROOM], from: usize) -> f64x8<S> {
     f64x8::from_slice(simd, &numbers[from..from + LANES])
+}
+
+#[inline(always)]
+fn load_vectors<S: Simd>(simd: S, [x, y, z]: [&[f64; ROOM]; 3], from: usize) -> Vec3x8<S> {
+    Vec3x8 { x: load(simd, x, from), y: load(simd, y, from), z: load(simd, z, from) }
 }
