@@ -31,9 +31,10 @@ pub struct Inspection {
     pub objects: Vec<Elements>,
     /// Shapes may have holes.
     pub has_cutouts: bool,
-    /// Where samples are taken eight side by side, and their rays tried against each shape: the instructions for that, "AVX-512"
-    /// or "AVX2".
+    /// Where samples are taken eight side by side: the instructions for that, "AVX-512" or "AVX2".
     pub side_by_side: Option<&'static str>,
+    /// Whether rays go down the tree; if not, eight at a time are tried against each shape.
+    pub asks_tree: bool,
     /// What surfaces are made of; `None` where the integrator does not ask.
     pub surfaces: Option<Surfaces>,
     /// The kind of each light, infinite ones last.
@@ -109,6 +110,7 @@ pub fn simd() -> &'static str {
 pub fn inspect(scene: &Scene) -> Inspection {
     let traceable = Traceable::new(scene, Precision::default());
     let lights = LightTable::new(scene, &traceable);
+    let lanes = Lanes::new(scene, &traceable, &lights);
     let materials = surfaces(&traceable);
     let (choice, draws, depth) = integration(&scene.integrator, &lights, materials.specular > 0);
     let asks_materials = !matches!(scene.integrator, Integrator::AmbientOcclusion { .. });
@@ -119,7 +121,8 @@ pub fn inspect(scene: &Scene) -> Inspection {
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts,
-        side_by_side: Lanes::new(scene, &traceable, &lights).map(|lanes| lanes.name()),
+        side_by_side: lanes.as_ref().map(Lanes::name),
+        asks_tree: lanes.as_ref().is_none_or(Lanes::asks_tree),
         surfaces: asks_materials.then_some(materials),
         lights: lights.kinds().collect(),
         constant_skies: lights.len() - lights.eligible(None),

@@ -10,6 +10,7 @@ use crate::arithmetic::Precision;
 use crate::lanes::{level, name};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
+use world::World;
 
 /// A scene whose samples are taken side by side.
 pub(crate) struct Lanes<'s> {
@@ -43,9 +44,18 @@ impl<'s> Lanes<'s> {
 
     /// Whether all materials are diffuse and nothing else.
     pub fn is_lambert(&self) -> bool {
+        self.world().is_lambert()
+    }
+
+    /// Whether rays go down the tree of the world.
+    pub fn asks_tree(&self) -> bool {
+        matches!(self.world(), World::Tree(..))
+    }
+
+    fn world(&self) -> &World<'s> {
         match &self.integrator {
-            LanesIntegrator::Direct(direct) => direct.world.is_lambert(),
-            LanesIntegrator::Path(path) => path.world.is_lambert(),
+            LanesIntegrator::Direct(direct) => &direct.world,
+            LanesIntegrator::Path(path) => &path.world,
         }
     }
 }

@@ -98,7 +98,7 @@ impl Found<'_> {
     }
 
     fn tree(&self) -> String {
-        if self.inspection.side_by_side.is_some() {
+        if !self.inspection.asks_tree {
             return "not asked: eight rays at a time are tried against each shape".into();
         }
         let tree = |of: &str, elements: &Elements| match elements.nodes {
@@ -133,7 +133,10 @@ impl Found<'_> {
 
     fn arithmetic(&self) -> String {
         match (self.inspection.side_by_side, lookat_render::simd()) {
-            (Some(by), _) => format!("f64, eight samples at a time, {by}"),
+            (Some(by), _) if !self.inspection.asks_tree => format!("f64, eight samples at a time, {by}"),
+            (Some(by), _) => {
+                format!("f32, eight boxes or triangles at a time; f64 decides; eight samples at a time, {by}")
+            }
             (None, "portable") => {
                 "f32, eight boxes or triangles at a time, portable code; f64 decides".into()
             }

@@ -10,7 +10,7 @@ use super::{SurfaceForm, SurfaceLight, element};
 use crate::circle::lanes::at_turn;
 use crate::frame::lanes::Frames;
 use crate::lanes::{Colors, LANES, Vec3x8};
-use crate::light::lanes::LightSamples;
+use crate::light::lanes::sample::LightSamples;
 use crate::light::mesh::MeshAreas;
 use crate::surface::lanes::{Surfaces, Triangles, Turned};
 use crate::trace::lanes::{Rays, label};
