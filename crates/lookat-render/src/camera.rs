@@ -1,6 +1,6 @@
 //! Camera rays: from a place on the film and the lens to a ray, in closed form and `f64`.
 
-mod lanes;
+pub(crate) mod lanes;
 
 use std::f64::consts::{PI, TAU};
 

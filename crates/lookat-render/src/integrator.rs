@@ -60,26 +60,27 @@ impl<'t, 's> Tracer<'t, 's> {
         self.scene.nearest(ray)
     }
 
-    /// The same, put where it is to be: large values are best not moved.
-    pub fn find(&mut self, ray: &Ray, found: &mut Option<Hit>) {
+    /// The same, put where it is to be: large values are best not moved. `form`: of the forms that have been made, that of the
+    /// ray.
+    pub fn find(&mut self, ray: &Ray, form: Option<usize>, found: &mut Option<Hit>) {
         self.rays += 1;
-        self.scene.find(ray, found);
+        let form = form.map(|lane| Form { of: &self.forms, lane });
+        self.scene.find(ray, form, found);
     }
 
-    /// The nearest hits of rays that run side by side.
-    pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
-        self.nearest_of_formed(rays, None)
-    }
-
-    /// The same; `first`: of the forms that have been made, that of the first ray.
-    pub fn nearest_of_formed(&mut self, rays: &[Ray; BUNDLE], first: Option<usize>) -> [Option<Hit>; BUNDLE] {
+    /// The nearest hits of rays that run side by side. `first`: of the forms that have been made, that of the first ray.
+    pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE], first: Option<usize>) -> [Option<Hit>; BUNDLE] {
         if self.apart_left > 0 {
             self.apart_left -= 1;
-            return rays.each_ref().map(|ray| self.nearest(ray));
+            let mut hits = [None; BUNDLE];
+            for (k, hit) in hits.iter_mut().enumerate() {
+                self.find(&rays[k], first.map(|first| first + k), hit);
+            }
+            return hits;
         }
         self.rays += BUNDLE as u64;
         let form = first.map(|lane| Form { of: &self.forms, lane });
-        let (hits, together) = self.scene.nearest_of_formed(rays, form);
+        let (hits, together) = self.scene.nearest_of(rays, form);
         // Neighbours mostly fare alike; so twice as long each time.
         self.apart = if together { 0 } else { LONGEST_APART.min(2 * self.apart + 1) };
         self.apart_left = self.apart;
@@ -125,22 +126,11 @@ impl<'t, 's> Tracer<'t, 's> {
         self.scene.meets(ray)
     }
 
-    /// As [`Tracer::find`], of a ray of which a form has been made: that of `lane`.
-    pub fn find_formed(&mut self, ray: &Ray, lane: usize, found: &mut Option<Hit>) {
+    /// Whether something is in the way of a shadow ray; `form` as for [`Tracer::find`].
+    pub fn occluded(&mut self, ray: &Ray, form: Option<usize>) -> bool {
         self.rays += 1;
-        self.scene.find_formed(ray, Some(Form { of: &self.forms, lane }), found);
-    }
-
-    /// As [`Tracer::occluded`], likewise.
-    pub fn occluded_formed(&mut self, ray: &Ray, lane: usize) -> bool {
-        self.rays += 1;
-        self.scene.occluded_formed(ray, Some(Form { of: &self.forms, lane }))
-    }
-
-    /// Whether something is in the way of a shadow ray.
-    pub fn occluded(&mut self, ray: &Ray) -> bool {
-        self.rays += 1;
-        self.scene.occluded(ray)
+        let form = form.map(|lane| Form { of: &self.forms, lane });
+        self.scene.occluded(ray, form)
     }
 }
 

@@ -242,6 +242,15 @@ impl<'s> LightTable<'s> {
         }
     }
 
+    /// The sum of all skies, where each is of one color; `None` where any is a picture.
+    pub fn even_sky(&self) -> Option<Vec3> {
+        let color = |light: &SceneLight| match light {
+            SceneLight::Infinite { radiance, .. } => Some(*radiance),
+            _ => None,
+        };
+        self.lights[self.first_sky..].iter().map(color).sum()
+    }
+
     /// The first light that is a sky; they are the last.
     pub fn first_sky(&self) -> usize {
         self.first_sky

@@ -31,6 +31,19 @@ pub(crate) fn bsdf<'l>(
         let frame = Frame::from_z(surface.ns);
         return Bsdf::new(material, &TexturePoint::default(), (frame, surface.n), wo, lobes);
     }
+    let (at, frame) = point(scene, surface, wo, camera_ray);
+    Bsdf::new(material, &at, (frame, surface.n), wo, lobes)
+}
+
+/// Where on a surface its textures are looked up, and its shading frame there.
+#[inline(always)]
+pub(crate) fn point(
+    scene: &Traceable,
+    surface: &Surface,
+    wo: DVec3,
+    camera_ray: Option<&CameraRay>,
+) -> (TexturePoint, Frame) {
+    let material = &surface.primitive.material;
     let coordinates = Coordinates::new(scene, surface, wo);
     let footprint = match camera_ray {
         Some(camera_ray) if material.needs.footprint => footprint(surface, &coordinates.flat, camera_ray),
@@ -41,7 +54,7 @@ pub(crate) fn bsdf<'l>(
         Some(bump) => bumped(&at, bump, surface, &coordinates),
         None => (surface.ns, coordinates.shading.dpdu),
     };
-    Bsdf::new(material, &at, (Frame::from_zx(ns, dpdu), surface.n), wo, lobes)
+    (at, Frame::from_zx(ns, dpdu))
 }
 
 /// How much the point of the surface and its coordinates change from a camera ray to its neighbours (PBR 10.1.1).

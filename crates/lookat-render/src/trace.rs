@@ -66,30 +66,20 @@ impl Traceable<'_> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let mut found = None;
-        self.find(ray, &mut found);
+        self.find(ray, None, &mut found);
         found
     }
 
-    /// The same, put where it is to be.
-    pub(crate) fn find(&self, ray: &Ray, found: &mut Option<Hit>) {
-        self.find_formed(ray, None, found);
-    }
-
-    /// The same of a ray of which a form has been made.
-    pub(crate) fn find_formed(&self, ray: &Ray, form: Option<Form>, found: &mut Option<Hit>) {
+    /// The same, put where it is to be. `form`: what has been made of the ray, if anything.
+    pub(crate) fn find(&self, ray: &Ray, form: Option<Form>, found: &mut Option<Hit>) {
         let hit = found.insert(nothing(ray));
         if !self.search::<false>(Query { form, ..self.query(ray, false) }, hit) {
             *found = None;
         }
     }
 
-    /// Whether anything but its target is in the way of a shadow ray.
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        self.occluded_formed(ray, None)
-    }
-
-    /// The same of a ray of which a form has been made.
-    pub(crate) fn occluded_formed(&self, ray: &Ray, form: Option<Form>) -> bool {
+    /// Whether anything but its target is in the way of a shadow ray; `form` likewise.
+    pub fn occluded(&self, ray: &Ray, form: Option<Form>) -> bool {
         self.search::<true>(Query { form, ..self.query(ray, true) }, &mut nothing(ray))
     }
 
@@ -145,22 +135,7 @@ impl Traceable<'_> {
         queries: &[Query; N],
         hits: &mut [Hit; N],
     ) -> Search {
-        let slabs = match (N, queries[0].form) {
-            (1, Some(form)) => WideSlabs::of(&form.of.slabs, form.lane),
-            _ => WideSlabs::new(&slabs(queries)),
-        };
-        let rays = from_fn(|k| match queries[k].form {
-            Some(form) => {
-                let Form { of: Forms { sheared, filters, .. }, lane } = form;
-                let ray = queries[k].ray;
-                RayForms {
-                    filter: WideFilter::of(filters, sheared.axes(lane), lane),
-                    sheared: sheared.lane(ray.o, lane),
-                    plain: PlainRay::new(ray),
-                }
-            }
-            None => RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)),
-        });
+        let (slabs, rays) = (wide_slabs(queries), from_fn(|k| wide_forms(&queries[k])));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
         let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
@@ -175,22 +150,7 @@ impl Traceable<'_> {
         queries: &[Query; N],
         hits: &mut [Hit; N],
     ) -> Search {
-        let slabs = match (N, queries[0].form) {
-            (1, Some(form)) => WideSlabs::of(&form.of.slabs, form.lane),
-            _ => WideSlabs::new(&slabs(queries)),
-        };
-        let rays = from_fn(|k| match queries[k].form {
-            Some(form) => {
-                let Form { of: Forms { sheared, filters, .. }, lane } = form;
-                let ray = queries[k].ray;
-                RayForms {
-                    filter: WideFilter::of(filters, sheared.axes(lane), lane),
-                    sheared: sheared.lane(ray.o, lane),
-                    plain: PlainRay::new(ray),
-                }
-            }
-            None => RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)),
-        });
+        let (slabs, rays) = (wide_slabs(queries), from_fn(|k| wide_forms(&queries[k])));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
         let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
@@ -416,6 +376,31 @@ impl<F> RayForms<F> {
     fn new(ray: &Ray, filter: impl Fn(&Ray, &ShearedRay) -> F) -> Self {
         let sheared = ShearedRay::new(ray);
         RayForms { filter: filter(ray, &sheared), sheared, plain: PlainRay::new(ray) }
+    }
+}
+
+/// As [`slabs`].
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+fn wide_slabs<const N: usize>(queries: &[Query; N]) -> WideSlabs {
+    match (N, queries[0].form) {
+        (1, Some(form)) => WideSlabs::of(&form.of.slabs, form.lane),
+        _ => WideSlabs::new(&slabs(queries)),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+#[inline]
+fn wide_forms(query: &Query) -> RayForms<WideFilter> {
+    let Some(Form { of: Forms { sheared, filters, .. }, lane }) = query.form else {
+        return RayForms::new(query.ray, |ray, sheared| filter_ray(ray, sheared));
+    };
+    RayForms {
+        filter: WideFilter::of(filters, sheared.axes(lane), lane),
+        sheared: sheared.lane(query.ray.o, lane),
+        plain: PlainRay::new(query.ray),
     }
 }
 

@@ -18,7 +18,7 @@ use crate::lanes::{Colors, Vec3x8, splat_f32, to_f32};
 use crate::texture::TexturePoint;
 use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
-/// What points of a material have in common: its lobes, which are everywhere alike.
+/// The lobes at a point.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Coat {
     /// Black where there is no such lobe.
@@ -38,19 +38,26 @@ struct Gloss {
 }
 
 impl Coat {
-    /// `None` of no material, and of those that have other lobes, or not everywhere the same.
-    pub fn new(material: &Material) -> Option<Coat> {
-        // Rays pass what is of no material.
-        if material.needs.coordinates || matches!(material.kind, MaterialKind::None) {
-            return None;
+    pub const BLACK: Coat = Coat { diffuse: Vec3::ZERO, rough: None, glossy: None, is_lambert: true };
+
+    /// Whether a material has these lobes and no others, at whatever point.
+    pub fn serves(material: &Material) -> bool {
+        match &material.kind {
+            // Rays pass what is of no material.
+            MaterialKind::None => false,
+            MaterialKind::Matte(_) | MaterialKind::Plastic(_) => true,
+            kind => !material.needs.coordinates && Coat::at(kind, &TexturePoint::default()).is_some(),
         }
-        let at = TexturePoint::default();
+    }
+
+    /// That of a material at a point; `None` where it has other lobes.
+    pub fn at(material: &MaterialKind, at: &TexturePoint) -> Option<Coat> {
         let mut coat = Coat { diffuse: Vec3::ZERO, rough: None, glossy: None, is_lambert: false };
-        if let Some(kd) = lambert(&material.kind) {
+        if let Some(kd) = lambert(material) {
             return Some(Coat { diffuse: at.value(kd).max(Vec3::ZERO), is_lambert: true, ..coat });
         }
         let mut lobes = LobeList::new();
-        material::add_lobes(&material.kind, &at, &mut lobes);
+        material::add_lobes(material, at, &mut lobes);
         for (number, likely) in lobes.iter().enumerate() {
             match likely.lobe {
                 Lobe::Lambert { reflectance } if number == 0 => coat.diffuse = reflectance,
@@ -146,10 +153,9 @@ pub(crate) struct BsdfSamples<S: Simd> {
 }
 
 impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
-    /// Those at points with geometric normals `n` and shading normals `ns`, towards `wo`.
+    /// Those at points with geometric normals `n`, towards `wo`.
     #[inline(always)]
-    pub fn new(n: Vec3x8<S>, ns: Vec3x8<S>, wo: Vec3x8<S>, coats: Coats<S>) -> Self {
-        let frame = Frames::from_z(ns);
+    pub fn new(n: Vec3x8<S>, frame: Frames<S>, wo: Vec3x8<S>, coats: Coats<S>) -> Self {
         let local_o = frame.to_local(wo);
         let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
         let shares = if LAMBERT { [local_o.z; 2] } else { shares(&coats, local_o.z) };

@@ -1,14 +1,40 @@
 //! Camera rays side by side.
 
 use fearless_simd::{Simd, f64x8, prelude::*};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use lookat_scene::{Lens, Projection};
 
-use super::CameraRays;
+use super::{CameraRay, CameraRays};
 use crate::lanes::Vec3x8;
 use crate::warp::lanes::square_to_disk;
 
 type Vec2x8<S> = [f64x8<S>; 2];
+
+/// What sends camera rays.
+#[derive(Clone, Copy)]
+pub(crate) struct Viewer<'v> {
+    pub camera: &'v CameraRays,
+    /// From one sample to the next, in pixels.
+    pub spacing: f64,
+}
+
+/// Where camera rays of samples come from.
+#[derive(Clone, Copy)]
+pub(crate) struct Views<'v> {
+    pub of: Viewer<'v>,
+    /// Of each sample its place on the film, and what chooses the point on the lens.
+    pub places: &'v [(DVec2, DVec2)],
+    /// Which of the samples are side by side.
+    pub samples: &'v [u16],
+}
+
+impl Views<'_> {
+    /// One of the rays.
+    pub fn ray(&self, lane: usize) -> CameraRay<'_> {
+        let (film, on_lens) = self.places[usize::from(self.samples[lane])];
+        CameraRay { camera: self.of.camera, film, on_lens, spacing: self.of.spacing }
+    }
+}
 
 impl CameraRays {
     /// Origins and directions of the rays that [`CameraRays::ray`] gives, to the bit; not of an environment.

@@ -2,9 +2,10 @@
 
 use fearless_simd::{Simd, f64x8, prelude::*};
 
+use super::Frame;
 use crate::lanes::Vec3x8;
 
-/// As [`super::Frame`].
+/// As [`Frame`].
 #[derive(Clone, Copy)]
 pub(crate) struct Frames<S: Simd> {
     x: Vec3x8<S>,
@@ -13,7 +14,7 @@ pub(crate) struct Frames<S: Simd> {
 }
 
 impl<S: Simd> Frames<S> {
-    /// As [`super::Frame::from_z`], to the bit.
+    /// As [`Frame::from_z`], to the bit.
     #[inline(always)]
     pub fn from_z(z: Vec3x8<S>) -> Self {
         let one: f64x8<S> = 1.0.simd_into(z.z.token());
@@ -23,6 +24,13 @@ impl<S: Simd> Frames<S> {
         let x = Vec3x8 { x: 1.0 + sign * z.x * z.x * a, y: sign * b, z: -sign * z.x };
         let y = Vec3x8 { x: b, y: sign + z.y * z.y * a, z: -z.y };
         Frames { x, y, z }
+    }
+
+    /// Puts another one in a lane.
+    pub fn put(&mut self, lane: usize, frame: &Frame) {
+        self.x.put(lane, frame.x);
+        self.y.put(lane, frame.y);
+        self.z.put(lane, frame.z);
     }
 
     #[inline(always)]

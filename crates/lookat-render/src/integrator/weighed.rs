@@ -157,7 +157,7 @@ pub(super) fn sampled_light(
     let sample = lights.sample(light, surface, *lune, u);
     let Some(sample) = &sample else { return Vec3::ZERO };
     let reflected = bsdf.f_cos(sample.shadow.d) * sample.li;
-    if reflected == Vec3::ZERO || tracer.occluded(&sample.shadow) {
+    if reflected == Vec3::ZERO || tracer.occluded(&sample.shadow, None) {
         return Vec3::ZERO;
     }
     let direct = reflected / count as f32;

@@ -88,6 +88,8 @@ impl<'p> Control<'p> {
 
 /// Samples that a thread takes before it asks whether to stop, at most.
 const BATCH: u32 = 256;
+/// Those that it takes first.
+const FIRST_BATCH: u32 = 4;
 /// Rays that it traces before it asks, about, or those of one sample: a hundredth of a second.
 const RAYS: u64 = 1 << 14;
 
@@ -103,12 +105,17 @@ pub(super) struct Meter<'c, 'p> {
 
 impl<'c, 'p> Meter<'c, 'p> {
     pub fn new(control: &'c Control<'p>) -> Self {
-        Meter { control, since: 0, rays: 0, batch: 4 }
+        Meter { control, since: 0, rays: 0, batch: FIRST_BATCH }
     }
 
     /// How many samples to take at once, so that they are soon done.
     pub fn batch(&self) -> u32 {
         self.batch
+    }
+
+    /// Whether a sample takes so long that few are to be taken at once.
+    pub fn is_slow(&self) -> bool {
+        self.batch < FIRST_BATCH
     }
 
     /// Counts samples of a thread that has traced so many rays in all; whether to go on.

@@ -6,7 +6,7 @@ use glam::{DVec2, Vec3};
 
 use super::control::Meter;
 use super::sample::{Context, Job, center_of};
-use crate::camera::CameraRays;
+use crate::camera::lanes::{Viewer, Views};
 use crate::filter::FilterSampler;
 use crate::integrator::lanes::{Lanes, LanesIntegrator};
 use crate::integrator::path::lanes::{WAVE, Wave};
@@ -43,7 +43,8 @@ where
         let mut batch = None;
         loop {
             let mut places: ArrayVec<Place, WAVE> = ArrayVec::new();
-            while !places.is_full() && number < jobs.len() {
+            let most = if meter.is_slow() { LANES } else { WAVE };
+            while places.len() < most && number < jobs.len() {
                 if index < jobs[number].indices.end {
                     places.push((number, index));
                     index += 1;
@@ -87,7 +88,8 @@ where
                 batch.insert(Batch { streams, wave: Box::new(Wave::new()), negative: [false; WAVE] })
             }
         };
-        Taker { lanes, camera: &self.camera, filter: &self.filter }.take(tracer, batch, &samples);
+        let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
+        Taker { lanes, viewer, filter: &self.filter }.take(tracer, batch, &samples);
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
             self.add(pattern, batch.wave.radiance[at], batch.negative[at], samples);
@@ -98,7 +100,7 @@ where
 /// Takes samples, whatever takes them one by one.
 struct Taker<'a> {
     lanes: &'a Lanes<'a>,
-    camera: &'a CameraRays,
+    viewer: Viewer<'a>,
     filter: &'a FilterSampler,
 }
 
@@ -134,7 +136,8 @@ impl Taker<'_> {
         for first in (0..samples.len()).step_by(LANES) {
             let (numbers, rays) = self.camera_rays(simd, batch, samples, first);
             let active = bits(simd, (1 << numbers.len()) - 1);
-            let radiance = direct.li::<_, LAMBERT>(simd, tracer, &rays, active, &mut batch.streams);
+            let views = &Views { of: self.viewer, places: &batch.wave.places, samples: &numbers };
+            let radiance = direct.li::<_, LAMBERT>(simd, tracer, (&rays, views), active, &mut batch.streams);
             for (lane, number) in numbers.iter().enumerate() {
                 batch.wave.radiance[usize::from(*number)] = radiance.lane(lane);
             }
@@ -154,8 +157,14 @@ impl Taker<'_> {
             let (numbers, rays) = self.camera_rays(simd, batch, samples, first);
             path.begin(simd, tracer, &rays, &numbers, &mut batch.wave);
         }
-        let dimension = if self.camera.has_lens() { 4 } else { 2 };
-        path.follow::<_, LAMBERT>(simd, tracer, &mut batch.streams, &mut batch.wave, dimension);
+        let dimension = if self.viewer.camera.has_lens() { 4 } else { 2 };
+        path.follow::<_, LAMBERT>(
+            simd,
+            tracer,
+            &mut batch.streams,
+            &mut batch.wave,
+            (self.viewer, dimension),
+        );
     }
 
     /// The camera rays of up to eight samples, from one on, and the numbers of these samples.
@@ -177,9 +186,16 @@ impl Taker<'_> {
             let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
             (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
             batch.negative[first + lane] = is_negative;
+            batch.wave.places[first + lane].0 = center_of(*place) + offset;
         }
-        let on_lens = self.camera.has_lens().then(|| streams.next_2d(simd, all));
-        let (o, d) = self.camera.rays(simd, film, on_lens);
+        let camera = self.viewer.camera;
+        let on_lens = camera.has_lens().then(|| streams.next_2d(simd, all));
+        if let Some([u, v]) = &on_lens {
+            for lane in 0..samples.len() {
+                batch.wave.places[first + lane].1 = DVec2::new(u[lane], v[lane]);
+            }
+        }
+        let (o, d) = camera.rays(simd, film, on_lens);
         (numbers, Rays::new(o, d))
     }
 }
@@ -187,9 +203,12 @@ impl Taker<'_> {
 #[cfg(test)]
 mod tests {
     use std::ops::ControlFlow;
+    use std::sync::Arc;
 
     use fearless_simd::Level;
-    use lookat_scene::{Integrator, Scene};
+    use glam::DMat3;
+    use lookat_image::{MipMap, Wrap};
+    use lookat_scene::{Integrator, Light, Scene};
 
     use super::*;
     use crate::arithmetic::Precision;
@@ -275,8 +294,10 @@ mod tests {
         format!(
             "{look_at} Camera {camera} Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 24 {limit}
              Sampler {sampler} \"integer pixelsamples\" 25 PixelFilter \"{filter}\" Integrator {integrator}
-             WorldBegin Shape \"trianglemesh\" \"point P\" [-9 -2 5 9 -2 5 9 9 5 -9 9 5]
-             \"integer indices\" [0 1 2 0 2 3] "
+             WorldBegin Texture \"t\" \"color\" \"checkerboard\" \"float uscale\" 5 \"float vscale\" 5
+             Texture \"s\" \"float\" \"wrinkled\"
+             AttributeBegin Material \"matte\" \"texture Kd\" \"t\" Shape \"trianglemesh\"
+             \"point P\" [-9 -2 5 9 -2 5 9 9 5 -9 9 5] \"integer indices\" [0 1 2 0 2 3] AttributeEnd "
         )
     }
 
@@ -304,8 +325,10 @@ mod tests {
         let size = [number(3.1), number(3.2), number(3.3)].map(|x| 0.4 + x.abs());
         let [across, up, along] = if case.is_multiple_of(2) { [size[0]; 3] } else { size };
         let [r, g, b] = [number(4.1), number(4.2), number(4.3)].map(|x| (x + 0.5).max(0.0));
-        let material = match (number(8.1).abs() * 5.0) as u32 {
+        let material = match (number(8.1).abs() * 7.0) as u32 {
             0 | 1 => "",
+            5 => "\"texture Kd\" \"t\" \"texture sigma\" \"s\"",
+            6 => "\"texture Kd\" \"t\" \"texture roughness\" \"s\" \"texture bumpmap\" \"s\"",
             2 => "\"float sigma\" 30",
             3 => "\"float roughness\" .2 \"rgb Ks\" [.3 .4 .5]",
             _ => "\"float roughness\" .01 \"bool remaproughness\" \"false\" \"rgb Ks\" [1 1 1]",
@@ -313,6 +336,7 @@ mod tests {
         // In half of the scenes all are diffuse.
         let material = if (case / 2).is_multiple_of(2) { "" } else { material };
         let kind = if material.contains("rough") { "plastic" } else { "matte" };
+        let color = if material.contains("Kd") { String::new() } else { format!("\"rgb Kd\" [{r} {g} {b}]") };
         let turn = 180.0 * number(5.1);
         let shape = pick(number(6.1), shapes);
         let (orientation, turned) =
@@ -320,7 +344,7 @@ mod tests {
         let turn = if turned { format!("Rotate {turn} 1 .4 .2") } else { String::new() };
         format!(
             "AttributeBegin Translate {x} {y} {z} {turn} Scale {across} {up} {along} {orientation}
-             Material \"{kind}\" \"rgb Kd\" [{r} {g} {b}] {material} {shape} AttributeEnd "
+             Material \"{kind}\" {color} {material} {shape} AttributeEnd "
         )
     }
 
@@ -351,7 +375,30 @@ mod tests {
         for number in 0..1 + case % 12 {
             text += &shape(case, number, &[SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER]);
         }
-        text + "WorldEnd"
+        without_bumps_under_skies(text + "WorldEnd")
+    }
+
+    /// Where normals are bent, there are no skies.
+    fn without_bumps_under_skies(text: String) -> String {
+        if text.contains("infinite") { text.replace("\"texture bumpmap\" \"s\"", "") } else { text }
+    }
+
+    /// A picture as a sky: equally bright everywhere, but not of one color; or with a sun.
+    fn picture_sky(is_even: bool) -> Light {
+        let color = |at: usize| match at % 2 {
+            _ if !is_even && at == 9 => Vec3::splat(50.0),
+            0 => Vec3::X,
+            _ => Vec3::new(0.0, 0.0, 0.212_671 / 0.072_169),
+        };
+        let map = Arc::new(MipMap::new(8, 4, (0..32).map(color).collect(), Wrap::Repeat));
+        let turned = DMat3::IDENTITY;
+        Light::Environment {
+            map,
+            scale: Vec3::ONE,
+            world_from_light: turned,
+            light_from_world: turned,
+            samples: 1,
+        }
     }
 
     /// A scene for paths: small, or with a tree; with lights of all kinds.
@@ -368,6 +415,13 @@ mod tests {
         let mut text = head(case, &integrator);
         if !has_normals || !lights(case).contains("infinite") {
             text += &lights(case);
+        }
+        if case.is_multiple_of(7) {
+            text += "LightSource \"projection\" \"rgb I\" [30 30 30] LightSource \"goniometric\" \"rgb I\" [3 3 3] ";
+        }
+        // More than "spatial" estimates.
+        if case.is_multiple_of(11) {
+            text += &"LightSource \"point\" \"rgb I\" [.1 .1 .1] ".repeat(40);
         }
         let small = [SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER];
         let large = [SPHERE, SQUARE, CORNER, FIELD, TANGENTS, DISK, CURVE, PARTIAL];
@@ -392,7 +446,7 @@ mod tests {
             );
             text += &format!("AttributeBegin {glow} {shape} AttributeEnd ");
         }
-        text + "WorldEnd"
+        without_bumps_under_skies(text + "WorldEnd")
     }
 
     /// Of a scene with these in its world.
@@ -414,6 +468,8 @@ mod tests {
         let many = TRIANGLE.repeat(MOST + 1);
         let lamp = "AreaLightSource \"diffuse\" Shape \"sphere\"";
         let picture = "Texture \"t\" \"color\" \"checkerboard\" Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"";
+        let bump =
+            "Texture \"b\" \"float\" \"fbm\" Material \"plastic\" \"texture bumpmap\" \"b\" Shape \"sphere\"";
         let holes = format!("Texture \"t\" \"float\" \"checkerboard\" {TRIANGLE} \"texture alpha\" \"t\"");
         let copy = "ObjectBegin \"o\" Shape \"sphere\" ObjectEnd ObjectInstance \"o\"";
         for (before, world) in [
@@ -423,8 +479,11 @@ mod tests {
             ("", "ObjectBegin \"o\" Shape \"sphere\" ObjectEnd LightSource \"spot\" Shape \"sphere\""),
             ("", "Material \"matte\" \"float sigma\" 20 Shape \"sphere\""),
             ("", "Material \"plastic\" Shape \"sphere\""),
+            ("", picture),
+            ("", bump),
             ("", &TRIANGLE.repeat(MOST)),
             (path, TRIANGLE),
+            (path, &format!("{bump} {picture} {many}")),
             (path, &format!("LightSource \"infinite\" LightSource \"projection\" {DISK} {lamp} {many}")),
             (path, &format!("LightSource \"point\" {CURVE} {SMOOTH} {lamp}")),
         ] {
@@ -443,18 +502,15 @@ mod tests {
             ("", "Material \"none\" Shape \"sphere\""),
             ("", "Material \"mirror\" Shape \"sphere\""),
             ("", "Material \"metal\" Shape \"sphere\""),
-            ("", picture),
-            (
-                "",
-                "Texture \"t\" \"float\" \"fbm\" Material \"matte\" \"texture bumpmap\" \"t\" Shape \"sphere\"",
-            ),
+            ("", &format!("{picture} Material \"glass\" \"texture Kr\" \"t\" Shape \"sphere\"")),
+            ("", &format!("LightSource \"infinite\" {bump}")),
             ("", &holes),
             ("", SMOOTH),
             ("", &many),
             ("", &SPHERE.repeat(MOST / 2 + 1)),
             (path, "Material \"none\" Shape \"sphere\""),
             (path, "Material \"glass\" Shape \"sphere\""),
-            (path, picture),
+            (path, &format!("LightSource \"infinite\" {bump}")),
             (path, &holes),
             (path, copy),
             (path, &format!("LightSource \"infinite\" {SMOOTH}")),
@@ -464,12 +520,13 @@ mod tests {
     }
 
     /// To the bit, with all that processors may have; returns how many rays there were.
-    fn check(text: &str) -> u64 {
+    fn check(text: &str, sky: Option<Light>) -> u64 {
         let Some(level) = level() else { return u64::MAX };
         let mut levels = vec![level];
         #[cfg(target_arch = "x86_64")]
         levels.extend(level.as_avx2().map(Level::Avx2));
-        let scene = scene(text);
+        let mut scene = scene(text);
+        scene.lights.extend(sky);
         let (sums, rays) = pixels(&scene, None);
         for level in &levels {
             let (own, own_rays) = pixels(&scene, Some(*level));
@@ -482,14 +539,19 @@ mod tests {
     /// Of these rays, 110,000 are of the camera.
     #[test]
     fn direct_light_of_samples_side_by_side_is_that_of_samples_one_by_one() {
-        let seen = (0..200).map(|case| check(&direct_scene(case))).fold(0, u64::saturating_add);
+        let seen = (0..200).map(|case| check(&direct_scene(case), None)).fold(0, u64::saturating_add);
         assert!(seen > 180_000, "{seen}");
     }
 
     /// Of these rays, 220,000 are of the camera.
     #[test]
     fn paths_side_by_side_are_those_one_by_one() {
-        let seen = (0..400).map(|case| check(&path_scene(case))).fold(0, u64::saturating_add);
-        assert!(seen > 350_000, "{seen}");
+        let seen = (0..400).map(|case| {
+            let text = path_scene(case);
+            let has_normals = text.contains("normal N") || text.contains("bumpmap");
+            check(&text, (case % 3 == 0 && !has_normals).then(|| picture_sky(case % 2 == 0)))
+        });
+        let seen = seen.fold(0, u64::saturating_add);
+        assert!(seen > 300_000, "{seen}");
     }
 }

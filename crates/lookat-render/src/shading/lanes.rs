@@ -1,32 +1,79 @@
 //! Surfaces where rays have hit them side by side, and their lobes.
 
 use fearless_simd::{Simd, mask64x8, prelude::*};
-use lookat_scene::{Scene, Shape};
+use lookat_scene::{Material, Primitive, Scene, Shape};
 
+use super::point;
+use crate::bsdf::lambert;
 use crate::bsdf::lanes::{Coat, Coats};
+use crate::camera::CameraRay;
+use crate::frame::lanes::Frames;
 use crate::lanes::{LANES, bits, those};
 use crate::prefetch::prefetch;
 use crate::prepare::Traceable;
-use crate::ray::{ElementId, Hit};
+use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Surface;
 use crate::surface::lanes::{Sheet, Surfaces, Triangles, Turned};
+use crate::texture::TexturePoint;
 use crate::trace::lanes::{Hits, List, Rays, Tree};
+
+/// Surfaces, and how they scatter light.
+#[derive(Clone, Copy)]
+pub(crate) struct Shaded<S: Simd> {
+    pub surfaces: Surfaces<S>,
+    pub frames: Frames<S>,
+    pub coats: Coats<S>,
+    /// Where textures have to be looked up.
+    pub is_textured: mask64x8<S>,
+}
+
+impl<S: Simd> Shaded<S> {
+    /// Looks up the textures of one of them, as `shading::bsdf` does.
+    #[inline(never)]
+    pub fn paint(
+        &mut self,
+        simd: S,
+        lane: usize,
+        scene: &Traceable,
+        (ray, hit): (&Ray, &Hit),
+        camera_ray: Option<&CameraRay>,
+    ) {
+        let surface = Surface::new(scene, ray, hit);
+        let (at, frame) = point(scene, &surface, -ray.d, camera_ray);
+        self.frames.put(lane, &frame);
+        if let Some(coat) = Coat::at(&surface.primitive.material.kind, &at) {
+            self.coats = Coats::splat(simd, &coat).or(bits(simd, 1 << lane), self.coats);
+        }
+    }
+}
+
+/// That of a material everywhere; `None` of one with textures.
+fn coat(material: &Material) -> Option<Coat> {
+    if material.needs.coordinates { None } else { Coat::at(&material.kind, &TexturePoint::default()) }
+}
 
 /// What elements of a list are made of.
 pub(crate) struct ListShading<'s> {
-    elements: Vec<(Sheet<'s>, Coat)>,
+    elements: Vec<(Sheet<'s>, Option<Coat>)>,
     pub is_lambert: bool,
+    pub has_bumps: bool,
 }
 
 impl<'s> ListShading<'s> {
     /// `None` where any has normals of its own, or other lobes than [`Coat`] has.
     pub fn new(traceable: &'s Traceable, list: &List<'s>) -> Option<Self> {
+        let primitives = || list.elements.iter().map(|element| element.id.primitive as usize);
+        let materials = || primitives().map(|primitive| &*traceable.primitives[primitive].material);
         let elements = list.elements.iter().map(|element| {
             let primitive = traceable.primitives[element.id.primitive as usize];
-            Some((Sheet::new(element, primitive)?, Coat::new(&primitive.material)?))
+            let sheet = Sheet::new(element, primitive).filter(|_| Coat::serves(&primitive.material))?;
+            Some((sheet, coat(&primitive.material)))
         });
-        let elements = elements.collect::<Option<Vec<_>>>()?;
-        Some(ListShading { is_lambert: elements.iter().all(|(_, coat)| coat.is_lambert), elements })
+        Some(ListShading {
+            elements: elements.collect::<Option<Vec<_>>>()?,
+            is_lambert: materials().all(|material| lambert(&material.kind).is_some()),
+            has_bumps: materials().any(|material| material.bump.is_some()),
+        })
     }
 
     /// Where the rays have hit something, and the lobes there; `None` if there is no hit.
@@ -37,47 +84,60 @@ impl<'s> ListShading<'s> {
         rays: &Rays<S>,
         hits: &Hits<S>,
         active: mask64x8<S>,
-    ) -> Option<(Surfaces<S>, Coats<S>)> {
+    ) -> Option<Shaded<S>> {
         let mut all: Option<(Surfaces<S>, Coats<S>)> = None;
         let mut rest = hits.is_hit() & active;
+        let mut is_textured = bits(simd, 0);
         // Mostly it is one element.
         while rest.any_true() {
             let first = rest.to_bitmask().trailing_zeros() as usize;
             let is_same = hits.element.simd_eq(hits.element[first]);
             let (sheet, coat) = &self.elements[hits.element[first] as usize];
-            let own = (sheet.points(simd, rays, hits), Coats::splat(simd, coat));
+            if coat.is_none() {
+                is_textured |= is_same;
+            }
+            let own = (sheet.points(simd, rays, hits), Coats::splat(simd, &coat.unwrap_or(Coat::BLACK)));
             all = Some(match all {
                 Some(others) => (own.0.or(is_same, others.0), own.1.or(is_same, others.1)),
                 None => own,
             });
             rest &= !is_same;
         }
-        all
+        all.map(|(surfaces, coats)| Shaded {
+            surfaces,
+            frames: Frames::from_z(surfaces.ns),
+            coats,
+            is_textured,
+        })
     }
 }
 
 /// What the primitives of a world with a tree are made of.
 pub(crate) struct TreeShading<'s> {
     scene: &'s Traceable<'s>,
-    primitives: Vec<(Turned, Coat)>,
+    primitives: Vec<(Turned, Option<Coat>)>,
     pub is_lambert: bool,
+    /// Whether shading normals may differ from geometric ones.
     pub has_normals: bool,
 }
 
 impl<'s> TreeShading<'s> {
     /// `None` where any has other lobes than [`Coat`] has.
     pub fn new(scene: &Scene, traceable: &'s Traceable<'s>) -> Option<Self> {
-        let primitives = scene.primitives.iter();
-        let primitives =
-            primitives.map(|primitive| Some((Turned::new(primitive), Coat::new(&primitive.material)?)));
-        let primitives = primitives.collect::<Option<Vec<_>>>()?;
+        let materials = || scene.primitives.iter().map(|primitive| &*primitive.material);
+        if !materials().all(Coat::serves) {
+            return None;
+        }
+        let of = |primitive: &Primitive| (Turned::new(primitive), coat(&primitive.material));
         let has_normals =
             |shape: &Shape| matches!(shape, Shape::TriangleMesh(mesh) if !mesh.normals.is_empty());
+        let is_bent =
+            |primitive: &Primitive| primitive.material.bump.is_some() || has_normals(&primitive.shape);
         Some(TreeShading {
             scene: traceable,
-            is_lambert: primitives.iter().all(|(_, coat)| coat.is_lambert),
-            has_normals: scene.primitives.iter().any(|primitive| has_normals(&primitive.shape)),
-            primitives,
+            primitives: scene.primitives.iter().map(of).collect(),
+            is_lambert: materials().all(|material| lambert(&material.kind).is_some()),
+            has_normals: scene.primitives.iter().any(is_bent),
         })
     }
 
@@ -90,7 +150,7 @@ impl<'s> TreeShading<'s> {
         rays: &Rays<S>,
         hits: &Hits<S>,
         active: mask64x8<S>,
-    ) -> Option<(Surfaces<S>, Coats<S>)> {
+    ) -> Option<Shaded<S>> {
         let is_hit = hits.is_hit() & active;
         if !is_hit.any_true() {
             return None;
@@ -134,7 +194,7 @@ impl<'s> TreeShading<'s> {
         if others != 0 {
             self.put_others(tree, rays, hits, others, &mut surfaces);
         }
-        Some((surfaces, self.coats(simd, &primitives, is_hit)))
+        Some(self.shaded(simd, surfaces, &primitives, is_hit))
     }
 
     /// Those that are no triangles.
@@ -153,25 +213,28 @@ impl<'s> TreeShading<'s> {
     }
 
     #[inline(always)]
-    fn coats<S: Simd>(&self, simd: S, primitives: &[u32; LANES], is_hit: mask64x8<S>) -> Coats<S> {
-        let mut rest = is_hit.to_bitmask();
-        let mut all: Option<Coats<S>> = None;
+    fn shaded<S: Simd>(
+        &self,
+        simd: S,
+        surfaces: Surfaces<S>,
+        primitives: &[u32; LANES],
+        is_hit: mask64x8<S>,
+    ) -> Shaded<S> {
+        let mut coats = Coats::splat(simd, &Coat::BLACK);
+        let (mut rest, mut is_textured) = (is_hit.to_bitmask(), 0);
         while rest != 0 {
             let first = primitives[rest.trailing_zeros() as usize];
             let mut is_same = 0;
             for (lane, primitive) in primitives.iter().enumerate() {
                 is_same |= u64::from(*primitive == first) << lane;
             }
-            let own = Coats::splat(simd, &self.primitives[first as usize].1);
-            all = Some(match all {
-                Some(others) => own.or(bits(simd, is_same), others),
-                None => own,
-            });
+            match &self.primitives[first as usize].1 {
+                Some(coat) => coats = Coats::splat(simd, coat).or(bits(simd, is_same), coats),
+                None => is_textured |= is_same,
+            }
             rest &= !is_same;
         }
-        match all {
-            Some(all) => all,
-            None => Coats::splat(simd, &self.primitives[0].1),
-        }
+        let is_textured = bits(simd, is_textured);
+        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_textured }
     }
 }

@@ -19,12 +19,8 @@ pub(super) const OTHER: u32 = 4;
 impl Traceable<'_> {
     /// The nearest hits of several rays that go down the tree together, as far as they run side by side; and whether they
     /// did all the way.
-    pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> ([Option<Hit>; BUNDLE], bool) {
-        self.nearest_of_formed(rays, None)
-    }
-
-    /// The same; where forms of the rays have been made, this is that of the first.
-    pub(crate) fn nearest_of_formed(
+    /// `form`: where forms of the rays have been made, that of the first.
+    pub(crate) fn nearest_of(
         &self,
         rays: &[Ray; BUNDLE],
         form: Option<Form>,
@@ -102,7 +98,7 @@ mod tests {
             let (mut met, mut stayed) = (0, [0; 2]);
             for case in 0..4000 {
                 let rays = bundle(case);
-                let (hits, together) = traceable.nearest_of(&rays);
+                let (hits, together) = traceable.nearest_of(&rays, None);
                 stayed[usize::from(together)] += 1;
                 for (ray, hit) in rays.iter().zip(hits) {
                     let name = |hit: Hit| {

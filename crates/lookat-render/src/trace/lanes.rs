@@ -58,12 +58,25 @@ pub(crate) const NONE: f64 = -1.0;
 /// 2^32.
 const INDICES: f64 = 4_294_967_296.0;
 
-/// The most primitives whose elements [`label`] tells apart.
-pub(crate) const MOST_PRIMITIVES: usize = 1 << 20;
+/// With more primitives, [`label`] and what is added to it would not be exact.
+const MOST_PRIMITIVES: usize = 1 << 20;
 
-/// Tells elements of the world apart.
+/// Tells elements of the world apart; [`NONE`] is no element.
 pub(crate) fn label(element: ElementId) -> f64 {
-    f64::from(element.primitive) * INDICES + f64::from(element.index)
+    match element {
+        ElementId::NONE => NONE,
+        element => f64::from(element.primitive) * INDICES + f64::from(element.index),
+    }
+}
+
+/// The element of a label.
+#[inline(always)]
+fn labelled(label: f64) -> ElementId {
+    if label < 0.0 {
+        return ElementId::NONE;
+    }
+    let label = label as u64;
+    ElementId { instance: ElementId::WORLD, primitive: (label >> 32) as u32, index: label as u32 }
 }
 
 /// The nearest hits.

@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Integrator, Scene};
 
 use crate::bsdf::lanes::Bsdfs;
+use crate::camera::lanes::Views;
 use crate::integrator::Tracer;
 use crate::integrator::lanes::world::World;
 use crate::lanes::Colors;
@@ -12,6 +13,7 @@ use crate::light::LightTable;
 use crate::light::lanes::PlainLight;
 use crate::prepare::Traceable;
 use crate::sampler::lanes::Streams;
+use crate::shading::lanes::Shaded;
 use crate::trace::lanes::Rays;
 
 /// A scene that [`Lanes::li`] serves for.
@@ -35,6 +37,10 @@ impl<'s> Lanes<'s> {
         }
         let sampled = lights.plain_lights()?;
         let world = World::small(traceable)?;
+        // Where normals differ, skies are sampled in another way from each point.
+        if lights.has_skies() && world.has_normals() {
+            return None;
+        }
         let mut directions = 0;
         for count in super::directions(lights, sampled.len()) {
             if count > 1 {
@@ -42,8 +48,8 @@ impl<'s> Lanes<'s> {
             }
             directions += count;
         }
-        // Alike in all directions, of which none is sampled in another way.
-        let sky = lights.skies(None, DVec3::Z).map(|(_, radiance, _)| radiance).sum::<Vec3>();
+        // Of no direction is it sampled in another way.
+        let sky = lights.even_sky()?;
         Some(Lanes {
             world,
             lights: sampled,
@@ -59,17 +65,16 @@ impl<'s> Lanes<'s> {
         &self,
         simd: S,
         tracer: &mut Tracer,
-        rays: &Rays<S>,
+        (rays, views): (&Rays<S>, &Views),
         active: mask64x8<S>,
         streams: &mut Streams,
     ) -> Colors<S> {
         let hits = self.world.nearest(simd, tracer, rays, active, true);
         let background = Colors::splat(simd, self.background);
-        let Some((surfaces, coats)) = self.world.surfaces(simd, rays, &hits, active) else {
-            return background;
-        };
+        let shaded = self.world.shaded(simd, tracer, (rays, &hits), Some(views), active);
+        let Some(Shaded { surfaces, frames, coats, .. }) = shaded else { return background };
         let is_hit = hits.is_hit() & active;
-        let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, surfaces.ns, -rays.d, coats);
+        let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats);
         let black = Colors::splat(simd, Vec3::ZERO);
         let mut radiance = black;
         for light in &self.lights {

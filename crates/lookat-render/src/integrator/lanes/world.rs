@@ -3,14 +3,13 @@
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::Scene;
 
-use crate::bsdf::lanes::Coats;
+use crate::camera::lanes::Views;
 use crate::integrator::Tracer;
 use crate::lanes::{LANES, bits, count, those};
 use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
-use crate::shading::lanes::{ListShading, TreeShading};
+use crate::shading::lanes::{ListShading, Shaded, TreeShading};
 use crate::surface::Surface;
-use crate::surface::lanes::Surfaces;
 use crate::trace::BUNDLE;
 use crate::trace::lanes::{Found, Hits, List, Rays, Tree};
 
@@ -44,7 +43,10 @@ impl<'s> World<'s> {
 
     /// Whether shading normals may differ from geometric ones.
     pub fn has_normals(&self) -> bool {
-        matches!(self, World::Tree(_, shading) if shading.has_normals)
+        match self {
+            World::List(_, shading) => shading.has_bumps,
+            World::Tree(_, shading) => shading.has_normals,
+        }
     }
 
     /// The nearest hits of the rays that are active. `together`: neighbours mostly meet the same.
@@ -99,19 +101,28 @@ impl<'s> World<'s> {
         }
     }
 
-    /// Where the rays have hit something, and the lobes there; `None` if there is no hit.
+    /// Where the rays have hit something, and the lobes there; `None` if there is no hit. `views`: what has found it, if these
+    /// are camera rays.
     #[inline(always)]
-    pub fn surfaces<S: Simd>(
+    pub fn shaded<S: Simd>(
         &self,
         simd: S,
-        rays: &Rays<S>,
-        hits: &Hits<S>,
+        tracer: &Tracer,
+        (rays, hits): (&Rays<S>, &Hits<S>),
+        views: Option<&Views>,
         active: mask64x8<S>,
-    ) -> Option<(Surfaces<S>, Coats<S>)> {
-        match self {
-            World::List(_, shading) => shading.at(simd, rays, hits, active),
-            World::Tree(tree, shading) => shading.at(simd, tree, rays, hits, active),
+    ) -> Option<Shaded<S>> {
+        let mut shaded = match self {
+            World::List(_, shading) => shading.at(simd, rays, hits, active)?,
+            World::Tree(tree, shading) => shading.at(simd, tree, rays, hits, active)?,
+        };
+        for lane in those(shaded.is_textured & active) {
+            if let (ray, Some(hit)) = self.one(rays, hits, lane) {
+                let camera_ray = views.map(|views| views.ray(lane));
+                shaded.paint(simd, lane, tracer.scene, (&ray, &hit), camera_ray.as_ref());
+            }
         }
+        Some(shaded)
     }
 
     /// One of the rays with what it has hit.
@@ -152,7 +163,7 @@ fn search<S: Simd>(
     if together && active.all_true() {
         for first in (0..LANES).step_by(BUNDLE) {
             let bundle: [Ray; BUNDLE] = std::array::from_fn(|k| tree.ray(rays, first + k));
-            for (k, hit) in tracer.nearest_of_formed(&bundle, Some(first)).iter().enumerate() {
+            for (k, hit) in tracer.nearest_of(&bundle, Some(first)).iter().enumerate() {
                 if let Some(hit) = hit {
                     found.put(first + k, hit, tracer.emits(hit));
                 }
@@ -162,7 +173,7 @@ fn search<S: Simd>(
     }
     let mut hit = None;
     for lane in those(active) {
-        tracer.find_formed(&tree.ray(rays, lane), lane, &mut hit);
+        tracer.find(&tree.ray(rays, lane), Some(lane), &mut hit);
         if let Some(hit) = &hit {
             found.put(lane, hit, tracer.emits(hit));
         }
@@ -174,7 +185,7 @@ fn search<S: Simd>(
 fn occluded<S: Simd>(tree: &Tree, tracer: &mut Tracer, rays: &Rays<S>, active: mask64x8<S>) -> u64 {
     let mut occluded = 0;
     for lane in those(active) {
-        occluded |= u64::from(tracer.occluded_formed(&tree.ray(rays, lane), lane)) << lane;
+        occluded |= u64::from(tracer.occluded(&tree.ray(rays, lane), Some(lane))) << lane;
     }
     occluded
 }

@@ -8,6 +8,7 @@ use lookat_scene::{Integrator, Scene};
 
 use super::{FIRST_ROULETTE, roulette};
 use crate::bsdf::lanes::Bsdfs;
+use crate::camera::lanes::{Viewer, Views};
 use crate::integrator::Tracer;
 use crate::integrator::lanes::world::World;
 use crate::integrator::weighed::lanes::{Directions, Lighting, Vertices};
@@ -15,7 +16,8 @@ use crate::lanes::{Colors, LANES, bits, those};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::sampler::lanes::Streams;
-use crate::trace::lanes::{MOST_PRIMITIVES, Rays};
+use crate::shading::lanes::Shaded;
+use crate::trace::lanes::Rays;
 use wave::Paths;
 pub(crate) use wave::{WAVE, Wave};
 
@@ -23,7 +25,6 @@ pub(crate) use wave::{WAVE, Wave};
 pub(crate) struct Lanes<'s> {
     pub(in crate::integrator) world: World<'s>,
     lighting: Lighting<'s>,
-    background: &'s LightTable<'s>,
     max_depth: u32,
     roulette_threshold: f64,
 }
@@ -35,12 +36,8 @@ impl<'s> Lanes<'s> {
             return None;
         };
         let world = World::any(scene, traceable)?;
-        // Where normals differ, skies are sampled in another way from each point.
-        if lights.has_skies() && world.has_normals() || scene.primitives.len() > MOST_PRIMITIVES {
-            return None;
-        }
-        let lighting = Lighting::new(lights, light_choice);
-        Some(Lanes { world, lighting, background: lights, max_depth, roulette_threshold })
+        let lighting = Lighting::new(lights, light_choice, world.has_normals())?;
+        Some(Lanes { world, lighting, max_depth, roulette_threshold })
     }
 
     /// Begins paths with camera rays: those of the samples of these numbers.
@@ -57,7 +54,7 @@ impl<'s> Lanes<'s> {
         let hits = self.world.nearest(simd, tracer, rays, active, true);
         let is_hit = hits.is_hit() & active;
         for lane in those(active & !is_hit) {
-            wave.radiance[usize::from(samples[lane])] = self.background.background(rays.d.lane(lane));
+            wave.radiance[usize::from(samples[lane])] = tracer.lights().background(rays.d.lane(lane));
         }
         for lane in those(hits.emits & active) {
             let surface = self.world.surface(tracer, rays, &hits, lane);
@@ -73,7 +70,8 @@ impl<'s> Lanes<'s> {
         wave.push(simd, &paths, is_hit);
     }
 
-    /// Follows paths that have begun to their ends; as [`super::li`] does, to the bit. So many dimensions have been taken.
+    /// Follows paths that have begun to their ends; as [`super::li`] does, to the bit. `dimension`: how many numbers camera rays
+    /// have taken.
     #[inline(always)]
     pub fn follow<S: Simd, const LAMBERT: bool>(
         &self,
@@ -81,7 +79,7 @@ impl<'s> Lanes<'s> {
         tracer: &mut Tracer,
         streams: &mut Streams,
         wave: &mut Wave,
-        dimension: u32,
+        (camera, dimension): (Viewer, u32),
     ) {
         // The choice of a light, the light, the direction; roulette.
         let numbers = 5 + u32::from(!roulette(self.max_depth).is_empty());
@@ -93,7 +91,8 @@ impl<'s> Lanes<'s> {
             for first in (0..count).step_by(LANES) {
                 let paths = wave.take(simd, first, count.min(first + LANES));
                 streams.choose(&paths.samples, dimension + depth * numbers);
-                self.surface::<S, LAMBERT>(simd, tracer, streams, paths, depth, wave);
+                let camera = (depth == 0).then_some(camera);
+                self.surface::<S, LAMBERT>(simd, tracer, streams, paths, (camera, depth), wave);
             }
         }
     }
@@ -106,13 +105,15 @@ impl<'s> Lanes<'s> {
         tracer: &mut Tracer,
         streams: &mut Streams,
         mut paths: Paths<S>,
-        depth: u32,
+        (camera, depth): (Option<Viewer>, u32),
         wave: &mut Wave,
     ) {
         let (rays, hits) = (paths.rays, paths.hits);
         let mut active = bits(simd, (1 << paths.samples.len()) - 1);
-        let Some((surfaces, coats)) = self.world.surfaces(simd, &rays, &hits, active) else { return };
-        let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, surfaces.ns, -rays.d, coats);
+        let views = camera.map(|of| Views { of, places: &wave.places, samples: &paths.samples });
+        let shaded = self.world.shaded(simd, tracer, (&rays, &hits), views.as_ref(), active);
+        let Some(Shaded { surfaces, frames, coats, .. }) = shaded else { return };
+        let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats);
         let vertices =
             &Vertices { world: &self.world, rays: &rays, hits: &hits, surfaces: &surfaces, bsdfs: &bsdfs };
         active &= bsdfs.has_lobes();

@@ -1,7 +1,7 @@
 //! Light that samples of lights and directions from BSDFs find from points side by side, weighed against each other.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, Vec3};
 use lookat_scene::LightChoice;
 
 use super::{Emission, Samples, Sampling, light_of};
@@ -23,7 +23,7 @@ pub(in crate::integrator) struct Lighting<'s> {
     choice: LightChoice,
     /// How many samples of each kind there are at a surface.
     samples: Samples,
-    /// What a direction brings from where there is nothing, if that is everywhere alike, as its part of all.
+    /// What a direction brings from where there is nothing, as its part of all, if no sky is a picture.
     even_sky: Option<Vec3>,
 }
 
@@ -45,17 +45,17 @@ pub(in crate::integrator) struct Directions<S: Simd> {
 }
 
 impl<'s> Lighting<'s> {
-    /// Of surfaces whose shading normals are their geometric ones, or of scenes without skies.
-    pub fn new(table: &'s LightTable<'s>, choice: LightChoice) -> Self {
+    /// `None` of skies where shading normals may differ from geometric ones: they are sampled in another way from each point
+    /// there.
+    pub fn new(table: &'s LightTable<'s>, choice: LightChoice, has_normals: bool) -> Option<Self> {
+        if has_normals && table.has_skies() {
+            return None;
+        }
         let sampled = table.sampled_lights();
         let samples = Samples::of_one(table, choice, None);
-        let sky = || {
-            // Of none a direction is sampled in another way.
-            let skies = table.skies(None, DVec3::Z).map(|(_, radiance, _)| radiance).sum::<Vec3>();
-            skies / samples.directions as f32
-        };
-        let even_sky = (table.first_sky() == sampled.len()).then(sky);
-        Lighting { table, sampled, choice, samples, even_sky }
+        // Of none a direction is sampled in another way.
+        let even_sky = table.even_sky().map(|sky| sky / samples.directions as f32);
+        Some(Lighting { table, sampled, choice, samples, even_sky })
     }
 
     /// As [`super::one_light`], to the bit.

@@ -4,8 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::lanes::Colors;
 use crate::light::LightSample;
-use crate::ray::ElementId;
-use crate::trace::lanes::{NONE, Rays, label};
+use crate::trace::lanes::{Rays, label};
 
 /// As [`LightSample`], where there is one.
 pub(crate) struct LightSamples<S: Simd> {
@@ -46,9 +45,6 @@ impl<S: Simd> LightSamples<S> {
         self.shadow.o.put(lane, shadow.o);
         self.shadow.d.put(lane, shadow.d);
         self.shadow.t_max[lane] = shadow.t_max;
-        self.shadow.target[lane] = match shadow.target {
-            ElementId::NONE => NONE,
-            target => label(target),
-        };
+        self.shadow.target[lane] = label(shadow.target);
     }
 }

@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use super::{Hits, NONE, Rays, label};
+use super::{Hits, MOST_PRIMITIVES, NONE, Rays, label};
 use crate::curved::Curved;
 use crate::curved::sphere::lanes::Meetings;
 use crate::lanes::{LANES, Vec3x8};
@@ -42,7 +42,7 @@ impl<'s> List<'s> {
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
         let count = world.triangles().take(MOST + 1).count() + SPHERE * world.others.len();
-        if count > MOST || scene.has_cutouts {
+        if count > MOST || scene.has_cutouts || scene.primitives.len() > MOST_PRIMITIVES {
             return None;
         }
         let triangle = |(place, triangle): (u32, &'s Triangle)| {

@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use super::{Hits, INDICES, NONE, Rays};
+use super::{Hits, INDICES, MOST_PRIMITIVES, NONE, Rays, labelled};
 use crate::lanes::LANES;
 use crate::prepare::{Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
@@ -39,20 +39,18 @@ impl Found {
 }
 
 impl<'s> Tree<'s> {
-    /// `None` of worlds with holes or copies of objects.
+    /// `None` of worlds with holes or copies of objects, and of too many primitives.
     pub fn new(scene: &'s Traceable<'s>) -> Option<Self> {
         let has_instances = scene.world.others.iter().any(|other| matches!(other, Other::Instance { .. }));
-        (!has_instances && !scene.has_cutouts).then_some(Tree { scene })
+        let are_few = scene.primitives.len() <= MOST_PRIMITIVES;
+        (!has_instances && !scene.has_cutouts && are_few).then_some(Tree { scene })
     }
 
     /// One of the rays.
     #[inline(always)]
     pub fn ray<S: Simd>(&self, rays: &Rays<S>, lane: usize) -> Ray {
         let (leaving, leaving_place) = self.left(rays.leaving[lane]);
-        let target = match rays.target[lane] {
-            target if target >= 0.0 => named(target),
-            _ => ElementId::NONE,
-        };
+        let target = labelled(rays.target[lane]);
         Ray {
             t_max: rays.t_max[lane],
             leaving,
@@ -68,7 +66,7 @@ impl<'s> Tree<'s> {
         match number {
             number if number < 0.0 => (ElementId::NONE, Hit::NO_PLACE),
             number if number < INDICES => (ElementId::NONE, number as u32),
-            number => (named(number - INDICES), Hit::NO_PLACE),
+            number => (labelled(number - INDICES), Hit::NO_PLACE),
         }
     }
 
@@ -83,7 +81,7 @@ impl<'s> Tree<'s> {
     pub fn element(&self, number: f64) -> ElementId {
         match number < INDICES {
             true => self.scene.world.triangle(number as u32).element(ElementId::WORLD),
-            false => named(number - INDICES),
+            false => labelled(number - INDICES),
         }
     }
 
@@ -96,11 +94,4 @@ impl<'s> Tree<'s> {
             place: self.place(hits.element[lane]),
         }
     }
-}
-
-/// The element of a label.
-#[inline(always)]
-fn named(label: f64) -> ElementId {
-    let label = label as u64;
-    ElementId { instance: ElementId::WORLD, primitive: (label >> 32) as u32, index: label as u32 }
 }

@@ -2,7 +2,7 @@
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 
 use crate::lanes::{Colors, LANES, Vec3x8, those};
 use crate::trace::lanes::{Hits, Rays};
@@ -17,6 +17,8 @@ const ROOM: usize = WAVE + LANES;
 pub(crate) struct Wave {
     /// What the samples of all paths have brought.
     pub radiance: [Vec3; WAVE],
+    /// Their places on the film, and what chooses the points on the lens.
+    pub places: [(DVec2, DVec2); WAVE],
     /// Origins and directions of rays, distances and numbers of elements that they have hit, and where on these.
     numbers: [[f64; ROOM]; 11],
     beta: [[f32; ROOM]; 3],
@@ -39,6 +41,7 @@ impl Wave {
     pub fn new() -> Self {
         Wave {
             radiance: [Vec3::ZERO; WAVE],
+            places: [Default::default(); WAVE],
             numbers: [[0.0; ROOM]; 11],
             beta: [[0.0; ROOM]; 3],
             samples: [0; ROOM],
