@@ -162,25 +162,19 @@ impl<'l> Bsdf<'l> {
     /// The BSDF times the cosine between `wi` and the shading normal; specular lobes count for nothing.
     #[inline(always)]
     pub fn f_cos(&self, wi: DVec3) -> Vec3 {
+        let Some(through) = self.through(wi) else { return Vec3::ZERO };
         match self.scattering {
-            // Of the direction in the frame its height is enough.
-            Scattering::Lambert(_) => self.f_cos_at(wi, DVec3::Z * self.frame.z.dot(wi)),
-            Scattering::Lobes { .. } => self.f_cos_at(wi, self.frame.to_local(wi)),
+            Scattering::Lambert(_) if through => Vec3::ZERO,
+            Scattering::Lambert(reflectance) => reflectance * FRAC_1_PI * self.frame.z.dot(wi).abs() as f32,
+            Scattering::Lobes { lobes, .. } => self.f_cos_of(lobes, through, self.frame.to_local(wi)),
         }
     }
 
-    /// The same of a direction of the world and of the shading frame.
+    /// Whether light from `wi` comes through the surface; `None` where it comes along it.
     #[inline(always)]
-    fn f_cos_at(&self, wi: DVec3, local_i: DVec3) -> Vec3 {
+    fn through(&self, wi: DVec3) -> Option<bool> {
         let side = wi.dot(self.n);
-        if self.local_o.z == 0.0 || side == 0.0 {
-            return Vec3::ZERO;
-        }
-        match self.scattering {
-            Scattering::Lambert(_) if side < 0.0 => Vec3::ZERO,
-            Scattering::Lambert(reflectance) => reflectance * FRAC_1_PI * local_i.z.abs() as f32,
-            Scattering::Lobes { lobes, .. } => self.f_cos_of(lobes, side < 0.0, local_i),
-        }
+        (self.local_o.z != 0.0 && side != 0.0).then_some(side < 0.0)
     }
 
     /// The geometric normal tells the sides, so that bent normals let no light through.
@@ -219,12 +213,12 @@ impl<'l> Bsdf<'l> {
         }
         match self.scattering {
             Scattering::Lambert(_) if part == Part::Specular => None,
-            Scattering::Lambert(_) => {
+            Scattering::Lambert(reflectance) => {
                 let local = square_to_cosine_hemisphere(u);
-                let local = local.with_z(local.z.copysign(self.local_o.z));
-                let wi = self.frame.to_world(local);
-                let (pdf, f_cos) = (lambert_pdf(self.local_o.z, local.z), self.f_cos_at(wi, local));
-                smooth_sample(wi, f_cos, pdf, 1.0)
+                let wi = self.frame.to_world(local.with_z(local.z.copysign(self.local_o.z)));
+                let is_above = self.through(wi) == Some(false);
+                let f_cos = if is_above { reflectance * FRAC_1_PI * local.z as f32 } else { Vec3::ZERO };
+                smooth_sample(wi, f_cos, square_to_cosine_hemisphere_pdf(local.z), 1.0)
             }
             Scattering::Lobes { lobes, .. } => self.sample_of(lobes, u, part),
         }
@@ -238,7 +232,8 @@ impl<'l> Bsdf<'l> {
         let local_i = lobe.sample(self.local_o, DVec2::new(rest, u.y))?;
         let wi = self.frame.to_world(local_i);
         let pdf = self.pdf_of(lobes, local_i, part);
-        smooth_sample(wi, self.f_cos_at(wi, local_i), pdf, lobe.compression(self.local_o, local_i))
+        let f_cos = self.f_cos_of(lobes, self.through(wi)?, local_i);
+        smooth_sample(wi, f_cos, pdf, lobe.compression(self.local_o, local_i))
     }
 
     fn single(&self, lobe: &Lobe, u: f64, probability: f64) -> Option<BsdfSample> {

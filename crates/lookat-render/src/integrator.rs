@@ -60,27 +60,33 @@ impl<'t, 's> Tracer<'t, 's> {
         self.scene.nearest(ray)
     }
 
-    /// The same, put where it is to be: large values are best not moved. `form`: of the forms that have been made, that of the
-    /// ray.
-    pub fn find(&mut self, ray: &Ray, form: Option<usize>, found: &mut Option<Hit>) {
+    /// The same, put where it is to be: large values are best not moved.
+    pub fn find(&mut self, ray: &Ray, found: &mut Option<Hit>) {
         self.rays += 1;
-        let form = form.map(|lane| Form { of: &self.forms, lane });
-        self.scene.find(ray, form, found);
+        self.scene.find(ray, found);
     }
 
-    /// The nearest hits of rays that run side by side. `first`: of the forms that have been made, that of the first ray.
-    pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE], first: Option<usize>) -> [Option<Hit>; BUNDLE] {
+    /// The same of a ray of which a form has been made, that of `lane`.
+    pub fn find_formed(&mut self, ray: &Ray, lane: usize, found: &mut Option<Hit>) {
+        self.rays += 1;
+        self.scene.find_formed(ray, Form { of: &self.forms, lane }, found);
+    }
+
+    /// Whether so many bundles of rays are to be traced as such; if not, they count as traced one by one.
+    pub fn bundles(&mut self, count: u32) -> bool {
+        let are_apart = self.apart_left >= count;
+        self.apart_left -= if are_apart { count } else { 0 };
+        self.scene.is_cheap && !are_apart
+    }
+
+    /// The nearest hits of rays that run side by side.
+    pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
         if self.apart_left > 0 {
             self.apart_left -= 1;
-            let mut hits = [None; BUNDLE];
-            for (k, hit) in hits.iter_mut().enumerate() {
-                self.find(&rays[k], first.map(|first| first + k), hit);
-            }
-            return hits;
+            return rays.each_ref().map(|ray| self.nearest(ray));
         }
         self.rays += BUNDLE as u64;
-        let form = first.map(|lane| Form { of: &self.forms, lane });
-        let (hits, together) = self.scene.nearest_of(rays, form);
+        let (hits, together) = self.scene.nearest_of(rays);
         // Neighbours mostly fare alike; so twice as long each time.
         self.apart = if together { 0 } else { LONGEST_APART.min(2 * self.apart + 1) };
         self.apart_left = self.apart;
@@ -126,11 +132,16 @@ impl<'t, 's> Tracer<'t, 's> {
         self.scene.meets(ray)
     }
 
-    /// Whether something is in the way of a shadow ray; `form` as for [`Tracer::find`].
-    pub fn occluded(&mut self, ray: &Ray, form: Option<usize>) -> bool {
+    /// Whether something is in the way of a shadow ray.
+    pub fn occluded(&mut self, ray: &Ray) -> bool {
         self.rays += 1;
-        let form = form.map(|lane| Form { of: &self.forms, lane });
-        self.scene.occluded(ray, form)
+        self.scene.occluded(ray)
+    }
+
+    /// The same of a ray of which a form has been made, that of `lane`.
+    pub fn occluded_formed(&mut self, ray: &Ray, lane: usize) -> bool {
+        self.rays += 1;
+        self.scene.occluded_formed(ray, Form { of: &self.forms, lane })
     }
 }
 

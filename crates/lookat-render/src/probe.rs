@@ -61,7 +61,7 @@ impl<'s> Probe<'s> {
 
     /// The nearest hits of several rays, which are found faster together where they run side by side.
     pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
-        self.traceable.nearest_of(rays, None).0
+        self.traceable.nearest_of(rays).0
     }
 
     /// The same without trees: by asking everything in turn.
@@ -71,7 +71,7 @@ impl<'s> Probe<'s> {
 
     /// Whether anything is in the way of a ray that ends at its `t_max`.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.traceable.occluded(ray, None)
+        self.traceable.occluded(ray)
     }
 
     /// The point that a ray has hit.

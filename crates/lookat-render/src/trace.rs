@@ -35,15 +35,13 @@ struct Query<'q> {
     leaving: u32,
     /// Whether holes are those that shadow rays pass.
     is_shadow: bool,
-    /// What has been made of the ray, if anything.
-    form: Option<Form<'q>>,
 }
 
 impl<'q> Query<'q> {
     #[inline(always)]
     fn new(group: &'q Group, ray: &'q Ray, instance: u32, is_shadow: bool) -> Self {
         let leaving = if ray.leaving.instance == instance { ray.leaving_place } else { Hit::NO_PLACE };
-        Query { group, ray, instance, leaving, is_shadow, form: None }
+        Query { group, ray, instance, leaving, is_shadow }
     }
 
     /// The bit of the triangle that the ray leaves, if it is in the block of a number.
@@ -66,21 +64,21 @@ impl Traceable<'_> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let mut found = None;
-        self.find(ray, None, &mut found);
+        self.find(ray, &mut found);
         found
     }
 
-    /// The same, put where it is to be. `form`: what has been made of the ray, if anything.
-    pub(crate) fn find(&self, ray: &Ray, form: Option<Form>, found: &mut Option<Hit>) {
+    /// The same, put where it is to be.
+    pub(crate) fn find(&self, ray: &Ray, found: &mut Option<Hit>) {
         let hit = found.insert(nothing(ray));
-        if !self.search::<false>(Query { form, ..self.query(ray, false) }, hit) {
+        if !self.search::<false>(self.query(ray, false), hit) {
             *found = None;
         }
     }
 
-    /// Whether anything but its target is in the way of a shadow ray; `form` likewise.
-    pub fn occluded(&self, ray: &Ray, form: Option<Form>) -> bool {
-        self.search::<true>(Query { form, ..self.query(ray, true) }, &mut nothing(ray))
+    /// Whether anything but its target is in the way of a shadow ray.
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        self.search::<true>(self.query(ray, true), &mut nothing(ray))
     }
 
     /// Whether a ray meets anything at all.
@@ -135,7 +133,8 @@ impl Traceable<'_> {
         queries: &[Query; N],
         hits: &mut [Hit; N],
     ) -> Search {
-        let (slabs, rays) = (wide_slabs(queries), from_fn(|k| wide_forms(&queries[k])));
+        let slabs = WideSlabs::new(&slabs(queries));
+        let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
         let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
@@ -150,7 +149,8 @@ impl Traceable<'_> {
         queries: &[Query; N],
         hits: &mut [Hit; N],
     ) -> Search {
-        let (slabs, rays) = (wide_slabs(queries), from_fn(|k| wide_forms(&queries[k])));
+        let slabs = WideSlabs::new(&slabs(queries));
+        let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
         let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
@@ -379,41 +379,12 @@ impl<F> RayForms<F> {
     }
 }
 
-/// As [`slabs`].
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-#[inline]
-fn wide_slabs<const N: usize>(queries: &[Query; N]) -> WideSlabs {
-    match (N, queries[0].form) {
-        (1, Some(form)) => WideSlabs::of(&form.of.slabs, form.lane),
-        _ => WideSlabs::new(&slabs(queries)),
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-#[inline]
-fn wide_forms(query: &Query) -> RayForms<WideFilter> {
-    let Some(Form { of: Forms { sheared, filters, .. }, lane }) = query.form else {
-        return RayForms::new(query.ray, |ray, sheared| filter_ray(ray, sheared));
-    };
-    RayForms {
-        filter: WideFilter::of(filters, sheared.axes(lane), lane),
-        sheared: sheared.lane(query.ray.o, lane),
-        plain: PlainRay::new(query.ray),
-    }
-}
-
 /// Boxes that any of the rays may meet.
 #[inline(always)]
 fn slabs<const N: usize>(queries: &[Query; N]) -> Slabs {
-    let of = |query: &Query| match query.form {
-        Some(form) => form.of.slabs.lane(form.lane),
-        None => Slabs::new(query.ray),
-    };
-    let mut slabs = of(&queries[0]);
+    let mut slabs = Slabs::new(queries[0].ray);
     for query in &queries[1..] {
-        slabs = slabs.union(&of(query));
+        slabs = slabs.union(&Slabs::new(query.ray));
     }
     slabs
 }

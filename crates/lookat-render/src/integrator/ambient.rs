@@ -30,7 +30,7 @@ pub(crate) fn li(
         let local = if cosine { square_to_cosine_hemisphere(u) } else { square_to_uniform_hemisphere(u) };
         // The cosine over the density by solid angle.
         let value = if cosine { PI } else { local.z / square_to_uniform_hemisphere_pdf() };
-        if !tracer.occluded(&surface.leave(frame.to_world(local)), None) {
+        if !tracer.occluded(&surface.leave(frame.to_world(local))) {
             sum += value;
         }
     }

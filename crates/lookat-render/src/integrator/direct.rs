@@ -42,7 +42,7 @@ pub(crate) fn li(
             if passed > MAX_PASSED {
                 return radiance;
             }
-            tracer.find(&ray, None, &mut found);
+            tracer.find(&ray, &mut found);
             continue;
         }
         let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
@@ -57,7 +57,7 @@ pub(crate) fn li(
         let Some(sample) = bsdf.sample(stream.next_2d(), Part::Specular) else { return radiance };
         beta *= sample.weight();
         ray = surface.leave(sample.wi);
-        tracer.find(&ray, None, &mut found);
+        tracer.find(&ray, &mut found);
     }
 }
 

@@ -87,7 +87,7 @@ pub(crate) fn li(
             if passed > MAX_PASSED {
                 return radiance;
             }
-            tracer.find(&ray, None, &mut found);
+            tracer.find(&ray, &mut found);
             continue;
         }
         let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
@@ -128,7 +128,7 @@ pub(crate) fn li(
                 stream.skip(1);
             }
         }
-        tracer.find(&ray, None, &mut found);
+        tracer.find(&ray, &mut found);
         is_full = matches!(emission, Emission::Full);
         if !is_full {
             radiance += beta * light_of(tracer, emission, &ray, found.as_ref());

@@ -71,7 +71,7 @@ pub(super) enum Emission<'v> {
     Full,
     /// Weighed against samples of lights at the surface that the ray left.
     Weighed {
-        from: Sampling<'v>,
+        from: &'v Sampling<'v>,
         /// Density of the ray by solid angle, times the number of directions.
         pdf: f64,
     },
@@ -79,15 +79,15 @@ pub(super) enum Emission<'v> {
 
 impl<'v> Emission<'v> {
     /// That found by a sample of the BSDF.
-    pub fn by(vertex: &Vertex<'v>, sample: &BsdfSample) -> Self {
+    pub fn by(vertex: &'v Vertex<'v>, sample: &BsdfSample) -> Self {
         match sample.is_specular {
             true => Emission::Full,
-            false => Emission::weighed(vertex.sampling, sample.pdf),
+            false => Emission::weighed(&vertex.sampling, sample.pdf),
         }
     }
 
     /// That found by a direction of density `pdf`, which is not the only one nearby.
-    pub fn weighed(from: Sampling<'v>, pdf: f64) -> Self {
+    pub fn weighed(from: &'v Sampling<'v>, pdf: f64) -> Self {
         Emission::Weighed { from, pdf: pdf * f64::from(from.samples.directions) }
     }
 
@@ -157,7 +157,7 @@ pub(super) fn sampled_light(
     let sample = lights.sample(light, surface, *lune, u);
     let Some(sample) = &sample else { return Vec3::ZERO };
     let reflected = bsdf.f_cos(sample.shadow.d) * sample.li;
-    if reflected == Vec3::ZERO || tracer.occluded(&sample.shadow, None) {
+    if reflected == Vec3::ZERO || tracer.occluded(&sample.shadow) {
         return Vec3::ZERO;
     }
     let direct = reflected / count as f32;

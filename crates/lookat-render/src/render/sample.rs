@@ -154,7 +154,7 @@ where
             while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
                 let starts = from_fn(|k| self.start(&mut streams[k], *place, from + k as u32));
                 let rays = starts.each_ref().map(|start: &Start| start.camera_ray.ray());
-                let hits = tracer.nearest_of(&rays, None);
+                let hits = tracer.nearest_of(&rays);
                 for (k, Start { camera_ray, negative }) in starts.iter().enumerate() {
                     let first = FirstHit { camera_ray, ray: &rays[k], hit: hits[k].as_ref() };
                     self.follow(tracer, pattern, &first, *negative, &mut streams[k], samples);

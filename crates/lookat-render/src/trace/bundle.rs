@@ -1,8 +1,6 @@
 //! Rays that are traced together. They share the way down the tree, and are tested one by one where it ends.
 
-use std::array::from_fn;
-
-use super::{Form, Query, nothing};
+use super::nothing;
 use crate::arithmetic::Precision;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
@@ -19,17 +17,9 @@ pub(super) const OTHER: u32 = 4;
 impl Traceable<'_> {
     /// The nearest hits of several rays that go down the tree together, as far as they run side by side; and whether they
     /// did all the way.
-    /// `form`: where forms of the rays have been made, that of the first.
-    pub(crate) fn nearest_of(
-        &self,
-        rays: &[Ray; BUNDLE],
-        form: Option<Form>,
-    ) -> ([Option<Hit>; BUNDLE], bool) {
+    pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> ([Option<Hit>; BUNDLE], bool) {
         let mut hits = rays.each_ref().map(nothing);
-        let queries = from_fn(|k| {
-            let form = form.map(|form| Form { lane: form.lane + k, ..form });
-            Query { form, ..self.query(&rays[k], false) }
-        });
+        let queries = rays.each_ref().map(|ray| self.query(ray, false));
         let way = rays[0].d.is_negative_bitmask();
         let together = self.is_cheap
             && self.precision == Precision::Mixed
@@ -73,7 +63,7 @@ mod tests {
             (DVec3::new(0.5, -1.0, 1.5) + vector(case, 1.1) * 0.3, vector(case, 2.9) * 0.5 + 0.5);
         // From rays that are almost one to some that have little in common, from one point or from many.
         let spread = 10_f64.powi(case as i32 % 7 - 6);
-        from_fn(|k| {
+        std::array::from_fn(|k| {
             let i = case * BUNDLE + k;
             let o = if case.is_multiple_of(2) { o } else { o + vector(i, 5.1) * spread };
             let d = target.with_z(0.0) + vector(i, 3.7) * spread - o;
@@ -98,7 +88,7 @@ mod tests {
             let (mut met, mut stayed) = (0, [0; 2]);
             for case in 0..4000 {
                 let rays = bundle(case);
-                let (hits, together) = traceable.nearest_of(&rays, None);
+                let (hits, together) = traceable.nearest_of(&rays);
                 stayed[usize::from(together)] += 1;
                 for (ray, hit) in rays.iter().zip(hits) {
                     let name = |hit: Hit| {

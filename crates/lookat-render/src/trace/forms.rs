@@ -2,15 +2,25 @@
 
 use fearless_simd::{Simd, mask64x8};
 
-use crate::bvh::ManySlabs;
+use super::{Query, RayForms, Search, nothing};
+use crate::arithmetic::SimdKind;
+#[cfg(target_arch = "x86_64")]
+use crate::bvh::WideSlabs;
+use crate::bvh::{ManySlabs, Node};
+use crate::plain::PlainRay;
+use crate::prepare::Traceable;
+use crate::ray::{Hit, Ray};
 use crate::trace::lanes::Rays;
+use crate::triangle::block::Block;
+#[cfg(target_arch = "x86_64")]
+use crate::triangle::block::avx2::WideFilter;
 use crate::triangle::lanes::{ManyFilters, ManySheared, ShearedRays};
 
 /// Rays as they are tested against boxes and triangles; as they would be made one by one, to the bit.
 pub(crate) struct Forms {
-    pub slabs: ManySlabs,
-    pub sheared: ManySheared,
-    pub filters: ManyFilters,
+    slabs: ManySlabs,
+    sheared: ManySheared,
+    filters: ManyFilters,
 }
 
 /// One of them.
@@ -32,5 +42,80 @@ impl Forms {
         self.slabs.put(simd, rays.o, sheared.inverse());
         self.sheared.put(&sheared);
         self.filters.put(&sheared);
+    }
+}
+
+impl Traceable<'_> {
+    /// As [`Traceable::find`], in `f32` and `f64`.
+    pub(crate) fn find_formed(&self, ray: &Ray, form: Form, found: &mut Option<Hit>) {
+        let hit = found.insert(nothing(ray));
+        if !self.search_formed::<false>(self.query(ray, false), form, hit).found {
+            *found = None;
+        }
+    }
+
+    /// As [`Traceable::occluded`], likewise.
+    pub(crate) fn occluded_formed(&self, ray: &Ray, form: Form) -> bool {
+        self.search_formed::<true>(self.query(ray, true), form, &mut nothing(ray)).found
+    }
+
+    fn search_formed<const ANY: bool>(&self, query: Query, form: Form, hit: &mut Hit) -> Search {
+        let (queries, hits) = (&[query], std::array::from_mut(hit));
+        match self.simd.kind() {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: `Simd` says what the processor has.
+            #[allow(unsafe_code)]
+            SimdKind::Avx512 => unsafe { self.search_formed_avx512::<ANY>(queries, form, hits) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above.
+            #[allow(unsafe_code)]
+            SimdKind::Avx2 => unsafe { self.search_formed_avx2::<ANY>(queries, form, hits) },
+            SimdKind::Portable => {
+                let _ = form;
+                self.search_wide::<ANY, false, 1>(queries, hits)
+            }
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma")]
+    fn search_formed_avx2<const ANY: bool>(
+        &self,
+        queries: &[Query; 1],
+        form: Form,
+        hits: &mut [Hit; 1],
+    ) -> Search {
+        let slabs = WideSlabs::of(&form.of.slabs, form.lane);
+        let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
+        let rays = &[form.forms(queries[0].ray, filter)];
+        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
+        let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
+        let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
+        self.search_by::<ANY, false, 1, _>(queries, hits, rays, boxes, filter, surely)
+    }
+
+    /// The same, with the registers of AVX-512.
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
+    fn search_formed_avx512<const ANY: bool>(
+        &self,
+        queries: &[Query; 1],
+        form: Form,
+        hits: &mut [Hit; 1],
+    ) -> Search {
+        let slabs = WideSlabs::of(&form.of.slabs, form.lane);
+        let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
+        let rays = &[form.forms(queries[0].ray, filter)];
+        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
+        let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
+        let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
+        self.search_by::<ANY, false, 1, _>(queries, hits, rays, boxes, filter, surely)
+    }
+}
+
+impl Form<'_> {
+    #[inline(always)]
+    fn forms<F>(&self, ray: &Ray, filter: F) -> RayForms<F> {
+        RayForms { filter, sheared: self.of.sheared.lane(ray.o, self.lane), plain: PlainRay::new(ray) }
     }
 }

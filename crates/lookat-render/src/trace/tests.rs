@@ -30,7 +30,7 @@ fn single_shapes_are_met_in_instances() {
                 let name = |hit: Hit| (hit.element, hit.t.to_bits());
                 let hit = traceable.nearest(&ray).map(name);
                 assert_eq!(hit, traceable.nearest_by_all(&ray).map(name), "{shape} {ray:?}");
-                assert_eq!([traceable.meets(&ray), traceable.occluded(&ray, None)], [hit.is_some(); 2]);
+                assert_eq!([traceable.meets(&ray), traceable.occluded(&ray)], [hit.is_some(); 2]);
                 met += u32::from(hit.is_some());
             }
             assert!(met > 20, "{shape} {met}");
@@ -110,8 +110,8 @@ fn shadows_are_those_of_f64() {
             _ => (ElementId::NONE, t_max * 1.5),
         };
         let ray = Ray { t_max, target, ..from.leave(between / distance) };
-        let occluded = double.occluded(&ray, None);
-        assert_eq!(mixed.occluded(&ray, None), occluded, "{ray:?}");
+        let occluded = double.occluded(&ray);
+        assert_eq!(mixed.occluded(&ray), occluded, "{ray:?}");
         counts[usize::from(occluded)] += 1;
     }
     assert!(counts.iter().all(|count| *count > 1_000), "{counts:?}");

@@ -1,9 +1,9 @@
 //! Rays side by side against boxes.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use glam::{DVec3, Vec3A};
+use glam::DVec3;
 
-use super::{PAD, SLACK, Slabs};
+use super::{PAD, SLACK};
 use crate::lanes::{LANES, Vec3x8, splat_f32, to_f32};
 
 /// Rays as they are tested against boxes.
@@ -48,7 +48,7 @@ impl<S: Simd> BoxRays<S> {
     }
 }
 
-/// [`Slabs`] of eight rays.
+/// [`super::Slabs`] of eight rays.
 pub(crate) struct ManySlabs {
     pub near_o: [[f32; LANES]; 3],
     pub far_o: [[f32; LANES]; 3],
@@ -67,7 +67,7 @@ impl ManySlabs {
         negative: [0; 3],
     };
 
-    /// As [`Slabs::new`], to the bit. `inverse` is one over the directions.
+    /// As [`super::Slabs::new`], to the bit. `inverse` is one over the directions.
     #[inline(always)]
     pub fn put<S: Simd>(&mut self, simd: S, o: Vec3x8<S>, inverse: Vec3x8<S>) {
         let (least, most) = (splat_f32(simd, f32::MIN_POSITIVE), splat_f32(simd, f32::MAX));
@@ -86,27 +86,10 @@ impl ManySlabs {
         }
     }
 
-    /// That of one of the rays.
-    #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Slabs {
-        Slabs {
-            near_o: vector(&self.near_o, lane),
-            far_o: vector(&self.far_o, lane),
-            near_inverse: vector(&self.near_inverse, lane),
-            far_inverse: vector(&self.far_inverse, lane),
-            near: self.near(lane),
-        }
-    }
-
     /// Along each axis, which of the two planes of a box one of the rays enters it at.
     #[inline(always)]
     pub fn near(&self, lane: usize) -> [usize; 3] {
         let [x, y, z] = self.negative;
         [(x >> lane & 1) as usize, (y >> lane & 1) as usize, (z >> lane & 1) as usize]
     }
-}
-
-#[inline(always)]
-fn vector([x, y, z]: &[[f32; LANES]; 3], lane: usize) -> Vec3A {
-    Vec3A::new(x[lane], y[lane], z[lane])
 }

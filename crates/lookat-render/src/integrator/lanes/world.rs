@@ -1,5 +1,7 @@
 //! Worlds in which rays of samples are traced side by side, and counted.
 
+use std::array::from_fn;
+
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::Scene;
 
@@ -66,8 +68,12 @@ impl<'s> World<'s> {
             }
             World::Tree(tree, _) => {
                 let mut found = Found::NOTHING;
-                tracer.forms.put(simd, rays, active);
-                search(tree, tracer, rays, active, together, &mut found);
+                if together && active.all_true() && tracer.bundles((LANES / BUNDLE) as u32) {
+                    search_bundles(tree, tracer, rays, &mut found);
+                } else {
+                    tracer.forms.put(simd, rays, active);
+                    search(tree, tracer, rays, active, &mut found);
+                }
                 let [b0, b1]: [f64x8<S>; 2] =
                     [found.weights[0].simd_into(simd), found.weights[1].simd_into(simd)];
                 Hits {
@@ -150,30 +156,25 @@ impl<'s> World<'s> {
     }
 }
 
-/// Traces rays down a tree.
+/// Traces rays down a tree together.
 #[inline(never)]
-fn search<S: Simd>(
-    tree: &Tree,
-    tracer: &mut Tracer,
-    rays: &Rays<S>,
-    active: mask64x8<S>,
-    together: bool,
-    found: &mut Found,
-) {
-    if together && active.all_true() {
-        for first in (0..LANES).step_by(BUNDLE) {
-            let bundle: [Ray; BUNDLE] = std::array::from_fn(|k| tree.ray(rays, first + k));
-            for (k, hit) in tracer.nearest_of(&bundle, Some(first)).iter().enumerate() {
-                if let Some(hit) = hit {
-                    found.put(first + k, hit, tracer.emits(hit));
-                }
+fn search_bundles<S: Simd>(tree: &Tree, tracer: &mut Tracer, rays: &Rays<S>, found: &mut Found) {
+    for first in (0..LANES).step_by(BUNDLE) {
+        let bundle: [Ray; BUNDLE] = from_fn(|k| tree.ray(rays, first + k));
+        for (k, hit) in tracer.nearest_of(&bundle).iter().enumerate() {
+            if let Some(hit) = hit {
+                found.put(first + k, hit, tracer.emits(hit));
             }
         }
-        return;
     }
+}
+
+/// Traces rays down a tree one by one.
+#[inline(never)]
+fn search<S: Simd>(tree: &Tree, tracer: &mut Tracer, rays: &Rays<S>, active: mask64x8<S>, found: &mut Found) {
     let mut hit = None;
     for lane in those(active) {
-        tracer.find(&tree.ray(rays, lane), Some(lane), &mut hit);
+        tracer.find_formed(&tree.ray(rays, lane), lane, &mut hit);
         if let Some(hit) = &hit {
             found.put(lane, hit, tracer.emits(hit));
         }
@@ -185,7 +186,7 @@ fn search<S: Simd>(
 fn occluded<S: Simd>(tree: &Tree, tracer: &mut Tracer, rays: &Rays<S>, active: mask64x8<S>) -> u64 {
     let mut occluded = 0;
     for lane in those(active) {
-        occluded |= u64::from(tracer.occluded(&tree.ray(rays, lane), Some(lane))) << lane;
+        occluded |= u64::from(tracer.occluded_formed(&tree.ray(rays, lane), lane)) << lane;
     }
     occluded
 }

@@ -243,7 +243,7 @@ impl<'s> Lighting<'s> {
         }
         for lane in those(is_light) {
             let receiver = &vertices.receiver(lane);
-            let sampling = Sampling { receiver, lune: None, samples: self.samples };
+            let sampling = &Sampling { receiver, lune: None, samples: self.samples };
             let (ray, hit) = vertices.world.one(&directions.rays, hits, lane);
             let emission = Emission::weighed(sampling, directions.pdf[lane]);
             found.put(lane, light_of(tracer, emission, &ray, hit.as_ref()));
