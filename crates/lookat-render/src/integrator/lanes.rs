@@ -47,6 +47,11 @@ impl<'s> Lanes<'s> {
         self.world().is_lambert()
     }
 
+    /// Whether any material has textures.
+    pub fn has_textures(&self) -> bool {
+        self.world().has_textures()
+    }
+
     /// Whether rays go down the tree of the world.
     pub fn asks_tree(&self) -> bool {
         matches!(self.world(), World::Tree(..))

@@ -89,7 +89,8 @@ where
             }
         };
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        Taker { lanes, viewer, filter: &self.filter }.take(tracer, batch, &samples);
+        let has_textures = lanes.has_textures();
+        Taker { lanes, viewer, filter: &self.filter, has_textures }.take(tracer, batch, &samples);
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
             self.add(pattern, batch.wave.radiance[at], batch.negative[at], samples);
@@ -102,6 +103,7 @@ struct Taker<'a> {
     lanes: &'a Lanes<'a>,
     viewer: Viewer<'a>,
     filter: &'a FilterSampler,
+    has_textures: bool,
 }
 
 impl Taker<'_> {
@@ -186,13 +188,14 @@ impl Taker<'_> {
             let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
             (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
             batch.negative[first + lane] = is_negative;
-            batch.wave.places[first + lane].0 = center_of(*place) + offset;
         }
         let camera = self.viewer.camera;
         let on_lens = camera.has_lens().then(|| streams.next_2d(simd, all));
-        if let Some([u, v]) = &on_lens {
+        // Nothing else asks for these.
+        if self.has_textures {
             for lane in 0..samples.len() {
-                batch.wave.places[first + lane].1 = DVec2::new(u[lane], v[lane]);
+                let on_lens = on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
+                batch.wave.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);
             }
         }
         let (o, d) = camera.rays(simd, film, on_lens);

@@ -56,6 +56,7 @@ fn coat(material: &Material) -> Option<Coat> {
 pub(crate) struct ListShading<'s> {
     elements: Vec<(Sheet<'s>, Option<Coat>)>,
     pub is_lambert: bool,
+    pub has_textures: bool,
     pub has_bumps: bool,
 }
 
@@ -72,6 +73,7 @@ impl<'s> ListShading<'s> {
         Some(ListShading {
             elements: elements.collect::<Option<Vec<_>>>()?,
             is_lambert: materials().all(|material| lambert(&material.kind).is_some()),
+            has_textures: materials().any(|material| material.needs.coordinates),
             has_bumps: materials().any(|material| material.bump.is_some()),
         })
     }
@@ -117,6 +119,7 @@ pub(crate) struct TreeShading<'s> {
     scene: &'s Traceable<'s>,
     primitives: Vec<(Turned, Option<Coat>)>,
     pub is_lambert: bool,
+    pub has_textures: bool,
     /// Whether shading normals may differ from geometric ones.
     pub has_normals: bool,
 }
@@ -137,6 +140,7 @@ impl<'s> TreeShading<'s> {
             scene: traceable,
             primitives: scene.primitives.iter().map(of).collect(),
             is_lambert: materials().all(|material| lambert(&material.kind).is_some()),
+            has_textures: materials().any(|material| material.needs.coordinates),
             has_normals: scene.primitives.iter().any(is_bent),
         })
     }

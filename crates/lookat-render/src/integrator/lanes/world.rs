@@ -43,6 +43,14 @@ impl<'s> World<'s> {
         }
     }
 
+    /// Whether any material has textures.
+    pub fn has_textures(&self) -> bool {
+        match self {
+            World::List(_, shading) => shading.has_textures,
+            World::Tree(_, shading) => shading.has_textures,
+        }
+    }
+
     /// Whether shading normals may differ from geometric ones.
     pub fn has_normals(&self) -> bool {
         match self {

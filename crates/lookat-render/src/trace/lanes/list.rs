@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use super::{Hits, MOST_PRIMITIVES, NONE, Rays, label};
 use crate::curved::Curved;
 use crate::curved::sphere::lanes::Meetings;
-use crate::lanes::{LANES, Vec3x8};
+use crate::lanes::{LANES, Vec3x8, those};
 use crate::prepare::{Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::triangle::Triangle;
@@ -19,6 +19,7 @@ const SPHERE: usize = 2;
 /// All elements of a small world, sorted by name.
 pub(crate) struct List<'s> {
     pub elements: Vec<Element<'s>>,
+    has_emitters: bool,
 }
 
 pub(crate) struct Element<'s> {
@@ -58,7 +59,7 @@ impl<'s> List<'s> {
             elements.push(Element::new(scene, id, Hit::NO_PLACE, Shape::Sphere(curved)));
         }
         elements.sort_by_key(|element| element.id);
-        Some(List { elements })
+        Some(List { has_emitters: elements.iter().any(|element| element.emits), elements })
     }
 
     /// One of the hits.
@@ -87,9 +88,14 @@ impl<'s> List<'s> {
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
             hits.t = nearer.select(t, hits.t);
             hits.element = nearer.select(own, hits.element);
-            hits.emits = if element.emits { hits.emits | nearer } else { hits.emits & !nearer };
             for (side, known) in sides.into_iter().flatten().zip(&mut hits.sides) {
                 *known = nearer.select(side, *known);
+            }
+        }
+        if self.has_emitters {
+            for lane in those(hits.is_hit()) {
+                let emits = self.elements[hits.element[lane] as usize].emits;
+                hits.emits |= mask64x8::from_bitmask(simd, u64::from(emits) << lane);
             }
         }
         hits
@@ -105,7 +111,8 @@ impl<'s> List<'s> {
                 break;
             }
             let own: f64x8<S> = (number as f64).simd_into(simd);
-            let others = free & !rays.target.simd_eq(element.label);
+            // Only what emits is ever a target.
+            let others = if element.emits { free & !rays.target.simd_eq(element.label) } else { free };
             let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, others);
             free &= !(met & t.simd_le(rays.t_max));
         }
