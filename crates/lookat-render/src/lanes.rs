@@ -225,9 +225,7 @@ impl<S: Simd> Colors<S> {
     pub fn lane(&self, lane: usize) -> Vec3 {
         Vec3::new(self.r[lane], self.g[lane], self.b[lane])
     }
-}
 
-impl<S: Simd> Colors<S> {
     /// Puts another one in a lane.
     #[inline(always)]
     pub fn put(&mut self, lane: usize, color: Vec3) {
@@ -271,6 +269,12 @@ impl<S: Simd> std::ops::Div<f32x8<S>> for Colors<S> {
 #[inline(always)]
 pub(crate) fn bits<S: Simd>(simd: S, bits: u64) -> mask64x8<S> {
     mask64x8::from_bitmask(simd, bits)
+}
+
+/// The first lanes, so many.
+#[inline(always)]
+pub(crate) fn first_lanes<S: Simd>(simd: S, count: usize) -> mask64x8<S> {
+    bits(simd, (1 << count) - 1)
 }
 
 /// The lanes where a mask says so.

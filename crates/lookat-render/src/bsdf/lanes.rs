@@ -27,7 +27,7 @@ pub(crate) struct Coat {
     rough: Option<[f64; 2]>,
     glossy: Option<Gloss>,
     /// Diffuse and nothing else, without a list of lobes.
-    pub is_lambert: bool,
+    is_lambert: bool,
 }
 
 #[derive(Debug, Clone, Copy)]

@@ -44,26 +44,23 @@ struct Halton {
 pub(crate) type Sample = (u64, [u32; 2], u32);
 
 impl Streams {
-    /// Those of some samples.
-    pub fn new(sampler: &Sampler, samples: &[Sample]) -> Self {
+    /// Those of no samples as yet.
+    pub fn new(sampler: &Sampler) -> Self {
         let kind = match sampler.kind {
             SamplerKind::Halton { pixel_center } => Kind::Halton(Box::new(Halton {
                 pixel_center,
                 count: sampler.samples_per_pixel,
-                samples: samples.iter().map(of_pattern).collect(),
+                samples: Vec::new(),
                 seeds: Seeds::default(),
                 indices: [0; LANES],
                 dimension: 0,
             })),
-            _ => {
-                let stream = |sample: &Sample| (*sample, of_sample(sampler, *sample));
-                Kind::Each(samples.iter().map(stream).collect())
-            }
+            _ => Kind::Each(Vec::new()),
         };
         Streams { kind, chosen: ArrayVec::new() }
     }
 
-    /// Goes to the beginning of others.
+    /// Goes to the beginning of others, of a sampler of the same kind.
     pub fn restart(&mut self, sampler: &Sampler, samples: &[Sample]) {
         match &mut self.kind {
             Kind::Halton(halton) => {

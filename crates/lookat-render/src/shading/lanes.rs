@@ -187,7 +187,7 @@ impl<'s> TreeShading<'s> {
             }
         }
         let points = triangles.points(simd, hits.sides, bits(simd, there));
-        let others = is_hit.to_bitmask() & !there;
+        let others = is_hit & !bits(simd, there);
         let mut surfaces = Surfaces {
             p: points.p,
             n: points.n,
@@ -195,7 +195,7 @@ impl<'s> TreeShading<'s> {
             magnitude: points.magnitude,
             element: hits.element,
         };
-        if others != 0 {
+        if others.any_true() {
             self.put_others(tree, rays, hits, others, &mut surfaces);
         }
         Some(self.shaded(simd, surfaces, &primitives, is_hit))
@@ -208,10 +208,10 @@ impl<'s> TreeShading<'s> {
         tree: &Tree,
         rays: &Rays<S>,
         hits: &Hits<S>,
-        others: u64,
+        others: mask64x8<S>,
         surfaces: &mut Surfaces<S>,
     ) {
-        for lane in (0..LANES).filter(|lane| others >> lane & 1 == 1) {
+        for lane in those(others) {
             surfaces.put(lane, &Surface::new(self.scene, &tree.ray(rays, lane), &tree.hit(hits, lane)));
         }
     }

@@ -12,7 +12,7 @@ use crate::camera::lanes::{Viewer, Views};
 use crate::integrator::Tracer;
 use crate::integrator::lanes::world::World;
 use crate::integrator::weighed::lanes::{Directions, Lighting, Vertices};
-use crate::lanes::{Colors, LANES, bits, those};
+use crate::lanes::{Colors, LANES, bits, first_lanes, those};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::sampler::lanes::Streams;
@@ -50,7 +50,7 @@ impl<'s> Lanes<'s> {
         samples: &[u16],
         wave: &mut Wave,
     ) {
-        let active = bits(simd, (1 << samples.len()) - 1);
+        let active = first_lanes(simd, samples.len());
         let hits = self.world.nearest(simd, tracer, rays, active, true);
         let is_hit = hits.is_hit() & active;
         for lane in those(active & !is_hit) {
@@ -109,7 +109,7 @@ impl<'s> Lanes<'s> {
         wave: &mut Wave,
     ) {
         let (rays, hits) = (paths.rays, paths.hits);
-        let mut active = bits(simd, (1 << paths.samples.len()) - 1);
+        let mut active = first_lanes(simd, paths.samples.len());
         let views = camera.map(|of| Views { of, places: &wave.places, samples: &paths.samples });
         let shaded = self.world.shaded(simd, tracer, (&rays, &hits), views.as_ref(), active);
         let Some(Shaded { surfaces, frames, coats, .. }) = shaded else { return };

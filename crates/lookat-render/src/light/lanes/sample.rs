@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use crate::lanes::Colors;
+use crate::lanes::{Colors, bits};
 use crate::light::LightSample;
 use crate::trace::lanes::{Rays, label};
 
@@ -34,7 +34,7 @@ impl<S: Simd> LightSamples<S> {
     /// Puts what one of them is in its place.
     pub fn put(&mut self, lane: usize, sample: Option<&LightSample>) {
         let simd = self.pdf.token();
-        let lane_bit = mask64x8::from_bitmask(simd, 1 << lane);
+        let lane_bit = bits(simd, 1 << lane);
         self.is_open &= !lane_bit;
         self.is_there &= !lane_bit;
         let Some(LightSample { li, pdf, shadow }) = sample else { return };

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use super::{Hits, MOST_PRIMITIVES, NONE, Rays, label};
 use crate::curved::Curved;
 use crate::curved::sphere::lanes::Meetings;
-use crate::lanes::{LANES, Vec3x8, those};
+use crate::lanes::{LANES, Vec3x8, bits, those};
 use crate::prepare::{Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::triangle::Triangle;
@@ -95,7 +95,7 @@ impl<'s> List<'s> {
         if self.has_emitters {
             for lane in those(hits.is_hit()) {
                 let emits = self.elements[hits.element[lane] as usize].emits;
-                hits.emits |= mask64x8::from_bitmask(simd, u64::from(emits) << lane);
+                hits.emits |= bits(simd, u64::from(emits) << lane);
             }
         }
         hits

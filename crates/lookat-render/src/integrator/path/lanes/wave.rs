@@ -27,7 +27,6 @@ pub(crate) struct Wave {
 }
 
 /// Some of them.
-#[derive(Clone)]
 pub(super) struct Paths<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
