@@ -1,4 +1,4 @@
-//! Direct lighting of samples side by side: in small worlds of plain materials.
+//! Direct lighting of samples side by side, from lights of no extent and skies that are everywhere alike.
 
 use fearless_simd::{Simd, mask64x8};
 use glam::{DVec3, Vec3};
@@ -36,7 +36,7 @@ impl<'s> Lanes<'s> {
             return None;
         }
         let sampled = lights.plain_lights()?;
-        let world = World::small(traceable)?;
+        let world = World::new(scene, traceable)?;
         // Where normals differ, skies are sampled in another way from each point.
         if lights.has_skies() && world.has_normals() {
             return None;

@@ -22,17 +22,15 @@ pub(in crate::integrator) enum World<'s> {
 }
 
 impl<'s> World<'s> {
-    /// `None` of one that is not small, or has other than plain materials.
-    pub fn small(traceable: &'s Traceable<'s>) -> Option<Self> {
-        let list = List::new(traceable)?;
-        let shading = ListShading::new(traceable, &list)?;
-        Some(World::List(list, shading))
-    }
-
     /// `None` of one that has copies of objects, or holes, or other than plain materials.
-    pub fn any(scene: &Scene, traceable: &'s Traceable<'s>) -> Option<Self> {
+    pub fn new(scene: &Scene, traceable: &'s Traceable<'s>) -> Option<Self> {
+        let small = || {
+            let list = List::new(traceable)?;
+            let shading = ListShading::new(traceable, &list)?;
+            Some(World::List(list, shading))
+        };
         let tree = || Some(World::Tree(Tree::new(traceable)?, TreeShading::new(scene, traceable)?));
-        World::small(traceable).or_else(tree)
+        small().or_else(tree)
     }
 
     /// Whether all materials are diffuse and nothing else.

@@ -35,7 +35,7 @@ impl<'s> Lanes<'s> {
         let Integrator::Path { max_depth, roulette_threshold, light_choice } = scene.integrator else {
             return None;
         };
-        let world = World::any(scene, traceable)?;
+        let world = World::new(scene, traceable)?;
         let lighting = Lighting::new(lights, light_choice, world.has_normals())?;
         Some(Lanes { world, lighting, max_depth, roulette_threshold })
     }

@@ -163,12 +163,25 @@ const CURVE: &str = "Shape \"curve\" \"float width\" .2 \"point P\" [0 0 0 .2 .5
 const FIELD: &str = "Shape \"heightfield\" \"integer nu\" 6 \"integer nv\" 6 \"float Pz\"
     [0 .1 0 .2 0 .1  .3 0 .2 .1 0 .1  0 .2 0 .1 .3 0  .1 0 .2 0 .1 0  0 .1 .2 0 .3 .1  0 .2 0 .1 .1 0]";
 
-/// A scene for direct lighting.
+/// What small worlds may have; what needs a tree; and what has shading normals of its own.
+const SMALL: [&str; 6] = [SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER];
+const LARGE: [&str; 8] = [SPHERE, SQUARE, CORNER, FIELD, TANGENTS, DISK, CURVE, PARTIAL];
+const WITH_NORMALS: [&str; 8] = [SPHERE, SQUARE, SMOOTH, SMOOTH, FIELD, DISK, CURVE, TANGENTS];
+
+/// A scene for direct lighting: small, or with a tree.
 fn direct_scene(case: usize) -> String {
     let integrator = pick(noise(case, 1.6), &["\"directlighting\"", "\"whitted\""]);
-    let mut text = head(case, &integrator) + &lights(case);
+    let lights = lights(case);
+    let mut text = head(case, &integrator) + &lights;
+    // Where normals differ, there are no skies.
+    let shapes = match case % 4 {
+        0 | 1 => &SMALL[..],
+        2 => &LARGE[..],
+        _ if lights.contains("infinite") => &LARGE[..],
+        _ => &WITH_NORMALS[..],
+    };
     for number in 0..1 + case % 12 {
-        text += &shape(case, number, &[SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER]);
+        text += &shape(case, number, shapes);
     }
     without_bumps_under_skies(text + "WorldEnd")
 }
@@ -219,16 +232,13 @@ fn path_scene(case: usize) -> String {
     if case.is_multiple_of(11) {
         text += &"LightSource \"point\" \"rgb I\" [.1 .1 .1] ".repeat(40);
     }
-    let small = [SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER];
-    let large = [SPHERE, SQUARE, CORNER, FIELD, TANGENTS, DISK, CURVE, PARTIAL];
-    let smooth = [SPHERE, SQUARE, SMOOTH, SMOOTH, FIELD, DISK, CURVE, TANGENTS];
     for number in 0..1 + case % 9 {
         let shapes = if has_normals {
-            &smooth[..]
+            &WITH_NORMALS[..]
         } else if case % 5 < 2 {
-            &small[..]
+            &SMALL[..]
         } else {
-            &large[..]
+            &LARGE[..]
         };
         let shape = shape(case, number, shapes);
         let glow = pick(
@@ -279,6 +289,9 @@ fn only_plain_worlds_are_served() {
         ("", picture),
         ("", bump),
         ("", &TRIANGLE.repeat(MOST)),
+        ("", &many),
+        ("", &format!("LightSource \"infinite\" {CURVE} {DISK} {FIELD}")),
+        ("", &format!("LightSource \"point\" {SMOOTH}")),
         (path, TRIANGLE),
         (path, &format!("{bump} {picture} {many}")),
         (path, &format!("LightSource \"infinite\" LightSource \"projection\" {DISK} {lamp} {many}")),
@@ -293,8 +306,6 @@ fn only_plain_worlds_are_served() {
         ("", "LightSource \"infinite\" \"integer nsamples\" 2"),
         ("", "LightSource \"projection\""),
         ("", lamp),
-        ("", DISK),
-        ("", CURVE),
         ("", copy),
         ("", "Material \"none\" Shape \"sphere\""),
         ("", "Material \"mirror\" Shape \"sphere\""),
@@ -302,9 +313,7 @@ fn only_plain_worlds_are_served() {
         ("", &format!("{picture} Material \"glass\" \"texture Kr\" \"t\" Shape \"sphere\"")),
         ("", &format!("LightSource \"infinite\" {bump}")),
         ("", &holes),
-        ("", SMOOTH),
-        ("", &many),
-        ("", &SPHERE.repeat(MOST / 2 + 1)),
+        ("", &format!("LightSource \"infinite\" {SMOOTH}")),
         (path, "Material \"none\" Shape \"sphere\""),
         (path, "Material \"glass\" Shape \"sphere\""),
         (path, &format!("LightSource \"infinite\" {bump}")),
