@@ -26,8 +26,8 @@ pub struct Aligned {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum AlignError {
     /// The full pictures are not of one size.
-    #[error("the sizes differ: {}x{} and {}x{}", .0[0], .0[1], .0[2], .0[3])]
-    Size([u32; 4]),
+    #[error("the sizes differ: {}x{} and {}x{}", .0[0], .0[1], .1[0], .1[1])]
+    Size([u32; 2], [u32; 2]),
     /// The data windows do not overlap.
     #[error("the data windows of the two pictures have no pixel in common")]
     Apart,
@@ -36,28 +36,46 @@ pub enum AlignError {
     Channels(&'static str, String),
 }
 
-/// The pixels that both pictures have, by their data windows. Alpha takes no part.
+/// The pixels that both pictures have, by their data windows. Alpha takes no part. Formats other than .exr have no windows:
+/// a picture of exactly the pixels of the other's data window is taken for these.
 ///
 /// Fails if the display windows differ in size, the data windows do not overlap, or a picture has no colors.
 pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
-    let (a, b) = (actual.display_window, expected.display_window);
-    if (a.width, a.height) != (b.width, b.height) {
-        return Err(AlignError::Size([a.width, a.height, b.width, b.height]));
+    let (a, b) = (actual.windows_beside(expected), expected.windows_beside(actual));
+    if a.display.size() != b.display.size() {
+        return Err(AlignError::Size(a.display.size(), b.display.size()));
     }
-    let window = common(actual.data_window, expected.data_window).ok_or(AlignError::Apart)?;
-    let left_out = actual.data_window.area() + expected.data_window.area() - 2 * window.area();
+    let window = common(a.data, b.data).ok_or(AlignError::Apart)?;
+    let left_out = a.data.area() + b.data.area() - 2 * window.area();
     let colors =
         |image: &Image, which| image.rgb().ok_or_else(|| AlignError::Channels(which, instead(image)));
-    let errors = |image: &Image| image.errors().map(|errors| cut(errors, image.data_window, window));
+    let errors = |image: &Image, data| image.errors().map(|errors| cut(errors, data, window));
     Ok(Aligned {
         window,
-        actual_errors: errors(actual),
-        expected_errors: errors(expected),
-        actual: cut(colors(actual, "first")?, actual.data_window, window),
-        expected: cut(colors(expected, "second")?, expected.data_window, window),
+        actual_errors: errors(actual, a.data),
+        expected_errors: errors(expected, b.data),
+        actual: cut(colors(actual, "first")?, a.data, window),
+        expected: cut(colors(expected, "second")?, b.data, window),
         precision: actual.precision.min(expected.precision),
         left_out,
     })
+}
+
+/// The full picture, and the part of it that there is.
+struct Windows {
+    display: Window,
+    data: Window,
+}
+
+impl Image {
+    /// Where its pixels lie in what it is compared with.
+    fn windows_beside(&self, other: &Image) -> Windows {
+        let is_whole = self.data_window == self.display_window;
+        let is_part_of_other = self.data_window.size() == other.data_window.size();
+        let fits = self.display_window.size() == other.display_window.size();
+        let image = if is_whole && is_part_of_other && !fits { other } else { self };
+        Windows { display: image.display_window, data: image.data_window }
+    }
 }
 
 /// What a picture without colors has, or how to choose from its file.
@@ -113,6 +131,23 @@ mod tests {
         assert_eq!(aligned.left_out, 20 + 24 - 12);
         assert_eq!(aligned.actual, aligned.expected);
         assert_eq!(aligned.actual[4], [3.0, 2.0, 0.0]);
+    }
+
+    /// A .png of a crop window is held against an .exr file of it, but not against what is smaller for other reasons.
+    #[test]
+    fn a_picture_without_windows_is_taken_for_the_part_that_it_has_the_size_of() {
+        let part = picture(Window { x: 2, y: 1, width: 3, height: 2 });
+        let whole = Window { x: 0, y: 0, width: 3, height: 2 };
+        let colors: Vec<[f32; 3]> =
+            (0..6).map(|i| [2.0 + (i % 3) as f32, 1.0 + (i / 3) as f32, 0.0]).collect();
+        let plain = Image::from_rgb(whole, whole, &colors);
+        for (a, b) in [(&part, &plain), (&plain, &part)] {
+            let aligned = align(a, b).unwrap();
+            assert_eq!((aligned.window, aligned.left_out), (part.data_window, 0));
+            assert_eq!(aligned.actual, aligned.expected);
+        }
+        let other = picture(Window { x: 2, y: 1, width: 4, height: 2 });
+        assert_eq!(align(&other, &plain).unwrap_err(), AlignError::Size([8, 8], [3, 2]));
     }
 
     #[test]

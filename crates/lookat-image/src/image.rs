@@ -28,6 +28,11 @@ impl Window {
     pub fn area(self) -> u64 {
         u64::from(self.width) * u64::from(self.height)
     }
+
+    /// Width and height.
+    pub fn size(self) -> [u32; 2] {
+        [self.width, self.height]
+    }
 }
 
 /// One named plane of numbers.
@@ -261,7 +266,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
 /// The file that writing to `path` replaces, and its folder: a link stays, and what it leads to is replaced. `None` where
 /// something stands there that is neither a file nor a folder.
 pub fn write_target(path: &Path) -> Option<(PathBuf, PathBuf)> {
-    let target = path.canonicalize().unwrap_or_else(|_| path.into());
+    let target = path.canonicalize().unwrap_or_else(|_| followed(path));
     if target.exists() && !target.is_file() && !target.is_dir() {
         return None;
     }
@@ -270,6 +275,17 @@ pub fn write_target(path: &Path) -> Option<(PathBuf, PathBuf)> {
         _ => ".".into(),
     };
     Some((target, folder))
+}
+
+/// Where a link leads to that leads to nothing yet.
+fn followed(path: &Path) -> PathBuf {
+    let mut at = path.to_path_buf();
+    // As many links as Linux follows.
+    for _ in 0..40 {
+        let Ok(next) = std::fs::read_link(&at) else { break };
+        at = at.parent().unwrap_or(Path::new("")).join(next);
+    }
+    at
 }
 
 /// Writes a file that appears whole or not at all.

@@ -90,15 +90,19 @@ pub fn means(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> Means {
 /// If the pictures do not have the same size.
 pub fn relative_mse_trimmed(actual: &[[f32; 3]], expected: &[[f32; 3]]) -> f64 {
     let of_pixel = |a: &[f32; 3], b: &[f32; 3]| {
-        ((0..3).map(|i| relative_square(f64::from(a[i]), f64::from(b[i]))).sum::<f64>() / 3.0) as f32
+        (0..3).map(|i| relative_square(f64::from(a[i]), f64::from(b[i]))).sum::<f64>() / 3.0
     };
+    // Ranked by the root, which fits `f32` whatever the pictures hold.
+    let root = |a: &[f32; 3], b: &[f32; 3]| of_pixel(a, b).sqrt() as f32;
     let kept = nearest_rank(KEPT, actual.len());
-    let last = ranked(actual.len(), |i| [of_pixel(&actual[i], &expected[i])], kept);
-    let [smaller, count] = pixel_sums(actual, expected, |a, b| match of_pixel(a, b) {
-        value if value < last => [f64::from(value), 1.0],
-        _ => [0.0, 0.0],
+    let last = ranked(actual.len(), |i| [root(&actual[i], &expected[i])], kept);
+    let [smaller, count, ties, tied] = pixel_sums(actual, expected, |a, b| match root(a, b) {
+        value if value < last => [of_pixel(a, b), 1.0, 0.0, 0.0],
+        value if value == last => [0.0, 0.0, of_pixel(a, b), 1.0],
+        _ => [0.0; 4],
     });
-    (smaller + (kept as f64 - count) * f64::from(last)) / kept as f64
+    // Of those that are alike, as many as are kept.
+    (smaller + ties / tied * (kept as f64 - count)) / kept as f64
 }
 
 /// The given percentile, as a share in 0..1, of |actual - expected| over all pixels and channels, in the unit

@@ -5,6 +5,7 @@ use lookat_syntax::{Diagnostic, Param, ParamType, Span, Text, Values};
 
 use crate::cie;
 use crate::files::Files;
+use crate::report::Report;
 
 /// The largest component of a color: far beyond any light, and so small that a sum of many and a product of two fit `f32`.
 pub(crate) const LARGEST: f32 = 1e18;
@@ -13,14 +14,14 @@ pub(crate) const LARGEST: f32 = 1e18;
 pub const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
 
 /// The color that a parameter gives. A list of several is cut to the first.
-pub(crate) fn from_param(param: &Param, files: &Files) -> Result<Vec3, Box<Diagnostic>> {
+pub(crate) fn from_param(param: &Param, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
     let at = param.values.span;
     Ok(match (&param.values.value, param.ty) {
         (Values::Triples(values), ParamType::Xyz) => from_xyz(values[0].into()),
         (Values::Triples(values), _) => DVec3::from(values[0]).as_vec3(),
         (Values::Pairs(values), _) => from_blackbody(values[0][0], values[0][1]),
         (Values::Numbers(values), _) => from_samples(values, at)?,
-        (Values::Strings(names), _) => from_file(names, at, files)?,
+        (Values::Strings(names), _) => from_file(names, at, files, report)?,
         _ => Vec3::ZERO,
     })
 }
@@ -95,8 +96,8 @@ fn interpolate(samples: &[(f64, f64)], at: f64) -> f64 {
     }
 }
 
-/// A spectrum from a file of numbers; `#` starts a comment.
-fn from_file(names: &[Text], at: Span, files: &Files) -> Result<Vec3, Box<Diagnostic>> {
+/// A spectrum from a file of numbers, which spaces or commas part; `#` starts a comment.
+fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
     let Some(name) = names.first() else {
         return Err(Box::new(Diagnostic::error(at, "a spectrum needs the name of a file")));
     };
@@ -105,23 +106,37 @@ fn from_file(names: &[Text], at: Span, files: &Files) -> Result<Vec3, Box<Diagno
         .map_err(|(path, error)| Box::new(files.unreadable("read", name, &path, &error)))?;
     let text = String::from_utf8_lossy(&bytes);
     let mut numbers = Vec::new();
-    for (index, line) in text.lines().enumerate() {
-        for word in
-            line.split('#').next().unwrap_or("").split([' ', '\t', ',']).filter(|word| !word.is_empty())
-        {
+    for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let line = line.split('#').next().unwrap_or_default();
+        let refused = |what: String| {
+            let message = format!("{} line {}: {what}", path.display(), index + 1);
+            Diagnostic::error(name.span, message)
+        };
+        if let Some(word) = decimal_comma(line) {
+            let help = "write numbers with a point, as 0.5";
+            return Err(Box::new(refused(format!("`{word}` is two numbers to pbrt")).help(help)));
+        }
+        for word in line.split([' ', '\t', ',']).filter(|word| !word.is_empty()) {
             match word.parse::<f64>() {
                 Ok(number) if number.is_finite() => numbers.push(number),
-                _ => {
-                    let message = format!("{} line {}: `{word}` is not a number", path.display(), index + 1);
-                    return Err(Box::new(Diagnostic::error(name.span, message)));
-                }
+                _ => return Err(Box::new(refused(format!("`{word}` is not a number")))),
             }
         }
     }
     if numbers.len() % 2 == 1 {
+        let message = format!("{} has an odd count of numbers: {}", path.display(), numbers.len());
+        let help = "a spectrum is pairs of wavelength and value; the last number is not used, as in pbrt-v3";
+        report.once(Diagnostic::warning(name.span, message).help(help));
         numbers.pop();
     }
     from_samples(&numbers, name.span)
+}
+
+/// A comma within one of several words of a line: `400 0,5`. Without spaces it parts two numbers: `400,0.5`.
+fn decimal_comma(line: &str) -> Option<&str> {
+    let mut words = line.split_ascii_whitespace().filter(|word| *word != ",");
+    let inside = |word: &&str| word.trim_matches(',').contains(',');
+    if words.clone().count() > 1 { words.find(inside) } else { None }
 }
 
 #[cfg(test)]

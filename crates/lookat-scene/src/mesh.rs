@@ -178,8 +178,15 @@ pub(crate) fn grid(columns: usize, rows: usize) -> Vec<i32> {
 
 /// Texture coordinates come under two names and two types, in this order in pbrt-v3.
 fn texture_coordinates(params: &mut Params) -> Vec<[f64; 2]> {
-    let pairs = params.pairs("uv").or_else(|| params.pairs("st"));
-    let floats = params.floats("uv").or_else(|| params.floats("st"));
+    // All are read, so that none is taken for a mistake.
+    let [uv, st] = ["uv", "st"].map(|name| (params.pairs(name), params.floats(name)));
+    if params.was_taken("uv") && params.was_taken("st") {
+        let is_uv = uv.0.is_some() || st.0.is_none();
+        let (used, other) = if is_uv { ("uv", "st") } else { ("st", "uv") };
+        let help = "they are two names of the texture coordinates; pbrt-v3 uses the same one";
+        params.warn(other, &format!("{other} is ignored, since {used} is given"), help);
+    }
+    let (pairs, floats) = (uv.0.or(st.0), uv.1.or(st.1));
     if let Some(odd) = floats.as_ref().map(Vec::len).filter(|count| !count.is_multiple_of(2)) {
         let message = format!("uv takes its numbers in pairs; {odd} given");
         params.warn("uv", &message, "the last one is not used, as in pbrt-v3");

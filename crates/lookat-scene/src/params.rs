@@ -225,7 +225,7 @@ impl<'a> Params<'a> {
     /// A color: `rgb`, `xyz`, `blackbody` or `spectrum`.
     pub fn spectrum(&mut self, name: &'static str, default: Vec3) -> Vec3 {
         let Some(param) = self.take_one(name, SPECTRUM_TYPES) else { return default };
-        let color = color::from_param(&param, self.files);
+        let color = color::from_param(&param, self.files, self.report);
         if let (Values::Pairs(pairs), Ok(color)) = (&param.values.value, &color) {
             self.check_blackbody(name, pairs[0], *color);
         }

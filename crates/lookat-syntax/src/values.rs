@@ -188,7 +188,10 @@ impl<'a> Reader<'a> {
                     error.help("the name comes first: MakeNamedMaterial \"red\" \"string type\" \"matte\"")
                 } else if is_named {
                     // A type is a parameter of a named material or medium.
-                    let declaration = format!("\"string type\" \"{only}\"");
+                    let declaration = match only {
+                        "type" => "\"string type\"".to_owned(),
+                        _ => format!("\"string type\" \"{only}\""),
+                    };
                     error.help(format!("a type is given so: {declaration}")).fix(at, declaration)
                 } else {
                     error
@@ -285,12 +288,14 @@ impl<'a> Reader<'a> {
                 }
                 let (at, found) = found(input);
                 let fault = Fault::new(at, format!("expected a quoted string, found {found}"));
-                match at.iter().all(|byte| byte.is_ascii_graphic() && !b"[]\"#\\".contains(byte)) {
-                    true if !at.is_empty() => {
-                        fault.help("strings are quoted").replace_with(format!("\"{}\"", shown(at))).fail()
-                    }
-                    _ => fault.fail(),
+                let is_plain = |byte: &u8| byte.is_ascii_graphic() && !b"[]\"#\\".contains(byte);
+                if at.is_empty() || !at.iter().all(is_plain) {
+                    return fault.fail();
                 }
+                let fault = fault.help("strings are quoted");
+                // A number is hardly a name.
+                let is_number = number(at).is_ok();
+                if is_number { fault } else { fault.replace_with(format!("\"{}\"", shown(at))) }.fail()
             }
         }
     }

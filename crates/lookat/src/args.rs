@@ -71,7 +71,7 @@ pub struct Render {
     #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
     pub crop: Option<Vec<f64>>,
     /// Threads [default: one for each processor]
-    #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = threads)]
     pub threads: Option<u16>,
     /// Chooses the random numbers: the same seed gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
@@ -100,7 +100,7 @@ pub struct Bench {
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = part)]
     pub only: Vec<Part>,
     /// How often each thing is measured; medians are printed
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = rounds)]
     pub rounds: u16,
     /// Print one JSON object
     #[arg(long)]
@@ -125,7 +125,7 @@ pub struct Stability {
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
     /// Random rays for each row of a case
-    #[arg(long, value_name = "N", default_value_t = 100_000, value_parser = rays)]
+    #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = rays)]
     pub rays: u64,
     /// Write charts and tables to this folder
     #[arg(short, long, value_name = "DIR")]
@@ -191,7 +191,7 @@ pub struct Verify {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
     pub spp: Option<u32>,
     /// Threads [default: one for each processor]
-    #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = threads)]
     pub threads: Option<u16>,
     /// Chooses the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
@@ -253,6 +253,16 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
 fn samples(text: &str) -> Result<u32, String> {
     let count = text.parse().ok().filter(|count| (1..=1 << 30).contains(count));
     count.ok_or_else(|| "expected a whole number from 1 to 1073741824".into())
+}
+
+fn threads(text: &str) -> Result<u16, String> {
+    let count = text.parse().ok().filter(|count| (1..=1024).contains(count));
+    count.ok_or_else(|| "expected a whole number from 1 to 1024".into())
+}
+
+fn rounds(text: &str) -> Result<u16, String> {
+    let count = text.parse().ok().filter(|count| (1..=1000).contains(count));
+    count.ok_or_else(|| "expected a whole number from 1 to 1000".into())
 }
 
 fn seed(text: &str) -> Result<u64, String> {

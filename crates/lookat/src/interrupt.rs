@@ -18,7 +18,7 @@ pub fn flow() -> ControlFlow<()> {
 /// What comes so soon after the first is no second time: `timeout` sends to a program, and then to its whole group.
 const TOGETHER: Duration = Duration::from_millis(100);
 
-/// Watches for both. The first time asks to stop, and `notice` is said; the second, or the first while it is not worth while
+/// Watches for both. The first time asks to stop, and `notice` is said, unless it is empty; the second, or the first while it is not worth while
 /// to stop in order, ends the program at once.
 pub fn watch(notice: &'static str, is_worth_while: fn() -> bool) -> Result<(), String> {
     let mut first: Option<Instant> = None;
@@ -39,7 +39,9 @@ pub fn watch(notice: &'static str, is_worth_while: fn() -> bool) -> Result<(), S
             crate::say("interrupted; nothing is written");
             std::process::exit(STATUS.into());
         }
-        crate::say(notice);
+        if !notice.is_empty() {
+            crate::say(notice);
+        }
     };
     on_signal(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))
 }

@@ -151,6 +151,7 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         note_sampler(arguments, scene, loaded);
     }
     let notice = "stopping; once more ends at once, without a picture";
+    let notice = if arguments.quiet { "" } else { notice };
     interrupt::watch(notice, || HAS_SAMPLES.load(Ordering::Relaxed))?;
     let started = Instant::now();
     let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));
@@ -179,6 +180,9 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         black: colors.iter().all(|channel| channel.samples.iter().all(|sample| *sample == 0.0)),
         target: settings.target_error.zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
+    if arguments.quiet && !picture.complete {
+        crate::say(&format!("interrupted; a partial picture is in {}", picture.file));
+    }
     if !arguments.quiet && !arguments.report.json {
         summarize(&picture, &rendered, scene);
         if arguments.adaptive && rendered.complete && least == most {

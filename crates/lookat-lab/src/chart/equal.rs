@@ -22,7 +22,7 @@ pub struct Comparison {
 impl Curve {
     /// The error after so many seconds.
     pub fn error_at(&self, seconds: f64) -> Option<f64> {
-        first_crossing(&self.0, seconds)
+        first_crossing(&self.in_order(), seconds)
     }
 
     /// The least error within so many seconds.
@@ -33,16 +33,30 @@ impl Curve {
 
     /// The seconds until the error is as small as this for the first time.
     pub fn seconds_to(&self, error: f64) -> Option<f64> {
-        let swapped: Vec<(f64, f64)> = self.0.iter().map(|(seconds, error)| (*error, *seconds)).collect();
+        let swapped: Vec<(f64, f64)> =
+            self.in_order().into_iter().map(|(seconds, error)| (error, seconds)).collect();
         first_crossing(&swapped, error)
     }
 
+    /// Without the points that took longer than one of more samples: the machine had other work to do then.
+    fn in_order(&self) -> Vec<(f64, f64)> {
+        let mut soonest = f64::INFINITY;
+        let mut points: Vec<(f64, f64)> = self.0.iter().rev().copied().collect();
+        points.retain(|(seconds, _)| {
+            let is_in_order = *seconds < soonest;
+            soonest = soonest.min(*seconds);
+            is_in_order
+        });
+        points.reverse();
+        points
+    }
+
     fn seconds(&self) -> Option<RangeInclusive<f64>> {
-        span(self.0.iter().map(|point| point.0))
+        span(self.in_order().iter().map(|point| point.0))
     }
 
     fn errors(&self) -> Option<RangeInclusive<f64>> {
-        span(self.0.iter().map(|point| point.1))
+        span(self.in_order().iter().map(|point| point.1))
     }
 }
 
@@ -168,6 +182,10 @@ mod tests {
         let bent = Curve(vec![(1.0, 1.0), (2.0, 0.1), (4.0, 0.4), (8.0, 0.1)]);
         assert!(bent.seconds_to(0.2).unwrap() < 2.0);
         assert_eq!(Curve::default().error_at(1.0), None);
+        // What has taken longer than more samples tells nothing.
+        let held_up = Curve(vec![(2.4, 0.22), (1.0, 0.12), (1.7, 0.07), (3.0, 0.03)]);
+        assert_eq!(held_up.seconds_to(0.2), None);
+        assert!(held_up.error_at(2.0).unwrap() < 0.07);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use lookat_image::{Image, PixelError, Precision, Window, align};
+use lookat_image::{AlignError, Image, PixelError, Precision, Window, align};
 use lookat_scene::Film;
 
 /// The picture that is taken for the truth.
@@ -58,25 +58,23 @@ pub struct Fitted {
 pub fn fitted(image: &Image, film: &Film) -> Result<Fitted, String> {
     let crop = film.crop;
     let [width, height] = film.resolution;
-    let (have, part) = (image.display_window, image.data_window);
-    if [have.width, have.height] != [width, height] {
-        return Err(format!(
-            "is of {} x {} pixels, the scene of {width} x {height}",
-            have.width, have.height
-        ));
-    }
     if image.rgb().is_none() {
         return Err("has neither the channels R, G and B nor Y".into());
     }
     let window = Window { x: crop.x0 as i32, y: crop.y0 as i32, width: crop.width(), height: crop.height() };
     let blank = vec![[0.0; 3]; crop.area() as usize];
     let blank = Image::from_rgb(window, Window { x: 0, y: 0, width, height }, &blank);
-    let pair = align(image, &blank).map_err(|error| format!("does not fit the scene: {error}"))?;
+    let pair = align(image, &blank).map_err(|error| match error {
+        AlignError::Size([wide, high], _) => {
+            format!("is of {wide} x {high} pixels, the scene of {width} x {height}")
+        }
+        _ => format!("does not fit the scene: {error}"),
+    })?;
     if pair.left_out > 0 {
         return Err(format!(
             "has the pixels {}, the scene renders {}",
-            edges(part.x, part.y, part.width, part.height),
-            edges(window.x, window.y, window.width, window.height)
+            edges(image.data_window),
+            edges(window)
         ));
     }
     let broken = pair.actual.iter().filter(|pixel| pixel.iter().any(|value| !value.is_finite())).count();
@@ -87,7 +85,7 @@ pub fn fitted(image: &Image, film: &Film) -> Result<Fitted, String> {
     Ok(Fitted { pixels: pair.actual, noise, rounded: image.precision == Precision::Integer })
 }
 
-fn edges(x: i32, y: i32, width: u32, height: u32) -> String {
+fn edges(Window { x, y, width, height }: Window) -> String {
     format!("{width} x {height} from ({x}, {y})")
 }
 
@@ -123,6 +121,9 @@ mod tests {
         let error = |standard_error| PixelError { standard_error, samples: 16, replicates: 16 };
         image.add_errors(&[[error([3.0; 3]); 3], [error([4.0; 3]); 3]].concat());
         assert_eq!(fitted(&image, &film).unwrap().noise, Some(12.5_f64.sqrt()));
+        // The crop window alone, as formats other than .exr have it.
+        let alone = Window { x: 0, y: 0, ..part };
+        assert_eq!(fitted(&Image::from_rgb(alone, alone, &[[0.5; 3]; 6]), &film).unwrap().pixels.len(), 6);
         let refused = |image: &Image| fitted(image, &film).unwrap_err();
         let whole = Image::from_rgb(display, display, &[[0.5; 3]; 12]);
         assert_eq!(refused(&whole), "has the pixels 4 x 3 from (0, 0), the scene renders 2 x 3 from (1, 0)");

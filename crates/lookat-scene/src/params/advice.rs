@@ -163,15 +163,29 @@ impl Params<'_> {
                 .help(format!("a color has three numbers: {declaration}"))
                 .fix(param.span(), declaration);
         }
+        if let (Some(number), true) = (numeral(&param.values.value), types.contains(&ParamType::Float)) {
+            let declaration = format!("\"float {name}\" {number}");
+            let help = format!("numbers stand without quotes: {declaration}");
+            return warning.help(help).fix(param.span(), declaration);
+        }
         match types[..] {
             [only] => {
                 let declaration = format!("\"{} {name}\"", only.name());
                 let warning = warning.help(format!("declare it {declaration}"));
                 if may_be(&param.values.value, only) { warning.fix(at, declaration) } else { warning }
             }
+            // No fix: whether there is such a texture is not known here.
             _ if types.contains(&ParamType::Texture) && may_be(&param.values.value, ParamType::Texture) => {
-                let declaration = format!("\"texture {name}\"");
-                warning.help(format!("a texture is named so: {declaration}")).fix(at, declaration)
+                let other = if types.contains(&ParamType::Float) {
+                    "a number is \"float"
+                } else {
+                    "a color is \"rgb"
+                };
+                warning.help(format!("{other} {name}\", the name of a texture \"texture {name}\""))
+            }
+            _ if types.contains(&ParamType::Float) && may_be(&param.values.value, ParamType::Float) => {
+                let declaration = format!("\"float {name}\"");
+                warning.help(format!("declare it {declaration}")).fix(at, declaration)
             }
             _ if types.contains(&ParamType::Rgb) && may_be(&param.values.value, ParamType::Rgb) => {
                 let declaration = format!("\"rgb {name}\"");
@@ -180,6 +194,13 @@ impl Params<'_> {
             _ => warning,
         }
     }
+}
+
+/// A number in quotes.
+fn numeral(values: &Values) -> Option<&str> {
+    let Values::Strings(texts) = values else { return None };
+    let [text] = &texts[..] else { return None };
+    text.value.parse::<f64>().ok().filter(|number| number.is_finite()).map(|_| text.value.as_str())
 }
 
 /// Whether values of one type may be meant as those of another.

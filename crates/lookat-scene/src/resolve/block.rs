@@ -61,6 +61,10 @@ impl Resolver<'_> {
             return;
         }
         let error = match self.early.first() {
+            None if self.overrides.accept_part => {
+                let message = "the file has no WorldBegin: it is a part of a scene, or unfinished";
+                Diagnostic::warning(end, message).help("render the scene that includes it")
+            }
             None => Diagnostic::error(end, "the file has no WorldBegin: there is nothing to render")
                 .help("WorldBegin and WorldEnd enclose the lights and shapes; a part is checked with the scene that includes it"),
             Some((keyword, at)) => {

@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use lookat_lab::chart::FEWEST_SEEDS;
 
-use super::{resolution, seed};
+use super::{resolution, seed, threads};
 
 #[derive(Debug, Args)]
 #[command(
@@ -32,13 +33,13 @@ pub struct Chart {
     #[arg(long, value_name = "WxH", value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// Pictures for each point, each with another seed; at least 8
-    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(i64::from(lookat_lab::chart::FEWEST_SEEDS)..=1000))]
+    #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = seeds)]
     pub seeds: u32,
     /// The seed of the first picture; those of the others follow
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
     /// Threads [default: one for each processor]
-    #[arg(long, visible_alias = "nthreads", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = threads)]
     pub threads: Option<u16>,
     /// The folder to write to, made if need be [default: the name of the scene (of standard input: scene), with -chart, in the current folder]
     #[arg(short, long, value_name = "DIR")]
@@ -72,6 +73,11 @@ fn after_help() -> String {
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|seconds: &f64| (1e-9..=1e7).contains(seconds));
     seconds.ok_or_else(|| "expected a number of seconds, from 1e-9 to 1e7".into())
+}
+
+fn seeds(text: &str) -> Result<u32, String> {
+    let count = text.parse().ok().filter(|count| (FEWEST_SEEDS..=1000).contains(count));
+    count.ok_or_else(|| format!("expected a whole number from {FEWEST_SEEDS} to 1000"))
 }
 
 fn power_of_two(text: &str) -> Result<u32, String> {

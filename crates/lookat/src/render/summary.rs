@@ -112,7 +112,7 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scen
             false => "some pixels have no sample yet; they are black",
         });
     }
-    if picture.black && rendered.complete {
+    if picture.black && rendered.complete && picture.least_samples > 0 {
         // Where light could come from, a second ray would have asked.
         let is_alone = *rays == rendered.statistics.samples;
         crate::say(match is_alone {
