@@ -98,6 +98,7 @@ fn the_exit_status_tells_fine_from_wrong_from_trouble() {
     check(&["render", "fine.pbrt", "wrong.pbrt"], 2);
     check(&["render", "fine.pbrt", "--spp", "0"], 2);
     check(&["render", "fine.pbrt", "--threads", "0"], 2);
+    check(&["render", "fine.pbrt", "--threads", "-1"], 2);
     check(&["render", "fine.pbrt", "--resolution", "640"], 2);
     check(&["render", "fine.pbrt", "--resolution", "0x480"], 2);
     check(&["render", "fine.pbrt", "--crop", "0", "1", "0"], 2);

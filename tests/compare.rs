@@ -260,6 +260,20 @@ fn clipped_pixels_are_told() {
     assert!(!out.contains("at 1"), "{out}");
 }
 
+/// Formats other than .exr hold the crop window alone.
+#[test]
+fn a_picture_of_a_crop_window_is_held_against_that_part() {
+    let folder = Folder::new();
+    let part = Window { x: 2, y: 1, width: 3, height: 2 };
+    let image = Image::from_rgb(part, WINDOW, &[[0.5; 3]; 6]);
+    image.write(&folder.path("crop.exr")).unwrap();
+    image.write(&folder.path("crop.pfm")).unwrap();
+    for pictures in [["crop.exr", "crop.pfm"], ["crop.pfm", "crop.exr"], ["crop.pfm", "crop.pfm"]] {
+        let (status, out, err) = folder.compare(&[&pictures[..], &["--max", "max=0"]].concat());
+        assert_eq!((status, err.as_str()), (0, ""), "{pictures:?} {out}");
+    }
+}
+
 /// A limit that cannot be held to anything is not kept.
 #[test]
 fn limits_of_what_cannot_be_measured_are_trouble() {
@@ -268,6 +282,8 @@ fn limits_of_what_cannot_be_measured_are_trouble() {
     Image::from_rgb(tiny, tiny, &[[0.5; 3]; 64]).write(&folder.path("tiny.exr")).unwrap();
     let (status, _, err) = folder.compare(&["tiny.exr", "tiny.exr", "--max", "ssim=0.9"]);
     assert!(status == 2 && err.contains("there is no ssim: the pictures are too small"), "{err}");
+    let (status, out, _) = folder.compare(&["tiny.exr", "tiny.exr", "--only", "ssim"]);
+    assert!(status == 0 && out.starts_with("there is no ssim: the pictures are too small"), "{out}");
     // As a render leaves them that is interrupted early.
     let mut image = Image::from_rgb(WINDOW, WINDOW, &smooth());
     let error = PixelError { standard_error: [f32::INFINITY; 3], samples: 4, replicates: 1 };

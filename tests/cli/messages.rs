@@ -188,3 +188,43 @@ fn lights_in_error_give_no_light() {
     let result = &json_lines(&run)[0];
     assert_eq!((run.status, &result["picture"]["black"]), (0, &true.into()), "{}", run.out);
 }
+
+/// Parts that scenes include, of the world or before it, are checked by themselves; but they are no scenes.
+#[test]
+fn parts_of_scenes_are_checked_and_not_rendered() {
+    let folder = Folder::new();
+    let run = |text: &str, command: &str| {
+        folder.write("part.pbrt", text);
+        folder.run(&[command, "part.pbrt"])
+    };
+    let camera = "LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\"";
+    for (text, without) in [(camera, "WorldBegin"), ("Shape \"sphere\"", "Camera, Film and WorldBegin")] {
+        let checked = run(text, "check");
+        let warning = format!("warning: this is a part of a scene, without {without}\n");
+        assert!(checked.status == 0 && checked.err.starts_with(&warning), "{}", checked.err);
+        assert_eq!(run(text, "render").status, 1);
+    }
+    // What is wrong with them is told; and nothing at all is no part.
+    for (text, error) in [
+        ("Camera \"perspectve\"", "error: unknown Camera \"perspectve\""),
+        ("# nothing", "error: the file has no WorldBegin"),
+    ] {
+        let checked = run(text, "check");
+        assert!(checked.status == 1 && checked.err.contains(error), "{}", checked.err);
+    }
+}
+
+/// Where a number is due, what else is given is refused, with the numbers that serve.
+#[test]
+fn numbers_of_options_have_their_ranges_told() {
+    let folder = Folder::new();
+    for (arguments, range) in [
+        (["render", "fine.pbrt", "--threads", "-1"], "from 1 to 1024"),
+        (["render", "fine.pbrt", "--spp", "-4"], "from 1 to 1073741824"),
+        (["chart", "fine.pbrt", "--seeds", "4"], "from 8 to 1000"),
+        (["chart", "fine.pbrt", "--spp", "-4"], "a power of two"),
+    ] {
+        let run = folder.run(&arguments);
+        assert!(run.status == 2 && run.err.contains(range), "{}", run.err);
+    }
+}

@@ -36,46 +36,36 @@ pub enum AlignError {
     Channels(&'static str, String),
 }
 
-/// The pixels that both pictures have, by their data windows. Alpha takes no part. Formats other than .exr have no windows:
-/// a picture of exactly the pixels of the other's data window is taken for these.
+/// The pixels that both pictures have, by their data windows. Alpha takes no part. A picture that does not say where it lies
+/// is taken for the part of the other that has its size.
 ///
-/// Fails if the display windows differ in size, the data windows do not overlap, or a picture has no colors.
+/// Fails if the full pictures differ in size, the data windows do not overlap, or a picture has no colors.
 pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
-    let (a, b) = (actual.windows_beside(expected), expected.windows_beside(actual));
-    if a.display.size() != b.display.size() {
-        return Err(AlignError::Size(a.display.size(), b.display.size()));
+    let (a, b) = (placed_by(actual, expected), placed_by(expected, actual));
+    if a.display_window.size() != b.display_window.size() {
+        return Err(AlignError::Size(a.display_window.size(), b.display_window.size()));
     }
-    let window = common(a.data, b.data).ok_or(AlignError::Apart)?;
-    let left_out = a.data.area() + b.data.area() - 2 * window.area();
+    let (a, b) = (a.data_window, b.data_window);
+    let window = common(a, b).ok_or(AlignError::Apart)?;
+    let left_out = a.area() + b.area() - 2 * window.area();
     let colors =
         |image: &Image, which| image.rgb().ok_or_else(|| AlignError::Channels(which, instead(image)));
     let errors = |image: &Image, data| image.errors().map(|errors| cut(errors, data, window));
     Ok(Aligned {
         window,
-        actual_errors: errors(actual, a.data),
-        expected_errors: errors(expected, b.data),
-        actual: cut(colors(actual, "first")?, a.data, window),
-        expected: cut(colors(expected, "second")?, b.data, window),
+        actual_errors: errors(actual, a),
+        expected_errors: errors(expected, b),
+        actual: cut(colors(actual, "first")?, a, window),
+        expected: cut(colors(expected, "second")?, b, window),
         precision: actual.precision.min(expected.precision),
         left_out,
     })
 }
 
-/// The full picture, and the part of it that there is.
-struct Windows {
-    display: Window,
-    data: Window,
-}
-
-impl Image {
-    /// Where its pixels lie in what it is compared with.
-    fn windows_beside(&self, other: &Image) -> Windows {
-        let is_whole = self.data_window == self.display_window;
-        let is_part_of_other = self.data_window.size() == other.data_window.size();
-        let fits = self.display_window.size() == other.display_window.size();
-        let image = if is_whole && is_part_of_other && !fits { other } else { self };
-        Windows { display: image.display_window, data: image.data_window }
-    }
+/// The picture whose windows count for one that is held against another.
+fn placed_by<'i>(image: &'i Image, other: &'i Image) -> &'i Image {
+    let is_part = image.data_window.size() == other.data_window.size();
+    if !image.has_windows && is_part { other } else { image }
 }
 
 /// What a picture without colors has, or how to choose from its file.
@@ -133,14 +123,16 @@ mod tests {
         assert_eq!(aligned.actual[4], [3.0, 2.0, 0.0]);
     }
 
-    /// A .png of a crop window is held against an .exr file of it, but not against what is smaller for other reasons.
+    /// A .png of a crop window is held against an .exr file of it; but not an .exr file of the same size.
     #[test]
-    fn a_picture_without_windows_is_taken_for_the_part_that_it_has_the_size_of() {
+    fn a_picture_without_windows_is_taken_for_the_part_of_its_size() {
         let part = picture(Window { x: 2, y: 1, width: 3, height: 2 });
         let whole = Window { x: 0, y: 0, width: 3, height: 2 };
         let colors: Vec<[f32; 3]> =
             (0..6).map(|i| [2.0 + (i % 3) as f32, 1.0 + (i / 3) as f32, 0.0]).collect();
-        let plain = Image::from_rgb(whole, whole, &colors);
+        let mut plain = Image::from_rgb(whole, whole, &colors);
+        assert_eq!(align(&part, &plain).unwrap_err(), AlignError::Size([8, 8], [3, 2]));
+        plain.has_windows = false;
         for (a, b) in [(&part, &plain), (&plain, &part)] {
             let aligned = align(a, b).unwrap();
             assert_eq!((aligned.window, aligned.left_out), (part.data_window, 0));

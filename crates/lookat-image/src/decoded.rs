@@ -92,7 +92,7 @@ fn decode(
     }
     let window = Window { x: 0, y: 0, width, height };
     let (pixels, _) = values.as_chunks();
-    Ok(Image { precision: Precision::Integer, ..Image::from_rgb(window, window, pixels) })
+    Ok(Image { precision: Precision::Integer, has_windows: false, ..Image::from_rgb(window, window, pixels) })
 }
 
 /// Whether the end of a JPEG picture is among the last bytes of the file: its decoder makes up what is missing.

@@ -132,7 +132,15 @@ fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault
     let display_window = window(header.shared_attributes.display_window);
     let is_half = sources(header, choice).iter().any(|(_, kind)| *kind == SampleType::F16);
     let precision = if is_half { Precision::Half } else { Precision::Single };
-    Ok(Image { data_window, display_window, channels, metadata, layers: Vec::new(), precision })
+    Ok(Image {
+        data_window,
+        display_window,
+        channels,
+        metadata,
+        layers: Vec::new(),
+        precision,
+        has_windows: true,
+    })
 }
 
 /// For each channel of the choice, the bytes of a pixel before it, and its type.
@@ -227,8 +235,8 @@ mod tests {
             |(i, name): (usize, &&str)| Channel { name: name.to_string(), samples: values(i as u32) };
         let channels = ["B", "G", "R", "Tiefe \u{fc}", "albedo.R"].iter().enumerate().map(channel).collect();
         let metadata = Some("{\"scene\": \"K\u{fc}che \u{1f600}\"}".to_string());
-        let precision = Precision::Single;
-        Image { data_window, display_window, channels, metadata, layers: Vec::new(), precision }
+        let nothing = Image::from_planes(data_window, display_window, Default::default());
+        Image { channels, metadata, ..nothing }
     }
 
     fn bytes(image: &Image) -> Vec<u8> {

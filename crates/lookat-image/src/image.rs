@@ -75,6 +75,8 @@ pub struct Image {
     pub layers: Vec<String>,
     /// Of the file from which this was read.
     pub precision: Precision,
+    /// Whether it says where it lies in a larger picture; of files, .exr alone does.
+    pub has_windows: bool,
 }
 
 impl Image {
@@ -98,6 +100,7 @@ impl Image {
             metadata: None,
             layers: Vec::new(),
             precision: Precision::Single,
+            has_windows: true,
         }
     }
 
@@ -264,12 +267,12 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
 }
 
 /// The file that writing to `path` replaces, and its folder: a link stays, and what it leads to is replaced. `None` where
-/// something stands there that is neither a file nor a folder.
+/// something stands there that is neither a file nor a folder, or links lead in a circle.
 pub fn write_target(path: &Path) -> Option<(PathBuf, PathBuf)> {
-    let target = path.canonicalize().unwrap_or_else(|_| followed(path));
-    if target.exists() && !target.is_file() && !target.is_dir() {
+    if path.exists() && !path.is_file() && !path.is_dir() {
         return None;
     }
+    let target = path.canonicalize().ok().or_else(|| followed(path))?;
     let folder = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.into(),
         _ => ".".into(),
@@ -278,14 +281,14 @@ pub fn write_target(path: &Path) -> Option<(PathBuf, PathBuf)> {
 }
 
 /// Where a link leads to that leads to nothing yet.
-fn followed(path: &Path) -> PathBuf {
+fn followed(path: &Path) -> Option<PathBuf> {
     let mut at = path.to_path_buf();
     // As many links as Linux follows.
     for _ in 0..40 {
-        let Ok(next) = std::fs::read_link(&at) else { break };
+        let Ok(next) = std::fs::read_link(&at) else { return Some(at) };
         at = at.parent().unwrap_or(Path::new("")).join(next);
     }
-    at
+    None
 }
 
 /// Writes a file that appears whole or not at all.
@@ -397,6 +400,25 @@ mod tests {
         Image::from_rgb(ONE, ONE, &[[1.0; 3]]).write(&link).unwrap();
         assert!(link.is_symlink() && !file.is_symlink());
         assert!(Image::read(&file).is_ok());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_to_nothing_are_followed_and_circles_refused() {
+        let directory = tempfile::tempdir().unwrap();
+        let (link, next, file) = (
+            directory.path().join("link.exr"),
+            directory.path().join("next.exr"),
+            directory.path().join("file.exr"),
+        );
+        std::os::unix::fs::symlink("next.exr", &link).unwrap();
+        std::os::unix::fs::symlink("file.exr", &next).unwrap();
+        let image = Image::from_rgb(ONE, ONE, &[[1.0; 3]]);
+        image.write(&link).unwrap();
+        assert!(link.is_symlink() && next.is_symlink() && file.is_file() && !file.is_symlink());
+        std::fs::remove_file(&file).unwrap();
+        std::os::unix::fs::symlink("link.exr", &file).unwrap();
+        assert!(image.write(&link).is_err() && link.is_symlink() && file.is_symlink());
     }
 
     #[test]

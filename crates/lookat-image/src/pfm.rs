@@ -61,6 +61,7 @@ pub(crate) fn read(mut file: impl BufRead, most: u64) -> Result<Image, Fault> {
         metadata: None,
         layers: Vec::new(),
         precision: Precision::Single,
+        has_windows: false,
     })
 }
 
@@ -96,7 +97,7 @@ mod tests {
     fn keeps_the_bits() {
         let window = Window { x: 0, y: 0, width: 2, height: 2 };
         let pixels = [[0.0, -1.5, 1e-40], [f32::MAX, f32::INFINITY, 0.1], [1.0, 2.0, 3.0], [4.0, 5.0, 6.0]];
-        let color = Image::from_rgb(window, window, &pixels);
+        let color = Image { has_windows: false, ..Image::from_rgb(window, window, &pixels) };
         let mut gray = color.clone();
         gray.channels.truncate(1);
         gray.channels[0].name = "Y".into();

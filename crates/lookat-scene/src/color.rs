@@ -132,11 +132,14 @@ fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Re
     from_samples(&numbers, name.span)
 }
 
-/// A comma within one of several words of a line: `400 0,5`. Without spaces it parts two numbers: `400,0.5`.
+/// A comma for a decimal point: in one word of a line that has others without commas, as in `400 0,5`.
 fn decimal_comma(line: &str) -> Option<&str> {
-    let mut words = line.split_ascii_whitespace().filter(|word| *word != ",");
-    let inside = |word: &&str| word.trim_matches(',').contains(',');
-    if words.clone().count() > 1 { words.find(inside) } else { None }
+    let is_whole = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let is_decimal =
+        |word: &&str| word.split_once(',').is_some_and(|(whole, rest)| is_whole(whole) && is_whole(rest));
+    let mut words = line.split_ascii_whitespace();
+    let has_plain = words.clone().any(|word| !word.contains(','));
+    if has_plain { words.find(is_decimal) } else { None }
 }
 
 #[cfg(test)]

@@ -111,9 +111,12 @@ impl Loader<'_> {
         }
         if let [first, ..] = &parsed.statements[..]
             && self.open.len() == 1
-            && is_part(&parsed.statements)
         {
-            self.resolver.begin_part(first.keyword);
+            if is_part(&parsed.statements) {
+                self.resolver.begin_part(first.keyword);
+            } else if is_options_part(&parsed.statements) {
+                self.resolver.begin_options_part(first.keyword);
+            }
         }
         let directives = parsed.statements.len();
         for statement in parsed.statements {
@@ -177,6 +180,19 @@ impl Loader<'_> {
             self.repeated += length + directives * DIRECTIVE_BYTES;
         }
     }
+}
+
+/// Whether the directives are those of a file that scenes include before their world begins.
+fn is_options_part(statements: &[Statement]) -> bool {
+    let is_option = |statement: &Statement| home_block(&statement.directive) == Some(Block::Options);
+    let is_other = |statement: &Statement| {
+        home_block(&statement.directive) == Some(Block::World)
+            || matches!(
+                statement.directive,
+                Directive::WorldBegin | Directive::WorldEnd | Directive::Include { .. }
+            )
+    };
+    statements.iter().any(is_option) && !statements.iter().any(is_other)
 }
 
 /// Whether the directives are those of a file that scenes include: what belongs into a world, and nothing around it.

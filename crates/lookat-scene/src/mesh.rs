@@ -75,10 +75,11 @@ impl Mesh {
 pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
     let indices = params.integers("indices");
     let positions = params.triples("P", ParamType::Point3);
+    let (uv, uvs) = texture_coordinates(params);
     let mut mesh = Mesh {
         normals: params.triples("N", ParamType::Normal).unwrap_or_default(),
         tangents: params.triples("S", ParamType::Vector3).unwrap_or_default(),
-        uvs: texture_coordinates(params),
+        uvs,
         ..Mesh::default()
     };
     // For Ptex alone, which is not rendered.
@@ -87,7 +88,7 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
         (Some(indices), Some(positions)) => {
             (mesh.indices, mesh.positions) = (indices, positions);
             check_indices(params, &mesh);
-            check_lengths(params, &mesh);
+            check_lengths(params, &mesh, uv);
         }
         (None, _) => params.missing(
             "indices",
@@ -176,24 +177,30 @@ pub(crate) fn grid(columns: usize, rows: usize) -> Vec<i32> {
     squares.flat_map(|at| corners(at).map(|vertex| vertex as i32)).collect()
 }
 
-/// Texture coordinates come under two names and two types, in this order in pbrt-v3.
-fn texture_coordinates(params: &mut Params) -> Vec<[f64; 2]> {
-    // All are read, so that none is taken for a mistake.
-    let [uv, st] = ["uv", "st"].map(|name| (params.pairs(name), params.floats(name)));
-    if params.was_taken("uv") && params.was_taken("st") {
-        let is_uv = uv.0.is_some() || st.0.is_none();
-        let (used, other) = if is_uv { ("uv", "st") } else { ("st", "uv") };
+/// Texture coordinates, and the name that they are given by: there are two names and two types, in this order in pbrt-v3.
+fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
+    let pairs = ["uv", "st"].map(|name| params.pairs(name));
+    // Those of a name that has pairs are told as any that is given with another type too.
+    let floats = [0, 1].map(|i| if pairs[i].is_none() { params.floats(["uv", "st"][i]) } else { None });
+    let (name, other) = if pairs[0].is_none() && (pairs[1].is_some() || floats[0].is_none()) {
+        ("st", "uv")
+    } else {
+        ("uv", "st")
+    };
+    if params.was_taken(other) && params.was_taken(name) {
         let help = "they are two names of the texture coordinates; pbrt-v3 uses the same one";
-        params.warn(other, &format!("{other} is ignored, since {used} is given"), help);
+        params.warn(other, &format!("{other} is ignored, since {name} is given"), help);
     }
-    let (pairs, floats) = (uv.0.or(st.0), uv.1.or(st.1));
-    if let Some(odd) = floats.as_ref().map(Vec::len).filter(|count| !count.is_multiple_of(2)) {
-        let message = format!("uv takes its numbers in pairs; {odd} given");
-        params.warn("uv", &message, "the last one is not used, as in pbrt-v3");
+    let ([uv, st], [float_uv, float_st]) = (pairs, floats);
+    if let Some(pairs) = uv.or(st) {
+        return (name, pairs);
     }
-    pairs
-        .or_else(|| floats.map(|flat| flat.chunks_exact(2).map(|uv| [uv[0], uv[1]]).collect()))
-        .unwrap_or_default()
+    let flat = float_uv.or(float_st).unwrap_or_default();
+    if !flat.len().is_multiple_of(2) {
+        let message = format!("{name} takes its numbers in pairs; {} given", flat.len());
+        params.warn(name, &message, "the last one is not used, as in pbrt-v3");
+    }
+    (name, flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect())
 }
 
 /// Three for each triangle, each of a vertex that there is.
@@ -221,7 +228,8 @@ pub(crate) fn check_indices(params: &mut Params, mesh: &Mesh) {
     }
 }
 
-fn check_lengths(params: &mut Params, mesh: &Mesh) {
+/// `uv`: the name of the texture coordinates.
+fn check_lengths(params: &mut Params, mesh: &Mesh, uv: &'static str) {
     let vertices = mesh.positions.len();
     let mut check = |name: &str, length: usize| {
         if length != 0 && length != vertices {
@@ -237,11 +245,12 @@ fn check_lengths(params: &mut Params, mesh: &Mesh) {
     // pbrt-v3 takes more texture coordinates than it needs, and says so.
     let uvs = mesh.uvs.len();
     if uvs < vertices {
-        check("uv", uvs);
+        check(uv, uvs);
     } else if uvs > vertices {
         let message =
-            format!("{vertices} vertices need as many pairs of uv, not {uvs}; the last are not used");
-        let help = "uv has a pair for each vertex of P, in turn: not one for each corner, nor three numbers";
-        params.warn("uv", &message, help);
+            format!("{vertices} vertices need as many pairs of {uv}, not {uvs}; the last are not used");
+        let help =
+            "there is a pair for each vertex of P, in turn: not one for each corner, nor three numbers";
+        params.warn(uv, &message, help);
     }
 }

@@ -223,10 +223,13 @@ impl<'a> Resolver<'a> {
         let end = self.files.sources.file(file).text.len() as u32;
         let at = Span { file, start: end, end };
         match self.block {
-            Block::Options => self.report_no_world(at),
+            Block::Options => match self.part {
+                Some(first) => self.end_options_part(first),
+                None => self.report_no_world(at),
+            },
             Block::World => match self.part {
                 // Its blocks may end elsewhere.
-                Some(first) => self.report_part(first),
+                Some(first) => self.report_part(first, "Camera, Film and WorldBegin"),
                 None => {
                     self.report_no_end(at);
                     self.world_end();

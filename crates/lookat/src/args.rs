@@ -2,7 +2,9 @@
 
 mod chart;
 
+use std::fmt::Display;
 use std::path::PathBuf;
+use std::str::FromStr;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
@@ -50,7 +52,7 @@ pub struct Render {
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, in place of the Sampler's; with --target-error or --time, the most; with --adaptive, the mean
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u32, 1 << 30))]
     pub spp: Option<u32>,
     /// Sample each pixel until its error is at most this share of its brightness, such as 0.05, at most 65536 times or --spp
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = target_error)]
@@ -71,7 +73,7 @@ pub struct Render {
     #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
     pub crop: Option<Vec<f64>>,
     /// Threads [default: one for each processor]
-    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
     /// Chooses the random numbers: the same seed gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
@@ -83,7 +85,7 @@ pub struct Render {
     /// itself is noisier for it
     #[arg(long)]
     pub error_layers: bool,
-    /// Say nothing but errors
+    /// Say nothing but errors and interruptions
     #[arg(short, long)]
     pub quiet: bool,
     /// Leave out what is in error and go on
@@ -100,7 +102,7 @@ pub struct Bench {
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = part)]
     pub only: Vec<Part>,
     /// How often each thing is measured; medians are printed
-    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = rounds)]
+    #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = whole(1_u16, 1000))]
     pub rounds: u16,
     /// Print one JSON object
     #[arg(long)]
@@ -188,10 +190,10 @@ pub struct Verify {
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub max: Vec<Limit>,
     /// Samples per pixel, in place of the scenes'
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = samples)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u32, 1 << 30))]
     pub spp: Option<u32>,
     /// Threads [default: one for each processor]
-    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
     /// Chooses the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
@@ -250,19 +252,15 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| "expected width and height from 1 to 1000000 pixels, as in 640x480".into())
 }
 
-fn samples(text: &str) -> Result<u32, String> {
-    let count = text.parse().ok().filter(|count| (1..=1 << 30).contains(count));
-    count.ok_or_else(|| "expected a whole number from 1 to 1073741824".into())
-}
-
-fn threads(text: &str) -> Result<u16, String> {
-    let count = text.parse().ok().filter(|count| (1..=1024).contains(count));
-    count.ok_or_else(|| "expected a whole number from 1 to 1024".into())
-}
-
-fn rounds(text: &str) -> Result<u16, String> {
-    let count = text.parse().ok().filter(|count| (1..=1000).contains(count));
-    count.ok_or_else(|| "expected a whole number from 1 to 1000".into())
+/// A whole number from one to another.
+fn whole<T>(least: T, most: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Copy + Send + Sync + 'static,
+{
+    move |text| {
+        let count = text.parse().ok().filter(|count| (least..=most).contains(count));
+        count.ok_or_else(|| format!("expected a whole number from {least} to {most}"))
+    }
 }
 
 fn seed(text: &str) -> Result<u64, String> {

@@ -68,7 +68,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let mut runner = Runner::new(scene, arguments.threads.map_or(0, usize::from));
     let budget = Budget { started, seconds: arguments.budget };
     let bench = Bench { arguments, methods, budget, bar: progress_bar(false) };
-    interrupt::watch("stopping; once more ends at once, without a chart", || true)?;
+    interrupt::watch(Some("stopping; once more ends at once, without a chart"), || true)?;
     let found = bench.measure(&mut runner, reference)?;
     bench.bar.finish_and_clear();
     let Some((plan, reference, measured)) = found else {

@@ -146,12 +146,9 @@ impl Comparison<'_> {
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
         }
-        let asked = [Limit { metric: Metric::Ssim, value: 0.0 }];
-        if let Some(reason) = self.measurement.lacks(&asked)
-            && self.arguments.only.contains(&Metric::Ssim)
-            && self.faults == [None; 2]
-        {
-            let _ = writeln!(text, "{reason}");
+        let is_broken = self.faults.iter().any(Option::is_some);
+        if self.arguments.only.contains(&Metric::Ssim) && !is_broken {
+            text.extend(self.measurement.why_without(Metric::Ssim).map(|reason| reason + "\n"));
         }
         match &self.measurement.agreement {
             Some(Ok(agreement)) => text += &noise::as_text(self.pair, agreement, self.significance()),

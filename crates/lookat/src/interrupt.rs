@@ -18,9 +18,9 @@ pub fn flow() -> ControlFlow<()> {
 /// What comes so soon after the first is no second time: `timeout` sends to a program, and then to its whole group.
 const TOGETHER: Duration = Duration::from_millis(100);
 
-/// Watches for both. The first time asks to stop, and `notice` is said, unless it is empty; the second, or the first while it is not worth while
+/// Watches for both. The first time asks to stop, and `notice` is said; the second, or the first while it is not worth while
 /// to stop in order, ends the program at once.
-pub fn watch(notice: &'static str, is_worth_while: fn() -> bool) -> Result<(), String> {
+pub fn watch(notice: Option<&'static str>, is_worth_while: fn() -> bool) -> Result<(), String> {
     let mut first: Option<Instant> = None;
     let interrupt = move || {
         if let Some(first) = first {
@@ -32,16 +32,14 @@ pub fn watch(notice: &'static str, is_worth_while: fn() -> bool) -> Result<(), S
         first = Some(Instant::now());
         ASKED.store(true, Ordering::Relaxed);
         // Below the bar.
-        if io::stderr().is_terminal() {
+        if notice.is_some() && io::stderr().is_terminal() {
             eprintln!();
         }
         if !is_worth_while() {
             crate::say("interrupted; nothing is written");
             std::process::exit(STATUS.into());
         }
-        if !notice.is_empty() {
-            crate::say(notice);
-        }
+        notice.into_iter().for_each(crate::say);
     };
     on_signal(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))
 }

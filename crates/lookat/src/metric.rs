@@ -102,7 +102,14 @@ pub struct Measurement {
 impl Measurement {
     /// Which metric that has a limit was not measured, and why.
     pub fn lacks(&self, limits: &[Limit]) -> Option<String> {
-        let metric = limits.iter().map(|limit| limit.metric).find(|metric| self.value(*metric).is_none())?;
+        limits.iter().find_map(|limit| self.why_without(limit.metric))
+    }
+
+    /// Why a metric was not measured, if it was not.
+    pub fn why_without(&self, metric: Metric) -> Option<String> {
+        if self.value(metric).is_some() {
+            return None;
+        }
         let reason = match self.agreement {
             Some(Err(reason)) if metric == Metric::NoiseP => why_not(reason),
             _ => "the pictures are too small, less than 11 pixels wide or high".into(),

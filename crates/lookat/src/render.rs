@@ -151,8 +151,7 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         note_sampler(arguments, scene, loaded);
     }
     let notice = "stopping; once more ends at once, without a picture";
-    let notice = if arguments.quiet { "" } else { notice };
-    interrupt::watch(notice, || HAS_SAMPLES.load(Ordering::Relaxed))?;
+    interrupt::watch((!arguments.quiet).then_some(notice), || HAS_SAMPLES.load(Ordering::Relaxed))?;
     let started = Instant::now();
     let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));
     let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();

@@ -66,7 +66,11 @@ pub fn fitted(image: &Image, film: &Film) -> Result<Fitted, String> {
     let blank = Image::from_rgb(window, Window { x: 0, y: 0, width, height }, &blank);
     let pair = align(image, &blank).map_err(|error| match error {
         AlignError::Size([wide, high], _) => {
-            format!("is of {wide} x {high} pixels, the scene of {width} x {height}")
+            let part = match [crop.width(), crop.height()] {
+                whole if whole == film.resolution => String::new(),
+                [width, height] => format!(", of which {width} x {height} are rendered"),
+            };
+            format!("is of {wide} x {high} pixels, the scene of {width} x {height}{part}")
         }
         _ => format!("does not fit the scene: {error}"),
     })?;
@@ -123,14 +127,15 @@ mod tests {
         assert_eq!(fitted(&image, &film).unwrap().noise, Some(12.5_f64.sqrt()));
         // The crop window alone, as formats other than .exr have it.
         let alone = Window { x: 0, y: 0, ..part };
-        assert_eq!(fitted(&Image::from_rgb(alone, alone, &[[0.5; 3]; 6]), &film).unwrap().pixels.len(), 6);
+        let plain = Image { has_windows: false, ..Image::from_rgb(alone, alone, &[[0.5; 3]; 6]) };
+        assert_eq!(fitted(&plain, &film).unwrap().pixels.len(), 6);
         let refused = |image: &Image| fitted(image, &film).unwrap_err();
         let whole = Image::from_rgb(display, display, &[[0.5; 3]; 12]);
         assert_eq!(refused(&whole), "has the pixels 4 x 3 from (0, 0), the scene renders 2 x 3 from (1, 0)");
         let other = Window { width: 5, ..display };
         assert_eq!(
             refused(&Image::from_rgb(part, other, &[[0.5; 3]; 6])),
-            "is of 5 x 3 pixels, the scene of 4 x 3"
+            "is of 5 x 3 pixels, the scene of 4 x 3, of which 2 x 3 are rendered"
         );
         let mut depth = Image::from_rgb(part, display, &[[0.5; 3]; 6]);
         depth.channels.iter_mut().for_each(|channel| channel.name += "2");

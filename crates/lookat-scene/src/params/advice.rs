@@ -163,8 +163,9 @@ impl Params<'_> {
                 .help(format!("a color has three numbers: {declaration}"))
                 .fix(param.span(), declaration);
         }
-        if let (Some(number), true) = (numeral(&param.values.value), types.contains(&ParamType::Float)) {
-            let declaration = format!("\"float {name}\" {number}");
+        let scalar = types.iter().find(|ty| matches!(ty, ParamType::Float | ParamType::Integer));
+        if let (Some(number), Some(ty)) = (numeral(&param.values.value), scalar) {
+            let declaration = format!("\"{} {name}\" {number}", ty.name());
             let help = format!("numbers stand without quotes: {declaration}");
             return warning.help(help).fix(param.span(), declaration);
         }
@@ -175,17 +176,19 @@ impl Params<'_> {
                 if may_be(&param.values.value, only) { warning.fix(at, declaration) } else { warning }
             }
             // No fix: whether there is such a texture is not known here.
-            _ if types.contains(&ParamType::Texture) && may_be(&param.values.value, ParamType::Texture) => {
+            _ if types.contains(&ParamType::Texture) && param.ty == ParamType::String => {
                 let other = if types.contains(&ParamType::Float) {
-                    "a number is \"float"
+                    "a number is declared \"float"
                 } else {
-                    "a color is \"rgb"
+                    "a color is declared \"rgb"
                 };
-                warning.help(format!("{other} {name}\", the name of a texture \"texture {name}\""))
+                warning.help(format!("{other} {name}\", a texture \"texture {name}\""))
             }
-            _ if types.contains(&ParamType::Float) && may_be(&param.values.value, ParamType::Float) => {
+            _ if types.contains(&ParamType::Float) => {
                 let declaration = format!("\"float {name}\"");
-                warning.help(format!("declare it {declaration}")).fix(at, declaration)
+                let warning = warning.help(format!("a number is declared {declaration}"));
+                let is_one = param.values.value.len() == 1 && may_be(&param.values.value, ParamType::Float);
+                if is_one { warning.fix(at, declaration) } else { warning }
             }
             _ if types.contains(&ParamType::Rgb) && may_be(&param.values.value, ParamType::Rgb) => {
                 let declaration = format!("\"rgb {name}\"");

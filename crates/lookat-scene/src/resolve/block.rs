@@ -61,10 +61,6 @@ impl Resolver<'_> {
             return;
         }
         let error = match self.early.first() {
-            None if self.overrides.accept_part => {
-                let message = "the file has no WorldBegin: it is a part of a scene, or unfinished";
-                Diagnostic::warning(end, message).help("render the scene that includes it")
-            }
             None => Diagnostic::error(end, "the file has no WorldBegin: there is nothing to render")
                 .help("WorldBegin and WorldEnd enclose the lights and shapes; a part is checked with the scene that includes it"),
             Some((keyword, at)) => {
@@ -84,8 +80,24 @@ impl Resolver<'_> {
         self.report.incomplete = true;
     }
 
-    pub(super) fn report_part(&mut self, at: Span) {
-        let message = "this is a part of a scene, without Camera, Film and WorldBegin";
+    /// Takes options as those of a part that scenes include, if that is no error.
+    pub fn begin_options_part(&mut self, first: Span) {
+        if self.overrides.accept_part {
+            self.part = Some(first);
+            self.report.incomplete = true;
+        }
+    }
+
+    /// Gives such options their meaning, so that what is wrong with them is told.
+    pub(super) fn end_options_part(&mut self, first: Span) {
+        let options = std::mem::take(&mut self.options);
+        options.settle(first, self.overrides, &self.files, &mut self.report);
+        self.report_part(first, "WorldBegin");
+    }
+
+    /// `without`: what it lacks of a scene.
+    pub(super) fn report_part(&mut self, at: Span, without: &str) {
+        let message = format!("this is a part of a scene, without {without}");
         let help = "check or render the scene that includes it";
         self.report.push(match self.overrides.accept_part {
             true => Diagnostic::warning(at, message).help("names may be defined where it is included"),

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use lookat_lab::chart::FEWEST_SEEDS;
 
-use super::{resolution, seed, threads};
+use super::{resolution, seed, whole};
 
 #[derive(Debug, Args)]
 #[command(
@@ -24,22 +24,22 @@ pub struct Chart {
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
     /// In place of a budget: up to this many samples per pixel, a power of two from 4 to 65536, however long that takes
-    #[arg(long, value_name = "N", conflicts_with = "budget", value_parser = power_of_two)]
+    #[arg(long, value_name = "N", conflicts_with = "budget", allow_negative_numbers = true, value_parser = power_of_two)]
     pub spp: Option<u32>,
     /// The result of another renderer: its name, its wall time and its picture of the scene; may be repeated
     #[arg(long, value_name = "NAME=SECONDS,IMAGE", value_parser = other)]
     pub point: Vec<Other>,
     /// Size of the full picture, in place of the Film's
-    #[arg(long, value_name = "WxH", value_parser = resolution)]
+    #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
     /// Pictures for each point, each with another seed; at least 8
-    #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = seeds)]
+    #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = whole(FEWEST_SEEDS, 1000))]
     pub seeds: u32,
     /// The seed of the first picture; those of the others follow
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
     /// Threads [default: one for each processor]
-    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = threads)]
+    #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
     /// The folder to write to, made if need be [default: the name of the scene (of standard input: scene), with -chart, in the current folder]
     #[arg(short, long, value_name = "DIR")]
@@ -73,11 +73,6 @@ fn after_help() -> String {
 fn seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|seconds: &f64| (1e-9..=1e7).contains(seconds));
     seconds.ok_or_else(|| "expected a number of seconds, from 1e-9 to 1e7".into())
-}
-
-fn seeds(text: &str) -> Result<u32, String> {
-    let count = text.parse().ok().filter(|count| (FEWEST_SEEDS..=1000).contains(count));
-    count.ok_or_else(|| format!("expected a whole number from {FEWEST_SEEDS} to 1000"))
 }
 
 fn power_of_two(text: &str) -> Result<u32, String> {

@@ -208,9 +208,9 @@ fn reach(marker: &Marker, curve: &Curve) -> String {
     if let Some(seconds) = curve.seconds_to(marker.rmse) {
         return format!("{} ({})", significant(seconds, 3), ratio(seconds));
     }
-    match curve.0.first() {
-        Some((seconds, error)) if *error < marker.rmse => {
-            format!("<{} (>{})", significant(*seconds, 3), ratio(*seconds))
+    match curve.first() {
+        Some((seconds, error)) if error < marker.rmse => {
+            format!("<{} (>{})", significant(seconds, 3), ratio(seconds))
         }
         _ => "not reached".into(),
     }

@@ -174,9 +174,9 @@ fn direct_scene(case: usize) -> String {
     let lights = lights(case);
     let mut text = head(case, &integrator) + &lights;
     // Where normals differ, there are no skies.
-    let shapes = match case % 4 {
+    let shapes = match case % 5 {
         0 | 1 => &SMALL[..],
-        2 => &LARGE[..],
+        2 | 3 => &LARGE[..],
         _ if lights.contains("infinite") => &LARGE[..],
         _ => &WITH_NORMALS[..],
     };
@@ -255,14 +255,35 @@ fn path_scene(case: usize) -> String {
     without_bumps_under_skies(text + "WorldEnd")
 }
 
-/// Of a scene with these in its world.
-fn is_served(before: &str, world: &str) -> bool {
-    let scene = scene(&format!(
-        "Film \"image\" Camera \"perspective\" Integrator \"directlighting\" {before} WorldBegin {world} WorldEnd"
-    ));
+/// Of a scene that is served: whether it has a tree, and whether all is diffuse.
+fn kind(text: &str) -> Option<[bool; 2]> {
+    let scene = scene(text);
     let traceable = Traceable::new(&scene, Precision::Mixed);
     let lights = LightTable::new(&scene, &traceable);
-    Lanes::new(&scene, &traceable, &lights).is_some()
+    Lanes::new(&scene, &traceable, &lights).map(|lanes| [lanes.asks_tree(), lanes.is_lambert()])
+}
+
+/// Of a scene with these in its world.
+fn is_served(before: &str, world: &str) -> bool {
+    kind(&format!(
+        "Film \"image\" Camera \"perspective\" Integrator \"directlighting\" {before} WorldBegin {world} WorldEnd"
+    ))
+    .is_some()
+}
+
+/// The scenes of a test are of all kinds.
+#[test]
+fn scenes_have_trees_and_materials_of_all_kinds() {
+    if level().is_none() {
+        return;
+    }
+    for scenes in [direct_scene, path_scene] {
+        let kinds: Vec<_> = (0..200).map(|case| kind(&scenes(case)).unwrap()).collect();
+        for asked in [[false, false], [false, true], [true, false], [true, true]] {
+            let count = kinds.iter().filter(|kind| **kind == asked).count();
+            assert!(count >= 15, "{asked:?}: {count}");
+        }
+    }
 }
 
 #[test]
