@@ -271,6 +271,8 @@ fn a_picture_of_a_crop_window_is_held_against_that_part() {
     for pictures in [["crop.exr", "crop.pfm"], ["crop.pfm", "crop.exr"], ["crop.pfm", "crop.pfm"]] {
         let (status, out, err) = folder.compare(&[&pictures[..], &["--max", "max=0"]].concat());
         assert_eq!((status, err.as_str()), (0, ""), "{pictures:?} {out}");
+        let is_told = out.starts_with("crop.pfm is taken for the 3 x 2 pixels from x 2, y 1 on\n");
+        assert_eq!(is_told, pictures.contains(&"crop.exr"), "{out}");
     }
 }
 

@@ -326,6 +326,7 @@ mod tests {
             expected_errors: Some(errors(6, 0.5, 128)),
             precision: Precision::Single,
             left_out: 0,
+            is_placed: [false; 2],
         }
     }
 

@@ -20,6 +20,8 @@ pub struct Aligned {
     pub precision: Precision,
     /// How many pixels of either picture the other does not have.
     pub left_out: u64,
+    /// Which of the pictures does not say where it lies, and is taken for the part that the other is.
+    pub is_placed: [bool; 2],
 }
 
 /// Why two pictures cannot be compared.
@@ -45,6 +47,7 @@ pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
     if a.display_window.size() != b.display_window.size() {
         return Err(AlignError::Size(a.display_window.size(), b.display_window.size()));
     }
+    let is_placed = [(a, actual), (b, expected)].map(|(by, own)| by.data_window != own.data_window);
     let (a, b) = (a.data_window, b.data_window);
     let window = common(a, b).ok_or(AlignError::Apart)?;
     let left_out = a.area() + b.area() - 2 * window.area();
@@ -59,6 +62,7 @@ pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
         expected: cut(colors(expected, "second")?, b, window),
         precision: actual.precision.min(expected.precision),
         left_out,
+        is_placed,
     })
 }
 
@@ -137,6 +141,7 @@ mod tests {
             let aligned = align(a, b).unwrap();
             assert_eq!((aligned.window, aligned.left_out), (part.data_window, 0));
             assert_eq!(aligned.actual, aligned.expected);
+            assert_eq!(aligned.is_placed, [!a.has_windows, !b.has_windows]);
         }
         let other = picture(Window { x: 2, y: 1, width: 4, height: 2 });
         assert_eq!(align(&other, &plain).unwrap_err(), AlignError::Size([8, 8], [3, 2]));

@@ -72,7 +72,8 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
 /// A spectrum given as wavelength and value by turns, in any order of wavelengths.
 fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
     if flat.is_empty() || !flat.len().is_multiple_of(2) {
-        let message = format!("a spectrum is pairs of wavelength and value; {} numbers given", flat.len());
+        let given = if flat.len() == 1 { "1 number".into() } else { format!("{} numbers", flat.len()) };
+        let message = format!("a spectrum is pairs of wavelength and value; {given} given");
         let mut error = Diagnostic::error(at, message);
         error.help = match flat {
             [_, _, _] => Some("red, green and blue are declared \"rgb\"".into()),

@@ -149,7 +149,8 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     let mesh = mesh.place(world_from_object);
     for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
         if !in_range(values.as_flattened()) {
-            params.reject(name, format!("{name} has values beyond {LARGEST:e} in the world"), None);
+            let at = if params.kind() == "plymesh" { "filename" } else { name };
+            params.reject(at, format!("{name} has values beyond {LARGEST:e} in the world"), None);
             return None;
         }
     }

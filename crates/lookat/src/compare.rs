@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lookat_image::{Aligned, Format, Image, PanelOptions, Precision, align, write_panel};
+use lookat_image::{Aligned, Format, Image, PanelOptions, Precision, Window, align, write_panel};
 use serde_json::{Map, Value, json};
 
 use crate::args::Compare;
@@ -120,6 +120,10 @@ impl Comparison<'_> {
 
     fn as_text(&self) -> String {
         let mut text = String::new();
+        for (i, _) in self.pair.is_placed.iter().enumerate().filter(|(_, is_placed)| **is_placed) {
+            let (path, Window { x, y, width, height }) = (self.path(i).display(), self.pair.window);
+            let _ = writeln!(text, "{path} is taken for the {width} x {height} pixels from x {x}, y {y} on");
+        }
         if self.pair.left_out > 0 {
             let count = self.pair.left_out;
             let _ = writeln!(text, "{count} pixels that only one of the pictures has are left out");

@@ -131,13 +131,13 @@ impl<S: Simd> Coats<S> {
 
 /// The scattering of light at points; as [`super::Bsdf`], to the bit. Where all are `LAMBERT`, nothing else is asked for.
 #[derive(Clone, Copy)]
-pub(crate) struct Bsdfs<S: Simd, const LAMBERT: bool> {
-    frame: Frames<S>,
+pub(crate) struct Bsdfs<'s, S: Simd, const LAMBERT: bool> {
+    frame: &'s Frames<S>,
     /// Geometric normals on the side of the directions towards which light is scattered.
     n: Vec3x8<S>,
     /// These directions, in the shading frames.
     local_o: Vec3x8<S>,
-    coats: Coats<S>,
+    coats: &'s Coats<S>,
     /// The probabilities of the diffuse lobe and of the glossy one; of no use where all are Lambert.
     shares: [f64x8<S>; 2],
 }
@@ -152,13 +152,13 @@ pub(crate) struct BsdfSamples<S: Simd> {
     pub weight: Colors<S>,
 }
 
-impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
+impl<'s, S: Simd, const LAMBERT: bool> Bsdfs<'s, S, LAMBERT> {
     /// Those at points with geometric normals `n`, towards `wo`.
     #[inline(always)]
-    pub fn new(n: Vec3x8<S>, frame: Frames<S>, wo: Vec3x8<S>, coats: Coats<S>) -> Self {
+    pub fn new(n: Vec3x8<S>, frame: &'s Frames<S>, wo: Vec3x8<S>, coats: &'s Coats<S>) -> Self {
         let local_o = frame.to_local(wo);
         let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
-        let shares = if LAMBERT { [local_o.z; 2] } else { shares(&coats, local_o.z) };
+        let shares = if LAMBERT { [local_o.z; 2] } else { shares(coats, local_o.z) };
         Bsdfs { frame, n, local_o, coats, shares }
     }
 
@@ -193,7 +193,7 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
         let black = Colors::splat(simd, Vec3::ZERO);
         let is_above = self.local_o.z.simd_ne(0.0) & wi.dot(self.n).simd_gt(0.0);
         let same_side = (self.local_o.z * local_i.z).simd_gt(0.0);
-        let Coats { diffuse, has_diffuse, is_rough, has_gloss, .. } = self.coats;
+        let Coats { diffuse, has_diffuse, is_rough, has_gloss, .. } = *self.coats;
         let mut f = diffuse * splat_f32(simd, FRAC_1_PI_F32);
         let mut pdf = same_side.select(square_to_cosine_hemisphere_pdf(local_i.z.abs()), zero);
         if !LAMBERT {
@@ -234,7 +234,7 @@ impl<S: Simd, const LAMBERT: bool> Bsdfs<S, LAMBERT> {
     /// As [`super::Bsdf::sample`].
     #[inline(always)]
     pub fn sample(&self, [u, v]: [f64x8<S>; 2]) -> BsdfSamples<S> {
-        let Coats { has_diffuse, has_gloss, .. } = self.coats;
+        let Coats { has_diffuse, has_gloss, .. } = *self.coats;
         if LAMBERT {
             return self.sample_of([u, v], has_gloss);
         }

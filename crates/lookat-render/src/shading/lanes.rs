@@ -78,39 +78,38 @@ impl<'s> ListShading<'s> {
         })
     }
 
-    /// Where the rays have hit something, and the lobes there; `None` if there is no hit.
+    /// Where the rays have hit something, and the lobes there; one of them has.
     #[inline(always)]
-    pub fn at<S: Simd>(
+    pub fn at<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>, active: mask64x8<S>) -> Shaded<S> {
+        let mut rest = hits.is_hit() & active;
+        let (mut surfaces, mut coats, mut is_textured) = self.next(simd, rays, hits, &mut rest);
+        // Mostly it is one element.
+        while rest.any_true() {
+            let others = rest;
+            let own = self.next(simd, rays, hits, &mut rest);
+            surfaces = own.0.or(others, surfaces);
+            coats = own.1.or(others, coats);
+            is_textured |= own.2;
+        }
+        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_textured }
+    }
+
+    /// The same of the element that the first of the rest has hit, and which of all have textures there. Takes all that have hit it
+    /// from the rest.
+    #[inline(always)]
+    fn next<S: Simd>(
         &self,
         simd: S,
         rays: &Rays<S>,
         hits: &Hits<S>,
-        active: mask64x8<S>,
-    ) -> Option<Shaded<S>> {
-        let mut all: Option<(Surfaces<S>, Coats<S>)> = None;
-        let mut rest = hits.is_hit() & active;
-        let mut is_textured = bits(simd, 0);
-        // Mostly it is one element.
-        while rest.any_true() {
-            let first = rest.to_bitmask().trailing_zeros() as usize;
-            let is_same = hits.element.simd_eq(hits.element[first]);
-            let (sheet, coat) = &self.elements[hits.element[first] as usize];
-            if coat.is_none() {
-                is_textured |= is_same;
-            }
-            let own = (sheet.points(simd, rays, hits), Coats::splat(simd, &coat.unwrap_or(Coat::BLACK)));
-            all = Some(match all {
-                Some(others) => (own.0.or(is_same, others.0), own.1.or(is_same, others.1)),
-                None => own,
-            });
-            rest &= !is_same;
-        }
-        all.map(|(surfaces, coats)| Shaded {
-            surfaces,
-            frames: Frames::from_z(surfaces.ns),
-            coats,
-            is_textured,
-        })
+        rest: &mut mask64x8<S>,
+    ) -> (Surfaces<S>, Coats<S>, mask64x8<S>) {
+        let element = hits.element[rest.to_bitmask().trailing_zeros() as usize];
+        let is_same = hits.element.simd_eq(element);
+        *rest &= !is_same;
+        let (sheet, coat) = &self.elements[element as usize];
+        let is_textured = if coat.is_none() { is_same } else { bits(simd, 0) };
+        (sheet.points(simd, rays, hits), Coats::splat(simd, &coat.unwrap_or(Coat::BLACK)), is_textured)
     }
 }
 
@@ -145,7 +144,7 @@ impl<'s> TreeShading<'s> {
         })
     }
 
-    /// Where the rays have hit something, and the lobes there; `None` if there is no hit.
+    /// Where the rays have hit something, and the lobes there; one of them has.
     #[inline(always)]
     pub fn at<S: Simd>(
         &self,
@@ -154,11 +153,8 @@ impl<'s> TreeShading<'s> {
         rays: &Rays<S>,
         hits: &Hits<S>,
         active: mask64x8<S>,
-    ) -> Option<Shaded<S>> {
+    ) -> Shaded<S> {
         let is_hit = hits.is_hit() & active;
-        if !is_hit.any_true() {
-            return None;
-        }
         // What is far in memory is asked for before any of it is needed.
         let mut elements = [ElementId::NONE; LANES];
         for lane in those(is_hit) {
@@ -198,7 +194,8 @@ impl<'s> TreeShading<'s> {
         if others.any_true() {
             self.put_others(tree, rays, hits, others, &mut surfaces);
         }
-        Some(self.shaded(simd, surfaces, &primitives, is_hit))
+        let (coats, is_textured) = self.coats(simd, &primitives, is_hit);
+        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_textured }
     }
 
     /// Those that are no triangles.
@@ -216,14 +213,14 @@ impl<'s> TreeShading<'s> {
         }
     }
 
+    /// The lobes, and where textures are to be looked up for them.
     #[inline(always)]
-    fn shaded<S: Simd>(
+    fn coats<S: Simd>(
         &self,
         simd: S,
-        surfaces: Surfaces<S>,
         primitives: &[u32; LANES],
         is_hit: mask64x8<S>,
-    ) -> Shaded<S> {
+    ) -> (Coats<S>, mask64x8<S>) {
         let mut coats = Coats::splat(simd, &Coat::BLACK);
         let (mut rest, mut is_textured) = (is_hit.to_bitmask(), 0);
         while rest != 0 {
@@ -238,7 +235,6 @@ impl<'s> TreeShading<'s> {
             }
             rest &= !is_same;
         }
-        let is_textured = bits(simd, is_textured);
-        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_textured }
+        (coats, bits(simd, is_textured))
     }
 }

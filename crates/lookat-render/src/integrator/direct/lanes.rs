@@ -1,6 +1,6 @@
 //! Direct lighting of samples side by side, from lights of no extent and skies that are everywhere alike.
 
-use fearless_simd::{Simd, mask64x8};
+use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Integrator, Scene};
 
@@ -71,14 +71,17 @@ impl<'s> Lanes<'s> {
     ) -> Colors<S> {
         let hits = self.world.nearest(simd, tracer, rays, active, true);
         let background = Colors::splat(simd, self.background);
-        let shaded = self.world.shaded(simd, tracer, (rays, &hits), Some(views), active);
-        let Some(Shaded { surfaces, frames, coats, .. }) = shaded else { return background };
         let is_hit = hits.is_hit() & active;
+        if !is_hit.any_true() {
+            return background;
+        }
+        let Shaded { surfaces, frames, coats, .. } =
+            &self.world.shaded(simd, tracer, (rays, &hits), Some(views), active);
         let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats);
         let black = Colors::splat(simd, Vec3::ZERO);
         let mut radiance = black;
         for light in &self.lights {
-            let sample = light.samples(simd, &surfaces);
+            let sample = light.samples(simd, surfaces);
             let reflected = bsdfs.f_cos_pdf(sample.shadow.d).0 * sample.li;
             let asked = sample.is_there & reflected.is_light() & is_hit;
             let is_free = !self.world.met(simd, tracer, &sample.shadow, asked);

@@ -113,8 +113,8 @@ impl<'s> World<'s> {
         }
     }
 
-    /// Where the rays have hit something, and the lobes there; `None` if there is no hit. `views`: what has found it, if these
-    /// are camera rays.
+    /// Where the rays have hit something, and the lobes there; one of them has. `views`: what has found it, if these are camera
+    /// rays.
     #[inline(always)]
     pub fn shaded<S: Simd>(
         &self,
@@ -123,10 +123,10 @@ impl<'s> World<'s> {
         (rays, hits): (&Rays<S>, &Hits<S>),
         views: Option<&Views>,
         active: mask64x8<S>,
-    ) -> Option<Shaded<S>> {
+    ) -> Shaded<S> {
         let mut shaded = match self {
-            World::List(_, shading) => shading.at(simd, rays, hits, active)?,
-            World::Tree(tree, shading) => shading.at(simd, tree, rays, hits, active)?,
+            World::List(_, shading) => shading.at(simd, rays, hits, active),
+            World::Tree(tree, shading) => shading.at(simd, tree, rays, hits, active),
         };
         for lane in those(shaded.is_textured & active) {
             if let (ray, Some(hit)) = self.one(rays, hits, lane) {
@@ -134,7 +134,7 @@ impl<'s> World<'s> {
                 shaded.paint(simd, lane, tracer.scene, (&ray, &hit), camera_ray.as_ref());
             }
         }
-        Some(shaded)
+        shaded
     }
 
     /// One of the rays with what it has hit.

@@ -61,13 +61,7 @@ impl<'s> Lanes<'s> {
             let le = surface.map_or(Vec3::ZERO, |surface| surface.le(-rays.d.lane(lane)));
             wave.radiance[usize::from(samples[lane])] = le;
         }
-        let paths = Paths {
-            rays: *rays,
-            hits,
-            beta: Colors::splat(simd, Vec3::ONE),
-            samples: samples.iter().copied().collect(),
-        };
-        wave.push(simd, &paths, is_hit);
+        wave.push(simd, (rays, &hits), Colors::splat(simd, Vec3::ONE), samples, is_hit);
     }
 
     /// Follows paths that have begun to their ends; as [`super::li`] does, to the bit. `dimension`: how many numbers camera rays
@@ -92,7 +86,7 @@ impl<'s> Lanes<'s> {
                 let paths = wave.take(simd, first, count.min(first + LANES));
                 streams.choose(&paths.samples, dimension + depth * numbers);
                 let camera = (depth == 0).then_some(camera);
-                self.surface::<S, LAMBERT>(simd, tracer, streams, paths, (camera, depth), wave);
+                self.surface::<S, LAMBERT>(simd, tracer, streams, &paths, (camera, depth), wave);
             }
         }
     }
@@ -104,42 +98,40 @@ impl<'s> Lanes<'s> {
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        mut paths: Paths<S>,
+        paths: &Paths<S>,
         (camera, depth): (Option<Viewer>, u32),
         wave: &mut Wave,
     ) {
-        let (rays, hits) = (paths.rays, paths.hits);
+        let Paths { rays, hits, samples, .. } = paths;
         let mut active = first_lanes(simd, paths.samples.len());
         let views = camera.map(|of| Views { of, places: &wave.places, samples: &paths.samples });
-        let shaded = self.world.shaded(simd, tracer, (&rays, &hits), views.as_ref(), active);
-        let Some(Shaded { surfaces, frames, coats, .. }) = shaded else { return };
+        let Shaded { surfaces, frames, coats, .. } =
+            &self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active);
         let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats);
-        let vertices =
-            &Vertices { world: &self.world, rays: &rays, hits: &hits, surfaces: &surfaces, bsdfs: &bsdfs };
+        let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdfs: &bsdfs };
         active &= bsdfs.has_lobes();
         let light = self.lighting.one_light(simd, tracer, streams, vertices, active);
-        wave.add(&paths.samples, paths.beta * light, active);
+        wave.add(samples, paths.beta * light, active);
         let is_last = depth + 1 >= self.max_depth;
         if is_last && !tracer.may_find_light() {
             return;
         }
         let sample = bsdfs.sample(streams.next_2d(simd, active));
         active &= sample.is_there;
-        paths.beta = paths.beta * sample.weight;
+        let mut beta = paths.beta * sample.weight;
         let directions = Directions { rays: surfaces.leave(sample.wi), pdf: sample.pdf };
         if is_last {
             let light = self.lighting.found_light(simd, tracer, vertices, &directions, active);
-            wave.add(&paths.samples, paths.beta * light, active);
+            wave.add(samples, beta * light, active);
             return;
         }
         if !roulette(self.max_depth).is_empty() {
-            active = self.roulette(simd, streams, &mut paths.beta, depth, active);
+            active = self.roulette(simd, streams, &mut beta, depth, active);
         }
-        paths.rays = directions.rays;
-        paths.hits = self.world.nearest(simd, tracer, &paths.rays, active, false);
-        let light = self.lighting.light_of(simd, tracer, vertices, &directions, &paths.hits, active);
-        wave.add(&paths.samples, paths.beta * light, active);
-        wave.push(simd, &paths, active & paths.hits.is_hit());
+        let found = self.world.nearest(simd, tracer, &directions.rays, active, false);
+        let light = self.lighting.light_of(simd, tracer, vertices, &directions, &found, active);
+        wave.add(samples, beta * light, active);
+        wave.push(simd, (&directions.rays, &found), beta, samples, active & found.is_hit());
     }
 
     /// Those that go on.

@@ -33,7 +33,7 @@ pub(in crate::integrator) struct Vertices<'v, S: Simd, const LAMBERT: bool> {
     pub rays: &'v Rays<S>,
     pub hits: &'v Hits<S>,
     pub surfaces: &'v Surfaces<S>,
-    pub bsdfs: &'v Bsdfs<S, LAMBERT>,
+    pub bsdfs: &'v Bsdfs<'v, S, LAMBERT>,
 }
 
 /// Directions from there.

@@ -174,6 +174,7 @@ mod tests {
             expected_errors: None,
             precision: Precision::Single,
             left_out: 0,
+            is_placed: [false; 2],
         }
     }
 

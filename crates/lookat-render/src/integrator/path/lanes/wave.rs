@@ -62,30 +62,39 @@ impl Wave {
     #[inline(always)]
     pub(super) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Paths<S> {
         let [ox, oy, oz, dx, dy, dz, t, element, a, b, c] = &self.numbers;
-        let rays = Rays::new(load_vectors(simd, [ox, oy, oz], from), load_vectors(simd, [dx, dy, dz], from));
-        let hits = Hits {
-            t: load(simd, t, from),
-            element: load(simd, element, from),
-            sides: [load(simd, a, from), load(simd, b, from), load(simd, c, from)],
-            // That has been asked for.
-            emits: mask64x8::splat(simd, false),
-        };
-        let beta = Colors {
-            r: f32x8::from_slice(simd, &self.beta[0][from..from + LANES]),
-            g: f32x8::from_slice(simd, &self.beta[1][from..from + LANES]),
-            b: f32x8::from_slice(simd, &self.beta[2][from..from + LANES]),
-        };
         let mut samples = ArrayVec::new();
         for sample in &self.samples[from..to] {
             samples.push(*sample);
         }
-        Paths { rays, hits, beta, samples }
+        Paths {
+            rays: Rays::new(load_vectors(simd, [ox, oy, oz], from), load_vectors(simd, [dx, dy, dz], from)),
+            hits: Hits {
+                t: load(simd, t, from),
+                element: load(simd, element, from),
+                sides: [load(simd, a, from), load(simd, b, from), load(simd, c, from)],
+                // That has been asked for.
+                emits: mask64x8::splat(simd, false),
+            },
+            beta: Colors {
+                r: f32x8::from_slice(simd, &self.beta[0][from..from + LANES]),
+                g: f32x8::from_slice(simd, &self.beta[1][from..from + LANES]),
+                b: f32x8::from_slice(simd, &self.beta[2][from..from + LANES]),
+            },
+            samples,
+        }
     }
 
     /// Adds those that go on to the next surface.
     #[inline(always)]
-    pub(super) fn push<S: Simd>(&mut self, simd: S, paths: &Paths<S>, goes_on: mask64x8<S>) {
-        let (Rays { o, d, .. }, Hits { t, element, sides: [a, b, c], .. }) = (&paths.rays, &paths.hits);
+    pub(super) fn push<S: Simd>(
+        &mut self,
+        simd: S,
+        (rays, hits): (&Rays<S>, &Hits<S>),
+        beta: Colors<S>,
+        samples: &[u16],
+        goes_on: mask64x8<S>,
+    ) {
+        let (Rays { o, d, .. }, Hits { t, element, sides: [a, b, c], .. }) = (rays, hits);
         let at = self.count;
         for (own, values) in
             self.numbers.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, *t, *element, *a, *b, *c])
@@ -94,11 +103,11 @@ impl Wave {
         }
         let bits = goes_on.to_bitmask();
         let narrow = mask32x8::from_bitmask(simd, bits);
-        for (own, values) in self.beta.iter_mut().zip([paths.beta.r, paths.beta.g, paths.beta.b]) {
+        for (own, values) in self.beta.iter_mut().zip([beta.r, beta.g, beta.b]) {
             simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
         }
         for lane in those(goes_on) {
-            self.samples[self.count] = paths.samples[lane];
+            self.samples[self.count] = samples[lane];
             self.count += 1;
         }
     }
