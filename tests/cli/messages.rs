@@ -79,6 +79,7 @@ fn strict_makes_errors_of_warnings() {
     let folder = Folder::new();
     for command in ["check", "render"] {
         let run = folder.run(&[command, "warns.pbrt", "--strict"]);
+        assert!(!run.err.contains("--keep-going"), "nothing has to be left out: {}", run.err);
         assert_eq!(run.status, 1, "{}", run.err);
         assert!(run.err.contains("error: Shape \"sphere\" has no parameter"), "{}", run.err);
         assert_eq!(folder.run(&[command, "fine.pbrt", "--strict"]).status, 0);

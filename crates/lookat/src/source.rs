@@ -28,7 +28,8 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
     if report.strict && !loaded.diagnostics.is_empty() {
         loaded.diagnostics.iter_mut().for_each(|diagnostic| diagnostic.severity = Severity::Error);
         if !overrides.keep_going {
-            loaded.scene = None;
+            // Where all were warnings, nothing has to be left out.
+            loaded.can_keep_going &= loaded.scene.take().is_none();
         }
     }
     loaded
