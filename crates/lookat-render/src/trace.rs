@@ -60,6 +60,22 @@ struct Search {
     is_complete: bool,
 }
 
+/// [`Traceable::search_by`] with the tests that `WideSlabs` and `WideFilter` have. A macro, since closures are compiled for the
+/// instructions of the function that they are in.
+#[cfg(target_arch = "x86_64")]
+macro_rules! search_with {
+    ($self:ident.search_by::<$any:ident, $single:tt, $n:tt>($queries:ident, $hits:ident, $rays:expr, $slabs:ident)) => {{
+        let boxes = |node: &$crate::bvh::Node, t_max| $slabs.meet(node, t_max);
+        let filter =
+            |ray: &WideFilter, block: &$crate::triangle::block::Block, t_max| ray.may_meet(block, t_max);
+        let surely =
+            |ray: &WideFilter, block: &$crate::triangle::block::Block, t_max| ray.surely_meets(block, t_max);
+        $self.search_by::<$any, $single, $n, _>($queries, $hits, $rays, boxes, filter, surely)
+    }};
+}
+#[cfg(target_arch = "x86_64")]
+use search_with;
+
 impl Traceable<'_> {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
@@ -135,10 +151,7 @@ impl Traceable<'_> {
     ) -> Search {
         let slabs = WideSlabs::new(&slabs(queries));
         let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
-        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
-        let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
-        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter, surely)
+        search_with!(self.search_by::<ANY, SINGLE, N>(queries, hits, &rays, slabs))
     }
 
     /// The same, with the registers of AVX-512.
@@ -151,10 +164,7 @@ impl Traceable<'_> {
     ) -> Search {
         let slabs = WideSlabs::new(&slabs(queries));
         let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
-        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
-        let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
-        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter, surely)
+        search_with!(self.search_by::<ANY, SINGLE, N>(queries, hits, &rays, slabs))
     }
 
     fn search_portable<const ANY: bool, const SINGLE: bool, const N: usize>(

@@ -112,10 +112,10 @@ impl Loader<'_> {
         if let [first, ..] = &parsed.statements[..]
             && self.open.len() == 1
         {
-            if is_part(&parsed.statements) {
-                self.resolver.begin_part(first.keyword);
-            } else if is_options_part(&parsed.statements) {
-                self.resolver.begin_options_part(first.keyword);
+            match part_of(&parsed.statements) {
+                Some(Block::World) => self.resolver.begin_part(first.keyword),
+                Some(_) => self.resolver.begin_options_part(first.keyword),
+                None => {}
             }
         }
         let directives = parsed.statements.len();
@@ -182,28 +182,24 @@ impl Loader<'_> {
     }
 }
 
-/// Whether the directives are those of a file that scenes include before their world begins.
-fn is_options_part(statements: &[Statement]) -> bool {
-    let is_option = |statement: &Statement| home_block(&statement.directive) == Some(Block::Options);
-    let is_other = |statement: &Statement| {
-        home_block(&statement.directive) == Some(Block::World)
-            || matches!(
-                statement.directive,
-                Directive::WorldBegin | Directive::WorldEnd | Directive::Include { .. }
-            )
-    };
-    statements.iter().any(is_option) && !statements.iter().any(is_other)
-}
-
-/// Whether the directives are those of a file that scenes include: what belongs into a world, and nothing around it.
-fn is_part(statements: &[Statement]) -> bool {
-    let home = |statement: &Statement| home_block(&statement.directive);
-    let is_option = |statement: &Statement| {
-        home(statement) == Some(Block::Options)
-            || matches!(statement.directive, Directive::WorldEnd | Directive::LookAt(_))
-    };
-    let first = statements.iter().position(|statement| home(statement) == Some(Block::World));
-    // What is included before may be the rest.
+/// Where the directives belong of a file that scenes include: into a world, with nothing around it, or before one. `None` of a
+/// scene.
+fn part_of(statements: &[Statement]) -> Option<Block> {
+    let is_in = |statement: &Statement, block| home_block(&statement.directive) == Some(block);
     let includes = |statement: &Statement| matches!(statement.directive, Directive::Include { .. });
-    first.is_some_and(|first| !statements[..first].iter().any(includes)) && !statements.iter().any(is_option)
+    let any = |is: &dyn Fn(&Directive) -> bool| statements.iter().any(|statement| is(&statement.directive));
+    let has_options = statements.iter().any(|statement| is_in(statement, Block::Options));
+    match statements.iter().position(|statement| is_in(statement, Block::World)) {
+        Some(first) => {
+            let is_around = |it: &Directive| matches!(it, Directive::WorldEnd | Directive::LookAt(_));
+            // What is included before may be the rest.
+            let is_alone = !has_options && !any(&is_around) && !statements[..first].iter().any(includes);
+            is_alone.then_some(Block::World)
+        }
+        None => {
+            let is_world = |it: &Directive| matches!(it, Directive::WorldBegin | Directive::WorldEnd);
+            let is_alone = !any(&is_world) && !statements.iter().any(includes);
+            (has_options && is_alone).then_some(Block::Options)
+        }
+    }
 }

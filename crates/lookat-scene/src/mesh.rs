@@ -180,23 +180,21 @@ pub(crate) fn grid(columns: usize, rows: usize) -> Vec<i32> {
 
 /// Texture coordinates, and the name that they are given by: there are two names and two types, in this order in pbrt-v3.
 fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
-    let pairs = ["uv", "st"].map(|name| params.pairs(name));
+    const NAMES: [&str; 2] = ["uv", "st"];
+    let pairs = NAMES.map(|name| Some((name, params.pairs(name)?)));
     // Those of a name that has pairs are told as any that is given with another type too.
-    let floats = [0, 1].map(|i| if pairs[i].is_none() { params.floats(["uv", "st"][i]) } else { None });
-    let (name, other) = if pairs[0].is_none() && (pairs[1].is_some() || floats[0].is_none()) {
-        ("st", "uv")
-    } else {
-        ("uv", "st")
-    };
-    if params.was_taken(other) && params.was_taken(name) {
+    let floats =
+        NAMES.map(|name| if params.was_taken(name) { None } else { Some((name, params.floats(name)?)) });
+    let mut given = pairs.iter().flatten().map(|it| it.0).chain(floats.iter().flatten().map(|it| it.0));
+    let name = given.next().unwrap_or("uv");
+    if let Some(other) = given.next() {
         let help = "they are two names of the texture coordinates; pbrt-v3 uses the same one";
         params.warn(other, &format!("{other} is ignored, since {name} is given"), help);
     }
-    let ([uv, st], [float_uv, float_st]) = (pairs, floats);
-    if let Some(pairs) = uv.or(st) {
+    if let Some((_, pairs)) = pairs.into_iter().flatten().next() {
         return (name, pairs);
     }
-    let flat = float_uv.or(float_st).unwrap_or_default();
+    let flat = floats.into_iter().flatten().next().map_or_else(Vec::new, |(_, flat)| flat);
     if !flat.len().is_multiple_of(2) {
         let message = format!("{name} takes its numbers in pairs; {} given", flat.len());
         params.warn(name, &message, "the last one is not used, as in pbrt-v3");

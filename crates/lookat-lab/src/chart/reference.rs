@@ -58,9 +58,6 @@ pub struct Fitted {
 pub fn fitted(image: &Image, film: &Film) -> Result<Fitted, String> {
     let crop = film.crop;
     let [width, height] = film.resolution;
-    if image.rgb().is_none() {
-        return Err("has neither the channels R, G and B nor Y".into());
-    }
     let window = Window { x: crop.x0 as i32, y: crop.y0 as i32, width: crop.width(), height: crop.height() };
     let blank = vec![[0.0; 3]; crop.area() as usize];
     let blank = Image::from_rgb(window, Window { x: 0, y: 0, width, height }, &blank);
@@ -72,7 +69,8 @@ pub fn fitted(image: &Image, film: &Film) -> Result<Fitted, String> {
             };
             format!("is of {wide} x {high} pixels, the scene of {width} x {height}{part}")
         }
-        _ => format!("does not fit the scene: {error}"),
+        AlignError::Channels(..) => "has neither the channels R, G and B nor Y".into(),
+        AlignError::Apart => format!("does not fit the scene: {error}"),
     })?;
     if pair.left_out > 0 {
         return Err(format!(

@@ -88,8 +88,7 @@ where
         debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
         batch.streams.restart(sampler, &samples);
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        let has_textures = lanes.has_textures();
-        Taker { lanes, viewer, filter: &self.filter, has_textures }.take(tracer, batch, &samples);
+        Taker { lanes, viewer, filter: &self.filter }.take(tracer, batch, &samples);
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
             self.add(pattern, batch.wave.radiance[at], batch.negative[at], samples);
@@ -102,7 +101,6 @@ struct Taker<'a> {
     lanes: &'a Lanes<'a>,
     viewer: Viewer<'a>,
     filter: &'a FilterSampler,
-    has_textures: bool,
 }
 
 impl Taker<'_> {
@@ -191,7 +189,7 @@ impl Taker<'_> {
         let camera = self.viewer.camera;
         let on_lens = camera.has_lens().then(|| streams.next_2d(simd, all));
         // Nothing else asks for these.
-        if self.has_textures {
+        if self.lanes.has_textures() {
             for lane in 0..samples.len() {
                 let on_lens = on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
                 batch.wave.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);

@@ -2,16 +2,17 @@
 
 use fearless_simd::{Simd, mask64x8};
 
+#[cfg(target_arch = "x86_64")]
+use super::search_with;
 use super::{Query, RayForms, Search, nothing};
 use crate::arithmetic::SimdKind;
+use crate::bvh::ManySlabs;
 #[cfg(target_arch = "x86_64")]
 use crate::bvh::WideSlabs;
-use crate::bvh::{ManySlabs, Node};
 use crate::plain::PlainRay;
 use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
 use crate::trace::lanes::Rays;
-use crate::triangle::block::Block;
 #[cfg(target_arch = "x86_64")]
 use crate::triangle::block::avx2::WideFilter;
 use crate::triangle::lanes::{ManyFilters, ManySheared, ShearedRays};
@@ -88,10 +89,7 @@ impl Traceable<'_> {
         let slabs = WideSlabs::of(&form.of.slabs, form.lane);
         let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
         let rays = &[form.forms(queries[0].ray, filter)];
-        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
-        let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
-        self.search_by::<ANY, false, 1, _>(queries, hits, rays, boxes, filter, surely)
+        search_with!(self.search_by::<ANY, false, 1>(queries, hits, rays, slabs))
     }
 
     /// The same, with the registers of AVX-512.
@@ -106,10 +104,7 @@ impl Traceable<'_> {
         let slabs = WideSlabs::of(&form.of.slabs, form.lane);
         let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
         let rays = &[form.forms(queries[0].ray, filter)];
-        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |ray: &WideFilter, block: &Block, t_max| ray.may_meet(block, t_max);
-        let surely = |ray: &WideFilter, block: &Block, t_max| ray.surely_meets(block, t_max);
-        self.search_by::<ANY, false, 1, _>(queries, hits, rays, boxes, filter, surely)
+        search_with!(self.search_by::<ANY, false, 1>(queries, hits, rays, slabs))
     }
 }
 

@@ -177,12 +177,9 @@ impl Params<'_> {
             }
             // No fix: whether there is such a texture is not known here.
             _ if types.contains(&ParamType::Texture) && param.ty == ParamType::String => {
-                let other = if types.contains(&ParamType::Float) {
-                    "a number is declared \"float"
-                } else {
-                    "a color is declared \"rgb"
-                };
-                warning.help(format!("{other} {name}\", a texture \"texture {name}\""))
+                let (what, ty) =
+                    if types.contains(&ParamType::Float) { ("number", "float") } else { ("color", "rgb") };
+                warning.help(format!("a {what} is declared \"{ty} {name}\", a texture \"texture {name}\""))
             }
             _ if types.contains(&ParamType::Float) => {
                 let declaration = format!("\"float {name}\"");

@@ -103,8 +103,8 @@ impl<'s> Lanes<'s> {
         wave: &mut Wave,
     ) {
         let Paths { rays, hits, samples, .. } = paths;
-        let mut active = first_lanes(simd, paths.samples.len());
-        let views = camera.map(|of| Views { of, places: &wave.places, samples: &paths.samples });
+        let mut active = first_lanes(simd, samples.len());
+        let views = camera.map(|of| Views { of, places: &wave.places, samples });
         let Shaded { surfaces, frames, coats, .. } =
             &self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active);
         let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats);
