@@ -1,4 +1,4 @@
-//! The way out of mistakes in the grammar that are more than slips.
+//! Help for grammar mistakes that are more than a misspelling.
 
 use crate::Directive;
 use crate::token::{Input, is_unseen};
@@ -6,52 +6,54 @@ use crate::token::{Input, is_unseen};
 /// Directives that pbrt-v4 added.
 pub(crate) const V4_DIRECTIVES: [&str; 4] = ["Option", "ColorSpace", "Attribute", "Import"];
 
-/// The way out for words that are no directives.
+/// Help for a word that is not a directive.
 pub(crate) fn advice(word: Input) -> Option<String> {
     let text = String::from_utf8_lossy(word);
     match text.chars().find(|c| is_unseen(*c)).map(u32::from) {
-        Some(code) => {
-            Some(format!("the character U+{code:04X} is no blank to the format: write one, or delete it"))
-        }
+        Some(code) => Some(format!(
+            "pbrt does not treat the character U+{code:04X} as white space: replace it by a space, or delete it"
+        )),
         None => foreign(word).map(str::to_owned),
     }
 }
 
-/// The way out for words of other languages and older versions, and for what other tools leave behind.
+/// Help for words of other languages and older versions, and for marks of other tools.
 fn foreign(word: Input) -> Option<&'static str> {
     let starts = |prefix: &str| word.starts_with(prefix.as_bytes());
     Some(match word {
-        b"SurfaceIntegrator" => "this is a directive of an older pbrt; in pbrt-v3 it is Integrator \"path\"",
+        b"SurfaceIntegrator" => "SurfaceIntegrator is a pbrt-v2 directive; write Integrator \"path\"",
         b"Renderer" | b"VolumeIntegrator" => {
-            "this is a directive of an older pbrt; pbrt-v3 has the Integrator alone: delete this one"
+            "this is a pbrt-v2 directive; in pbrt-v3 Integrator does its work: delete it"
         }
         b"Volume" | b"Exterior" | b"Interior" => {
-            "this is a directive of an older pbrt; pbrt-v3 has MakeNamedMedium and MediumInterface"
+            "this is a pbrt-v2 directive; pbrt-v3 uses MakeNamedMedium and MediumInterface"
         }
-        b"AreaLight" => "this is a directive of an older pbrt; in pbrt-v3 it is AreaLightSource",
+        b"AreaLight" => "pbrt-v3 calls this directive AreaLightSource",
         b"SearchPath" => {
-            "this is a directive of an older pbrt; in pbrt-v3 names of files are relative to the scene: delete it"
+            "SearchPath is a directive of old pbrt versions; pbrt-v3 looks for files in the folder of the scene: delete it"
         }
-        b"Filter" => "filters are given by PixelFilter",
-        b"Light" => "lights are given by LightSource, and by AreaLightSource for shapes that glow",
-        b"," => "blanks alone stand between parameters",
+        b"Filter" => "write PixelFilter",
+        b"Light" => "write LightSource, or AreaLightSource for shapes that emit light",
+        b"," => "separate parameters by spaces only",
         _ if starts("//") || starts("--") || starts(";") || starts("%") || starts("/*") => {
             "a comment starts with #"
         }
         _ if starts("<<<<<<<") || starts("=======") || starts(">>>>>>>") => {
-            "a merge has left this: keep one of its two sides, and delete the marks"
+            "this is an unresolved merge conflict: keep one side, and delete the markers"
         }
-        _ if starts("```") => "a mark of Markdown: delete the line",
-        _ if starts("(") || starts("{") => "lists stand in square brackets: [1 2 3]",
+        _ if starts("```") => "this is Markdown: delete the line",
+        _ if starts("(") || starts("{") => "write lists in square brackets: [1 2 3]",
         _ if starts("\u{201c}") || starts("'") || starts("\u{2018}") => {
-            "names stand in straight double quotes"
+            "write names in straight double quotes"
         }
-        [b'a'..=b'z', ..] => "directives begin with a capital; a parameter is written as \"float radius\" 3",
+        [b'a'..=b'z', ..] => {
+            "directives begin with a capital letter; write a parameter as \"float radius\" 3"
+        }
         _ => return None,
     })
 }
 
-/// What stands in quotes after a keyword, or after a part of a Texture, and an example.
+/// The meaning of the quoted string after a keyword or after a part of a Texture, and an example.
 pub(crate) fn quoted_after(keyword: Input) -> (&'static str, &'static str) {
     const TEXTURE: &str = "Texture \"wood\" \"spectrum\" \"imagemap\"";
     match keyword {
@@ -81,7 +83,7 @@ pub(crate) fn quoted_after(keyword: Input) -> (&'static str, &'static str) {
     }
 }
 
-/// What to say of a value behind a directive that takes no parameters.
+/// The message for a value after a directive that takes no parameters.
 pub(crate) fn surplus(directive: &Directive) -> Option<String> {
     let takes = match directive {
         Directive::NamedMaterial(_) => "a name only; parameters belong to MakeNamedMaterial",

@@ -1,4 +1,4 @@
-//! Brackets of lists that are missing, too many or of another kind.
+//! Recovers from missing, surplus and wrong brackets of lists.
 
 use crate::Diagnostic;
 use crate::grammar::Reader;
@@ -6,7 +6,7 @@ use crate::token::{Fault, Input, Parsing, blank, is_blank, quoted, shown, word};
 use crate::words::{is_declaration, is_keyword, unclosed};
 
 impl<'a> Reader<'a> {
-    /// Skips a list of lists, which pbrt-v3 does not have, and reports it. Says whether there was one.
+    /// Skips and reports a list of lists, which pbrt-v3 does not have. True if it found one.
     pub(crate) fn nested_list(&mut self, start: Input<'a>) -> Parsing<'a, bool> {
         let (inner, ()) = blank(&start[1..])?;
         if inner.first() != Some(&b'[') {
@@ -14,11 +14,11 @@ impl<'a> Reader<'a> {
         }
         let (rest, ()) = whole_list(start)?;
         let all = &start[..start.len() - rest.len()];
-        self.report(Fault::new(all, "a list in a list").help("all values stand in one pair of brackets"));
+        self.report(Fault::new(all, "a list inside a list").help("put all values in one pair of brackets"));
         Ok((rest, true))
     }
 
-    /// pbrt-v3 insists on brackets around the 16 numbers of a matrix, and on none around fewer.
+    /// Reports wrong brackets: pbrt-v3 requires them around the 16 numbers of a matrix and forbids them around fewer.
     pub(crate) fn misbracketed(
         &mut self,
         all: Input<'a>,
@@ -30,9 +30,9 @@ impl<'a> Reader<'a> {
         let diagnostic = if open {
             Diagnostic::warning(
                 span,
-                format!("{keyword} takes its numbers without brackets; pbrt-v3 stops here"),
+                format!("{keyword} takes its numbers without brackets; pbrt-v3 stops with an error here"),
             )
-            .help("leave out the brackets")
+            .help("delete the brackets")
             .fix(span, numbers.trim())
         } else {
             self.faulty = true;
@@ -43,7 +43,7 @@ impl<'a> Reader<'a> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Skips a bracket or a comma that stands before a declaration, and reports it.
+    /// Skips and reports a bracket or a comma before a declaration.
     pub(crate) fn after_stray(&mut self, input: Input<'a>) -> Input<'a> {
         let Some((stray @ (b']' | b','), rest)) = input.split_first() else { return input };
         let Ok((next, ())) = blank(rest) else { return input };
@@ -51,15 +51,14 @@ impl<'a> Reader<'a> {
             return input;
         }
         let fault = match stray {
-            b']' => Fault::new(&input[..1], "unexpected `]`").help("no `[` opens a list here: delete it"),
-            _ => Fault::new(&input[..1], "unexpected `,`").help("blanks alone stand between parameters"),
+            b']' => Fault::new(&input[..1], "unexpected `]`").help("no list is open here: delete it"),
+            _ => Fault::new(&input[..1], "unexpected `,`").help("separate parameters by spaces only"),
         };
         self.report(fault);
         next
     }
 
-    /// Skips numbers, and a list on the same line, which stand behind a value that makes nothing of them. Says whether
-    /// there was a list.
+    /// Skips surplus numbers after a value, and a list on the same line. True if it found a list.
     pub(crate) fn after_values(&mut self, input: Input<'a>) -> Parsing<'a, bool> {
         let (end, _) = self.more_numbers(input)?;
         let (next, ()) = blank(end)?;
@@ -69,7 +68,7 @@ impl<'a> Reader<'a> {
         Ok((whole_list(next)?.0, true))
     }
 
-    /// Skips a list in brackets of another kind, and reports it. `None` if there is none.
+    /// Skips and reports a list in parentheses or braces. `None` if there is none.
     pub(crate) fn list_in_others(&mut self, start: Input<'a>) -> Option<Input<'a>> {
         let close = match start.first()? {
             b'(' => b')',
@@ -79,17 +78,17 @@ impl<'a> Reader<'a> {
         let end = start.iter().position(|byte| *byte == close || *byte == b'"')?;
         let (all, rest) = start.split_at_checked(end + 1).filter(|_| start[end] == close)?;
         let is_number = |byte: &u8| is_blank(*byte) || byte.is_ascii_digit() || b"+-.,eE".contains(byte);
-        // Else it is no list, but what a program should have replaced.
+        // Other text is a placeholder that a program should have replaced.
         if !all[1..end].iter().all(is_number) {
             return None;
         }
         let values = String::from_utf8_lossy(&all[1..end]);
-        let fault = Fault::new(all, "lists stand in square brackets");
-        self.report(fault.help("write it so").replace_with(format!("[{values}]")));
+        let fault = Fault::new(all, "a list takes square brackets");
+        self.report(fault.help("use square brackets").replace_with(format!("[{values}]")));
         Some(rest)
     }
 
-    /// Skips the bracket that closes a list of which the other one is missing, and reports that. Says whether there was one.
+    /// Skips and reports a closing bracket whose opening bracket is missing. True if it found one.
     pub(crate) fn unopened_list(&mut self, start: Input<'a>, end: Input<'a>) -> Parsing<'a, bool> {
         let (close, ()) = blank(end)?;
         if close.first() != Some(&b']') {
@@ -97,13 +96,13 @@ impl<'a> Reader<'a> {
         }
         let values = &start[..start.len() - end.len()];
         let replacement = format!("[{}", String::from_utf8_lossy(values));
-        let fault = Fault::new(values, "the bracket that opens this list is missing");
+        let fault = Fault::new(values, "the opening bracket of this list is missing");
         self.report(fault.help("add `[`").replace_with(replacement));
         Ok((&close[1..], true))
     }
 }
 
-/// Skips a list with all lists in it.
+/// Skips a list and the lists inside it.
 fn whole_list(start: Input) -> Parsing<()> {
     let (mut input, mut depth) = (start, 0);
     loop {

@@ -1,19 +1,19 @@
-//! Decimal numbers, many digits at a time: most of a large scene is numbers.
+//! Reads decimal numbers many digits at a time, because most of a large scene is numbers.
 
-/// The number that the text begins with, as in `-1.5e-3`, to the nearest `f64`, and how many bytes it takes. What follows
-/// is the caller's concern. `None` where there is no number, or one beyond all `f64`.
+/// The number at the start of the text, such as `-1.5e-3`, to the nearest `f64`, and its length in bytes. The caller
+/// checks the following byte. `None` without a number, and for a number beyond the range of `f64`.
 #[inline(always)]
 pub fn decimal(text: &[u8]) -> Option<(f64, usize)> {
     short(text).or_else(|| long(text))
 }
 
-/// A number of at most 15 bytes without exponent, as most are. Has no branch that depends on the number of digits or on
-/// the sign, for these are a matter of chance.
+/// Reads a number of at most 15 bytes without exponent. Does not branch on the number of digits or on the sign, which
+/// the processor cannot predict.
 #[inline(always)]
 fn short(text: &[u8]) -> Option<(f64, usize)> {
     let word = u128::from_le_bytes(*text.first_chunk()?);
     let sign = usize::from(text[0] == b'-');
-    // Beyond the word it cannot go on.
+    // Bit 16 and 17 end a number that fills the word.
     let others = (non_digits(word) | 3 << 16) & !(sign as u32);
     let point = others.trailing_zeros() as usize;
     let dotted = text.get(point) == Some(&b'.');
@@ -22,17 +22,17 @@ fn short(text: &[u8]) -> Option<(f64, usize)> {
     if length == sign || end > 15 || matches!(text[end], b'e' | b'E') {
         return None;
     }
-    // The bytes without the sign and the point, then moved up to the last places, zeros in front of them.
+    // Removes the sign and the point, then shifts the digits to the last places, after zeros.
     let digits = word & !(0xFF * sign as u128);
     let whole = (1 << (8 * point)) - 1;
     let digits = if dotted { digits & whole | digits >> 8 & !whole } else { digits };
     let digits = digits << (128 - 8 * length);
     let mantissa = eight(digits as u64) * 100_000_000 + eight((digits >> 64) as u64);
-    // At most 15 digits and such a power are exact.
+    // 15 digits and a power of ten up to 1e15 are exact in f64, so that the division rounds once.
     Some((mantissa as f64 * [1.0, -1.0][sign] / POWERS[length - point.min(length)], end))
 }
 
-/// Any number.
+/// Reads any number.
 #[inline(never)]
 fn long(text: &[u8]) -> Option<(f64, usize)> {
     let (mantissa, scale, length) = parts(text)?;
@@ -44,8 +44,7 @@ fn long(text: &[u8]) -> Option<(f64, usize)> {
     value.is_finite().then_some((value, length))
 }
 
-/// The digits of a number as one whole number, if 19 of them suffice; the power of ten to multiply it by; and how many
-/// bytes it takes.
+/// The digits of a number as an integer (`None` for more than 19 digits), its power of ten, and its length in bytes.
 pub(crate) fn parts(text: &[u8]) -> Option<(Option<u64>, i32, usize)> {
     let whole_at = usize::from(matches!(text.first(), Some(b'-' | b'+')));
     let (mut mantissa, mut count) = digits(&text[whole_at..]);
@@ -68,14 +67,14 @@ pub(crate) fn parts(text: &[u8]) -> Option<(Option<u64>, i32, usize)> {
     Some(((count <= 19).then_some(mantissa), scale, at))
 }
 
-/// The digits that the text begins with as one number, and how many there are. The number is right for at most 19.
+/// The digits at the start of the text as an integer, and their count. The integer is right for at most 19 digits.
 #[inline(always)]
 pub fn digits(text: &[u8]) -> (u64, usize) {
     let (value, count) = up_to_eight(text);
     if count < 8 { (value, count) } else { more_digits(text, value, count) }
 }
 
-/// As many digits as there are, after the first ones.
+/// Continues after the first digits.
 #[inline(never)]
 fn more_digits(text: &[u8], first: u64, length: usize) -> (u64, usize) {
     let (mut value, mut count) = (first, length);
@@ -89,42 +88,42 @@ fn more_digits(text: &[u8], first: u64, length: usize) -> (u64, usize) {
     }
 }
 
-/// The first digits, at most eight of them, and how many there are. Without branches, for how many is a matter of chance.
+/// The first digits, at most eight, and their count. Has no branches, because the count is unpredictable.
 #[inline(always)]
 fn up_to_eight(text: &[u8]) -> (u64, usize) {
     let word = u64::from_le_bytes(text.first_chunk().copied().unwrap_or_else(|| padded(text)));
     let count = high_bits(word).trailing_zeros() / 8;
-    // The digits move up to the last places, zeros in front of them.
+    // Shifts the digits to the last places, after zeros.
     (eight(word.checked_shl(64 - 8 * count).unwrap_or(0)), count as usize)
 }
 
-/// Marks the bytes that are no digits, the first byte by the lowest bit.
+/// A mask of the bytes that are not digits. The lowest bit is the first byte.
 #[inline(always)]
 fn non_digits(word: u128) -> u32 {
     let marks = |half: u64| (high_bits(half) >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56;
     (marks(word as u64) | marks((word >> 64) as u64) << 8) as u32
 }
 
-/// The highest bit of each byte that is no digit.
+/// Sets the highest bit of each byte that is not a digit.
 #[inline(always)]
 fn high_bits(word: u64) -> u64 {
-    // Digits become 0 to 9, and stay below 128 when 118 is added.
+    // Digits become 0 to 9, and stay below 128 after adding 118.
     let values = word ^ 0x3030_3030_3030_3030;
     let sums = (values & 0x7F7F_7F7F_7F7F_7F7F) + 0x7676_7676_7676_7676;
     (values | sums) & 0x8080_8080_8080_8080
 }
 
-/// The number with these eight digits, the first in the lowest byte; a byte of 0 is a digit too.
+/// The number with these eight digits, the first in the lowest byte. A zero byte counts as the digit 0.
 #[inline(always)]
 fn eight(digits: u64) -> u64 {
-    // Neighbours are joined, three times.
+    // Joins neighbors three times: pairs, fours, eight digits.
     let ones = digits & 0x0F0F_0F0F_0F0F_0F0F;
     let pairs = (ones.wrapping_mul(10 << 8 | 1) >> 8) & 0x00FF_00FF_00FF_00FF;
     let fours = (pairs.wrapping_mul(100 << 16 | 1) >> 16) & 0x0000_FFFF_0000_FFFF;
     fours.wrapping_mul(10_000 << 32 | 1) >> 32
 }
 
-/// The last bytes of a text.
+/// The last bytes of a text, padded with zeros.
 #[cold]
 fn padded<const N: usize>(text: &[u8]) -> [u8; N] {
     let mut bytes = [0; N];
@@ -132,7 +131,7 @@ fn padded<const N: usize>(text: &[u8]) -> [u8; N] {
     bytes
 }
 
-/// The exponent after `e`, and how many bytes it takes. Saturates: 1e999999999999 is still only too large.
+/// The exponent after `e`, and its length in bytes. Saturates at the range of `i32`.
 fn exponent(text: &[u8]) -> Option<(i32, usize)> {
     let signed = usize::from(matches!(text.first(), Some(b'-' | b'+')));
     let (value, count) = digits(&text[signed..]);
@@ -146,7 +145,7 @@ const POWERS: [f64; 23] = [
     1e19, 1e20, 1e21, 1e22,
 ];
 
-/// `mantissa * 10^scale` where one rounding suffices: both factors are exact in `f64` (Clinger 1990).
+/// `mantissa * 10^scale` if both factors are exact in `f64`, so that one rounding suffices (Clinger 1990).
 fn exact(mantissa: u64, scale: i32) -> Option<f64> {
     if mantissa > 1 << 53 {
         return None;
@@ -179,7 +178,7 @@ mod tests {
             let value = number.parse().unwrap_or(0);
             assert_eq!(digits(number.as_bytes()), (value, count));
             for byte in (0..=255_u8).filter(|byte| !byte.is_ascii_digit()) {
-                // What follows the byte is of no account.
+                // The text after the byte does not matter.
                 for rest in ["", "7", "12345678901", "\u{ff}\u{ff}\u{ff}\u{ff}"] {
                     let text = [number.as_bytes(), &[byte], rest.as_bytes()].concat();
                     assert_eq!(digits(&text), (value, count), "{text:?}");

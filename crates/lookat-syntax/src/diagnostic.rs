@@ -1,4 +1,4 @@
-//! What is wrong with a file, as data. The program decides how to print it.
+//! Problems of a file as data. The program decides how to print them.
 
 use crate::Span;
 
@@ -11,7 +11,7 @@ pub enum Severity {
     Error,
 }
 
-/// A place in the source, and what to say about it (empty: only underline it).
+/// A place in the source and a remark about it. With an empty remark the place is only underlined.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Label {
     /// The bytes to underline.
@@ -20,27 +20,27 @@ pub struct Label {
     pub text: String,
 }
 
-/// A replacement of source text that would mend the trouble.
+/// A replacement of source text that solves the problem.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fix {
     /// The bytes to replace.
     pub span: Span,
-    /// What to put in their place.
+    /// The new text.
     pub replacement: String,
 }
 
-/// One thing that is wrong with a scene file.
+/// One problem of a scene file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
-    /// What is wrong, in the terms of the format: lower case, no full stop.
+    /// The problem in the terms of the format: lower case, no full stop.
     pub message: String,
-    /// Where: the first is the place of the trouble, the others are related places.
+    /// The first label is the place of the problem; the others are related places.
     pub labels: Vec<Label>,
-    /// The way out, in words.
+    /// The solution in words.
     pub help: Option<String>,
-    /// The way out, as an edit.
+    /// The solution as an edit.
     pub fix: Option<Fix>,
     /// At how many further places the same is wrong, which are not told one by one.
     pub more: usize,
@@ -62,7 +62,7 @@ impl Diagnostic {
         Diagnostic { severity, message, labels, help: None, fix: None, more: 0 }
     }
 
-    /// Says something beside the underlined text.
+    /// Adds a remark beside the underlined text.
     pub fn note(mut self, text: impl Into<String>) -> Self {
         self.labels[0].text = text.into();
         self
@@ -74,19 +74,19 @@ impl Diagnostic {
         self
     }
 
-    /// Says the way out.
+    /// Adds the solution in words.
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.help = Some(text.into());
         self
     }
 
-    /// Offers the way out as an edit.
+    /// Adds the solution as an edit.
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
         self.fix = Some(Fix { span, replacement: replacement.into() });
         self
     }
 
-    /// The place of the trouble.
+    /// The place of the problem.
     pub fn span(&self) -> Span {
         self.labels[0].span
     }

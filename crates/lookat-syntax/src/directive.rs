@@ -1,17 +1,17 @@
-//! The statements of the language, exactly as written: nothing is resolved yet.
+//! The statements of a scene file as written, before any name or default is resolved.
 
 use crate::{Param, Span, Text};
 
-/// A directive and where it stands.
+/// A directive and its place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Statement {
-    /// What is said.
+    /// The directive.
     pub directive: Directive,
     /// From the keyword to the last value.
     pub span: Span,
     /// The bytes of the keyword.
     pub keyword: Span,
-    /// Part of the directive could not be read and is missing from it; the parser has reported why.
+    /// True if a part of the directive could not be read. The directive lacks this part, and the parser has reported it.
     pub faulty: bool,
 }
 
@@ -36,9 +36,9 @@ pub enum Directive {
     CoordinateSystem(Text),
     /// Makes a named transformation the CTM.
     CoordSysTransform(Text),
-    /// Which of the two transformations of a moving scene the next directives change.
+    /// Selects the CTM (start time, end time or both) that the next transformation directives change.
     ActiveTransform(ActiveTransform),
-    /// The times of the two transformations.
+    /// The start time and the end time of the two CTMs.
     TransformTimes([f64; 2]),
     /// Saves the CTM.
     TransformBegin,
@@ -54,7 +54,7 @@ pub enum Directive {
     ObjectEnd,
     /// Places a copy of an object.
     ObjectInstance(Text),
-    /// Flips the normals of the shapes that follow.
+    /// Flips the normals of the following shapes.
     ReverseOrientation,
     /// Ends the options and begins the description of the world.
     WorldBegin,
@@ -62,7 +62,7 @@ pub enum Directive {
     WorldEnd,
     /// Makes a named material the current one.
     NamedMaterial(Text),
-    /// The media inside and outside of the shapes that follow; one name stands for both.
+    /// The media inside and outside the following shapes. A single name stands for both.
     MediumInterface {
         /// Inside.
         inside: Text,
@@ -71,7 +71,7 @@ pub enum Directive {
     },
     /// `Texture "name" "float or spectrum" "class" parameters`.
     Texture {
-        /// The name that it is given.
+        /// The name of the new texture.
         name: Text,
         /// `float`, or `spectrum` (`color`).
         value: Text,
@@ -84,8 +84,8 @@ pub enum Directive {
     Include {
         /// The file, as written.
         file: Text,
-        /// Parameters that follow it: they belong to the last directive of the included file, because pbrt-v3 splices
-        /// tokens.
+        /// Parameters after the file name. They belong to the last directive of the included file, because pbrt-v3
+        /// splices tokens.
         rest: Vec<Param>,
     },
 }
@@ -93,11 +93,11 @@ pub enum Directive {
 /// The argument of `ActiveTransform`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ActiveTransform {
-    /// Both.
+    /// Both CTMs.
     All,
-    /// The one at the start time.
+    /// The CTM at the start time.
     StartTime,
-    /// The one at the end time.
+    /// The CTM at the end time.
     EndTime,
 }
 
@@ -113,34 +113,34 @@ pub struct Entity {
 /// The directives that consist of an [`Entity`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EntityKind {
-    /// How the scene is viewed.
+    /// The camera model.
     Camera,
-    /// Where the picture goes.
+    /// The size and the file of the picture.
     Film,
-    /// How samples are weighed into pixels.
+    /// The reconstruction filter.
     PixelFilter,
-    /// How samples are placed.
+    /// The generator of sample points.
     Sampler,
-    /// How light is computed.
+    /// The light transport algorithm.
     Integrator,
-    /// How rays find shapes.
+    /// The ray intersection accelerator.
     Accelerator,
     /// A shape.
     Shape,
-    /// The material of the shapes that follow.
+    /// The material of the following shapes.
     Material,
-    /// Names a material.
+    /// A material with a name.
     MakeNamedMaterial,
     /// A light without a shape.
     LightSource,
-    /// Makes the shapes that follow emit light.
+    /// Makes the following shapes emit light.
     AreaLightSource,
-    /// Names a participating medium.
+    /// A participating medium with a name.
     MakeNamedMedium,
 }
 
 impl EntityKind {
-    /// All of them.
+    /// Every kind.
     pub const ALL: [EntityKind; 12] = [
         EntityKind::Camera,
         EntityKind::Film,
@@ -217,7 +217,7 @@ impl Directive {
         "MakeNamedMedium",
     ];
 
-    /// The keyword that the directive is written with.
+    /// The keyword of the directive.
     pub fn keyword(&self) -> &'static str {
         match self {
             Directive::Identity => "Identity",
@@ -249,7 +249,7 @@ impl Directive {
         }
     }
 
-    /// The parameter list of the directive, where it has one.
+    /// The parameter list of the directive; `None` for directives without parameters.
     pub fn params_mut(&mut self) -> Option<&mut Vec<Param>> {
         match self {
             Directive::Texture { entity, .. } | Directive::Entity(_, entity) => Some(&mut entity.params),

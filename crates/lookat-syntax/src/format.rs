@@ -1,4 +1,4 @@
-//! Directives as pbrt text: the inverse of the grammar.
+//! Prints directives as pbrt text: the inverse of the grammar.
 
 use std::fmt::{Display, Formatter, Result, Write};
 
@@ -77,7 +77,7 @@ impl Display for Param {
     }
 }
 
-/// Each number after a blank, in the fewest digits that read back as the same number.
+/// Prints a space before each number, and the fewest digits that read back as the same number.
 fn numbers(f: &mut Formatter, list: &[f64]) -> Result {
     for value in list {
         if value.abs() < 1e16 && value.fract() == 0.0 {

@@ -1,5 +1,5 @@
-//! The grammar: bytes to statements. What cannot be read is reported and skipped up to the next directive, so one run
-//! finds every mistake.
+//! The grammar: bytes to statements. After an error, reading continues at the next directive, so that one run finds
+//! every mistake.
 
 use nom::bytes::complete::take_while1;
 
@@ -11,24 +11,24 @@ use crate::{
     nearest,
 };
 
-/// What [`parse`] read.
+/// The result of [`parse`].
 #[derive(Debug, Default)]
 pub struct Parsed {
     /// The directives in the order of the file.
     pub statements: Vec<Statement>,
-    /// What does not follow the grammar, in the order of the file.
+    /// Violations of the grammar in the order of the file.
     pub diagnostics: Vec<Diagnostic>,
-    /// Directives that only pbrt-v4 has; each is reported too.
+    /// Keywords of directives that only pbrt-v4 has. Each is also reported.
     pub v4_marks: Vec<Span>,
-    /// The last directive could not be read, and whatever follows it belongs to it, as after an open list.
+    /// True if the last directive is incomplete, as after an open list: it swallows the text that follows this file.
     pub broken_end: bool,
-    /// An Include could not be read: what it would have added is not known.
+    /// True if an Include could not be read, so that its contents are unknown.
     pub lost_include: bool,
 }
 
-/// Reads one file. `text` need not be UTF-8: pbrt looks at bytes, and comments are free.
+/// Parses one file. `text` may contain any bytes; it need not be UTF-8.
 ///
-/// Texts of 4 GiB and more are refused with a diagnostic.
+/// A text of 4 GiB or more gives one error and no statements.
 pub fn parse(file: FileId, text: &[u8]) -> Parsed {
     let mut reader = Reader {
         unknown: 0,
@@ -52,8 +52,8 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
         reader.statements(&mut statements);
     }
     if let Some(at) = reader.comma {
-        let warning = Diagnostic::warning(at, "commas between numbers")
-            .help("blanks separate numbers, and decimals have a point; pbrt-v3 reads only what stands before a comma");
+        let warning = Diagnostic::warning(at, "commas separate numbers")
+            .help("separate numbers by spaces, and use a decimal point; pbrt-v3 ignores the comma and the rest of the word");
         reader.diagnostics.push(warning);
     }
     reader.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
@@ -61,7 +61,7 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
     Parsed { statements, diagnostics, v4_marks, broken_end, lost_include }
 }
 
-/// Beyond so many unknown directives, only known ones are looked for, which the last message says: this is hardly a scene.
+/// After this many unknown directives, the parser looks for known directives only: the file is probably not a scene.
 const MAX_UNKNOWN: usize = 20;
 
 pub(crate) struct Reader<'a> {
@@ -85,7 +85,7 @@ pub(crate) struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn statements(&mut self, statements: &mut Vec<Statement>) {
-        // A byte-order mark is no part of the text.
+        // Skip a byte-order mark.
         let mut input = self.text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(self.text);
         while let Ok((start, ())) = blank(input)
             && !start.is_empty()
@@ -104,7 +104,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reports a fault that ends the current statement, and gives the text from the next directive on.
+    /// Reports a fault that ends the current statement, and returns the text from the next directive on.
     pub(crate) fn recover(&mut self, fault: Fault<'a>) -> Input<'a> {
         let from = &self.text[self.offset(fault.at)..];
         self.report(fault);
@@ -123,7 +123,7 @@ impl<'a> Reader<'a> {
         Span { file: self.file, start, end: start + part.len() as u32 }
     }
 
-    /// What lies between two positions of the input, without the blanks at its end.
+    /// The span between two positions of the input, without trailing white space.
     pub(crate) fn between(&self, start: Input<'a>, rest: Input<'a>) -> Span {
         self.span(start[..start.len() - rest.len()].trim_ascii_end())
     }
@@ -146,7 +146,7 @@ impl<'a> Reader<'a> {
         } else if number(keyword).is_ok() {
             return self.stray(start, before).fail();
         } else {
-            self.misspelt(input, keyword)?
+            self.misspelled(input, keyword)?
         };
         let statement = Statement {
             directive,
@@ -157,28 +157,28 @@ impl<'a> Reader<'a> {
         Ok((rest, statement))
     }
 
-    /// A value where a directive should begin.
+    /// The fault of a value in the place of a directive.
     fn stray(&self, start: Input<'a>, before: Option<&Statement>) -> Fault<'a> {
         let (at, found) = found(start);
         let is_number = number(at).is_ok();
         let found = if is_number { format!("the number {}", shown(at)) } else { found };
         let fault = Fault::new(at, format!("expected a directive, found {found}"));
-        // Further down it is not meant for that directive.
+        // A value on a later line does not belong to that directive.
         let is_beside = |before: &&Statement| {
             let between = &self.text[before.span.end as usize..self.offset(start)];
             !between.contains(&b'\n')
         };
         match before.filter(is_beside).and_then(|before| surplus(&before.directive)) {
-            _ if at == b"]" => fault.help("no `[` opens a list here"),
-            _ if at == b"[" => fault.help("a list follows the name of its parameter: \"rgb Kd\" [.5 .5 .5]"),
+            _ if at == b"]" => fault.help("no list is open here: delete it"),
+            _ if at == b"[" => fault.help("write the parameter before its list: \"rgb Kd\" [.5 .5 .5]"),
             Some(advice) => fault.help(advice),
-            None if is_number => fault.help("several values of one parameter stand in brackets: [1 2 3]"),
-            None if at.contains(&b' ') => fault.help("a parameter follows the directive that it belongs to"),
+            None if is_number => fault.help("put several values of one parameter in brackets: [1 2 3]"),
+            None if at.contains(&b' ') => fault.help("write a parameter after its directive"),
             None => fault,
         }
     }
 
-    /// What follows a keyword.
+    /// Reads the arguments of a keyword.
     fn directive(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
         Ok(match keyword {
             b"Identity" => (input, Directive::Identity),
@@ -232,9 +232,9 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// A keyword that does not exist. One that is near to a known one is read as that one too: a slip in WorldBegin is one
-    /// error, not one for each directive that follows.
-    fn misspelt(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
+    /// Reports an unknown keyword, and reads it as the nearest known one: a misspelled WorldBegin is one error, not one
+    /// for each following directive.
+    fn misspelled(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
         let fault = self.unknown_directive(keyword);
         let known =
             fault.replacement.as_deref().and_then(|known| Directive::KEYWORDS.iter().find(|k| **k == known));
@@ -252,12 +252,12 @@ impl<'a> Reader<'a> {
         if V4_DIRECTIVES.contains(&name.as_str()) {
             self.v4_marks.push(self.span(keyword));
             return Fault::new(keyword, format!("{name} is a directive of pbrt-v4, not of pbrt-v3"))
-                .help("lookat reads the pbrt-v3 format");
+                .help("lookat reads the pbrt-v3 format only");
         }
         self.unknown += 1;
         let fault = Fault::new(keyword, format!("unknown directive `{name}`"));
         if self.unknown > MAX_UNKNOWN {
-            return fault.help("more like this one are passed over; is this a pbrt-v3 scene?");
+            return fault.help("further unknown directives are not reported; is this a pbrt-v3 scene?");
         }
         if let Some(known) = nearest(&name, Directive::KEYWORDS) {
             return fault.help(format!("did you mean `{known}`?")).replace_with(known);
@@ -268,7 +268,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The numbers of a transformation. Brackets belong around 16 of them; around fewer they are tolerated.
+    /// Reads the numbers of a transformation. A matrix of 16 numbers needs brackets; fewer numbers need none.
     fn numbers<const N: usize>(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, [f64; N]> {
         let (start, ()) = blank(input)?;
         let open = start.first() == Some(&b'[');
@@ -313,16 +313,16 @@ impl<'a> Reader<'a> {
     fn miscounted(&self, at: Input<'a>, keyword: Input<'a>, wanted: usize, given: usize) -> Fault<'a> {
         let fault = Fault::new(at, format!("{} takes {wanted} numbers; {given} given", shown(keyword)));
         fault.help(match keyword {
-            b"Translate" => "they are the distances along x, y and z",
-            b"Scale" => "they are the factors along x, y and z",
-            b"Rotate" => "they are the angle in degrees and the axis: Rotate 45 0 1 0",
-            b"LookAt" => "they are the eye, the point looked at and the up vector, three numbers each",
-            b"TransformTimes" => "they are the start and the end",
-            _ => "they are the matrix, column by column",
+            b"Translate" => "write the distances along x, y and z: Translate 0 0 1",
+            b"Scale" => "write the factors along x, y and z: Scale 1 1 1",
+            b"Rotate" => "write the angle in degrees and the axis: Rotate 45 0 1 0",
+            b"LookAt" => "write the eye, the point to look at and the up vector, three numbers each",
+            b"TransformTimes" => "write the start time and the end time",
+            _ => "write the matrix column by column",
         })
     }
 
-    /// Skips the numbers that follow, and counts them.
+    /// Skips and counts the following numbers.
     pub(crate) fn more_numbers(&mut self, input: Input<'a>) -> Parsing<'a, usize> {
         let (mut input, mut count) = (input, 0);
         loop {
@@ -335,11 +335,11 @@ impl<'a> Reader<'a> {
     fn name(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Text> {
         let (input, ()) = blank(input)?;
         let (what, example) = quoted_after(keyword);
-        // As it stands in the text, where it may be misspelt.
+        // The keyword as written, which may be misspelled.
         let (_, here) = word(self.statement)?;
         let missing = || {
             Fault::new(here, format!("a quoted {what} is missing after {}", shown(keyword)))
-                .help(format!("as in {example}"))
+                .help(format!("write it like {example}"))
         };
         if what == "type" && is_declaration(input) {
             return missing().fail();
@@ -358,13 +358,13 @@ impl<'a> Reader<'a> {
             if keyword != b"ObjectBegin" {
                 return missing().fail();
             }
-            // What follows belongs to it all the same.
+            // The following directives still belong to the object.
             self.report(missing());
             return Ok((input, Spanned { value: String::new(), span: self.span(here) }));
         }
         let fault =
             Fault::new(at, format!("expected a quoted {what} after {}, found {found}", shown(keyword)));
-        // A bare word that is no directive is the name without its quotes.
+        // A bare word that is not a keyword is a name without its quotes.
         let text = shown(at);
         if at.first().is_some_and(u8::is_ascii_alphabetic) {
             self.report(fault.help("put it in quotes").replace_with(format!("\"{text}\"")));
@@ -372,7 +372,7 @@ impl<'a> Reader<'a> {
         }
         match advice(at) {
             Some(advice) => fault.help(advice).fail(),
-            None => fault.help(format!("as in {example}")).fail(),
+            None => fault.help(format!("write it like {example}")).fail(),
         }
     }
 
@@ -421,7 +421,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Whether this is a word, such as a misspelt directive, and not meant as a number.
+/// True for a word, such as a misspelled directive, that is not meant as a number.
 fn is_word(at: Input) -> bool {
     let lower = at.to_ascii_lowercase();
     at.first().is_some_and(u8::is_ascii_alphabetic)
@@ -429,7 +429,7 @@ fn is_word(at: Input) -> bool {
         && !lower.starts_with(b"inf")
 }
 
-/// Whether a word at the start of a line is text that goes on with no list of numbers.
+/// True if a word at the start of a line can be a directive: it is text, and does not continue a list of numbers.
 fn may_be_directive(word: Input) -> bool {
     !word[0].is_ascii_digit() && !matches!(word[0], b'+' | b'-' | b'.' | b',') && str::from_utf8(word).is_ok()
 }
@@ -438,13 +438,12 @@ fn starts_directive(word: Input) -> bool {
     is_keyword(word) || V4_DIRECTIVES.iter().any(|keyword| keyword.as_bytes() == word)
 }
 
-/// Where reading goes on after a fault at `from` in the statement that starts at `start`: at the next word that is a
-/// directive and stands outside quotes.
+/// The next directive outside quotes after a fault at `from`, in the statement that starts at `start`.
 fn next_directive<'a>(start: Input<'a>, from: Input<'a>, at_lines: bool) -> Input<'a> {
     let mut input = from;
     loop {
         let Ok((next, ())) = blank(input) else { return &[] };
-        // A word at the start of a line was most likely meant as a directive.
+        // A word at the start of a line is probably a directive.
         let skipped = &input[..input.len() - next.len()];
         let line_starts = at_lines && skipped.contains(&b'\n');
         if next.is_empty() {
@@ -463,7 +462,7 @@ fn next_directive<'a>(start: Input<'a>, from: Input<'a>, at_lines: bool) -> Inpu
             Ok((rest, _)) => rest,
             Err(_) if next[0] == b'"' => match quoted(next) {
                 Ok((rest, _)) => rest,
-                // An open quote: go on after its line.
+                // An open quote: continue after its line.
                 Err(_) => next.iter().position(|byte| *byte == b'\n').map_or(&[], |end| &next[end..]),
             },
             Err(_) => &next[1..],

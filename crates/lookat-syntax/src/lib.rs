@@ -1,8 +1,8 @@
 //! The text format of pbrt-v3 scene files.
 //!
-//! [`parse`] turns the bytes of one file into a flat list of [`Statement`]s, each with the bytes it came from, and
-//! reports everything in the text that does not follow the grammar. It opens no file, looks up no name and knows no
-//! default. A [`Directive`] prints itself as pbrt text that parses to the same directive.
+//! [`parse`] turns the bytes of one file into a flat list of [`Statement`]s, each with its [`Span`], and reports every
+//! violation of the grammar. It opens no file, looks up no name and knows no default. A [`Directive`] prints itself as
+//! pbrt text that parses to the same directive.
 //!
 //! ```
 //! use lookat_syntax::{Directive, FileId, parse};

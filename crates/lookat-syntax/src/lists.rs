@@ -1,13 +1,13 @@
-//! Long lists of numbers: the loop in which a large scene is read.
+//! The fast loop for long lists of numbers.
 
 use crate::decimal::{decimal, digits};
 use crate::param::Values;
 use crate::token::{Input, ends_number, is_blank};
 
-/// Appends numbers as long as nothing but blanks is between them, and counts them. What stops it, such as a comment, a
-/// comma or a mistake, is for the grammar.
+/// Appends and counts numbers while only white space separates them. Stops at comments, commas and mistakes, which the
+/// grammar handles.
 ///
-/// `index` is the number of values so far, those of points counted one by one.
+/// `index` is the count of numbers so far; each number of a point counts.
 pub(crate) fn plain<'a>(input: Input<'a>, values: &mut Values, index: usize) -> (Input<'a>, usize) {
     match values {
         Values::Numbers(list) => numbers(input, list),
@@ -36,7 +36,7 @@ fn integers<'a>(input: Input<'a>, list: &mut Vec<i32>) -> (Input<'a>, usize) {
     (input, list.len() - before)
 }
 
-/// Whole points, colors and the like; of one that is cut short, nothing.
+/// Reads whole points or colors. Stops before an incomplete one.
 fn groups<'a, const N: usize>(input: Input<'a>, list: &mut Vec<[f64; N]>) -> (Input<'a>, usize) {
     let (mut input, before) = (input, list.len());
     'groups: loop {
@@ -51,7 +51,7 @@ fn groups<'a, const N: usize>(input: Input<'a>, list: &mut Vec<[f64; N]>) -> (In
     (input, N * (list.len() - before))
 }
 
-/// The number after the blanks, and what follows it.
+/// The number after white space, and the rest of the input.
 #[inline(always)]
 fn number(input: Input) -> Option<(f64, Input)> {
     let input = after_blanks(input);
@@ -60,7 +60,7 @@ fn number(input: Input) -> Option<(f64, Input)> {
     ends_number(rest).then_some((value, rest))
 }
 
-/// The same for an integer without point and exponent.
+/// The integer after white space, without point and exponent, and the rest of the input.
 #[inline(always)]
 fn integer(input: Input) -> Option<(i32, Input)> {
     let input = after_blanks(input);
@@ -86,7 +86,7 @@ fn after_blanks(input: Input) -> Input {
 mod tests {
     use crate::{Directive, FileId, parse};
 
-    /// The only directive of a text that has one list of the numbers, with `between` between them.
+    /// Parses one directive with one list of `numbers`, separated by `between`.
     fn read(ty: &str, numbers: &[&str], between: &str) -> Directive {
         let text = format!("Shape \"a\" \"{ty} x\" [{}]", numbers.join(between));
         let mut parsed = parse(FileId(0), text.as_bytes());

@@ -1,7 +1,7 @@
-//! The known name that a misspelt one most likely stands for.
+//! Finds the known name nearest to a misspelled one.
 
-/// The one of `known` that is nearest to `name`, if it is near enough to be a slip: at most a third of its letters are
-/// changed, missing, added or swapped with a neighbour. Case counts for little.
+/// The name in `known` nearest to `name`, by the optimal string alignment distance without case. `None` if more than a
+/// third of its letters are changed, missing, added or swapped with a neighbor.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let (lower, letters) = (name.to_lowercase(), name.chars().count());
     let slips = |candidate: &str| candidate.chars().count().max(2) / 3;
@@ -15,7 +15,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, candidate)| candidate)
 }
 
-/// The only one of `known` that `name` is the beginning of, if that is three letters or more. Case does not count.
+/// The only name in `known` that begins with `name`, which needs at least three letters. Case does not count.
 pub fn begun<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     const FEWEST: usize = 3;
     let begins = |candidate: &&str| {
@@ -26,7 +26,7 @@ pub fn begun<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option
     longer.next().filter(|_| name.chars().count() >= FEWEST && longer.next().is_none())
 }
 
-/// The optimal string alignment distance: edits and swaps of neighbours.
+/// The optimal string alignment distance: edits and swaps of neighbors. Compares at most 64 characters.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().take(64).collect(), b.chars().take(64).collect());
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
@@ -47,7 +47,7 @@ fn distance(a: &str, b: &str) -> usize {
     rows[a.len()][b.len()]
 }
 
-/// Whether two names have the same digits in the same order. Names that are numbered otherwise are no slips of each other.
+/// True if two names have the same digits in the same order. `wood1` is no misspelling of `wood2`.
 pub fn same_digits(a: &str, b: &str) -> bool {
     let digits = |name: &str| name.bytes().filter(u8::is_ascii_digit).collect::<Vec<u8>>();
     digits(a) == digits(b)

@@ -9,13 +9,13 @@ pub enum ParamType {
     Integer,
     /// Numbers.
     Float,
-    /// Positions in the plane, two numbers each.
+    /// Points in the plane, two numbers each.
     Point2,
     /// Directions in the plane, two numbers each.
     Vector2,
-    /// Positions in space, three numbers each; `point` is another name.
+    /// Points in space, three numbers each; also spelled `point`.
     Point3,
-    /// Directions in space, three numbers each; `vector` is another name.
+    /// Directions in space, three numbers each; also spelled `vector`.
     Vector3,
     /// Surface normals, three numbers each.
     Normal,
@@ -25,18 +25,18 @@ pub enum ParamType {
     String,
     /// The name of a texture.
     Texture,
-    /// Linear RGB colors, three numbers each; `color` is another name.
+    /// Linear RGB colors, three numbers each; also spelled `color`.
     Rgb,
     /// CIE XYZ colors, three numbers each.
     Xyz,
     /// Pairs of a temperature in kelvin and a scale.
     Blackbody,
-    /// Pairs of a wavelength in nanometres and a value, or the names of files that hold such pairs.
+    /// Pairs of a wavelength in nanometers and a value, or names of files with such pairs.
     Spectrum,
 }
 
 impl ParamType {
-    /// Every spelling that declares a type, the canonical one of each type first.
+    /// Every spelling of a type. The canonical spelling of each type comes first.
     pub const SPELLINGS: [(&'static str, ParamType); 17] = [
         ("integer", ParamType::Integer),
         ("float", ParamType::Float),
@@ -57,7 +57,7 @@ impl ParamType {
         ("spectrum", ParamType::Spectrum),
     ];
 
-    /// The type that a declaration names, if it is one.
+    /// The type with this spelling.
     pub fn from_spelling(name: &str) -> Option<ParamType> {
         Self::SPELLINGS.iter().find(|(spelling, _)| *spelling == name).map(|(_, ty)| *ty)
     }
@@ -67,7 +67,7 @@ impl ParamType {
         Self::SPELLINGS.iter().find(|(_, ty)| *ty == self).map_or("", |(spelling, _)| spelling)
     }
 
-    /// How many numbers make one value: 1, 2 or 3.
+    /// The numbers of one value: 1, 2 or 3.
     pub fn arity(self) -> usize {
         match self {
             ParamType::Point2 | ParamType::Vector2 | ParamType::Blackbody => 2,
@@ -77,12 +77,12 @@ impl ParamType {
     }
 }
 
-/// The values of a parameter, in the shape that its type asks for.
+/// The values of a parameter, grouped as its type requires.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// `integer`.
     Integers(Vec<i32>),
-    /// `float`, and `spectrum` given as numbers.
+    /// `float`, and a `spectrum` of numbers.
     Numbers(Vec<f64>),
     /// `point2`, `vector2`, `blackbody`.
     Pairs(Vec<[f64; 2]>),
@@ -90,12 +90,12 @@ pub enum Values {
     Triples(Vec<[f64; 3]>),
     /// `bool`.
     Bools(Vec<bool>),
-    /// `string`, `texture`, and `spectrum` given as file names.
+    /// `string`, `texture`, and a `spectrum` of file names.
     Strings(Vec<Text>),
 }
 
 impl Values {
-    /// How many values there are: points count as one each.
+    /// The number of values; a point counts as one.
     pub fn len(&self) -> usize {
         match self {
             Values::Integers(v) => v.len(),
@@ -107,7 +107,7 @@ impl Values {
         }
     }
 
-    /// Whether there are none: `[ ]`.
+    /// True for an empty list, `[ ]`.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -118,9 +118,9 @@ impl Values {
 pub struct Param {
     /// The declared type.
     pub ty: ParamType,
-    /// The declared name; the span is that of the whole quoted declaration.
+    /// The declared name. Its span covers the whole quoted declaration.
     pub name: Text,
-    /// The values; the span includes the brackets, if there are any.
+    /// The values. Their span includes any brackets.
     pub values: Spanned<Values>,
 }
 

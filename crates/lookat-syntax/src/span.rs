@@ -1,10 +1,10 @@
 //! Places in source text.
 
-/// Which file of a scene a [`Span`] is in. The caller of [`crate::parse`] chooses the numbers.
+/// The file of a [`Span`]. The caller of [`crate::parse`] chooses the numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct FileId(pub u32);
 
-/// A range of bytes in a file: `start` is the first byte, `end` the one after the last.
+/// A half-open range of bytes in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Span {
     /// The file.
@@ -22,12 +22,12 @@ impl Span {
     }
 }
 
-/// A value and the bytes that it was read from. Two are equal when their values are, wherever they stand.
+/// A value and its place in the source. Equality compares the values alone.
 #[derive(Debug, Clone)]
 pub struct Spanned<T> {
-    /// What was read.
+    /// The value.
     pub value: T,
-    /// Where it stands.
+    /// Its place.
     pub span: Span,
 }
 
@@ -37,5 +37,5 @@ impl<T: PartialEq> PartialEq for Spanned<T> {
     }
 }
 
-/// A quoted string of the format, without its quotes and with its escapes decoded. The span includes the quotes.
+/// A quoted string, without its quotes and with its escapes decoded. The span includes the quotes.
 pub type Text = Spanned<String>;

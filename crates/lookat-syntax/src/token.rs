@@ -12,7 +12,7 @@ use crate::decimal::{decimal, parts};
 pub(crate) type Input<'a> = &'a [u8];
 pub(crate) type Parsing<'a, T> = IResult<Input<'a>, T, Fault<'a>>;
 
-/// Why a token is not what the grammar asks for. `at` is the part of the input to underline.
+/// A violation of the grammar. `at` is the part of the input to underline.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Fault<'a> {
     pub at: Input<'a>,
@@ -36,7 +36,7 @@ impl<'a> Fault<'a> {
         self
     }
 
-    /// As a nom error that no alternative is tried after.
+    /// Converts to a nom failure, after which no alternative is tried.
     pub fn fail<T>(self) -> Parsing<'a, T> {
         Err(nom::Err::Failure(self))
     }
@@ -56,7 +56,7 @@ pub(crate) fn is_blank(byte: u8) -> bool {
     matches!(byte, b' ' | b'\t' | b'\r' | b'\n')
 }
 
-/// Words end at these. A `#` inside a word does not start a comment, as in pbrt-v3.
+/// True for bytes that end a word. A `#` inside a word does not start a comment, as in pbrt-v3.
 fn is_delimiter(byte: u8) -> bool {
     is_blank(byte) || matches!(byte, b'"' | b'[' | b']')
 }
@@ -73,12 +73,12 @@ pub(crate) fn blank(input: Input) -> Parsing<()> {
     }
 }
 
-/// Everything up to the next delimiter; at least one byte.
+/// Reads up to the next delimiter, at least one byte.
 pub(crate) fn word(input: Input) -> Parsing<Input> {
     take_while1(|byte| !is_delimiter(byte))(input)
 }
 
-/// What stands at the input, in words, for "expected a number, found ...", and its bytes.
+/// The next token: its bytes, and its description for "expected a number, found ...".
 pub(crate) fn found(input: Input) -> (Input, String) {
     match input.first() {
         None => (input, "the end of the file".into()),
@@ -97,7 +97,7 @@ pub(crate) fn found(input: Input) -> (Input, String) {
     }
 }
 
-/// Bytes as text for a message: of more than 40 only those, and `...`; control characters as escapes.
+/// Bytes as text for a message: at most 40 bytes, then `...`. Escapes control characters.
 pub fn shown(bytes: &[u8]) -> String {
     let cut = String::from_utf8_lossy(&bytes[..bytes.len().min(40)]).into_owned();
     let mut text = String::new();
@@ -107,13 +107,13 @@ pub fn shown(bytes: &[u8]) -> String {
     if bytes.len() > 40 { text + "..." } else { text }
 }
 
-/// Whether a character beyond ASCII looks like a blank, or like nothing: such are copied from pages and other programs.
+/// True for characters beyond ASCII that look like a space or are invisible. They come from copied web pages.
 pub(crate) fn is_unseen(c: char) -> bool {
     !c.is_ascii() && c.is_whitespace()
         || matches!(c, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}')
 }
 
-/// A quoted string, decoded. A string ends on the line that it starts on.
+/// Reads a quoted string and decodes its escapes. A string ends on the line where it starts.
 pub(crate) fn quoted(input: Input) -> Parsing<String> {
     let (inner, _) = char('"')(input)?;
     let mut bytes = Vec::new();
@@ -124,14 +124,14 @@ pub(crate) fn quoted(input: Input) -> Parsing<String> {
                 let line = &input[..=at.min(inner.len())];
                 let line = line.strip_suffix(b"\r").unwrap_or(line);
                 return Fault::new(line, "the string is not closed")
-                    .help("a string ends on the line that it starts on: add the closing quote")
+                    .help("add the closing quote on the same line")
                     .fail();
             }
             Some(b'"') => break,
             Some(b'\\') => {
                 let Some(decoded) = inner.get(at + 1).and_then(|byte| unescape(*byte)) else {
                     return Fault::new(&inner[at..inner.len().min(at + 2)], "unknown escape in a string")
-                        .help(r#"the escapes are \" \\ \' \n \r \t \b \f; write a backslash in a file name as / or \\"#)
+                        .help(r#"the escapes are \" \\ \' \n \r \t \b \f; in a file name, write a backslash as / or \\"#)
                         .fail();
                 };
                 bytes.push(decoded);
@@ -156,7 +156,7 @@ fn unescape(byte: u8) -> Option<u8> {
     })
 }
 
-/// Skips blanks and commas between numbers; says whether there was a comma.
+/// Skips white space and commas between numbers. True if there was a comma.
 pub(crate) fn separator(input: Input) -> Parsing<bool> {
     let (mut input, _) = blank(input)?;
     let mut comma = false;
@@ -167,7 +167,7 @@ pub(crate) fn separator(input: Input) -> Parsing<bool> {
     Ok((input, comma))
 }
 
-/// A finite decimal number: `1`, `-.5`, `1.`, `1e-3`, `1e+006`. Read to the nearest `f64`.
+/// Reads a finite decimal number (`1`, `-.5`, `1.`, `1e-3`, `1e+006`) to the nearest `f64`.
 #[inline]
 pub(crate) fn number(input: Input) -> Parsing<f64> {
     match decimal(input) {
@@ -176,13 +176,13 @@ pub(crate) fn number(input: Input) -> Parsing<f64> {
     }
 }
 
-/// Whether a number ends where `rest` starts.
+/// True if a number can end before `rest`.
 #[inline]
 pub(crate) fn ends_number(rest: Input) -> bool {
     rest.first().is_none_or(|byte| is_delimiter(*byte) || *byte == b',')
 }
 
-/// The fault for what cannot be read as a number.
+/// The fault of an unreadable number.
 #[cold]
 fn no_number<T>(input: Input) -> Parsing<T> {
     match parts(input) {
@@ -195,42 +195,41 @@ fn no_number<T>(input: Input) -> Parsing<T> {
     }
 }
 
-/// The fault for a word that stands where a number should.
+/// The fault of a word in the place of a number.
 fn not_a_number<T>(input: Input) -> Parsing<T> {
     let (at, found) = found(input);
     let lower = String::from_utf8_lossy(at).to_lowercase();
     let bare = lower.trim_start_matches(['-', '+']);
     if bare.starts_with("nan") || bare.starts_with("inf") {
         return Fault::new(at, format!("{found} is not a finite number"))
-            .help("write the number that was meant; programs print nan and inf when a computation failed")
+            .help("programs print nan and inf when a computation fails: correct the program that wrote this file")
             .fail();
     }
     if bare.starts_with(|c: char| c.is_ascii_digit() || c == '.') && at.len() > 1 {
         return Fault::new(at, format!("{found} is not a number"))
             .help(
-                "a number is digits with an optional point and exponent, as in -1.5e-3, and ends at a blank",
+                "write digits with an optional point and exponent, such as -1.5e-3, and a space after the number",
             )
             .fail();
     }
     let fault = Fault::new(at, format!("expected a number, found {found}"));
     if let Some(size) = lower.strip_prefix(['\u{2212}', '\u{2013}', '\u{2014}']) {
-        return fault.help("the sign of a number is -, the hyphen").replace_with(format!("-{size}")).fail();
+        return fault.help("write the minus sign as a hyphen").replace_with(format!("-{size}")).fail();
     }
     if at == b"=" {
-        return fault.help("a value follows its declaration without a sign: \"float radius\" 2").fail();
+        return fault.help("delete the equals sign: \"float radius\" 2").fail();
     }
     match at.strip_prefix(b"\"").and_then(|at| at.strip_suffix(b"\"")) {
         Some(bare) if number(bare).is_ok_and(|(rest, _)| rest.is_empty()) => {
-            fault.help("numbers are not quoted").replace_with(shown(bare)).fail()
+            fault.help("delete the quotes around the number").replace_with(shown(bare)).fail()
         }
         _ => fault.fail(),
     }
 }
 
-/// Where the value with the given index stands in a list that spans `list` in `text`. Points, colors and other
-/// values of several numbers count each number.
+/// The place of the value at `index` in the list at `list` in `text`. Each number of a point or color counts.
 ///
-/// Values are not stored with a place each, which a large mesh could not afford; the place is found by reading again.
+/// Values do not store their places, to save memory in large meshes. This function reads the list again.
 pub fn value_span(text: &[u8], list: Span, index: usize) -> Span {
     let whole = &text[(list.start as usize).min(text.len())..(list.end as usize).min(text.len())];
     let find = || -> Parsing<Input> {

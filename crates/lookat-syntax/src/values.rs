@@ -8,11 +8,11 @@ use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separato
 use crate::words::{ends_list, is_declaration, unclosed};
 use crate::{Diagnostic, Spanned, Text, nearest};
 
-/// At most this many bad values are reported of one list.
+/// The most bad values that are reported for one list.
 const FAULTS_PER_LIST: usize = 5;
 
 impl<'a> Reader<'a> {
-    /// Parameters up to the next directive. What cannot be read is reported and left out.
+    /// Reads parameters up to the next directive. Reports and omits unreadable ones.
     pub(crate) fn params(&mut self, input: Input<'a>) -> (Input<'a>, Vec<Param>) {
         let mut params = Vec::new();
         let mut input = input;
@@ -39,7 +39,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The values after a declaration. A parameter that cannot be read is reported and left out.
+    /// Reads the values after a declaration. `None` for an unreadable parameter, which it reports.
     fn param(&mut self, input: Input<'a>, declaration: Text) -> Parsing<'a, Option<Param>> {
         let faulty_before = std::mem::replace(&mut self.faulty, false);
         let read = self.readable_param(input, declaration);
@@ -48,7 +48,7 @@ impl<'a> Reader<'a> {
         read.map(|(rest, param)| (rest, param.filter(|_| !faulty)))
     }
 
-    /// Where a material has a string for a number or a color, it most likely names a texture.
+    /// Adds help to an error: a string in the place of a material's number or color probably names a texture.
     fn advise_texture(&mut self, ty: ParamType, name: &str) {
         if !matches!(ty, ParamType::Float | ParamType::Rgb | ParamType::Xyz) {
             return;
@@ -59,7 +59,7 @@ impl<'a> Reader<'a> {
         let is_string = |error: &&mut Diagnostic| text.get(error.span().start as usize) == Some(&b'"');
         let last = self.diagnostics.last_mut().filter(|error| error.help.is_none());
         if let Some(error) = last.filter(is_string).filter(|_| is_of_material) {
-            error.help = Some(format!("a texture is declared \"texture {name}\""));
+            error.help = Some(format!("to use a texture, write \"texture {name}\""));
         }
     }
 
@@ -73,12 +73,12 @@ impl<'a> Reader<'a> {
             if declared.is_some() {
                 let at = declaration.span;
                 let error = Diagnostic::error(at, format!("\"{}\" has no value", declaration.value));
-                self.diagnostics.push(error.help("the values of a parameter follow its declaration"));
+                self.diagnostics.push(error.help("write the value after the declaration"));
                 self.faulty = true;
             }
             return Ok((input, None));
         }
-        // What declares nothing is followed by the next declaration, not by its value.
+        // A string that declares nothing has no value: the next string is the next declaration.
         let next = quoted(start).ok().filter(|_| declared.is_none());
         if next.is_some_and(|(_, text)| text.split(' ').next().and_then(ParamType::from_spelling).is_some()) {
             return Ok((input, None));
@@ -111,17 +111,17 @@ impl<'a> Reader<'a> {
         Ok((rest, Some(Param { ty, name, values: Spanned { value: values, span } })))
     }
 
-    /// Whether a declaration is followed by the next declaration or directive.
+    /// True if the next declaration or directive follows instead of a value.
     fn lacks_value(&self, input: Input<'a>, values: &Values) -> bool {
         let at = word(input).map_or(&input[..input.len().min(1)], |(_, word)| word);
         ends_list(at) || !matches!(values, Values::Strings(_)) && is_declaration(input)
     }
 
-    /// A value without brackets; there can be only one.
+    /// Reads one value without brackets.
     fn single(&mut self, input: Input<'a>, values: &mut Values) -> Parsing<'a, usize> {
         let rest = match self.value(input, values, 0) {
             Ok((rest, ())) => rest,
-            // A word that is no directive was meant as the value.
+            // A word that is not a keyword is meant as the value.
             Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) if !open_string(input) => {
                 let (word, _) = found(input);
                 let skipped = word.len().max(fault.at.len());
@@ -143,10 +143,10 @@ impl<'a> Reader<'a> {
             let all = &input[..input.len() - end.len()];
             let fault = Fault::new(all, "several values without brackets");
             let text = String::from_utf8_lossy(all);
-            // A comma may have been meant as the decimal point.
+            // The comma may be meant as a decimal point.
             self.report(match (more, text.split_once(',')) {
                 (1, Some((whole, rest))) if !rest.starts_with(' ') => {
-                    fault.help("the decimal point is a point").replace_with(format!("{whole}.{rest}"))
+                    fault.help("write the decimal point as a point").replace_with(format!("{whole}.{rest}"))
                 }
                 _ => fault.help("put them in brackets").replace_with(format!("[{text}]")),
             });
@@ -154,7 +154,7 @@ impl<'a> Reader<'a> {
         Ok((end, 1 + more))
     }
 
-    /// Splits `"float radius"`; reports what is no declaration.
+    /// Splits a declaration such as `"float radius"`. Reports other strings.
     fn declaration(&mut self, declaration: &Text) -> Option<(ParamType, String)> {
         let mut words = declaration.value.split([' ', '\t']).filter(|word| !word.is_empty());
         let (ty, name) = (words.next(), words.next());
@@ -176,7 +176,7 @@ impl<'a> Reader<'a> {
                         Some(known) => error
                             .help(format!("did you mean `{known}`?"))
                             .fix(at, format!("\"{known} {name}\"")),
-                        None => error.help("a parameter is declared by its type and its name: \"float fov\""),
+                        None => error.help("write the type and the name of the parameter: \"float fov\""),
                     }
                 }
             },
@@ -185,27 +185,26 @@ impl<'a> Reader<'a> {
                 let after = word(self.statement).and_then(|(rest, _)| blank(rest));
                 let is_named = self.statement.starts_with(b"MakeNamed");
                 if is_named && after.is_ok_and(|(first, ())| is_declaration(first)) {
-                    error.help("the name comes first: MakeNamedMaterial \"red\" \"string type\" \"matte\"")
+                    error.help("write the name first: MakeNamedMaterial \"red\" \"string type\" \"matte\"")
                 } else if is_named {
-                    // A type is a parameter of a named material or medium.
+                    // The type of a named material or medium is a parameter.
                     let declaration = match only {
                         "type" => "\"string type\"".to_owned(),
                         _ => format!("\"string type\" \"{only}\""),
                     };
-                    error.help(format!("a type is given so: {declaration}")).fix(at, declaration)
+                    error.help(format!("write the type as {declaration}")).fix(at, declaration)
                 } else {
-                    error
-                        .help("a parameter is declared by its type and its name in one string: \"float fov\"")
+                    error.help("write the type and the name of the parameter in one string: \"float fov\"")
                 }
             }
             _ => Diagnostic::error(at, "an empty parameter declaration")
-                .help("a parameter is declared by its type and its name in one string: \"float fov\""),
+                .help("write the type and the name of the parameter in one string: \"float fov\""),
         };
         self.diagnostics.push(error);
         None
     }
 
-    /// An empty list of the right shape; of an undeclared type, the one that the first value asks for.
+    /// An empty list for the values of a type. Without a type, the first value decides.
     fn empty(&self, ty: Option<ParamType>, input: Input<'a>) -> Values {
         let quoted = blank(input).is_ok_and(|(input, ())| input.first() == Some(&b'"'));
         match ty {
@@ -219,7 +218,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The values up to the closing bracket, and how many there are.
+    /// Reads the values up to the closing bracket, and counts them.
     fn list(&mut self, input: Input<'a>, open: Input<'a>, values: &mut Values) -> Parsing<'a, usize> {
         let mut input = input;
         let (mut count, mut faults) = (0, 0);
@@ -240,7 +239,7 @@ impl<'a> Reader<'a> {
                 }
                 Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) => {
                     let word = fault.at;
-                    // The next directive or declaration means that the bracket was forgotten.
+                    // Before a directive or declaration, the closing bracket is missing.
                     if ends_list(word) || is_declaration(word) {
                         return unclosed(open, input).fail();
                     }
@@ -257,7 +256,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// One value, appended to a list of its kind. `index` counts the numbers of points one by one.
+    /// Reads one value and appends it. `index` counts numbers, not points.
     fn value(&mut self, input: Input<'a>, values: &mut Values, index: usize) -> Parsing<'a, ()> {
         match values {
             Values::Numbers(list) => {
@@ -292,8 +291,8 @@ impl<'a> Reader<'a> {
                 if at.is_empty() || !at.iter().all(is_plain) {
                     return fault.fail();
                 }
-                let fault = fault.help("strings are quoted");
-                // A number is hardly a name.
+                let fault = fault.help("write strings in double quotes");
+                // A number is probably no name.
                 let is_number = number(at).is_ok();
                 if is_number { fault } else { fault.replace_with(format!("\"{}\"", shown(at))) }.fail()
             }
@@ -304,8 +303,8 @@ impl<'a> Reader<'a> {
         let (rest, value) = number(input)?;
         let at = &input[..input.len() - rest.len()];
         if value < f64::from(i32::MIN) || value > f64::from(i32::MAX) {
-            return Fault::new(at, format!("{} does not fit an integer", shown(at)))
-                .help("integers reach from -2147483648 to 2147483647")
+            return Fault::new(at, format!("{} is out of range for an integer", shown(at)))
+                .help("the range is -2147483648 to 2147483647")
                 .fail();
         }
         if value.fract() != 0.0 && !self.fraction {
@@ -327,28 +326,28 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// What to say of a value that has so many numbers, too few or too many.
+/// Adds help to the error of a value with too few or too many numbers.
 fn completed(error: Diagnostic, ty: ParamType, count: usize, values: &Values) -> Diagnostic {
     let at = error.span();
-    // Others would be longer in full than people write them.
+    // Numbers outside this range print with many digits.
     let is_plain = |number: f64| number == 0.0 || (1e-6..1e9).contains(&number.abs());
     match (ty, count, values) {
         (ParamType::Rgb, 1, Values::Triples(triples)) if is_plain(triples[0][0]) => {
             let grey = triples[0][0];
             let three = format!("[{grey} {grey} {grey}]");
-            error.help(format!("a grey has three numbers alike: {three}")).fix(at, three)
+            error.help(format!("write a grey as three equal numbers: {three}")).fix(at, three)
         }
-        (ParamType::Rgb, 4, _) => error.help("red, green and blue: a color has no fourth number"),
+        (ParamType::Rgb, 4, _) => error.help("a color has three numbers: red, green and blue"),
         (ParamType::Blackbody, 1, Values::Pairs(pairs)) if is_plain(pairs[0][0]) => {
             let pair = format!("[{} 1]", pairs[0][0]);
-            error.help(format!("the second number is a factor: {pair}")).fix(at, pair)
+            error.help(format!("write the temperature in kelvin and a factor: {pair}")).fix(at, pair)
         }
-        (ParamType::Blackbody, ..) => error.help("a temperature in kelvin, then a factor"),
+        (ParamType::Blackbody, ..) => error.help("write pairs of a temperature in kelvin and a factor"),
         _ => error,
     }
 }
 
-/// Whether a string that cannot be read starts here: after it nothing is certain.
+/// True if the input starts with an unreadable string. The meaning of the text after it is unknown.
 fn open_string(input: Input) -> bool {
     input.first() == Some(&b'"') && quoted(input).is_err()
 }
@@ -378,7 +377,7 @@ fn boolean(input: Input) -> Parsing<bool> {
                 let fault = Fault::new(at, format!("a bool is \"true\" or \"false\", not \"{text}\""));
                 match text.to_ascii_lowercase() {
                     small if small == "true" || small == "false" => {
-                        fault.help("it is written in small letters").replace_with(format!("\"{small}\""))
+                        fault.help("write it in lower case").replace_with(format!("\"{small}\""))
                     }
                     _ => fault,
                 }
@@ -393,5 +392,5 @@ fn boolean(input: Input) -> Parsing<bool> {
         b"false" | b"0" => "\"false\"",
         _ => return fault.fail(),
     };
-    fault.help("bools are words in quotes").replace_with(meant).fail()
+    fault.help("write a bool as a word in quotes").replace_with(meant).fail()
 }

@@ -1,4 +1,4 @@
-//! What words and strings may be: directives, declarations, the end of a list.
+//! Classifies words and strings: keywords, parameter declarations, ends of lists.
 
 use crate::Directive;
 use crate::param::ParamType;
@@ -8,19 +8,19 @@ pub(crate) fn is_keyword(word: Input) -> bool {
     Directive::KEYWORDS.iter().any(|keyword| keyword.as_bytes() == word)
 }
 
-/// Whether values cannot go on here: the file ends, or a bracket or a directive follows.
+/// True if no value can follow: at the end of the file, a bracket or a keyword.
 pub(crate) fn ends_list(word: Input) -> bool {
     word.is_empty() || matches!(word, b"[" | b"]") || is_keyword(word)
 }
 
-/// Whether a string such as `"float fov"` starts here.
+/// True if the input starts with a parameter declaration such as `"float fov"`.
 pub(crate) fn is_declaration(input: Input) -> bool {
     let Ok((_, text)) = quoted(input) else { return false };
     let mut words = text.split_ascii_whitespace();
     words.next().is_some_and(|ty| ParamType::from_spelling(ty).is_some()) && words.count() == 1
 }
 
-/// The fault for a list that opens at `open`, whose bracket is missing before `rest`.
+/// The fault of a list that opens at `open` and lacks its closing bracket before `rest`.
 pub(crate) fn unclosed<'a>(open: Input<'a>, rest: Input<'a>) -> Fault<'a> {
     let (at, found) = found(rest);
     if at.is_empty() {
