@@ -94,8 +94,9 @@ fn show(name: &str, spp: u32) -> Shown {
 
 fn list(shown: &[Shown]) -> String {
     let mut text = String::from(
-        "# Scenes\n\n![All of them](scenes.png)\n\nThe scenes of `pbrt-scenes/`, made by `cargo run --release -p lookat-lab -- \
-         contact-sheet`.\n\n| scene | what it shows |\n|---|---|\n",
+        "# Scenes\n\nTo see how to write a feature, open its scene. Each scene of `pbrt-scenes/` shows one part of the \
+         format. Most have pbrt-v3's\nrender beside them (`.exr`), which the tests compare with.\n\n![All scenes](scenes.png)\n\n\
+         `cargo run --release -p lookat-lab -- contact-sheet` writes this page.\n\n| scene | what it shows |\n|---|---|\n",
     );
     for Shown { name, says, .. } in shown {
         let _ = writeln!(text, "| [{name}](../pbrt-scenes/{name}.pbrt) | {says} |");
