@@ -128,7 +128,11 @@ fn json_is_a_line_for_each_scene_with_all_diagnostics() {
         let told = line["diagnostics"].as_array().unwrap();
         assert_eq!(told.len(), loaded.diagnostics.len());
         for (told, diagnostic) in told.iter().zip(&loaded.diagnostics) {
-            let severity = if diagnostic.severity == Severity::Error { "error" } else { "warning" };
+            let severity = match diagnostic.severity {
+                Severity::Error => "error",
+                Severity::Warning => "warning",
+                Severity::Note => "note",
+            };
             assert_eq!(told["severity"], severity);
             assert_eq!(told["message"], diagnostic.message.as_str());
             assert_eq!(told["help"].as_str(), diagnostic.help.as_deref());

@@ -41,7 +41,10 @@ fn cases(folder: &Path, found: &mut Vec<PathBuf>) {
 fn split(bytes: &[u8]) -> (&[u8], &[u8]) {
     let mut at = bytes.len();
     for line in bytes.split_inclusive(|byte| *byte == b'\n').rev() {
-        if !["# error ", "# warning ", "#   "].iter().any(|start| line.starts_with(start.as_bytes())) {
+        if !["# error ", "# warning ", "# note ", "#   "]
+            .iter()
+            .any(|start| line.starts_with(start.as_bytes()))
+        {
             break;
         }
         at -= line.len();
@@ -63,6 +66,7 @@ fn written(sources: &Sources, diagnostic: &Diagnostic) -> String {
     let severity = match diagnostic.severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
+        Severity::Note => "note",
     };
     let mut lines =
         vec![format!("# {severity} {}: {}", place(sources, diagnostic.span()), diagnostic.message)];

@@ -22,6 +22,25 @@ fn a_diagnostic_shows_the_line_and_the_way_out() {
     assert!(!run.err.contains('\u{1b}'), "no colors into a pipe");
 }
 
+/// A note is information: it is counted apart and fails nothing.
+#[test]
+fn notes_never_fail() {
+    let folder = Folder::new();
+    let noted = FINE.replace("\"sobol\"", "\"02sequence\"").replace("fov\" 40", "fov\" 1");
+    folder.write("notes.pbrt", &noted);
+    folder.write("both.pbrt", &noted.replace("Shape \"sphere\"", "Shape \"sphere\" \"float raduis\" 2"));
+    let run = folder.run(&["check", "--strict", "notes.pbrt"]);
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert!(run.err.contains("note: Sampler \"02sequence\"") && run.err.ends_with("notes.pbrt: 2 notes\n"));
+    assert!(folder.run(&["check", "both.pbrt"]).err.ends_with("both.pbrt: 1 warning, 2 notes\n"));
+    let strict = folder.run(&["check", "--strict", "both.pbrt"]);
+    assert_eq!(strict.status, 1);
+    assert!(strict.err.ends_with("both.pbrt: 1 error, 2 notes\n"), "{}", strict.err);
+    assert_eq!(folder.run(&["render", "--strict", "--quiet", "notes.pbrt"]).err, "");
+    let told = &json_lines(&folder.run(&["check", "--json", "notes.pbrt"]))[0]["diagnostics"];
+    assert!(told.as_array().unwrap().iter().all(|told| told["severity"] == "note"), "{told}");
+}
+
 /// Whoever looks away from everything is told so; inside a closed sphere there is something to see, but no light.
 #[test]
 fn black_pictures_are_told() {

@@ -1,20 +1,26 @@
 //! Angles, which are in degrees throughout the format.
 
+use lookat_syntax::Severity;
+
 /// Common parts of a turn, in degrees.
 const COMMON: [f64; 9] = [30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 180.0, 270.0, 360.0];
 
 /// Fields of view, in degrees, that hardly anyone asks for, and that are common ones in radians.
 const NARROW: std::ops::Range<f64> = 0.25..2.0;
 
-/// What to say of an angle that is one of the common ones in radians, be it rounded, or of a field of view that is so narrow:
-/// a message and help.
-pub(crate) fn doubt(name: &str, given: f64) -> Option<(String, String)> {
+/// What to say about an angle that may be meant in radians: severity, message and help. A common angle in radians, rounded or
+/// not, is a warning; another narrow field of view is a note.
+pub(crate) fn doubt(name: &str, given: f64) -> Option<(Severity, String, String)> {
     let is_meant = |degrees: &f64| (given.abs() / degrees.to_radians() - 1.0).abs() < 6e-4;
     let common = COMMON.into_iter().find(is_meant).map(|degrees| degrees.copysign(given));
     let is_narrow = name == "fov" && NARROW.contains(&given);
-    let degrees = common.or(is_narrow.then(|| (given.to_degrees() * 10.0).round() / 10.0))?;
-    let message = format!("{name} is {given} degrees: are radians meant?");
-    Some((message, format!("angles are in degrees; {given} radians are {degrees} degrees")))
+    let narrow = is_narrow.then(|| (given.to_degrees() * 10.0).round() / 10.0);
+    let (severity, message) = match common {
+        Some(_) => (Severity::Warning, format!("{name} is {given} degrees: are radians meant?")),
+        None => (Severity::Note, format!("{name} is {given} degrees, a very narrow view")),
+    };
+    let degrees = common.or(narrow)?;
+    Some((severity, message, format!("angles are in degrees; {given} radians are {degrees} degrees")))
 }
 
 #[cfg(test)]
@@ -31,12 +37,14 @@ mod tests {
         for shorter in ["0.785", "1.57", "3.14", "6.28"] {
             assert!(doubt("fov", shorter.parse().unwrap()).is_some(), "{shorter}");
         }
+        let is_note = |given| doubt("fov", given).is_some_and(|(severity, ..)| severity == Severity::Note);
+        assert!(is_note(1.0) && is_note(0.3) && !is_note(0.785));
         for given in [0.0, 0.8, 1.0, 1.5, 3.0, 3.1, 5.0, f64::INFINITY, f64::NAN] {
             assert_eq!(doubt("the angle", given), None);
         }
-        assert!(doubt("fov", 0.7).unwrap().1.ends_with("0.7 radians are 40.1 degrees"));
+        assert!(doubt("fov", 0.7).unwrap().2.ends_with("0.7 radians are 40.1 degrees"));
         assert_eq!(doubt("fov", 2.0), None);
-        let (message, help) = doubt("the angle", -90_f64.to_radians()).unwrap();
+        let (_, message, help) = doubt("the angle", -90_f64.to_radians()).unwrap();
         assert!(
             message.starts_with("the angle is -1.57") && message.ends_with(" degrees: are radians meant?")
         );

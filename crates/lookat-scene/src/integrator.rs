@@ -67,6 +67,11 @@ pub(crate) fn passes_boundaries(kind: &str) -> bool {
     ["volpath", "bdpt", "mlt"].contains(&kind)
 }
 
+/// Whether `path` takes the place of the integrator. The light is the same, except for caustics of lights that no ray can hit.
+pub(crate) fn is_substituted(kind: &str) -> bool {
+    ["bdpt", "mlt", "sppm"].contains(&kind)
+}
+
 pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
     let integrator = match params.kind() {
         "directlighting" => {
@@ -90,9 +95,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             }
             Integrator::AmbientOcclusion { cosine, samples: samples.max(1) as u32 }
         }
-        "bdpt" | "mlt" | "sppm" => {
-            let message = format!("Integrator \"{}\" is rendered with \"path\"", params.kind());
-            params.replaced(message, "\"path\" finds no caustics of point, spot and distant lights");
+        kind if is_substituted(kind) => {
             let integrator = path(params);
             pixel_bounds(params);
             params.ignore_rest();
@@ -133,7 +136,7 @@ fn depth(params: &mut Params) -> u32 {
         params.reject("maxdepth", "maxdepth must be at least 0", None);
     }
     if depth > MAX_DEPTH {
-        params.warn(
+        params.note(
             "maxdepth",
             &format!("maxdepth counts as {MAX_DEPTH}"),
             "where light never ends, as among perfect mirrors, one sample would go on and on",

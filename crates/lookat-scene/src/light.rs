@@ -98,6 +98,11 @@ pub enum Light {
 }
 
 impl Light {
+    /// Whether no ray can hit the light: it shines from a single point or direction.
+    pub(crate) fn is_delta(&self) -> bool {
+        !matches!(self, Light::Infinite { .. } | Light::Environment { .. })
+    }
+
     /// Whether it gives no light, whatever picture it shows.
     pub(crate) fn is_black(&self) -> bool {
         let (Light::Point { intensity: color, .. }

@@ -161,7 +161,7 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     if mesh.without_area() > 0 && params.kind() != "nurbs" {
         let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
         let help = "their corners are collinear or coincide; nothing of them can be seen";
-        params.warn_once(name, "triangles without area are left out", help);
+        params.note_once(name, "triangles without area are left out", help);
     }
     Some(mesh)
 }

@@ -1,7 +1,7 @@
 //! The directives before `WorldBegin`: kept as they come, settled together, because `Camera` needs the `Film` and either
 //! may come first.
 
-use lookat_syntax::{Diagnostic, Entity, EntityKind, Severity, Span, Spanned};
+use lookat_syntax::{Diagnostic, Entity, EntityKind, Severity, Span, Spanned, Text};
 
 use crate::Transform;
 use crate::camera::{self, Camera};
@@ -39,6 +39,8 @@ pub(crate) struct Settled {
     pub integrator: Integrator,
     /// Whether surfaces without a material are as if they were not there.
     pub passes_boundaries: bool,
+    /// The type of an Integrator that `path` takes the place of.
+    pub substituted: Option<Text>,
 }
 
 impl Options {
@@ -95,6 +97,7 @@ impl Options {
         let sampler = sampler::sampler(params, overrides);
         let params = &mut Params::new("Integrator", entity(self.integrator, "path"), files, report);
         let passes_boundaries = integrator::passes_boundaries(params.kind());
+        let substituted = Some(params.kind_text()).filter(|kind| integrator::is_substituted(&kind.value));
         let integrator = integrator::integrator(params);
         accelerator(self.accelerator, files, report);
         let (given, world_from_camera) = match self.camera {
@@ -110,6 +113,7 @@ impl Options {
             sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),
             integrator: integrator.unwrap_or(Integrator::PBRT_DEFAULT),
             passes_boundaries,
+            substituted,
         }
     }
 
@@ -130,10 +134,15 @@ impl Options {
         }
         let names: Vec<_> = missing.iter().map(|(_, name, _)| *name).collect();
         let defaults: Vec<_> = missing.iter().map(|(.., default)| *default).collect();
-        let warning =
+        // A scene needs a view and a size of its own; a sampler and an integrator it may leave to pbrt-v3.
+        let severity = match self.camera.is_none() || self.film.is_none() {
+            true => Severity::Warning,
+            false => Severity::Note,
+        };
+        let remark =
             Diagnostic::warning(world_begin, format!("no {} before WorldBegin", names.join(", no ")))
                 .help(format!("the default is used: {}", defaults.join("; ")));
-        report.push(warning);
+        report.push(Diagnostic { severity, ..remark });
     }
 }
 

@@ -63,6 +63,11 @@ impl<'a> Params<'a> {
         &self.kind.value
     }
 
+    /// The type that the directive names, and its place.
+    pub fn kind_text(&self) -> Text {
+        self.kind.clone()
+    }
+
     /// Of a parameter given twice with the same type, pbrt-v3 keeps the last.
     fn drop_repeated(&mut self) {
         let key = |at: usize| (self.params[at].name.value.as_str(), class(self.params[at].ty) as u8);
@@ -255,8 +260,8 @@ impl<'a> Params<'a> {
     /// An angle in degrees.
     pub fn angle(&mut self, name: &'static str, default: f64) -> f64 {
         let given = self.float(name, default);
-        if let Some((message, help)) = angle::doubt(name, given) {
-            self.warn(name, &message, &help);
+        if let Some((severity, message, help)) = angle::doubt(name, given) {
+            self.remark(severity, name, &message, &help);
         }
         given
     }
@@ -267,7 +272,7 @@ impl<'a> Params<'a> {
         if count > MOST_NESTED {
             let message = format!("{name} counts as {MOST_NESTED}");
             let help = "a camera sample is not broken off; more samples per pixel do the same";
-            self.warn(name, &message, help);
+            self.note(name, &message, help);
         }
         count.min(MOST_NESTED)
     }
@@ -366,15 +371,25 @@ impl<'a> Params<'a> {
 
     /// Warns about the value of a parameter, unless that may come of a part that could not be read.
     pub fn warn(&mut self, name: &str, message: &str, help: &str) {
+        self.remark(Severity::Warning, name, message, help);
+    }
+
+    /// Gives a note about the value of a parameter, unless that may come of a part that could not be read.
+    pub fn note(&mut self, name: &str, message: &str, help: &str) {
+        self.remark(Severity::Note, name, message, help);
+    }
+
+    fn remark(&mut self, severity: Severity, name: &str, message: &str, help: &str) {
         if !self.report.partial {
-            self.report.push(Diagnostic::warning(self.place(name), message).help(help));
+            let remark = Diagnostic::warning(self.place(name), message).help(help);
+            self.report.push(Diagnostic { severity, ..remark });
         }
     }
 
-    /// The same, told at the first place alone.
-    pub fn warn_once(&mut self, name: &str, message: &str, help: &str) {
+    /// A note, told at the first place alone.
+    pub fn note_once(&mut self, name: &str, message: &str, help: &str) {
         if !self.report.partial {
-            self.report.once(Diagnostic::warning(self.place(name), message).help(help));
+            self.report.once(Diagnostic::note_at(self.place(name), message).help(help));
         }
     }
 
@@ -383,9 +398,9 @@ impl<'a> Params<'a> {
         self.report.unsupported(self.kind.span, message);
     }
 
-    /// The same of one that is rendered in another way, with what that leaves out.
+    /// Gives a note, once per scene, about a type that another one replaces without a change of the picture.
     pub fn replaced(&mut self, message: String, help: &str) {
-        self.report.once(Diagnostic::warning(self.kind.span, message).help(help));
+        self.report.once(Diagnostic::note_at(self.kind.span, message).help(help));
     }
 
     /// The error for a type that pbrt-v3 does not have.

@@ -238,6 +238,7 @@ impl<'a> Resolver<'a> {
             Block::Ended => {}
         }
         self.tell_doubted_rotations();
+        self.tell_substituted_integrator();
         // A shape or a light in error is one all the same.
         if !self.report.has_errors() {
             self.warn_of_all(at);
@@ -262,9 +263,9 @@ impl<'a> Resolver<'a> {
         Loaded { sources, inputs, scene, diagnostics, can_keep_going, misfit }
     }
 
-    /// Names may be defined again: of materials and textures pbrt-v3 says so too.
-    fn warn_again(&mut self, what: &str, name: &str, at: Span) {
+    /// Names may be defined again, with the same effect as in pbrt-v3.
+    fn note_again(&mut self, what: &str, name: &str, at: Span) {
         let message = format!("{what} \"{name}\" is defined again; the new one counts from here");
-        self.report.push(Diagnostic::warning(at, message));
+        self.report.push(Diagnostic::note_at(at, message));
     }
 }

@@ -86,7 +86,7 @@ pub(crate) fn sampler(params: &mut Params, overrides: &Overrides) -> Option<Samp
         "sobol" => (SamplerKind::Sobol, pixel_samples(params, 16)),
         "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             let message = format!("Sampler \"{}\" is rendered with \"sobol\"", params.kind());
-            params.unsupported(message);
+            params.replaced(message, "the picture is the same apart from its noise");
             // How many dimensions are not left to chance: all of them here.
             params.integer("dimensions", 4);
             (SamplerKind::Sobol, pixel_samples(params, 16))

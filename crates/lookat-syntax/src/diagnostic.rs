@@ -2,10 +2,12 @@
 
 use crate::Span;
 
-/// How bad it is.
+/// How bad it is. `docs/architecture.md` has the rule that decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The scene renders; what it shows may not be what was meant.
+    /// The picture is right: the one that pbrt-v3 renders, or equal to it apart from noise.
+    Note,
+    /// The picture is probably not the one that the author meant, or not the one that pbrt-v3 renders.
     Warning,
     /// There is no scene to render.
     Error,
@@ -32,7 +34,7 @@ pub struct Fix {
 /// One problem of a scene file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Diagnostic {
-    /// Error or warning.
+    /// Error, warning or note.
     pub severity: Severity,
     /// The problem in the terms of the format: lower case, no full stop.
     pub message: String,
@@ -55,6 +57,11 @@ impl Diagnostic {
     /// A warning at `span`.
     pub fn warning(span: Span, message: impl Into<String>) -> Self {
         Self::new(Severity::Warning, span, message.into())
+    }
+
+    /// A note at `span`. ([`Diagnostic::note`] is the text beside the underlined place.)
+    pub fn note_at(span: Span, message: impl Into<String>) -> Self {
+        Self::new(Severity::Note, span, message.into())
     }
 
     fn new(severity: Severity, span: Span, message: String) -> Self {

@@ -22,14 +22,14 @@ pub fn failure(loaded: &Loaded) -> u8 {
     if loaded.inputs.is_empty() { crate::TROUBLE } else { 1 }
 }
 
-/// Prints the diagnostics of a scene to standard error. `quiet` leaves warnings out.
+/// Prints the diagnostics of a scene to standard error. `quiet` leaves warnings and notes out.
 pub fn print(loaded: &Loaded, quiet: bool) {
     let out = anstream::stderr();
     let renderer = if out.as_inner().is_terminal() { Renderer::styled() } else { Renderer::plain() };
     let mut out = out.lock();
     let is_error = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Error;
     let errors = loaded.diagnostics.iter().filter(is_error).count();
-    // Warnings have the room that errors leave.
+    // Warnings and notes have the room that errors leave.
     let mut room = [MAX_SHOWN, if quiet { 0 } else { MAX_SHOWN.saturating_sub(errors) }];
     let mut hidden = 0;
     for diagnostic in loaded.diagnostics.iter().filter(|diagnostic| !quiet || is_error(diagnostic)) {
@@ -52,7 +52,7 @@ pub fn print(loaded: &Loaded, quiet: bool) {
     }
 }
 
-/// As in "2 errors, 1 warning".
+/// As in "2 errors, 1 warning, 3 notes".
 fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
     let count = |severity, noun: &str| {
         let alike = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity);
@@ -64,8 +64,9 @@ fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
         }
     };
     let errors = count(Severity::Error, "error");
-    let warnings = if quiet { None } else { count(Severity::Warning, "warning") };
-    errors.into_iter().chain(warnings).collect::<Vec<_>>().join(", ")
+    let others = [(Severity::Warning, "warning"), (Severity::Note, "note")];
+    let others = others.into_iter().filter(|_| !quiet).filter_map(|(severity, noun)| count(severity, noun));
+    errors.into_iter().chain(others).collect::<Vec<_>>().join(", ")
 }
 
 /// One diagnostic with the lines it is about.
@@ -73,6 +74,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
+        Severity::Note => Level::NOTE,
     };
     let windows: Vec<Window> =
         diagnostic.labels.iter().map(|label| Window::around(label.span, sources)).collect();
@@ -255,6 +257,7 @@ pub fn json(loaded: &Loaded) -> Vec<JsonDiagnostic<'_>> {
             severity: match diagnostic.severity {
                 Severity::Error => "error",
                 Severity::Warning => "warning",
+                Severity::Note => "note",
             },
             message: &diagnostic.message,
             labels: diagnostic.labels.iter().map(|l| JsonLabel { place: label(l), text: &l.text }).collect(),

@@ -25,14 +25,23 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
     {
         first.path = PathBuf::from("standard input");
     }
-    if report.strict && !loaded.diagnostics.is_empty() {
-        loaded.diagnostics.iter_mut().for_each(|diagnostic| diagnostic.severity = Severity::Error);
-        if !overrides.keep_going {
-            // Where all were warnings, nothing has to be left out.
-            loaded.can_keep_going &= loaded.scene.take().is_none();
-        }
+    if report.strict {
+        fail_warnings(&mut loaded, overrides.keep_going);
     }
     loaded
+}
+
+/// Turns warnings into errors.
+fn fail_warnings(loaded: &mut Loaded, keep_going: bool) {
+    let mut warnings = 0;
+    for warning in loaded.diagnostics.iter_mut().filter(|told| told.severity == Severity::Warning) {
+        warning.severity = Severity::Error;
+        warnings += 1;
+    }
+    if warnings > 0 && !keep_going {
+        // Where all were warnings, nothing has to be left out.
+        loaded.can_keep_going &= loaded.scene.take().is_none();
+    }
 }
 
 /// Opens a file.

@@ -100,7 +100,7 @@ impl Resolver<'_> {
         let message = format!("this is a part of a scene, without {without}");
         let help = "check or render the scene that includes it";
         self.report.push(match self.overrides.accept_part {
-            true => Diagnostic::warning(at, message).help("names may be defined where it is included"),
+            true => Diagnostic::note_at(at, message).help("names may be defined where it is included"),
             false => Diagnostic::error(at, message).help(help),
         });
     }
@@ -260,7 +260,7 @@ impl Resolver<'_> {
                     let object = self.object.take().unwrap_or_default();
                     let is_known = |known: &Arc<Object>| !known.primitives.is_empty() && !name.is_empty();
                     if self.objects.get(&name).is_some_and(is_known) {
-                        self.warn_again("object", &shown(name.as_bytes()), at);
+                        self.note_again("object", &shown(name.as_bytes()), at);
                     }
                     if !object.primitives.is_empty() {
                         self.idle_objects.insert(name.clone(), at);

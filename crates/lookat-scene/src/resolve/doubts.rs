@@ -1,10 +1,11 @@
 //! What is odd about a scene as a whole, and no error.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Span, shown};
 
 use super::Resolver;
 use crate::options::Settled;
+use crate::texture::Texture;
 use crate::transform::Transform;
 use crate::{Emission, Integrator, Light, MaterialKind, Primitive};
 
@@ -41,7 +42,6 @@ impl Resolver<'_> {
 
     /// Without a shape only skies are seen.
     fn warn_empty(&mut self, end: Span) {
-        let is_sky = |light: &Light| matches!(light, Light::Infinite { .. } | Light::Environment { .. });
         if self.settled.is_none() || !self.primitives.is_empty() || !self.instances.is_empty() {
             return;
         }
@@ -49,7 +49,7 @@ impl Resolver<'_> {
             let warning = Diagnostic::warning(passed, "no shape has a material: none is seen");
             let help = "rays of this Integrator pass those without one; Material \"matte\" gives the next shapes one";
             self.report.push(warning.help(help));
-        } else if !self.lights.is_empty() && !self.lights.iter().any(is_sky) {
+        } else if !self.lights.is_empty() && self.lights.iter().all(Light::is_delta) {
             let warning = Diagnostic::warning(
                 self.world_begin.unwrap_or(end),
                 "the world has no shapes: the picture is black",
@@ -78,6 +78,22 @@ impl Resolver<'_> {
         self.report.push(Diagnostic::warning(self.world_begin.unwrap_or(end), message).help(help));
     }
 
+    /// `path` renders the same picture as the integrators that it stands in for, except for caustics of delta lights.
+    pub(super) fn tell_substituted_integrator(&mut self) {
+        let Some(kind) = self.settled.as_ref().and_then(|settled| settled.substituted.as_ref()) else {
+            return;
+        };
+        let message = format!("Integrator \"{}\" is rendered with \"path\"", kind.value);
+        let casts_caustics = self.lights.iter().any(Light::is_delta)
+            && self.shapes().any(|primitive| is_specular(&primitive.material.kind));
+        self.report.push(match casts_caustics {
+            true => Diagnostic::warning(kind.span, message).help(
+                "\"path\" finds no caustics of point, spot and distant lights; a shape with an AreaLightSource makes them",
+            ),
+            false => Diagnostic::note_at(kind.span, message).help("the picture is the same apart from its noise"),
+        });
+    }
+
     /// The paths of pbrt-v3 ask the BSDF of the first surface about a direction whose length is not 1 there.
     fn warn_scaled_camera(&mut self) {
         let is_path = |settled: &Settled| matches!(settled.integrator, Integrator::Path { .. });
@@ -97,6 +113,19 @@ impl Resolver<'_> {
 pub(super) fn is_scaled(world_from_camera: &Transform) -> bool {
     let is_other = |axis: &DVec3| (world_from_camera.vector(*axis).length() - 1.0).abs() > 1e-3;
     [DVec3::X, DVec3::Y, DVec3::Z].iter().any(is_other)
+}
+
+/// Whether a material reflects or refracts light in single directions.
+fn is_specular(material: &MaterialKind) -> bool {
+    match material {
+        MaterialKind::Mirror(_) | MaterialKind::Glass(_) => true,
+        MaterialKind::Uber(uber) => {
+            let is_black = |share: &Texture<Vec3>| share.constant() == Some(Vec3::ZERO);
+            !is_black(&uber.kr) || !is_black(&uber.kt) || uber.opacity.constant() != Some(Vec3::ONE)
+        }
+        MaterialKind::Mix(mix) => mix.materials.iter().any(|material| is_specular(&material.kind)),
+        _ => false,
+    }
 }
 
 /// Whether what it scatters depends on more than cosines and single directions.

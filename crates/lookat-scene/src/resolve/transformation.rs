@@ -32,8 +32,9 @@ impl Resolver<'_> {
     /// Warns where the angle seems to be in radians, or to be the last number.
     pub(super) fn doubt_rotation(&mut self, angle: f64, [x, y, z]: [f64; 3], span: Span) {
         self.rotations += 1;
-        if let Some((message, help)) = angle::doubt("the angle of Rotate", angle) {
-            self.doubted_rotations.push(Diagnostic::warning(span, message).help(help));
+        if let Some((severity, message, help)) = angle::doubt("the angle of Rotate", angle) {
+            let doubt = Diagnostic::warning(span, message).help(help);
+            self.doubted_rotations.push(Diagnostic { severity, ..doubt });
         }
         let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
         if is_axis && (10.0..=720.0).contains(&z.abs()) {

@@ -51,7 +51,7 @@ impl Resolver<'_> {
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
         let instance = self.material(Entity { name: kind, params }, "Material");
         if self.definitions.materials.get(&name.value).is_some() {
-            self.warn_again("material", &name.value, name.span);
+            self.note_again("material", &name.value, name.span);
         }
         self.report.define(Kind::Material, &name);
         self.definitions.materials.define(name.value.clone(), Rc::new(instance));
@@ -99,7 +99,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Warns of a texture that there is, with values of the same type.
+    /// Gives a note about a texture that there is, with values of the same type.
     fn texture_again(&mut self, name: &Text, value: &Text) {
         let textures = &self.definitions.textures;
         let known = match value.value.as_str() {
@@ -107,7 +107,7 @@ impl Resolver<'_> {
             _ => textures.spectrum.get(&name.value).is_some(),
         };
         if known {
-            self.warn_again("texture", &name.value, name.span);
+            self.note_again("texture", &name.value, name.span);
         }
     }
 

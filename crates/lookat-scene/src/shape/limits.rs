@@ -59,7 +59,7 @@ pub(super) fn sweep(params: &mut Params) -> f64 {
     if phi_max <= 0.0 {
         params.reject("phimax", "phimax must be more than 0 degrees", None);
     } else if phi_max > 360.0 {
-        params.warn(
+        params.note(
             "phimax",
             "phimax of more than 360 degrees counts as 360, as in pbrt-v3",
             "360 is all around",

@@ -85,7 +85,7 @@ fn filter(params: &mut Params) -> ImageFilter {
         params.reject("maxanisotropy", "maxanisotropy must be more than 0", None);
     } else if max_anisotropy > MOST_ANISOTROPY {
         let message = format!("maxanisotropy {max_anisotropy} is taken as {MOST_ANISOTROPY}");
-        params.warn(
+        params.note(
             "maxanisotropy",
             &message,
             "more makes no difference that could be seen; 8 is the default",

@@ -32,7 +32,7 @@ pub(super) fn octaves(params: &mut Params, ctm: Transform) -> Octaves {
         params.reject("octaves", format!("{count} octaves: there are at least 0"), None);
     } else if count > MOST {
         let help = "each is half as large as the one before: more than 8 to 12 are seldom seen";
-        params.warn("octaves", &format!("{count} octaves; lookat adds up {MOST}"), help);
+        params.note("octaves", &format!("{count} octaves; lookat adds up {MOST}"), help);
     }
     let roughness = params.float("roughness", 0.5);
     if roughness.abs() > LARGEST_ROUGHNESS {
