@@ -194,7 +194,7 @@ fn lines_may_end_as_in_windows() {
             "#   help: did you mean \"sphere\"?",
             "#   fix 6:7-6:16: \"sphere\"",
             "# error 7:7-7:14: the string is not closed",
-            "#   help: a string ends on the line that it starts on: add the closing quote",
+            "#   help: add the closing quote on the same line",
         ],
     );
 }
