@@ -201,7 +201,7 @@ pub struct Verify {
     /// Also write a page with the results and the pictures: an .html file
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Replace references that differ by the render, and write those that are missing
+    /// Replace references that differ with the render, and write missing references
     #[arg(long)]
     pub update: bool,
     /// Print the results as JSON, a line for each scene
