@@ -16,6 +16,9 @@ mod messages;
 mod outputs;
 #[path = "cli/stopping.rs"]
 mod stopping;
+#[cfg(unix)]
+#[path = "cli/terminal.rs"]
+mod terminal;
 
 use folder::{Folder, Run};
 

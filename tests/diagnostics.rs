@@ -4,6 +4,7 @@
 //! # error 4:7-4:16: unknown Shape "sphrere"
 //! #   note: what stands beside the underlined text
 //! #   related 2:1-2:11: another place and what is said there
+//! #   also 5:7-5:16, 6:7-6:16
 //! #   help: did you mean "sphere"?
 //! #   fix 4:7-4:16: "sphere"
 //! ```
@@ -76,6 +77,10 @@ fn written(sources: &Sources, diagnostic: &Diagnostic) -> String {
     }
     for label in others {
         lines.push(format!("#   related {}: {}", place(sources, label.span), label.text));
+    }
+    if !diagnostic.places.is_empty() {
+        let places: Vec<String> = diagnostic.places.iter().map(|span| place(sources, *span)).collect();
+        lines.push(format!("#   also {}", places.join(", ")));
     }
     lines.extend(diagnostic.help.iter().map(|help| format!("#   help: {help}")));
     lines.extend(diagnostic.fix.iter().map(|fix| {
@@ -262,10 +267,10 @@ fn a_file_full_of_mistakes_is_told_in_few_words() {
         let loaded = load(Path::new("scene.pbrt"), &|_| Ok(text.to_vec()), &Overrides::default());
         loaded.diagnostics.len()
     };
-    assert_eq!(count(&scene(&b"Shape \"sphrere\"\n".repeat(10_000))), 10);
+    assert_eq!(count(&scene(&b"Shape \"sphrere\"\n".repeat(10_000))), 1);
     // That more than 1,000 are open is an error of its own.
-    assert_eq!(count(&scene(&b"AttributeBegin\n".repeat(10_000))), 11);
-    assert_eq!(count(&scene(&b"AttributeEnd\n".repeat(10_000))), 10);
+    assert_eq!(count(&scene(&b"AttributeBegin\n".repeat(10_000))), 2);
+    assert_eq!(count(&scene(&b"AttributeEnd\n".repeat(10_000))), 1);
     assert_eq!(count(&b"Shape \"sphere\"\n".repeat(10_000)), 1);
     assert_eq!(count(&scene(&b"Translate 1, 2, 3\n".repeat(10_000))), 1);
     assert_eq!(count(&scene(&b"Material \"hair\"\n".repeat(10_000))), 1);

@@ -41,6 +41,72 @@ fn notes_never_fail() {
     assert!(told.as_array().unwrap().iter().all(|told| told["severity"] == "note"), "{told}");
 }
 
+/// One cause is one message, with its other places; JSON has all of them.
+#[test]
+fn one_cause_is_one_message() {
+    let folder = Folder::new();
+    let shapes: String =
+        (0..20).map(|i| format!("Shape \"plymesh\" \"string filename\" \"gone/{i}/a.ply\"\n")).collect();
+    folder.write("gone.pbrt", &FINE.replace("Shape \"sphere\"\n", &shapes));
+    let run = folder.run(&["check", "gone.pbrt"]);
+    assert_eq!(run.err.matches("error:").count(), 1, "{}", run.err);
+    for part in [
+        "error: there is no folder gone\n",
+        "needed for gone/0/a.ply",
+        "also at 19 other places: gone.pbrt:10:35, ",
+        ", and 9 more\n",
+        "gone.pbrt: 1 error\n",
+    ] {
+        assert!(run.err.contains(part), "no {part:?} in\n{}", run.err);
+    }
+    let told = &json_lines(&folder.run(&["check", "--json", "gone.pbrt"]))[0]["diagnostics"][0];
+    assert_eq!(told["places"].as_array().unwrap().len(), 19);
+    assert_eq!(
+        (told["places"][18]["line"].as_u64(), told["places"][18]["column"].as_u64()),
+        (Some(28), Some(35))
+    );
+}
+
+#[test]
+fn quiet_shows_errors_only() {
+    let folder = Folder::new();
+    for quiet in ["-q", "--quiet"] {
+        let run = folder.run(&["check", quiet, "fine.pbrt", "warns.pbrt", "wrong.pbrt"]);
+        assert_eq!(run.status, 1);
+        assert!(run.err.starts_with("error: ") && run.err.ends_with("wrong.pbrt: 2 errors\n"), "{}", run.err);
+        assert!(!run.err.contains("warn") && !run.err.contains("fine.pbrt"), "{}", run.err);
+    }
+    assert_eq!(folder.run(&["check", "-q", "fine.pbrt", "warns.pbrt"]).err, "");
+}
+
+/// A tip is one that works.
+#[test]
+fn tips_for_wrong_options_hold() {
+    let folder = Folder::new();
+    folder.write("-b.exr", "");
+    for (arguments, tip) in [
+        ("render --sp 3 fine.pbrt", "a similar argument exists: '--spp'"),
+        ("render -spp 4 fine.pbrt", "options of several letters begin with two dashes: '--spp'"),
+        ("render -out a.exr fine.pbrt", "options of several letters begin with two dashes: '--output'"),
+        ("fine.pbrt --spp 4", "to render the scene, write 'lookat render fine.pbrt --spp 4'"),
+        ("check --quick fine.pbrt", "'--quick' is an option of 'lookat render'"),
+        ("check fine.pbrt --crop 0 1 0 1", "'--crop' is an option of 'lookat render'"),
+        ("render fine.pbrt -o -x.exr", "to give '-x.exr' as the value of '-o', write '-o=-x.exr'"),
+        ("render fine.pbrt --threads -x", "to give '-x' as the value of '--threads', write '--threads=-x'"),
+        ("compare fine.pbrt -b.exr", "a file name that begins with a dash is written './-b.exr'"),
+    ] {
+        let run = folder.run(&arguments.split(' ').collect::<Vec<_>>());
+        assert!(run.status == 2 && run.err.contains(tip), "{arguments}: {}", run.err);
+        assert_eq!(run.err.matches("tip:").count(), 1, "{arguments}: {}", run.err);
+    }
+    // Where nothing is known, nothing is said.
+    for arguments in ["check --verbose fine.pbrt", "render fine.pbrt -x", "render fine.pbrt warns.pbrt"] {
+        let run = folder.run(&arguments.split(' ').collect::<Vec<_>>());
+        assert!(run.status == 2 && !run.err.contains("tip:"), "{arguments}: {}", run.err);
+    }
+    assert_eq!(folder.run(&["render", "fine.pbrt", "-o=-x.exr"]).status, 0);
+}
+
 /// Whoever looks away from everything is told so; inside a closed sphere there is something to see, but no light.
 #[test]
 fn black_pictures_are_told() {
@@ -52,6 +118,8 @@ fn black_pictures_are_told() {
     assert!(said("away.pbrt", &[]).err.contains("no ray from the camera meets a surface"));
     assert!(said("inside.pbrt", &[]).err.contains("no light comes to the camera"));
     assert!(!said("fine.pbrt", &[]).err.contains("black"));
+    assert!(said("away.pbrt", &["--quiet"]).err.contains("the picture is all black"));
+    assert_eq!(said("fine.pbrt", &["--quiet"]).err, "");
     for (scene, black) in [("away.pbrt", true), ("inside.pbrt", true), ("fine.pbrt", false)] {
         assert_eq!(json_lines(&said(scene, &["--json"]))[0]["picture"]["black"], black);
     }

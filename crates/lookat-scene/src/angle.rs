@@ -17,7 +17,7 @@ pub(crate) fn doubt(name: &str, given: f64) -> Option<(Severity, String, String)
     let narrow = is_narrow.then(|| (given.to_degrees() * 10.0).round() / 10.0);
     let (severity, message) = match common {
         Some(_) => (Severity::Warning, format!("{name} is {given} degrees: are radians meant?")),
-        None => (Severity::Note, format!("{name} is {given} degrees, a very narrow view")),
+        None => (Severity::Note, format!("{name} {given} is a very narrow view")),
     };
     let degrees = common.or(narrow)?;
     Some((severity, message, format!("angles are in degrees; {given} radians are {degrees} degrees")))

@@ -127,7 +127,7 @@ fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Re
     if numbers.len() % 2 == 1 {
         let message = format!("{} has an odd count of numbers: {}", path.display(), numbers.len());
         let help = "a spectrum is pairs of wavelength and value; the last number is not used, as in pbrt-v3";
-        report.once(Diagnostic::warning(name.span, message).help(help));
+        report.push(Diagnostic::warning(name.span, message).help(help));
         numbers.pop();
     }
     from_samples(&numbers, name.span)

@@ -184,6 +184,12 @@ impl<'a> Files<'a> {
                 diagnostic.help(format!("did you mean {quoted}?")).fix(name.span, quoted)
             }
             None => {
+                if let Some(folder) = self.missing_folder(path) {
+                    let folder = folder.display().to_string().escape_debug().to_string();
+                    return Diagnostic::error(name.span, format!("there is no folder {folder}"))
+                        .note(format!("needed for {shown}"))
+                        .help("copy the folder to this path, or correct the names of the files in it");
+                }
                 let also = normal(&self.root.join(&name.value));
                 let rule = match self.sources.files.first() {
                     Some(scene) if scene.path == Path::new("-") => {
@@ -197,6 +203,15 @@ impl<'a> Files<'a> {
                 })
             }
         }
+    }
+
+    /// The outermost folder of a path that does not exist. `None` where files are not those of the disk.
+    fn missing_folder<'p>(&self, path: &'p Path) -> Option<&'p Path> {
+        if let Access::Read(_) = self.access {
+            return None;
+        }
+        let folders = path.ancestors().skip(1).filter(|folder| !folder.as_os_str().is_empty());
+        folders.take_while(|folder| !folder.exists()).last()
     }
 
     /// A file that there is, of a name much like that of a scene file that is not there.

@@ -103,8 +103,17 @@ impl Light {
         !matches!(self, Light::Infinite { .. } | Light::Environment { .. })
     }
 
-    /// Whether it gives no light, whatever picture it shows.
+    /// Whether it gives no light at all.
     pub(crate) fn is_black(&self) -> bool {
+        let map = match self {
+            Light::Environment { map, .. } | Light::Goniometric { map, .. } => Some(map),
+            Light::Projection { map, .. } => map.as_ref(),
+            _ => None,
+        };
+        // Texels are at least 0.
+        if map.is_some_and(|map| map.mean() == Vec3::ZERO) {
+            return true;
+        }
         let (Light::Point { intensity: color, .. }
         | Light::Spot { intensity: color, .. }
         | Light::Goniometric { intensity: color, .. }

@@ -132,12 +132,12 @@ impl Loader<'_> {
     fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
         if self.resolver.files.sources.files.len() > MAX_INCLUDES {
             let message = format!("more than {MAX_INCLUDES} files are included");
-            self.resolver.report.once(Diagnostic::error(name.span, message));
+            self.resolver.report.push(Diagnostic::error(name.span, message));
             return;
         }
         if self.repeated > MAX_REPEATED {
             let message = "files are included again and again: more than 4 GiB of repetition";
-            self.resolver.report.once(
+            self.resolver.report.push(
                 Diagnostic::error(name.span, message)
                     .help("ObjectInstance repeats shapes without reading them again"),
             );
@@ -145,7 +145,7 @@ impl Loader<'_> {
         }
         if self.open.len() >= MAX_DEPTH {
             let message = format!("more than {MAX_DEPTH} files include each other in a row");
-            self.resolver.report.once(Diagnostic::error(name.span, message));
+            self.resolver.report.push(Diagnostic::error(name.span, message));
             return;
         }
         let (path, bytes) = match self.resolver.files.read_named(&name.value, name.span) {

@@ -55,7 +55,7 @@ impl Mesh {
     }
 
     /// Triangles without an area.
-    fn without_area(&self) -> usize {
+    pub(crate) fn without_area(&self) -> usize {
         let triangles = self.indices.as_chunks().0.iter();
         triangles.filter(|corners| !self.spans_area(corners.map(|vertex| vertex as usize))).count()
     }
@@ -161,7 +161,7 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     if mesh.without_area() > 0 && params.kind() != "nurbs" {
         let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
         let help = "their corners are collinear or coincide; nothing of them can be seen";
-        params.note_once(name, "triangles without area are left out", help);
+        params.note(name, "triangles without area are left out", help);
     }
     Some(mesh)
 }

@@ -301,7 +301,7 @@ impl<'a> Params<'a> {
     pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
         let unreadable = self.files.unreadable("read", name, path, error);
         // Those without a name have nothing else in common.
-        if name.value.is_empty() { self.error(unreadable) } else { self.file_error(unreadable) }
+        if name.value.is_empty() { self.error(unreadable) } else { self.error_surely(unreadable) }
     }
 
     /// The path at which [`Params::file`] looks first: the same for names that mean the same file.
@@ -347,12 +347,6 @@ impl<'a> Params<'a> {
         self.failed = true;
     }
 
-    /// Reports what is wrong with a file that a parameter names, at its first place only, and counted at others.
-    pub fn file_error(&mut self, diagnostic: Diagnostic) {
-        self.report.once(diagnostic);
-        self.failed = true;
-    }
-
     /// Reports that the value of a parameter has no meaning.
     pub fn reject(&mut self, name: &str, message: impl Into<String>, help: Option<&str>) {
         let mut error = Diagnostic::error(self.place(name), message);
@@ -386,21 +380,14 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// A note, told at the first place alone.
-    pub fn note_once(&mut self, name: &str, message: &str, help: &str) {
-        if !self.report.partial {
-            self.report.once(Diagnostic::note_at(self.place(name), message).help(help));
-        }
-    }
-
-    /// Warns, once per scene, about a feature that is not rendered.
+    /// Warns about a feature that is not rendered.
     pub fn unsupported(&mut self, message: String) {
         self.report.unsupported(self.kind.span, message);
     }
 
-    /// Gives a note, once per scene, about a type that another one replaces without a change of the picture.
+    /// Gives a note about a type that another one replaces without a change of the picture.
     pub fn replaced(&mut self, message: String, help: &str) {
-        self.report.once(Diagnostic::note_at(self.kind.span, message).help(help));
+        self.report.push(Diagnostic::note_at(self.kind.span, message).help(help));
     }
 
     /// The error for a type that pbrt-v3 does not have.

@@ -124,7 +124,7 @@ impl<T: FromColor> Cache<T> {
         match &self.known[&key] {
             Ok(map) => Some(map.clone()),
             Err((message, help)) => {
-                params.file_error(Diagnostic::error(file.span, message).help(help));
+                params.error_surely(Diagnostic::error(file.span, message).help(help));
                 None
             }
         }

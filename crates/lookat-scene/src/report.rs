@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use lookat_syntax::{Diagnostic, Severity, Span, Text};
+use lookat_syntax::{Diagnostic, Label, Severity, Span, Text};
 
 use crate::elsewhere::{Elsewhere, Kind};
 use crate::sources::Sources;
@@ -11,8 +11,10 @@ use crate::sources::Sources;
 #[derive(Debug, Default)]
 pub(crate) struct Report {
     diagnostics: Vec<Diagnostic>,
-    /// For messages that are said once: the diagnostic and how many places it stands for.
-    once: HashMap<String, (usize, usize)>,
+    /// The diagnostic that stands for all places with a problem.
+    known: HashMap<Problem, usize>,
+    /// Places of all diagnostics together.
+    places: usize,
     elsewhere: Elsewhere,
     /// What only pbrt-v4 has.
     v4_marks: Vec<Span>,
@@ -26,16 +28,19 @@ pub(crate) struct Report {
     pub partial: bool,
 }
 
-/// Of one message at most this many are told; the last says how many more there are.
-const MOST_ALIKE: usize = 10;
-
 impl Report {
+    /// Keeps a diagnostic; where there is one for the same problem already, only its places.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        self.diagnostics.push(diagnostic);
+        self.places += 1;
+        let next = self.diagnostics.len();
+        match *self.known.entry(Problem::of(&diagnostic)).or_insert(next) {
+            index if index < next => self.diagnostics[index].places.extend(diagnostic.all_places()),
+            _ => self.diagnostics.push(diagnostic),
+        }
     }
 
     pub fn extend(&mut self, diagnostics: Vec<Diagnostic>) {
-        self.diagnostics.extend(diagnostics);
+        diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 
     /// Keeps the place where a name is defined.
@@ -45,23 +50,14 @@ impl Report {
 
     /// The error for a name that is not defined where it is used. Where else it is defined is told in the end.
     pub fn undefined(&mut self, kind: Kind, name: &Text, error: Diagnostic) {
+        self.places += 1;
         self.elsewhere.undefined(kind, name, self.diagnostics.len());
         self.diagnostics.push(error);
     }
 
-    /// A warning about a feature: said at the first place, counted at the others.
+    /// A warning about a feature that is not rendered.
     pub fn unsupported(&mut self, span: Span, message: String) {
-        self.once(Diagnostic::warning(span, message));
-    }
-
-    /// Says a message at its first place only.
-    pub fn once(&mut self, diagnostic: Diagnostic) {
-        let next = self.diagnostics.len();
-        let (_, places) = self.once.entry(diagnostic.message.clone()).or_insert((next, 0));
-        *places += 1;
-        if *places == 1 {
-            self.diagnostics.push(diagnostic);
-        }
+        self.push(Diagnostic::warning(span, message));
     }
 
     /// Keeps places of what only pbrt-v4 has.
@@ -76,45 +72,35 @@ impl Report {
 
     /// What only pbrt-v4 has, in the order in which the scene is read; what an Include repeats counts once.
     fn v4_places(&self, sources: &Sources) -> Vec<Span> {
-        let mut places = self.v4_marks.clone();
-        places.sort_by_cached_key(|place| sources.reading_order(*place));
-        let mut seen = HashSet::new();
-        places.retain(|place| seen.insert((&sources.file(place.file).path, place.start)));
-        places
+        in_reading_order(self.v4_marks.clone(), None, sources)
     }
 
     /// Whether there is so much to tell that searching for advice is no longer worth the time.
     pub fn is_long(&self) -> bool {
-        self.diagnostics.len() > 100
+        self.places > 100
     }
 
     /// Whether there is an error in front of a place of the same file.
     pub fn has_errors_before(&self, at: Span) -> bool {
         let before = |span: Span| span.file == at.file && span.start < at.start;
-        self.errors().any(|error| before(error.span()))
+        self.errors().any(|error| error.all_places().any(before))
     }
 
     fn errors(&self) -> impl Iterator<Item = &Diagnostic> {
         self.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error)
     }
 
-    /// Everything in the order in which the scene is read; of what an Include repeats, the first.
+    /// Everything in the order in which the scene is read; of places that an Include repeats, the first.
     pub fn finish(mut self, sources: &Sources) -> Vec<Diagnostic> {
-        for (index, places) in std::mem::take(&mut self.once).into_values() {
-            if places > 1 {
-                let others = places - 1;
-                let noun = if others == 1 { "place" } else { "places" };
-                self.diagnostics[index].labels[0].text = format!("and at {others} other {noun}");
-            }
-        }
         std::mem::take(&mut self.elsewhere).explain(&mut self.diagnostics);
+        // What is explained now may be the same problem.
+        self.known.clear();
+        std::mem::take(&mut self.diagnostics).into_iter().for_each(|diagnostic| self.push(diagnostic));
         self.diagnostics.sort_by_cached_key(|diagnostic| sources.reading_order(diagnostic.span()));
-        let mut seen = HashSet::new();
-        self.diagnostics.retain(|diagnostic| {
-            let span = diagnostic.span();
-            seen.insert((sources.file(span.file).path.clone(), span.start, diagnostic.message.clone()))
-        });
-        cut_alike(&mut self.diagnostics);
+        for diagnostic in self.diagnostics.iter_mut().filter(|diagnostic| !diagnostic.places.is_empty()) {
+            diagnostic.places =
+                in_reading_order(std::mem::take(&mut diagnostic.places), Some(diagnostic.span()), sources);
+        }
         let v4_places = self.v4_places(sources);
         if let [first, _, ..] = v4_places[..] {
             // One thing is wrong with the scene, not as many as its file has marks.
@@ -128,6 +114,28 @@ impl Report {
 
     pub fn has_errors(&self) -> bool {
         self.errors().next().is_some()
+    }
+}
+
+/// What makes diagnostics of several places one: the same words, the same edit and the same related places.
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Problem {
+    severity: Severity,
+    message: String,
+    help: Option<String>,
+    replacement: Option<String>,
+    related: Vec<Label>,
+}
+
+impl Problem {
+    fn of(diagnostic: &Diagnostic) -> Problem {
+        Problem {
+            severity: diagnostic.severity,
+            message: diagnostic.message.clone(),
+            help: diagnostic.help.clone(),
+            replacement: diagnostic.fix.as_ref().map(|fix| fix.replacement.clone()),
+            related: diagnostic.labels[1..].to_vec(),
+        }
     }
 }
 
@@ -154,18 +162,12 @@ fn v4_scene(marks: &[Span], sources: &Sources) -> Diagnostic {
         .help("pbrt-v4 changed directives, types and parameters: look for a pbrt-v3 version of the scene")
 }
 
-/// Leaves out what is said over and over.
-fn cut_alike(diagnostics: &mut Vec<Diagnostic>) {
-    let mut alike: HashMap<String, usize> = HashMap::new();
-    diagnostics.iter().for_each(|d| *alike.entry(d.message.clone()).or_default() += 1);
-    let mut told: HashMap<String, usize> = HashMap::new();
-    diagnostics.retain_mut(|diagnostic| {
-        let (all, told) = (alike[&diagnostic.message], told.entry(diagnostic.message.clone()).or_default());
-        *told += 1;
-        if *told == MOST_ALIKE && all > MOST_ALIKE {
-            diagnostic.more = all - MOST_ALIKE;
-            diagnostic.labels[0].text = format!("and at {} more places", diagnostic.more);
-        }
-        *told <= MOST_ALIKE
-    });
+/// Places in the order in which the scene is read, without the one to leave out. A place in a file that is included again
+/// counts once.
+fn in_reading_order(mut places: Vec<Span>, left_out: Option<Span>, sources: &Sources) -> Vec<Span> {
+    places.sort_by_cached_key(|place| sources.reading_order(*place));
+    let key = |place: &Span| (&sources.file(place.file).path, place.start);
+    let mut seen: HashSet<_> = left_out.iter().map(key).collect();
+    places.retain(|place| seen.insert(key(place)));
+    places
 }

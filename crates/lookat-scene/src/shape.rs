@@ -46,6 +46,11 @@ impl Shape {
     pub(crate) fn is_empty(&self) -> bool {
         matches!(self, Shape::TriangleMesh(mesh) if mesh.indices.is_empty())
     }
+
+    /// Whether it is a mesh all of whose triangles, if any, have zero area.
+    pub(crate) fn is_invisible(&self) -> bool {
+        matches!(self, Shape::TriangleMesh(mesh) if 3 * mesh.without_area() == mesh.indices.len())
+    }
 }
 
 /// A surface around the z axis of object space, or a part of it.

@@ -23,11 +23,16 @@ pub struct Source {
     pub included_at: Option<Span>,
     /// Where its lines start, once somebody has asked.
     line_starts: OnceLock<Vec<usize>>,
+    /// Characters before each [`BLOCK`] of bytes, once somebody has asked: a line may be megabytes long.
+    characters: OnceLock<Vec<usize>>,
 }
+
+/// Bytes that are counted again for each place.
+const BLOCK: usize = 4096;
 
 impl Source {
     pub(crate) fn new(path: PathBuf, text: Arc<Vec<u8>>, included_at: Option<Span>) -> Self {
-        Source { path, text, included_at, line_starts: OnceLock::new() }
+        Source { path, text, included_at, line_starts: OnceLock::new(), characters: OnceLock::new() }
     }
 
     fn line_starts(&self) -> &[usize] {
@@ -35,6 +40,20 @@ impl Source {
             let ends = self.text.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
             std::iter::once(0).chain(ends.map(|(at, _)| at + 1)).collect()
         })
+    }
+
+    /// Characters before a byte. Bytes that continue a UTF-8 character start none.
+    fn characters_before(&self, at: usize) -> usize {
+        let count = |bytes: &[u8]| bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count();
+        let blocks = self.characters.get_or_init(|| {
+            let sums = self.text.chunks(BLOCK).scan(0, |sum, block| {
+                *sum += count(block);
+                Some(*sum)
+            });
+            std::iter::once(0).chain(sums).collect()
+        });
+        let block = at / BLOCK;
+        blocks[block] + count(&self.text[block * BLOCK..at])
     }
 }
 
@@ -64,10 +83,10 @@ impl Sources {
     pub fn location(&self, span: Span) -> Location<'_> {
         let (source, line) = (self.file(span.file), self.line(span));
         let at = (span.start as usize).min(source.text.len());
-        let before = &source.text[source.line_starts()[line - 1]..at];
-        // Bytes that continue a UTF-8 character start no column; nor does a byte-order mark.
-        let text = before.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(before);
-        let column = text.iter().filter(|byte| **byte & 0xC0 != 0x80).count() + 1;
+        let start = source.line_starts()[line - 1];
+        // A byte-order mark is no column.
+        let marks = usize::from(source.text[start..at].starts_with(b"\xEF\xBB\xBF"));
+        let column = source.characters_before(at) - source.characters_before(start) - marks + 1;
         Location { path: &source.path, line, column }
     }
 
@@ -91,5 +110,24 @@ impl Sources {
         }
         key.reverse();
         key
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_count_characters_of_long_lines() {
+        let text = "é\n".to_owned() + &"aé漢".repeat(BLOCK) + "\nb";
+        let characters: Vec<(usize, char)> = text.char_indices().collect();
+        let source = Source::new("a.pbrt".into(), Arc::new(text.clone().into_bytes()), None);
+        let sources = Sources { files: vec![source] };
+        for index in (0..characters.len()).step_by(997).chain([characters.len() - 1]) {
+            let at = characters[index].0;
+            let place = sources.location(Span { file: FileId(0), start: at as u32, end: at as u32 });
+            let line = text[..at].rsplit('\n').next().unwrap_or_default();
+            assert_eq!(place.column, line.chars().count() + 1, "{at}");
+        }
     }
 }

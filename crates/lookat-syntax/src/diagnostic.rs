@@ -3,7 +3,7 @@
 use crate::Span;
 
 /// How bad it is. `docs/architecture.md` has the rule that decides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
     /// The picture is right: the one that pbrt-v3 renders, or equal to it apart from noise.
     Note,
@@ -14,7 +14,7 @@ pub enum Severity {
 }
 
 /// A place in the source and a remark about it. With an empty remark the place is only underlined.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Label {
     /// The bytes to underline.
     pub span: Span,
@@ -44,8 +44,8 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// The solution as an edit.
     pub fix: Option<Fix>,
-    /// At how many further places the same is wrong, which are not told one by one.
-    pub more: usize,
+    /// Other places with the same problem, each once, in reading order.
+    pub places: Vec<Span>,
 }
 
 impl Diagnostic {
@@ -66,7 +66,7 @@ impl Diagnostic {
 
     fn new(severity: Severity, span: Span, message: String) -> Self {
         let labels = vec![Label { span, text: String::new() }];
-        Diagnostic { severity, message, labels, help: None, fix: None, more: 0 }
+        Diagnostic { severity, message, labels, help: None, fix: None, places: Vec::new() }
     }
 
     /// Adds a remark beside the underlined text.
@@ -96,5 +96,10 @@ impl Diagnostic {
     /// The place of the problem.
     pub fn span(&self) -> Span {
         self.labels[0].span
+    }
+
+    /// All places with this problem, the first included.
+    pub fn all_places(&self) -> impl Iterator<Item = Span> {
+        std::iter::once(self.span()).chain(self.places.iter().copied())
     }
 }

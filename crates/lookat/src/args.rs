@@ -142,6 +142,9 @@ pub struct Check {
     /// Scene files; - is standard input
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
+    /// Show errors only
+    #[arg(short, long)]
+    pub quiet: bool,
     #[command(flatten)]
     pub report: Report,
 }

@@ -20,6 +20,7 @@ use crate::args::{Chart, Other, Report};
 use crate::output::{check_folder, check_inputs, make_folder};
 use crate::render::progress_bar;
 use crate::source::load_scene;
+use crate::visible::escaped;
 use crate::{interrupt, report};
 
 /// What is written.
@@ -293,6 +294,6 @@ fn files(
         return Err("there is nothing to chart: every picture is the same as the reference".into());
     };
     let png = plot.png().map_err(cannot)?;
-    let json = format!("{:#}\n", as_json(header, plan, reference, results));
+    let json = escaped(&format!("{:#}\n", as_json(header, plan, reference, results)));
     Ok([plot.svg.into_bytes(), png, as_csv(results).into_bytes(), json.into_bytes()])
 }

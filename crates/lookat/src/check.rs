@@ -28,8 +28,8 @@ pub fn check(arguments: &Check) -> ExitCode {
             let scene = path.display().to_string();
             lost |= crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) }).is_err();
         } else {
-            report::print(&loaded, false);
-            if loaded.diagnostics.is_empty() {
+            report::print(&loaded, arguments.quiet);
+            if loaded.diagnostics.is_empty() && !arguments.quiet {
                 crate::say(&format!("{}: fine", loaded.sources.files[0].path.display()));
             }
         }

@@ -11,6 +11,7 @@ use crate::args::Compare;
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::noise;
 use crate::output::{check_folder, check_inputs};
+use crate::visible::visible;
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {
@@ -107,9 +108,9 @@ impl Comparison<'_> {
         &self.arguments.max
     }
 
-    /// The picture that a fault is of.
-    fn path(&self, i: usize) -> &Path {
-        [&self.arguments.actual, &self.arguments.expected][i]
+    /// The name of a picture's file.
+    fn name(&self, i: usize) -> String {
+        [&self.arguments.actual, &self.arguments.expected][i].display().to_string()
     }
 
     /// The limit of noise-p, or what is usual.
@@ -121,7 +122,7 @@ impl Comparison<'_> {
     fn as_text(&self) -> String {
         let mut text = String::new();
         for (i, _) in self.pair.is_placed.iter().enumerate().filter(|(_, is_placed)| **is_placed) {
-            let (path, Window { x, y, width, height }) = (self.path(i).display(), self.pair.window);
+            let (path, Window { x, y, width, height }) = (visible(&self.name(i)), self.pair.window);
             let _ = writeln!(text, "{path} is taken for the {width} x {height} pixels from x {x}, y {y} on");
         }
         if self.pair.left_out > 0 {
@@ -130,13 +131,13 @@ impl Comparison<'_> {
         }
         for (i, fault) in self.faults.iter().enumerate() {
             if let Some((count, [x, y])) = fault {
-                let path = self.path(i).display();
+                let path = visible(&self.name(i));
                 let pixels = pixels_are(*count);
                 let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
             }
         }
         for (i, count) in clipped(self.pair).into_iter().enumerate().filter(|(_, count)| *count > 0) {
-            let path = self.path(i).display();
+            let path = visible(&self.name(i));
             let pixels = pixels_are(count);
             let _ = writeln!(
                 text,
@@ -173,7 +174,7 @@ impl Comparison<'_> {
         let broken: Map<String, Value> = (0..2)
             .filter_map(|i| {
                 let (count, [x, y]) = self.faults[i]?;
-                Some((self.path(i).display().to_string(), json!({"pixels": count, "x": x, "y": y})))
+                Some((self.name(i), json!({"pixels": count, "x": x, "y": y})))
             })
             .collect();
         let beyond = self.measurement.metrics.iter().filter(|line| line.is_beyond(self.limits()));

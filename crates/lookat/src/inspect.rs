@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 use crate::args::Inspect;
 use crate::report::{self, JsonDiagnostic};
 use crate::source::load_scene;
+use crate::visible::visible;
 
 /// What `--json` prints.
 #[derive(Serialize)]
@@ -40,7 +41,7 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
         crate::print_json(&JsonResult { scene: name, diagnostics: report::json(&loaded), needs })
     } else {
         report::print(&loaded, false);
-        found.as_ref().map_or(Ok(()), |found| crate::print(&found.text(&name)))
+        found.as_ref().map_or(Ok(()), |found| crate::print(&found.text(&visible(&name))))
     };
     ExitCode::from(match (printed, found) {
         (Err(_), _) => crate::lost(),

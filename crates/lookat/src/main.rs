@@ -14,12 +14,15 @@ mod render;
 mod report;
 mod source;
 mod stability;
+mod usage;
 mod verify;
+mod visible;
 
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::Parser as _;
+use visible::{escaped, visible, visible_lines};
 
 /// Wrong usage, or trouble that is not in a scene file.
 const TROUBLE: u8 = 2;
@@ -27,7 +30,7 @@ const TROUBLE: u8 = 2;
 fn main() -> ExitCode {
     let arguments = match args::Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(error) => return usage(&error),
+        Err(error) => return usage::explain(error),
     };
     match arguments.command {
         args::Command::Render(arguments) => render::render(&arguments),
@@ -41,21 +44,6 @@ fn main() -> ExitCode {
     }
 }
 
-/// Prints help, or what is wrong with the command line.
-fn usage(error: &clap::Error) -> ExitCode {
-    let printed = error.print();
-    let scene = std::env::args().nth(1).filter(|first| first.ends_with(".pbrt"));
-    if let (clap::error::ErrorKind::InvalidSubcommand, Some(scene)) = (error.kind(), scene) {
-        say(&format!("\nTo render the scene: lookat render {scene}"));
-    }
-    ExitCode::from(match printed {
-        // Help that cannot be written; where its reader has left, nobody misses it.
-        Err(trouble) if trouble.kind() != ErrorKind::BrokenPipe => lost(),
-        _ if error.use_stderr() => TROUBLE,
-        _ => 0,
-    })
-}
-
 /// The exit status of a command; says why, if it came to nothing.
 fn exit_code(result: Result<u8, String>) -> ExitCode {
     ExitCode::from(result.unwrap_or_else(|message| {
@@ -66,13 +54,13 @@ fn exit_code(result: Result<u8, String>) -> ExitCode {
 
 /// One line of JSON on standard output. Whether it could be written.
 fn print_json(value: &impl serde::Serialize) -> Result<(), String> {
-    print(&(serde_json::to_string(value).unwrap_or_default() + "\n"))
+    print(&(escaped(&serde_json::to_string(value).unwrap_or_default()) + "\n"))
 }
 
 /// Text on standard output. Whether it could be written; where its reader has left, such as `head`, the program ends.
 fn print(text: &str) -> Result<(), String> {
     let mut out = std::io::stdout();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(visible_lines(text).as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(TROUBLE.into()),
         written => written.map_err(|_| UNWRITTEN.into()),
     }
@@ -89,5 +77,5 @@ fn lost() -> u8 {
 
 /// A line on standard error. Where that is closed, nobody listens.
 fn say(line: &str) {
-    let _ = writeln!(anstream::stderr(), "{line}");
+    let _ = writeln!(std::io::stderr(), "{}", visible(line));
 }

@@ -20,7 +20,7 @@ use crate::output::{check_inputs, check_output};
 use crate::report;
 use crate::source::load_scene;
 pub use summary::Metadata;
-use summary::{JsonPicture, JsonResult, JsonTarget, summarize};
+use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, summarize};
 
 /// Set when there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
@@ -183,10 +183,14 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         crate::say(&format!("interrupted; a partial picture is in {}", picture.file));
     }
     if !arguments.quiet && !arguments.report.json {
-        summarize(&picture, &rendered, scene);
+        summarize(&picture, &rendered);
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }
+    }
+    // A picture that shows nothing is never what was meant: --quiet does not hide it.
+    if !arguments.report.json {
+        explain_black(&picture, &rendered, scene);
     }
     Ok(picture)
 }

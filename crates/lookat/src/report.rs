@@ -2,12 +2,15 @@
 
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
+use std::path::Path;
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use anstream::adapter::strip_str;
 use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
 use lookat_scene::{Loaded, Sources};
 use serde::Serialize;
+
+use crate::visible::{is_active, stand_in, visible, visible_lines};
 
 /// How many problems of one scene are printed at full length for people.
 const MAX_SHOWN: usize = 100;
@@ -48,7 +51,7 @@ pub fn print(loaded: &Loaded, quiet: bool) {
     }
     let summary = summary(&loaded.diagnostics, quiet);
     if !summary.is_empty() {
-        let _ = writeln!(out, "{}: {summary}", loaded.sources.files[0].path.display());
+        let _ = writeln!(out, "{}: {summary}", shown_path(&loaded.sources.files[0].path));
     }
 }
 
@@ -56,11 +59,10 @@ pub fn print(loaded: &Loaded, quiet: bool) {
 fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
     let count = |severity, noun: &str| {
         let alike = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity);
-        let number: usize = alike.map(|diagnostic| 1 + diagnostic.more).sum();
-        match number {
+        match alike.count() {
             0 => None,
             1 => Some(format!("1 {noun}")),
-            _ => Some(format!("{number} {noun}s")),
+            number => Some(format!("{number} {noun}s")),
         }
     };
     let errors = count(Severity::Error, "error");
@@ -69,7 +71,30 @@ fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
     errors.into_iter().chain(others).collect::<Vec<_>>().join(", ")
 }
 
-/// One diagnostic with the lines it is about.
+/// A path as it is shown.
+fn shown_path(path: &Path) -> String {
+    visible(&path.display().to_string())
+}
+
+/// The most other places that are listed; `--json` has all.
+const MOST_PLACES: usize = 10;
+
+/// The other places with the same problem, as file:line:column.
+fn other_places(places: &[Span], sources: &Sources) -> Option<String> {
+    let place = |span: &Span| {
+        let at = sources.location(*span);
+        format!("{}:{}:{}", shown_path(at.path), at.line, at.column)
+    };
+    let listed = places.iter().take(MOST_PLACES).map(place).collect::<Vec<_>>().join(", ");
+    let left = match places.len().saturating_sub(MOST_PLACES) {
+        0 => String::new(),
+        left => format!(", and {left} more"),
+    };
+    let noun = if places.len() == 1 { "place" } else { "places" };
+    (!places.is_empty()).then(|| format!("also at {} other {noun}: {listed}{left}", places.len()))
+}
+
+/// One diagnostic with the lines it is about. Foreign text in it is made visible; the styles are the renderer's.
 fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
@@ -78,7 +103,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     };
     let windows: Vec<Window> =
         diagnostic.labels.iter().map(|label| Window::around(label.span, sources)).collect();
-    let mut group = Group::with_title(level.primary_title(diagnostic.message.as_str()));
+    let mut group = Group::with_title(level.primary_title(visible(&diagnostic.message)));
     // Labels of one window share a snippet; the first is the place of the trouble.
     let mut done: Vec<&Window> = Vec::new();
     for window in &windows {
@@ -105,23 +130,27 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
         {
             let kind = if index == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
             let annotation = kind.span(window.range(label.span));
-            let text = (!label.text.is_empty()).then_some(label.text.as_str());
+            let text = (!label.text.is_empty()).then(|| visible(&label.text));
             snippet = snippet.annotation(annotation.label(text));
         }
         group = group.element(snippet);
     }
+    if let Some(places) = other_places(&diagnostic.places, sources) {
+        group = group.element(Level::NOTE.message(places));
+    }
+    let help = diagnostic.help.as_deref().map(visible);
     let fix_window = diagnostic.fix.as_ref().map(|fix| (fix, Window::around(fix.span, sources)));
     let shown_fix = fix_window.filter(|(_, window)| window.text.len() <= LONGEST_MENDED);
-    let rendered = match (&shown_fix, &diagnostic.help) {
+    let rendered = match (&shown_fix, help) {
         (Some((fix, window)), help) => {
-            let title = help.as_deref().unwrap_or("write it so");
-            let patch = Patch::new(window.range(fix.span), fix.replacement.as_str());
+            let title = help.unwrap_or_else(|| "write it so".into());
+            let patch = Patch::new(window.range(fix.span), visible_lines(&fix.replacement));
             let snippet =
                 Snippet::source(window.text.as_str()).line_start(window.line).path(window.path.as_str());
             let help = Group::with_title(Level::HELP.secondary_title(title)).element(snippet.patch(patch));
             renderer.render(&[group, help])
         }
-        (None, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help.as_str()))]),
+        (None, Some(help)) => renderer.render(&[group.element(Level::HELP.message(help))]),
         (None, None) => renderer.render(&[group]),
     };
     if !windows.iter().any(|window| window.is_cut) {
@@ -165,13 +194,15 @@ impl Window {
         let line_end =
             text[at..].iter().position(|byte| *byte == b'\n').map_or(text.len(), |newline| at + newline);
         let end = line_end.min(at + AFTER);
-        let path = source.path.display().to_string();
-        let line = text[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
-        let (shown, places) = readable(&text[start..end]);
+        let path = shown_path(&source.path);
+        let number = text[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
+        // The line of a Windows file ends before its carriage return.
+        let line = text[start..end].strip_suffix(b"\r").unwrap_or(&text[start..end]);
+        let (shown, places) = readable(line);
         Window {
             path,
             start,
-            line,
+            line: number,
             text: shown,
             places,
             is_empty: source.text.is_empty(),
@@ -195,7 +226,7 @@ fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
     for chunk in bytes.utf8_chunks() {
         for c in chunk.valid().chars() {
             places.extend(std::iter::repeat_n(text.len(), c.len_utf8()));
-            text.push(if c.is_control() && c != '\t' { ' ' } else { c });
+            text.push(if is_active(c) && c != '\t' { stand_in(c) } else { c });
         }
         for _ in chunk.invalid() {
             places.push(text.len());
@@ -212,6 +243,9 @@ pub struct JsonDiagnostic<'a> {
     severity: &'static str,
     message: &'a str,
     labels: Vec<JsonLabel<'a>>,
+    /// Other places with the same problem.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    places: Vec<JsonPlace>,
     #[serde(skip_serializing_if = "Option::is_none")]
     help: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -261,6 +295,7 @@ pub fn json(loaded: &Loaded) -> Vec<JsonDiagnostic<'_>> {
             },
             message: &diagnostic.message,
             labels: diagnostic.labels.iter().map(|l| JsonLabel { place: label(l), text: &l.text }).collect(),
+            places: diagnostic.places.iter().map(|span| place(*span)).collect(),
             help: diagnostic.help.as_deref(),
             fix: diagnostic
                 .fix

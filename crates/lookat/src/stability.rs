@@ -63,8 +63,9 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
             return Err(format!("there is no case `{unknown}`; did you mean `{near}`?"));
         }
-        let known: String = all.iter().map(|case| format!("\n    {:4} {}", case.id, case.name)).collect();
-        return Err(format!("there is no case `{unknown}`; the cases are{known}"));
+        crate::say("the cases are");
+        all.iter().for_each(|case| crate::say(&format!("    {:4} {}", case.id, case.name)));
+        return Err(format!("there is no case `{unknown}`"));
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())

@@ -29,7 +29,6 @@ const OLDER: &[(&str, &str, Option<&str>)] = &[
     ("Sampler", "bestcandidate", Some("halton")),
     ("Sampler", "adaptive", Some("halton")),
     ("Accelerator", "grid", Some("bvh")),
-    ("Accelerator", "octree", Some("bvh")),
     ("Material", "shinymetal", Some("metal")),
     ("Material", "brushedmetal", Some("metal")),
     ("Material", "measured", None),

@@ -52,7 +52,7 @@ impl Resolver<'_> {
             let error = Diagnostic::error(at, format!("{keyword} before WorldBegin"))
                 .help("it belongs after WorldBegin")
                 .related(world_begin, "the world block begins here");
-            self.report.once(error);
+            self.report.push(error);
         }
     }
 
@@ -152,7 +152,7 @@ impl Resolver<'_> {
             let (begin, end) = open.keywords();
             let error = Diagnostic::error(open.at(), format!("more than {MAX_OPEN} blocks are open"))
                 .help(format!("each {begin} needs its {end}; one is likely missing"));
-            self.report.once(error);
+            self.report.push(error);
             *self.forgiven.entry(end).or_default() += 1;
         }
         few
@@ -206,7 +206,7 @@ impl Resolver<'_> {
         let warning = Diagnostic::warning(at, format!("{keyword} inside the block of {begin}"))
             .related(opened, "the block opens here")
             .help(format!("as in pbrt-v3, it ends the block around that one; {end} belongs before it"));
-        self.report.once(warning);
+        self.report.push(warning);
     }
 
     /// Ends an object that an AttributeEnd has crossed and no ObjectEnd has ended: that is what is missing.

@@ -25,7 +25,9 @@ impl Resolver<'_> {
     }
 
     fn warn_idle_emissions(&mut self) {
-        for at in self.idle_emissions.drain() {
+        let mut idle: Vec<Span> = self.idle_emissions.drain().collect();
+        idle.sort_by_key(|at| (at.file, at.start));
+        for at in idle {
             let message = "no shape that could glow follows this AreaLightSource";
             let help = "it counts for the shapes after it, up to the AttributeEnd of its block";
             self.report.push(Diagnostic::warning(at, message).help(help));
@@ -64,14 +66,23 @@ impl Resolver<'_> {
         if matches!(settled.integrator, Integrator::AmbientOcclusion { .. }) {
             return;
         }
-        let there = self.shapes().filter(|primitive| !primitive.shape.is_empty());
-        let emissions: Vec<Emission> = there.filter_map(|primitive| primitive.emission).collect();
+        // An object without an instance is not in the world.
+        let copied = self.instances.iter().flat_map(|instance| &instance.object.primitives);
+        let emits = |primitive: &Primitive| primitive.emission.filter(|_| !primitive.shape.is_invisible());
+        let emissions: Vec<Emission> = self.primitives.iter().chain(copied).filter_map(emits).collect();
+        let shows_emission_alone = matches!(settled.integrator, Integrator::Path { max_depth: 0, .. });
         let (message, help) = if self.lights.is_empty() && emissions.is_empty() {
             let help = "LightSource \"infinite\" lights a scene from all sides";
             ("the scene has no lights: the picture is black", help)
         } else if self.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
             let help = "their colors, times scale, are 0";
             ("all lights of the scene are black, and so is the picture", help)
+        } else if shows_emission_alone && emissions.is_empty() && self.lights.iter().all(Light::is_delta) {
+            let help = "write \"integer maxdepth\" 1 or more, so that surfaces are lit";
+            (
+                "maxdepth 0 shows lights alone, and no light of the scene is visible: the picture is black",
+                help,
+            )
         } else {
             return;
         };

@@ -125,7 +125,7 @@ impl Resolver<'_> {
         if self.object.is_some() {
             let message = "a LightSource is no part of the object: it shines once, from where it stands here";
             let warning = Diagnostic::warning(entity.name.span, message);
-            self.report.once(warning.help("place it outside ObjectBegin; pbrt-v3 takes it so too"));
+            self.report.push(warning.help("place it outside ObjectBegin; pbrt-v3 takes it so too"));
         }
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
         let light = light::light(params, self.state.ctm, &mut self.pictures);

@@ -8,11 +8,13 @@ use lookat_lab::chart::{
 use lookat_lab::plot::{plain, significant};
 use lookat_render::REPLICATES;
 
+use crate::visible::visible;
+
 /// The line above the chart.
 pub fn title(header: &Header) -> String {
     let name = header.scene.rsplit(['/', '\\']).next().unwrap_or_default();
     let [width, height] = header.size;
-    format!("{name}, {width} x {height} pixels, {}", count(header.threads, "thread"))
+    format!("{}, {width} x {height} pixels, {}", visible(name), count(header.threads, "thread"))
 }
 
 /// What is going to be rendered.
@@ -80,7 +82,7 @@ fn of_reference(reference: &Reference) -> String {
         }
         Origin::File { path, rounded } => {
             let rounding = if *rounded { ", 8 or 16 bits a channel: rounded, and cut at white" } else { "" };
-            format!("{}{rounding}", path.display())
+            format!("{}{rounding}", visible(&path.display().to_string()))
         }
     };
     let noise = match reference.noise {

@@ -95,7 +95,7 @@ impl Metadata {
 }
 
 /// The lines at the end.
-pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scene) {
+pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     let JsonPicture { file, width, height, seconds, rays, .. } = picture;
     let rate = *rays as f64 / seconds / 1e6;
     let samples = samples(picture);
@@ -112,14 +112,17 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered, scene: &Scen
             false => "some pixels have no sample yet; they are black",
         });
     }
+}
+
+/// Says why a picture is all black.
+pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &Scene) {
     if picture.black && rendered.complete && picture.least_samples > 0 {
         // Where light could come from, a second ray would have asked.
-        let is_alone = *rays == rendered.statistics.samples;
+        let is_alone = picture.rays == rendered.statistics.samples;
         crate::say(match is_alone {
             true => {
                 "the picture is all black: no ray from the camera meets a surface that scatters light; see LookAt and fov"
             }
-            // Else it is told before.
             false if scene.lights.is_empty() && scene.shapes().any(|shape| shape.emission.is_some()) => {
                 "the picture is all black: no light comes to the camera from what it sees; a shape glows on the side of its normals alone; see \"bool twosided\" and ReverseOrientation"
             }

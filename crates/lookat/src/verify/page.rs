@@ -6,6 +6,7 @@ use std::cmp::Reverse;
 use std::fmt::Write;
 
 use super::Verdict;
+use crate::visible::visible_lines;
 pub use picture::Picture;
 
 /// A number that says something about a scene.
@@ -94,7 +95,7 @@ fn fill(template: &str, content: &dyn Fn(&str) -> String) -> String {
 /// Text for HTML, within elements and attributes.
 fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for character in text.chars() {
+    for character in visible_lines(text).chars() {
         match character {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use super::{Compared, Outcome, Verdict, name};
 use crate::metric::Metric;
+use crate::visible::visible;
 
 /// Prints to standard output, for people or as JSON.
 pub struct Table {
@@ -32,10 +33,11 @@ impl Table {
 
     pub fn row(&self, outcome: &Outcome) -> Result<(), String> {
         if self.json {
-            return print(&as_json(outcome).to_string());
+            return crate::print_json(&as_json(outcome));
         }
         let columns = outcome.compared.as_ref().map_or(String::new(), columns);
-        let (name, verdict, reason) = (&outcome.name, outcome.verdict.word(), &outcome.reason);
+        let (name, verdict, reason) =
+            (visible(&outcome.name), outcome.verdict.word(), visible(&outcome.reason));
         print(&format!("{name:width$} {verdict:7} {columns:40}  {reason}", width = self.width))
     }
 
