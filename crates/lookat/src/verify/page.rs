@@ -227,8 +227,7 @@ fn remarks(picture: &Picture) -> Vec<String> {
         }),
         (*stops != 0)
             .then(|| format!("Exposure 0 is {} stops here, to make the picture visible.", minus(*stops))),
-        (*left_out > 0)
-            .then(|| format!("Not shown: {left_out} pixels that only one of the pictures has.")),
+        (*left_out > 0).then(|| format!("Not shown: {left_out} pixels that only one of the pictures has.")),
         (!picture.finite).then(|| "Magenta: infinite or not a number.".into()),
     ];
     remarks.into_iter().flatten().collect()
