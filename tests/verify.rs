@@ -10,6 +10,10 @@ use lookat_image::{Image, Window};
 use serde_json::Value;
 use tempfile::TempDir;
 
+#[cfg(unix)]
+#[path = "verify/trouble.rs"]
+mod trouble;
+
 /// Spheres without noise in front of a sky, and with it where a lamp shines on them.
 const SCENE: &str = r#"LookAt 0 1 -5  0 0 0  0 1 0
 Camera "perspective" "float fov" 40
@@ -200,7 +204,7 @@ fn every_scene_gets_its_row() {
     let rows: Vec<&str> = out.lines().skip(1).collect();
     for (row, start, end) in [
         (0, "a     agrees ", "identical"),
-        (1, "b     trouble", "the scene has errors"),
+        (1, "b     trouble", "unknown directive `Shpae`"),
         (2, "c     new    ", "no picture beside it"),
         (3, "d     differs", "1 pixel of the reference is not finite"),
         (4, "e     differs", "the sizes differ: 48x48 and 4x4"),

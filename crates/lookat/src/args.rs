@@ -183,7 +183,7 @@ pub struct Compare {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Scenes agree if they are within all --max or, without any, if nothing but noise tells them from their references.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 trouble"
+    after_help = "Scenes agree if they are within all --max or, without any, if nothing but noise tells them from their references. The column detectable is the smallest bias of the mean that would have shown.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 a scene or reference cannot be read or compared"
 )]
 pub struct Verify {
     /// The folder; the reference of a.pbrt is a.exr, .pfm, .hdr, .png, .tga or .jpg

@@ -113,10 +113,8 @@ impl Comparison<'_> {
         [&self.arguments.actual, &self.arguments.expected][i].display().to_string()
     }
 
-    /// The limit of noise-p, or what is usual.
     fn significance(&self) -> f64 {
-        let limit = self.limits().iter().find(|limit| limit.metric == Metric::NoiseP);
-        limit.map_or(noise::SIGNIFICANCE, |limit| limit.value)
+        noise::significance(self.limits())
     }
 
     fn as_text(&self) -> String {

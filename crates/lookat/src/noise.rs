@@ -6,10 +6,16 @@ use std::fmt::Write;
 use lookat_image::{Agreement, Aligned, Test, mean};
 use serde_json::{Value, json};
 
-use crate::metric::{COLORS, number};
+use crate::metric::{COLORS, Limit, Metric, number};
 
 /// The probability of a false alarm, where no limit is given.
 pub const SIGNIFICANCE: f64 = 0.01;
+
+/// The probability of a false alarm: the limit of noise-p, or [`SIGNIFICANCE`].
+pub fn significance(limits: &[Limit]) -> f64 {
+    let limit = limits.iter().find(|limit| limit.metric == Metric::NoiseP);
+    limit.map_or(SIGNIFICANCE, |limit| limit.value)
+}
 
 /// Whether the pictures agree, in lines.
 pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> String {

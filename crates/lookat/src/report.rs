@@ -29,7 +29,17 @@ pub fn failure(loaded: &Loaded) -> u8 {
 pub fn print(loaded: &Loaded, quiet: bool) {
     let out = anstream::stderr();
     let renderer = if out.as_inner().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    let mut out = out.lock();
+    write(&mut out.lock(), loaded, quiet, &renderer);
+}
+
+/// The diagnostics of a scene, as [`print`] shows them without colors.
+pub fn text(loaded: &Loaded) -> String {
+    let mut text = Vec::new();
+    write(&mut text, loaded, false, &Renderer::plain());
+    String::from_utf8_lossy(&text).into_owned()
+}
+
+fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer) {
     let is_error = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Error;
     let errors = loaded.diagnostics.iter().filter(is_error).count();
     // Warnings and notes have the room that errors leave.
@@ -43,7 +53,7 @@ pub fn print(loaded: &Loaded, quiet: bool) {
         }
         *room -= 1;
         // Standard error may be closed; nobody reads then.
-        let _ = writeln!(out, "{}\n", render(diagnostic, &loaded.sources, &renderer));
+        let _ = writeln!(out, "{}\n", render(diagnostic, &loaded.sources, renderer));
     }
     if hidden > 0 {
         let noun = if hidden == 1 { "message" } else { "messages" };

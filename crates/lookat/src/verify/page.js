@@ -143,16 +143,18 @@ function paintPictures(viewer) {
 // Viewers --------------------------------------------------------------------------------------------------
 
 function makeViewer(element) {
-  const { number, ...measures } = element.dataset;
-  const viewer = { element, number, percent: 50, point: null, numbers: null, near: false, canvases: {} };
+  const { id, only, ...measures } = element.dataset;
+  const viewer = { element, id, only, percent: 50, point: null, numbers: null, near: false, canvases: {} };
   for (const [name, text] of Object.entries(measures)) viewer[name] = Number(text);
-  viewer.name = element.closest('article').querySelector('h2').textContent;
+  const article = element.closest('article');
+  viewer.name = article.querySelector('h2').textContent;
   element.append(document.getElementById('viewer').content.cloneNode(true));
-  const thumbnails = document.querySelectorAll(`a[href="#scene-${number}"] img`);
+  const thumbnails = document.querySelectorAll(`a[href="#${article.id}"] img`);
   for (const figure of element.querySelectorAll('figure')) {
     const kind = figure.dataset.shows;
     viewer.canvases[kind] = figure.querySelector('canvas');
-    figure.querySelector('img').src = thumbnails[kind === 'difference' ? 1 : 0].src;
+    const thumbnail = viewer.thumbnail + (kind === 'difference' && !only ? 1 : 0);
+    figure.querySelector('img').src = thumbnails[thumbnail].src;
     const frame = figure.querySelector('.frame');
     const label = kind === 'wipe' ? 'expected and actual' : kind;
     frame.setAttribute('aria-label', `${viewer.name}, ${label}`);
@@ -168,7 +170,7 @@ function makeViewer(element) {
 async function show(viewer) {
   if (viewer.numbers || viewer.unpacking) return;
   viewer.unpacking = true;
-  const numbers = await unpack(document.getElementById(`picture-${viewer.number}`).textContent);
+  const numbers = await unpack(document.getElementById(viewer.id).textContent);
   viewer.unpacking = false;
   if (!viewer.near) return;
   const { width, height } = viewer;
@@ -207,8 +209,13 @@ function read(viewer) {
     return span;
   };
   const pixel = (label, write) => part(label, Array.from(numbers[label].subarray(place, place + 3), write));
+  const position = part('x, y', [`${viewer.x + reduced * point.x}, ${viewer.y + reduced * point.y}`]);
+  if (viewer.only) {
+    reading.replaceChildren(position, pixel(viewer.only, digits));
+    return;
+  }
   reading.replaceChildren(
-    part('x, y', [`${viewer.x + reduced * point.x}, ${viewer.y + reduced * point.y}`]),
+    position,
     pixel('expected', digits),
     pixel('actual', digits),
     pixel('difference', (value) => (value > 0 ? '+' : '') + digits(value)),

@@ -49,12 +49,14 @@ pub struct PageScene {
     pub columns: Vec<Figure>,
     /// What else there is to say.
     pub details: Vec<Figure>,
-    /// `None` where there is nothing to show.
-    pub picture: Option<Picture>,
+    /// The messages of its file. Empty without any.
+    pub messages: String,
+    /// Empty if there is nothing to show.
+    pub pictures: Vec<Picture>,
 }
 
-/// The page, in HTML.
-pub fn page(title: &str, scenes: &[PageScene]) -> String {
+/// The page, in HTML. `command` repeats the run.
+pub fn page(title: &str, command: &str, scenes: &[PageScene]) -> String {
     let mut scenes: Vec<&PageScene> = scenes.iter().collect();
     let badness = |scene: &PageScene| scene.columns.first().map_or(f64::NEG_INFINITY, |first| first.badness);
     scenes.sort_by(|a, b| badness(b).total_cmp(&badness(a)));
@@ -67,6 +69,7 @@ pub fn page(title: &str, scenes: &[PageScene]) -> String {
     });
     fill(include_str!("page.html"), &|slot| match slot {
         "title" => escape(title),
+        "command" => escape(command),
         "style" => include_str!("page.css").into(),
         "script" => include_str!("page.js").into(),
         "counts" => counts(&scenes),
@@ -164,7 +167,7 @@ fn badge(verdict: Verdict) -> String {
 
 fn row(number: usize, scene: &PageScene, columns: &[&str]) -> String {
     let mut row = format!("<tr><th scope=\"row\"><a href=\"#scene-{number}\"><span class=\"thumbnails\">");
-    for png in scene.picture.iter().flat_map(|picture| &picture.thumbnails) {
+    for png in scene.pictures.iter().flat_map(|picture| &picture.thumbnails) {
         let _ = write!(row, "<img alt=\"\" src=\"data:image/png;base64,{png}\">");
     }
     let (name, reason) = (escape(&scene.name), escape(&scene.reason));
@@ -195,10 +198,16 @@ fn article(number: usize, scene: &PageScene) -> String {
     let (name, reason, badge) = (escape(&scene.name), escape(&scene.reason), badge(scene.verdict));
     let mut article =
         format!("<article id=\"scene-{number}\"><h2>{name}</h2><p class=\"reason\">{badge} {reason}</p>\n");
-    if let Some(picture) = &scene.picture {
-        article += &viewer(number, picture);
-        let _ = writeln!(article, "<p class=\"remark\">{}</p>", remarks(picture).join(" "));
+    article += &messages(scene);
+    article += "<div class=\"viewers\">";
+    let mut thumbnail = 0;
+    for (index, picture) in scene.pictures.iter().enumerate() {
+        let id = picture_id(number, index);
+        let (viewer, remarks) = (viewer(&id, thumbnail, picture), remarks(picture).join(" "));
+        let _ = writeln!(article, "<div>{viewer}<p class=\"remark\">{remarks}</p></div>");
+        thumbnail += picture.thumbnails.len();
     }
+    article += "</div>";
     article += "<dl class=\"figures\">";
     for Figure { name, text, meaning, .. } in scene.columns.iter().chain(&scene.details) {
         let (name, text, meaning) = (escape(name), escape(text), escape(meaning));
@@ -207,11 +216,29 @@ fn article(number: usize, scene: &PageScene) -> String {
     article + "</dl></article>\n"
 }
 
-/// The place of the pictures, which the script fills.
-fn viewer(number: usize, picture: &Picture) -> String {
-    let Picture { width, height, corner: [x, y], reduced, stops, scale, .. } = picture;
+/// The messages of the scene file; out of sight if the scene is rendered in spite of them.
+fn messages(scene: &PageScene) -> String {
+    if scene.messages.is_empty() {
+        return String::new();
+    }
+    let open = if scene.verdict == Verdict::Trouble { " open" } else { "" };
     format!(
-        "<div class=\"viewer\" data-number=\"{number}\" data-width=\"{width}\" data-height=\"{height}\" \
+        "<details{open}><summary>Messages</summary><pre tabindex=\"0\">{}</pre></details>\n",
+        escape(scene.messages.trim_end())
+    )
+}
+
+/// The element that holds the packed pictures.
+fn picture_id(scene: usize, index: usize) -> String {
+    format!("picture-{scene}-{index}")
+}
+
+/// The place of the pictures, which the script fills. `thumbnail` is the first of their thumbnails in the row.
+fn viewer(id: &str, thumbnail: usize, picture: &Picture) -> String {
+    let Picture { width, height, corner: [x, y], reduced, stops, scale, .. } = picture;
+    let only = picture.only.map_or(String::new(), |role| format!(" data-only=\"{role}\""));
+    format!(
+        "<div class=\"viewer\" data-id=\"{id}\"{only} data-thumbnail=\"{thumbnail}\" data-width=\"{width}\" data-height=\"{height}\" \
          data-x=\"{x}\" data-y=\"{y}\" data-reduced=\"{reduced}\" data-stops=\"{stops}\" \
          data-scale=\"{scale:e}\" style=\"--across:{width};--down:{height}\"></div>\n"
     )
@@ -234,9 +261,11 @@ fn remarks(picture: &Picture) -> Vec<String> {
 }
 
 fn data(number: usize, scene: &PageScene) -> String {
-    scene.picture.as_ref().map_or(String::new(), |picture| {
-        format!("<script type=\"text/plain\" id=\"picture-{number}\">{}</script>\n", picture.data)
-    })
+    let one = |(index, picture): (usize, &Picture)| {
+        let id = picture_id(number, index);
+        format!("<script type=\"text/plain\" id=\"{id}\">{}</script>\n", picture.data)
+    };
+    scene.pictures.iter().enumerate().map(one).collect()
 }
 
 #[cfg(test)]
@@ -250,24 +279,25 @@ mod tests {
             reason: name.into(),
             columns: vec![Figure::percent("error", error, name)],
             details: vec![Figure::number(name, 1.0, name)],
-            picture: None,
+            messages: name.into(),
+            pictures: vec![],
         }
     }
 
     #[test]
     fn text_stays_text() {
         let hostile = "</script></style><b a='1' c=\"2\">&amp; {{rows}}";
-        let page = page(hostile, &[scene(hostile, Verdict::Differs, 0.5)]);
+        let page = page(hostile, hostile, &[scene(hostile, Verdict::Differs, 0.5)]);
         assert!(!page.contains("<b a=") && !page.contains("c=\"2\""));
-        // Title and heading; name and reason in row and scene, the meaning in both, the detail.
+        // Title, heading and command; name and reason in row and scene, the messages, the meaning in both, the detail.
         let escaped =
             "&lt;/script&gt;&lt;/style&gt;&lt;b a=&#39;1&#39; c=&quot;2&quot;&gt;&amp;amp; {{rows}}";
-        assert_eq!(page.matches(escaped).count(), 2 + 4 + 2 + 2);
+        assert_eq!(page.matches(escaped).count(), 3 + 4 + 1 + 2 + 2);
     }
 
     #[test]
     fn nothing_is_fetched() {
-        let page = page("title", &[scene("a", Verdict::Agrees, 0.0)]);
+        let page = page("title", "command", &[scene("a", Verdict::Agrees, 0.0)]);
         assert!(!page.contains("//fonts") && !page.contains("http:") && !page.contains("https:"));
         assert!(!include_str!("page.js").contains("</") && !include_str!("page.css").contains("</"));
     }
@@ -280,7 +310,7 @@ mod tests {
             scene("c", Verdict::Differs, -0.3),
             PageScene { columns: vec![], ..scene("d", Verdict::Trouble, 0.0) },
         ];
-        let page = page("title", &scenes);
+        let page = page("title", "command", &scenes);
         let place = |name: &str| page.find(&format!("<h2>{name}</h2>")).unwrap();
         assert!(place("c") < place("b") && place("b") < place("d") && place("d") < place("a"));
         let counts = "4 scenes: <span class=\"agrees\">1 agrees</span>, <span class=\"differs\">2 differ</span>, \

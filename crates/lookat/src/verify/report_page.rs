@@ -1,50 +1,71 @@
-//! What the report says of a scene.
+//! What the report page shows of a scene.
 
 use lookat_image::mean;
 
 use super::page::{Figure, PageScene, Picture};
-use super::{Compared, Outcome};
+use super::{Comparison, Outcome};
 use crate::metric::{Measured, Metric};
 
 /// The metrics that have a column; all others stand below.
 const COLUMNS: [Metric; 4] = [Metric::Error, Metric::Rmse, Metric::Flip, Metric::NoiseP];
 
-/// A scene of the report. It holds what it needs of the pictures.
+/// A scene of the page. It holds what it needs of the pictures.
 pub fn scene(outcome: &Outcome) -> PageScene {
-    let compared = outcome.compared.as_ref();
     PageScene {
         name: outcome.name.clone(),
         verdict: outcome.verdict,
         reason: outcome.reason.clone(),
-        columns: compared.map_or(Vec::new(), columns),
-        details: compared.map_or(Vec::new(), details),
-        picture: compared.map(|compared| Picture::new(&compared.pair)),
+        columns: columns(outcome),
+        details: outcome.comparison.as_ref().map_or(Vec::new(), details),
+        messages: outcome.diagnostics.text.clone(),
+        pictures: pictures(outcome),
     }
 }
 
-fn columns(compared: &Compared) -> Vec<Figure> {
-    let metrics = &compared.measurement.metrics;
-    let mean = mean(&compared.pair.expected);
+/// The two pictures over each other, or each picture alone if they cannot be compared.
+fn pictures(outcome: &Outcome) -> Vec<Picture> {
+    if let Some(comparison) = &outcome.comparison {
+        return vec![Picture::new(&comparison.pair)];
+    }
+    let render = outcome.render.as_ref().map(|render| &render.image);
+    let both = [("expected", outcome.reference.as_ref()), ("actual", render)];
+    both.into_iter().filter_map(|(role, image)| Picture::alone(image?, role)).collect()
+}
+
+fn columns(outcome: &Outcome) -> Vec<Figure> {
+    let (Some(comparison), Some(render)) = (&outcome.comparison, &outcome.render) else { return Vec::new() };
+    let metrics = &comparison.measurement.metrics;
+    let mean = mean(&comparison.pair.expected);
+    let metric = |metric: Metric| metrics.iter().find(|line| line.metric == metric);
     let mut columns: Vec<Figure> = COLUMNS
         .iter()
-        .filter_map(|column| metrics.iter().find(|line| line.metric == *column))
+        .filter_map(|column| metric(*column))
         .map(|line| match line.metric {
             Metric::Error if mean != 0.0 => {
-                Figure::percent("error", line.value / mean, "mean signed error, by the mean")
+                Figure::percent("error", line.value / mean, "mean signed error, relative to the mean")
             }
             _ => figure(line),
         })
         .collect();
-    if !columns.is_empty() {
-        let samples = f64::from(compared.samples_per_pixel);
-        columns.push(Figure::number("samples", samples, "samples per pixel"));
-        columns.push(Figure::number("seconds", compared.seconds, "time to render"));
+    if columns.is_empty() {
+        return columns;
     }
+    if let Some(bias) = comparison.detectable {
+        let meaning = "smallest bias of the mean that would have shown";
+        let figure = Figure::number("detectable", bias, meaning);
+        let text = match mean {
+            0.0 => figure.text,
+            mean => format!("{:.3} %", 100.0 * bias / mean.abs()),
+        };
+        columns.insert(1, Figure { text, ..figure });
+    }
+    columns.push(Figure::number("samples", f64::from(render.samples_per_pixel), "samples per pixel"));
+    columns.push(Figure::number("seconds", render.seconds, "time to render"));
     columns
 }
 
-fn details(compared: &Compared) -> Vec<Figure> {
-    let others = compared.measurement.metrics.iter().filter(|line| !COLUMNS.contains(&line.metric));
+fn details(comparison: &Comparison) -> Vec<Figure> {
+    let others = comparison.measurement.metrics.iter().filter(|line| !COLUMNS.contains(&line.metric));
     others.map(figure).collect()
 }
 

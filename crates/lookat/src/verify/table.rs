@@ -1,44 +1,48 @@
 //! The rows that `lookat verify` prints.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use lookat_image::mean;
 use serde_json::{Map, Value, json};
 
-use super::{Compared, Outcome, Verdict, name};
-use crate::metric::Metric;
+use super::{Comparison, Outcome, Verdict, files};
+use crate::metric::{Metric, number};
 use crate::visible::visible;
 
 /// Prints to standard output, for people or as JSON.
 pub struct Table {
     json: bool,
-    /// The longest name.
+    /// Characters of the column of names. A longer name shifts the rest of its row.
     width: usize,
 }
 
 /// The metrics that have a column.
-const COLUMNS: [Metric; 3] = [Metric::Rmse, Metric::Flip, Metric::NoiseP];
+const METRICS: [Metric; 3] = [Metric::Rmse, Metric::Flip, Metric::NoiseP];
+
+/// The widest column of names, in characters.
+const MOST_NAME: usize = 40;
 
 impl Table {
     pub fn new(scenes: &[PathBuf], json: bool) -> Table {
-        let length = |scene: &PathBuf| name(Path::new(scene)).chars().count();
-        Table { json, width: scenes.iter().map(length).max().unwrap_or(0).max(5) }
+        let length = |scene: &PathBuf| files::name(scene).chars().count();
+        let longest = scenes.iter().map(length).max().unwrap_or(0);
+        Table { json, width: longest.clamp(5, MOST_NAME) }
     }
 
     pub fn header(&self) -> Result<(), String> {
-        let columns = COLUMNS.map(|metric| format!("{:>10}", metric.name())).concat();
-        let line = format!("{:width$} verdict {:>10}{columns}  ", "scene", "error", width = self.width);
-        if self.json { Ok(()) } else { print(line.trim_end()) }
+        let names = ["error", "detectable"].into_iter().chain(METRICS.map(Metric::name));
+        let line = format!("{:width$} verdict{}", "scene", columns(names), width = self.width);
+        if self.json { Ok(()) } else { print(&line) }
     }
 
     pub fn row(&self, outcome: &Outcome) -> Result<(), String> {
         if self.json {
             return crate::print_json(&as_json(outcome));
         }
-        let columns = outcome.compared.as_ref().map_or(String::new(), columns);
-        let (name, verdict, reason) =
-            (visible(&outcome.name), outcome.verdict.word(), visible(&outcome.reason));
-        print(&format!("{name:width$} {verdict:7} {columns:40}  {reason}", width = self.width))
+        let figures = outcome.comparison.as_ref().map_or(Default::default(), figures);
+        let (name, reason) = (visible(&outcome.name), visible(&outcome.reason));
+        let (verdict, figures) = (outcome.verdict.word(), columns(figures.iter().map(String::as_str)));
+        print(&format!("{name:width$} {verdict:7}{figures}  {reason}", width = self.width))
     }
 
     pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), String> {
@@ -57,29 +61,74 @@ fn print(line: &str) -> Result<(), String> {
     crate::print(&format!("{line}\n"))
 }
 
-/// The mean error, in percent if it can be, and some metrics.
-fn columns(compared: &Compared) -> String {
-    let value = |metric: Metric| compared.measurement.value(metric);
-    let percent = value(Metric::Error).map(|error| match mean(&compared.pair.expected) {
-        0.0 => format!("{error:+.2e}"),
-        mean => format!("{:+.3} %", 100.0 * error / mean),
-    });
-    let others = COLUMNS.iter().map(|metric| value(*metric).map(crate::metric::number));
-    std::iter::once(percent).chain(others).map(|text| format!("{:>10}", text.unwrap_or("-".into()))).collect()
+/// Texts in columns of ten characters, with a blank before each even where one is longer.
+fn columns<'t>(texts: impl IntoIterator<Item = &'t str>) -> String {
+    texts.into_iter().map(|text| format!(" {text:>10}")).collect()
+}
+
+/// The mean error, the detectable bias and some metrics. "-" for each that was not measured.
+fn figures(comparison: &Comparison) -> [String; 5] {
+    let value = |metric: Metric| comparison.measurement.value(metric);
+    let mean = mean(&comparison.pair.expected);
+    let error = value(Metric::Error).map(|error| relative(error, mean, "+"));
+    let detectable = comparison.detectable.map(|bias| relative(bias, mean.abs(), ""));
+    let [rmse, flip, noise] = METRICS.map(|metric| value(metric).map(short));
+    [error, detectable, rmse, flip, noise].map(|text| text.unwrap_or("-".into()))
+}
+
+/// A value in percent of a mean, or as it is if the mean is zero. `plus` is the sign of positive values.
+fn relative(value: f64, mean: f64, plus: &str) -> String {
+    let plus = if value / mean >= 0.0 { plus } else { "" };
+    match 100.0 * value / mean {
+        _ if mean == 0.0 => format!("{plus}{value:.2e}"),
+        percent if percent.abs() < 1000.0 => format!("{plus}{percent:.3} %"),
+        percent => format!("{plus}{percent:.2e} %"),
+    }
+}
+
+/// A number in at most ten characters, as long as it is not negative.
+fn short(value: f64) -> String {
+    let text = number(value);
+    if text.len() > 10 { format!("{value:.3e}") } else { text }
 }
 
 fn as_json(outcome: &Outcome) -> Value {
-    let metrics = outcome.compared.iter().flat_map(|compared| &compared.measurement.metrics);
+    let comparison = outcome.comparison.as_ref();
+    let metrics = comparison.iter().flat_map(|comparison| &comparison.measurement.metrics);
     let metrics: Map<String, Value> =
         metrics.map(|line| (line.metric.name().into(), json!(line.value))).collect();
-    let compared = outcome.compared.as_ref();
+    let render = outcome.render.as_ref();
     json!({
         "scene": outcome.name,
         "verdict": outcome.verdict.word(),
         "reason": outcome.reason,
         "updated": outcome.updated,
         "metrics": metrics,
-        "samples_per_pixel": compared.map(|compared| compared.samples_per_pixel),
-        "seconds": compared.map(|compared| compared.seconds),
+        "visible_in_mean": comparison.and_then(|comparison| comparison.detectable),
+        "samples_per_pixel": render.map(|render| render.samples_per_pixel),
+        "seconds": render.map(|render| render.seconds),
+        "diagnostics": outcome.diagnostics.json,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Figures of any magnitude fit in a column.
+    #[test]
+    fn figures_fit_in_their_columns() {
+        let values =
+            (-160..=39).flat_map(|power| [1.0, 1.509_547, 9.999_999_6].map(|m| m * 10_f64.powi(power)));
+        for value in values.chain([0.0, 1.0, 100.0, 999_999.9]) {
+            assert!(short(value).len() <= 10, "{}", short(value));
+            for text in [relative(value, 1.0, "+"), relative(-value, 1.0, "+"), relative(value, 0.0, "+")] {
+                assert!(text.len() <= 11, "{text}");
+            }
+        }
+        assert_eq!(columns(["0.150954", "7.740e-147"]), "   0.150954 7.740e-147");
+        assert_eq!(relative(-0.5, 2.0, "+"), "-25.000 %");
+        assert_eq!(relative(0.5, 2.0, "+"), "+25.000 %");
+        assert_eq!(relative(1e9, 1.0, "+"), "+1.00e11 %");
+    }
 }

@@ -1,4 +1,4 @@
-//! A pair of pictures as the page holds it: half floats, so that the exposure can be chosen there.
+//! Pictures as the page holds them: half floats, so that the reader chooses the exposure.
 
 use std::io::Write;
 
@@ -6,7 +6,8 @@ use base64::prelude::{BASE64_STANDARD, Engine};
 use flate2::{Compression, write::ZlibEncoder};
 use half::f16;
 use lookat_image::{
-    Aligned, Encoded, NOT_FINITE_COLOR, box_means, difference_color, difference_limit, suitable_exposure,
+    Aligned, Encoded, Image, NOT_FINITE_COLOR, Window, box_means, difference_color, difference_limit,
+    suitable_exposure,
 };
 
 /// The most pixels that the page has of a picture. Of a larger one it has the means of boxes.
@@ -14,9 +15,11 @@ const MOST_PIXELS: usize = 1 << 20;
 /// The longer side of a thumbnail, at most.
 const THUMBNAIL: usize = 96;
 
-/// Expected and actual picture, ready for the page.
+/// Expected and actual picture, or one of them, ready for the page.
 #[derive(Debug, Clone)]
 pub struct Picture {
+    /// `expected` or `actual`: the only picture there is. `None` for both.
+    pub only: Option<&'static str>,
     pub width: usize,
     pub height: usize,
     /// Where the first pixel lies in the full picture.
@@ -33,14 +36,31 @@ pub struct Picture {
     pub scale: f64,
     /// Both pictures, packed, in base64.
     pub data: String,
-    /// PNG files of the actual picture and of the difference, in base64.
-    pub thumbnails: [String; 2],
+    /// PNG files in base64: the actual picture and the difference, or the only picture.
+    pub thumbnails: Vec<String>,
 }
 
 impl Picture {
-    /// Packs the pictures.
+    /// Packs two pictures.
     pub fn new(pair: &Aligned) -> Picture {
-        let full = Pixels::of(pair);
+        let picture = Picture::of(&Pixels::of(pair), pair.window);
+        Picture { left_out: pair.left_out, ..picture }
+    }
+
+    /// Packs a picture that there is nothing to compare with. `role` is `expected` or `actual`. `None` without colors.
+    pub fn alone(image: &Image, role: &'static str) -> Option<Picture> {
+        let Window { width, height, .. } = image.data_window;
+        let expected = image.rgb()?;
+        // What the page adds to the expected picture to have the actual one.
+        let difference =
+            expected.iter().map(|pixel| if is_finite(pixel) { [0.0; 3] } else { *pixel }).collect();
+        let pixels = Pixels { width: width as usize, height: height as usize, expected, difference };
+        let mut picture = Picture::of(&pixels, image.data_window);
+        picture.thumbnails.truncate(1);
+        Some(Picture { only: Some(role), ..picture })
+    }
+
+    fn of(full: &Pixels, window: Window) -> Picture {
         let reduced = (1..).find(|&side| full.reduced_area(side) <= MOST_PIXELS).unwrap_or(1);
         let pixels = full.reduce(reduced);
         let stops = suitable_exposure(&pixels.expected) as i32;
@@ -48,16 +68,17 @@ impl Picture {
         let scale = difference_limit(&differences).unwrap_or(1.0);
         let small = pixels.reduce(pixels.width.max(pixels.height).div_ceil(THUMBNAIL));
         Picture {
+            only: None,
             width: pixels.width,
             height: pixels.height,
-            corner: [pair.window.x, pair.window.y],
+            corner: [window.x, window.y],
             reduced,
-            left_out: pair.left_out,
+            left_out: 0,
             finite: pixels.expected.iter().chain(&pixels.difference).flatten().all(|value| value.is_finite()),
             stops,
             scale,
             data: pixels.pack(),
-            thumbnails: [small.actual_png(stops), small.difference_png(scale)],
+            thumbnails: vec![small.actual_png(stops), small.difference_png(scale)],
         }
     }
 }

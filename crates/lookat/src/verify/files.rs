@@ -1,0 +1,52 @@
+//! The scene files of a folder, and the pictures beside them.
+
+use std::fs::File;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use lookat_image::io_reason;
+
+/// Endings of references, in order of preference.
+const ENDINGS: [&str; 7] = ["exr", "pfm", "hdr", "png", "tga", "jpg", "jpeg"];
+
+/// Everything in a folder that is named as a scene file, by name: also folders and dangling links.
+pub fn scenes(folder: &Path) -> Result<Vec<PathBuf>, String> {
+    let cannot = |error: std::io::Error| format!("cannot read {}: {}", folder.display(), io_reason(&error));
+    let entries: Result<Vec<_>, _> = std::fs::read_dir(folder).map_err(cannot)?.collect();
+    let mut files: Vec<PathBuf> = entries.map_err(cannot)?.into_iter().map(|entry| entry.path()).collect();
+    files.retain(|file| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("pbrt")));
+    files.sort();
+    if files.is_empty() { Err(format!("there is no .pbrt file in {}", folder.display())) } else { Ok(files) }
+}
+
+/// Everything beside a scene that is named as its reference, the preferred one first: also folders and dangling links.
+pub fn beside(scene: &Path) -> impl Iterator<Item = PathBuf> {
+    let is_there = |file: &PathBuf| file.symlink_metadata().is_ok();
+    ENDINGS.iter().map(|ending| scene.with_extension(ending)).filter(is_there)
+}
+
+/// The name of a scene: the name of its file, without the ending.
+pub fn name(scene: &Path) -> String {
+    scene.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Why a file cannot be read, and what to do. `None` if it can.
+pub fn fault(file: &Path) -> Option<String> {
+    let name = file.display();
+    let cannot_read = |error| Some(format!("cannot read {name}: {}", io_reason(&error)));
+    match std::fs::metadata(file) {
+        Ok(found) if found.is_dir() => Some(format!("{name} is a folder, not a file; rename the folder")),
+        // Opening a pipe waits for a writer.
+        Ok(found) if !found.is_file() => Some(format!("{name} is a pipe or a device, not a file; rename it")),
+        Ok(_) => File::open(file).err().and_then(cannot_read),
+        Err(error) => match (error.kind(), std::fs::read_link(file)) {
+            (ErrorKind::NotFound, Ok(target)) => {
+                let target = target.display();
+                Some(format!(
+                    "{name} is a link to {target}, where there is no file; restore it or remove the link"
+                ))
+            }
+            _ => cannot_read(error),
+        },
+    }
+}

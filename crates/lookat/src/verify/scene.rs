@@ -1,0 +1,189 @@
+//! Renders a scene and compares it with its reference.
+
+use std::collections::BTreeSet;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use lookat_image::{Aligned, Format, Image, align};
+use lookat_render::Settings;
+use lookat_scene::syntax::{Diagnostic, Severity};
+use lookat_scene::{Loaded, Overrides, Scene};
+use serde_json::json;
+
+use super::{Comparison, Diagnostics, Outcome, Rendered, Verdict, files};
+use crate::args::{Report, Verify};
+use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
+use crate::output::{check_folder, check_inputs, is_among};
+use crate::render::{Metadata, note_jitter};
+use crate::source::load_scene;
+use crate::{noise, report};
+
+/// A verdict and its reason.
+type Judgment = (Verdict, String);
+
+/// Renders a scene and compares it with its reference.
+pub fn verify(arguments: &Verify, file: &Path) -> Outcome {
+    let diagnostics = Diagnostics { text: String::new(), json: json!([]) };
+    let mut outcome = Outcome {
+        name: files::name(file),
+        verdict: Verdict::New,
+        reason: "no picture beside it".into(),
+        updated: false,
+        diagnostics,
+        render: None,
+        reference: None,
+        comparison: None,
+    };
+    let judged = match files::fault(file) {
+        Some(fault) => Err(fault),
+        None if !arguments.update && files::beside(file).next().is_none() => Ok(()),
+        None => fill(arguments, file, &mut outcome),
+    };
+    if let Err(reason) = judged {
+        (outcome.verdict, outcome.reason) = (Verdict::Trouble, reason);
+    }
+    outcome
+}
+
+/// Fills in the outcome of a scene file that can be read. Fails if the scene cannot be verified.
+fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), String> {
+    let overrides = Overrides { samples_per_pixel: arguments.spp, ..Overrides::default() };
+    let loaded = load_scene(file, &overrides, Report { strict: false, json: false });
+    report::print(&loaded, false);
+    outcome.diagnostics = Diagnostics { text: report::text(&loaded), json: json!(report::json(&loaded)) };
+    let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded)) };
+    note_jitter(scene, &loaded);
+    // A picture that the scene shows is not a picture of the scene.
+    let reference = files::beside(file).find(|picture| !is_among(picture, &loaded.inputs));
+    if let Some(reference) = &reference {
+        check_reference(arguments, reference)?;
+        outcome.reference = Some(Image::read(reference).map_err(|error| error.to_string())?);
+    } else if !arguments.update {
+        outcome.reason = "no picture beside it except one that it shows".into();
+        return Ok(());
+    }
+    let rendered = outcome.render.insert(render(arguments, file, scene));
+    if let Some(expected) = &outcome.reference {
+        outcome.comparison = match align(&rendered.image, expected) {
+            Ok(pair) => Some(compare(arguments, pair)),
+            Err(error) => {
+                (outcome.verdict, outcome.reason) = (Verdict::Differs, error.to_string());
+                None
+            }
+        };
+    }
+    if let Some(comparison) = &outcome.comparison {
+        (outcome.verdict, outcome.reason) = judge(arguments, comparison)?;
+    }
+    if arguments.update && matches!(outcome.verdict, Verdict::Differs | Verdict::New) {
+        update(reference.unwrap_or_else(|| file.with_extension("exr")), &loaded.inputs, outcome)?;
+    }
+    Ok(())
+}
+
+/// The number of errors of a scene, and the first.
+fn why_no_scene(loaded: &Loaded) -> String {
+    let is_error = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Error;
+    let errors: Vec<&Diagnostic> = loaded.diagnostics.iter().filter(is_error).collect();
+    match errors.first() {
+        Some(first) if errors.len() == 1 => format!("the scene has an error: {}", first.message),
+        Some(first) => format!("the scene has {} errors, the first: {}", errors.len(), first.message),
+        None => loaded.misfit.clone().unwrap_or_else(|| "the scene has errors".into()),
+    }
+}
+
+/// Fails if a reference cannot be read, or `--update` cannot replace it.
+fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), String> {
+    if let Some(fault) = files::fault(reference) {
+        return Err(fault);
+    }
+    if arguments.update && Format::from_path(reference).is_none() {
+        return Err(format!("{}: --update writes {}; remove it first", reference.display(), Format::NAMES));
+    }
+    Ok(())
+}
+
+/// Writes a new reference.
+fn update(target: PathBuf, inputs: &BTreeSet<PathBuf>, outcome: &mut Outcome) -> Result<(), String> {
+    check_folder(&target).and_then(|()| check_inputs(&target, inputs))?;
+    let Some(Rendered { image, samples_per_pixel, .. }) = &outcome.render else { return Ok(()) };
+    image.write(&target).map_err(|error| error.to_string())?;
+    outcome.updated = true;
+    outcome.reason += &format!("; wrote {}, {samples_per_pixel} samples per pixel", target.display());
+    Ok(())
+}
+
+fn render(arguments: &Verify, file: &Path, scene: &Scene) -> Rendered {
+    let samples_per_pixel = scene.sampler.samples_per_pixel;
+    let settings = Settings {
+        seed: arguments.seed,
+        threads: arguments.threads.map_or(0, usize::from),
+        // Always, so that limits hold for the picture from which people read them.
+        error_layers: samples_per_pixel > 1,
+        ..Settings::default()
+    };
+    let started = Instant::now();
+    let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
+    let seconds = started.elapsed().as_secs_f64();
+    image.metadata = Metadata::new(file, arguments.seed, f64::from(samples_per_pixel), true).as_json();
+    Rendered { image, samples_per_pixel, seconds }
+}
+
+/// The threshold of share-above.
+const THRESHOLD: f32 = 0.01;
+
+fn compare(arguments: &Verify, pair: Aligned) -> Comparison {
+    let measurement = measure(&pair, THRESHOLD, &|_| broken(&pair).is_none());
+    let significance = noise::significance(&arguments.max);
+    let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());
+    let detectable = found.map(|found| found.visible_in_mean(significance));
+    Comparison { pair, measurement, detectable }
+}
+
+/// Which picture has pixels that are not finite, and how many.
+fn broken(pair: &Aligned) -> Option<(&'static str, usize)> {
+    [("render", &pair.actual), ("reference", &pair.expected)]
+        .into_iter()
+        .find_map(|(which, pixels)| not_finite(pixels, pair).map(|(count, _)| (which, count)))
+}
+
+/// Whether the measurement is within the limits or, without any, within noise.
+fn judge(arguments: &Verify, comparison: &Comparison) -> Result<Judgment, String> {
+    let Comparison { pair, measurement, .. } = comparison;
+    match broken(pair) {
+        Some((which, 1)) => return Ok((Verdict::Differs, format!("1 pixel of the {which} is not finite"))),
+        Some((which, count)) => {
+            return Ok((Verdict::Differs, format!("{count} pixels of the {which} are not finite")));
+        }
+        None => {}
+    }
+    if pair.left_out > 0 {
+        let reason = format!("only one of the pictures has {} of the pixels", pair.left_out);
+        return Ok((Verdict::Differs, reason));
+    }
+    let default = [Limit { metric: Metric::NoiseP, value: noise::SIGNIFICANCE }];
+    let limits = if arguments.max.is_empty() { &default[..] } else { &arguments.max[..] };
+    if let Some(reason) = measurement.lacks(limits) {
+        let other =
+            if arguments.max.is_empty() { "; --max sets other limits, such as rmse=0.01" } else { "" };
+        return Err(reason + other);
+    }
+    let beyond = measurement.metrics.iter().filter(|line| line.is_beyond(limits));
+    let beyond: Vec<&str> = beyond.map(|line| line.metric.name()).collect();
+    Ok(match beyond.as_slice() {
+        [] if pair.actual == pair.expected => (Verdict::Agrees, "identical".into()),
+        [] if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
+        [] => (Verdict::Agrees, "within the limits".into()),
+        _ if arguments.max.is_empty() => (Verdict::Differs, beyond_noise(measurement)),
+        beyond => (Verdict::Differs, format!("beyond the limits of {}", beyond.join(", "))),
+    })
+}
+
+fn beyond_noise(measurement: &Measurement) -> String {
+    let found = match &measurement.agreement {
+        Some(Ok(found)) => noise::differences(found, noise::SIGNIFICANCE),
+        _ => Vec::new(),
+    };
+    format!("by more than noise: {}", found.join("; "))
+}
