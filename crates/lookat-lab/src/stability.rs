@@ -6,6 +6,7 @@
 mod camera;
 mod case;
 mod chart;
+mod coplanar;
 mod methods;
 mod quadric;
 pub(crate) mod random;
@@ -22,8 +23,15 @@ pub use table::{as_csv, as_json};
 
 /// All cases, in the order of their names.
 pub fn cases() -> Vec<Case> {
-    let mut cases =
-        [camera::cases(), sphere::cases(), quadric::cases(), triangle::cases(), traversal::cases()].concat();
+    let mut cases = [
+        camera::cases(),
+        sphere::cases(),
+        quadric::cases(),
+        triangle::cases(),
+        coplanar::cases(),
+        traversal::cases(),
+    ]
+    .concat();
     let number = |case: &Case| case.id.trim_matches(char::is_alphabetic).parse::<u32>().unwrap_or_default();
     cases.sort_by_key(|case| (case.family, number(case), case.id));
     cases

@@ -40,6 +40,12 @@ pub(crate) struct Curved {
     unit: f64,
 }
 
+/// The squared distance, over that of the radius, up to which a hit may be the origin of its ray.
+pub(crate) const AT_ORIGIN: f64 = f64::EPSILON;
+
+/// What rounding may take from a coordinate, over half of itself.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
 /// The form, in its own space.
 #[derive(Debug, Clone, Copy)]
 enum Form {
@@ -98,12 +104,41 @@ impl Curved {
     ///
     /// A line meets a curved form twice at most. Of a ray that leaves the shape, one of the two is where it starts, and
     /// does not count; the other one lies at twice the distance of their middle.
+    ///
+    /// A ray that starts on the shape, as far as rounding can tell, leaves it too.
     pub fn intersect(&self, ray: &Ray, t_max: f64, leaving: bool) -> Option<f64> {
         let (o, d) = self.own_ray(ray);
-        match &self.form {
+        let intersect = |leaving| match &self.form {
             Form::Sphere(sphere) => sphere.intersect(o, d, t_max, leaving),
             other => other.intersect(o, d, t_max, leaving),
-        }
+        };
+        let t = intersect(leaving)?;
+        let starts_here = !leaving
+            && t * t * d.length_squared() <= AT_ORIGIN * self.radius * self.radius
+            && self.holds(ray.o, DVec3::ZERO);
+        if starts_here { intersect(true) } else { Some(t) }
+    }
+
+    /// Whether a shadow ray to a point light, which meets the shape, does so nowhere but at the light.
+    pub fn is_met_at_end(&self, ray: &Ray, leaving: bool) -> bool {
+        let end = ray.end();
+        self.holds(end, (end - ray.o).abs())
+            && (leaving || {
+                let back = Ray { o: end, d: -ray.d, ..*ray };
+                self.intersect(&back, ray.t_max, true).is_none()
+            })
+    }
+
+    /// Whether a point lies on the uncut form, if each coordinate is moved by so little of itself as rounding may take.
+    /// `spread`: what the point was computed from, along each axis.
+    #[cold]
+    fn holds(&self, p: DVec3, spread: DVec3) -> bool {
+        let offset = p - self.center;
+        let m = &self.own_from_world;
+        let own = *m * offset;
+        let size = own.abs()
+            + DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs()) * (offset.abs() + spread);
+        self.form.value(own).abs() <= ROUNDING * self.form.gradient(own).abs().dot(size)
     }
 
     /// Whether the end of the ray, a point of the shape, lies behind another part of it.
@@ -242,7 +277,17 @@ impl Form {
         }
     }
 
-    /// In the direction of the normal, of any length; at the tip of a cone zero.
+    /// A function that is 0 on the uncut form.
+    fn value(&self, p: DVec3) -> f64 {
+        match self {
+            Form::Sphere(sphere) => p.length_squared() - sphere.radius * sphere.radius,
+            Form::Disk(_) => p.z,
+            Form::TurnedSegment(segment) => segment.value(p),
+            Form::Paraboloid(paraboloid) => paraboloid.value(p),
+        }
+    }
+
+    /// In the direction of the normal, half the gradient of that, or more; at the tip of a cone zero.
     fn gradient(&self, p: DVec3) -> DVec3 {
         match self {
             Form::Sphere(_) => p,

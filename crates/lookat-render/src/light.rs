@@ -18,7 +18,7 @@ use lookat_scene::{DirectStrategy, Integrator, Light, Scene};
 use crate::bsdf::Domain;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
-use crate::surface::{Surface, reach};
+use crate::surface::Surface;
 use environment::{Environment, EnvironmentSample};
 use goniometric::Goniometric;
 pub(crate) use lune::Lune;
@@ -222,10 +222,10 @@ impl<'s> LightTable<'s> {
             | SceneLight::Spot { .. }
             | SceneLight::Goniometric(_)
             | SceneLight::Projection(_)) => {
-                let PointLight { position, wi, squared_distance, intensity } = light.seen_from(from.p)?;
-                let t_max = reach(from, squared_distance.sqrt(), position.abs().max_element());
-                let shadow = Ray { t_max, ..from.leave(wi) };
-                Some(LightSample { li: intensity / squared_distance as f32, pdf: None, shadow })
+                let PointLight { position, squared_distance, intensity, .. } = light.seen_from(from.p)?;
+                let li = intensity / squared_distance as f32;
+                let shadow = Ray { target: ElementId::POINT_LIGHT, ..from.towards(position) };
+                Some(LightSample { li, pdf: None, shadow })
             }
         }
     }

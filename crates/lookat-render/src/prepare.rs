@@ -19,7 +19,7 @@ use crate::emitters::Emitters;
 use crate::instance::PlacedInstance;
 use crate::ray::Hit;
 use crate::triangle::block::{Block, of_place, place};
-use crate::triangle::{Triangle, corners, extent};
+use crate::triangle::{Extent, Triangle, corners};
 
 /// A scene that rays can be traced in. Positions are relative to the eye.
 pub(crate) struct Traceable<'s> {
@@ -219,7 +219,7 @@ impl<'s> Elements<'s> {
         let reference = |index: usize| {
             // Triangles without area cannot be seen.
             mesh.has_area(index).then(|| {
-                let (low, high) = extent(&corners(mesh, index, eye));
+                let Extent { low, high, .. } = Extent::new(&corners(mesh, index, eye));
                 Reference::triangle(Bounds::new(low, high), (first + index) as u32)
             })
         };

@@ -15,7 +15,7 @@ pub struct Ray {
     pub leaving: ElementId,
     /// If that is a triangle, its [`Hit::place`], or else [`Hit::NO_PLACE`].
     pub leaving_place: u32,
-    /// The element that a shadow ray goes to: it does not block. `t_max` does not go beyond it.
+    /// The element that a shadow ray goes to, or [`ElementId::POINT_LIGHT`]: it does not block. `t_max` does not go beyond it.
     pub target: ElementId,
 }
 
@@ -32,11 +32,26 @@ impl Ray {
         }
     }
 
+    /// The light that a shadow ray goes to, if that is a point.
+    pub(crate) fn end(&self) -> DVec3 {
+        self.at(self.t_max)
+    }
+
+    /// Whether a hit may be the point light that the ray ends at, as far as its distance tells: that is less exact the more
+    /// the surface is seen edge-on.
+    #[inline(always)]
+    pub(crate) fn may_end_at(&self, t: f64) -> bool {
+        self.target == ElementId::POINT_LIGHT && t > self.t_max * NEAR_END
+    }
+
     /// The point at a distance of `t` lengths of the direction.
     pub fn at(&self, t: f64) -> DVec3 {
         self.o + self.d * t
     }
 }
+
+/// From this share of its way on a ray is near its end.
+pub(crate) const NEAR_END: f64 = 1.0 - 1.0 / 1024.0;
 
 /// Names one triangle or curved shape of the scene, the same however the scene is sorted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -54,6 +69,8 @@ impl ElementId {
     pub const WORLD: u32 = u32::MAX;
     /// No element.
     pub const NONE: ElementId = ElementId { instance: u32::MAX, primitive: u32::MAX, index: u32::MAX };
+    /// A light that is a point. A shadow ray to it ends just there, and what it lies in does not block.
+    pub const POINT_LIGHT: ElementId = ElementId { index: u32::MAX - 1, ..ElementId::NONE };
 }
 
 /// The nearest hit of a ray so far.

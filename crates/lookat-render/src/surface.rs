@@ -155,6 +155,15 @@ impl<'s> Surface<'s> {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
         Ray { leaving: self.element, leaving_place: self.place, ..Ray::new(self.p + offset, d) }
     }
+
+    /// A shadow ray to a point of a light: from where rays leave the surface to just there. Were it to run beside the line
+    /// from the surface to the light, it would meet the plane that the light lies in before its end.
+    pub fn towards(&self, light: DVec3) -> Ray {
+        let start = self.leave(light - self.p);
+        let way = light - start.o;
+        let distance = way.length();
+        Ray { d: way * (1.0 / distance.max(f64::MIN_POSITIVE)), t_max: distance, ..start }
+    }
 }
 
 /// The direction of the cross product of two edges, of length one.

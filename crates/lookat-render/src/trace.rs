@@ -23,7 +23,7 @@ use crate::ray::{ElementId, Hit, Ray};
 #[cfg(target_arch = "x86_64")]
 use crate::triangle::block::avx2::{WideFilter, filter_ray};
 use crate::triangle::block::{Block, FilterRay, of_place, place};
-use crate::triangle::{ShearedRay, Triangle};
+use crate::triangle::{ShearedRay, Triangle, holds_end};
 
 /// A ray among the elements of a group, which belong to an instance or to the world.
 #[derive(Clone, Copy)]
@@ -261,7 +261,8 @@ impl Traceable<'_> {
                                 continue;
                             }
                             let met = decide(k, triangle)
-                                .and_then(|met| triangle_hit(*query, triangle, place, met));
+                                .and_then(|met| triangle_hit(*query, triangle, place, met))
+                                .filter(|met| !ANY || !is_end(query.ray, triangle, met.t));
                             found |= met.is_some_and(|met| self.accept::<ANY>(*query, met, hit));
                         }
                     }
@@ -326,6 +327,9 @@ impl Traceable<'_> {
                     Precision::Single => plain::curved(shape, ray, hit.t, leaving),
                     _ => shape.intersect(ray, hit.t, leaving),
                 };
+                if ANY && t.is_some_and(|t| ray.may_end_at(t) && shape.is_met_at_end(ray, leaving)) {
+                    return false;
+                }
                 t.is_some_and(|t| {
                     self.accept::<ANY>(
                         query,
@@ -412,6 +416,12 @@ fn farthest<const N: usize>(hits: &[Hit; N]) -> f64 {
 /// No hit yet, within the length of a ray.
 fn nothing(ray: &Ray) -> Hit {
     Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: Hit::NO_PLACE }
+}
+
+/// Whether a shadow ray meets a triangle nowhere but at the point light in its plane.
+#[inline(always)]
+fn is_end(ray: &Ray, triangle: &Triangle, t: f64) -> bool {
+    ray.may_end_at(t) && holds_end(ray, &triangle.corners)
 }
 
 /// Where a ray meets a triangle at a distance, and in proportion to what its corners weigh, if that counts.

@@ -6,7 +6,7 @@ pub(crate) mod parametric;
 
 use std::cmp::Ordering;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles};
 use lookat_scene::Mesh;
 
 use crate::bvh::within_box;
@@ -142,22 +142,67 @@ impl ShearedRay {
         if det == 0.0 {
             return None;
         }
-        let t = (u * a.2 + v * b.2 + w * c.2) * self.shear.z / det;
+        let Extent { low, high, size } = Extent::new(triangle);
+        let mut volume = u * a.2 + v * b.2 + w * c.2;
+        let depth = a.2.abs().max(b.2.abs()).max(c.2.abs()) + size;
+        if volume.abs() <= depth * depth * (DOUBT * size) {
+            volume = volume_from(self.o, triangle, DVec3::ZERO);
+        }
+        let t = volume * self.shear.z / det;
         if t <= 0.0 {
             return None;
         }
-        let (low, high) = extent(triangle);
         let t = within_box(self.o, self.inverse, low, high, t)?;
         (t > 0.0).then_some((t, [u, v, w]))
     }
 }
 
-/// The corners of a box around a triangle: wider than it by what rounding does to the place of an edge between far
-/// vertices, so that a ray that the test of an edge lets in is not kept out by the box.
-pub(crate) fn extent([p, q, r]: &[DVec3; 3]) -> (DVec3, DVec3) {
-    let (low, high) = (p.min(*q).min(*r), p.max(*q).max(*r));
-    let rounding = DVec3::splat(4.0 * f64::EPSILON * (high - low).max_element());
-    (low - rounding, high + rounding)
+/// A box around a triangle: wider than it by what rounding does to the place of an edge between far vertices, so that a
+/// ray that the test of an edge lets in is not kept out by the box.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extent {
+    pub low: DVec3,
+    pub high: DVec3,
+    /// The longest side.
+    pub size: f64,
+}
+
+impl Extent {
+    #[inline(always)]
+    pub fn new([p, q, r]: &[DVec3; 3]) -> Self {
+        let (low, high) = (p.min(*q).min(*r), p.max(*q).max(*r));
+        let size = (high - low).max_element();
+        let rounding = DVec3::splat(4.0 * f64::EPSILON * size);
+        Extent { low: low - rounding, high: high + rounding, size }
+    }
+}
+
+/// The volume between a ray's origin and a triangle is in doubt below this share of the triangle's size times its
+/// squared distance: more than rounding takes.
+const DOUBT: f64 = 1024.0 * f64::EPSILON;
+
+/// A plane holds a point if moving each coordinate by this share of itself can bring the point into it: what rounding of
+/// the corners, of transformations and of the computation takes.
+const IN_PLANE: f64 = 16.0 * f64::EPSILON;
+
+/// Six times the volume of the tetrahedron between a point and a triangle, with the sign of the side that the point is on;
+/// 0 where the plane of the triangle holds the point. `spread`: what the point was computed from, along each axis.
+#[cold]
+#[inline(never)]
+fn volume_from(point: DVec3, corners: &[DVec3; 3], spread: DVec3) -> f64 {
+    let [p, q, r] = corners.map(|corner| corner - point);
+    let (e, f) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let (size, [e_size, f_size]) = (p.abs().max(q.abs()).max(r.abs()) + spread, [e.abs(), f.abs()]);
+    // The normal, and the sum of its terms: along an axis of the plane both are exactly zero.
+    let n = e.cross(f);
+    let n_size = e_size.yzx() * f_size.zxy() + e_size.zxy() * f_size.yzx();
+    let volume = -n.dot(p);
+    if volume.abs() <= IN_PLANE * n_size.dot(size) { 0.0 } else { volume }
+}
+
+/// Whether the plane of a triangle holds the point light that a shadow ray ends at.
+pub(crate) fn holds_end(ray: &Ray, corners: &[DVec3; 3]) -> bool {
+    volume_from(ray.end(), corners, (ray.d * ray.t_max).abs()) == 0.0
 }
 
 /// The corners of a triangle relative to the eye.
@@ -190,6 +235,7 @@ fn side(p: (f64, f64, f64), q: (f64, f64, f64)) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::noise;
 
     fn hit(o: DVec3, d: DVec3, triangle: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let (t, sides) = ShearedRay::new(&Ray::new(o, d)).intersect(&triangle)?;
@@ -216,6 +262,30 @@ mod tests {
             let (corners, first) = sorted([p[i], p[j], p[k]]);
             assert_eq!(hit(o, d, corners), Some((t, weights)));
             assert_eq!(first.map(|at| corners[usize::from(at)]), [p[i], p[j]]);
+        }
+    }
+
+    /// An eye in the plane of two triangles, on their edge or beside it, in planes that are rounded: nothing is met. A little above
+    /// the plane of an axis it meets what is below.
+    #[test]
+    fn rays_from_the_plane_of_a_triangle_miss_it() {
+        for case in 0..20_000 {
+            let vector = |k: f64| DVec3::new(noise(case, k), noise(case, k + 0.1), noise(case, k + 0.2));
+            let (x, d) = (vector(1.1).normalize(), vector(5.1).normalize());
+            let y = x.cross(vector(2.1)).normalize();
+            let size = 10_f64.powi(case as i32 % 13 - 6);
+            let corner = |u: f64, v: f64| (x * u + y * v) * size;
+            let o = if case % 2 == 0 { DVec3::ZERO } else { corner(noise(case, 7.1), noise(case, 8.1)) };
+            let square = [corner(-4.0, -3.0), corner(4.0, -5.0), corner(4.0, 3.0), corner(-5.0, 4.0)];
+            for corners in [[square[0], square[1], square[2]], [square[0], square[2], square[3]]] {
+                assert_eq!(hit(o, d, corners), None, "{case}");
+            }
+        }
+        let floor = [DVec3::new(-30.0, 0.0, -20.0), DVec3::new(30.0, 0.0, -20.0), DVec3::new(0.0, 0.0, 50.0)];
+        let down = DVec3::new(0.3, -1.0, 0.2).normalize();
+        for height in [1e-300, 1e-30, 1e-15, 1.0] {
+            let above = DVec3::new(0.1, height, 0.7);
+            assert!(hit(above, down, floor).is_some() && hit(above, -down, floor).is_none(), "{height}");
         }
     }
 

@@ -123,7 +123,7 @@ pub struct Inspect {
 #[derive(Debug, Args)]
 #[command(after_help = "Exit status: 0 all cases pass, 1 one does not, 2 wrong usage or trouble")]
 pub struct Stability {
-    /// Run only these cases, by name as `S1` or `far-sphere`, or a family by its letter: C, S, T or V
+    /// Run only these cases, by name as `S1` or `far-sphere`, or a family by its letter: C, S, T, P or V
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
     /// Random rays for each row of a case

@@ -5,7 +5,7 @@ use super::tally::Tally;
 /// One question with a known answer.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// A letter and a number: C for cameras, S for spheres, T for triangles, V for all else.
+    /// A letter and a number: C for cameras, S for spheres, T for triangles, P for eyes and lights in a plane, V for all else.
     pub id: &'static str,
     /// A word or two, with hyphens.
     pub name: &'static str,
@@ -32,6 +32,8 @@ pub enum Family {
     Sphere,
     /// Rays against triangles.
     Triangle,
+    /// Eyes and lights in the plane of a triangle, or on a curved shape.
+    Coplanar,
     /// Trees, secondary rays, samples, whole pictures.
     Traversal,
 }

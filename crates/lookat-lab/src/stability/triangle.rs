@@ -117,7 +117,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T9",
             "in-plane",
-            "a ray in the plane of a triangle misses it, where that plane holds an axis",
+            "a ray in the plane of a triangle misses it",
             Axis::None,
             "",
             0.0,
@@ -198,7 +198,7 @@ fn text(eye: DVec3, world: &str) -> String {
 }
 
 /// The text of a mesh. Numbers are written so that they are read as they are.
-fn mesh_text(positions: &[DVec3], faces: &[[usize; 3]]) -> String {
+pub(super) fn mesh_text(positions: &[DVec3], faces: &[[usize; 3]]) -> String {
     let points: Vec<String> = positions.iter().map(|p| format!("{:?} {:?} {:?}", p.x, p.y, p.z)).collect();
     let indices: Vec<String> = faces.iter().flatten().map(usize::to_string).collect();
     let (points, indices) = (points.join("  "), indices.join(" "));

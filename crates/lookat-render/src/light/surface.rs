@@ -135,18 +135,16 @@ impl<'s> SurfaceLight<'s> {
 
     /// The direction to a point of the light.
     fn sample_point(&self, from: &Surface, on_light: &Surface) -> Option<LightSample> {
-        let to_light = on_light.p - from.p;
-        let squared = to_light.length_squared();
-        let distance = squared.sqrt();
-        let wi = to_light / distance;
+        let way = from.towards(on_light.p);
+        let wi = way.d;
         let li = on_light.le(-wi);
         if li == Vec3::ZERO {
             return None;
         }
-        let pdf = self.point_pdf(on_light, wi, squared)?;
+        let pdf = self.point_pdf(on_light, wi, (on_light.p - from.p).length_squared())?;
         // The ray ends at the light, which does not block it.
-        let t_max = reach(from, distance, on_light.magnitude);
-        let shadow = Ray { t_max, target: on_light.element, ..from.leave(wi) };
+        let t_max = reach(from, way.t_max, on_light.magnitude);
+        let shadow = Ray { t_max, target: on_light.element, ..way };
         (pdf > 0.0).then_some(LightSample { li, pdf: Some(pdf), shadow })
     }
 

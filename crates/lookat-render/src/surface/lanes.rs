@@ -44,6 +44,15 @@ impl<S: Simd> Surfaces<S> {
         Rays { leaving: self.element, ..Rays::new(self.p + offset, d) }
     }
 
+    /// As [`super::Surface::towards`].
+    #[inline(always)]
+    pub fn towards(&self, light: Vec3x8<S>) -> Rays<S> {
+        let start = self.leave(light - self.p);
+        let way = light - start.o;
+        let distance = way.length_squared().sqrt();
+        Rays { d: way * (1.0 / distance.max(f64::MIN_POSITIVE)), t_max: distance, ..start }
+    }
+
     /// As [`super::reach`].
     #[inline(always)]
     pub fn reach(&self, distance: f64x8<S>, magnitude: f64x8<S>) -> f64x8<S> {

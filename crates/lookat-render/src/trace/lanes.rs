@@ -20,7 +20,7 @@ pub(crate) struct Rays<S: Simd> {
     pub t_max: f64x8<S>,
     /// The number, in its world, of the element that each leaves; [`NONE`] of those that leave none.
     pub leaving: f64x8<S>,
-    /// The [`label`] of the element that each shadow ray goes to, or [`NONE`].
+    /// The [`label`] of the element that each shadow ray goes to, [`POINT_LIGHT`] or [`NONE`].
     pub target: f64x8<S>,
 }
 
@@ -54,6 +54,8 @@ impl<S: Simd> Rays<S> {
 
 /// The number of no element.
 pub(crate) const NONE: f64 = -1.0;
+/// The label of [`ElementId::POINT_LIGHT`].
+pub(crate) const POINT_LIGHT: f64 = -2.0;
 
 /// 2^32.
 const INDICES: f64 = 4_294_967_296.0;
@@ -65,6 +67,7 @@ const MOST_PRIMITIVES: usize = 1 << 20;
 pub(crate) fn label(element: ElementId) -> f64 {
     match element {
         ElementId::NONE => NONE,
+        ElementId::POINT_LIGHT => POINT_LIGHT,
         element => f64::from(element.primitive) * INDICES + f64::from(element.index),
     }
 }
@@ -73,7 +76,7 @@ pub(crate) fn label(element: ElementId) -> f64 {
 #[inline(always)]
 fn labelled(label: f64) -> ElementId {
     if label < 0.0 {
-        return ElementId::NONE;
+        return if label == POINT_LIGHT { ElementId::POINT_LIGHT } else { ElementId::NONE };
     }
     let label = label as u64;
     ElementId { instance: ElementId::WORLD, primitive: (label >> 32) as u32, index: label as u32 }

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
-use super::{Axis, ShearedRay, Triangle, extent};
+use super::{Axis, DOUBT, Extent, ShearedRay, Triangle};
 use crate::bvh::BoxRays;
 use crate::lanes::{LANES, Vec3x8, to_f32};
 use crate::ray::Ray;
@@ -12,14 +12,12 @@ use crate::ray::Ray;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BoxedTriangle<'s> {
     pub triangle: &'s Triangle,
-    low: DVec3,
-    high: DVec3,
+    extent: Extent,
 }
 
 impl<'s> BoxedTriangle<'s> {
     pub fn new(triangle: &'s Triangle) -> Self {
-        let (low, high) = extent(&triangle.corners);
-        BoxedTriangle { triangle, low, high }
+        BoxedTriangle { triangle, extent: Extent::new(&triangle.corners) }
     }
 }
 
@@ -126,10 +124,17 @@ impl<S: Simd> ShearedRays<S> {
         if !met.any_true() {
             return (met, u, [u, v, w]);
         }
+        let Extent { low, high, size } = &triangle.extent;
         let det = u + v + w;
-        let t = (u * a.z + v * b.z + w * c.z) * self.shear.z / det;
+        let volume = u * a.z + v * b.z + w * c.z;
+        let depth = a.z.abs().max(b.z.abs()).max(c.z.abs()) + *size;
+        let doubtful = met & volume.abs().simd_le(depth * depth * (DOUBT * size));
+        if doubtful.any_true() {
+            return self.one_by_one(simd, triangle, active);
+        }
+        let t = volume * self.shear.z / det;
         met &= det.simd_ne(0.0) & t.simd_gt(0.0);
-        let (near, far) = self.boxed.ends(simd, &triangle.low, &triangle.high);
+        let (near, far) = self.boxed.ends(simd, low, high);
         met &= near.simd_le(far);
         let t = t.simd_lt(near).select(near, t);
         let t = t.simd_gt(far).select(far, t);
@@ -148,7 +153,7 @@ impl<S: Simd> ShearedRays<S> {
         Vec3x8 { x: p.x - self.shear.x * p.z, y: p.y - self.shear.y * p.z, z: p.z }
     }
 
-    /// Where a ray passes just at an edge.
+    /// Where a ray passes just at an edge, or starts in the plane.
     #[cold]
     #[inline(never)]
     fn one_by_one(

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
 use super::Sphere;
-use crate::curved::Curved;
+use crate::curved::{AT_ORIGIN, Curved};
 use crate::lanes::Vec3x8;
 
 /// Where rays may meet a sphere.
@@ -47,7 +47,10 @@ impl Sphere {
         let (first, second) = (k + (correction - half), k + (correction + half));
         let is_first = first.simd_gt(0.0) & first.simd_le(t_max) & !leaving;
         let is_second = second.simd_gt(0.0) & second.simd_le(t_max) & !(leaving & middle.simd_le(0.0));
-        Meetings { met: met & (is_first | is_second), t: is_first.select(first, second), doubtful }
+        let met = met & (is_first | is_second);
+        let t = is_first.select(first, second);
+        let is_at_origin = met & !leaving & (t * t * dd).simd_le(AT_ORIGIN * radius * radius);
+        Meetings { met, t, doubtful: doubtful | is_at_origin }
     }
 }
 

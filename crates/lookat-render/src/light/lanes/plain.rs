@@ -7,7 +7,7 @@ use super::sample::LightSamples;
 use crate::lanes::{Colors, Vec3x8, to_f32};
 use crate::light::SceneLight;
 use crate::surface::lanes::Surfaces;
-use crate::trace::lanes::Rays;
+use crate::trace::lanes::{POINT_LIGHT, Rays};
 
 /// A light that is a point or a direction.
 #[derive(Debug, Clone, Copy)]
@@ -62,14 +62,13 @@ impl PlainLight {
             PlainLight::Point { position, intensity, cone } => {
                 let to_light = Vec3x8::splat(simd, *position) - from.p;
                 let squared_distance = to_light.length_squared();
-                let (wi, is_apart) = to_light.try_normalize();
+                let is_apart = squared_distance.simd_gt(0.0) & squared_distance.is_finite();
                 let mut intensity = Colors::splat(simd, *intensity);
                 if let Some(cone) = cone {
-                    intensity = intensity * to_f32(cone.falloff(wi));
+                    intensity = intensity * to_f32(cone.falloff(to_light.try_normalize().0));
                 }
-                let magnitude = position.abs().max_element().simd_into(simd);
-                let t_max = from.reach(squared_distance.sqrt(), magnitude);
-                let shadow = Rays { t_max, ..from.leave(wi) };
+                let target = POINT_LIGHT.simd_into(simd);
+                let shadow = Rays { target, ..from.towards(Vec3x8::splat(simd, *position)) };
                 let li = intensity / to_f32(squared_distance);
                 sample_of(is_apart & intensity.is_light(), li, shadow)
             }

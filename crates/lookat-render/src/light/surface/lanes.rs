@@ -138,19 +138,18 @@ impl MeshLamp<'_> {
         let root = rest.sqrt();
         let (b0, b1) = (1.0 - root, v * root);
         let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], mask64x8::splat(simd, true));
-        let to_light = on_light.p - from.p;
-        let squared = to_light.length_squared();
-        let distance = squared.sqrt();
-        let wi = Vec3x8 { x: to_light.x / distance, y: to_light.y / distance, z: to_light.z / distance };
+        let squared = (on_light.p - from.p).length_squared();
+        let way = from.towards(on_light.p);
+        let wi = way.d;
         let shines = mask64x8::splat(simd, self.two_sided) | on_light.emitting.dot(-wi).simd_gt(0.0);
         let pdf = squared / (on_light.n.dot(wi).abs() * self.area);
-        let t_max = from.reach(distance, on_light.magnitude);
+        let t_max = from.reach(way.t_max, on_light.magnitude);
         LightSamples {
             is_there: shines & pdf.is_finite() & pdf.simd_gt(0.0),
             li: Colors::splat(simd, self.radiance),
             pdf,
             has_pdf: mask64x8::splat(simd, true),
-            shadow: Rays { t_max, target: target.simd_into(simd), ..from.leave(wi) },
+            shadow: Rays { t_max, target: target.simd_into(simd), ..way },
             is_open: mask64x8::splat(simd, false),
         }
     }

@@ -2,14 +2,14 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use super::{Hits, MOST_PRIMITIVES, NONE, Rays, label};
+use super::{Hits, MOST_PRIMITIVES, NONE, POINT_LIGHT, Rays, label};
 use crate::curved::Curved;
 use crate::curved::sphere::lanes::Meetings;
 use crate::lanes::{LANES, Vec3x8, bits, those};
 use crate::prepare::{Other, Traceable};
-use crate::ray::{ElementId, Hit, Ray};
-use crate::triangle::Triangle;
+use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::triangle::lanes::{BoxedTriangle, ShearedRays};
+use crate::triangle::{Triangle, holds_end};
 
 /// With more triangles than that, a tree is faster.
 pub(crate) const MOST: usize = 32;
@@ -114,7 +114,12 @@ impl<'s> List<'s> {
             // Only what emits is ever a target.
             let others = if element.emits { free & !rays.target.simd_eq(element.label) } else { free };
             let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, others);
-            free &= !(met & t.simd_le(rays.t_max));
+            let mut is_blocked = met & t.simd_le(rays.t_max);
+            let may_be_end = is_blocked & rays.target.simd_eq(POINT_LIGHT) & t.simd_gt(rays.t_max * NEAR_END);
+            if may_be_end.any_true() {
+                is_blocked &= !element.ends(own, rays, may_be_end);
+            }
+            free &= !is_blocked;
         }
         active & !free
     }
@@ -124,6 +129,22 @@ impl<'s> Element<'s> {
     fn new(scene: &Traceable, id: ElementId, place: u32, shape: Shape<'s>) -> Self {
         let emits = scene.primitives[id.primitive as usize].emission.is_some();
         Element { id, place, label: label(id), emits, shape }
+    }
+
+    /// Which of some shadow rays to point lights, that meet it, do so nowhere but at their ends. `own` is its number.
+    #[cold]
+    #[inline(never)]
+    fn ends<S: Simd>(&self, own: f64x8<S>, rays: &Rays<S>, met: mask64x8<S>) -> mask64x8<S> {
+        let mut ends = 0;
+        for lane in those(met) {
+            let ray = Ray { t_max: rays.t_max[lane], ..Ray::new(rays.o.lane(lane), rays.d.lane(lane)) };
+            let is_end = match &self.shape {
+                Shape::Triangle(boxed) => holds_end(&ray, &boxed.triangle.corners),
+                Shape::Sphere(sphere) => sphere.is_met_at_end(&ray, rays.leaving[lane] == own[lane]),
+            };
+            ends |= u64::from(is_end) << lane;
+        }
+        bits(own.token(), ends)
     }
 
     /// Where those of the rays that are active meet it, at which distances, and of a triangle in proportion to what its corners

@@ -1,0 +1,199 @@
+//! Eyes in the plane of a triangle: P1 to P4.
+
+use glam::{DMat3, DQuat, DVec2, DVec3};
+use lookat_render::Probe;
+use rand::RngExt;
+use rand_pcg::Pcg64Mcg;
+
+use super::Place;
+use crate::stability::case::{Effort, Found, LOOKAT};
+use crate::stability::random::direction;
+use crate::stability::tally::{Tally, tally};
+use crate::text_scene::{render, scene};
+
+/// Triangles whose planes hold the origin.
+struct Floor {
+    points: &'static [[f64; 3]],
+    faces: &'static [[usize; 3]],
+    is_flat: bool,
+}
+
+const FLOORS: [Floor; 5] = [
+    // The origin is inside.
+    Floor {
+        points: &[[-30.0, 0.0, -18.0], [30.0, 0.0, -18.0], [0.0, 0.0, 42.0]],
+        faces: &[[0, 1, 2]],
+        is_flat: true,
+    },
+    // On the edge of two triangles.
+    Floor {
+        points: &[[-30.0, 0.0, -30.0], [30.0, 0.0, -30.0], [30.0, 0.0, 30.0], [-30.0, 0.0, 30.0]],
+        faces: &[[0, 1, 2], [0, 2, 3]],
+        is_flat: true,
+    },
+    // At the corner of four.
+    Floor {
+        points: &[
+            [0.0, 0.0, 0.0],
+            [-30.0, 0.0, -30.0],
+            [30.0, 0.0, -30.0],
+            [30.0, 0.0, 30.0],
+            [-30.0, 0.0, 30.0],
+        ],
+        faces: &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
+        is_flat: true,
+    },
+    // Beside it, in its plane.
+    Floor {
+        points: &[[-30.0, 0.0, 6.0], [30.0, 0.0, 7.0], [0.0, 0.0, 42.0]],
+        faces: &[[0, 1, 2]],
+        is_flat: true,
+    },
+    // On the ridge of a roof.
+    Floor {
+        points: &[[-30.0, 0.0, 0.0], [30.0, 0.0, 0.0], [3.0, -20.0, 30.0], [-5.0, -20.0, -30.0]],
+        faces: &[[0, 1, 2], [0, 1, 3]],
+        is_flat: false,
+    },
+];
+
+/// A camera, the way it looks and what is up, and whether its rays start in all of the plane.
+type View = (&'static str, [f64; 3], [f64; 3], bool);
+
+const VIEWS: [View; 7] = [
+    ("\"perspective\" \"float fov\" 50", [0.0, 6.0, 15.0], [0.0, 1.0, 0.0], false),
+    ("\"perspective\" \"float fov\" 90", [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], false),
+    ("\"environment\"", [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], false),
+    (
+        "\"perspective\" \"float lensradius\" 0.5 \"float focaldistance\" 5",
+        [0.0, 1.0, 0.0],
+        [1.0, 0.0, 1.0],
+        true,
+    ),
+    (
+        "\"perspective\" \"float lensradius\" 0.5 \"float focaldistance\" 5",
+        [0.0, -1.0, 0.0],
+        [1.0, 0.0, 3.0],
+        true,
+    ),
+    ("\"orthographic\"", [0.0, 1.0, 0.0], [1.0, 0.0, 1.0], true),
+    ("\"orthographic\"", [0.0, -1.0, 0.0], [2.0, 0.0, 1.0], true),
+];
+
+/// The scene of a floor, black before a white sky.
+fn text(place: &Place, floor: &Floor, (camera, way, up, _): View) -> String {
+    format!(
+        "{} Camera {camera} Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"path\"
+         Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16
+         WorldBegin LightSource \"infinite\" Material \"matte\" \"rgb Kd\" [0 0 0]
+         {} WorldEnd",
+        place.look_at([0.0; 3], way, up),
+        place.mesh(floor.points, floor.faces)
+    )
+}
+
+/// The pixels that are not white.
+fn dark_pixels(places: &[Place]) -> Tally {
+    let mut tally = Tally::default();
+    for place in places {
+        for floor in &FLOORS {
+            for view in VIEWS.into_iter().filter(|view| floor.is_flat || !view.3) {
+                let rgb = render(&scene(&text(place, floor, view)), 0).rgb().unwrap_or_default();
+                rgb.iter().for_each(|pixel| tally.answer((pixel[1] - 1.0).abs() < 1e-6));
+            }
+        }
+    }
+    tally
+}
+
+pub(super) fn in_plane(_: &Effort) -> Found {
+    let mut found = Found::default();
+    let origins = [DVec3::ZERO, DVec3::new(0.1, -0.3, 0.7), DVec3::new(-12.0, 3.3, 4.1)];
+    let places: Vec<Place> = origins.into_iter().flat_map(|origin| Place::straight(origin, 1.0)).collect();
+    found.add(None, &[LOOKAT], &[dark_pixels(&places)]);
+    found
+}
+
+pub(super) fn of_any_size(_: &Effort) -> Found {
+    let mut found = Found::default();
+    for size in [1e-30, 1e-6, 1e-3, 1e3, 1e6, 1e30] {
+        let places = Place::straight(DVec3::new(0.3, 0.7, -0.1) * size, size);
+        found.add(Some(size), &[LOOKAT], &[dark_pixels(&places)]);
+    }
+    found
+}
+
+pub(super) fn far(_: &Effort) -> Found {
+    let mut found = Found::default();
+    for distance in [1e2, 1e5, 1e8, 1e11] {
+        let places = Place::straight(DVec3::new(1.1, -0.7, 0.3) * distance, 1.0);
+        found.add(Some(distance), &[LOOKAT], &[dark_pixels(&places)]);
+    }
+    found
+}
+
+/// Corners are rounded, so that the eye is in the plane only about. Where the rounding is that of coordinates of the size of the
+/// triangle, nothing is to be seen of it; farther from the origin, what rounding left may have a side that faces the eye.
+pub(super) fn slanted(effort: &Effort) -> Found {
+    let mut found = Found::default();
+    for (exponent, seed) in (0..10).step_by(2).zip(4600..) {
+        let distance = 10_f64.powi(exponent);
+        let is_near = distance <= 10.0;
+        let scenes = effort.rays.min(50_000) / RAYS;
+        let [sides] = tally(scenes, seed, |random, [all]: &mut [Tally; 1]| {
+            let axis = direction(random);
+            let axes = DMat3::from_quat(DQuat::from_axis_angle(axis, random.random::<f64>() * 6.0));
+            let place = Place { origin: direction(random) * distance, axes, size: 1.0 };
+            let floor = &FLOORS[if is_near { random.random_range(0..4) } else { 0 }];
+            let view =
+                VIEWS[if is_near { random.random_range(0..VIEWS.len()) } else { random.random_range(0..3) }];
+            let wrong = wrong_answers(random, &place, floor, view, is_near);
+            (0..RAYS).for_each(|ray| all.answer(ray >= wrong));
+        });
+        found.add(Some(distance), &[LOOKAT], &[sides]);
+    }
+    found
+}
+
+/// Rays for each scene.
+const RAYS: u64 = 100;
+
+/// How many camera rays do not fit in: to a triangle that is not seen or, unless `is_near`, seen from one side.
+fn wrong_answers(random: &mut Pcg64Mcg, place: &Place, floor: &Floor, view: View, is_near: bool) -> u64 {
+    let scene = scene(&text(place, floor, view));
+    let probe = Probe::new(&scene);
+    let [mut hits, mut misses] = [[0; 2]; 2];
+    for _ in 0..RAYS {
+        let mut square = || DVec2::new(random.random(), random.random());
+        let ray = probe.camera_ray(square() * 16.0, square());
+        let height = ray.d.dot(place.axes.y_axis);
+        // So close to the plane, the ray may come to the end of the triangle before it meets it.
+        if height.abs() < 1e-6 {
+            continue;
+        }
+        let counts = if probe.nearest(&ray).is_some() { &mut hits } else { &mut misses };
+        counts[usize::from(height > 0.0)] += 1;
+    }
+    let unseen = hits[0] + hits[1];
+    if is_near { unseen } else { unseen.min(hits[0] + misses[1]).min(hits[1] + misses[0]) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A floor a little below the eye is seen, so that white pixels mean something.
+    #[test]
+    fn floors_below_are_seen() {
+        let [place, ..] = Place::straight(DVec3::ZERO, 1.0);
+        let lower = Place { origin: DVec3::new(0.0, -1e-9, 0.0), ..place };
+        for floor in &FLOORS[..3] {
+            let text = text(&place, floor, VIEWS[1]);
+            let mesh = place.mesh(floor.points, floor.faces);
+            let text = text.replace(&mesh, &lower.mesh(floor.points, floor.faces));
+            let rgb = render(&scene(&text), 1).rgb().expect("a picture");
+            let dark = rgb.iter().filter(|pixel| pixel[1] == 0.0).count();
+            assert_eq!(dark, rgb.len() / 2);
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Lights in the plane of a floor: P5.
+
+use glam::DVec3;
+
+use super::Place;
+use crate::stability::case::{Effort, Found, LOOKAT};
+use crate::stability::tally::Tally;
+use crate::text_scene::{render, scene};
+
+/// A light in the plane, on the x axis of the place.
+#[derive(Clone, Copy)]
+enum Light {
+    Point,
+    Spot,
+    Goniometric,
+    Projection,
+    Distant,
+    Square,
+    Disk,
+}
+
+/// Half the side of the square, and the radius of the disk.
+const HALF: f64 = 0.5;
+
+impl Light {
+    const ALL: [Light; 7] = [
+        Light::Point,
+        Light::Spot,
+        Light::Goniometric,
+        Light::Projection,
+        Light::Distant,
+        Light::Square,
+        Light::Disk,
+    ];
+
+    fn has_area(self) -> bool {
+        matches!(self, Light::Square | Light::Disk)
+    }
+
+    /// Its directives, as bright from any distance.
+    fn text(self, place: &Place, distance: f64) -> String {
+        let at = [distance, 0.0, 0.0];
+        let bright = distance * distance;
+        let [from, to] = [at, [0.0, 2.0, 0.0]].map(|p| place.text(p));
+        let area = format!("AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{bright} 1 1]");
+        let text = match self {
+            Light::Point => format!("LightSource \"point\" \"point from\" [{from}] \"rgb I\" [{bright} 1 1]"),
+            Light::Spot => format!(
+                "LightSource \"spot\" \"point from\" [{from}] \"point to\" [{to}] \"float coneangle\" 89
+                 \"rgb I\" [{bright} 1 1]"
+            ),
+            Light::Goniometric => {
+                format!("Translate {from} LightSource \"goniometric\" \"rgb I\" [{bright} 1 1]")
+            }
+            Light::Projection => format!(
+                "{} LightSource \"projection\" \"float fov\" 89 \"rgb I\" [{bright} 1 1]",
+                matrix(place, at, [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+            ),
+            Light::Distant => format!(
+                "LightSource \"distant\" \"point from\" [{}] \"point to\" [{}]",
+                place.text([1.0, 0.0, 0.0]),
+                place.text([0.0; 3])
+            ),
+            Light::Square => {
+                let faces = [[0, 1, 2], [0, 2, 3]];
+                format!("{area} {}", place.mesh(&corners(at, HALF), &faces))
+            }
+            Light::Disk => format!(
+                "{area} {} Shape \"disk\" \"float radius\" {HALF}",
+                matrix(place, at, [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+            ),
+        };
+        format!("AttributeBegin {text} AttributeEnd")
+    }
+}
+
+/// The transformation that takes the axes to others, and the origin to a point.
+fn matrix(place: &Place, at: [f64; 3], axes: [[f64; 3]; 3]) -> String {
+    let [x, y, z] =
+        axes.map(|axis| (place.axes * DVec3::from(axis)).to_array().map(|x| x.to_string()).join(" "));
+    format!("ConcatTransform [{x} 0  {y} 0  {z} 0  {} 1]", place.text(at))
+}
+
+/// Those of a square in the plane.
+fn corners([x, y, z]: [f64; 3], half: f64) -> [[f64; 3]; 4] {
+    [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[u, v]| [x + u, y, z + v])
+}
+
+/// A black floor, with a hole for a light that has an area.
+fn floor(light: Light, place: &Place, distance: f64) -> String {
+    let at = [distance, 0.0, 0.0];
+    let around = corners(at, 3.0 * distance);
+    let mesh = if light.has_area() {
+        let points = [corners(at, HALF), around].concat();
+        let sides = (0..4).flat_map(|i| [[i, (i + 1) % 4, i + 4], [(i + 1) % 4, (i + 1) % 4 + 4, i + 4]]);
+        place.mesh(&points, &sides.collect::<Vec<_>>())
+    } else {
+        place.mesh(&around, &[[0, 1, 2], [0, 2, 3]])
+    };
+    format!("Material \"matte\" \"rgb Kd\" [0 0 0] {mesh}")
+}
+
+/// A sphere of radius one over the plane, seen from a little above that.
+fn text(light: Light, place: &Place, distance: f64, height: f64, floor: &str) -> String {
+    format!(
+        "{} Camera \"perspective\" \"float fov\" 20
+         Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"directlighting\"
+         Film \"image\" \"integer xresolution\" 24 \"integer yresolution\" 24
+         WorldBegin {} AttributeBegin Translate {} Shape \"sphere\" AttributeEnd {floor} WorldEnd",
+        place.look_at([0.0, 0.25, -8.0], [0.0, height - 0.25, 8.0], [0.0, 1.0, 0.0]),
+        light.text(place, distance),
+        place.text([0.0, height, 0.0])
+    )
+}
+
+/// A picture of the sphere with a floor is the picture without it. The lowest point of the sphere is above the floor or in it.
+pub(super) fn in_plane(_: &Effort) -> Found {
+    let mut found = Found::default();
+    for distance in [4.0, 30.0, 1e3, 1e5] {
+        let mut tally = Tally::default();
+        for (place, light) in Place::straight(DVec3::new(3.3, -0.7, 0.1), 1.0)
+            .iter()
+            .flat_map(|place| Light::ALL.map(|light| (place, light)))
+        {
+            // Whatever the distance, what of the sphere is near the plane sees a light with an area edge-on.
+            let heights = if light.has_area() { [2.0, 1.5] } else { [2.0, 1.0] };
+            for height in heights {
+                let picture = |floor: &str| {
+                    let scene = scene(&text(light, place, distance, height, floor));
+                    render(&scene, 0).rgb().unwrap_or_default()
+                };
+                let (open, floored) = (picture(""), picture(&floor(light, place, distance)));
+                for (a, b) in open.iter().zip(&floored) {
+                    tally.answer((a[0] - b[0]).abs() <= 1e-5 * a[0]);
+                }
+            }
+        }
+        found.add(Some(distance), &[LOOKAT], &[tally]);
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lights shine on the sphere, and a floor above the light hides it.
+    #[test]
+    fn lights_are_seen_and_can_be_hidden() {
+        let [place, ..] = Place::straight(DVec3::ZERO, 1.0);
+        let higher = Place { origin: DVec3::new(0.0, 1e-6, 0.0), ..place };
+        for light in Light::ALL {
+            let sum = |floor: &str| {
+                let scene = scene(&text(light, &place, 4.0, 2.0, floor));
+                render(&scene, 1).rgb().unwrap().iter().map(|pixel| pixel[0]).sum::<f32>()
+            };
+            assert!(sum("") > 0.0, "{}", light.text(&place, 4.0));
+            // All of a distant light comes along the floor.
+            if !matches!(light, Light::Distant) {
+                let hidden = sum(&floor(Light::Point, &higher, 4.0));
+                assert!(hidden < 0.5 * sum(""), "{}", light.text(&place, 4.0));
+            }
+        }
+    }
+}
