@@ -17,7 +17,9 @@ fn rendered(text: &str) -> Rendered {
         })
     };
     let loaded = load(Path::new("furnace.pbrt"), &read, &Overrides::default());
-    assert_eq!(loaded.diagnostics, []);
+    // pbrt-v3 renders some of these otherwise; nothing else is wrong.
+    let mut messages = loaded.diagnostics.iter().map(|problem| &problem.message);
+    assert_eq!(messages.find(|message| !message.starts_with("pbrt-v3 ")), None);
     render(&loaded.scene.unwrap(), &Settings::default(), &|_| ControlFlow::Continue(()))
 }
 

@@ -88,6 +88,9 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
         "environment" => Projection::Environment,
         "realistic" => {
             params.unsupported("Camera \"realistic\" is not rendered; a pinhole stands in for it".into());
+            if let Some(file) = params.string("lensfile") {
+                params.warn_of_unread_path(&file);
+            }
             params.ignore_rest();
             Projection::Perspective { fov: 90.0 }
         }

@@ -105,6 +105,7 @@ fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Re
     let (path, bytes) = files
         .read_named(&name.value, name.span)
         .map_err(|(path, error)| Box::new(files.unreadable("read", name, &path, &error)))?;
+    report.extend(files.not_found_by_pbrt(name, &path));
     let text = String::from_utf8_lossy(&bytes);
     let mut numbers = Vec::new();
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {

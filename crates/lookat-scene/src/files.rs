@@ -160,6 +160,51 @@ impl<'a> Files<'a> {
         normal(&self.folder(span).join(name))
     }
 
+    /// The warning for a name that leads to `path` here and not in pbrt-v3, which looks beside the scene file alone
+    /// (ResolveFilename in core/fileutil.cpp).
+    pub fn not_found_by_pbrt(&self, name: &Text, path: &Path) -> Option<Diagnostic> {
+        let there = normal(&self.root.join(&name.value));
+        if there == *path {
+            return None;
+        }
+        let shown = |path: &Path| path.display().to_string().escape_debug().to_string();
+        let message = match self.access.content(&there) {
+            Ok(_) => format!("pbrt-v3 reads {} here, and lookat reads {}", shown(&there), shown(path)),
+            Err(_) => format!("pbrt-v3 does not find this file: it looks for {}", shown(&there)),
+        };
+        let warning = Diagnostic::warning(name.span, message);
+        Some(match self.name_from_scene(path, name.span) {
+            Some(better) => {
+                let quoted = format!("\"{better}\"");
+                warning
+                    .help(format!("write {quoted}, which names {} in both", shown(path)))
+                    .fix(name.span, quoted)
+            }
+            None => {
+                warning.help("pbrt-v3 takes names relative to the scene file: keep both files in one folder")
+            }
+        })
+    }
+
+    /// The name of a file relative to the scene file, where that name leads from `span` to the same file.
+    fn name_from_scene(&self, path: &Path, span: Span) -> Option<String> {
+        let root = normal(&self.root);
+        let mut root: Vec<Component> = root.components().filter(|part| *part != Component::CurDir).collect();
+        let mut parts: Vec<Component> = path.components().collect();
+        let common = root.iter().zip(&parts).take_while(|(a, b)| a == b).count();
+        root.drain(..common);
+        parts.drain(..common);
+        if root.iter().any(|part| !matches!(part, Component::Normal(_))) {
+            return None;
+        }
+        let up = root.iter().map(|_| Some(".."));
+        let names: Option<Vec<&str>> = up.chain(parts.iter().map(|part| part.as_os_str().to_str())).collect();
+        let name = names?.join("/");
+        let beside = self.beside(&name, span);
+        let leads_here = beside == *path || self.access.content(&beside).is_err();
+        (leads_here && !name.contains(['"', '\\']) && !name.contains(char::is_control)).then_some(name)
+    }
+
     /// The folder of the file that a place is in.
     fn folder(&self, span: Span) -> PathBuf {
         parent(&self.sources.file(span.file).path)

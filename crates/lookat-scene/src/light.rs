@@ -242,7 +242,11 @@ fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
         let color = params.spectrum(name, Vec3::ONE);
         // Spectra beyond the colors of sRGB have negative parts too.
         if color.min_element() < 0.0 && (params.was_rgb(name) || color.dot(LUMINANCE.as_vec3()) < 0.0) {
-            params.warn(name, "a light of negative color takes light away", "colors of lights are 0 or more");
+            params.warn(
+                name,
+                "a light of negative color takes light away; pbrt-v3 shows samples below 0 as black",
+                "colors of lights are 0 or more",
+            );
         }
         color
     });

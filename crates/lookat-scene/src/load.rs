@@ -157,6 +157,7 @@ impl Loader<'_> {
                 return;
             }
         };
+        self.resolver.report.extend(self.resolver.files.not_found_by_pbrt(&name, &path));
         if let Some(from) = self.open.iter().position(|open| *open == path) {
             let chain: Vec<String> =
                 self.open[from..].iter().map(|path| path.display().to_string()).collect();

@@ -12,7 +12,7 @@ use crate::integrator::{self, Integrator};
 use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::report::Report;
-use crate::sampler::{self, Sampler};
+use crate::sampler::{self, Sampler, SamplerKind};
 
 /// The options as written, the last of each kind.
 #[derive(Default)]
@@ -95,6 +95,7 @@ impl Options {
             filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
         let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
         let sampler = sampler::sampler(params, overrides);
+        warn_of_centers(sampler, filter, params);
         let params = &mut Params::new("Integrator", entity(self.integrator, "path"), files, report);
         let passes_boundaries = integrator::passes_boundaries(params.kind());
         let substituted = Some(params.kind_text()).filter(|kind| integrator::is_substituted(&kind.value));
@@ -152,5 +153,15 @@ fn accelerator(given: Option<Given>, files: &Files, report: &mut Report) {
     let params = &mut Params::new("Accelerator", given.entity, files, report);
     if !["bvh", "kdtree"].contains(&params.kind()) {
         params.say_unknown_kind(&["bvh", "kdtree"], Severity::Warning);
+    }
+}
+
+/// pbrt-v3 adds each sample to all pixels within the width of the filter, also those at centers.
+fn warn_of_centers(sampler: Option<Sampler>, filter: Option<Filter>, params: &mut Params) {
+    let at_centers =
+        matches!(sampler, Some(Sampler { kind: SamplerKind::Halton { pixel_center: true }, .. }));
+    if at_centers && filter.is_some_and(|filter| filter.radius.max_element() > 0.5) {
+        let message = "pbrt-v3 blurs this picture: its filter also adds the centers of neighboring pixels";
+        params.warn("samplepixelcenter", message, "PixelFilter \"box\" makes both agree");
     }
 }

@@ -288,13 +288,44 @@ impl<'a> Params<'a> {
     /// The bytes of a file that a parameter names. `None`, and an error, where it cannot be read.
     pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Vec<u8>)> {
         let found = self.files.read_named(&name.value, name.span);
-        found.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()
+        let (path, bytes) = found.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
+        self.warn_of_path(name, &path);
+        Some((path, bytes))
+    }
+
+    /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
+    pub fn file_if_readable(&mut self, name: &Text) -> Option<(PathBuf, Vec<u8>)> {
+        match self.files.read_named(&name.value, name.span) {
+            Ok((path, bytes)) => {
+                self.warn_of_path(name, &path);
+                Some((path, bytes))
+            }
+            Err((path, error)) => {
+                let unreadable = self.files.unreadable("read", name, &path, &error);
+                self.push(Diagnostic { severity: Severity::Warning, ..unreadable });
+                None
+            }
+        }
     }
 
     /// A file that a parameter names, to be read piece by piece. `None`, and an error, where it cannot be opened.
     pub fn open(&mut self, name: &Text) -> Option<(PathBuf, Box<dyn Read>)> {
         let opened = self.files.open_named(&name.value, name.span);
-        opened.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()
+        let (path, file) = opened.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
+        self.warn_of_path(name, &path);
+        Some((path, file))
+    }
+
+    /// Warns of a name that leads to `path` here and not in pbrt-v3.
+    pub fn warn_of_path(&mut self, name: &Text, path: &Path) {
+        self.report.extend(self.files.not_found_by_pbrt(name, path));
+    }
+
+    /// The same, of a file that is not read.
+    pub fn warn_of_unread_path(&mut self, name: &Text) {
+        if let Ok((path, _)) = self.files.open_named(&name.value, name.span) {
+            self.warn_of_path(name, &path);
+        }
     }
 
     /// Reports that a file cannot be read.
@@ -361,6 +392,13 @@ impl<'a> Params<'a> {
     /// Reports that what the caller asks for does not fit.
     pub fn misfit(&mut self, message: String) {
         self.report.misfit = Some(message);
+    }
+
+    /// Reports something, unless it may come of a part that could not be read.
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        if !self.report.partial {
+            self.report.push(diagnostic);
+        }
     }
 
     /// Warns about the value of a parameter, unless that may come of a part that could not be read.

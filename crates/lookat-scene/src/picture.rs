@@ -104,7 +104,10 @@ impl<T: FromColor> Cache<T> {
     ) -> Option<Arc<MipMap<T>>> {
         let first = params.first_path(file);
         let (path, bytes) = match self.found.get(&first) {
-            Some(path) => (path.clone(), None),
+            Some(path) => {
+                params.warn_of_path(file, path);
+                (path.clone(), None)
+            }
             None => {
                 let (path, bytes) = params.file(file)?;
                 self.found.insert(first.clone(), path.clone());
@@ -122,7 +125,10 @@ impl<T: FromColor> Cache<T> {
             self.known.insert(key.clone(), made);
         }
         match &self.known[&key] {
-            Ok(map) => Some(map.clone()),
+            Ok(map) => {
+                warn_of_format(params, name, &key.path, not_read_by_pbrt(settings.not_negative));
+                Some(map.clone())
+            }
             Err((message, help)) => {
                 params.error_surely(Diagnostic::error(file.span, message).help(help));
                 None
@@ -161,6 +167,10 @@ impl<T: FromColor> Cache<T> {
                 format!("cannot use {}: it has neither red, green and blue nor grey", shown.display());
             (message, HELP.into())
         })?;
+        if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| *value < 0.0)) {
+            let message = "values below 0 of this picture count as 0; in pbrt-v3 they take light away";
+            params.warn(name, message, "raise them to 0 in the picture, and both agree");
+        }
         let (texels, is_finite) = texels(planes, width as usize, settings);
         if !is_finite {
             let message = "the picture has values that are infinite or no numbers; they count as 0";
@@ -170,6 +180,24 @@ impl<T: FromColor> Cache<T> {
         drop(image);
         Ok(Arc::new(MipMap::new(width as usize, height as usize, texels, settings.wrap)))
     }
+}
+
+/// What pbrt-v3 does without a picture.
+fn not_read_by_pbrt(is_light: bool) -> &'static str {
+    match is_light {
+        true => "renders the light without it, the same in all directions",
+        false => "shows gray in its place",
+    }
+}
+
+/// Warns of a picture in a format that pbrt-v3 does not read (ReadImage in core/imageio.cpp).
+fn warn_of_format(params: &mut Params, name: &str, path: &Path, instead: &str) {
+    let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
+    if ["exr", "tga", "png", "pfm"].contains(&ending.as_str()) {
+        return;
+    }
+    let message = format!("pbrt-v3 does not read .{ending} pictures: it {instead}");
+    params.warn(name, &message, "convert it to .exr, which both read");
 }
 
 /// The way out where a picture cannot be decoded.

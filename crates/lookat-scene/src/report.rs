@@ -39,7 +39,7 @@ impl Report {
         }
     }
 
-    pub fn extend(&mut self, diagnostics: Vec<Diagnostic>) {
+    pub fn extend(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
         diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 

@@ -1,6 +1,7 @@
 //! The interpreter: every directive changes the state as api.cpp of pbrt-v3 has it, or adds to the scene.
 
 mod block;
+mod departures;
 mod doubts;
 mod transformation;
 mod world;
@@ -71,6 +72,8 @@ pub(crate) struct Resolver<'a> {
     passed: Option<Span>,
     /// A Camera whose lengths are others in the world.
     scaled_camera: Option<Span>,
+    /// The first shape with `shadowalpha`.
+    shadow_alpha: Option<Span>,
     primitives: Vec<Primitive>,
     instances: Vec<Instance>,
     lights: Vec<Light>,
@@ -108,6 +111,7 @@ impl<'a> Resolver<'a> {
             idle_objects: HashMap::new(),
             passed: None,
             scaled_camera: None,
+            shadow_alpha: None,
             primitives: Vec::new(),
             instances: Vec::new(),
             lights: Vec::new(),
@@ -210,6 +214,7 @@ impl<'a> Resolver<'a> {
                 if kind == EntityKind::Camera {
                     self.idle_transform = None;
                     self.scaled_camera = is_scaled(&world_from_camera).then_some(at);
+                    self.warn_large_world(&world_from_camera, at);
                     self.coordinate_systems.insert("camera".into(), world_from_camera);
                 }
                 self.options.set(kind, entity, at, world_from_camera, &mut self.report);

@@ -113,6 +113,14 @@ impl<T: Value> Texture<T> {
         }
     }
 
+    /// The product of two textures.
+    pub(crate) fn product(factors: [Self; 2]) -> Self {
+        match &factors {
+            [Texture::Constant(a), Texture::Constant(b)] => Texture::Constant(*a * *b),
+            _ => Texture::varying(Varying::Scale(factors)),
+        }
+    }
+
     fn varying(texture: Varying<T>) -> Self {
         let of_two = |[a, b]: [&Self; 2]| {
             (a.is_filtered() || b.is_filtered(), a.cost().saturating_add(b.cost()).saturating_add(1))

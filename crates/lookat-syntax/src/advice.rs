@@ -1,6 +1,7 @@
 //! Help for grammar mistakes that are more than a misspelling.
 
 use crate::Directive;
+use crate::synonyms::directive_synonym;
 use crate::token::{Input, is_unseen};
 
 /// Directives that pbrt-v4 added.
@@ -13,27 +14,17 @@ pub(crate) fn advice(word: Input) -> Option<String> {
         Some(code) => Some(format!(
             "pbrt does not treat the character U+{code:04X} as white space: replace it by a space, or delete it"
         )),
-        None => foreign(word).map(str::to_owned),
+        None => directive_synonym(&text)
+            .map(|synonym| synonym.advice)
+            .or_else(|| foreign(word))
+            .map(str::to_owned),
     }
 }
 
-/// Help for words of other languages and older versions, and for marks of other tools.
+/// Help for marks of other languages and tools.
 fn foreign(word: Input) -> Option<&'static str> {
     let starts = |prefix: &str| word.starts_with(prefix.as_bytes());
     Some(match word {
-        b"SurfaceIntegrator" => "SurfaceIntegrator is a pbrt-v2 directive; write Integrator \"path\"",
-        b"Renderer" | b"VolumeIntegrator" => {
-            "this is a pbrt-v2 directive; in pbrt-v3 Integrator does its work: delete it"
-        }
-        b"Volume" | b"Exterior" | b"Interior" => {
-            "this is a pbrt-v2 directive; pbrt-v3 uses MakeNamedMedium and MediumInterface"
-        }
-        b"AreaLight" => "pbrt-v3 calls this directive AreaLightSource",
-        b"SearchPath" => {
-            "SearchPath is a directive of old pbrt versions; pbrt-v3 looks for files in the folder of the scene: delete it"
-        }
-        b"Filter" => "write PixelFilter",
-        b"Light" => "write LightSource, or AreaLightSource for shapes that emit light",
         b"," => "separate parameters by spaces only",
         _ if starts("//") || starts("--") || starts(";") || starts("%") || starts("/*") => {
             "a comment starts with #"

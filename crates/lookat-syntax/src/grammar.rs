@@ -8,7 +8,7 @@ use crate::token::{Fault, Input, Parsing, blank, found, is_blank, number, quoted
 use crate::words::{ends_list, is_declaration, is_keyword, unclosed};
 use crate::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, Text,
-    nearest,
+    directive_synonym, nearest,
 };
 
 /// The result of [`parse`].
@@ -259,7 +259,9 @@ impl<'a> Reader<'a> {
         if self.unknown > MAX_UNKNOWN {
             return fault.help("further unknown directives are not reported; is this a pbrt-v3 scene?");
         }
-        if let Some(known) = nearest(&name, Directive::KEYWORDS) {
+        if directive_synonym(&name).is_none()
+            && let Some(known) = nearest(&name, Directive::KEYWORDS)
+        {
             return fault.help(format!("did you mean `{known}`?")).replace_with(known);
         }
         match advice(keyword) {

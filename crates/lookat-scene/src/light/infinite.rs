@@ -5,7 +5,7 @@
 //! - `nsamples`, or `samples`: of direct light per camera sample, default 1
 //! - `scale`: a factor, color, default 1
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
 use super::{Light, map_name, samples, scaled, shown};
 use crate::Transform;
@@ -21,6 +21,7 @@ pub(super) fn infinite(
 ) -> Option<Light> {
     let radiance = scaled(params, "L");
     let samples = samples(params);
+    warn_scaled(params, &world_from_light);
     let Some(map) = map_name(params).and_then(|file| shown(params, &file, pictures)) else {
         return Some(Light::Infinite { radiance, samples });
     };
@@ -31,4 +32,21 @@ pub(super) fn infinite(
         light_from_world: DMat3::from_mat4(world_from_light.inv),
         samples,
     })
+}
+
+/// pbrt-v3 samples directions whose length is not 1 there (InfiniteAreaLight::Sample_Li).
+fn warn_scaled(params: &mut Params, world_from_light: &Transform) {
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| world_from_light.vector(axis));
+    let is_unit = |axis: DVec3| (axis.length() - 1.0).abs() < 1e-4;
+    let is_square = |a: DVec3, b: DVec3| a.dot(b).abs() < 1e-4;
+    if [x, y, z].into_iter().all(is_unit) && is_square(x, y) && is_square(y, z) && is_square(z, x) {
+        return;
+    }
+    let message =
+        "pbrt-v3 samples an infinite light under a scale or shear wrongly: it is too bright or too dark";
+    params.warn(
+        "",
+        message,
+        "Rotate turns it; put the light before the Scale, or between AttributeBegin and AttributeEnd",
+    );
 }

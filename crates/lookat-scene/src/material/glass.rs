@@ -21,10 +21,15 @@ pub struct Glass {
 }
 
 pub(super) fn glass(params: &mut TextureParams) -> Glass {
-    Glass {
-        kr: share(params, "Kr", 1.0),
-        kt: share(params, "Kt", 1.0),
-        roughness: Roughness::of_two(params, 0.0),
-        eta: index_of_refraction(params),
+    let [kr, kt] = ["Kr", "Kt"].map(|name| share(params, name, 1.0));
+    let (roughness, eta) = (Roughness::of_two(params, 0.0), index_of_refraction(params));
+    let is_smooth = |width: &Texture<f64>| width.constant() == Some(0.0);
+    if eta.constant() == Some(1.0)
+        && !(is_smooth(&roughness.u) && roughness.v.as_ref().is_some_and(is_smooth))
+    {
+        let name = if params.was_taken("eta") { "eta" } else { "index" };
+        let message = "pbrt-v3 aborts at rough glass of index 1; here light goes straight on";
+        params.warn(name, message, "an index of 1.001 looks the same, and renders in both");
     }
+    Glass { kr, kt, roughness, eta }
 }

@@ -36,7 +36,8 @@ pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
     Mix { materials, amount, count }
 }
 
-fn count(material: &Material) -> u32 {
+/// How many materials one comes to.
+pub(super) fn count(material: &Material) -> u32 {
     match &material.kind {
         MaterialKind::Mix(mix) => mix.count,
         _ => 1,

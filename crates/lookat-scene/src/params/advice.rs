@@ -1,10 +1,11 @@
 //! What to say about parameters and types that are not what they should be.
 
 use lookat_syntax::{
-    Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, same_digits, shown,
+    Diagnostic, Param, ParamType, Severity, Synonym, Text, Values, begun, nearest, parameter_synonyms,
+    same_digits, shown, type_synonym,
 };
 
-use super::other_versions::{is_of_v4, is_other_name, of_older, of_other};
+use super::other_versions::is_of_v4;
 use super::{Params, class};
 use crate::elsewhere::Kind;
 use crate::undefined::undefined;
@@ -67,25 +68,32 @@ impl Params<'_> {
         let name = shown(kind.as_bytes());
         let without = if self.keyword == "Accelerator" { ": pbrt-v3 shows no shapes" } else { "" };
         let unknown = Diagnostic::error(at, format!("unknown {} \"{name}\"{without}", self.keyword));
-        let unknown = if is_of_v4(self.keyword, &kind) {
+        let is_v4 = is_of_v4(self.keyword, &kind);
+        if is_v4 {
             self.report.v4_marks([at]);
-            unknown.help(format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format"))
-        } else if let Some(near) = of_older(self.keyword, &kind) {
-            let older = format!("\"{kind}\" is a type of an older pbrt");
-            match near {
-                Some(near) => {
-                    unknown.help(format!("{older}; now there is \"{near}\"")).fix(at, format!("\"{near}\""))
-                }
-                None => unknown.help(format!("{older}; nothing of pbrt-v3 is like it")),
+        }
+        let rename = |unknown: Diagnostic, name: &str| unknown.fix(at, format!("\"{name}\""));
+        let source = format!("\"{kind}\" is a type of pbrt-v4; lookat reads the pbrt-v3 format");
+        let unknown = match type_synonym(self.keyword, &kind) {
+            Some(Synonym { name: "", advice, .. }) if is_v4 => unknown.help(format!("{source}: {advice}")),
+            Some(Synonym { name: "", advice, .. }) => unknown.help(advice),
+            Some(Synonym { name, advice: "", .. }) if is_v4 => {
+                rename(unknown.help(format!("{source}, where it is \"{name}\"")), name)
             }
-        } else if let Some(known) = nearest(&kind, known.iter().copied())
-            .or_else(|| begun(&kind, known.iter().copied()))
-            .or_else(|| of_other(&kind, known))
-        {
-            unknown.help(format!("did you mean \"{known}\"?")).fix(at, format!("\"{known}\""))
-        } else {
-            let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
-            unknown.help(format!("pbrt-v3 knows {}", names.join(", ")))
+            Some(Synonym { name, advice: "", .. }) => {
+                rename(unknown.help(format!("did you mean \"{name}\"?")), name)
+            }
+            Some(Synonym { name, advice, .. }) => unknown.help(format!("did you mean \"{name}\"? {advice}")),
+            None if is_v4 => unknown.help(source),
+            None => match nearest(&kind, known.iter().copied())
+                .or_else(|| begun(&kind, known.iter().copied()))
+            {
+                Some(known) => rename(unknown.help(format!("did you mean \"{known}\"?")), known),
+                None => {
+                    let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
+                    unknown.help(format!("pbrt-v3 knows {}", names.join(", ")))
+                }
+            },
         };
         self.report.push(Diagnostic { severity, ..unknown });
     }
@@ -106,7 +114,17 @@ impl Params<'_> {
         let warning = Diagnostic::warning(at, format!("{what} has no parameter \"{name}\"; it is ignored"));
         let names = self.asked();
         let left = || names.iter().copied().filter(|known| !self.was_taken(known));
-        match nearest(name, left()).or_else(|| left().find(|known| is_other_name(name, known))) {
+        let is_left =
+            |synonym: &Synonym| synonym.name.is_empty() || left().any(|known| known == synonym.name);
+        let synonym = parameter_synonyms(self.keyword, &self.kind.value, name).find(is_left);
+        let synonym = match synonym {
+            Some(Synonym { name: "", advice, .. }) => return warning.help(advice),
+            Some(Synonym { name, advice, .. }) if !advice.is_empty() => {
+                return warning.help(format!("write \"{name}\": {advice}"));
+            }
+            plain => plain.and_then(|synonym| left().find(|known| *known == synonym.name)),
+        };
+        match synonym.or_else(|| nearest(name, left())) {
             Some(known) => {
                 let warning = warning.help(format!("did you mean \"{known}\"?"));
                 // The type, too, has to be one that the parameter takes.

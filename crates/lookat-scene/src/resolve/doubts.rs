@@ -17,6 +17,7 @@ impl Resolver<'_> {
         self.warn_dark(end);
         self.warn_empty(end);
         self.warn_scaled_camera();
+        self.warn_of_shadow_alpha();
     }
 
     /// All shapes, those of objects included.
@@ -103,6 +104,20 @@ impl Resolver<'_> {
             ),
             false => Diagnostic::note_at(kind.span, message).help("the picture is the same apart from its noise"),
         });
+    }
+
+    /// pbrt-v3 loses hits whose distance is small as the camera measures it.
+    pub(super) fn warn_large_world(&mut self, world_from_camera: &Transform, at: Span) {
+        const LARGE: f64 = 1000.0;
+        let unit = world_from_camera.vector(DVec3::Z).length();
+        if unit * LARGE < 1.0 {
+            let times = (1.0 / unit).round();
+            let message = format!(
+                "pbrt-v3 may miss near surfaces: one unit of the world is {times} units of the camera"
+            );
+            let help = "leave out the scale before Camera";
+            self.report.push(Diagnostic::warning(at, message).help(help));
+        }
     }
 
     /// The paths of pbrt-v3 ask the BSDF of the first surface about a direction whose length is not 1 there.

@@ -155,6 +155,13 @@ impl Resolver<'_> {
             self.passed.get_or_insert(name.span);
             return;
         }
+        if matches!(material.kind, MaterialKind::None)
+            && self.settled.as_ref().is_some_and(|settled| settled.passes_boundaries)
+        {
+            let message = "pbrt-v3 lets shadow rays pass this surface, which glows and has no material, and finds its light by light samples alone";
+            let help = "Material \"matte\" \"rgb Kd\" [0 0 0] makes both agree";
+            self.report.push(Diagnostic::warning(name.span, message).help(help));
+        }
         let primitive = Primitive {
             shape,
             reverse_orientation: self.state.reverse_orientation,
@@ -163,6 +170,7 @@ impl Resolver<'_> {
             cutout,
             emission,
         };
+        self.warn_of_departures(&name, &primitive);
         match &mut self.object {
             Some(object) => object.primitives.push(primitive),
             None => self.primitives.push(primitive),

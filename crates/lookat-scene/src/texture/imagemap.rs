@@ -58,6 +58,10 @@ pub(super) fn imagemap<T: Parameter>(
     let file = params.string("filename");
     let gamma = params.bool("gamma", file.as_ref().is_some_and(is_encoded));
     let mapping = mapping::mapping(params, world_from_texture);
+    if matches!(mapping, Mapping::Spherical { .. } | Mapping::Cylindrical { .. }) {
+        let message = "pbrt-v3 shows the mean of the whole picture along the seam of this mapping";
+        params.warn("mapping", message, "\"uv\" mapping of a mesh or sphere has no such line");
+    }
     let Some(file) = file else {
         let help = "\"string filename\" names the picture";
         params.missing("filename", "Texture \"imagemap\" has no filename", help);

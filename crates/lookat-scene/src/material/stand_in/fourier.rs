@@ -1,0 +1,155 @@
+//! `fourier` as a diffuse surface of the mean color that its table of coefficients gives (FourierBSDFTable in
+//! core/reflection.cpp).
+
+use glam::Vec3;
+
+use super::{gray, matte};
+use crate::material::{MaterialKind, Roughness, Translucent};
+use crate::texture::{Texture, TextureParams};
+
+/// Shares of diffuse light.
+#[derive(Debug, PartialEq)]
+struct Albedo {
+    reflected: Vec3,
+    transmitted: Vec3,
+}
+
+pub(super) fn fourier(params: &mut TextureParams) -> (&'static str, MaterialKind) {
+    let file = params.string("bsdffile").and_then(|name| params.file_if_readable(&name));
+    let Some(albedo) = file.and_then(|(_, bytes)| albedo(&bytes)) else {
+        return ("gray \"matte\"", matte(gray(0.5)));
+    };
+    let reflected = Texture::Constant(albedo.reflected);
+    if albedo.transmitted.max_element() <= 0.0 {
+        return ("\"matte\" of its mean color", matte(reflected));
+    }
+    let roughness = Roughness { u: Texture::Constant(1.0), v: None, remap: false };
+    let transmit = Texture::Constant(albedo.transmitted);
+    let [kd, ks] = [gray(1.0), gray(0.0)];
+    let sheet = Translucent { kd, ks, reflect: reflected, transmit, roughness };
+    ("\"translucent\" of its mean color", MaterialKind::Translucent(sheet))
+}
+
+/// The numbers of a file, in order.
+struct Numbers<'b>(&'b [u8]);
+
+impl Numbers<'_> {
+    fn words(&mut self, count: usize) -> Option<impl Iterator<Item = [u8; 4]>> {
+        let (taken, rest) = self.0.split_at_checked(count.checked_mul(4)?)?;
+        self.0 = rest;
+        Some(taken.as_chunks().0.iter().copied())
+    }
+
+    fn counts(&mut self, count: usize) -> Option<Vec<usize>> {
+        self.words(count)?.map(|word| usize::try_from(i32::from_le_bytes(word)).ok()).collect()
+    }
+
+    fn floats(&mut self, count: usize) -> Option<Vec<f32>> {
+        Some(self.words(count)?.map(f32::from_le_bytes).collect())
+    }
+}
+
+/// The albedo of the front, the mean over directions. `None` of a file that is no such table.
+fn albedo(bytes: &[u8]) -> Option<Albedo> {
+    let mut numbers = Numbers(bytes.strip_prefix(b"SCATFUN\x01")?);
+    let [flags, angles, coefficients, _, channels, bases, ..] = numbers.counts(9)?[..] else { return None };
+    // The only kind of table that pbrt-v3 takes.
+    if flags != 1 || ![1, 3].contains(&channels) || bases != 1 || angles < 2 {
+        return None;
+    }
+    numbers.floats(5)?;
+    let cosines = numbers.floats(angles)?;
+    let pairs = angles.checked_mul(angles)?;
+    numbers.floats(pairs)?;
+    let places = numbers.counts(pairs.checked_mul(2)?)?;
+    let table = numbers.floats(coefficients)?;
+    // The mean over the azimuth of what one pair of cosines scatters, times the cosine of the light.
+    let mean = |out: usize, light: usize| {
+        let [first, orders] = [0, 1].map(|at| places[2 * (out * angles + light) + at]);
+        let of = |channel: usize| {
+            if orders == 0 { Some(0.0) } else { table.get(first + channel * orders).copied() }
+        };
+        let luminance = of(0)?;
+        if channels == 1 {
+            return Some(Vec3::splat(luminance));
+        }
+        let [red, blue] = [of(1)?, of(2)?];
+        // The file has luminance, red and blue.
+        Some(Vec3::new(red, 1.39829 * luminance - 0.100913 * blue - 0.297375 * red, blue))
+    };
+    let width = |at: usize| 0.5 * (cosines[(at + 1).min(angles - 1)] - cosines[at.saturating_sub(1)]);
+    let (mut reflected, mut transmitted) = (Vec3::ZERO, Vec3::ZERO);
+    for out in (0..angles).filter(|out| cosines[*out] > 0.0) {
+        for light in 0..angles {
+            // 2 cos is the density of directions from the front, 2 pi the integral over the azimuth of the light.
+            let weight = std::f32::consts::TAU * width(light) * 2.0 * cosines[out] * width(out);
+            let share = mean(out, light)? * weight;
+            // In such tables light that is reflected has the other sign.
+            let sum = if cosines[light] < 0.0 { &mut reflected } else { &mut transmitted };
+            *sum += share;
+        }
+    }
+    let share = |sum: Vec3| sum.is_finite().then(|| sum.clamp(Vec3::ZERO, Vec3::ONE));
+    Some(Albedo { reflected: share(reflected)?, transmitted: share(transmitted)? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A table of a diffuse surface whose front reflects shares of red, green and blue.
+    fn table(color: [f32; 3]) -> Vec<u8> {
+        const ANGLES: usize = 40;
+        let cosine = |at: usize| 2.0 * at as f32 / (ANGLES - 1) as f32 - 1.0;
+        let [red, green, blue] = color;
+        let luminance = (green + 0.100913 * blue + 0.297375 * red) / 1.39829;
+        let (mut places, mut values) = (Vec::new(), Vec::new());
+        for out in 0..ANGLES {
+            for light in 0..ANGLES {
+                let is_reflected = cosine(out) > 0.0 && cosine(light) < 0.0;
+                places.extend([values.len() as i32, i32::from(is_reflected)]);
+                if is_reflected {
+                    let of = |share: f32| share / std::f32::consts::PI * cosine(light).abs();
+                    values.extend([luminance, red, blue].map(of));
+                }
+            }
+        }
+        let header = [1, ANGLES as i32, values.len() as i32, 1, 3, 1, 0, 0, 0];
+        let floats =
+            |values: &[f32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+        let counts =
+            |values: &[i32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+        let cosines: Vec<f32> = (0..ANGLES).map(cosine).collect();
+        [
+            b"SCATFUN\x01".to_vec(),
+            counts(&header),
+            floats(&[1.0, 0.0, 0.0, 0.0, 0.0]),
+            floats(&cosines),
+            floats(&[0.0; ANGLES * ANGLES]),
+            counts(&places),
+            floats(&values),
+        ]
+        .concat()
+    }
+
+    #[test]
+    fn the_mean_color_is_that_of_the_table() {
+        let found = albedo(&table([0.8, 0.4, 0.1])).unwrap();
+        assert!((found.reflected - Vec3::new(0.8, 0.4, 0.1)).abs().max_element() < 0.02, "{found:?}");
+        assert_eq!(found.transmitted, Vec3::ZERO);
+    }
+
+    #[test]
+    fn damaged_tables_have_no_color() {
+        let whole = table([0.5; 3]);
+        for length in (0..whole.len()).step_by(97) {
+            assert_eq!(albedo(&whole[..length]), None);
+        }
+        for at in 8..44 {
+            let mut damaged = whole.clone();
+            damaged[at] = 0xff;
+            let shares = albedo(&damaged).map(|albedo| albedo.reflected + albedo.transmitted);
+            assert!(shares.is_none_or(|shares| shares.min_element() >= 0.0 && shares.max_element() <= 2.0));
+        }
+    }
+}
