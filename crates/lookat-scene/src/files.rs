@@ -176,9 +176,7 @@ impl<'a> Files<'a> {
         Some(match self.name_from_scene(path, name.span) {
             Some(better) => {
                 let quoted = format!("\"{better}\"");
-                warning
-                    .help(format!("write {quoted}, which names {} in both", shown(path)))
-                    .fix(name.span, quoted)
+                warning.help(format!("write {quoted}, which both programs find")).fix(name.span, quoted)
             }
             None => {
                 warning.help("pbrt-v3 takes names relative to the scene file: keep both files in one folder")

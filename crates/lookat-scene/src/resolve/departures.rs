@@ -20,14 +20,14 @@ impl Resolver<'_> {
         let warn = &mut Warn { report: &mut self.report, at: name.span };
         match &primitive.shape {
             Shape::Curve(curve) => {
-                warn.once(
+                warn.push(
                     "pbrt-v3 draws curves up to a twentieth of their width thinner where they bend, without shadows of surfaces closer than 3.5 widths",
                     "a high \"splitdepth\" makes the difference of the widths smaller",
                 );
                 if let CurveKind::Ribbon(normals) = &curve.kind
                     && normals.windows(2).any(|pair| pair[0] == pair[1])
                 {
-                    warn.once(
+                    warn.push(
                         "pbrt-v3 may abort, or leave out parts, where successive normals of a ribbon are equal",
                         "turn one of the two normals by a thousandth",
                     );
@@ -75,10 +75,6 @@ struct Warn<'r> {
 
 impl Warn<'_> {
     fn push(&mut self, message: &str, help: &str) {
-        self.report.push(Diagnostic::warning(self.at, message).help(help));
-    }
-
-    fn once(&mut self, message: &str, help: &str) {
         self.report.push(Diagnostic::warning(self.at, message).help(help));
     }
 
