@@ -11,7 +11,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 
-use crate::pictures::{folder, render_plainly, scene};
+use crate::pictures::{folder, render_plainly, says, scene};
 
 /// What to run.
 #[derive(Debug, Args)]
@@ -48,14 +48,16 @@ pub fn run(options: &Options) {
     println!("{} scenes", shown.len());
 }
 
-/// All scenes, with their folders. Files that others include have no `WorldEnd`.
+/// All scenes, with their folders. Files that others include have no `WorldEnd`; the gallery has a page of its own.
 fn names() -> Vec<String> {
     let mut folders = vec![folder()];
     let mut names = Vec::new();
     while let Some(inside) = folders.pop() {
         for entry in std::fs::read_dir(&inside).expect("pbrt-scenes can be read").flatten() {
             let path = entry.path();
-            if path.is_dir() {
+            if path.ends_with("gallery") {
+                continue;
+            } else if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|ending| ending == "pbrt") && is_whole(&path) {
                 let name = path.strip_prefix(folder()).expect("it is inside").with_extension("");
@@ -86,10 +88,8 @@ fn show(name: &str, spp: u32) -> Shown {
     let image: Image = render_plainly(&scene(name, &overrides, &|text| text), 0, 0);
     let encoded = Encoded::from_linear(&image.rgb().expect("renders have colors"));
     let pixels = encoded.pixels.iter().map(|pixel| pixel.map(|x| (x * 255.0).round() as u8)).collect();
-    let first = text(&folder().join(name).with_extension("pbrt"));
-    let says = first.lines().next().unwrap_or_default().trim_start_matches("# ").to_owned();
     let size = [image.data_window.width, image.data_window.height];
-    Shown { name: name.to_owned(), says, size, pixels }
+    Shown { name: name.to_owned(), says: says(name), size, pixels }
 }
 
 fn list(shown: &[Shown]) -> String {

@@ -4,6 +4,7 @@ mod contact_sheet;
 mod cost;
 mod coverage_tables;
 mod false_alarms;
+mod gallery;
 mod pictures;
 mod power;
 mod references;
@@ -29,6 +30,8 @@ enum Experiment {
     Cost(cost::Options),
     /// All scenes of pbrt-scenes in one picture: docs/scenes.png, with docs/scenes.md
     ContactSheet(contact_sheet::Options),
+    /// The pictures of docs/gallery.md, and that page
+    Gallery(gallery::Options),
     /// How far the scenes of pbrt-scenes are from their references
     References(references::Options),
 }
@@ -40,6 +43,7 @@ fn main() {
         Experiment::Coverage(options) => coverage_tables::run(&options),
         Experiment::Cost(options) => cost::run(&options),
         Experiment::ContactSheet(options) => contact_sheet::run(&options),
+        Experiment::Gallery(options) => gallery::run(&options),
         Experiment::References(options) => references::run(&options),
     }
 }

@@ -45,6 +45,12 @@ pub fn names() -> Vec<String> {
     names
 }
 
+/// What a scene shows: the first line of its file.
+pub fn says(name: &str) -> String {
+    let text = std::fs::read_to_string(folder().join(name).with_extension("pbrt")).unwrap_or_default();
+    text.lines().next().unwrap_or_default().trim_start_matches("# ").to_owned()
+}
+
 /// The folder `pbrt-scenes`.
 pub fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../pbrt-scenes")

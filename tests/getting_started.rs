@@ -1,0 +1,130 @@
+//! docs/getting-started.md as a reader follows it: its scene, its commands, their output and its pictures.
+//!
+//! `UPDATE_EXPECTED=1` writes output and pictures into the page, and fails all the same: look at `git diff`.
+
+use std::path::{Path, PathBuf};
+
+use lookat_image::Image;
+
+mod folder;
+
+use folder::{Folder, Run};
+
+fn docs() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
+}
+
+/// What the reader has: a folder with the scene, and the last picture there.
+struct Reader {
+    folder: Folder,
+    picture: String,
+    update: bool,
+}
+
+impl Reader {
+    /// Applies a diff to the scene: replaces the lines that it keeps or removes, which must be there once.
+    fn edit(&self, diff: &str) {
+        let side = |sign: char| -> String {
+            let lines = diff.lines().filter(|line| line.starts_with([' ', sign]));
+            lines.map(|line| format!("{}\n", &line[1..])).collect()
+        };
+        let (before, after) = (side('-'), side('+'));
+        let scene = std::fs::read_to_string(self.folder.path("scene.pbrt")).unwrap();
+        assert_eq!(scene.matches(&before).count(), 1, "{before}\nin\n{scene}");
+        self.folder.write("scene.pbrt", &scene.replace(&before, &after));
+    }
+
+    /// Runs the commands of a block. The block as it should be.
+    fn run(&mut self, block: &str) -> String {
+        let mut printed = String::new();
+        for line in block.lines() {
+            let Some(command) = line.strip_prefix("$ ") else { continue };
+            let arguments: Vec<&str> = command.split(' ').collect();
+            assert_eq!(arguments[0], "lookat", "{command}");
+            let Run { status, out, err } = self.folder.run(&arguments[1..]);
+            assert_eq!(status, 0, "{command}\n{err}");
+            let result = err.lines().find(|line| line.contains(" pixels, "));
+            if let Some((file, _)) = result.and_then(|line| line.split_once(": ")) {
+                self.picture = file.to_owned();
+            }
+            printed += &format!("{line}\n{err}{out}");
+        }
+        printed
+    }
+
+    /// The last picture looks like the one on the page.
+    fn compare(&self, file: &Path) {
+        let made = self.folder.path(&self.picture);
+        if self.update {
+            std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+            std::fs::copy(&made, file).unwrap();
+        }
+        let [a, b] = [&made, file].map(|file| Image::read(file).unwrap());
+        assert_eq!(a.data_window, b.data_window, "{}", file.display());
+        let [a, b] = [a, b].map(|image| image.rgb().unwrap().concat());
+        let difference: f32 = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).sum();
+        let brightness: f32 = b.iter().sum();
+        assert!(difference < 0.02 * brightness, "{} differs by {}", file.display(), difference / brightness);
+    }
+}
+
+/// Lines of output without what depends on the machine: times, instructions, and counts of noisy pixels.
+fn without_machine(block: &str) -> String {
+    let mut lines = String::new();
+    for line in block.lines() {
+        let end = line.find(" s, ").and_then(|end| line[..end].rfind(", "));
+        let line = end.map_or(line, |end| &line[..end]);
+        lines += &match line.trim_start() {
+            start if start.starts_with("arithmetic") => "arithmetic".to_owned(),
+            _ if line.contains(" pixels (") => line.replace(|digit: char| digit.is_ascii_digit(), ""),
+            _ => line.to_owned(),
+        };
+        lines.push('\n');
+    }
+    lines
+}
+
+#[test]
+fn every_step_does_what_the_page_shows() {
+    let file = docs().join("getting-started.md");
+    let page = std::fs::read_to_string(&file).unwrap();
+    let update = std::env::var_os("UPDATE_EXPECTED").is_some();
+    let mut reader = Reader { folder: Folder::empty(), picture: String::new(), update };
+    let (mut made, mut pictures, mut rest) = (String::new(), 0, page.as_str());
+    while let Some((text, fenced)) = rest.split_once("```") {
+        for image in text.split("](").skip(1).filter_map(|link| link.split(')').next()) {
+            if image.ends_with(".png") {
+                reader.compare(&docs().join(image));
+                pictures += 1;
+            }
+        }
+        let (block, after) = fenced.split_once("```\n").expect("the block ends");
+        let (kind, body) = block.split_once('\n').unwrap();
+        let body = match kind {
+            "pbrt" => {
+                reader.folder.write("scene.pbrt", body);
+                body.to_owned()
+            }
+            "diff" => {
+                reader.edit(body);
+                body.to_owned()
+            }
+            "console" => reader.run(body),
+            _ => body.to_owned(),
+        };
+        made += &format!("{text}```{kind}\n{body}```\n");
+        rest = after;
+    }
+    made += rest;
+    assert_eq!(pictures, 5);
+    if without_machine(&made) != without_machine(&page) {
+        if update {
+            std::fs::write(&file, &made).unwrap();
+        }
+        assert_eq!(
+            without_machine(&made),
+            without_machine(&page),
+            "run with UPDATE_EXPECTED=1, then read git diff"
+        );
+    }
+}
