@@ -70,8 +70,8 @@ fn picture(name: &str) -> String {
 
 fn page() -> String {
     let mut text = String::from(
-        "# Gallery\n\nEach picture links to its scene, which is commented. The geometry of `pbrt-scenes/gallery/` is written by its\n\
-         `generate.py`. One command renders all pictures and writes this page:\n\n\
+        "# Gallery\n\nEach picture links to its scene, which is commented. `pbrt-scenes/gallery/generate.py` writes the geometry. \
+         One command\nrenders all pictures and writes this page:\n\n\
          ```sh\ncargo run --release -p lookat-lab -- gallery\n```\n",
     );
     for name in SCENES {
