@@ -19,6 +19,8 @@ mod stopping;
 #[cfg(unix)]
 #[path = "cli/terminal.rs"]
 mod terminal;
+#[path = "cli/threads.rs"]
+mod threads;
 
 use folder::{Folder, Run};
 

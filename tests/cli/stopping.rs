@@ -169,6 +169,22 @@ fn a_time_ends_with_a_whole_picture() {
     assert!(picture["most_samples"].as_u64() > Some(4));
 }
 
+/// Where standard error is no terminal, a line after a second tells how long it takes, as an interval.
+#[test]
+fn the_time_left_is_told_after_a_second() {
+    let folder = Folder::new();
+    let lines = |arguments: &[&str]| {
+        let run = folder.run(&[&["render", "fine.pbrt", "-o", "a.exr", "--time", "2.5"], arguments].concat());
+        assert_eq!(run.status, 0, "{}", run.err);
+        run.err.lines().filter(|line| line.ends_with(" left")).map(String::from).collect::<Vec<_>>()
+    };
+    let told = lines(&[]);
+    assert!(!told.is_empty() && told[0].contains(" %, "), "{told:?}");
+    let told = lines(&["--target-error", "0.000001"]);
+    assert!(!told.is_empty() && told[0].contains(" % of pixels done, "), "{told:?}");
+    assert!(lines(&["--quiet"]).is_empty() && lines(&["--json"]).is_empty());
+}
+
 /// Ctrl-C, or SIGTERM, leaves the samples so far in a picture of another name.
 #[cfg(unix)]
 #[test]

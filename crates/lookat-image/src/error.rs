@@ -152,6 +152,8 @@ pub fn io_reason(error: &io::Error) -> String {
         io::ErrorKind::PermissionDenied => "it is not permitted".into(),
         io::ErrorKind::IsADirectory => "it is a folder".into(),
         io::ErrorKind::NotADirectory => "it is no folder".into(),
+        io::ErrorKind::InvalidFilename => "the name is too long; most file systems take 255 bytes".into(),
+        io::ErrorKind::FileTooLarge => "it is larger than a file may be (see ulimit -f)".into(),
         io::ErrorKind::StorageFull => "no space is left".into(),
         _ => {
             let text = error.to_string();

@@ -2,11 +2,12 @@
 
 use std::collections::HashSet;
 use std::fs::File;
-use std::io::{BufRead, BufReader, BufWriter, Cursor, Seek, Write};
-use std::path::{Path, PathBuf};
+use std::io::{BufRead, BufReader, Cursor, Seek};
+use std::path::Path;
 
 use crate::decoded::Curve;
 use crate::error::{Fault, ImageError, MOST_PIXELS};
+use crate::file::replace;
 use crate::format::check_beginning;
 use crate::{Format, decoded, eightbit, exr, pfm};
 
@@ -255,63 +256,6 @@ fn read_as(path: &Path, mut input: impl BufRead + Seek, curve: Curve, most: u64)
         Some(Format::Pfm) => pfm::read(input, most),
         _ => decoded::read(input, path, curve, most),
     }
-}
-
-/// Writes a file that appears whole or not at all.
-///
-/// # Errors
-///
-/// [`ImageError::Write`] if the file system refuses. What was there before stays then.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    replace(path, |out| Ok(out.write_all(bytes)?)).map_err(|fault| ImageError::writing(path, fault))
-}
-
-/// The file that writing to `path` replaces, and its folder: a link stays, and what it leads to is replaced. `None` where
-/// something stands there that is neither a file nor a folder, or links lead in a circle.
-pub fn write_target(path: &Path) -> Option<(PathBuf, PathBuf)> {
-    if path.exists() && !path.is_file() && !path.is_dir() {
-        return None;
-    }
-    let target = path.canonicalize().ok().or_else(|| followed(path))?;
-    let folder = match target.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.into(),
-        _ => ".".into(),
-    };
-    Some((target, folder))
-}
-
-/// Where a link leads to that leads to nothing yet.
-fn followed(path: &Path) -> Option<PathBuf> {
-    let mut at = path.to_path_buf();
-    // As many links as Linux follows.
-    for _ in 0..40 {
-        let Ok(next) = std::fs::read_link(&at) else { return Some(at) };
-        at = at.parent().unwrap_or(Path::new("")).join(next);
-    }
-    None
-}
-
-/// Writes a file that appears whole or not at all.
-fn replace(
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
-) -> Result<(), Fault> {
-    let Some((target, directory)) = write_target(path) else {
-        return Err(Fault::Unfit("what is there is not a file".into()));
-    };
-    // Made by `create_new` and not by tempfile, so that the picture gets the permissions of any other file.
-    let mut file =
-        tempfile::Builder::new().prefix(".lookat-").make_in(directory, |path| File::create_new(path))?;
-    // The mode is kept, where the file system knows one; the owner is who writes.
-    if let Ok(before) = std::fs::metadata(&target) {
-        let _ = file.as_file().set_permissions(before.permissions());
-    }
-    let mut out = BufWriter::new(file.as_file_mut());
-    write(&mut out)?;
-    out.flush()?;
-    drop(out);
-    file.persist(&target).map_err(|refused| refused.error)?;
-    Ok(())
 }
 
 #[cfg(test)]

@@ -25,6 +25,7 @@ mod eightbit;
 mod error;
 mod errors;
 mod exr;
+mod file;
 mod flip;
 mod floor;
 mod format;
@@ -45,10 +46,11 @@ pub use decoded::linear_from_srgb;
 pub use display::Encoded;
 pub use error::{ImageError, io_reason};
 pub use errors::PixelError;
+pub use file::{exit, write_file, write_target};
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use floor::floor;
 pub use format::Format;
-pub use image::{Channel, Image, Precision, Window, write_file, write_target};
+pub use image::{Channel, Image, Precision, Window};
 pub use metric::{
     Largest, Means, largest_difference, mean, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,

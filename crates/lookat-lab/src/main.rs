@@ -8,6 +8,7 @@ mod gallery;
 mod pictures;
 mod power;
 mod references;
+mod time_left;
 
 use clap::{Parser, Subcommand};
 
@@ -34,6 +35,8 @@ enum Experiment {
     Gallery(gallery::Options),
     /// How far the scenes of pbrt-scenes are from their references
     References(references::Options),
+    /// How often the time left with `--target-error` is in the interval that is shown
+    TimeLeft(time_left::Options),
 }
 
 fn main() {
@@ -45,5 +48,6 @@ fn main() {
         Experiment::ContactSheet(options) => contact_sheet::run(&options),
         Experiment::Gallery(options) => gallery::run(&options),
         Experiment::References(options) => references::run(&options),
+        Experiment::TimeLeft(options) => time_left::run(&options),
     }
 }

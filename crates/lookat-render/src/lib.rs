@@ -54,6 +54,7 @@ mod surface;
 #[cfg(test)]
 mod testing;
 mod texture;
+mod threads;
 mod trace;
 mod triangle;
 mod warp;
@@ -67,5 +68,8 @@ pub use lookat_scene as scene;
 pub use lookat_scene::Scene;
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
-pub use render::{DARK, Progress, Reached, Rendered, Settings, Statistics, TargetError, film_bytes, render};
+pub use render::{
+    DARK, Progress, Reached, Rendered, Settings, Statistics, TargetError, TimeLeft, film_bytes, render,
+};
+pub use threads::{start_threads, threads};
 pub use trace::BUNDLE;

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod control;
+mod forecast;
 mod lanes;
 mod passes;
 mod sample;
@@ -21,7 +22,9 @@ use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
+use crate::threads;
 use control::Control;
+pub use forecast::TimeLeft;
 use sample::{Context, Prepared};
 
 /// How to render, apart from what the scene says.
@@ -29,7 +32,8 @@ use sample::{Context, Prepared};
 pub struct Settings {
     /// Chooses the random numbers. The same scene, seed and version give the same picture. Default 0.
     pub seed: u64,
-    /// Threads; 0, the default, is one for each processor. They do not change the picture.
+    /// Threads of its own, or as many of them as the system gives. 0, the default, uses those of the process: see
+    /// [`crate::start_threads`]. They do not change the picture.
     pub threads: usize,
     /// Whether to estimate the error of each pixel, and to give it as the layers of [`lookat_image::PixelError`].
     /// The samples of a pixel are then split into independent replicates, each a pattern of its own, because samples of
@@ -77,6 +81,11 @@ pub struct Progress {
     pub done: u64,
     /// Camera samples in all; with a target error what is guessed so far, with a time the most.
     pub total: u64,
+    /// Camera samples left, at least and at most: the same number without a target error. `None` while too few pixels are
+    /// known to tell.
+    pub left: Option<[u64; 2]>,
+    /// Pixels that have reached the target error so far, after whole rounds; 0 without one.
+    pub pixels_done: u64,
 }
 
 /// What [`render`] gives.
@@ -145,10 +154,10 @@ pub fn render(
 ) -> Rendered {
     let control = Control::new(progress, settings.time);
     let run = || run(scene, settings, &control);
-    match rayon::ThreadPoolBuilder::new().num_threads(settings.threads).build() {
-        Ok(pool) => pool.install(run),
-        // No threads of our own: those of the caller.
-        Err(_) => run(),
+    let pool = if settings.threads > 0 { threads::pool(settings.threads) } else { None };
+    match pool {
+        Some(pool) => pool.install(run),
+        None => rayon::scope(|_| run()),
     }
 }
 

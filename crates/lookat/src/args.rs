@@ -44,11 +44,23 @@ pub enum Command {
     Bench(Bench),
 }
 
+impl Command {
+    /// How many threads the command line asks for.
+    pub fn threads(&self) -> Option<u16> {
+        match self {
+            Command::Render(Render { threads, .. })
+            | Command::Verify(Verify { threads, .. })
+            | Command::Chart(Chart { threads, .. }) => *threads,
+            _ => None,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub struct Render {
     /// The scene file; - is standard input
     pub scene: PathBuf,
-    /// The picture: .exr, .png, .pfm or .tga [default: the Film's filename]
+    /// The picture: .exr, .png, .pfm or .tga [default: the Film's filename; with --quick, it ends in .quick.exr or the like]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, in place of the Sampler's; with --target-error or --time, the most; with --adaptive, the mean
@@ -78,7 +90,8 @@ pub struct Render {
     /// Chooses the random numbers: the same seed gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given
+    /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given. Without -o, the name
+    /// of the picture gets .quick before its ending, so that the draft replaces no finished picture
     #[arg(long, conflicts_with_all = ["target_error", "confidence", "time", "adaptive"])]
     pub quick: bool,
     /// Also write how noisy each pixel is: its standard error and number of samples, as layers of the EXR file. The picture

@@ -17,7 +17,7 @@ use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Chart, Other, Report};
-use crate::output::{check_folder, check_inputs, make_folder};
+use crate::output::{Destination, check_folder, check_inputs, make_folder};
 use crate::render::progress_bar;
 use crate::source::load_scene;
 use crate::visible::escaped;
@@ -66,10 +66,10 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     }
 
     let mut header = header(arguments, &scene, parse);
-    let mut runner = Runner::new(scene, arguments.threads.map_or(0, usize::from));
+    let mut runner = Runner::new(scene, 0);
     let budget = Budget { started, seconds: arguments.budget };
     let bench = Bench { arguments, methods, budget, bar: progress_bar(false) };
-    interrupt::watch(Some("stopping; once more ends at once, without a chart"), || true)?;
+    interrupt::stop_in_order(Some("stopping; once more ends at once, without a chart"), || true);
     let found = bench.measure(&mut runner, reference)?;
     bench.bar.finish_and_clear();
     let Some((plan, reference, measured)) = found else {
@@ -81,24 +81,25 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let markers = others.iter().map(|(other, found)| marker(other, found, &reference)).collect();
     let results = Results::new(measured, markers, &reference);
     let files = files(&header, &plan, &reference, &results)?;
-    make_folder(&folder)?;
+    // Where that fails, so does writing to it, and the files go elsewhere.
+    let _ = make_folder(&folder);
+    let mut destination = Destination::new(&folder);
     for (name, bytes) in FILE_NAMES.iter().zip(files) {
-        write_file(&folder.join(name), &bytes).map_err(|error| error.to_string())?;
+        destination.write(name.as_ref(), |path| write_file(path, &bytes))?;
     }
     let printed = crate::print(&text::results(&header, &reference, &results));
-    let (folder, seconds) = (folder.display(), started.elapsed().as_secs_f64());
+    let (folder, seconds) = (destination.folder().display(), started.elapsed().as_secs_f64());
     crate::say(&format!("{folder}: {}; {seconds:.1} s in all", FILE_NAMES.join(", ")));
-    printed.map(|()| status)
+    printed.and(destination.result()).map(|()| status)
 }
 
 /// What is known before anything is measured.
 fn header(arguments: &Chart, scene: &Scene, parse: f64) -> Header {
     let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
-    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
     Header {
         scene: name.display().to_string(),
         size: [scene.film.crop.width(), scene.film.crop.height()],
-        threads: arguments.threads.map_or_else(processors, usize::from),
+        threads: lookat_render::threads(),
         seed: arguments.seed,
         parse,
         preparation: 0.0,

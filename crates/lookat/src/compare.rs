@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use crate::args::Compare;
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::noise;
-use crate::output::{check_folder, check_inputs};
+use crate::output::{check_folder, check_inputs, write_result};
 use crate::visible::visible;
 
 /// Runs the command.
@@ -31,10 +31,19 @@ struct Comparison<'a> {
 
 /// Compares and prints; whether the pictures differ by more than is allowed.
 fn run(arguments: &Compare) -> Result<bool, String> {
-    let pair = &load(arguments)?;
     if let Some(file) = &arguments.picture {
-        draw(arguments, pair, file)?;
+        check_folder(file)?;
+        check_inputs(file, [&arguments.actual, &arguments.expected])?;
+        if Format::from_path(file) != Some(Format::Png) {
+            let file = file.display();
+            return Err(format!(
+                "cannot write {file}: the figure is a PNG file, so its name must end in .png"
+            ));
+        }
     }
+    let pair = &load(arguments)?;
+    // Written elsewhere, it is told after the numbers.
+    let drawn = arguments.picture.as_ref().map_or(Ok(()), |file| draw(arguments, pair, file));
     let faults = [&pair.actual, &pair.expected].map(|pixels| not_finite(pixels, pair));
     let broken = faults.iter().any(Option::is_some);
     let limited = |metric: Metric| arguments.max.iter().any(|limit| limit.metric == metric);
@@ -58,7 +67,7 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     } else {
         crate::print(&comparison.as_text())
     };
-    printed.map(|()| differs)
+    printed.and(drawn).map(|()| differs)
 }
 
 fn load(arguments: &Compare) -> Result<Aligned, String> {
@@ -81,11 +90,9 @@ fn read(path: &Path, arguments: &Compare) -> Result<Image, String> {
 
 /// Draws both pictures and their difference.
 fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> {
-    check_folder(file)?;
-    check_inputs(file, [&arguments.actual, &arguments.expected])?;
     let [actual, expected] = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
     let options = PanelOptions { actual, expected, exposure: arguments.exposure };
-    write_panel(pair, &options, file).map_err(|error| error.to_string())
+    write_result(file, |path| write_panel(pair, &options, path))
 }
 
 /// Of both pictures, how many pixels are at the most that a file of integers holds, where the other one is brighter.

@@ -3,33 +3,53 @@
 use std::io::{self, IsTerminal};
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
+
+use lookat_image::exit;
 
 /// The exit status after either: that of a program that SIGINT ends.
 pub const STATUS: u8 = 130;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 
+/// How to stop in order; `None` ends the program at once.
+static ORDERLY: Mutex<Option<Orderly>> = Mutex::new(None);
+
+/// How a command stops in order.
+#[derive(Clone, Copy)]
+struct Orderly {
+    notice: Option<&'static str>,
+    is_worth_while: fn() -> bool,
+}
+
 /// What long work is told: to stop if the program is asked to.
 pub fn flow() -> ControlFlow<()> {
     if ASKED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
+/// From now on the first time asks to stop, and `notice` is said; the second, or the first while it is not worth while to
+/// stop in order, ends the program at once.
+pub fn stop_in_order(notice: Option<&'static str>, is_worth_while: fn() -> bool) {
+    *ORDERLY.lock().unwrap_or_else(PoisonError::into_inner) = Some(Orderly { notice, is_worth_while });
+}
+
 /// What comes so soon after the first is no second time: `timeout` sends to a program, and then to its whole group.
 const TOGETHER: Duration = Duration::from_millis(100);
 
-/// Watches for both. The first time asks to stop, and `notice` is said; the second, or the first while it is not worth while
-/// to stop in order, ends the program at once.
-pub fn watch(notice: Option<&'static str>, is_worth_while: fn() -> bool) -> Result<(), String> {
+/// Watches for both, from a thread of its own. Ending the program at once leaves no temporary files.
+pub fn watch() {
     let mut first: Option<Instant> = None;
     let interrupt = move || {
         if let Some(first) = first {
             if first.elapsed() > TOGETHER {
-                std::process::exit(STATUS.into());
+                exit(STATUS.into());
             }
             return;
         }
         first = Some(Instant::now());
+        let orderly = *ORDERLY.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(Orderly { notice, is_worth_while }) = orderly else { exit(STATUS.into()) };
         ASKED.store(true, Ordering::Relaxed);
         // Below the bar.
         if notice.is_some() && io::stderr().is_terminal() {
@@ -37,20 +57,34 @@ pub fn watch(notice: Option<&'static str>, is_worth_while: fn() -> bool) -> Resu
         }
         if !is_worth_while() {
             crate::say("interrupted; nothing is written");
-            std::process::exit(STATUS.into());
+            exit(STATUS.into());
         }
         notice.into_iter().for_each(crate::say);
     };
-    on_signal(interrupt).map_err(|error| format!("cannot watch for Ctrl-C: {error}"))
+    if let Err(error) = on_signal(interrupt) {
+        let error = lookat_image::io_reason(&error);
+        crate::say(&format!("warning: cannot watch for Ctrl-C ({error}): it ends lookat without a picture"));
+    }
+    // Writing beyond the largest size of files (`ulimit -f`) is then an error, not the end of the program.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
 }
 
 #[cfg(unix)]
 fn on_signal(mut interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGINT, SIGTERM};
-    // Not SIGHUP, which is for `nohup` to ignore.
-    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
-    std::thread::Builder::new().spawn(move || signals.forever().for_each(|_| interrupt()))?;
-    Ok(())
+    use signal_hook::iterator::Signals;
+
+    let (tell, told) = std::sync::mpsc::channel();
+    // Watches only once there is a thread: without one, signals keep their usual effect.
+    let watch = move || {
+        // Not SIGHUP, which is for `nohup` to ignore.
+        let signals = Signals::new([SIGINT, SIGTERM]);
+        let _ = tell.send(signals.as_ref().map(drop).map_err(|error| io::Error::other(error.to_string())));
+        signals.into_iter().for_each(|mut signals| signals.forever().for_each(|_| interrupt()));
+    };
+    std::thread::Builder::new().spawn(watch)?;
+    told.recv().map_err(io::Error::other)?
 }
 
 #[cfg(not(unix))]

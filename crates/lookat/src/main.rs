@@ -32,6 +32,8 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return usage::explain(error),
     };
+    interrupt::watch();
+    start_threads(&arguments.command);
     match arguments.command {
         args::Command::Render(arguments) => render::render(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
@@ -41,6 +43,17 @@ fn main() -> ExitCode {
         args::Command::Stability(arguments) => stability::stability(&arguments),
         args::Command::Inspect(arguments) => inspect::inspect(&arguments),
         args::Command::Bench(arguments) => bench::bench(&arguments),
+    }
+}
+
+/// Starts the threads that a command asks for, and says if there are fewer.
+fn start_threads(command: &args::Command) {
+    let asked = command.threads().map(usize::from);
+    let started = lookat_render::start_threads(asked.unwrap_or(0));
+    if let Some(asked) = asked.filter(|asked| started < *asked) {
+        say(&format!(
+            "warning: {started} of {asked} threads could be started; lower --threads, or raise ulimit -v or ulimit -u"
+        ));
     }
 }
 

@@ -1,8 +1,11 @@
-//! Where results go: looked at before they are computed.
+//! Where results go: checked before they are computed, and replaced if they cannot be written there in the end.
 
+use std::ffi::OsStr;
+use std::fs::OpenOptions;
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use lookat_image::{Format, io_reason, write_target};
+use lookat_image::{Format, ImageError, io_reason, write_target};
 
 /// Fails where a picture of this width and height could not be written in the end.
 pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
@@ -31,26 +34,98 @@ pub fn is_among<'i>(file: &Path, files: impl IntoIterator<Item = &'i PathBuf>) -
     files.into_iter().any(|other| other.canonicalize().is_ok_and(|other| other == file))
 }
 
-/// Fails where there is no folder to write a file to, or none that may be written to, or one in its place.
+/// Fails unless a file of this name can be written: its folder takes files, and the name is fit and not that of a folder.
+/// Nothing is left behind.
 pub fn check_folder(file: &Path) -> Result<(), String> {
+    let cannot = |reason: &str| Err(format!("cannot write {}: {reason}", file.display()));
     if file.is_dir() {
-        return Err(format!("cannot write {}: it is a folder", file.display()));
+        return cannot("it is a folder");
+    }
+    // A path drops a slash at its end, the file system does not.
+    let name = file.file_name().unwrap_or_default();
+    if !file.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes()) {
+        let path = file.with_file_name(name);
+        return cannot(&format!("it ends like the name of a folder; write {}", path.display()));
     }
     let Some((target, folder)) = write_target(file) else {
-        return Err(format!("cannot write {}: what is there is not a file", file.display()));
+        return cannot("what is there is not a file");
     };
-    // It would be replaced, which takes no leave to write to it.
-    if target.exists() {
-        let opened = std::fs::OpenOptions::new().write(true).open(&target);
-        opened.map_err(|error| format!("cannot write {}: {}", file.display(), io_reason(&error)))?;
-    }
     if !folder.is_dir() {
-        return Err(format!("cannot write {}: there is no folder {}", file.display(), folder.display()));
+        return cannot(&format!("there is no folder {}", folder.display()));
     }
-    // Without a name: nothing is left.
-    tempfile::tempfile_in(folder)
-        .map_err(|error| format!("cannot write {}: {}", file.display(), io_reason(&error)))?;
-    Ok(())
+    match try_writing(&target, &folder) {
+        Ok(()) => Ok(()),
+        Err(error) => cannot(&io_reason(&error)),
+    }
+}
+
+/// Tries what writing takes.
+fn try_writing(target: &Path, folder: &Path) -> io::Result<()> {
+    match std::fs::symlink_metadata(target) {
+        // It would be replaced, which takes no leave to write to it.
+        Ok(_) => drop(OpenOptions::new().write(true).open(target)?),
+        Err(error) if error.kind() == ErrorKind::NotFound => {}
+        // The name is too long, for example.
+        Err(error) => return Err(error),
+    }
+    // Without a name, so that nothing is left even if the program is killed; and a little in it, as a full disk takes empty
+    // files.
+    tempfile::tempfile_in(folder)?.write_all(&[0; 4096])
+}
+
+/// A folder that results are written to. If it stops taking files (a full disk, a removed folder), the results go to a new
+/// folder in the working folder or else in the folder for temporary files.
+pub struct Destination {
+    folder: PathBuf,
+    /// Why the folder is not the one that was asked for.
+    refusal: Option<String>,
+}
+
+impl Destination {
+    pub fn new(folder: &Path) -> Destination {
+        Destination { folder: folder.into(), refusal: None }
+    }
+
+    /// Where the last result is.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes a file of this name by calling `write` with its path, which is returned.
+    pub fn write(
+        &mut self,
+        name: &OsStr,
+        write: impl Fn(&Path) -> Result<(), ImageError>,
+    ) -> Result<PathBuf, String> {
+        let file = self.folder.join(name);
+        let Err(error) = write(&file) else { return Ok(file) };
+        let places = [std::env::current_dir().unwrap_or_default(), std::env::temp_dir()];
+        let rescued = places.iter().find_map(|place| {
+            let folder = tempfile::Builder::new().prefix("lookat-rescued-").tempdir_in(place).ok()?;
+            write(&folder.path().join(name)).ok()?;
+            Some(folder.keep())
+        });
+        let Some(folder) = rescued else {
+            let temporary = places[1].display();
+            return Err(format!("{error}; the working folder and {temporary} fail, too: the result is lost"));
+        };
+        self.folder = folder;
+        self.refusal.get_or_insert(error.to_string());
+        Ok(self.folder.join(name))
+    }
+
+    /// Fails if results are not in the folder that was asked for, and says where they are.
+    pub fn result(&self) -> Result<(), String> {
+        let Some(refusal) = &self.refusal else { return Ok(()) };
+        Err(format!("{refusal}; the result is in {} instead", self.folder.display()))
+    }
+}
+
+/// Writes one file; fails if it is not where it was asked for, and says where it is.
+pub fn write_result(file: &Path, write: impl Fn(&Path) -> Result<(), ImageError>) -> Result<(), String> {
+    let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
+    destination.write(file.file_name().unwrap_or_default(), write)?;
+    destination.result()
 }
 
 /// Makes a folder, and those that it is in.

@@ -1,24 +1,24 @@
 //! `lookat render`: from a scene file to a picture.
 
+mod progress;
 mod summary;
 
-use std::io::IsTerminal;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use lookat_image::Format;
-use lookat_render::{Progress, Rendered, Settings, Statistics, TargetError, film_bytes};
+use lookat_render::{Settings, Statistics, TargetError, film_bytes};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
 use crate::args::Render;
 use crate::interrupt;
-use crate::output::{check_inputs, check_output};
+use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
 use crate::source::load_scene;
+use progress::Shown;
+pub use progress::progress_bar;
 pub use summary::Metadata;
 use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, summarize};
 
@@ -64,10 +64,10 @@ pub fn render(arguments: &Render) -> ExitCode {
             report::failure(&loaded)
         }
         (Some(scene), _) => match picture(arguments, scene, &loaded) {
-            Ok(picture) => {
+            Ok((picture, written)) => {
                 let status = if picture.complete { 0 } else { interrupt::STATUS };
                 result.picture = Some(picture);
-                status
+                written.map_or_else(|message| fail(message, &mut result), |()| status)
             }
             Err(message) => fail(message, &mut result),
         },
@@ -117,7 +117,6 @@ fn settings(arguments: &Render, file: &Path) -> Settings {
     let target = arguments.target_error.map(|relative| TargetError { relative, confidence });
     Settings {
         seed: arguments.seed,
-        threads: arguments.threads.map_or(0, usize::from),
         // A picture of which so much is known says it.
         error_layers: arguments.error_layers
             || target.is_some() && Format::from_path(file) == Some(Format::Exr),
@@ -129,14 +128,22 @@ fn settings(arguments: &Render, file: &Path) -> Settings {
     }
 }
 
-/// Renders and writes the picture.
-fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPicture, String> {
-    let file = arguments.output.clone().unwrap_or_else(|| scene.film.file.clone());
+/// Renders and writes the picture; and whether it is where it was asked for.
+fn picture(
+    arguments: &Render,
+    scene: &Scene,
+    loaded: &Loaded,
+) -> Result<(JsonPicture, Result<(), String>), String> {
+    let film = &scene.film.file;
+    // A draft replaces no finished picture.
+    let film = if arguments.quick { marked(film, "quick") } else { film.clone() };
+    let file = arguments.output.clone().unwrap_or(film);
     // Before hours of rendering, not after.
     let crop = scene.film.crop;
     check_output(&file, [crop.width(), crop.height()])?;
     check_inputs(&file, &loaded.inputs)?;
-    check_inputs(&partial(&file), &loaded.inputs)?;
+    let partial = marked(&file, "partial");
+    check_inputs(&partial, &loaded.inputs)?;
     let settings = settings(arguments, &file);
     check_memory(film_bytes(&scene.film, &settings))?;
     if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
@@ -151,17 +158,25 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
         note_sampler(arguments, scene, loaded);
     }
     let notice = "stopping; once more ends at once, without a picture";
-    interrupt::watch((!arguments.quiet).then_some(notice), || HAS_SAMPLES.load(Ordering::Relaxed))?;
+    interrupt::stop_in_order((!arguments.quiet).then_some(notice), || HAS_SAMPLES.load(Ordering::Relaxed));
     let started = Instant::now();
-    let mut rendered = with_progress(arguments, |progress| lookat_render::render(scene, &settings, progress));
+    let shown = Shown::new(arguments, crop.area());
+    let mut rendered = lookat_render::render(scene, &settings, &|progress| {
+        HAS_SAMPLES.store(true, Ordering::Relaxed);
+        shown.update(&progress);
+        interrupt::flow()
+    });
+    shown.clear();
     let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
 
     let samples_per_pixel = rendered.statistics.samples as f64 / crop.area() as f64;
     let scene_file = &loaded.sources.files[0].path;
     let metadata = Metadata::new(scene_file, arguments.seed, samples_per_pixel, rendered.complete);
     rendered.image.metadata = metadata.with_settings(&settings).as_json();
-    let file = if rendered.complete { file } else { partial(&file) };
-    rendered.image.write(&file).map_err(|error| error.to_string())?;
+    let file = if rendered.complete { file } else { partial };
+    let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
+    let name = file.file_name().unwrap_or_default();
+    let file = destination.write(name, |path| rendered.image.write(path))?;
     let Statistics { least, most, rays, rejected, target, .. } = rendered.statistics;
     // What follows them is how noisy they are.
     let colors = &rendered.image.channels[..3];
@@ -192,7 +207,7 @@ fn picture(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<JsonPic
     if !arguments.report.json {
         explain_black(&picture, &rendered, scene);
     }
-    Ok(picture)
+    Ok((picture, destination.result()))
 }
 
 /// Fails where there is no memory for the film.
@@ -254,45 +269,20 @@ fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
     }
 }
 
-/// The name of a picture that is not finished: `a.exr` becomes `a.partial.exr`, so it replaces no finished one.
-fn partial(file: &Path) -> PathBuf {
-    match file.extension() {
-        Some(extension) => file.with_extension(format!("partial.{}", extension.display())),
-        None => file.with_extension("partial"),
-    }
-}
-
-/// Shows a progress bar on a terminal, and stops when it is asked to.
-fn with_progress(
-    arguments: &Render,
-    render: impl FnOnce(&(dyn Fn(Progress) -> ControlFlow<()> + Sync)) -> Rendered,
-) -> Rendered {
-    let bar = progress_bar(arguments.quiet || arguments.report.json);
-    let started = Instant::now();
-    let rendered = render(&|progress: Progress| {
-        HAS_SAMPLES.store(true, Ordering::Relaxed);
-        let samples = progress.done as f64 / progress.total.max(1) as f64;
-        let time = arguments.time.map_or(0.0, |time| started.elapsed().as_secs_f64() / time.as_secs_f64());
-        bar.set_position((1000.0 * samples.max(time).min(1.0)) as u64);
-        interrupt::flow()
-    });
-    bar.finish_and_clear();
-    rendered
-}
-
-/// A bar of a thousand steps on a terminal.
-pub fn progress_bar(silent: bool) -> ProgressBar {
-    let hidden = silent || !std::io::stderr().is_terminal();
-    let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-    // Of what has hardly begun, or has begun anew, nobody knows.
-    let left = |state: &ProgressState, out: &mut dyn std::fmt::Write| {
-        if state.eta().as_secs() > 0 || state.pos() >= 990 {
-            let _ = write!(out, "{:#} left", HumanDuration(state.eta()));
-        }
+/// The name of a file with a mark before its ending: `a.exr` becomes `a.partial.exr`. As long as a file name may be.
+fn marked(file: &Path, mark: &str) -> PathBuf {
+    const LONGEST: usize = 255;
+    let ending = match file.extension() {
+        Some(extension) => format!(".{mark}.{}", extension.display()),
+        None => format!(".{mark}"),
     };
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {left}") {
-        bar.set_style(style.with_key("left", left));
+    let stem = file.file_stem().unwrap_or_default();
+    let mut name = stem.to_owned();
+    if stem.len() + ending.len() > LONGEST {
+        let mut stem = stem.to_string_lossy().into_owned();
+        while stem.len() + ending.len() > LONGEST && stem.pop().is_some() {}
+        name = stem.into();
     }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
+    name.push(ending);
+    file.with_file_name(name)
 }

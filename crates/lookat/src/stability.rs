@@ -1,7 +1,6 @@
 //! `lookat stability`: where methods fail, and whether lookat does.
 
 use std::fmt::Write;
-use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::write_file;
@@ -10,7 +9,7 @@ use lookat_lab::stability::{Case, Effort, Found, LOOKAT, Row, as_csv, as_json, c
 use lookat_scene::syntax::nearest;
 
 use crate::args::Stability;
-use crate::output::make_folder;
+use crate::output::{Destination, check_folder, make_folder};
 
 /// Runs the command.
 pub fn stability(arguments: &Stability) -> ExitCode {
@@ -22,7 +21,14 @@ fn run(arguments: &Stability) -> Result<bool, String> {
     let cases = chosen(&arguments.case)?;
     if let Some(folder) = &arguments.output {
         make_folder(folder)?;
+        let charts = cases.iter().flat_map(|case| ["svg", "png"].map(|ending| chart_name(case, ending)));
+        TABLES
+            .map(String::from)
+            .into_iter()
+            .chain(charts)
+            .try_for_each(|name| check_folder(&folder.join(name)))?;
     }
+    let mut destination = arguments.output.as_deref().map(Destination::new);
     let effort = Effort { rays: arguments.rays };
     let mut results = Vec::new();
     for case in cases {
@@ -30,12 +36,12 @@ fn run(arguments: &Stability) -> Result<bool, String> {
         if !arguments.json {
             crate::print(&as_text(&case, &found))?;
         }
-        if let Some(folder) = &arguments.output {
-            draw(&case, &found, folder)?;
+        if let Some(destination) = &mut destination {
+            draw(&case, &found, destination)?;
         }
         results.push((case, found));
-        if let Some(folder) = &arguments.output {
-            write_tables(&results, folder)?;
+        if let Some(destination) = &mut destination {
+            write_tables(&results, destination)?;
         }
     }
     let passes = results.iter().all(|(case, found)| found.passes(case));
@@ -43,13 +49,18 @@ fn run(arguments: &Stability) -> Result<bool, String> {
         true => crate::print_json(&as_json(&results)),
         false => crate::print(&totals(&results)),
     };
-    printed.map(|()| passes)
+    printed?;
+    destination.map_or(Ok(()), |destination| destination.result())?;
+    Ok(passes)
 }
 
+/// The tables of all cases.
+const TABLES: [&str; 2] = ["stability.csv", "stability.json"];
+
 /// The tables of the cases so far, so that an interrupted run leaves what it has found.
-fn write_tables(results: &[(Case, Found)], folder: &Path) -> Result<(), String> {
-    write(&folder.join("stability.csv"), as_csv(results).as_bytes())?;
-    write(&folder.join("stability.json"), format!("{:#}\n", as_json(results)).as_bytes())
+fn write_tables(results: &[(Case, Found)], destination: &mut Destination) -> Result<(), String> {
+    let texts = [as_csv(results), format!("{:#}\n", as_json(results))];
+    TABLES.iter().zip(texts).try_for_each(|(name, text)| write(name, text.as_bytes(), destination))
 }
 
 /// The cases with these names, or the families of these letters; all if there are none.
@@ -175,14 +186,18 @@ fn share(x: f64) -> String {
     }
 }
 
-fn draw(case: &Case, found: &Found, folder: &Path) -> Result<(), String> {
-    let cannot = |error| format!("cannot draw {}: {error}", case.id);
-    let Some(plot) = lookat_lab::stability::draw(case, found).map_err(cannot)? else { return Ok(()) };
-    let file = folder.join(format!("{}-{}", case.id, case.name));
-    write(&file.with_extension("svg"), plot.svg.as_bytes())?;
-    write(&file.with_extension("png"), &plot.png().map_err(cannot)?)
+/// The file of a case's chart.
+fn chart_name(case: &Case, ending: &str) -> String {
+    format!("{}-{}.{ending}", case.id, case.name)
 }
 
-fn write(file: &Path, bytes: &[u8]) -> Result<(), String> {
-    write_file(file, bytes).map_err(|error| error.to_string())
+fn draw(case: &Case, found: &Found, destination: &mut Destination) -> Result<(), String> {
+    let cannot = |error| format!("cannot draw {}: {error}", case.id);
+    let Some(plot) = lookat_lab::stability::draw(case, found).map_err(cannot)? else { return Ok(()) };
+    write(&chart_name(case, "svg"), plot.svg.as_bytes(), destination)?;
+    write(&chart_name(case, "png"), &plot.png().map_err(cannot)?, destination)
+}
+
+fn write(name: &str, bytes: &[u8], destination: &mut Destination) -> Result<(), String> {
+    destination.write(name.as_ref(), |path| write_file(path, bytes)).map(drop)
 }

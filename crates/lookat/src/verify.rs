@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::args::Verify;
 use crate::metric::Measurement;
-use crate::output::check_folder;
+use crate::output::{check_folder, write_result};
 
 /// The result for one scene, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -133,7 +133,7 @@ fn run(arguments: &Verify) -> Result<u8, String> {
     if let Some(file) = &arguments.report {
         let title = format!("lookat verify {}", arguments.folder.display());
         let page = page::page(&title, &command_line::repeated(), &pages);
-        write_file(file, page.as_bytes()).map_err(|error| error.to_string())?;
+        write_result(file, |path| write_file(path, page.as_bytes()))?;
     }
     Ok(match () {
         () if verdicts.contains(&Verdict::Trouble) => crate::TROUBLE,

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::Progress;
@@ -15,6 +16,9 @@ pub(super) struct Control<'p> {
     interrupted: AtomicBool,
     done: AtomicU64,
     total: AtomicU64,
+    /// The bounds of the samples in all.
+    bounds: Mutex<Option<[u64; 2]>>,
+    pixels_done: AtomicU64,
     rays: AtomicU64,
     rejected: AtomicU64,
 }
@@ -32,6 +36,8 @@ impl<'p> Control<'p> {
             interrupted: AtomicBool::new(false),
             done: AtomicU64::new(0),
             total: AtomicU64::new(0),
+            bounds: Mutex::new(None),
+            pixels_done: AtomicU64::new(0),
             rays: AtomicU64::new(0),
             rejected: AtomicU64::new(0),
         }
@@ -40,6 +46,23 @@ impl<'p> Control<'p> {
     /// How many samples there will be.
     pub fn expect(&self, total: u64) {
         self.total.store(total, Ordering::Relaxed);
+        self.expect_between(Some([total; 2]));
+    }
+
+    /// How many samples there will be at least and at most, as far as that is known.
+    pub fn expect_between(&self, bounds: Option<[u64; 2]>) {
+        *self.bounds.lock().unwrap_or_else(PoisonError::into_inner) = bounds;
+    }
+
+    /// How many pixels have reached the target error.
+    pub fn set_pixels_done(&self, pixels: u64) {
+        self.pixels_done.store(pixels, Ordering::Relaxed);
+    }
+
+    fn progress(&self, done: u64) -> Progress {
+        let bounds = *self.bounds.lock().unwrap_or_else(PoisonError::into_inner);
+        let left = bounds.map(|bounds| bounds.map(|total| total.saturating_sub(done)));
+        Progress { done, total: self.total(), left, pixels_done: self.pixels_done.load(Ordering::Relaxed) }
     }
 
     /// Counts samples as done, and asks the clock and the caller.
@@ -48,7 +71,7 @@ impl<'p> Control<'p> {
         if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             self.stopped.store(true, Ordering::Relaxed);
         }
-        if (self.progress)(Progress { done, total: self.total() }).is_break() {
+        if (self.progress)(self.progress(done)).is_break() {
             self.interrupted.store(true, Ordering::Relaxed);
             self.stopped.store(true, Ordering::Relaxed);
         }

@@ -38,12 +38,17 @@ pub(super) struct Estimate {
 }
 
 impl StopRule {
-    /// A rule for a picture of that [`Brightness`].
-    pub fn new(target: &TargetError, brightness: f64) -> StopRule {
+    /// A rule for a picture whose brightness is not known yet.
+    pub fn new(target: &TargetError) -> StopRule {
         let tail = 0.5 * (1.0 - target.confidence.clamp(0.0, 1.0));
         let quantile = StudentsT::new(0.0, 1.0, f64::from(REPLICATES - 1))
             .map_or(f64::INFINITY, |t| -t.inverse_cdf(tail));
-        StopRule { relative: target.relative, quantile, dark: DARK * brightness }
+        StopRule { relative: target.relative, quantile, dark: 0.0 }
+    }
+
+    /// The rule for a picture of that [`Brightness`].
+    pub fn with_brightness(self, brightness: f64) -> StopRule {
+        StopRule { dark: DARK * brightness, ..self }
     }
 
     /// By how many times the error of a pixel may be too large; at most 1 where it is done.
@@ -83,7 +88,7 @@ mod tests {
     const STEP: Seen = Seen { least: Vec3::ZERO, most: Vec3::ONE };
 
     fn rule() -> StopRule {
-        StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 }, 0.5)
+        StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 }).with_brightness(0.5)
     }
 
     fn estimate(value: f64, error: f32, around: Seen) -> Estimate {
@@ -123,7 +128,7 @@ mod tests {
         let by_picture = rule().excess(&estimate(0.0, 1e-3, Seen::NOTHING));
         assert!((by_picture - rule().excess(&estimate(0.5 * DARK, 1e-3, Seen::NOTHING))).abs() < 1e-6);
         assert!(by_picture > rule().excess(&estimate(DARK, 1e-3, Seen::NOTHING)));
-        let black = StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 }, 0.0);
+        let black = StopRule::new(&TargetError { relative: 0.1, confidence: 0.95 });
         assert!(black.excess(&estimate(0.0, 0.0, Seen::NOTHING)) < 1.0);
     }
 

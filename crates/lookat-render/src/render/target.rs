@@ -5,13 +5,18 @@
 //! change nothing.
 
 use std::array::from_fn;
+use std::sync::{Mutex, PoisonError};
 
 use glam::Vec3;
 use lookat_image::PixelError;
 use lookat_scene::{PixelBounds, Sampler, SamplerKind};
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
 use super::control::Meter;
+use super::forecast::Sampled;
 use super::sample::{Context, Job, Pattern, Samples, Seen};
 use super::stop::{Brightness, Estimate, StopRule};
 use super::{Reached, Settings, TargetError};
@@ -72,19 +77,32 @@ where
         parts.par_iter_mut().for_each(|part| part.glance(context, settings.seed));
     }
     let mut count = FIRST / REPLICATES;
-    let mut rule = None;
+    let weight = context.filter.weight();
+    let rule = StopRule::new(target);
+    let first =
+        FirstRound { rule, most, weight, parts: parts.len(), pixels: crop.area(), known: Mutex::default() };
+    let mut shuffled: Vec<&mut Part> = parts.iter_mut().collect();
+    shuffled.shuffle(&mut Pcg64Mcg::seed_from_u64(settings.seed));
+    context.control.expect_between(None);
+    shuffled.into_par_iter().for_each(|part| {
+        part.sample(context, settings.seed, count);
+        context.control.expect_between(first.forecast(part));
+    });
+    let rule = rule.with_brightness(brightness(&parts, weight));
     loop {
-        parts.par_iter_mut().for_each(|part| part.sample(context, settings.seed, count));
-        let rule =
-            rule.get_or_insert_with(|| StopRule::new(target, brightness(&parts, context.filter.weight())));
-        judge(&mut parts, context.filter.weight(), rule);
+        judge(&mut parts, weight, &rule);
         let active = || parts.iter().flat_map(Part::active);
+        context.control.set_pixels_done(crop.area() - active().count() as u64);
         if active().next().is_none() || count >= most || context.control.is_stopped() {
             break;
         }
-        context.control.expect(context.control.done() + expected(active(), most));
+        let left = |power| active().map(|active| left(active.count, active.excess, power, most)).sum::<u64>();
+        let totals = POWERS.map(|power| context.control.done() + left(power));
+        context.control.expect(totals[0]);
+        context.control.expect_between(Some(totals));
         // Patterns are best at powers of two.
         count = (2 * count).min(most);
+        parts.par_iter_mut().for_each(|part| part.sample(context, settings.seed, count));
     }
     let reached = reached(&parts, most, context.filter.weight());
     let mut tiles: Vec<Tile> = parts.into_iter().map(|part| part.tile).collect();
@@ -219,6 +237,14 @@ impl Active {
         }
         spread
     }
+
+    /// By how many times its error is too large, and its error; from what it and its neighbours have seen.
+    fn judge(&self, pixel: &Pixel, around: Seen, rule: &StopRule, weight: f64) -> (f64, PixelError) {
+        let error = self.spread().error(pixel, weight);
+        let standard_error = error.standard_error.into();
+        let estimate = Estimate { value: pixel.value(weight), standard_error, count: self.count, around };
+        (if self.count == 0 { f64::INFINITY } else { rule.excess(&estimate) }, error)
+    }
 }
 
 /// The brightness of the picture so far.
@@ -230,26 +256,18 @@ fn brightness(parts: &[Part], weight: f64) -> f64 {
 
 /// Finds the errors of all pixels that are not done, and leaves those of them that still are not.
 fn judge(parts: &mut [Part], weight: f64, rule: &StopRule) {
-    let judge = |index: usize| -> Vec<(PixelError, f64)> {
+    let judge = |index: usize| -> Vec<(f64, PixelError)> {
         let part = &parts[index];
         let pixels = part.active().iter().map(|active| {
-            let (pixel, spread) = (&part.tile.pixels[active.at], active.spread());
-            let error = spread.error(pixel, weight);
-            let estimate = Estimate {
-                value: pixel.value(weight),
-                standard_error: error.standard_error.into(),
-                count: active.count,
-                around: around(parts, index, active.at)
-                    .fold(Seen::NOTHING, |all, (seen, _)| all.union(*seen)),
-            };
-            (error, if active.count == 0 { f64::INFINITY } else { rule.excess(&estimate) })
+            let seen = around(parts, index, active.at).fold(Seen::NOTHING, |all, (seen, _)| all.union(*seen));
+            active.judge(&part.tile.pixels[active.at], seen, rule, weight)
         });
         pixels.collect()
     };
     let judged: Vec<_> = (0..parts.len()).into_par_iter().map(judge).collect();
     parts.par_iter_mut().zip(judged).for_each(|(part, judged)| {
         let Some(all_active) = &mut part.active else { return };
-        for (active, (error, excess)) in all_active.iter_mut().zip(judged) {
+        for (active, (excess, error)) in all_active.iter_mut().zip(judged) {
             active.excess = excess;
             if active.count > 0 {
                 part.tile.errors[active.at] = error;
@@ -277,14 +295,49 @@ fn around(parts: &[Part], index: usize, at: usize) -> impl Iterator<Item = (&See
     })
 }
 
-/// How many more samples it is likely to take. Errors fall with a power of about 3/4 of the samples.
-fn expected<'a>(active: impl Iterator<Item = &'a Active>, most: u32) -> u64 {
-    let needed = |active: &Active| {
-        let all = f64::from(active.count) * active.excess.powf(4.0 / 3.0);
-        let all = if all < f64::from(most) { (all as u32).next_power_of_two().min(most) } else { most };
-        u64::from(all.max(2 * active.count).min(most) - active.count)
-    };
-    active.map(needed).sum::<u64>() * u64::from(REPLICATES)
+/// The error of a pixel falls with such a power of its samples: at the fastest, and at the slowest. Independent samples have
+/// 1/2, and patterns more; it is less here, as the errors of few samples are often found too small.
+const POWERS: [f64; 2] = [0.75, 0.45];
+
+/// How many more samples a pixel of so many in each replicate takes, whose error is too large by a factor.
+fn left(count: u32, excess: f64, power: f64, most: u32) -> u64 {
+    let all = f64::from(count) * excess.powf(power.recip());
+    let all = if all < f64::from(most) { (all as u32).next_power_of_two().min(most) } else { most };
+    u64::from(all.max(2 * count).min(most) - count) * u64::from(REPLICATES)
+}
+
+/// What is known of the samples to come while the first round goes on, whose parts come in random order.
+struct FirstRound {
+    rule: StopRule,
+    most: u32,
+    weight: f64,
+    parts: usize,
+    pixels: u64,
+    /// The brightness of the pixels so far, and for each part the samples left at the fastest and at the slowest.
+    known: Mutex<(Brightness, [Sampled; 2])>,
+}
+
+impl FirstRound {
+    /// The bounds of all samples, with another part that has its first.
+    fn forecast(&self, part: &Part) -> Option<[u64; 2]> {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let (brightness, lefts) = &mut *known;
+        part.tile.pixels.iter().for_each(|pixel| brightness.add(pixel.value(self.weight)));
+        let rule = self.rule.with_brightness(brightness.get());
+        let (mut fastest, mut slowest) = (0, 0);
+        for active in part.active().iter().filter(|active| active.count > 0) {
+            let seen = part.seen[active.at];
+            let (excess, _) = active.judge(&part.tile.pixels[active.at], seen, &rule, self.weight);
+            if excess > 1.0 {
+                fastest += left(active.count, excess, POWERS[0], self.most);
+                slowest += left(active.count, excess, POWERS[1], self.most);
+            }
+        }
+        lefts[0].add(fastest as f64);
+        lefts[1].add(slowest as f64);
+        let first = self.pixels * u64::from(FIRST);
+        Some([first + lefts[0].sum(self.parts, -1.0)? as u64, first + lefts[1].sum(self.parts, 1.0)? as u64])
+    }
 }
 
 /// Counts the pixels.

@@ -1,8 +1,7 @@
 //! Renders a scene and compares it with its reference.
 
-use std::collections::BTreeSet;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use lookat_image::{Aligned, Format, Image, align};
@@ -14,7 +13,7 @@ use serde_json::json;
 use super::{Comparison, Diagnostics, Outcome, Rendered, Verdict, files};
 use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
-use crate::output::{check_folder, check_inputs, is_among};
+use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::render::{Metadata, note_jitter};
 use crate::source::load_scene;
 use crate::{noise, report};
@@ -63,6 +62,11 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
         outcome.reason = "no picture beside it except one that it shows".into();
         return Ok(());
     }
+    let target = reference.unwrap_or_else(|| file.with_extension("exr"));
+    if arguments.update {
+        // Before the scene is rendered.
+        check_folder(&target).and_then(|()| check_inputs(&target, &loaded.inputs))?;
+    }
     let rendered = outcome.render.insert(render(arguments, file, scene));
     if let Some(expected) = &outcome.reference {
         outcome.comparison = match align(&rendered.image, expected) {
@@ -77,7 +81,7 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
         (outcome.verdict, outcome.reason) = judge(arguments, comparison)?;
     }
     if arguments.update && matches!(outcome.verdict, Verdict::Differs | Verdict::New) {
-        update(reference.unwrap_or_else(|| file.with_extension("exr")), &loaded.inputs, outcome)?;
+        update(&target, outcome)?;
     }
     Ok(())
 }
@@ -105,10 +109,9 @@ fn check_reference(arguments: &Verify, reference: &Path) -> Result<(), String> {
 }
 
 /// Writes a new reference.
-fn update(target: PathBuf, inputs: &BTreeSet<PathBuf>, outcome: &mut Outcome) -> Result<(), String> {
-    check_folder(&target).and_then(|()| check_inputs(&target, inputs))?;
+fn update(target: &Path, outcome: &mut Outcome) -> Result<(), String> {
     let Some(Rendered { image, samples_per_pixel, .. }) = &outcome.render else { return Ok(()) };
-    image.write(&target).map_err(|error| error.to_string())?;
+    write_result(target, |path| image.write(path))?;
     outcome.updated = true;
     outcome.reason += &format!("; wrote {}, {samples_per_pixel} samples per pixel", target.display());
     Ok(())
@@ -118,7 +121,6 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene) -> Rendered {
     let samples_per_pixel = scene.sampler.samples_per_pixel;
     let settings = Settings {
         seed: arguments.seed,
-        threads: arguments.threads.map_or(0, usize::from),
         // Always, so that limits hold for the picture from which people read them.
         error_layers: samples_per_pixel > 1,
         ..Settings::default()

@@ -1,0 +1,134 @@
+//! How much is left.
+
+use std::time::Instant;
+
+use super::Progress;
+
+/// Estimates how much longer a rendering takes.
+#[derive(Debug, Clone)]
+pub struct TimeLeft {
+    /// Times since the first call in seconds, each at least 2 % more than the one before, and the samples done until then.
+    history: Vec<(f64, u64)>,
+    started: Option<(Instant, u64)>,
+}
+
+/// How much more, and how much less, time the samples to come may take than the samples so far, as other pixels are sampled
+/// and as the machine has other work.
+const SLACK: f64 = 1.4;
+
+/// Seconds after which the rate of samples is known.
+const SETTLED: f64 = 0.5;
+
+impl TimeLeft {
+    /// For a rendering that is about to begin.
+    pub fn new() -> TimeLeft {
+        TimeLeft { history: Vec::new(), started: None }
+    }
+
+    /// Seconds left, at least and at most; `None` while that is unknown. Call it every now and then.
+    ///
+    /// The samples left take as long as those before, either all of these or those of the second half of the time.
+    pub fn update(&mut self, progress: &Progress) -> Option<[f64; 2]> {
+        let (started, before) = *self.started.get_or_insert((Instant::now(), progress.done));
+        let (time, done) = (started.elapsed().as_secs_f64(), progress.done.saturating_sub(before));
+        self.at(time, done, progress.left?)
+    }
+
+    fn at(&mut self, time: f64, done: u64, [least, most]: [u64; 2]) -> Option<[f64; 2]> {
+        if self.history.last().is_none_or(|(last, _)| time > 1.02 * last) {
+            self.history.push((time, done));
+        }
+        if time < SETTLED {
+            return None;
+        }
+        let half = self.history.iter().rev().find(|(then, _)| *then <= 0.5 * time);
+        let rate = |(from, before): (f64, u64)| (time - from) / done.saturating_sub(before) as f64;
+        let all = rate((0.0, 0));
+        let recent = half.map_or(all, |then| rate(*then));
+        let [fast, slow] = [all.min(recent) / SLACK, all.max(recent) * SLACK];
+        let left = [least as f64 * fast, most as f64 * slow];
+        left.iter().all(|seconds| seconds.is_finite()).then_some(left)
+    }
+}
+
+impl Default for TimeLeft {
+    fn default() -> Self {
+        TimeLeft::new()
+    }
+}
+
+/// A sum over all parts of a picture, known from some that are a random sample of them.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Sampled {
+    count: u64,
+    mean: f64,
+    /// Sum of the squared distances from the mean.
+    squares: f64,
+}
+
+/// The fewest parts to tell from.
+const FEWEST: u64 = 8;
+/// Standard errors from the middle of an interval to its ends.
+const WIDTH: f64 = 3.0;
+
+impl Sampled {
+    pub fn add(&mut self, value: f64) {
+        self.count += 1;
+        let step = value - self.mean;
+        self.mean += step / self.count as f64;
+        self.squares += step * (value - self.mean);
+    }
+
+    /// The sum over so many parts, lowered or raised (-1 or 1) by its error.
+    pub fn sum(&self, parts: usize, side: f64) -> Option<f64> {
+        let (all, count) = (parts as f64, self.count as f64);
+        if self.count < FEWEST.min(parts as u64) {
+            return None;
+        }
+        let variance = self.squares / (count - 1.0).max(1.0);
+        let error = (variance / count * (1.0 - count / all).max(0.0)).sqrt();
+        Some((all * (self.mean + side * WIDTH * error)).max(count * self.mean))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn even_work_is_told_within_the_slack() {
+        let mut left = TimeLeft::new();
+        for step in 1..=100 {
+            let [least, most] =
+                left.at(f64::from(step), 1000 * step as u64, [1000 * (100 - step as u64); 2]).unwrap();
+            let truth = f64::from(100 - step);
+            assert!((least - truth / SLACK).abs() < 1e-9 && (most - truth * SLACK).abs() < 1e-9);
+        }
+    }
+
+    /// Samples that take longer from some time on raise the upper end, and at last also the lower one.
+    #[test]
+    fn slower_samples_are_noticed() {
+        let mut left = TimeLeft::new();
+        (1..=10_u64).for_each(|second| {
+            left.at(second as f64, 1000 * second, [9000; 2]);
+        });
+        let [mut least, mut most] = [0.0; 2];
+        for second in 11..=40_u64 {
+            [least, most] = left.at(second as f64, 10_000 + 100 * (second - 10), [1000; 2]).unwrap();
+        }
+        assert!(most >= 10.0 && least > 1.0, "{least} {most}");
+        assert_eq!(TimeLeft::new().at(1.0, 0, [10; 2]), None);
+    }
+
+    #[test]
+    fn a_sum_is_known_from_some_parts_and_exact_from_all() {
+        let mut sampled = Sampled::default();
+        (0..7).for_each(|_| sampled.add(1.0));
+        assert_eq!(sampled.sum(100, 1.0), None);
+        (0..7).for_each(|_| sampled.add(3.0));
+        let [low, high] = [-1.0, 1.0].map(|side| sampled.sum(100, side).unwrap());
+        assert!(low > 100.0 && low < 200.0 && high > 200.0 && high < 300.0, "{low} {high}");
+        assert_eq!([-1.0, 1.0].map(|side| sampled.sum(14, side)), [Some(28.0); 2]);
+    }
+}
