@@ -53,6 +53,11 @@ fn split(bytes: &[u8]) -> (&[u8], &[u8]) {
     bytes.split_at(at)
 }
 
+/// The same memory on every machine.
+fn limited() -> Overrides {
+    Overrides { max_memory: Some(1_000_000_000), ..Overrides::default() }
+}
+
 /// A range of a file, as people read it.
 fn place(sources: &Sources, span: Span) -> String {
     let start = sources.location(span);
@@ -120,7 +125,7 @@ fn failure(path: &Path, update: bool) -> Option<String> {
         // The expectations are no part of the case: some are about the end of the file.
         if asked == name { Ok(scene.to_vec()) } else { std::fs::read(folder.join(asked)) }
     };
-    let loaded = load(name, &read, &Overrides::default());
+    let loaded = load(name, &read, &limited());
     let errors = loaded.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error);
     assert_eq!(loaded.scene.is_none(), errors, "{}: a scene exactly without errors", path.display());
     if let Some(text) = loaded.diagnostics.iter().find_map(style) {
@@ -168,7 +173,7 @@ fn check(files: &[(&str, &[u8])], expected: &[&str]) {
         let known = files.iter().find(|(name, _)| Path::new(name) == asked);
         known.map(|(_, bytes)| bytes.to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
     };
-    let loaded = load(Path::new("scene.pbrt"), &read, &Overrides::default());
+    let loaded = load(Path::new("scene.pbrt"), &read, &limited());
     let (actual, expected) =
         (all_written(&loaded), expected.iter().map(|line| format!("{line}\n")).collect::<String>());
     assert!(actual == expected, "\n{}", difference(&expected, &actual));

@@ -1,7 +1,7 @@
 //! Brings two pictures to the pixels that both have.
 
 use crate::error::listed;
-use crate::{Image, PixelError, Precision, Window};
+use crate::{Image, PixelError, Placement, Precision, Window};
 
 /// The pixels that two pictures share.
 #[derive(Debug, Clone)]
@@ -43,13 +43,10 @@ pub enum AlignError {
 ///
 /// Fails if the full pictures differ in size, the data windows do not overlap, or a picture has no colors.
 pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
-    let (a, b) = (placed_by(actual, expected), placed_by(expected, actual));
-    if a.display_window.size() != b.display_window.size() {
-        return Err(AlignError::Size(a.display_window.size(), b.display_window.size()));
-    }
-    let is_placed = [(a, actual), (b, expected)].map(|(by, own)| by.data_window != own.data_window);
-    let (a, b) = (a.data_window, b.data_window);
-    let window = common(a, b).ok_or(AlignError::Apart)?;
+    let placements = [actual.placement(), expected.placement()];
+    let window = common_window(placements)?;
+    let [a, b] = placed(placements).map(|placement| placement.data_window);
+    let is_placed = [a != actual.data_window, b != expected.data_window];
     let left_out = a.area() + b.area() - 2 * window.area();
     let colors =
         |image: &Image, which| image.rgb().ok_or_else(|| AlignError::Channels(which, instead(image)));
@@ -66,10 +63,22 @@ pub fn align(actual: &Image, expected: &Image) -> Result<Aligned, AlignError> {
     })
 }
 
-/// The picture whose windows count for one that is held against another.
-fn placed_by<'i>(image: &'i Image, other: &'i Image) -> &'i Image {
-    let is_part = image.data_window.size() == other.data_window.size();
-    if !image.has_windows && is_part { other } else { image }
+/// The pixels that two pictures have in common, by their headers; fails as [`align`].
+pub fn common_window(placements: [Placement; 2]) -> Result<Window, AlignError> {
+    let [a, b] = placed(placements);
+    if a.display_window.size() != b.display_window.size() {
+        return Err(AlignError::Size(a.display_window.size(), b.display_window.size()));
+    }
+    common(a.data_window, b.data_window).ok_or(AlignError::Apart)
+}
+
+/// A picture that does not say where it lies takes the place of the other one, if it has its size.
+fn placed([a, b]: [Placement; 2]) -> [Placement; 2] {
+    let placed = |own: Placement, other: Placement| {
+        let is_part = own.data_window.size() == other.data_window.size();
+        if !own.has_windows && is_part { other } else { own }
+    };
+    [placed(a, b), placed(b, a)]
 }
 
 /// What a picture without colors has, or how to choose from its file.

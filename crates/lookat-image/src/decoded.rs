@@ -2,14 +2,16 @@
 
 use std::array::from_fn;
 use std::error::Error;
-use std::io::{BufRead, Cursor, ErrorKind, Read, Seek, SeekFrom};
+use std::io::{BufRead, ErrorKind, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::LazyLock;
 
-use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+use ::image::codecs::hdr::HdrDecoder;
+use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
-use crate::error::{Fault, pixel_count};
-use crate::{Image, Precision, Window};
+use crate::error::Fault;
+use crate::picture_file::Input;
+use crate::{Image, MemoryBudget, Precision, Window};
 
 /// The formats that are read here, by their endings, with a bound for the bytes of pixels that one byte of a
 /// file can stand for. PNG shrinks to 1/1032 what may be 1 bit for 32; a row of HDR may be a color and a
@@ -37,63 +39,65 @@ pub(crate) fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, 
     FORMATS.iter().find(|(known, ..)| *known == ending)
 }
 
-/// Reads R, G and B; alpha is left out.
-pub(crate) fn read(
-    mut input: impl BufRead + Seek,
+/// Reads the header; and whether the values are linear.
+pub(crate) fn open<'a>(
+    mut input: Box<dyn Input + 'a>,
     path: &Path,
-    curve: Curve,
-    most: u64,
-) -> Result<Image, Fault> {
+) -> Result<(Box<dyn ImageDecoder + 'a>, bool), Fault> {
     let Some((_, format, densest)) = known(path) else {
         return Err(Fault::Unfit(
             "lookat reads exr, pfm, png, tga, jpg and hdr, and tells them by the ending of the name".into(),
         ));
     };
-    if *format != ImageFormat::Hdr {
-        return decode(input, format, *densest, curve, most);
-    }
-    let mut bytes = Vec::new();
-    input.read_to_end(&mut bytes)?;
-    // The other first line that such files have; the decoder knows one.
-    if bytes.starts_with(b"#?RGBE\n") {
-        bytes.splice(..6, *b"#?RADIANCE");
-    }
-    decode(Cursor::new(bytes), format, *densest, curve, most)
-}
-
-fn decode(
-    mut input: impl BufRead + Seek,
-    format: &ImageFormat,
-    densest: u64,
-    curve: Curve,
-    most: u64,
-) -> Result<Image, Fault> {
-    let as_stored = *format == ImageFormat::Hdr || curve == Curve::Stored;
     let length = input.seek(SeekFrom::End(0))?;
     let is_ended = *format != ImageFormat::Jpeg || jpeg_is_ended(&mut input, length)?;
     if !is_ended {
         return Err(Fault::Damaged("the file ends before the picture does".into()));
     }
     input.rewind()?;
-    let mut reader = ImageReader::with_format(input, *format);
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(4 << 30);
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(fault)?;
-    let (width, height) = decoder.dimensions();
-    pixel_count(width.into(), height.into(), most)?;
-    // The memory is taken before the pixels are read.
-    if decoder.total_bytes() > length.saturating_mul(densest) {
+    let is_hdr = *format == ImageFormat::Hdr;
+    let decoder: Box<dyn ImageDecoder> = if is_hdr && input.fill_buf()?.starts_with(b"#?RGBE\n") {
+        // The other first line that such files have; the decoder knows one.
+        input.seek(SeekFrom::Start(6))?;
+        Box::new(HdrDecoder::new(b"#?RADIANCE".chain(input)).map_err(fault)?)
+    } else {
+        let mut reader = ImageReader::with_format(input, *format);
+        // The budget is the limit.
+        reader.no_limits();
+        Box::new(reader.into_decoder().map_err(fault)?)
+    };
+    let Window { width, height, .. } = window(&decoder).not_empty()?;
+    if decoder.total_bytes() > length.saturating_mul(*densest) {
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
+    Ok((decoder, is_hdr))
+}
+
+pub(crate) fn window(decoder: &impl ImageDecoder) -> Window {
+    let (width, height) = decoder.dimensions();
+    Window { x: 0, y: 0, width, height }
+}
+
+/// Reads R, G and B; alpha is left out.
+pub(crate) fn read(
+    decoder: Box<dyn ImageDecoder + '_>,
+    curve: Curve,
+    memory: &MemoryBudget,
+) -> Result<Image, Fault> {
+    let window = window(&decoder);
+    // As stored with the decoder's own copy of it, then as 32-bit float, then plane by plane.
+    let stored = 2 * u64::from(decoder.color_type().bytes_per_pixel());
+    window.reserve(PIXEL_BYTES + stored.max(PIXEL_BYTES), 0, memory)?;
     let mut values = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f().into_raw();
-    if !as_stored {
+    if curve == Curve::Linear {
         values.iter_mut().for_each(|value| *value = linear_from_srgb(*value));
     }
-    let window = Window { x: 0, y: 0, width, height };
     let (pixels, _) = values.as_chunks();
     Ok(Image { precision: Precision::Integer, has_windows: false, ..Image::from_rgb(window, window, pixels) })
 }
+
+/// Three 32-bit floats.
+const PIXEL_BYTES: u64 = 12;
 
 /// Whether the end of a JPEG picture is among the last bytes of the file: its decoder makes up what is missing.
 fn jpeg_is_ended(input: &mut (impl BufRead + Seek), length: u64) -> Result<bool, Fault> {
@@ -172,8 +176,11 @@ mod tests {
     use ::image::ImageEncoder;
 
     use super::{inverse_curve, linear_from_srgb, of_byte};
-    use crate::error::MOST_PIXELS;
-    use crate::{Image, ImageError, Window};
+    use crate::{Image, ImageError, MemoryBudget, PictureFile, Window};
+
+    fn decode(name: &str, bytes: &[u8], memory: u64) -> Result<Image, ImageError> {
+        PictureFile::of_bytes(std::path::Path::new(name), bytes)?.read(&MemoryBudget::new(memory))
+    }
 
     #[test]
     fn too_many_pixels_are_refused_before_any_is_decoded() {
@@ -184,10 +191,10 @@ mod tests {
             let path = directory.path().join(name);
             image.write(&path).unwrap();
             let bytes = std::fs::read(&path).unwrap();
-            let decode = |most| Image::decode(&path, &bytes, most);
-            assert_eq!(decode(64 * 32).unwrap().data_window, window, "{name}");
-            let (path, width, height, most) = (path.clone(), 64, 32, 64 * 32 - 1);
-            assert_eq!(decode(most), Err(ImageError::TooLarge { path, width, height, most }), "{name}");
+            let decode = |memory| decode(path.to_str().unwrap(), &bytes, memory);
+            assert_eq!(decode(1 << 20).unwrap().data_window, window, "{name}");
+            let error = decode(64 * 32 * 12 - 1).unwrap_err();
+            assert!(matches!(error, ImageError::TooLarge { width: 64, height: 32, .. }), "{name}: {error}");
         }
     }
 
@@ -213,8 +220,7 @@ mod tests {
         let of = |first: &str| {
             let header = format!("{first}\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n");
             let bytes = [header.as_bytes(), &[128, 64, 32, 130]].concat();
-            Image::decode(std::path::Path::new("a.hdr"), &bytes, MOST_PIXELS)
-                .map(|image| image.rgb().unwrap())
+            decode("a.hdr", &bytes, 1 << 20).map(|image| image.rgb().unwrap())
         };
         assert_eq!(of("#?RADIANCE").unwrap(), [[2.0, 1.0, 0.5]]);
         assert_eq!(of("#?RGBE").unwrap(), [[2.0, 1.0, 0.5]]);
@@ -229,7 +235,7 @@ mod tests {
         encoder.write_image(&pixels, 64, 64, ::image::ExtendedColorType::L8).unwrap();
         // Another picture within, with an end of its own, and filling.
         whole.splice(2..2, *b"\xff\xff\xe1\x00\x08\xff\xd8\xff\xd9..");
-        let read = |bytes: &[u8]| Image::decode(std::path::Path::new("a.jpg"), bytes, MOST_PIXELS);
+        let read = |bytes: &[u8]| decode("a.jpg", bytes, 1 << 20);
         assert_eq!(read(&whole).unwrap().data_window.width, 64);
         for length in [whole.len() - 2, whole.len() * 2 / 3, 400, 12, 4] {
             assert!(read(&whole[..length]).is_err(), "{length}");

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::Format;
+use crate::{Format, OutOfMemory};
 
 /// Why a picture could not be read or written. Its text names the file and is fit to be shown to the user.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -30,17 +30,17 @@ pub enum ImageError {
         /// Lower case, or the words of the operating system; no full stop.
         reason: String,
     },
-    /// There are more pixels than lookat, or the caller, takes; nothing was decoded.
-    #[error("cannot read {}: {}", path.display(), too_large(*width, *height, *most))]
+    /// The memory budget has no room for the pixels; none was decoded.
+    #[error("cannot read {}, {width} x {height} pixels: {shortage}", path.display())]
     TooLarge {
         /// The path as it was given.
         path: PathBuf,
         /// The number of columns.
-        width: u64,
+        width: u32,
         /// The number of rows.
-        height: u64,
-        /// The most pixels that are taken.
-        most: u64,
+        height: u32,
+        /// What is missing.
+        shortage: OutOfMemory,
     },
     /// The contents are not of the format that the extension claims.
     #[error("{} is not what its ending says{}", path.display(), named(*format))]
@@ -70,7 +70,9 @@ impl ImageError {
         match fault {
             Fault::Foreign(format) => ImageError::NotThatFormat { path, format },
             Fault::Damaged(reason) => ImageError::Damaged { path, reason },
-            Fault::TooLarge { width, height, most } => ImageError::TooLarge { path, width, height, most },
+            Fault::TooLarge { width, height, shortage } => {
+                ImageError::TooLarge { path, width, height, shortage }
+            }
             Fault::Io(_) | Fault::Unfit(_) => ImageError::Read { path, reason: fault.reason() },
         }
     }
@@ -85,8 +87,8 @@ pub(crate) enum Fault {
     Foreign(Option<&'static str>),
     /// The file begins as the format does, but cannot be right.
     Damaged(String),
-    /// There are more pixels than are taken.
-    TooLarge { width: u64, height: u64, most: u64 },
+    /// The memory budget has no room for the pixels.
+    TooLarge { width: u32, height: u32, shortage: OutOfMemory },
     /// The format cannot hold the picture, or the picture is beyond what lookat handles.
     Unfit(String),
 }
@@ -96,7 +98,7 @@ impl Fault {
         match self {
             Fault::Io(error) => io_reason(&error),
             Fault::Foreign(format) => format!("the format is wrong{}", named(format)),
-            Fault::TooLarge { width, height, most } => too_large(width, height, most),
+            Fault::TooLarge { shortage, .. } => shortage.to_string(),
             Fault::Damaged(reason) | Fault::Unfit(reason) => reason,
         }
     }
@@ -109,22 +111,6 @@ impl From<io::Error> for Fault {
             _ => Fault::Io(error),
         }
     }
-}
-
-/// The most pixels of a picture to be read. The limit keeps a few hostile bytes from claiming all memory.
-pub(crate) const MOST_PIXELS: u64 = 1 << 28;
-
-/// The number of pixels of a picture to be read, which has `most` at most.
-pub(crate) fn pixel_count(width: u64, height: u64, most: u64) -> Result<usize, Fault> {
-    match width.checked_mul(height) {
-        Some(0) => Err(Fault::Damaged("it has no pixels".into())),
-        Some(count) if count <= most => Ok(count as usize),
-        _ => Err(Fault::TooLarge { width, height, most }),
-    }
-}
-
-fn too_large(width: u64, height: u64, most: u64) -> String {
-    format!("{width} x {height} pixels are more than the {most} that lookat reads")
 }
 
 /// The names as a message shows them.

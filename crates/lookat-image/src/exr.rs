@@ -16,8 +16,9 @@ use ::exr::meta::attribute::{AttributeValue, IntegerBounds, SampleType, Text};
 use ::exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use ::exr::prelude::f16;
 
-use crate::error::{Fault, listed, pixel_count};
-use crate::{Channel, Image, Precision, Window};
+use crate::error::{Fault, listed};
+use crate::image::Placement;
+use crate::{Channel, Image, MemoryBudget, Precision, Window};
 
 use layer::Choice;
 
@@ -46,8 +47,17 @@ pub(crate) fn write(image: &Image, out: impl Write + Seek) -> Result<(), Fault> 
     })
 }
 
-/// Reads the layer with this name, or else what the file shows first.
-pub(crate) fn read(mut file: impl Read + Seek, layer: Option<&str>, most: u64) -> Result<Image, Fault> {
+/// A file whose headers are read.
+pub(crate) struct Opened<F> {
+    file: F,
+    length: u64,
+    meta: MetaData,
+    choice: Choice,
+    layers: Vec<String>,
+}
+
+/// Reads the headers, and finds the layer with this name, or else what the file shows first.
+pub(crate) fn open<F: Read + Seek>(mut file: F, layer: Option<&str>) -> Result<Opened<F>, Fault> {
     let mut magic = Vec::new();
     file.by_ref().take(4).read_to_end(&mut magic)?;
     if magic != ::exr::meta::magic_number::BYTES {
@@ -55,33 +65,54 @@ pub(crate) fn read(mut file: impl Read + Seek, layer: Option<&str>, most: u64) -
     }
     let length = file.seek(SeekFrom::End(0))?;
     file.rewind()?;
-    // Damaged B44 data make the crate panic where overflow is checked, as in a debug build; nothing else is
-    // known to. It then holds nothing but the file.
-    catch_unwind(AssertUnwindSafe(|| decode(file, length, layer, most)))
-        .unwrap_or_else(|_| Err(Fault::Damaged("its parts contradict each other".into())))
+    guarded(|| {
+        let meta = MetaData::read_from_buffered(&mut file, false).map_err(header_fault)?;
+        let parts = &meta.headers;
+        if parts.is_empty() {
+            return Err(Fault::Damaged("it has no channels".into()));
+        }
+        let layers = layer::names(parts);
+        let choice = match layer {
+            None => layer::default(parts),
+            Some(name) => layer::find(parts, name).ok_or_else(|| unknown(name, &layers))?,
+        };
+        check(&parts[choice.part], length)?;
+        Ok(Opened { file, length, meta, choice, layers })
+    })
 }
 
-fn decode(mut file: impl Read + Seek, length: u64, layer: Option<&str>, most: u64) -> Result<Image, Fault> {
-    let meta = MetaData::read_from_buffered(&mut file, false).map_err(header_fault)?;
-    let parts = &meta.headers;
-    if parts.is_empty() {
-        return Err(Fault::Damaged("it has no channels".into()));
+impl<F: Read + Seek> Opened<F> {
+    pub fn placement(&self) -> Placement {
+        let header = &self.meta.headers[self.choice.part];
+        let [data_window, display_window] =
+            [header.data_window(), header.shared_attributes.display_window].map(window);
+        Placement { data_window, display_window, has_windows: true }
     }
-    let layers = layer::names(parts);
-    let choice = match layer {
-        None => layer::default(parts),
-        Some(name) => layer::find(parts, name).ok_or_else(|| unknown(name, &layers))?,
-    };
-    let header = &parts[choice.part];
-    let pixels = check(header, length, most)?;
-    let mut image = blank(header, pixels, &choice)?;
-    image.layers = layers;
 
-    let sources = sources(header, &choice);
-    block::read(&mut file, length, &meta, choice.part, |bounds, numbers| {
-        copy(header, bounds, numbers, &sources, &mut image.channels);
-    })?;
-    Ok(image)
+    /// Reads the blocks.
+    pub fn read(self, memory: &MemoryBudget) -> Result<Image, Fault> {
+        let Opened { mut file, length, meta, choice, layers } = self;
+        let header = &meta.headers[choice.part];
+        let window = window(header.data_window());
+        // A block as it is stored, decompressed, and on the way there.
+        let block = 3 * block::most_pixels(header) * header.channels.bytes_per_pixel as u64;
+        window.reserve(4 * choice.channels.len() as u64, block, memory)?;
+        guarded(|| {
+            let mut image = Image { layers, ..blank(header, window.area() as usize, &choice) };
+            let sources = sources(header, &choice);
+            block::read(&mut file, length, &meta, choice.part, |bounds, numbers| {
+                copy(header, bounds, numbers, &sources, &mut image.channels);
+            })?;
+            Ok(image)
+        })
+    }
+}
+
+/// Damaged B44 data make the crate panic where overflow is checked, as in a debug build; nothing else is known to. It then
+/// holds nothing but the file.
+fn guarded<T>(read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
+    catch_unwind(AssertUnwindSafe(read))
+        .unwrap_or_else(|_| Err(Fault::Damaged("its parts contradict each other".into())))
 }
 
 fn unknown(name: &str, layers: &[String]) -> Fault {
@@ -91,8 +122,8 @@ fn unknown(name: &str, layers: &[String]) -> Fault {
     })
 }
 
-/// The number of pixels, if the part is one that can be held and a file of this length can contain it.
-fn check(header: &Header, length: u64, most: u64) -> Result<usize, Fault> {
+/// Fails if the part is none that can be read, or a file of this length cannot contain it.
+fn check(header: &Header, length: u64) -> Result<(), Fault> {
     let unfit = |reason: &str| Err(Fault::Unfit(reason.into()));
     if header.deep {
         return unfit("deep data are not supported");
@@ -107,23 +138,19 @@ fn check(header: &Header, length: u64, most: u64) -> Result<usize, Fault> {
         _ => {}
     }
     header.channels.validate(true, header.data_window(), true).map_err(header_fault)?;
-    let Vec2(width, height) = header.layer_size;
-    let pixels = pixel_count(width as u64, height as u64, most)?;
-    if (pixels * header.channels.bytes_per_pixel) as u64 > length.saturating_mul(block::DENSEST as u64) {
+    let window = window(header.data_window()).not_empty()?;
+    let bytes = window.area().saturating_mul(header.channels.bytes_per_pixel as u64);
+    if bytes > length.saturating_mul(block::DENSEST as u64) {
+        let Window { width, height, .. } = window;
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
-    Ok(pixels)
+    Ok(())
 }
 
 /// The image that the blocks are to fill.
-fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault> {
-    let mut channels = Vec::new();
-    for (_, name) in &choice.channels {
-        let mut samples = Vec::new();
-        samples.try_reserve_exact(pixels).map_err(|_| Fault::Unfit("there is not enough memory".into()))?;
-        samples.resize(pixels, 0.0);
-        channels.push(Channel { name: name.clone(), samples });
-    }
+fn blank(header: &Header, pixels: usize, choice: &Choice) -> Image {
+    let blank = |(_, name): &(usize, String)| Channel { name: name.clone(), samples: vec![0.0; pixels] };
+    let channels = choice.channels.iter().map(blank).collect();
     let metadata = match header.own_attributes.other.get(METADATA.as_bytes()) {
         Some(AttributeValue::Text(text)) => Some(words(text)),
         _ => None,
@@ -132,7 +159,7 @@ fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault
     let display_window = window(header.shared_attributes.display_window);
     let is_half = sources(header, choice).iter().any(|(_, kind)| *kind == SampleType::F16);
     let precision = if is_half { Precision::Half } else { Precision::Single };
-    Ok(Image {
+    Image {
         data_window,
         display_window,
         channels,
@@ -140,7 +167,7 @@ fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault
         layers: Vec::new(),
         precision,
         has_windows: true,
-    })
+    }
 }
 
 /// For each channel of the choice, the bytes of a pixel before it, and its type.
@@ -222,7 +249,6 @@ fn window(bounds: IntegerBounds) -> Window {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::MOST_PIXELS;
     use ::exr::image::Blocks;
     use std::io::Cursor;
 
@@ -237,6 +263,10 @@ mod tests {
         let metadata = Some("{\"scene\": \"K\u{fc}che \u{1f600}\"}".to_string());
         let nothing = Image::from_planes(data_window, display_window, Default::default());
         Image { channels, metadata, ..nothing }
+    }
+
+    fn read(file: impl Read + Seek, layer: Option<&str>) -> Result<Image, Fault> {
+        open(file, layer)?.read(&MemoryBudget::new(1 << 32))
     }
 
     fn bytes(image: &Image) -> Vec<u8> {
@@ -266,7 +296,7 @@ mod tests {
     #[test]
     fn keeps_every_bit_and_both_windows() {
         let image = sample();
-        let read = read(Cursor::new(bytes(&image)), None, MOST_PIXELS).unwrap();
+        let read = read(Cursor::new(bytes(&image)), None).unwrap();
         assert_eq!(bits(&read), bits(&image));
         assert_eq!((read.data_window, read.display_window), (image.data_window, image.display_window));
         assert_eq!(read.metadata, image.metadata);
@@ -288,7 +318,7 @@ mod tests {
             let half = FlatSamples::F16((0..200u8).map(f16::from).collect());
             let check = |name, first: &FlatSamples, second: &FlatSamples| {
                 let file = layers(encoding, [("Z", first.clone()), (name, second.clone())]);
-                read(Cursor::new(file), None, MOST_PIXELS).unwrap().channels
+                read(Cursor::new(file), None).unwrap().channels
             };
             let uint = FlatSamples::U32((1000..1200).collect());
             let halves: Vec<f32> = (0..200u8).map(f32::from).collect();
@@ -302,7 +332,7 @@ mod tests {
     #[test]
     fn reads_a_layer_by_its_name() {
         let image = sample();
-        let one = read(Cursor::new(bytes(&image)), Some("albedo"), MOST_PIXELS).unwrap();
+        let one = read(Cursor::new(bytes(&image)), Some("albedo")).unwrap();
         assert_eq!(bits(&one), [("Y", bits(&image).pop().unwrap().1)]);
         assert_eq!((one.data_window, one.display_window), (image.data_window, image.display_window));
         assert_eq!(one.metadata, image.metadata);
@@ -312,7 +342,7 @@ mod tests {
         let half = FlatSamples::F16((0..200u8).map(f16::from).collect());
         let file = layers(tiles, [("Z", FlatSamples::U32((0..200).collect())), ("n.Z", half)]);
         for name in ["layer 0", "Z", "layer 0.Z", "layer 1.n", "n", "n.Z"] {
-            let channels = read(Cursor::new(&file), Some(name), MOST_PIXELS).unwrap().channels;
+            let channels = read(Cursor::new(&file), Some(name)).unwrap().channels;
             assert_eq!(
                 channels,
                 [Channel { name: "Y".into(), samples: (0..200u8).map(f32::from).collect() }]
@@ -327,7 +357,7 @@ mod tests {
             let window = Window { x: 0, y: 0, width: 1, height: 1 };
             let mut image = Image::from_rgb(window, window, &[[0.0; 3]]);
             image.channels.extend(names.iter().map(channel));
-            match read(Cursor::new(bytes(&image)), Some("x"), MOST_PIXELS) {
+            match read(Cursor::new(bytes(&image)), Some("x")) {
                 Err(Fault::Unfit(reason)) => assert_eq!(reason, expected),
                 other => panic!("{other:?}"),
             }
@@ -348,7 +378,7 @@ mod tests {
         for file in [&file, &layers(tiles, two.clone()), &layers(Encoding::UNCOMPRESSED, two)] {
             for end in 0..file.len() {
                 for layer in [Some("n"), Some("albedo"), None] {
-                    match (end, layer, read(Cursor::new(&file[..end]), layer, MOST_PIXELS)) {
+                    match (end, layer, read(Cursor::new(&file[..end]), layer)) {
                         (..4, _, Err(Fault::Foreign(None))) | (4.., _, Err(Fault::Damaged(_))) => {}
                         (_, Some(_), Err(Fault::Unfit(reason))) => assert!(reason.contains("no layer")),
                         // The first part may be whole without the second.
@@ -359,7 +389,7 @@ mod tests {
             }
         }
         assert!(matches!(
-            read(Cursor::new(b"P6 1 1 255\n..."), None, MOST_PIXELS),
+            read(Cursor::new(b"P6 1 1 255\n..."), None),
             Err(Fault::Foreign(None))
         ));
 
@@ -368,7 +398,7 @@ mod tests {
         let check = |x: i32, y: i32, expected: &str| {
             let mut file = file.clone();
             file[corner..corner + 8].copy_from_slice(&[x.to_le_bytes(), y.to_le_bytes()].concat());
-            let error = format!("{:?}", read(Cursor::new(file), None, MOST_PIXELS).unwrap_err());
+            let error = format!("{:?}", read(Cursor::new(file), None).unwrap_err());
             assert!(error.contains(expected), "{x} {y}: {error}");
         };
         // The crate swaps corners that are the wrong way round; then the data do not fit.
@@ -376,7 +406,7 @@ mod tests {
         check(-4, 46, "Damaged");
         check(1, 1_000_000, "Damaged");
         check(1_000_000, 46, "too short");
-        check(10_000_000, 46, "TooLarge");
+        check(10_000_000, 46, "the file is too short");
         check(i32::MAX, i32::MAX, "Damaged");
         check(i32::MIN, i32::MIN, "Damaged");
     }
@@ -390,7 +420,7 @@ mod tests {
     }
 
     fn refuses(file: Vec<u8>, expected: &str) {
-        let error = format!("{:?}", read(Cursor::new(file), None, MOST_PIXELS).unwrap_err());
+        let error = format!("{:?}", read(Cursor::new(file), None).unwrap_err());
         assert!(error.contains(expected), "{error} instead of {expected}");
     }
 
@@ -426,7 +456,7 @@ mod tests {
                 refuses(patch("dataWindow box2i", corner, number), "");
                 // No pixel depends on it.
                 let result =
-                    read(Cursor::new(patch("displayWindow box2i", corner, number)), None, MOST_PIXELS);
+                    read(Cursor::new(patch("displayWindow box2i", corner, number)), None);
                 assert!(matches!(result, Ok(_) | Err(Fault::Damaged(_))), "{result:?}");
             }
         }
@@ -480,7 +510,7 @@ mod tests {
             let at = file.windows(12).position(|window| window == b"name\0string\0").unwrap();
             file[at] = b'g';
         }
-        let image = read(Cursor::new(file), None, MOST_PIXELS).unwrap();
+        let image = read(Cursor::new(file), None).unwrap();
         assert_eq!(image.channels[0].name, "Y");
         assert_eq!(image.layers, ["Z"]);
     }

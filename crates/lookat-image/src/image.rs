@@ -1,15 +1,11 @@
 //! The picture in memory, and how it becomes a file.
 
 use std::collections::HashSet;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::Path;
 
-use crate::decoded::Curve;
-use crate::error::{Fault, ImageError, MOST_PIXELS};
+use crate::error::{Fault, ImageError};
 use crate::file::replace;
-use crate::format::check_beginning;
-use crate::{Format, decoded, eightbit, exr, pfm};
+use crate::{Format, MemoryBudget, PictureFile, eightbit, exr, pfm};
 
 /// A rectangle of pixels; y points down and the origin is at the top left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,6 +30,29 @@ impl Window {
     pub fn size(self) -> [u32; 2] {
         [self.width, self.height]
     }
+
+    /// Fails if there is no pixel.
+    pub(crate) fn not_empty(self) -> Result<Self, Fault> {
+        if self.area() == 0 { Err(Fault::Damaged("it has no pixels".into())) } else { Ok(self) }
+    }
+
+    /// Asks for the memory to read a picture of this size: so many bytes for each pixel, and some more.
+    pub(crate) fn reserve(self, pixel_bytes: u64, more: u64, memory: &MemoryBudget) -> Result<(), Fault> {
+        let Window { width, height, .. } = self;
+        let bytes = self.area().saturating_mul(pixel_bytes).saturating_add(more);
+        memory.check(bytes).map_err(|shortage| Fault::TooLarge { width, height, shortage })
+    }
+}
+
+/// Where the samples of a picture lie in the full picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Placement {
+    /// As in [`Image`].
+    pub data_window: Window,
+    /// As in [`Image`].
+    pub display_window: Window,
+    /// As in [`Image`].
+    pub has_windows: bool,
 }
 
 /// One named plane of numbers.
@@ -71,7 +90,7 @@ pub struct Image {
     /// A JSON text that goes along in EXR and PNG, under the name "lookat"; TGA and PFM have no place for it.
     /// It is not parsed here.
     pub metadata: Option<String>,
-    /// The names that [`Image::read_layer`] takes for the EXR file from which this was read; none for other
+    /// The names that [`PictureFile::open_layer`] takes for the EXR file from which this was read; none for other
     /// pictures. They are not written.
     pub layers: Vec<String>,
     /// Of the file from which this was read.
@@ -148,54 +167,24 @@ impl Image {
     /// Integer formats are taken from the sRGB curve to linear values, without their alpha. A PFM file gives R,
     /// G and B or Y; its scale is multiplied in. Of an EXR file this takes the first part that has R, G and B or
     /// Y, with all its channels as 32-bit float. If there is none, but only one layer with such channels, it is
-    /// read as by [`Image::read_layer`]; if there are several layers or no colors, it takes the first part.
+    /// read as by [`PictureFile::open_layer`]; if there are several layers or no colors, it takes the first part.
     ///
     /// # Errors
     ///
-    /// [`ImageError::Read`] if the file system refuses, the format is another one, or what is to be read of an EXR
-    /// file has deep data, subsampled channels, or DWA or HTJ2K compression; [`ImageError::TooLarge`] for more
-    /// than 2^28 pixels; [`ImageError::NotThatFormat`] and [`ImageError::Damaged`] for contents that are not right.
+    /// As [`PictureFile::open`] and [`PictureFile::read`], with the memory that this machine has.
     pub fn read(path: &Path) -> Result<Image, ImageError> {
-        File::open(path)
-            .map_err(Fault::from)
-            .and_then(|file| read_as(path, BufReader::new(file), Curve::Linear, MOST_PIXELS))
-            .map_err(|fault| ImageError::reading(path, fault))
+        PictureFile::open(path)?.read(&MemoryBudget::default())
     }
 
-    /// Reads a picture as textures need it: like [`Image::read`], from the bytes of a file whose path only tells the
-    /// format, and with the values of integer formats as they stand there, from 0 to 1 on whatever curve.
-    ///
-    /// # Errors
-    ///
-    /// As [`Image::read`]; and [`ImageError::TooLarge`] for more than `most_pixels`, before any is decoded.
-    pub fn decode(path: &Path, bytes: &[u8], most_pixels: u64) -> Result<Image, ImageError> {
-        let most = most_pixels.min(MOST_PIXELS);
-        read_as(path, Cursor::new(bytes), Curve::Stored, most)
-            .map_err(|fault| ImageError::reading(path, fault))
+    /// Bytes that the samples take.
+    pub fn bytes(&self) -> u64 {
+        self.channels.iter().map(|channel| size_of_val(&channel.samples[..]) as u64).sum()
     }
 
-    /// Reads one layer of an EXR file.
-    ///
-    /// `layer` is what the names of the layer's channels begin with, as `albedo` for `albedo.R`; or the name of
-    /// a part of the file; or both, as `left.albedo`, where parts have equal layers; or the whole name of one
-    /// channel, as `depth.Z`.
-    ///
-    /// Red, green and blue become R, G and B, whether they are called `R`, `r` or `red`; so do the X, Y and Z of
-    /// a vector. A channel that is alone becomes Y. Others keep the last word of their names, as `A`.
-    ///
-    /// # Errors
-    ///
-    /// [`ImageError::Read`] if the file has no such layer or another format than EXR; else as [`Image::read`].
-    pub fn read_layer(path: &Path, layer: &str) -> Result<Image, ImageError> {
-        let result = match Format::from_path(path) {
-            Some(Format::Exr) => File::open(path).map_err(Fault::from).and_then(|file| {
-                let mut file = BufReader::new(file);
-                check_beginning(path, file.fill_buf()?)?;
-                exr::read(file, Some(layer), MOST_PIXELS)
-            }),
-            _ => Err(Fault::Unfit("only EXR files have layers".into())),
-        };
-        result.map_err(|fault| ImageError::reading(path, fault))
+    /// Where the samples lie.
+    pub fn placement(&self) -> Placement {
+        let Image { data_window, display_window, has_windows, .. } = *self;
+        Placement { data_window, display_window, has_windows }
     }
 
     fn write_as(&self, format: Format, path: &Path) -> Result<(), Fault> {
@@ -245,16 +234,6 @@ impl Image {
             (None, [only]) => Ok(vec![only.samples.as_slice()]),
             _ => Err(Fault::Unfit("the picture has several channels, but neither R, G and B nor Y".into())),
         }
-    }
-}
-
-/// Reads in the format that the path names.
-fn read_as(path: &Path, mut input: impl BufRead + Seek, curve: Curve, most: u64) -> Result<Image, Fault> {
-    check_beginning(path, input.fill_buf()?)?;
-    match Format::from_path(path) {
-        Some(Format::Exr) => exr::read(input, None, most),
-        Some(Format::Pfm) => pfm::read(input, most),
-        _ => decoded::read(input, path, curve, most),
     }
 }
 
@@ -383,7 +362,7 @@ mod tests {
         check("none.exr", "cannot read none.exr: there is no such file or folder");
         check("none.png", "cannot read none.png: there is no such file or folder");
         check("none", "cannot read none: there is no such file or folder");
-        let error = Image::read_layer(Path::new("none.png"), "albedo").unwrap_err();
+        let error = PictureFile::open_layer(Path::new("none.png"), "albedo").err().unwrap();
         assert_eq!(error.to_string(), "cannot read none.png: only EXR files have layers");
     }
 }

@@ -30,10 +30,12 @@ mod flip;
 mod floor;
 mod format;
 mod image;
+mod memory;
 mod metric;
 mod mip_map;
 mod panel;
 mod pfm;
+mod picture_file;
 mod rank;
 #[cfg(test)]
 mod sample;
@@ -41,7 +43,7 @@ mod ssim;
 mod sum;
 
 pub use agreement::{Agreement, PixelTest, Test, Untestable, agreement};
-pub use align::{AlignError, Aligned, align};
+pub use align::{AlignError, Aligned, align, common_window};
 pub use decoded::linear_from_srgb;
 pub use display::Encoded;
 pub use error::{ImageError, io_reason};
@@ -50,7 +52,8 @@ pub use file::{exit, write_file, write_target};
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use floor::floor;
 pub use format::Format;
-pub use image::{Channel, Image, Precision, Window};
+pub use image::{Channel, Image, Placement, Precision, Window};
+pub use memory::{MemoryBudget, OutOfMemory, byte_words};
 pub use metric::{
     Largest, Means, largest_difference, mean, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,
@@ -60,4 +63,5 @@ pub use panel::{
     DIFFERENCE_COLORS, NOT_FINITE_COLOR, PanelOptions, box_means, difference_color, difference_limit,
     suitable_exposure, write_panel,
 };
+pub use picture_file::PictureFile;
 pub use ssim::ssim;

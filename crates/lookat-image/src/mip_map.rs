@@ -84,9 +84,12 @@ impl<T: Texel> MipMap<T> {
         MipMap { levels, wrap, picture_size: [width, height] }
     }
 
-    /// The number of texels that [`MipMap::new`] would keep of a picture of that size in its finest version.
-    pub fn size_of(width: u32, height: u32) -> u64 {
-        u64::from(width).next_power_of_two() * u64::from(height).next_power_of_two()
+    /// The most bytes that [`MipMap::new`] keeps of a picture of that size: the coarser versions add a third, or as much again
+    /// where one side is 1.
+    pub fn bytes_of(width: u32, height: u32) -> u64 {
+        let [width, height] = [width, height].map(|side| u64::from(side).next_power_of_two());
+        let finest = width.saturating_mul(height).saturating_mul(size_of::<T>() as u64);
+        finest.saturating_add(if width.min(height) == 1 { finest } else { finest / 2 })
     }
 
     /// Columns and rows of the picture that it was made of.

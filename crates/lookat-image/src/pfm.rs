@@ -2,8 +2,8 @@
 
 use std::io::{BufRead, Read, Write};
 
-use crate::error::{Fault, pixel_count};
-use crate::{Channel, Image, Precision, Window};
+use crate::error::Fault;
+use crate::{Channel, Image, MemoryBudget, Precision, Window};
 
 /// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").
 pub(crate) fn write(image: &Image, out: &mut impl Write) -> Result<(), Fault> {
@@ -23,46 +23,72 @@ pub(crate) fn write(image: &Image, out: &mut impl Write) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Reads either kind and either byte order. The absolute value of the scale is multiplied in, as pbrt does.
-pub(crate) fn read(mut file: impl BufRead, most: u64) -> Result<Image, Fault> {
+/// A file whose header is read.
+pub(crate) struct Opened<F> {
+    file: F,
+    names: &'static [&'static str],
+    pub window: Window,
+    /// Its sign tells the byte order; its absolute value is multiplied in, as in pbrt.
+    scale: f32,
+}
+
+/// Reads the header of either kind.
+pub(crate) fn open<F: BufRead>(mut file: F) -> Result<Opened<F>, Fault> {
     let names: &[&str] = match word(&mut file)?.as_str() {
         "PF" => &["R", "G", "B"],
         "Pf" => &["Y"],
         _ => return Err(Fault::Foreign(None)),
     };
-    let width: u32 = number(&mut file, "width")?;
-    let height: u32 = number(&mut file, "height")?;
+    let (width, height) = (number(&mut file, "width")?, number(&mut file, "height")?);
     let scale: f32 = number(&mut file, "scale")?;
     if !scale.is_finite() || scale == 0.0 {
         return Err(Fault::Damaged(format!("its scale is {scale}")));
     }
-    let bytes = 4 * names.len() * pixel_count(width.into(), height.into(), most)?;
+    Ok(Opened { file, names, window: Window { x: 0, y: 0, width, height }.not_empty()?, scale })
+}
 
-    // Grows with what is there, not with what the header claims.
-    let mut data = Vec::new();
-    file.take(bytes as u64).read_to_end(&mut data)?;
-    if data.len() < bytes {
-        return Err(Fault::Damaged("the file ends too early".into()));
+impl<F: BufRead> Opened<F> {
+    /// Reads the numbers.
+    pub fn read(mut self, memory: &MemoryBudget) -> Result<Image, Fault> {
+        let (kinds, width) = (self.names.len(), self.window.width as usize);
+        let row_bytes = 4 * kinds * width;
+        self.window.reserve(4 * kinds as u64, row_bytes as u64, memory)?;
+        let decode = if self.scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
+        // Rows come one by one: the planes grow with what is there, not with what the header claims.
+        let mut planes = vec![Vec::new(); kinds];
+        let mut row = Vec::new();
+        for _ in 0..self.window.height {
+            row.clear();
+            self.file.by_ref().take(row_bytes as u64).read_to_end(&mut row)?;
+            if row.len() < row_bytes {
+                return Err(Fault::Damaged("the file ends too early".into()));
+            }
+            let values = row.as_chunks().0;
+            for (kind, plane) in planes.iter_mut().enumerate() {
+                plane.extend(
+                    values.iter().skip(kind).step_by(kinds).map(|&four| decode(four) * self.scale.abs()),
+                );
+            }
+        }
+        planes.iter_mut().for_each(|plane| turn_over(plane, width));
+        let channels = self.names.iter().zip(planes);
+        let channels = channels.map(|(name, samples)| Channel { name: name.to_string(), samples }).collect();
+        Ok(Image {
+            data_window: self.window,
+            display_window: self.window,
+            channels,
+            metadata: None,
+            layers: Vec::new(),
+            precision: Precision::Single,
+            has_windows: false,
+        })
     }
-    let decode = if scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
-    let values: Vec<f32> = data.as_chunks().0.iter().map(|&four| decode(four) * scale.abs()).collect();
+}
 
-    let rows = values.rchunks_exact(width as usize * names.len());
-    let channel = |(i, name): (usize, &&str)| {
-        let samples = rows.clone().flat_map(|row| row.iter().skip(i).step_by(names.len()).copied()).collect();
-        Channel { name: name.to_string(), samples }
-    };
-    let window = Window { x: 0, y: 0, width, height };
-    let channels = names.iter().enumerate().map(channel).collect();
-    Ok(Image {
-        data_window: window,
-        display_window: window,
-        channels,
-        metadata: None,
-        layers: Vec::new(),
-        precision: Precision::Single,
-        has_windows: false,
-    })
+/// Brings the last row of a plane to the first place.
+fn turn_over(plane: &mut [f32], width: usize) {
+    let (top, bottom) = plane.split_at_mut(plane.len() / width / 2 * width);
+    top.chunks_exact_mut(width).zip(bottom.rchunks_exact_mut(width)).for_each(|(a, b)| a.swap_with_slice(b));
 }
 
 /// The characters up to the next white space, which is passed over.
@@ -87,10 +113,9 @@ fn number<T: std::str::FromStr>(file: &mut impl BufRead, what: &str) -> Result<T
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::MOST_PIXELS;
 
     fn read_bytes(bytes: &[u8]) -> Result<Image, String> {
-        read(bytes, MOST_PIXELS).map_err(|fault| format!("{fault:?}"))
+        open(bytes).and_then(|file| file.read(&MemoryBudget::new(1 << 30))).map_err(|fault| format!("{fault:?}"))
     }
 
     #[test]
@@ -129,7 +154,8 @@ mod tests {
         check(b"PF\n1 1\n0\n", "its scale is");
         check(b"PF\n0 1\n-1\n", "no pixels");
         check(b"PF\n4294967295 4294967295\n-1\n", "TooLarge");
-        check(b"PF\n16384 16384\n-1\n1234", "ends too early");
+        check(b"PF\n16384 16384\n-1\n1234", "TooLarge");
+        check(b"PF\n8192 8192\n-1\n1234", "ends too early");
         check(b"Pf\n1 1\n-1\n123", "ends too early");
     }
 }

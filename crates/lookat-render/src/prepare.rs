@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use arrayvec::ArrayVec;
 use glam::DVec3;
-use lookat_scene::{Mesh, Object, Primitive, Scene, Shape};
+use lookat_scene::{Light, Mesh, Object, Primitive, Scene, Shape};
 use rayon::prelude::*;
 
 use crate::arithmetic::{Precision, Simd};
@@ -42,6 +42,29 @@ pub(crate) struct Traceable<'s> {
     pub(crate) is_cheap: bool,
     pub(crate) precision: Precision,
     pub(crate) simd: Simd,
+}
+
+/// About the most bytes that preparing a scene takes: trees while they are built, and tables of lights. By measurement.
+pub fn preparation_bytes(scene: &Scene) -> u64 {
+    const TRIANGLE: u64 = 250;
+    const GLOWING_TRIANGLE: u64 = 100;
+    const QUADRIC: u64 = 500;
+    const CURVE_PIECE: u64 = 500;
+    const INSTANCE: u64 = 300;
+    /// Of a light with a picture.
+    const TABLE: u64 = 80_000_000;
+    let of_shape = |primitive: &Primitive| match &primitive.shape {
+        Shape::TriangleMesh(mesh) => {
+            let glow = if primitive.emission.is_some() { GLOWING_TRIANGLE } else { 0 };
+            (TRIANGLE + glow) * mesh.triangles() as u64
+        }
+        Shape::Curve(curve) => CURVE_PIECE * ((curve.segments.len() as u64) << curve.split_depth),
+        Shape::Quadric(_) => QUADRIC,
+    };
+    let has_table = |light: &&Light| matches!(light, Light::Environment { .. });
+    scene.shapes().map(of_shape).sum::<u64>()
+        + INSTANCE * scene.instances.len() as u64
+        + TABLE * scene.lights.iter().filter(has_table).count() as u64
 }
 
 /// Elements with their tree.

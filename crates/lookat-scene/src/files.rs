@@ -4,11 +4,11 @@ mod nearby;
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::io;
+use std::io::{self, Read as _};
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use lookat_image::io_reason;
+use lookat_image::{MemoryBudget, io_reason};
 use lookat_syntax::{Diagnostic, FileId, Span, Text};
 
 use crate::sources::{Source, Sources};
@@ -34,16 +34,18 @@ pub(crate) enum Content {
 }
 
 impl Content {
-    /// All of it.
-    pub fn bytes(self) -> io::Result<Vec<u8>> {
-        match self {
-            Content::Whole(bytes) => Ok(bytes),
-            Content::Stream(mut file) => {
+    /// All of it, if `memory` has room.
+    pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Vec<u8>> {
+        let bytes = match self {
+            Content::Whole(bytes) => bytes,
+            Content::Stream(file) => {
                 let mut bytes = Vec::new();
-                file.read_to_end(&mut bytes)?;
-                Ok(bytes)
+                file.take(memory.left().saturating_add(1)).read_to_end(&mut bytes)?;
+                bytes
             }
-        }
+        };
+        memory.check(bytes.len() as u64).map_err(io::Error::other)?;
+        Ok(bytes)
     }
 
     /// From its beginning.
@@ -68,6 +70,8 @@ impl Access<'_> {
 pub(crate) struct Files<'a> {
     pub sources: Sources,
     access: Access<'a>,
+    /// What all that is read is charged against.
+    pub memory: MemoryBudget,
     /// The directory of the scene file.
     root: PathBuf,
     /// What was listed for names that lead nowhere.
@@ -77,10 +81,11 @@ pub(crate) struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
-    pub fn new(scene: &Path, access: Access<'a>) -> Self {
+    pub fn new(scene: &Path, access: Access<'a>, memory: MemoryBudget) -> Self {
         Files {
             sources: Sources::default(),
             access,
+            memory,
             root: parent(scene),
             folders: RefCell::default(),
             inputs: RefCell::default(),
@@ -89,7 +94,8 @@ impl<'a> Files<'a> {
 
     /// Reads a scene file or an included one.
     pub fn open(&mut self, path: PathBuf, included_at: Option<Span>) -> io::Result<FileId> {
-        let text: Arc<Vec<u8>> = self.access.content(&path)?.bytes()?.into();
+        let text: Arc<Vec<u8>> = self.access.content(&path)?.bytes(&self.memory)?.into();
+        self.memory.charge(text.len() as u64).map_err(io::Error::other)?;
         self.inputs.borrow_mut().insert(path.clone());
         Ok(self.add(path, text, included_at))
     }
@@ -100,9 +106,9 @@ impl<'a> Files<'a> {
         self
     }
 
-    /// The files of the scene's text, and all that were read.
-    pub fn into_parts(self) -> (Sources, BTreeSet<PathBuf>) {
-        (self.sources, self.inputs.into_inner())
+    /// The files of the scene's text, all that were read, and what memory is left.
+    pub fn into_parts(self) -> (Sources, BTreeSet<PathBuf>, MemoryBudget) {
+        (self.sources, self.inputs.into_inner(), self.memory)
     }
 
     /// Adds a file whose text is known already.
@@ -115,7 +121,7 @@ impl<'a> Files<'a> {
     /// only the second.) Gives the path that was found, or the one tried first with the reason why not.
     pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Vec<u8>), (PathBuf, io::Error)> {
         let fetched = |content: Content| {
-            let bytes = content.bytes()?;
+            let bytes = content.bytes(&self.memory)?;
             if bytes.starts_with(LFS_POINTER) { Err(io::Error::other(LFS_REASON)) } else { Ok(bytes) }
         };
         self.named(name, span, fetched)

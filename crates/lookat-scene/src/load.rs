@@ -5,8 +5,10 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lookat_image::io_reason;
-use lookat_syntax::{Diagnostic, Directive, FileId, Param, Span, Statement, Text, parse};
+use lookat_image::{MemoryBudget, byte_words, io_reason};
+use lookat_syntax::{
+    Diagnostic, Directive, FileId, Param, Span, Statement, Text, number_bytes, parse_within,
+};
 
 use crate::files::{Access, Files, Open, Read, other_format};
 use crate::loaded::Loaded;
@@ -36,8 +38,9 @@ pub fn load_opened(path: &Path, open: &Open, overrides: &Overrides) -> Loaded {
 }
 
 fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
+    let memory = overrides.max_memory.map_or_else(MemoryBudget::default, MemoryBudget::new);
     let mut loader = Loader {
-        resolver: Resolver::new(Files::new(path, access), overrides),
+        resolver: Resolver::new(Files::new(path, access, memory), overrides),
         open: Vec::new(),
         texts: HashMap::new(),
         repeated: 0,
@@ -70,10 +73,18 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
     }
 }
 
+/// What is left for the statements of a text besides its numbers.
+fn room(memory: &MemoryBudget, text: &[u8]) -> u64 {
+    // `0 ` becomes eight bytes; to count takes longer, and is seldom needed.
+    let numbers = 4 * text.len() as u64;
+    let numbers = if 2 * numbers > memory.left() { number_bytes(text) } else { numbers };
+    memory.left().saturating_sub(numbers)
+}
+
 /// What is no scene at all.
 fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
-    let (sources, inputs) = files.into_parts();
-    Loaded { sources, inputs, scene: None, diagnostics, can_keep_going: false, misfit: None }
+    let (sources, inputs, memory) = files.into_parts();
+    Loaded { sources, inputs, memory, scene: None, diagnostics, can_keep_going: false, misfit: None }
 }
 
 struct Loader<'a> {
@@ -91,7 +102,17 @@ impl Loader<'_> {
     fn file(&mut self, id: FileId, rest: Vec<Param>) -> usize {
         let source = self.resolver.files.sources.file(id);
         self.open.push(source.path.clone());
-        let mut parsed = parse(id, &source.text);
+        let memory = &self.resolver.files.memory;
+        let mut parsed = parse_within(id, &source.text, room(memory, &source.text));
+        // Never more than there is room for.
+        let _ = memory.charge(parsed.bytes);
+        if let Some(at) = parsed.exhausted {
+            let most = byte_words(memory.limit());
+            let message = format!("the scene is too large: from here on it needs more memory than the {most} of --max-memory");
+            let help = "raise --max-memory; large meshes take the least as plymesh, and copies as ObjectInstance";
+            self.resolver.report.push(Diagnostic::error(at, message).help(help));
+            self.resolver.report.incomplete = true;
+        }
         self.resolver.report.extend(parsed.diagnostics);
         self.resolver.report.v4_marks(parsed.v4_marks);
         self.resolver.report.incomplete_end |= parsed.broken_end;
@@ -167,6 +188,10 @@ impl Loader<'_> {
             return;
         }
         let is_repeated = self.texts.contains_key(&path);
+        if !is_repeated {
+            // It has been checked.
+            let _ = self.resolver.files.memory.charge(bytes.len() as u64);
+        }
         let text = self.texts.entry(path.clone()).or_insert_with(|| bytes.into()).clone();
         if let Some(format) = other_format(&text) {
             let message = format!("cannot include {}: it looks like {format}", path.display());

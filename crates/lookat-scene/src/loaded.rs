@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
+use lookat_image::MemoryBudget;
 use lookat_syntax::Diagnostic;
 
 use crate::{Scene, Sources};
@@ -19,6 +20,8 @@ pub struct Loaded {
     pub scene: Option<Scene>,
     /// What is wrong, in the order in which the scene is read.
     pub diagnostics: Vec<Diagnostic>,
+    /// What reading has left of the memory that there is.
+    pub memory: MemoryBudget,
     /// Whether there is a scene if errors are left out.
     pub can_keep_going: bool,
     /// Why the resolution or the crop window of the caller's [`Overrides`](crate::Overrides) does not fit the scene.

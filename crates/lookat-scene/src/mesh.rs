@@ -107,7 +107,7 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
         return None;
     };
     let (path, file) = params.open(&name)?;
-    let mesh = match ply::read(file) {
+    let mesh = match ply::read(file, params.memory()) {
         Ok(Ok(mesh)) => mesh,
         Err(error) => {
             params.unreadable(&name, &path, &error);
@@ -146,6 +146,8 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     if !params.usable() {
         return None;
     }
+    let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
+    params.charge_memory(name, mesh.bytes())?;
     let mesh = mesh.place(world_from_object);
     for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
         if !in_range(values.as_flattened()) {
@@ -159,7 +161,6 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     }
     // Poles of surfaces have such triangles as a matter of course.
     if mesh.without_area() > 0 && params.kind() != "nurbs" {
-        let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
         let help = "their corners are collinear or coincide; nothing of them can be seen";
         params.note(name, "triangles without area are left out", help);
     }

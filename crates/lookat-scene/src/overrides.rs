@@ -13,6 +13,8 @@ pub struct Overrides {
     pub quick: bool,
     /// Leave out directives that are in error and make a scene of the others.
     pub keep_going: bool,
+    /// Bytes that reading the scene may take, in all. Default: [`MemoryBudget::machine_limit`](lookat_image::MemoryBudget::machine_limit).
+    pub max_memory: Option<u64>,
     /// Take a part of a scene, which other files include, for no error: only warn that it is one.
     pub accept_part: bool,
 }

@@ -10,6 +10,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
+use lookat_image::{MemoryBudget, OutOfMemory};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, Values};
 
 use crate::angle;
@@ -376,6 +377,31 @@ impl<'a> Params<'a> {
     pub fn error_surely(&mut self, diagnostic: Diagnostic) {
         self.report.push(diagnostic);
         self.failed = true;
+    }
+
+    /// What memory is left.
+    pub fn memory(&self) -> &'a MemoryBudget {
+        &self.files.memory
+    }
+
+    /// Asks for memory that arrays will take: `bytes` for as long as they are made. `None`, and an error at the parameter,
+    /// where there is not so much.
+    pub fn check_memory(&mut self, name: &str, bytes: u64) -> Option<()> {
+        let checked = self.memory().check(bytes);
+        self.told(name, checked)
+    }
+
+    /// Charges what arrays take that the scene keeps.
+    pub fn charge_memory(&mut self, name: &str, bytes: usize) -> Option<()> {
+        let charged = self.memory().charge(bytes as u64);
+        self.told(name, charged)
+    }
+
+    fn told(&mut self, name: &str, asked: Result<(), OutOfMemory>) -> Option<()> {
+        let Err(shortage) = asked else { return Some(()) };
+        let message = format!("the {} is too large: {shortage}", self.kind());
+        self.error_surely(Diagnostic::error(self.place(name), message));
+        None
     }
 
     /// Reports that the value of a parameter has no meaning.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{Image, ImageError, MipMap, Texel, Wrap, linear_from_srgb};
+use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_from_srgb};
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::color::{LARGEST, LUMINANCE};
@@ -25,11 +25,6 @@ pub(crate) struct Settings {
     pub not_negative: bool,
 }
 
-/// The most texels of one picture, once its sides are powers of two, and so the most pixels: 1 GiB of colors.
-const MOST_TEXELS: u64 = 1 << 26;
-/// The most texels of all pictures of colors, and of all pictures of numbers, of a scene.
-const MOST_TEXELS_IN_ALL: u64 = 1 << 28;
-
 /// The pictures of a scene so far.
 #[derive(Default)]
 pub(crate) struct Pictures {
@@ -44,7 +39,6 @@ pub(crate) struct Cache<T> {
     /// The file that was found for the path that a name was first tried at.
     found: HashMap<PathBuf, PathBuf>,
     known: HashMap<Key, Made<T>>,
-    texels: u64,
 }
 
 /// A picture, or why there is none, and a way out.
@@ -63,7 +57,7 @@ struct Key {
 
 impl<T> Default for Cache<T> {
     fn default() -> Self {
-        Cache { found: HashMap::new(), known: HashMap::new(), texels: 0 }
+        Cache { found: HashMap::new(), known: HashMap::new() }
     }
 }
 
@@ -146,22 +140,17 @@ impl<T: FromColor> Cache<T> {
     ) -> Made<T> {
         // As a message may show it.
         let shown = PathBuf::from(path.display().to_string().escape_debug().to_string());
-        let image =
-            Image::decode(&shown, bytes, MOST_TEXELS).map_err(|error| (error.to_string(), help(&error)))?;
-        let (width, height) = (image.data_window.width, image.data_window.height);
-        let size = MipMap::<T>::size_of(width, height);
-        if size > MOST_TEXELS || self.texels + size > MOST_TEXELS_IN_ALL {
-            let (whose, most, help) = match size > MOST_TEXELS {
-                true => ("it has", MOST_TEXELS, SMALLER),
-                false => ("the pictures of the scene have", MOST_TEXELS_IN_ALL, "make some of them smaller"),
-            };
-            let message = format!(
-                "cannot use {}, {width} x {height} pixels: {whose} more than {most} once the sides are powers of two",
-                shown.display()
-            );
-            return Err((message, help.into()));
-        }
-        self.texels += size;
+        let memory = params.memory();
+        let image = PictureFile::of_bytes(&shown, bytes).and_then(|file| file.read(memory));
+        let image = image.map_err(|error| (error.to_string(), help(&error)))?;
+        let Window { width, height, .. } = image.data_window;
+        let kept = MipMap::<T>::bytes_of(width, height);
+        // While it is made, two versions of the finest level are there besides the picture.
+        let made = memory.check(image.bytes() + 2 * kept).and_then(|()| memory.charge(kept));
+        made.map_err(|shortage| {
+            let message = format!("cannot use {}, {width} x {height} pixels: {shortage}", shown.display());
+            (message, SMALLER.into())
+        })?;
         let planes = image.rgb_planes().ok_or_else(|| {
             let message =
                 format!("cannot use {}: it has neither red, green and blue nor grey", shown.display());
@@ -212,8 +201,7 @@ fn help(error: &ImageError) -> String {
 }
 
 /// The way out where a picture is too large.
-const SMALLER: &str =
-    "make it smaller: 8192 x 8192 pixels at most, or as many with other sides that are powers of two";
+const SMALLER: &str = "make the picture smaller; sides that are powers of two take the least memory";
 
 const HELP: &str = "save the picture again, as exr with ZIP compression or as png";
 

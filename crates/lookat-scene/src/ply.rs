@@ -15,6 +15,7 @@ use std::fmt;
 use std::io::{self, Read};
 
 use flate2::read::MultiGzDecoder;
+use lookat_image::MemoryBudget;
 
 use header::{Element, Format, Header};
 use stream::Stream;
@@ -61,23 +62,23 @@ impl std::error::Error for PlyError {}
 /// # Errors
 ///
 /// Those of `file`.
-pub fn read(mut file: impl Read) -> io::Result<Result<PlyMesh, PlyError>> {
+pub fn read(mut file: impl Read, memory: &MemoryBudget) -> io::Result<Result<PlyMesh, PlyError>> {
     let mut magic = Vec::new();
     file.by_ref().take(2).read_to_end(&mut magic)?;
     let zipped = magic == [0x1f, 0x8b];
     let file = io::Cursor::new(magic).chain(file);
     if zipped {
-        return Ok(read_zipped(file, INFLATED_LIMIT));
+        return Ok(read_zipped(file, INFLATED_LIMIT, memory));
     }
     let mut stream = Stream::new(file);
-    let mesh = read_stream(&mut stream);
+    let mesh = read_stream(&mut stream, memory);
     stream.error().map_or(Ok(mesh), Err)
 }
 
 /// Reads gzip data. The size that the data claims for itself is not looked at: it may be wrong.
-fn read_zipped(file: impl Read, limit: u64) -> Result<PlyMesh, PlyError> {
+fn read_zipped(file: impl Read, limit: u64, memory: &MemoryBudget) -> Result<PlyMesh, PlyError> {
     let mut stream = Stream::new(MultiGzDecoder::new(file).take(limit + 1));
-    let mesh = read_stream(&mut stream);
+    let mesh = read_stream(&mut stream, memory);
     // The check sum is at the end.
     let size = stream.skip_all();
     if let Some(error) = stream.error() {
@@ -89,9 +90,9 @@ fn read_zipped(file: impl Read, limit: u64) -> Result<PlyMesh, PlyError> {
     mesh.map_err(|error| PlyError(format!("in the unpacked data: {error}")))
 }
 
-fn read_stream(stream: &mut Stream<impl Read>) -> Result<PlyMesh, PlyError> {
+fn read_stream(stream: &mut Stream<impl Read>, memory: &MemoryBudget) -> Result<PlyMesh, PlyError> {
     let header = header::parse(stream)?;
-    let mesh = read_body(&header, stream).map_err(|error| {
+    let mesh = read_body(&header, stream, memory).map_err(|error| {
         // What the file cannot hold explains everything else.
         let available = stream.skip_all() - header.size;
         header
@@ -103,7 +104,11 @@ fn read_stream(stream: &mut Stream<impl Read>) -> Result<PlyMesh, PlyError> {
     Ok(PlyMesh { goes_on: stream.goes_on(), ..mesh })
 }
 
-fn read_body(header: &Header, stream: &mut Stream<impl Read>) -> Result<PlyMesh, PlyError> {
+fn read_body(
+    header: &Header,
+    stream: &mut Stream<impl Read>,
+    memory: &MemoryBudget,
+) -> Result<PlyMesh, PlyError> {
     for (name, plural) in [("vertex", "vertices"), ("face", "faces")] {
         if header.elements.iter().all(|element| element.name != name || element.count == 0) {
             return Err(PlyError(format!("the PLY file has no {plural}")));
@@ -111,8 +116,23 @@ fn read_body(header: &Header, stream: &mut Stream<impl Read>) -> Result<PlyMesh,
     }
     match header.elements.iter().find_map(too_many) {
         Some(error) => Err(error),
-        None => body::read(header, stream),
+        None => {
+            let bytes = header.elements.iter().map(most_bytes).fold(0, u64::saturating_add);
+            memory.check(bytes).map_err(|shortage| PlyError(format!("the mesh is too large: {shortage}")))?;
+            body::read(header, stream)
+        }
     }
+}
+
+/// The most that the rows of an element take in memory: a position, a normal and coordinates, or the corners of a quad.
+fn most_bytes(element: &Element) -> u64 {
+    let row = match element.name.as_str() {
+        "vertex" if element.find("nx").is_some() => 24 + 24 + 16,
+        "vertex" => 24 + 16,
+        "face" => 6 * 4,
+        _ => 0,
+    };
+    element.count.saturating_mul(row)
 }
 
 /// The error for a count that the file cannot hold, or that is too large.

@@ -82,8 +82,6 @@ pub(crate) struct Resolver<'a> {
     objects: BTreeMap<String, Arc<Object>>,
     media: BTreeSet<String>,
     pictures: Pictures,
-    /// Triangles that Loop subdivision has made.
-    subdivided: u64,
 }
 
 impl<'a> Resolver<'a> {
@@ -119,7 +117,6 @@ impl<'a> Resolver<'a> {
             objects: BTreeMap::new(),
             media: BTreeSet::new(),
             pictures: Pictures::default(),
-            subdivided: 0,
         }
     }
 
@@ -264,8 +261,8 @@ impl<'a> Resolver<'a> {
             instances: self.instances,
             lights: self.lights,
         });
-        let (sources, inputs) = self.files.into_parts();
-        Loaded { sources, inputs, scene, diagnostics, can_keep_going, misfit }
+        let (sources, inputs, memory) = self.files.into_parts();
+        Loaded { sources, inputs, memory, scene, diagnostics, can_keep_going, misfit }
     }
 
     /// Names may be defined again, with the same effect as in pbrt-v3.

@@ -119,19 +119,14 @@ pub(crate) const NAMES: &[&str] = &[
     "nurbs",
 ];
 
-/// pbrt-v3's MakeShapes. The parameters that stay are those of the material, or unknown. `subdivided` counts the triangles
-/// of all `loopsubdiv` shapes.
-pub(crate) fn shape(
-    params: &mut Params,
-    world_from_object: Transform,
-    subdivided: &mut u64,
-) -> Option<Shape> {
+/// pbrt-v3's MakeShapes. The parameters that stay are those of the material, or unknown.
+pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option<Shape> {
     match params.kind() {
         "trianglemesh" => triangle_mesh(params, world_from_object).map(mesh),
         "plymesh" => ply_mesh(params, world_from_object).map(mesh),
         "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Box::new(curve))),
         "heightfield" => heightfield::heightfield(params, world_from_object).map(mesh),
-        "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object, subdivided).map(mesh),
+        "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(mesh),
         "nurbs" => nurbs::nurbs(params, world_from_object).map(mesh),
         _ => quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
     }

@@ -4,6 +4,7 @@ use std::io;
 use std::path::Path;
 
 use glam::Vec3;
+use lookat_image::MemoryBudget;
 use lookat_syntax::{Entity, FileId, Span, Text};
 
 use crate::files::{Access, Files};
@@ -54,7 +55,7 @@ pub fn kinds() -> Vec<Kind> {
             if ["trianglemesh", "plymesh"].contains(&params.kind()) {
                 cutout::cutout(params);
             }
-            shape::shape(params, here, &mut 0);
+            shape::shape(params, here);
         }),
         ("Material", material::NAMES, &|params| {
             material::material(params, &Names::default());
@@ -97,7 +98,7 @@ fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut TextureP
 /// Calls a constructor as a directive without parameters would.
 fn ask(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut TextureParams)) {
     let read = |_: &Path| -> io::Result<Vec<u8>> { Err(io::ErrorKind::NotFound.into()) };
-    let (files, mut report) = (Files::new(Path::new(""), Access::Read(&read)), Report::default());
+    let (files, mut report) = (Files::new(Path::new(""), Access::Read(&read), MemoryBudget::new(0)), Report::default());
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let entity = Entity { name: Text { value: name.into(), span }, params: Vec::new() };
     let textures = Textures::default();

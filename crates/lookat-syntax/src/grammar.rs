@@ -24,12 +24,35 @@ pub struct Parsed {
     pub broken_end: bool,
     /// True if an Include could not be read, so that its contents are unknown.
     pub lost_include: bool,
+    /// About what the statements take in memory, without lists of numbers; see [`number_bytes`].
+    pub bytes: u64,
+    /// Where `bytes` came to the most that was allowed. The rest of the file is not read.
+    pub exhausted: Option<Span>,
 }
+
+/// The most bytes that the numbers of a text take in memory.
+pub fn number_bytes(text: &[u8]) -> u64 {
+    let is_inside = |byte: u8| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte);
+    let starts = text.windows(2).filter(|pair| !is_inside(pair[0]) && is_inside(pair[1])).count();
+    8 * (starts as u64 + 1)
+}
+
+/// A statement, with what a scene keeps of it besides lists.
+const STATEMENT_BYTES: u64 = 512;
+/// A parameter with one value.
+const PARAM_BYTES: u64 = 256;
+/// A string in a list.
+const STRING_BYTES: u64 = 64;
 
 /// Parses one file. `text` may contain any bytes; it need not be UTF-8.
 ///
 /// A text of 4 GiB or more gives one error and no statements.
 pub fn parse(file: FileId, text: &[u8]) -> Parsed {
+    parse_within(file, text, u64::MAX)
+}
+
+/// Like [`parse`], up to the statement with which [`Parsed::bytes`] would be more than `most_bytes`.
+pub fn parse_within(file: FileId, text: &[u8], most_bytes: u64) -> Parsed {
     let mut reader = Reader {
         unknown: 0,
         file,
@@ -42,6 +65,9 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
         statement: &[],
         faulty: false,
         fraction: false,
+        bytes: 0,
+        most_bytes,
+        exhausted: None,
     };
     let mut statements = Vec::new();
     if text.len() >= u32::MAX as usize {
@@ -57,8 +83,8 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
         reader.diagnostics.push(warning);
     }
     reader.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
-    let Reader { diagnostics, v4_marks, broken_end, lost_include, .. } = reader;
-    Parsed { statements, diagnostics, v4_marks, broken_end, lost_include }
+    let Reader { diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted, .. } = reader;
+    Parsed { statements, diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted }
 }
 
 /// After this many unknown directives, the parser looks for known directives only: the file is probably not a scene.
@@ -81,6 +107,10 @@ pub(crate) struct Reader<'a> {
     pub(crate) faulty: bool,
     /// A fraction among the integers of the current parameter has been reported.
     pub(crate) fraction: bool,
+    /// What was read takes so much, and may take so much.
+    bytes: u64,
+    most_bytes: u64,
+    exhausted: Option<Span>,
 }
 
 impl<'a> Reader<'a> {
@@ -91,6 +121,9 @@ impl<'a> Reader<'a> {
             && !start.is_empty()
         {
             (self.statement, self.faulty) = (start, false);
+            if self.exhausts(STATEMENT_BYTES, start) {
+                break;
+            }
             match self.statement(start, statements.last()) {
                 Ok((rest, statement)) => {
                     statements.push(statement);
@@ -114,6 +147,26 @@ impl<'a> Reader<'a> {
         rest
     }
 
+    /// Counts a parameter; whether there is no memory for it.
+    pub(crate) fn exhausts_param(&mut self, at: Input<'a>) -> bool {
+        self.exhausts(PARAM_BYTES, at)
+    }
+
+    /// Counts a string of a list.
+    pub(crate) fn exhausts_string(&mut self, at: Input<'a>) -> bool {
+        self.exhausts(STRING_BYTES, at)
+    }
+
+    fn exhausts(&mut self, bytes: u64, at: Input<'a>) -> bool {
+        if self.bytes + bytes > self.most_bytes {
+            self.broken_end = true;
+            self.exhausted.get_or_insert(self.span(&at[..at.len().min(1)]));
+            return true;
+        }
+        self.bytes += bytes;
+        false
+    }
+
     pub(crate) fn offset(&self, part: Input<'a>) -> usize {
         part.as_ptr() as usize - self.text.as_ptr() as usize
     }
@@ -129,6 +182,10 @@ impl<'a> Reader<'a> {
     }
 
     pub(crate) fn report(&mut self, fault: Fault<'a>) {
+        // What is not read cannot be wrong.
+        if self.exhausted.is_some() {
+            return;
+        }
         let span = self.span(fault.at);
         let mut diagnostic = Diagnostic::error(span, fault.message);
         diagnostic.help = fault.help;

@@ -33,7 +33,7 @@ mod words;
 pub use decimal::{decimal, digits};
 pub use diagnostic::{Diagnostic, Fix, Label, Severity};
 pub use directive::{ActiveTransform, Directive, Entity, EntityKind, Statement};
-pub use grammar::{Parsed, parse};
+pub use grammar::{Parsed, number_bytes, parse, parse_within};
 pub use nearest::{begun, nearest, same_digits};
 pub use param::{Param, ParamType, Values};
 pub use span::{FileId, Span, Spanned, Text};

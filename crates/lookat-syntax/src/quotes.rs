@@ -104,7 +104,8 @@ fn runs_on(rest: Input) -> bool {
 
 /// The length of a parameter type and a name at the start of a string.
 fn declared(string: Input) -> Option<usize> {
-    let name = string.iter().position(|byte| is_blank(*byte))?;
+    // No type has a longer name, and a file may have no blank at all.
+    let name = string.iter().take(16).position(|byte| is_blank(*byte))?;
     ParamType::from_spelling(str::from_utf8(&string[..name]).ok()?)?;
     let start = name + string[name..].iter().position(|byte| !is_blank(*byte))?;
     let ends = |byte: &u8| is_blank(*byte) || matches!(byte, b'[' | b'"');

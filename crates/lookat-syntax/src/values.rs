@@ -19,6 +19,9 @@ impl<'a> Reader<'a> {
         loop {
             let next = blank(input).map_or(input, |(next, ())| next);
             let next = self.after_stray(next);
+            if self.exhausts_param(next) {
+                return (&input[input.len()..], params);
+            }
             let declaration = match next.first() {
                 Some(b'"') => self.closed_declaration(next),
                 _ => match self.unopened_declaration(next) {
@@ -279,6 +282,9 @@ impl<'a> Reader<'a> {
             Values::Strings(list) => {
                 if input.first() == Some(&b'"') {
                     let (rest, text) = self.closed_string(input)?;
+                    if self.exhausts_string(input) {
+                        return Ok((&input[input.len()..], ()));
+                    }
                     list.push(text);
                     return Ok((rest, ()));
                 }

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod chart;
+mod memory;
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -12,6 +13,7 @@ use lookat_lab::bench::Part;
 
 use crate::metric::{Limit, Metric};
 pub use chart::{Chart, Other};
+pub use memory::Memory;
 
 /// What was typed.
 #[derive(Debug, Parser)]
@@ -105,6 +107,8 @@ pub struct Render {
     #[arg(long)]
     pub keep_going: bool,
     #[command(flatten)]
+    pub memory: Memory,
+    #[command(flatten)]
     pub report: Report,
 }
 
@@ -129,6 +133,8 @@ pub struct Inspect {
     /// Leave out what is in error and go on
     #[arg(long)]
     pub keep_going: bool,
+    #[command(flatten)]
+    pub memory: Memory,
     #[command(flatten)]
     pub report: Report,
 }
@@ -158,6 +164,8 @@ pub struct Check {
     /// Show errors only
     #[arg(short, long)]
     pub quiet: bool,
+    #[command(flatten)]
+    pub memory: Memory,
     #[command(flatten)]
     pub report: Report,
 }
@@ -189,6 +197,8 @@ pub struct Compare {
     /// The difference of a channel that counts in share-above
     #[arg(long, value_name = "VALUE", default_value_t = 0.01, allow_negative_numbers = true, value_parser = threshold)]
     pub threshold: f32,
+    #[command(flatten)]
+    pub memory: Memory,
     /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
@@ -220,6 +230,8 @@ pub struct Verify {
     /// Replace references that differ with the render, and write missing references
     #[arg(long)]
     pub update: bool,
+    #[command(flatten)]
+    pub memory: Memory,
     /// Print the results as JSON, a line for each scene
     #[arg(long)]
     pub json: bool,

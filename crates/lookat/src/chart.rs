@@ -7,18 +7,19 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use lookat_image::{Image, write_file};
+use lookat_image::{Image, MemoryBudget, PictureFile, write_file};
 use lookat_lab::chart::{
     Budget, Climb, Cost, End, FEWEST_SEEDS, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method,
     Origin, Plan, Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
 };
 use lookat_lab::plot::significant;
+use lookat_render::Settings;
 use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Chart, Other, Report};
 use crate::output::{Destination, check_folder, check_inputs, make_folder};
-use crate::render::progress_bar;
+use crate::render::{check_memory, progress_bar};
 use crate::source::load_scene;
 use crate::visible::escaped;
 use crate::{interrupt, report};
@@ -38,16 +39,22 @@ pub fn chart(arguments: &Chart) -> ExitCode {
 fn run(arguments: &Chart) -> Result<u8, String> {
     let started = Instant::now();
     let methods = chosen(&arguments.methods)?;
-    let overrides = Overrides { resolution: arguments.resolution, ..Overrides::default() };
+    let overrides = Overrides {
+        resolution: arguments.resolution,
+        max_memory: arguments.memory.limit(),
+        ..Overrides::default()
+    };
     let how = Report { strict: false, json: false };
     let loaded = load_scene(&arguments.scene, &overrides, how);
     let parse = started.elapsed().as_secs_f64();
     report::print(&loaded, false);
     let Some(scene) = loaded.scene else { return Ok(report::failure(&loaded)) };
     // Before minutes of rendering, not after.
-    let reference =
-        arguments.reference.as_deref().map(|file| read_reference(file, &scene, arguments)).transpose()?;
-    let others = arguments.point.iter().map(|other| Ok((other, read(&other.image, &scene)?)));
+    let memory = &loaded.memory;
+    check_memory(&scene, &Settings { error_layers: true, ..Settings::default() }, memory)?;
+    let reference = arguments.reference.as_deref();
+    let reference = reference.map(|file| read_reference(file, &scene, arguments, memory)).transpose()?;
+    let others = arguments.point.iter().map(|other| Ok((other, read(&other.image, &scene, memory)?)));
     let others = others.collect::<Result<Vec<_>, String>>()?;
     check_names(&arguments.point)?;
     let folder = arguments.output.clone().unwrap_or_else(|| folder_of(&arguments.scene));
@@ -234,16 +241,29 @@ fn folder_of(scene: &Path) -> PathBuf {
 }
 
 /// Reads a picture of the scene.
-fn read(file: &Path, scene: &Scene) -> Result<Fitted, String> {
-    fit(file, &Image::read(file).map_err(|error| error.to_string())?, scene)
+fn read(file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Fitted, String> {
+    fit(file, &read_image(file, memory)?, scene)
+}
+
+/// Reads a picture, which is charged for good.
+fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, String> {
+    let image = PictureFile::open(file).and_then(|opened| opened.read(memory));
+    let image = image.map_err(|error| error.to_string())?;
+    memory.charge(image.bytes()).map_err(|shortage| format!("{}: {shortage}", file.display()))?;
+    Ok(image)
 }
 
 fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {
     fitted(image, &scene.film).map_err(|fault| format!("{}: the picture {fault}", file.display()))
 }
 
-fn read_reference(file: &Path, scene: &Scene, arguments: &Chart) -> Result<Reference, String> {
-    let image = Image::read(file).map_err(|error| error.to_string())?;
+fn read_reference(
+    file: &Path,
+    scene: &Scene,
+    arguments: &Chart,
+    memory: &MemoryBudget,
+) -> Result<Reference, String> {
+    let image = read_image(file, memory)?;
     let found = fit(file, &image, scene)?;
     if found.rounded && may_be_cut(file, &found) {
         return Err(format!(

@@ -4,7 +4,9 @@ use std::fmt::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lookat_image::{Aligned, Format, Image, PanelOptions, Precision, Window, align, write_panel};
+use lookat_image::{
+    Aligned, Format, MemoryBudget, PanelOptions, PictureFile, Precision, Window, align, common_window, write_panel,
+};
 use serde_json::{Map, Value, json};
 
 use crate::args::Compare;
@@ -75,17 +77,37 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
         return Err("--layer chooses a part of an EXR file, and neither is one".into());
     }
-    let (actual, expected) = (read(&arguments.actual, arguments)?, read(&arguments.expected, arguments)?);
-    align(&actual, &expected).map_err(|error| error.to_string())
+    let files = [open(&arguments.actual, arguments)?, open(&arguments.expected, arguments)?];
+    let window = common_window(files.each_ref().map(PictureFile::placement));
+    let memory = arguments.memory.budget();
+    check_memory(window.map_err(|error| error.to_string())?, &memory)?;
+    let mut images = Vec::new();
+    for file in files {
+        let image = file.read(&memory).map_err(|error| error.to_string())?;
+        memory.charge(image.bytes()).map_err(|shortage| format!("comparing the pictures: {shortage}"))?;
+        images.push(image);
+    }
+    align(&images[0], &images[1]).map_err(|error| error.to_string())
 }
 
-/// Reads the layer that is asked for; a file without layers is taken for that layer.
-fn read(path: &Path, arguments: &Compare) -> Result<Image, String> {
-    let image = match &arguments.layer {
-        Some(layer) if Format::from_path(path) == Some(Format::Exr) => Image::read_layer(path, layer),
-        _ => Image::read(path),
+/// Fails where there is no memory to compare pictures that have these pixels in common.
+pub fn check_memory(window: Window, memory: &MemoryBudget) -> Result<(), String> {
+    let Window { width, height, .. } = window;
+    memory
+        .check(window.area().saturating_mul(PIXEL_BYTES))
+        .map_err(|shortage| format!("comparing {width} x {height} pixels: {shortage}"))
+}
+
+/// Bytes that comparing takes for each pixel, by measurement: both pictures, and the working copies of FLIP and SSIM.
+const PIXEL_BYTES: u64 = 80;
+
+/// Opens the layer that is asked for; a file without layers is taken for that layer.
+fn open<'a>(path: &Path, arguments: &Compare) -> Result<PictureFile<'a>, String> {
+    let file = match &arguments.layer {
+        Some(layer) if Format::from_path(path) == Some(Format::Exr) => PictureFile::open_layer(path, layer),
+        _ => PictureFile::open(path),
     };
-    image.map_err(|error| error.to_string())
+    file.map_err(|error| error.to_string())
 }
 
 /// Draws both pictures and their difference.

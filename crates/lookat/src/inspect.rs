@@ -32,7 +32,11 @@ struct Found<'s> {
 
 /// Runs the command.
 pub fn inspect(arguments: &Inspect) -> ExitCode {
-    let overrides = Overrides { keep_going: arguments.keep_going, ..Overrides::default() };
+    let overrides = Overrides {
+        keep_going: arguments.keep_going,
+        max_memory: arguments.memory.limit(),
+        ..Overrides::default()
+    };
     let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
     let name = arguments.scene.display().to_string();
     let found = loaded.scene.as_ref().map(Found::new);

@@ -70,6 +70,16 @@ pub fn watch() {
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
 }
 
+/// Ends the program in order where memory cannot be had in spite of the budget: Rust says so and aborts.
+pub fn survive_abort() {
+    #[cfg(unix)]
+    {
+        let always = std::sync::Arc::new(AtomicBool::new(true));
+        let abort = signal_hook::consts::SIGABRT;
+        let _ = signal_hook::flag::register_conditional_shutdown(abort, crate::TROUBLE.into(), always);
+    }
+}
+
 #[cfg(unix)]
 fn on_signal(mut interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
     use signal_hook::consts::{SIGINT, SIGTERM};

@@ -28,6 +28,7 @@ use visible::{escaped, visible, visible_lines};
 const TROUBLE: u8 = 2;
 
 fn main() -> ExitCode {
+    interrupt::survive_abort();
     let arguments = match args::Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) => return usage::explain(error),

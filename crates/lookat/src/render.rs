@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use lookat_image::Format;
-use lookat_render::{Settings, Statistics, TargetError, film_bytes};
+use lookat_image::{Format, MemoryBudget, byte_words};
+use lookat_render::{Settings, Statistics, TargetError, film_bytes, preparation_bytes};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
 use crate::args::Render;
@@ -42,6 +42,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         crop,
         quick: arguments.quick,
         keep_going: arguments.keep_going,
+        max_memory: arguments.memory.limit(),
         ..Overrides::default()
     };
     let scene = arguments.scene.display().to_string();
@@ -145,7 +146,7 @@ fn picture(
     let partial = marked(&file, "partial");
     check_inputs(&partial, &loaded.inputs)?;
     let settings = settings(arguments, &file);
-    check_memory(film_bytes(&scene.film, &settings))?;
+    check_memory(scene, &settings, &loaded.memory)?;
     if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
         return Err(format!(
             "--target-error keeps 16 patterns for each pixel, and takes up to {MOST_PIXELS} pixels; render parts with --crop"
@@ -210,16 +211,13 @@ fn picture(
     Ok((picture, destination.result()))
 }
 
-/// Fails where there is no memory for the film.
-fn check_memory(bytes: u64) -> Result<(), String> {
-    let fits = usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok());
-    match fits {
-        true => Ok(()),
-        false => {
-            let megabytes = bytes.div_ceil(1_000_000);
-            Err(format!("the film takes {megabytes} MB, more than there is; render parts of it with --crop"))
-        }
-    }
+/// Fails where there is no memory to render the scene.
+pub fn check_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<(), String> {
+    let (film, rest) = (film_bytes(&scene.film, settings), preparation_bytes(scene));
+    memory.check(film.saturating_add(rest)).map_err(|shortage| {
+        let [film, rest] = [film, rest].map(byte_words);
+        format!("rendering takes {film} for the film and {rest} for shapes and lights: {shortage}; --crop makes the film smaller")
+    })
 }
 
 /// Where `--adaptive` has changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.

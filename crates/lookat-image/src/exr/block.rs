@@ -56,6 +56,11 @@ pub(crate) fn read(
     Ok(())
 }
 
+/// The pixels of the largest block.
+pub(crate) fn most_pixels(header: &Header) -> u64 {
+    Grid::of(header).bounds(0, 0).size.area() as u64
+}
+
 /// How the picture is divided.
 struct Grid {
     picture: Vec2<usize>,

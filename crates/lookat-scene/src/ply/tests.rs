@@ -26,6 +26,10 @@ fn mesh(bytes: &[u8]) -> Result<PlyMesh, PlyError> {
     read(bytes).unwrap()
 }
 
+fn read(file: impl io::Read) -> io::Result<Result<PlyMesh, PlyError>> {
+    super::read(file, &MemoryBudget::default())
+}
+
 /// A unit square of two triangles.
 fn square() -> String {
     file("", "", &["0 0 0", "1 0 0", "1 1 0", "0 1 0.5"], &["3 0 1 2", "3 0 2 3"])
@@ -373,9 +377,9 @@ fn no_change_of_a_byte_makes_it_panic() {
 fn gzip_is_bounded_and_checked() {
     let packed = gzip(square().as_bytes());
     let size = square().len() as u64;
-    assert_eq!(read_zipped(&packed[..], size), Ok(square_mesh()));
+    assert_eq!(read_zipped(&packed[..], size, &MemoryBudget::default()), Ok(square_mesh()));
     let expected = PlyError(format!("the gzip data unpacks to more than {} bytes", size - 1));
-    assert_eq!(read_zipped(&packed[..], size - 1), Err(expected));
+    assert_eq!(read_zipped(&packed[..], size - 1, &MemoryBudget::default()), Err(expected));
     // A false size at the end is found out, and reserves nothing.
     let mut lying = packed.clone();
     lying.truncate(packed.len() - 4);

@@ -139,7 +139,7 @@ impl Resolver<'_> {
             "trianglemesh" | "plymesh" => cutout(&mut TextureParams::new(params, &self.definitions.textures)),
             _ => None,
         };
-        let shape = shape::shape(params, self.state.ctm, &mut self.subdivided);
+        let shape = shape::shape(params, self.state.ctm);
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
         params.finish();

@@ -19,6 +19,8 @@ pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> 
     if !params.usable() {
         return None;
     }
+    // A position, coordinates, and the corners of two triangles.
+    params.check_memory("Pz", (nu * nv) as u64 * (24 + 16 + 2 * 12))?;
     let uvs: Vec<[f64; 2]> =
         (0..nv).flat_map(|v| (0..nu).map(move |u| [share(u, nu), share(v, nv)])).collect();
     let positions = uvs.iter().zip(heights).map(|([x, y], z)| [*x, *y, z]).collect();

@@ -11,15 +11,11 @@ use crate::mesh::{Mesh, check_indices, finish};
 use crate::params::Params;
 use topology::{Fault, Topology};
 
-/// The most triangles that subdivision may make in a scene: more than a picture can show, and few enough for the memory.
-const MOST_TRIANGLES: u64 = 20_000_000;
+/// Bytes for each triangle that subdivision makes, by measurement: the mesh, its neighbours, and those of the level before.
+const TRIANGLE_BYTES: u64 = 80;
 
-/// pbrt-v3's CreateLoopSubdiv. `made` counts the triangles that subdivision has made in the scene.
-pub(crate) fn loop_subdivision(
-    params: &mut Params,
-    world_from_object: Transform,
-    made: &mut u64,
-) -> Option<Mesh> {
+/// pbrt-v3's CreateLoopSubdiv.
+pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
     let nlevels = params.integer("nlevels", 3);
     // The name of old files, which wins.
     let levels = params.integer("levels", nlevels);
@@ -41,7 +37,7 @@ pub(crate) fn loop_subdivision(
         }
     };
     check_indices(params, &control);
-    let levels = check_levels(params, levels, control.triangles() as u64, made);
+    let levels = check_levels(params, levels, control.triangles() as u64);
     if !params.usable() {
         return None;
     }
@@ -58,25 +54,24 @@ pub(crate) fn loop_subdivision(
     }
 }
 
-fn check_levels(params: &mut Params, levels: i32, faces: u64, before: &mut u64) -> u32 {
+fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
     let name = if params.was_taken("levels") { "levels" } else { "nlevels" };
-    let made = |levels: u32| faces.saturating_mul(4_u64.saturating_pow(levels)).saturating_add(*before);
     let Ok(levels) = u32::try_from(levels) else {
         params.reject(name, format!("{name} must be at least 0"), None);
         return 0;
     };
-    if made(levels) > MOST_TRIANGLES {
-        let most = (0..levels).rev().find(|fewer| made(*fewer) <= MOST_TRIANGLES);
-        let help = match most {
-            Some(most) => format!("at most {most} levels keep it below {MOST_TRIANGLES} triangles"),
-            None => format!("at most {MOST_TRIANGLES} triangles are subdivided; a plymesh may have more"),
-        };
-        let with = if *before > 0 { format!(", with the {before} of other shapes") } else { String::new() };
-        let message = format!("{levels} levels of {faces} triangles make too many triangles{with}");
-        params.reject(name, message, Some(&help));
-        return levels;
+    let triangles = |levels: u32| faces.saturating_mul(4_u64.saturating_pow(levels));
+    let bytes = |levels: u32| triangles(levels).saturating_mul(TRIANGLE_BYTES);
+    let memory = params.memory();
+    let checked = memory.check(bytes(levels));
+    let is_indexed = |levels: u32| triangles(levels) <= i32::MAX as u64;
+    if checked.is_err() || !is_indexed(levels) {
+        let fewer = (0..levels).rev().find(|fewer| memory.check(bytes(*fewer)).is_ok() && is_indexed(*fewer));
+        let help = fewer.map(|fewer| format!("there is room for {name} of at most {fewer}"));
+        let reason = checked.err().map_or_else(|| "2147483647 is the most".into(), |shortage| shortage.to_string());
+        let message = format!("{levels} levels make {} triangles of {faces}: {reason}", triangles(levels));
+        params.reject(name, message, help.as_deref());
     }
-    *before = made(levels);
     levels
 }
 

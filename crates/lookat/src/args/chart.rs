@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use lookat_lab::chart::FEWEST_SEEDS;
 
-use super::{resolution, seed, whole};
+use super::{Memory, resolution, seed, whole};
 
 #[derive(Debug, Args)]
 #[command(
@@ -44,6 +44,8 @@ pub struct Chart {
     /// The folder to write to, made if need be [default: the name of the scene (of standard input: scene), with -chart, in the current folder]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub memory: Memory,
 }
 
 /// The result of another renderer, as it is given.

@@ -1,5 +1,6 @@
 //! What a scene needs, for people: a line for each part of it.
 
+use lookat_image::byte_words;
 use lookat_render::{Choice, Draw, Elements, Surfaces};
 use lookat_scene::LightChoice;
 
@@ -145,15 +146,15 @@ impl Found<'_> {
     }
 
     fn memory(&self) -> String {
-        let trees = self.trees().map(|tree| tree.bytes).sum();
-        let film = self.inspection.film_bytes as usize;
-        let mut parts = vec![format!("film {}", megabytes(film)), format!("trees {}", megabytes(trees))];
+        let trees = self.trees().map(|tree| tree.bytes as u64).sum();
+        let film = self.inspection.film_bytes;
+        let mut parts = vec![format!("film {}", byte_words(film)), format!("trees {}", byte_words(trees))];
         if self.memory.meshes > 0 {
-            parts.push(format!("meshes {}", megabytes(self.memory.meshes)));
+            parts.push(format!("meshes {}", byte_words(self.memory.meshes as u64)));
         }
         if self.memory.pictures > 0 {
             let pictures = count(self.memory.pictures as u64, "picture");
-            parts.push(format!("{pictures} {}", megabytes(self.memory.picture_bytes)));
+            parts.push(format!("{pictures} {}", byte_words(self.memory.picture_bytes as u64)));
         }
         listed(&parts)
     }
@@ -248,11 +249,4 @@ fn thousands(number: u64) -> String {
     let groups: Vec<&str> =
         digits.as_bytes().rchunks(3).rev().filter_map(|group| str::from_utf8(group).ok()).collect();
     groups.join(",")
-}
-
-fn megabytes(bytes: usize) -> String {
-    match bytes as f64 / 1e6 {
-        size if size < 0.1 => format!("{:.1} kB", size * 1e3),
-        size => format!("{size:.1} MB"),
-    }
 }

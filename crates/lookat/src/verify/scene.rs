@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use lookat_image::{Aligned, Format, Image, align};
+use lookat_image::{Aligned, Format, MemoryBudget, PictureFile, align, common_window};
 use lookat_render::Settings;
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{Loaded, Overrides, Scene};
@@ -14,9 +14,9 @@ use super::{Comparison, Diagnostics, Outcome, Rendered, Verdict, files};
 use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
-use crate::render::{Metadata, note_jitter};
+use crate::render::{Metadata, check_memory, note_jitter};
 use crate::source::load_scene;
-use crate::{noise, report};
+use crate::{compare as comparing, noise, report};
 
 /// A verdict and its reason.
 type Judgment = (Verdict, String);
@@ -47,7 +47,11 @@ pub fn verify(arguments: &Verify, file: &Path) -> Outcome {
 
 /// Fills in the outcome of a scene file that can be read. Fails if the scene cannot be verified.
 fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let overrides = Overrides { samples_per_pixel: arguments.spp, ..Overrides::default() };
+    let overrides = Overrides {
+        samples_per_pixel: arguments.spp,
+        max_memory: arguments.memory.limit(),
+        ..Overrides::default()
+    };
     let loaded = load_scene(file, &overrides, Report { strict: false, json: false });
     report::print(&loaded, false);
     outcome.diagnostics = Diagnostics { text: report::text(&loaded), json: json!(report::json(&loaded)) };
@@ -57,7 +61,8 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
     let reference = files::beside(file).find(|picture| !is_among(picture, &loaded.inputs));
     if let Some(reference) = &reference {
         check_reference(arguments, reference)?;
-        outcome.reference = Some(Image::read(reference).map_err(|error| error.to_string())?);
+        let file = PictureFile::open(reference).map_err(|error| error.to_string())?;
+        outcome.reference = Some(file.read(&loaded.memory).map_err(|error| error.to_string())?);
     } else if !arguments.update {
         outcome.reason = "no picture beside it except one that it shows".into();
         return Ok(());
@@ -67,8 +72,11 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
         // Before the scene is rendered.
         check_folder(&target).and_then(|()| check_inputs(&target, &loaded.inputs))?;
     }
-    let rendered = outcome.render.insert(render(arguments, file, scene));
+    let rendered = outcome.render.insert(render(arguments, file, scene, &loaded.memory)?);
     if let Some(expected) = &outcome.reference {
+        if let Ok(window) = common_window([rendered.image.placement(), expected.placement()]) {
+            comparing::check_memory(window, &loaded.memory)?;
+        }
         outcome.comparison = match align(&rendered.image, expected) {
             Ok(pair) => Some(compare(arguments, pair)),
             Err(error) => {
@@ -117,7 +125,12 @@ fn update(target: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn render(arguments: &Verify, file: &Path, scene: &Scene) -> Rendered {
+fn render(
+    arguments: &Verify,
+    file: &Path,
+    scene: &Scene,
+    memory: &MemoryBudget,
+) -> Result<Rendered, String> {
     let samples_per_pixel = scene.sampler.samples_per_pixel;
     let settings = Settings {
         seed: arguments.seed,
@@ -125,11 +138,13 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene) -> Rendered {
         error_layers: samples_per_pixel > 1,
         ..Settings::default()
     };
+    check_memory(scene, &settings, memory)?;
     let started = Instant::now();
     let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
     let seconds = started.elapsed().as_secs_f64();
     image.metadata = Metadata::new(file, arguments.seed, f64::from(samples_per_pixel), true).as_json();
-    Rendered { image, samples_per_pixel, seconds }
+    memory.charge(image.bytes()).map_err(|shortage| shortage.to_string())?;
+    Ok(Rendered { image, samples_per_pixel, seconds })
 }
 
 /// The threshold of share-above.

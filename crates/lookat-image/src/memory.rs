@@ -1,0 +1,169 @@
+//! The memory that reading, rendering and comparing may take.
+
+use std::fs::read_to_string;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// A limit on memory, and the bytes charged against it. Clones share one account.
+///
+/// Whoever makes a large array whose size comes from a file asks first. The default is the limit of this machine, see
+/// [`MemoryBudget::machine_limit`].
+#[derive(Debug, Clone)]
+pub struct MemoryBudget {
+    limit: u64,
+    used: Arc<AtomicU64>,
+}
+
+/// More memory than the budget has left.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.words())]
+pub struct OutOfMemory {
+    /// Bytes that were asked for.
+    pub needed: u64,
+    /// Bytes charged before.
+    pub used: u64,
+    /// Bytes that the budget allows in all.
+    pub limit: u64,
+}
+
+impl OutOfMemory {
+    fn words(&self) -> String {
+        let [needed, used, limit] = [self.needed, self.used, self.limit].map(byte_words);
+        let used = if self.used > 0 { format!(", of which {used} are used") } else { String::new() };
+        format!("{needed} of memory are needed, and --max-memory allows {limit}{used}")
+    }
+}
+
+impl MemoryBudget {
+    /// A budget of `limit` bytes.
+    pub fn new(limit: u64) -> Self {
+        MemoryBudget { limit, used: Arc::default() }
+    }
+
+    /// Bytes that may be charged in all.
+    pub fn limit(&self) -> u64 {
+        self.limit
+    }
+
+    /// Bytes that are not charged.
+    pub fn left(&self) -> u64 {
+        self.limit.saturating_sub(self.used.load(Ordering::Relaxed))
+    }
+
+    /// Fails if `bytes` more do not fit. Charges nothing: the memory is free again soon.
+    pub fn check(&self, bytes: u64) -> Result<(), OutOfMemory> {
+        let used = self.used.load(Ordering::Relaxed);
+        match used.checked_add(bytes).is_some_and(|sum| sum <= self.limit) {
+            true => Ok(()),
+            false => Err(OutOfMemory { needed: bytes, used, limit: self.limit }),
+        }
+    }
+
+    /// Charges `bytes` for good. Fails, and charges nothing, if they do not fit.
+    pub fn charge(&self, bytes: u64) -> Result<(), OutOfMemory> {
+        self.check(bytes)?;
+        self.used.fetch_add(bytes, Ordering::Relaxed);
+        Ok(())
+    }
+
+    /// Three quarters of the machine's memory, or of the limits of the process and its control group where they are less.
+    /// 6 GB where the system does not tell, as on other systems than Linux.
+    pub fn machine_limit() -> u64 {
+        let machine = machine_memory().unwrap_or(8_000_000_000) / 4 * 3;
+        machine.min(MemoryBudget::process_limit().unwrap_or(u64::MAX))
+    }
+
+    /// Three quarters of what `ulimit -v`, `ulimit -d` and the control groups of the process allow; the rest is for the
+    /// program itself. `None` where nothing is limited.
+    pub fn process_limit() -> Option<u64> {
+        [process_limit(), group_limit()].into_iter().flatten().min().map(|limit| limit / 4 * 3)
+    }
+}
+
+impl Default for MemoryBudget {
+    fn default() -> Self {
+        MemoryBudget::new(MemoryBudget::machine_limit())
+    }
+}
+
+/// A size as people write it: `512 kB`, `1.5 GB`.
+pub fn byte_words(bytes: u64) -> String {
+    match bytes as f64 {
+        bytes if bytes < 1e5 => format!("{:.1} kB", bytes / 1e3),
+        bytes if bytes < 1e9 => format!("{:.1} MB", bytes / 1e6),
+        bytes => format!("{:.1} GB", bytes / 1e9),
+    }
+}
+
+/// Bytes of main memory.
+fn machine_memory() -> Option<u64> {
+    let kilobytes = first_number(&read_to_string("/proc/meminfo").ok()?, "MemTotal:")?;
+    Some(1024 * kilobytes)
+}
+
+/// The least of the limits that `ulimit -v` and `ulimit -d` set.
+fn process_limit() -> Option<u64> {
+    let limits = read_to_string("/proc/self/limits").ok()?;
+    ["Max address space", "Max data size"].iter().filter_map(|name| first_number(&limits, name)).min()
+}
+
+/// The number that follows a name at the beginning of a line; `None` for `unlimited`.
+fn first_number(text: &str, name: &str) -> Option<u64> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+/// The least limit of the control groups that the process is in.
+fn group_limit() -> Option<u64> {
+    let groups = read_to_string("/proc/self/cgroup").ok()?;
+    let limits = groups.lines().flat_map(|line| {
+        let mut fields = line.splitn(3, ':').skip(1);
+        let (controllers, path) = (fields.next().unwrap_or_default(), fields.next().unwrap_or_default());
+        let (root, file) = match controllers {
+            "" => ("/sys/fs/cgroup", "memory.max"),
+            "memory" => ("/sys/fs/cgroup/memory", "memory.limit_in_bytes"),
+            _ => return None,
+        };
+        let of_group = |group: &Path| {
+            let limit = read_to_string(Path::new(root).join(group.strip_prefix("/").ok()?).join(file));
+            limit.ok()?.trim().parse::<u64>().ok()
+        };
+        // A group keeps to the limits of those around it.
+        Path::new(path).ancestors().filter_map(of_group).min()
+    });
+    limits.min()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn clones_share_one_account() {
+        let budget = MemoryBudget::new(1000);
+        let other = budget.clone();
+        assert_eq!((budget.check(1000), other.charge(600), budget.left()), (Ok(()), Ok(()), 400));
+        let fault = OutOfMemory { needed: 401, used: 600, limit: 1000 };
+        assert_eq!((budget.check(401), budget.charge(401)), (Err(fault), Err(fault)));
+        assert_eq!((budget.check(u64::MAX).is_err(), budget.charge(400), other.left()), (true, Ok(()), 0));
+        assert_eq!(
+            fault.to_string(),
+            "0.4 kB of memory are needed, and --max-memory allows 1.0 kB, of which 0.6 kB are used"
+        );
+    }
+
+    #[test]
+    fn sizes_are_short() {
+        let words = [84, 99_000, 1_600_000, 8_794_000_000].map(byte_words);
+        assert_eq!(words, ["0.1 kB", "99.0 kB", "1.6 MB", "8.8 GB"]);
+    }
+
+    #[test]
+    fn the_machine_has_a_limit() {
+        let limit = MemoryBudget::machine_limit();
+        assert!((1 << 20..1 << 50).contains(&limit), "{limit}");
+        assert_eq!(first_number("MemTotal:  100 kB\nMax data size  unlimited bytes", "MemTotal:"), Some(100));
+        assert_eq!(first_number("MemTotal:  100 kB\nMax data size  unlimited bytes", "Max data size"), None);
+    }
+}

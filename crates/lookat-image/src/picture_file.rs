@@ -1,0 +1,136 @@
+//! Picture files in two steps: first the header, then the pixels.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Seek};
+use std::path::{Path, PathBuf};
+
+use ::image::ImageDecoder;
+
+use crate::decoded::{self, Curve};
+use crate::error::{Fault, ImageError};
+use crate::format::check_beginning;
+use crate::image::Placement;
+use crate::{Format, Image, MemoryBudget, exr, pfm};
+
+/// A picture file whose header is read, and no pixel.
+pub struct PictureFile<'a> {
+    path: PathBuf,
+    body: Body<'a>,
+}
+
+/// What the pixels are read from.
+enum Body<'a> {
+    Exr(exr::Opened<Box<dyn Input + 'a>>),
+    Pfm(pfm::Opened<Box<dyn Input + 'a>>),
+    Other(Box<dyn ImageDecoder + 'a>, Curve),
+}
+
+pub(crate) trait Input: BufRead + Seek {}
+
+impl<T: BufRead + Seek> Input for T {}
+
+impl<'a> PictureFile<'a> {
+    /// Reads the header of an EXR, PFM, PNG, TGA, JPEG or Radiance HDR file. See [`Image::read`].
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::Read`] if the file system refuses, the format is another one, or what is to be read of an EXR
+    /// file has deep data, subsampled channels, or DWA or HTJ2K compression; [`ImageError::NotThatFormat`] and
+    /// [`ImageError::Damaged`] for a header that is not right.
+    pub fn open(path: &Path) -> Result<Self, ImageError> {
+        Self::open_file(path, None)
+    }
+
+    /// Reads the header for one layer of an EXR file.
+    ///
+    /// `layer` is what the names of the layer's channels begin with, as `albedo` for `albedo.R`; or the name of
+    /// a part of the file; or both, as `left.albedo`, where parts have equal layers; or the whole name of one
+    /// channel, as `depth.Z`.
+    ///
+    /// Red, green and blue become R, G and B, whether they are called `R`, `r` or `red`; so do the X, Y and Z of
+    /// a vector. A channel that is alone becomes Y. Others keep the last word of their names, as `A`.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::Read`] if the file has no such layer or another format than EXR; else as [`PictureFile::open`].
+    pub fn open_layer(path: &Path, layer: &str) -> Result<Self, ImageError> {
+        match Format::from_path(path) {
+            Some(Format::Exr) => Self::open_file(path, Some(layer)),
+            _ => {
+                let fault = Fault::Unfit("only EXR files have layers".into());
+                Err(ImageError::reading(path, fault))
+            }
+        }
+    }
+
+    /// Reads the header of a picture as textures need it: from the bytes of a file whose path only tells the format, and
+    /// with the values of integer formats as they stand there, from 0 to 1 on whatever curve.
+    ///
+    /// # Errors
+    ///
+    /// As [`PictureFile::open`].
+    pub fn of_bytes(path: &Path, bytes: &'a [u8]) -> Result<Self, ImageError> {
+        Self::of_input(path, Box::new(Cursor::new(bytes)), Curve::Stored, None)
+    }
+
+    fn open_file(path: &Path, layer: Option<&str>) -> Result<Self, ImageError> {
+        let file = File::open(path).map_err(|error| ImageError::reading(path, error.into()))?;
+        Self::of_input(path, Box::new(BufReader::new(file)), Curve::Linear, layer)
+    }
+
+    fn of_input(
+        path: &Path,
+        input: Box<dyn Input + 'a>,
+        curve: Curve,
+        layer: Option<&str>,
+    ) -> Result<Self, ImageError> {
+        match Body::open(path, input, curve, layer) {
+            Ok(body) => Ok(PictureFile { path: path.into(), body }),
+            Err(fault) => Err(ImageError::reading(path, fault)),
+        }
+    }
+
+    /// Where the pixels lie.
+    pub fn placement(&self) -> Placement {
+        let window = match &self.body {
+            Body::Exr(file) => return file.placement(),
+            Body::Pfm(file) => file.window,
+            Body::Other(decoder, _) => decoded::window(decoder),
+        };
+        Placement { data_window: window, display_window: window, has_windows: false }
+    }
+
+    /// Reads the pixels.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::TooLarge`] if `memory` has no room for them, before any is decoded; [`ImageError::Damaged`] for
+    /// contents that are not right.
+    pub fn read(self, memory: &MemoryBudget) -> Result<Image, ImageError> {
+        let image = match self.body {
+            Body::Exr(file) => file.read(memory),
+            Body::Pfm(file) => file.read(memory),
+            Body::Other(decoder, curve) => decoded::read(decoder, curve, memory),
+        };
+        image.map_err(|fault| ImageError::reading(&self.path, fault))
+    }
+}
+
+impl<'a> Body<'a> {
+    fn open(
+        path: &Path,
+        mut input: Box<dyn Input + 'a>,
+        curve: Curve,
+        layer: Option<&str>,
+    ) -> Result<Self, Fault> {
+        check_beginning(path, input.fill_buf()?)?;
+        Ok(match Format::from_path(path) {
+            Some(Format::Exr) => Body::Exr(exr::open(input, layer)?),
+            Some(Format::Pfm) => Body::Pfm(pfm::open(input)?),
+            _ => {
+                let (decoder, is_linear) = decoded::open(input, path)?;
+                Body::Other(decoder, if is_linear { Curve::Stored } else { curve })
+            }
+        })
+    }
+}

@@ -1,0 +1,57 @@
+//! The option `--max-memory` of all commands that read files of others.
+
+use clap::Args;
+use lookat_image::MemoryBudget;
+
+/// How much memory a command may take.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Memory {
+    /// The most memory to use, such as 2G or 500M [default: three quarters of what the machine or its limits allow]
+    #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = size)]
+    pub max_memory: Option<u64>,
+}
+
+impl Memory {
+    /// Bytes that the command may take: never more than the limits of the process allow. `None` where it is not given.
+    pub fn limit(self) -> Option<u64> {
+        let given = self.max_memory?;
+        Some(given.min(MemoryBudget::process_limit().unwrap_or(u64::MAX)))
+    }
+
+    /// A budget that nothing is charged against yet.
+    pub fn budget(self) -> MemoryBudget {
+        self.limit().map_or_else(MemoryBudget::default, MemoryBudget::new)
+    }
+}
+
+/// Bytes: a number with k, M, G or T for thousands, millions and so on.
+fn size(text: &str) -> Result<u64, String> {
+    let number = text.trim_end_matches(['B', 'b']).trim_end_matches(['k', 'K', 'M', 'G', 'T', 'm', 'g', 't']);
+    let factor = match text[number.len()..].to_ascii_uppercase().trim_end_matches('B') {
+        "" => 1e0,
+        "K" => 1e3,
+        "M" => 1e6,
+        "G" => 1e9,
+        "T" => 1e12,
+        _ => f64::NAN,
+    };
+    let bytes = number.parse().map_or(f64::NAN, |number: f64| number * factor);
+    match (1e6..=1e18).contains(&bytes) {
+        true => Ok(bytes as u64),
+        false => Err("expected a size of at least 1M, as in 500M or 2G".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::size;
+
+    #[test]
+    fn sizes_have_units() {
+        let sizes = ["2G", "500M", "1.5GB", "2000000", "4000k", "1tb"].map(|text| size(text).unwrap());
+        assert_eq!(sizes, [2_000_000_000, 500_000_000, 1_500_000_000, 2_000_000, 4_000_000, 1_000_000_000_000]);
+        for text in ["", "G", "0", "-1G", "999k", "1MM", "2 G", "1e30", "nan", "inf", "2GBB", "1P"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+    }
+}
