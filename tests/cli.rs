@@ -10,6 +10,8 @@ use lookat_scene::syntax::Severity;
 use serde_json::Value;
 
 mod folder;
+#[path = "cli/memory.rs"]
+mod memory;
 #[path = "cli/messages.rs"]
 mod messages;
 #[path = "cli/outputs.rs"]

@@ -388,10 +388,7 @@ mod tests {
                 }
             }
         }
-        assert!(matches!(
-            read(Cursor::new(b"P6 1 1 255\n..."), None),
-            Err(Fault::Foreign(None))
-        ));
+        assert!(matches!(read(Cursor::new(b"P6 1 1 255\n..."), None), Err(Fault::Foreign(None))));
 
         // The upper corner of the data window, as it stands in the file.
         let corner = file.windows(10).position(|bytes| bytes == b"dataWindow").unwrap() + 10 + 1 + 6 + 4 + 8;
@@ -455,8 +452,7 @@ mod tests {
             for corner in [4, 8, 12, 16] {
                 refuses(patch("dataWindow box2i", corner, number), "");
                 // No pixel depends on it.
-                let result =
-                    read(Cursor::new(patch("displayWindow box2i", corner, number)), None);
+                let result = read(Cursor::new(patch("displayWindow box2i", corner, number)), None);
                 assert!(matches!(result, Ok(_) | Err(Fault::Damaged(_))), "{result:?}");
             }
         }

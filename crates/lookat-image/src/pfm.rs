@@ -115,7 +115,9 @@ mod tests {
     use super::*;
 
     fn read_bytes(bytes: &[u8]) -> Result<Image, String> {
-        open(bytes).and_then(|file| file.read(&MemoryBudget::new(1 << 30))).map_err(|fault| format!("{fault:?}"))
+        open(bytes)
+            .and_then(|file| file.read(&MemoryBudget::new(1 << 30)))
+            .map_err(|fault| format!("{fault:?}"))
     }
 
     #[test]

@@ -108,8 +108,11 @@ impl Loader<'_> {
         let _ = memory.charge(parsed.bytes);
         if let Some(at) = parsed.exhausted {
             let most = byte_words(memory.limit());
-            let message = format!("the scene is too large: from here on it needs more memory than the {most} of --max-memory");
-            let help = "raise --max-memory; large meshes take the least as plymesh, and copies as ObjectInstance";
+            let message = format!(
+                "the scene is too large: from here on it needs more memory than the {most} of --max-memory"
+            );
+            let help =
+                "raise --max-memory; large meshes take the least as plymesh, and copies as ObjectInstance";
             self.resolver.report.push(Diagnostic::error(at, message).help(help));
             self.resolver.report.incomplete = true;
         }

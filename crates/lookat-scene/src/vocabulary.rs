@@ -98,7 +98,8 @@ fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut TextureP
 /// Calls a constructor as a directive without parameters would.
 fn ask(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut TextureParams)) {
     let read = |_: &Path| -> io::Result<Vec<u8>> { Err(io::ErrorKind::NotFound.into()) };
-    let (files, mut report) = (Files::new(Path::new(""), Access::Read(&read), MemoryBudget::new(0)), Report::default());
+    let (files, mut report) =
+        (Files::new(Path::new(""), Access::Read(&read), MemoryBudget::new(0)), Report::default());
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let entity = Entity { name: Text { value: name.into(), span }, params: Vec::new() };
     let textures = Textures::default();

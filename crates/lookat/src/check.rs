@@ -17,7 +17,8 @@ struct JsonResult<'a> {
 
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
-    let overrides = Overrides { accept_part: true, max_memory: arguments.memory.limit(), ..Overrides::default() };
+    let overrides =
+        Overrides { accept_part: true, max_memory: arguments.memory.limit(), ..Overrides::default() };
     let (mut status, mut lost) = (0, false);
     for path in &arguments.files {
         let loaded = load_scene(path, &overrides, arguments.report);

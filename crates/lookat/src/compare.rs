@@ -5,7 +5,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::{
-    Aligned, Format, MemoryBudget, PanelOptions, PictureFile, Precision, Window, align, common_window, write_panel,
+    Aligned, Format, MemoryBudget, PanelOptions, PictureFile, Precision, Window, align, common_window,
+    write_panel,
 };
 use serde_json::{Map, Value, json};
 

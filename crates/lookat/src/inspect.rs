@@ -4,7 +4,7 @@ mod text;
 
 use std::process::ExitCode;
 
-use lookat_render::{Choice, Draw, Elements, Inspection};
+use lookat_render::{Choice, Draw, Elements, Inspection, preparation_bytes};
 use lookat_scene::{FilterKind, Integrator, LightChoice, Memory, Overrides, Projection, Scene};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -39,6 +39,11 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     };
     let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
     let name = arguments.scene.display().to_string();
+    if let Some(Err(shortage)) =
+        loaded.scene.as_ref().map(|scene| loaded.memory.check(preparation_bytes(scene)))
+    {
+        return crate::exit_code(Err(format!("the shapes and lights are too large: {shortage}")));
+    }
     let found = loaded.scene.as_ref().map(Found::new);
     let printed = if arguments.report.json {
         let needs = found.as_ref().map(Found::json);

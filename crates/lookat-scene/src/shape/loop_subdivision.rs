@@ -68,7 +68,8 @@ fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
     if checked.is_err() || !is_indexed(levels) {
         let fewer = (0..levels).rev().find(|fewer| memory.check(bytes(*fewer)).is_ok() && is_indexed(*fewer));
         let help = fewer.map(|fewer| format!("there is room for {name} of at most {fewer}"));
-        let reason = checked.err().map_or_else(|| "2147483647 is the most".into(), |shortage| shortage.to_string());
+        let reason =
+            checked.err().map_or_else(|| "2147483647 is the most".into(), |shortage| shortage.to_string());
         let message = format!("{levels} levels make {} triangles of {faces}: {reason}", triangles(levels));
         params.reject(name, message, help.as_deref());
     }

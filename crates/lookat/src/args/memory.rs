@@ -49,7 +49,10 @@ mod tests {
     #[test]
     fn sizes_have_units() {
         let sizes = ["2G", "500M", "1.5GB", "2000000", "4000k", "1tb"].map(|text| size(text).unwrap());
-        assert_eq!(sizes, [2_000_000_000, 500_000_000, 1_500_000_000, 2_000_000, 4_000_000, 1_000_000_000_000]);
+        assert_eq!(
+            sizes,
+            [2_000_000_000, 500_000_000, 1_500_000_000, 2_000_000, 4_000_000, 1_000_000_000_000]
+        );
         for text in ["", "G", "0", "-1G", "999k", "1MM", "2 G", "1e30", "nan", "inf", "2GBB", "1P"] {
             assert!(size(text).is_err(), "{text}");
         }
