@@ -125,12 +125,7 @@ fn update(target: &Path, outcome: &mut Outcome) -> Result<(), String> {
     Ok(())
 }
 
-fn render(
-    arguments: &Verify,
-    file: &Path,
-    scene: &Scene,
-    memory: &MemoryBudget,
-) -> Result<Rendered, String> {
+fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Rendered, String> {
     let samples_per_pixel = scene.sampler.samples_per_pixel;
     let settings = Settings {
         seed: arguments.seed,
