@@ -2,7 +2,7 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 use lookat_image::{Image, agreement, align};
 use lookat_scene::Overrides;
@@ -49,6 +49,14 @@ impl Folder {
             &FINE.replace("Shape \"sphere\"", "Shape \"sphrere\"\nShape \"sphere\"\nMaterial \"mate\""),
         );
         folder
+    }
+
+    /// Runs the program under a limit of bash's `ulimit`.
+    fn run_within(&self, limit: &str, arguments: &[&str]) -> Run {
+        let mut command = Command::new("bash");
+        command.args(["-c", &format!("ulimit {limit} && exec \"$@\""), "bash"]);
+        command.arg(env!("CARGO_BIN_EXE_lookat")).args(arguments).current_dir(self.0.path());
+        Run::of(command.output().unwrap())
     }
 
     /// The names of all files, in order.

@@ -2,19 +2,10 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::process::Command;
 
-use super::{FINE, Folder, Run};
+use super::{FINE, Folder};
 
 impl Folder {
-    /// Runs the program with an address space of so many kilobytes.
-    fn run_within(&self, kilobytes: u32, arguments: &[&str]) -> Run {
-        let mut command = Command::new("bash");
-        command.args(["-c", &format!("ulimit -v {kilobytes}; exec \"$@\""), "bash"]);
-        command.arg(env!("CARGO_BIN_EXE_lookat")).args(arguments).current_dir(self.0.path());
-        Run::of(command.output().unwrap())
-    }
-
     /// A file that begins with `head` and goes on with zeros, which take no room on the disk.
     fn write_zeros(&self, name: &str, head: &[u8], zeros: u64) {
         let mut file = File::create(self.path(name)).unwrap();
@@ -55,7 +46,7 @@ fn sizes_of_pictures_are_compared_before_pixels_are_read() {
     folder.write_large_pictures();
     for format in FORMATS {
         let names = ["a", "b"].map(|name| format!("{name}.{format}"));
-        let run = folder.run_within(300_000, &["compare", &names[0], &names[1]]);
+        let run = folder.run_within("-v 300000", &["compare", &names[0], &names[1]]);
         let expected = "the sizes differ: 8000x8000 and 8000x7999";
         assert!(run.status == 2 && run.err.contains(expected), "{format}: {}", run.err);
     }
@@ -68,7 +59,7 @@ fn pictures_that_do_not_fit_are_not_read() {
     for format in FORMATS {
         let name = format!("a.{format}");
         for run in [
-            folder.run_within(300_000, &["compare", &name, &name]),
+            folder.run_within("-v 300000", &["compare", &name, &name]),
             folder.run(&["compare", "--max-memory", "230.4M", &name, &name]),
         ] {
             let expected =
@@ -77,7 +68,7 @@ fn pictures_that_do_not_fit_are_not_read() {
         }
         let map = format!("Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"{name}\"\nShape");
         folder.write("texture.pbrt", &FINE.replacen("Shape", &map, 1));
-        let run = folder.run_within(300_000, &["check", "texture.pbrt"]);
+        let run = folder.run_within("-v 300000", &["check", "texture.pbrt"]);
         // PFM and TGA files are too large themselves.
         let is_told = run.err.contains(&format!("cannot read {name}"))
             && run.err.contains("--max-memory allows 230.4 MB");
@@ -118,7 +109,7 @@ property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_he
     ] {
         let file = format!("{name}.pbrt");
         folder.write(&file, &FINE.replacen("Shape \"sphere\"", &shapes, 1));
-        let run = folder.run_within(300_000, &["check", &file]);
+        let run = folder.run_within("-v 300000", &["check", &file]);
         let end = &run.err[run.err.len().saturating_sub(2000)..];
         assert!(run.status == 1 && run.err.contains(expected), "{name}: {end}");
         assert!(run.err.contains(&format!("--> {file}:")), "{name} has no place: {end}");
@@ -135,15 +126,15 @@ fn what_is_made_of_the_scene_counts_too() {
     let target = ["render", "fine.pbrt", "--resolution", "1000x1000", "--target-error", "0.1"];
     for arguments in [&["render", "curve.pbrt"][..], &["inspect", "curve.pbrt"], &film, &target] {
         for run in [
-            folder.run_within(300_000, arguments),
+            folder.run_within("-v 300000", arguments),
             // Beyond the limits of the process, too.
-            folder.run_within(300_000, &[arguments, &["--max-memory", "20G"]].concat()),
+            folder.run_within("-v 300000", &[arguments, &["--max-memory", "20G"]].concat()),
         ] {
             let expected = "of memory are needed, and --max-memory allows 230.4 MB";
             assert!(run.status == 2 && run.err.contains(expected), "{arguments:?}: {}", run.err);
         }
     }
-    assert_eq!(folder.run_within(600_000, &["render", "fine.pbrt", "--threads", "2"]).status, 0);
+    assert_eq!(folder.run_within("-v 600000", &["render", "fine.pbrt", "--threads", "2"]).status, 0);
 }
 
 #[test]

@@ -197,7 +197,7 @@ fn a_rendering_that_is_broken_off_leaves_a_partial_picture() {
             let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
             std::thread::sleep(std::time::Duration::from_secs_f32(after));
             let to = vec![child.id().to_string(); times];
-            let kill = std::process::Command::new("kill").arg(signal).args(to).status().unwrap();
+            let kill = Command::new("kill").arg(signal).args(to).status().unwrap();
             assert!(kill.success());
             let output = child.wait_with_output().unwrap();
             (output.status.code(), String::from_utf8(output.stderr).unwrap())

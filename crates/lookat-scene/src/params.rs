@@ -22,6 +22,9 @@ use crate::transform::LARGEST;
 /// The most samples of a light within a camera sample: about a hundredth of a second.
 const MOST_NESTED: i32 = 1 << 16;
 
+/// The most related places of one message.
+const MOST_RELATED: usize = 10;
+
 /// What a constructor may ask about: the parameters, and files.
 pub(crate) struct Params<'a> {
     /// The keyword of the directive, for messages.
@@ -69,25 +72,28 @@ impl<'a> Params<'a> {
         self.kind.clone()
     }
 
-    /// Of a parameter given twice with the same type, pbrt-v3 keeps the last.
+    /// Of several parameters with the same name and type, keeps the last, like pbrt-v3.
     fn drop_repeated(&mut self) {
         let key = |at: usize| (self.params[at].name.value.as_str(), class(self.params[at].ty) as u8);
         let mut order: Vec<usize> = (0..self.params.len()).collect();
         order.sort_by(|a, b| key(*a).cmp(&key(*b)));
-        let repeated: Vec<[usize; 2]> =
-            order.windows(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| key(*a) == key(*b)).collect();
-        if repeated.is_empty() {
-            return;
+        let mut dropped = HashSet::new();
+        for same in order.chunk_by(|a, b| key(*a) == key(*b)) {
+            let [earlier @ .., last] = same else { continue };
+            let times = match earlier.len() {
+                0 => continue,
+                1 => "twice".to_owned(),
+                more => format!("{} times", more + 1),
+            };
+            let last = &self.params[*last].name;
+            let warning = Diagnostic::warning(last.span, format!("\"{}\" is given {times}", last.value))
+                .note("this one counts");
+            let shown = earlier.iter().take(MOST_RELATED);
+            self.report.push(shown.fold(warning, |warning, at| {
+                warning.related(self.params[*at].span(), "this one is dropped")
+            }));
+            dropped.extend(earlier.iter().copied());
         }
-        for [this, again] in &repeated {
-            let (this, again) = (&self.params[*this], &self.params[*again]);
-            let warning =
-                Diagnostic::warning(again.name.span, format!("\"{}\" is given twice", this.name.value))
-                    .note("this one counts")
-                    .related(this.span(), "this one is dropped");
-            self.report.push(warning);
-        }
-        let dropped: HashSet<usize> = repeated.into_iter().map(|[this, _]| this).collect();
         let mut at = 0..;
         self.params.retain(|_| at.next().is_none_or(|at| !dropped.contains(&at)));
     }
