@@ -254,7 +254,7 @@ fn interrupted(folder: &Folder, arguments: &[&str], after: f32) -> Run {
 fn an_interrupt_before_the_first_point_leaves_nothing() {
     let folder = Folder::new();
     let run = interrupted(&folder, &[], 0.0);
-    assert!(run.err.ends_with("interrupted before the first point; nothing is written\n"), "{}", run.err);
+    assert!(run.err.ends_with("interrupted before the first point; nothing was written\n"), "{}", run.err);
     assert!(!folder.has("out") && run.out.is_empty());
 }
 

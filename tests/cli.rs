@@ -252,8 +252,11 @@ fn arguments_that_do_not_fit_the_scene_are_told() {
         assert_eq!((run.status, run.err.as_str()), (2, expected), "{args:?}");
     };
     let narrow = ["--crop", "0.01", "0.02", "0", "1"];
-    check(&narrow, "error: the crop window holds no pixel of 32 x 24\n");
-    check(&[&narrow[..], &["--keep-going"]].concat(), "error: the crop window holds no pixel of 32 x 24\n");
+    check(&narrow, "error: the crop window contains no pixel of 32 x 24\n");
+    check(
+        &[&narrow[..], &["--keep-going"]].concat(),
+        "error: the crop window contains no pixel of 32 x 24\n",
+    );
     let most = "error: a picture of 2500000000 pixels; one run renders at most 100000000\n";
     check(&["--resolution", "100000x100000", "--crop", "0", ".5", "0", ".5"], most);
     let wide = "error: cannot write a.tga: such a file is at most 65535 pixels wide and high\n";
@@ -261,7 +264,7 @@ fn arguments_that_do_not_fit_the_scene_are_told() {
     #[cfg(unix)]
     {
         let _socket = std::os::unix::net::UnixListener::bind(folder.path("socket.exr")).unwrap();
-        check(&["-o", "socket.exr"], "error: cannot write socket.exr: what is there is not a file\n");
+        check(&["-o", "socket.exr"], "error: cannot write socket.exr: the existing path is not a file\n");
     }
 }
 

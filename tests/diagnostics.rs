@@ -231,7 +231,7 @@ fn columns_count_characters() {
         &scene("NamedMaterial \"grün\" Shape \"sphrere\"".as_bytes()),
         &[
             "# error 4:15-4:21: there is no named material \"grün\"",
-            "#   help: MakeNamedMaterial defines one; none is defined here",
+            "#   help: define it with MakeNamedMaterial; nothing is defined here",
             "# error 4:28-4:37: unknown Shape \"sphrere\"",
             "#   help: did you mean \"sphere\"?",
             "#   fix 4:28-4:37: \"sphere\"",
@@ -256,7 +256,7 @@ fn what_a_ply_file_promises_is_not_trusted() {
     let check_ply =
         |bytes: &[u8], expected: &[&str]| check(&[("scene.pbrt", &scene), ("a.ply", bytes)], expected);
     check_ply(&ply("1", &triangle), &[]);
-    let promise = "a.ply: the header promises 4000000000 faces, but the file has only 49 bytes after it";
+    let promise = "a.ply: the header declares 4000000000 faces, but the file has only 49 bytes after it";
     check_ply(&ply("4000000000", &triangle), &[&format!("# error 4:35-4:42: {promise}")]);
     check_ply(&ply("1", &triangle[..7]), &["# error 4:35-4:42: a.ply: the file ends inside face 0 of 1"]);
     check_ply(&ply("1", &triangle)[..87], &["# error 4:35-4:42: a.ply: the header has no `end_header` line"]);

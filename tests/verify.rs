@@ -168,7 +168,7 @@ fn updates_write_references_and_say_so() {
     let (status, _, err) = folder.verify(&[]);
     assert!(status == 2 && err.contains("--update writes them"), "{err}");
     let (status, out, _) = folder.verify(&["--update"]);
-    assert!(status == 1 && out.contains("no picture beside it; wrote"), "{out}");
+    assert!(status == 1 && out.contains("no reference beside it; wrote"), "{out}");
     assert_eq!(folder.row(&[]).0, 0);
     let before = std::fs::read(folder.path("a.exr")).unwrap();
     // What agrees stays.
@@ -206,7 +206,7 @@ fn every_scene_gets_its_row() {
     for (row, start, end) in [
         (0, "a     agrees ", "identical"),
         (1, "b     trouble", "unknown directive `Shpae`"),
-        (2, "c     new    ", "no picture beside it"),
+        (2, "c     new    ", "no reference beside it"),
         (3, "d     differs", "1 pixel of the reference is not finite"),
         (4, "e     differs", "the sizes differ: 48x48 and 4x4"),
         (5, "5 scenes: 1 agrees, 2 differ", "1 without a reference, 1 in trouble"),

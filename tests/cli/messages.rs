@@ -288,7 +288,7 @@ fn parts_of_scenes_are_checked_and_not_rendered() {
     let camera = "LookAt 0 0 -5 0 0 0 0 1 0 Camera \"perspective\"";
     for (text, without) in [(camera, "WorldBegin"), ("Shape \"sphere\"", "Camera, Film and WorldBegin")] {
         let checked = run(text, "check");
-        let note = format!("note: this is a part of a scene, without {without}\n");
+        let note = format!("note: this file is a part of a scene: it has no {without}\n");
         assert!(checked.status == 0 && checked.err.starts_with(&note), "{}", checked.err);
         assert_eq!(run(text, "render").status, 1);
     }

@@ -33,7 +33,7 @@ fn nothing_is_written_over_its_inputs() {
         out.lines().find(|line| line.starts_with("wood ")).unwrap_or_default().to_owned()
     };
     assert_eq!(folder.run(&["render", "fine.pbrt", "-o", "fine.exr"]).status, 0);
-    assert!(row(&[]).contains("no picture beside it except one that it shows"), "{}", row(&[]));
+    assert!(row(&[]).contains("no reference beside it except one that it shows"), "{}", row(&[]));
     assert!(row(&["--update"]).contains("wrote ./wood.exr"));
     assert!(row(&[]).contains("agrees"), "{}", row(&[]));
     // Not even where there is no other name for it.

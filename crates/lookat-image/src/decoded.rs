@@ -46,13 +46,13 @@ pub(crate) fn open<'a>(
 ) -> Result<(Box<dyn ImageDecoder + 'a>, bool), Fault> {
     let Some((_, format, densest)) = known(path) else {
         return Err(Fault::Unfit(
-            "lookat reads exr, pfm, png, tga, jpg and hdr, and tells them by the ending of the name".into(),
+            "lookat reads exr, pfm, png, tga, jpg and hdr, by the extension of the file name".into(),
         ));
     };
     let length = input.seek(SeekFrom::End(0))?;
     let is_ended = *format != ImageFormat::Jpeg || jpeg_is_ended(&mut input, length)?;
     if !is_ended {
-        return Err(Fault::Damaged("the file ends before the picture does".into()));
+        return Err(Fault::Damaged("the file ends inside the picture".into()));
     }
     input.rewind()?;
     let is_hdr = *format == ImageFormat::Hdr;

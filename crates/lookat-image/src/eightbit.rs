@@ -29,7 +29,7 @@ pub(crate) fn write_tga(image: &Image, out: impl Write) -> Result<(), Fault> {
     let (width, height) = (image.data_window.width, image.data_window.height);
     let most = Format::Tga.most_side();
     if width.max(height) > most {
-        return Err(Fault::Unfit(format!("a TGA file is at most {most} pixels wide and high")));
+        return Err(Fault::Unfit(format!("a TGA file has at most {most} pixels per side")));
     }
     let color = if planes.len() == 3 { ExtendedColorType::Rgb8 } else { ExtendedColorType::L8 };
     // Runs that cross rows, which the encoder makes, break readers that follow the specification.

@@ -135,12 +135,12 @@ fn named(format: Option<&'static str>) -> String {
 pub fn io_reason(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file or folder".into(),
-        io::ErrorKind::PermissionDenied => "it is not permitted".into(),
+        io::ErrorKind::PermissionDenied => "permission denied".into(),
         io::ErrorKind::IsADirectory => "it is a folder".into(),
-        io::ErrorKind::NotADirectory => "it is no folder".into(),
+        io::ErrorKind::NotADirectory => "it is not a folder".into(),
         io::ErrorKind::InvalidFilename => "the name is too long; most file systems take 255 bytes".into(),
         io::ErrorKind::FileTooLarge => "it is larger than a file may be (see ulimit -f)".into(),
-        io::ErrorKind::StorageFull => "no space is left".into(),
+        io::ErrorKind::StorageFull => "no space is left on the disk".into(),
         _ => {
             let text = error.to_string();
             text.split_once(" (os error").map_or(text.as_str(), |(words, _)| words).to_string()

@@ -117,7 +117,7 @@ fn guarded<T>(read: impl FnOnce() -> Result<T, Fault>) -> Result<T, Fault> {
 
 fn unknown(name: &str, layers: &[String]) -> Fault {
     Fault::Unfit(match layers {
-        [] => format!("it has no layer `{name}`, nor any other"),
+        [] => format!("it has no layers, so `{name}` does not exist"),
         _ => format!("it has no layer `{name}`; its layers are {}", listed(layers)),
     })
 }
@@ -126,7 +126,7 @@ fn unknown(name: &str, layers: &[String]) -> Fault {
 fn check(header: &Header, length: u64) -> Result<(), Fault> {
     let unfit = |reason: &str| Err(Fault::Unfit(reason.into()));
     if header.deep {
-        return unfit("deep data are not supported");
+        return unfit("deep data is not supported");
     }
     if let Some(channel) = header.channels.list.iter().find(|channel| channel.sampling != Vec2(1, 1)) {
         return Err(Fault::Unfit(format!("channel `{}` is subsampled", words(&channel.name).escape_debug())));
@@ -362,7 +362,7 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         };
-        check(&[], "it has no layer `x`, nor any other");
+        check(&[], "it has no layers, so `x` does not exist");
         check(&["b.Z".into(), "a\n.Z".into()], "it has no layer `x`; its layers are a\\n, b");
         let many: Vec<String> = (1000..6000).map(|i| format!("{i}.Z")).collect();
         let first = (1000..1020).map(|i| i.to_string()).collect::<Vec<_>>().join(", ");

@@ -67,7 +67,7 @@ pub(crate) fn replace(
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
     let Some((target, folder)) = write_target(path) else {
-        return Err(Fault::Unfit("what is there is not a file".into()));
+        return Err(Fault::Unfit("the existing path is not a file".into()));
     };
     let mut file = temporary_file(&folder)?;
     // The mode is kept, where the file system knows one; the owner is who writes.

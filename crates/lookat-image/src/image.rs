@@ -280,7 +280,7 @@ mod tests {
         check(
             &wide,
             &directory.path().join("x.tga"),
-            "cannot write @: a TGA file is at most 65535 pixels wide and high",
+            "cannot write @: a TGA file has at most 65535 pixels per side",
         );
         let far = Image { data_window: Window { x: i32::MAX, ..ONE }, ..image.clone() };
         check(&far, &directory.path().join("y.exr"), "cannot write @: window size exceeding integer maximum");
@@ -301,7 +301,7 @@ mod tests {
         {
             let path = directory.path().join("socket.exr");
             let _socket = std::os::unix::net::UnixListener::bind(&path).unwrap();
-            check(&image, &path, "cannot write @: what is there is not a file");
+            check(&image, &path, "cannot write @: the existing path is not a file");
             std::fs::remove_file(&path).unwrap();
         }
 

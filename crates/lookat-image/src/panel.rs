@@ -53,7 +53,7 @@ pub struct PanelOptions {
 pub fn write_panel(pair: &Aligned, options: &PanelOptions, path: &Path) -> Result<(), ImageError> {
     let encode = || {
         if Format::from_path(path) != Some(Format::Png) {
-            return Err(Fault::Unfit("the figure is a PNG file, so its name must end in .png".into()));
+            return Err(Fault::Unfit("the name of the figure must end in .png".into()));
         }
         if pair.window.area() == 0 {
             return Err(Fault::Unfit("the picture is empty".into()));
@@ -286,7 +286,7 @@ mod tests {
 
         let other = directory.path().join("figure.exr");
         let error = write_panel(&pair, &options, &other).unwrap_err().to_string();
-        assert!(error.ends_with("the figure is a PNG file, so its name must end in .png"), "{error}");
+        assert!(error.ends_with("the name of the figure must end in .png"), "{error}");
         let none = directory.path().join("none").join("figure.png");
         let error = write_panel(&pair, &options, &none).unwrap_err().to_string();
         assert!(

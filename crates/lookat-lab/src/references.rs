@@ -12,7 +12,7 @@ pub struct Options {
     /// Samples per pixel
     #[arg(long, default_value_t = 256)]
     spp: u32,
-    /// Chooses the random numbers
+    /// Seed of the random numbers
     #[arg(long, default_value_t = 0)]
     seed: u64,
 }

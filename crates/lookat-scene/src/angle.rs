@@ -1,11 +1,11 @@
-//! Angles, which are in degrees throughout the format.
+//! Angles, which are always in degrees in scene files.
 
 use lookat_syntax::Severity;
 
-/// Common parts of a turn, in degrees.
+/// Common angles in degrees.
 const COMMON: [f64; 9] = [30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 180.0, 270.0, 360.0];
 
-/// Fields of view, in degrees, that hardly anyone asks for, and that are common ones in radians.
+/// Fields of view in degrees that are rare, and common in radians.
 const NARROW: std::ops::Range<f64> = 0.25..2.0;
 
 /// What to say about an angle that may be meant in radians: severity, message and help. A common angle in radians, rounded or
@@ -20,7 +20,7 @@ pub(crate) fn doubt(name: &str, given: f64) -> Option<(Severity, String, String)
         None => (Severity::Note, format!("{name} {given} is a very narrow view")),
     };
     let degrees = common.or(narrow)?;
-    Some((severity, message, format!("angles are in degrees; {given} radians are {degrees} degrees")))
+    Some((severity, message, format!("angles are in degrees: {given} radians are {degrees} degrees")))
 }
 
 #[cfg(test)]
@@ -49,7 +49,7 @@ mod tests {
             message.starts_with("the angle is -1.57") && message.ends_with(" degrees: are radians meant?")
         );
         assert!(
-            help.starts_with("angles are in degrees; -1.57") && help.ends_with(" radians are -90 degrees")
+            help.starts_with("angles are in degrees: -1.57") && help.ends_with(" radians are -90 degrees")
         );
     }
 }

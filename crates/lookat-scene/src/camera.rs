@@ -1,4 +1,4 @@
-//! `Camera`: the view of the scene.
+//! `Camera`: placement, projection and lens.
 
 use glam::DVec2;
 
@@ -8,57 +8,58 @@ use crate::{Film, Transform};
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
-    /// Its placement: pbrt's CameraToWorld, the inverse of the current transformation at `Camera`.
+    /// World from camera space (pbrt's CameraToWorld): the inverse of the current transformation at `Camera`.
     pub world_from_camera: Transform,
-    /// How points are projected to the screen.
+    /// The projection to the screen.
     pub projection: Projection,
-    /// The part of the screen that the film covers.
+    /// The screen rectangle of the film.
     pub screen: ScreenWindow,
-    /// The thin lens; none is a pinhole.
+    /// The thin lens; `None` for a pinhole.
     pub lens: Option<Lens>,
 }
 
 /// The projection from camera space to the screen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
-    /// Towards the origin of camera space.
+    /// Perspective projection to the origin of camera space.
     Perspective {
-        /// The angle that the screen from -1 to 1 subtends, in degrees, more than 0 and less than 180 (parameters `fov`,
-        /// default 90, and `halffov`): in radians it would lose digits that wide angles need. The default screen window is
-        /// this wide along the shorter axis.
+        /// The angle of the screen from -1 to 1, in degrees, above 0 and below 180 (parameter `fov`, default 90, or
+        /// `halffov`). It stays in degrees, because conversion to radians loses digits that wide angles need. The
+        /// default screen window has this angle along the shorter axis.
         fov: f64,
     },
-    /// Along +z.
+    /// Parallel projection along +z.
     Orthographic {
-        /// With a lens: every pixel looks along +z through its own part of the lens. Without, as in pbrt-v3, all lens
-        /// rays start around the origin, which makes a perspective view (its issue 315). Default false.
+        /// If true, a lens blurs around each parallel ray. If false, all lens rays start near the origin, as in
+        /// pbrt-v3, which gives a perspective view (pbrt-v3 issue 315). Default false.
         telecentric: bool,
     },
-    /// All around the origin of camera space: from left to right the angle from +x towards +z, from top to bottom the angle
-    /// to +y (PBR 6.3). There is no lens, and the screen counts for nothing.
+    /// All directions from the origin of camera space: x on the film is the angle from +x to +z, y the angle from +y
+    /// (PBR 6.3). Lens and screen window have no effect.
     Environment,
 }
 
-/// A rectangle on the screen, in screen units. Reversed edges mirror the picture.
+/// A rectangle in screen units. Reversed edges mirror the picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScreenWindow {
-    /// Left and bottom edge.
+    /// The left and bottom edge.
     pub min: DVec2,
-    /// Right and top edge.
+    /// The right and top edge.
     pub max: DVec2,
 }
 
 /// A thin lens around the origin of camera space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lens {
-    /// Radius of the aperture, in camera space units, more than 0 (parameter `lensradius`, default 0: no lens).
+    /// The aperture radius in camera space units, above 0 (parameter `lensradius`, default 0 for a pinhole).
     pub radius: f64,
-    /// Distance along +z to the plane that is sharp, more than 0 (parameter `focaldistance`, default 1e6).
+    /// The distance along +z to the plane of focus in camera space units, above 0 (parameter `focaldistance`, default
+    /// 1e6).
     pub focal_distance: f64,
 }
 
 impl Camera {
-    /// What pbrt-v3 uses where there is no Camera.
+    /// The camera of pbrt-v3 without a Camera directive.
     pub(crate) fn pbrt_default(world_from_camera: Transform, film: &Film) -> Self {
         let projection = Projection::Perspective { fov: 90.0 };
         let screen = ScreenWindow::of_aspect(film_aspect(film));
@@ -67,7 +68,7 @@ impl Camera {
 }
 
 impl ScreenWindow {
-    /// From -1 to 1 along the shorter axis.
+    /// The window from -1 to 1 along the shorter axis.
     fn of_aspect(aspect: f64) -> Self {
         let half = if aspect > 1.0 { DVec2::new(aspect, 1.0) } else { DVec2::new(1.0, 1.0 / aspect) };
         ScreenWindow { min: -half, max: half }
@@ -87,7 +88,9 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
         "orthographic" => Projection::Orthographic { telecentric: false },
         "environment" => Projection::Environment,
         "realistic" => {
-            params.unsupported("Camera \"realistic\" is not rendered; a pinhole stands in for it".into());
+            params.unsupported(
+                "lookat does not support Camera \"realistic\"; it uses a pinhole camera instead".into(),
+            );
             if let Some(file) = params.string("lensfile") {
                 params.warn_of_unread_path(&file);
             }
@@ -102,9 +105,9 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
         Projection::Orthographic { .. } => orthographic(params, lens.is_some()),
         other => other,
     };
-    // pbrt-v3 reads the lens of such a camera, and makes nothing of it.
+    // pbrt-v3 reads the lens of an environment camera and ignores it.
     let lens = lens.filter(|_| projection != Projection::Environment);
-    // Nothing moves, so the shutter changes nothing.
+    // Without motion, the shutter has no effect.
     params.float("shutteropen", 0.0);
     params.float("shutterclose", 1.0);
     params.finish().then_some(Camera { world_from_camera, projection, screen, lens })
@@ -113,32 +116,28 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
 fn perspective(params: &mut Params) -> Projection {
     let fov = params.angle("fov", 90.0);
     let half = params.angle("halffov", -1.0);
-    // pbrt-v3: a positive halffov replaces fov.
+    // As in pbrt-v3, a positive halffov replaces fov.
     if half <= 0.0 && params.was_taken("halffov") {
-        params.warn(
-            "halffov",
-            "halffov is not more than 0: fov counts, as in pbrt-v3",
-            "leave out one of the two",
-        );
+        params.warn("halffov", "halffov is not above 0: fov is used, as in pbrt-v3", "delete one of the two");
     }
     let (name, degrees) = if half > 0.0 { ("halffov", 2.0 * half) } else { ("fov", fov) };
     if !(degrees > 0.0 && degrees < 180.0) {
         let limit = if name == "fov" { 180 } else { 90 };
-        params.reject(name, format!("{name} must be more than 0 and less than {limit} degrees"), None);
+        params.reject(name, format!("{name} must be above 0 and below {limit} degrees"), None);
         return Projection::Perspective { fov: 90.0 };
     }
     Projection::Perspective { fov: degrees }
 }
 
 fn orthographic(params: &mut Params, lens: bool) -> Projection {
-    // An addition of lookat: pbrt-v3 has no such parameter.
+    // An extension: pbrt-v3 does not have this parameter.
     let asked = params.given("telecentric");
     let telecentric = params.bool("telecentric", false);
     if lens && !asked {
         params.warn(
             "lensradius",
-            "an orthographic camera with a lens is a perspective view in pbrt-v3 (a known defect, rendered alike here)",
-            "add \"bool telecentric\" \"true\" for the true orthographic thin lens, or \"false\" to keep pbrt-v3's view",
+            "an orthographic camera with a lens gives a perspective view in pbrt-v3 (a known defect); lookat renders the same",
+            "add \"bool telecentric\" \"true\" for an orthographic thin lens, or \"false\" to keep the view of pbrt-v3",
         );
     }
     Projection::Orthographic { telecentric }
@@ -160,7 +159,7 @@ fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
                     &format!(
                         "frameaspectratio {aspect} differs from the film's {own:.4}: pixels are not square"
                     ),
-                    "choose xresolution and yresolution in the ratio of the frame",
+                    "choose xresolution and yresolution in the same ratio",
                 );
             }
             default
@@ -174,13 +173,13 @@ fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
                 params.reject(
                     "screenwindow",
                     "screenwindow is empty",
-                    Some("its edges are xmin xmax ymin ymax"),
+                    Some("write the edges as xmin xmax ymin ymax"),
                 );
                 default
             }
             _ => {
                 let message = format!("screenwindow takes 4 values, not {}", edges.len());
-                params.reject("screenwindow", message, Some("its edges are xmin xmax ymin ymax"));
+                params.reject("screenwindow", message, Some("write the edges as xmin xmax ymin ymax"));
                 default
             }
         },
@@ -194,19 +193,19 @@ fn lens(params: &mut Params) -> Option<Lens> {
         params.warn(
             "lensradius",
             "lensradius is negative: the camera is a pinhole, as in pbrt-v3",
-            "give the radius of the aperture, or 0 for a pinhole",
+            "write the aperture radius, or 0 for a pinhole",
         );
     }
     if radius <= 0.0 {
         return None;
     }
     if focal_distance <= 0.0 {
-        params.reject("focaldistance", "focaldistance must be more than 0 with a lens", None);
+        params.reject("focaldistance", "with a lens, focaldistance must be above 0", None);
     } else if !params.was_taken("focaldistance") {
         params.warn(
             "lensradius",
-            "a lens without focaldistance is sharp at a distance of 1e6, and blurs what is nearer",
-            "give the distance that is to be sharp, as in \"float focaldistance\" 5",
+            "the lens has no focaldistance: it focuses at 1e6 units, so everything nearer is blurred",
+            "add the distance to the plane of focus, such as \"float focaldistance\" 5",
         );
     }
     Some(Lens { radius, focal_distance })

@@ -1,11 +1,11 @@
-//! The CIE 1931 color matching functions of the 2 degree observer, every nanometre from 360 to 830.
+//! The CIE 1931 color matching functions of the 2 degree observer, for each nanometer from 360 to 830.
 //!
 //! Source: CIE 1931 standard colorimetric observer, as tabulated by CVRL (and used by pbrt-v3, spectrum.cpp).
 
-/// The first wavelength of the table, in nanometres.
+/// The first wavelength of the table, in nanometers.
 pub(crate) const FIRST: f64 = 360.0;
 
-/// The integral of y over wavelength, in nanometres.
+/// The integral of y over wavelength, in nanometers.
 pub(crate) const Y_INTEGRAL: f64 = 106.856_895;
 
 /// x, y and z at each wavelength.

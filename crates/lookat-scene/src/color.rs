@@ -1,4 +1,4 @@
-//! Colors: everything becomes linear RGB, as in pbrt-v3's default build.
+//! Converts all colors to linear RGB, as in pbrt-v3's default build.
 
 use glam::{DMat3, DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Param, ParamType, Span, Text, Values};
@@ -7,13 +7,13 @@ use crate::cie;
 use crate::files::Files;
 use crate::report::Report;
 
-/// The largest component of a color: far beyond any light, and so small that a sum of many and a product of two fit `f32`.
+/// The largest component of a color. It is far above any light, and sums of many and products of two fit `f32`.
 pub(crate) const LARGEST: f32 = 1e18;
 
-/// The weights of linear RGB in luminance, as pbrt-v3 has them.
+/// The luminance weights of linear RGB, as in pbrt-v3.
 pub const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
 
-/// The color that a parameter gives. A list of several is cut to the first.
+/// The color of a parameter. The first one counts if there are several.
 pub(crate) fn from_param(param: &Param, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
     let at = param.values.span;
     Ok(match (&param.values.value, param.ty) {
@@ -53,7 +53,7 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
     if kelvin <= 0.0 {
         return Vec3::ZERO;
     }
-    // Planck's law without its constant factor, which the normalisation takes out.
+    // Planck's law without its constant factor, which normalization removes.
     let planck = |nanometres: f64| {
         let metres = nanometres * 1e-9;
         // h c / k, CODATA 2010, as pbrt-v3.
@@ -62,22 +62,22 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
     };
     // Wien's displacement law.
     let peak = planck(2.897_772_1e-3 / kelvin * 1e9);
-    // Beyond all numbers, as is its wavelength.
+    // The peak is outside the range of numbers.
     if !peak.is_normal() {
         return Vec3::ZERO;
     }
     from_spectrum(|nanometres| planck(nanometres) / peak) * scale as f32
 }
 
-/// A spectrum given as wavelength and value by turns, in any order of wavelengths.
+/// A spectrum of alternating wavelengths and values, in any order of wavelengths.
 fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
     if flat.is_empty() || !flat.len().is_multiple_of(2) {
         let given = if flat.len() == 1 { "1 number".into() } else { format!("{} numbers", flat.len()) };
-        let message = format!("a spectrum is pairs of wavelength and value; {given} given");
+        let message = format!("a spectrum takes pairs of wavelength and value; {given} given");
         let mut error = Diagnostic::error(at, message);
         error.help = match flat {
-            [_, _, _] => Some("red, green and blue are declared \"rgb\"".into()),
-            [grey] => Some(format!("the same at all wavelengths is [400 {grey} 700 {grey}]")),
+            [_, _, _] => Some("declare red, green and blue as \"rgb\"".into()),
+            [grey] => Some(format!("for the same value at all wavelengths, write [400 {grey} 700 {grey}]")),
             _ => None,
         };
         return Err(Box::new(error));
@@ -87,7 +87,7 @@ fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
     Ok(from_spectrum(|nanometres| interpolate(&samples, nanometres)))
 }
 
-/// Linear between samples, constant beyond them.
+/// Linear interpolation, constant outside the samples.
 fn interpolate(samples: &[(f64, f64)], at: f64) -> f64 {
     let after = samples.partition_point(|(wavelength, _)| *wavelength <= at);
     match (after.checked_sub(1).map(|before| samples[before]), samples.get(after)) {
@@ -97,7 +97,7 @@ fn interpolate(samples: &[(f64, f64)], at: f64) -> f64 {
     }
 }
 
-/// A spectrum from a file of numbers, which spaces or commas part; `#` starts a comment.
+/// A spectrum from a file of numbers, separated by spaces or commas. `#` starts a comment.
 fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
     let Some(name) = names.first() else {
         return Err(Box::new(Diagnostic::error(at, "a spectrum needs the name of a file")));
@@ -115,8 +115,8 @@ fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Re
             Diagnostic::error(name.span, message)
         };
         if let Some(word) = decimal_comma(line) {
-            let help = "write numbers with a point, as 0.5";
-            return Err(Box::new(refused(format!("`{word}` is two numbers to pbrt")).help(help)));
+            let help = "use a decimal point: 0.5";
+            return Err(Box::new(refused(format!("pbrt reads `{word}` as two numbers")).help(help)));
         }
         for word in line.split([' ', '\t', ',']).filter(|word| !word.is_empty()) {
             match word.parse::<f64>() {
@@ -126,15 +126,16 @@ fn from_file(names: &[Text], at: Span, files: &Files, report: &mut Report) -> Re
         }
     }
     if numbers.len() % 2 == 1 {
-        let message = format!("{} has an odd count of numbers: {}", path.display(), numbers.len());
-        let help = "a spectrum is pairs of wavelength and value; the last number is not used, as in pbrt-v3";
+        let message = format!("{} has an odd number of values: {}", path.display(), numbers.len());
+        let help =
+            "a spectrum takes pairs of wavelength and value: the last number is ignored, as in pbrt-v3";
         report.push(Diagnostic::warning(name.span, message).help(help));
         numbers.pop();
     }
     from_samples(&numbers, name.span)
 }
 
-/// A comma for a decimal point: in one word of a line that has others without commas, as in `400 0,5`.
+/// A word with a decimal comma in a line that has other words without commas, such as `400 0,5`.
 fn decimal_comma(line: &str) -> Option<&str> {
     let is_whole = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
     let is_decimal =

@@ -1,10 +1,10 @@
-//! Names that are used where they are not defined: where else they are.
+//! Finds definitions in other places for names that are undefined at their use.
 
 use std::collections::HashMap;
 
 use lookat_syntax::{Diagnostic, Span, Text, nearest};
 
-/// What has a name.
+/// The kinds of named things.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Kind {
     Material,
@@ -16,7 +16,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// That of textures with values of a type.
+    /// The kind of textures with this value type.
     pub fn of_texture(values: &str) -> Option<Kind> {
         match values {
             "float" => Some(Kind::FloatTexture),
@@ -25,7 +25,7 @@ impl Kind {
         }
     }
 
-    /// In words.
+    /// The kind in words.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Material => "named material",
@@ -37,7 +37,7 @@ impl Kind {
         }
     }
 
-    /// The directive that defines one.
+    /// The directive that defines this kind.
     pub fn definer(self) -> &'static str {
         match self {
             Kind::Material => "MakeNamedMaterial",
@@ -49,10 +49,10 @@ impl Kind {
     }
 }
 
-/// Definitions of all blocks, and uses that are not in the right one.
+/// The definitions in all blocks, and uses outside their blocks.
 #[derive(Debug, Default)]
 pub(crate) struct Elsewhere {
-    /// The first and the last definition of each name.
+    /// The first and last definition of each name.
     places: HashMap<(Kind, String), [Span; 2]>,
     undefined: Vec<Undefined>,
 }
@@ -61,9 +61,9 @@ pub(crate) struct Elsewhere {
 struct Undefined {
     kind: Kind,
     name: String,
-    /// Which diagnostic tells of it.
+    /// The index of its diagnostic.
     diagnostic: usize,
-    /// Where it is defined before, in a block that has ended.
+    /// An earlier definition in a closed block.
     before: Option<Span>,
 }
 
@@ -73,14 +73,14 @@ impl Elsewhere {
         places[1] = name.span;
     }
 
-    /// A name that is used where it is not defined.
+    /// Stores the use of an undefined name.
     pub fn undefined(&mut self, kind: Kind, name: &Text, diagnostic: usize) {
         let key = (kind, name.value.clone());
         let before = self.places.get(&key).map(|[_, last]| *last);
         self.undefined.push(Undefined { kind, name: key.1, diagnostic, before });
     }
 
-    /// Tells where else the names are defined, in place of what else they might be.
+    /// Adds the places of other definitions to the diagnostics, instead of similar names.
     pub fn explain(self, diagnostics: &mut [Diagnostic]) {
         for Undefined { kind, name, diagnostic, before } in &self.undefined {
             let (error, definer) = (&mut diagnostics[*diagnostic], kind.definer());
@@ -89,20 +89,18 @@ impl Elsewhere {
                 (Some(place), _) => (
                     *place,
                     "it is defined here, in a block that has ended",
-                    format!("what a block defines ends with it: {definer} belongs before the block"),
+                    format!("a definition lasts until the end of its block: move {definer} before the block"),
                 ),
-                // Not by the very directive that uses it.
-                (None, Some(place)) if !is_before(*place, error.span()) => (
-                    *place,
-                    "it is defined here, too late",
-                    format!("{definer} belongs before the first use"),
-                ),
+                // Skip the directive that uses the name.
+                (None, Some(place)) if !is_before(*place, error.span()) => {
+                    (*place, "it is defined here, too late", format!("move {definer} before the first use"))
+                }
                 (None, None) if error.fix.is_none() => match self.nearest(*kind, name) {
                     Some((near, place)) => (
                         place,
-                        "one of this name is defined here, too late or in a block that has ended",
+                        "this name is defined here, too late or in a block that has ended",
                         format!(
-                            "did you mean \"{near}\"? {definer} belongs before its use, outside of blocks that end before it"
+                            "did you mean \"{near}\"? move {definer} before its use, and out of blocks that end earlier"
                         ),
                     ),
                     None => continue,
@@ -114,7 +112,7 @@ impl Elsewhere {
         }
     }
 
-    /// The name, of any block, that was most likely meant.
+    /// The most similar name in any block.
     fn nearest(&self, kind: Kind, name: &str) -> Option<(&str, Span)> {
         let of_kind = || self.places.iter().filter(|((of, _), _)| *of == kind);
         let names = in_order(of_kind().map(|((_, name), _)| name.as_str()))?;
@@ -123,7 +121,7 @@ impl Elsewhere {
     }
 }
 
-/// Names in order, so that what is said of them is always the same. Among very many none is looked for.
+/// Names in sorted order, so that messages are deterministic. `None` for very many names.
 pub(crate) fn in_order<'n>(names: impl Iterator<Item = &'n str>) -> Option<Vec<&'n str>> {
     const MOST: usize = 10_000;
     let mut names: Vec<&str> = names.take(MOST + 1).collect();

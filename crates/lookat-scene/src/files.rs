@@ -1,4 +1,4 @@
-//! Reads files through the function that the caller gives.
+//! Reads files through the caller's function.
 
 mod nearby;
 
@@ -14,20 +14,20 @@ use lookat_syntax::{Diagnostic, FileId, Span, Text};
 use crate::sources::{Source, Sources};
 use nearby::Folders;
 
-/// Reads a whole file. Tests need no disk, and programs decide what `-` means.
+/// A function that reads a whole file. Tests need no disk, and programs decide the meaning of `-`.
 pub type Read<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
 
-/// Opens a file, so that it can be read piece by piece.
+/// A function that opens a file for streaming.
 pub type Open<'a> = dyn Fn(&Path) -> io::Result<Box<dyn io::Read>> + 'a;
 
-/// How files are come by.
+/// The way to access files.
 #[derive(Clone, Copy)]
 pub(crate) enum Access<'a> {
     Read(&'a Read<'a>),
     Open(&'a Open<'a>),
 }
 
-/// What a file holds.
+/// The contents of a file.
 pub(crate) enum Content {
     Whole(Vec<u8>),
     Stream(Box<dyn io::Read>),
@@ -48,7 +48,7 @@ impl Content {
         Ok(bytes)
     }
 
-    /// From its beginning.
+    /// A stream from the start.
     pub fn stream(self) -> Box<dyn io::Read> {
         match self {
             Content::Whole(bytes) => Box::new(io::Cursor::new(bytes)),
@@ -66,7 +66,7 @@ impl Access<'_> {
     }
 }
 
-/// The files of a scene, and how to read more.
+/// The files of a scene, with access to more.
 pub(crate) struct Files<'a> {
     pub sources: Sources,
     access: Access<'a>,
@@ -74,9 +74,9 @@ pub(crate) struct Files<'a> {
     pub memory: MemoryBudget,
     /// The directory of the scene file.
     root: PathBuf,
-    /// What was listed for names that lead nowhere.
+    /// The folders listed for missing files.
     folders: RefCell<Folders>,
-    /// All files that were read.
+    /// All files read so far.
     inputs: RefCell<BTreeSet<PathBuf>>,
 }
 
@@ -100,7 +100,7 @@ impl<'a> Files<'a> {
         Ok(self.add(path, text, included_at))
     }
 
-    /// Forgets the texts: those that are no text are not to be shown.
+    /// Drops the texts, so that binary contents are never shown.
     pub fn without_texts(mut self) -> Self {
         self.sources.files.iter_mut().for_each(|source| source.text = Arc::default());
         self
@@ -111,14 +111,14 @@ impl<'a> Files<'a> {
         (self.sources, self.inputs.into_inner(), self.memory)
     }
 
-    /// Adds a file whose text is known already.
+    /// Adds a file with a known text.
     pub fn add(&mut self, path: PathBuf, text: Arc<Vec<u8>>, included_at: Option<Span>) -> FileId {
         self.sources.files.push(Source::new(path, text, included_at));
         FileId(self.sources.files.len() as u32 - 1)
     }
 
-    /// Reads the file that is named at `span`: relative to the file that names it, or else to the scene file. (pbrt-v3 does
-    /// only the second.) Gives the path that was found, or the one tried first with the reason why not.
+    /// Reads the file named at `span`, relative to the file that contains the name, or else to the scene file.
+    /// (pbrt-v3 does only the second.) Returns the path found, or the first path tried and its error.
     pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Vec<u8>), (PathBuf, io::Error)> {
         let fetched = |content: Content| {
             let bytes = content.bytes(&self.memory)?;
@@ -127,7 +127,7 @@ impl<'a> Files<'a> {
         self.named(name, span, fetched)
     }
 
-    /// Like `read_named`, but opens it.
+    /// Like `read_named`, but opens the file.
     pub fn open_named(
         &self,
         name: &str,
@@ -161,7 +161,7 @@ impl<'a> Files<'a> {
         Err((beside, error))
     }
 
-    /// The path of a file that is named at `span`, beside the file that names it.
+    /// The path of a file named at `span`, relative to the file that contains the name.
     pub fn beside(&self, name: &str, span: Span) -> PathBuf {
         normal(&self.folder(span).join(name))
     }
@@ -209,12 +209,12 @@ impl<'a> Files<'a> {
         (leads_here && !name.contains(['"', '\\']) && !name.contains(char::is_control)).then_some(name)
     }
 
-    /// The folder of the file that a place is in.
+    /// The folder of the file at a span.
     fn folder(&self, span: Span) -> PathBuf {
         parent(&self.sources.file(span.file).path)
     }
 
-    /// The error for a file that a scene names and that cannot be read.
+    /// The error for an unreadable file.
     pub fn unreadable(&self, verb: &str, name: &Text, path: &Path, error: &io::Error) -> Diagnostic {
         if name.value.is_empty() {
             return Diagnostic::error(name.span, "the name of the file is empty");
@@ -222,7 +222,7 @@ impl<'a> Files<'a> {
         let shown = path.display().to_string().escape_debug().to_string();
         let diagnostic = Diagnostic::error(name.span, format!("cannot {verb} {shown}: {}", io_reason(error)));
         if name.value.contains(char::is_control) {
-            return diagnostic.help("in a quoted name \\ starts an escape: write a backslash as / or \\\\");
+            return diagnostic.help("\\ starts an escape in a string: write / or \\\\ instead");
         }
         if error.kind() != io::ErrorKind::NotFound {
             return diagnostic;
@@ -242,13 +242,15 @@ impl<'a> Files<'a> {
                 let also = normal(&self.root.join(&name.value));
                 let rule = match self.sources.files.first() {
                     Some(scene) if scene.path == Path::new("-") => {
-                        "names are relative to the file that they stand in; in a scene from standard input, to the folder in which lookat runs"
+                        "file names are relative to the file that contains them; for standard input, to the working folder"
                     }
-                    _ => "names are relative to the file that they stand in, or else to the scene file",
+                    _ => "file names are relative to the file that contains them, or else to the scene file",
                 };
                 diagnostic.help(match also == *path {
                     true => rule.to_owned(),
-                    false => format!("{rule}: nor is there {}", also.display().to_string().escape_debug()),
+                    false => {
+                        format!("{rule}: {} does not exist either", also.display().to_string().escape_debug())
+                    }
                 })
             }
         }
@@ -263,7 +265,7 @@ impl<'a> Files<'a> {
         folders.take_while(|folder| !folder.exists()).last()
     }
 
-    /// A file that there is, of a name much like that of a scene file that is not there.
+    /// An existing file with a name similar to a missing scene file.
     pub fn meant_scene(&self, path: &Path) -> Option<String> {
         if let Access::Read(_) = self.access {
             return None;
@@ -277,10 +279,10 @@ impl<'a> Files<'a> {
         Some(format!("{from}{meant}"))
     }
 
-    /// A file that there is, of a name much like one that leads nowhere. Not one that is part of the scene already, unless only
-    /// upper and lower case differ: files have names much like each other's.
+    /// An existing file with a name similar to a missing one. Files that the scene already uses count only if the
+    /// names differ in case alone, because the files of a scene have similar names.
     fn meant(&self, name: &Text) -> Option<String> {
-        // Only where names are those of files on disk, which can be listed.
+        // Only folders on disk can be listed.
         if let Access::Read(_) = self.access {
             return None;
         }
@@ -292,15 +294,15 @@ impl<'a> Files<'a> {
     }
 }
 
-/// The beginning of what stands in a repository for a file that Git LFS keeps elsewhere.
+/// The start of a Git LFS pointer, which replaces a file in a repository.
 pub(crate) const LFS_POINTER: &[u8] = b"version https://git-lfs";
-pub(crate) const LFS_REASON: &str = "it stands for a file that `git lfs pull` fetches";
+pub(crate) const LFS_REASON: &str = "this is a Git LFS pointer: `git lfs pull` fetches the file";
 
 fn parent(path: &Path) -> PathBuf {
     path.parent().unwrap_or(Path::new("")).to_owned()
 }
 
-/// The path without `.` and without `..` that can be taken back, so that a file has one name.
+/// The path without `.` and resolvable `..`, so that a file has one name.
 fn normal(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for component in path.components() {
@@ -315,7 +317,7 @@ fn normal(path: &Path) -> PathBuf {
     if out.as_os_str().is_empty() { PathBuf::from(".") } else { out }
 }
 
-/// What a file is that is certainly no scene, by its first bytes.
+/// The format of a file that is not a scene, by its first bytes.
 pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
     let known: [(&[u8], &str); 10] = [
         (b"\x89PNG", "a PNG picture"),
@@ -330,7 +332,7 @@ pub(crate) fn other_format(bytes: &[u8]) -> Option<&'static str> {
         (LFS_POINTER, "a Git LFS pointer: `git lfs pull` fetches the file"),
     ];
     let by_magic = known.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, name)| *name);
-    // Of mostly ASCII letters, every other byte.
+    // In UTF-16, every other byte of ASCII text is zero.
     let is_utf16 = |pair: &[u8; 2]| matches!(pair, [0, letter] | [letter, 0] if !matches!(letter, 0 | 128..));
     let (pairs, _) = bytes.as_chunks();
     by_magic.or(match bytes {

@@ -1,4 +1,4 @@
-//! `Film`: the size of the picture and where it goes.
+//! `Film`: the size and the file of the picture.
 
 use std::path::PathBuf;
 
@@ -14,13 +14,13 @@ pub struct Film {
     /// Width and height of the full picture in pixels, at least 1 (`xresolution`, default 1280, and `yresolution`,
     /// default 720).
     pub resolution: [u32; 2],
-    /// The pixels that are rendered (`cropwindow`, default all), never empty.
+    /// The pixels to render (`cropwindow`, default all). Never empty.
     pub crop: PixelBounds,
-    /// Factor on every pixel (`scale`, default 1).
+    /// The factor on every pixel (`scale`, default 1).
     pub scale: f64,
-    /// Samples brighter than this luminance are dimmed to it (`maxsampleluminance`, default infinite).
+    /// The largest luminance of a sample. Brighter samples are scaled down (`maxsampleluminance`, default infinite).
     pub max_sample_luminance: f64,
-    /// Where the picture goes (`filename`, default `pbrt.exr`).
+    /// The file of the picture (`filename`, default `pbrt.exr`).
     pub file: PathBuf,
 }
 
@@ -54,15 +54,14 @@ impl PixelBounds {
     }
 }
 
-/// The longest side of a film. Beyond it lies a slip, not a picture.
+/// The longest side of a film in pixels. A larger number is a typing mistake.
 const MAX_SIDE: i32 = 1_000_000;
-/// The most pixels that one run renders: about 7 GB of sums and picture, 21 with error layers.
+/// The most pixels of one run: about 7 GB for the film, 21 GB with error layers.
 pub const MAX_PIXELS: u64 = 100_000_000;
 
 pub(crate) const NAMES: &[&str] = &["image"];
 
-/// pbrt-v3's CreateFilm. What is wrong is reported and has its default; the rest counts, so that the camera sees the
-/// film that was meant.
+/// pbrt-v3's CreateFilm. Reports invalid values and uses their defaults, so that the camera gets the intended film.
 pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     let known = NAMES.contains(&params.kind());
     if !known {
@@ -78,32 +77,32 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     let crop = crop(params, overrides.crop.unwrap_or(own_crop), own, resolution, overrides);
     let mut scale = params.float("scale", 1.0);
     if scale.abs() > f64::from(color::LARGEST) {
-        params.reject("scale", format!("scale is at most {:e}", color::LARGEST), None);
+        params.reject("scale", format!("scale must be at most {:e}", color::LARGEST), None);
         scale = 1.0;
     }
     if scale <= 0.0 {
         let message = if scale == 0.0 {
             "scale is 0: the picture is all black"
         } else {
-            "scale is below 0: so is the picture"
+            "scale is negative: the picture is negative"
         };
-        params.warn("scale", message, "light is multiplied by it; without it, by 1");
+        params.warn("scale", message, "scale multiplies the picture; the default is 1");
     }
     let mut max_sample_luminance = params.float("maxsampleluminance", f64::INFINITY);
     if max_sample_luminance <= 0.0 {
-        params.reject("maxsampleluminance", "maxsampleluminance must be more than 0", None);
+        params.reject("maxsampleluminance", "maxsampleluminance must be above 0", None);
         max_sample_luminance = f64::INFINITY;
     }
-    // Only the realistic camera asks for the size of the sensor.
+    // Only the realistic camera uses the sensor size.
     params.float("diagonal", 35.0);
     let file = params.string("filename").map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
     if Format::from_path(&file).is_none() {
         let message = format!("lookat cannot write a picture named \"{}\"", file.display());
-        let help = format!("the endings {} choose the format; or render with -o", Format::NAMES);
+        let help = format!("end the name in {} to choose the format, or render with -o", Format::NAMES);
         params.warn("filename", &message, &help);
     } else if cfg!(not(windows)) && file.as_os_str().as_encoded_bytes().contains(&b'\\') {
-        let message = "a backslash is part of the name here, and begins no folder";
-        params.warn("filename", message, "/ separates folders; -o names another file");
+        let message = "a backslash in the file name does not separate folders here";
+        params.warn("filename", message, "write / between folders, or render with -o");
     }
     if known {
         params.finish();
@@ -125,10 +124,10 @@ fn own_resolution(params: &mut Params) -> [u32; 2] {
     [side("xresolution", 1280), side("yresolution", 720)]
 }
 
-const CROP_HELP: &str = "cropwindow is xmin xmax ymin ymax, from 0 to 1";
+const CROP_HELP: &str = "write cropwindow as xmin xmax ymin ymax, from 0 to 1";
 const WHOLE: [f64; 4] = [0.0, 1.0, 0.0, 1.0];
 
-/// The edges that the Film gives. What is wrong with them counts, unless others take their place.
+/// The crop window of the Film. Its errors count, unless the caller overrides it.
 fn own_crop(params: &mut Params, resolution: [u32; 2], overrides: &Overrides) -> [f64; 4] {
     let Some(given) = params.floats("cropwindow") else { return WHOLE };
     let edges = match <[f64; 4]>::try_from(given) {
@@ -144,14 +143,14 @@ fn own_crop(params: &mut Params, resolution: [u32; 2], overrides: &Overrides) ->
     }
     let [x0, x1, y0, y1] = edges;
     if pixels(edges, resolution).area() == 0 {
-        params.reject("cropwindow", "the crop window holds no pixel", Some(CROP_HELP));
+        params.reject("cropwindow", "the crop window contains no pixel", Some(CROP_HELP));
         return WHOLE;
     }
     if x0 > x1 || y0 > y1 {
-        let message = "the edges of the crop window are in reverse; they are swapped, as in pbrt-v3";
+        let message = "the edges of the crop window are reversed: they are swapped, as in pbrt-v3";
         params.warn("cropwindow", message, CROP_HELP);
     } else if edges.iter().any(|edge| !(0.0..=1.0).contains(edge)) {
-        let message = "the crop window reaches beyond the picture, and is cut there, as in pbrt-v3";
+        let message = "the crop window is larger than the picture: it is clipped, as in pbrt-v3";
         params.warn("cropwindow", message, CROP_HELP);
     }
     edges
@@ -169,13 +168,14 @@ fn crop(
     let bounds = pixels(edges, resolution);
     let [width, height] = resolution;
     if bounds.area() == 0 {
-        params.misfit(format!("the crop window holds no pixel of {width} x {height}"));
+        params.misfit(format!("the crop window contains no pixel of {width} x {height}"));
         return ONE;
     }
     if bounds.area() > MAX_PIXELS {
-        let message = format!("a picture of {} pixels; one run renders at most {MAX_PIXELS}", bounds.area());
+        let message =
+            format!("the picture has {} pixels; the limit for one run is {MAX_PIXELS}", bounds.area());
         if overrides.crop.is_none() && resolution == own {
-            params.reject("xresolution", message, Some("render parts of it with cropwindow"));
+            params.reject("xresolution", message, Some("render parts with cropwindow"));
         } else {
             params.misfit(message);
         }
@@ -184,7 +184,7 @@ fn crop(
     bounds
 }
 
-/// The bounds of pbrt-v3's Film, by `ceil` in `f32`, so that they are the same pixels.
+/// The bounds of pbrt-v3's Film: `ceil` in `f32` gives the same pixels.
 fn pixels([x0, x1, y0, y1]: [f64; 4], [width, height]: [u32; 2]) -> PixelBounds {
     let pixel = |edge: f64, side: u32| (side as f32 * edge.clamp(0.0, 1.0) as f32).ceil() as u32;
     PixelBounds {

@@ -1,47 +1,47 @@
-//! `PixelFilter`: how samples are weighed into pixels.
+//! `PixelFilter`: the reconstruction filter.
 
 use glam::DVec2;
 
 use crate::params::Params;
 
-/// A reconstruction filter: a product of the same function of x and of y, zero beyond its radius (`xwidth`, `ywidth`, in
-/// pixels, from 0.001 to 100).
+/// A separable reconstruction filter. It is zero beyond its radius (`xwidth`, `ywidth`, in pixels, from 0.001 to
+/// 100).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Filter {
-    /// Half the width along x and y, in pixels.
+    /// The radius along x and y, in pixels.
     pub radius: DVec2,
-    /// The function.
+    /// The filter function.
     pub kind: FilterKind,
 }
 
-/// The function of a filter.
+/// A filter function of one axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FilterKind {
-    /// Constant. Default radius 0.5; pbrt-v3's default filter.
+    /// Constant. Default radius 0.5. The default filter of pbrt-v3.
     Box,
-    /// Falls linearly. Default radius 2.
+    /// Linear falloff. Default radius 2.
     Triangle,
     /// `exp(-alpha x^2) - exp(-alpha radius^2)`. Default radius 2.
     Gaussian {
-        /// Rate of falloff, default 2.
+        /// The rate of falloff, default 2.
         alpha: f64,
     },
-    /// Mitchell and Netravali's, 1988. Default radius 2.
+    /// The filter of Mitchell and Netravali (1988). Default radius 2.
     Mitchell {
-        /// Blur, default 1/3.
+        /// The weight of blur, default 1/3.
         b: f64,
-        /// Ringing, default 1/3.
+        /// The weight of ringing, default 1/3.
         c: f64,
     },
     /// Sinc windowed by Lanczos. Default radius 4.
     Sinc {
-        /// Cycles of the sinc, default 3.
+        /// The cycles of the sinc, default 3.
         tau: f64,
     },
 }
 
 impl Filter {
-    /// pbrt-v3's default.
+    /// The default of pbrt-v3.
     pub const BOX: Filter = Filter { radius: DVec2::splat(0.5), kind: FilterKind::Box };
 }
 
@@ -59,7 +59,7 @@ pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
         "sinc" => (4.0, FilterKind::Sinc { tau: params.float("tau", 3.0) }),
         _ => return params.unknown_kind(NAMES),
     };
-    // Beyond these the filter is zero everywhere, or its numbers are no longer exact.
+    // Outside these ranges the filter is zero everywhere, or loses precision.
     let mut within = |name: &'static str, value: f64, from: f64, to: f64| {
         if !(from..=to).contains(&value) {
             params.reject(name, format!("{name} must be from {from} to {to}"), None);

@@ -1,59 +1,59 @@
-//! `Integrator`: how light is computed.
+//! `Integrator`: the light transport algorithm.
 
 use crate::params::Params;
 
-/// The method that computes the light along camera rays.
+/// The light transport algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Integrator {
-    /// Light that comes straight from lights, or by way of mirrors and glass.
+    /// Direct lighting, and specular reflection and transmission.
     DirectLighting {
-        /// Which lights are sampled at each point.
+        /// The lights sampled at each point.
         strategy: DirectStrategy,
-        /// How many surfaces light is followed over (`maxdepth`, default 5).
+        /// The maximum number of bounces (`maxdepth`, default 5).
         max_depth: u32,
     },
-    /// Light over any surfaces, by path tracing. pbrt-v3's default.
+    /// Path tracing. The default of pbrt-v3.
     Path {
-        /// How many surfaces light is followed over (`maxdepth`, default 5).
+        /// The maximum number of bounces (`maxdepth`, default 5).
         max_depth: u32,
-        /// Paths that carry less than this may end early (`rrthreshold`, default 1).
+        /// The Russian roulette threshold of the path throughput (`rrthreshold`, default 1).
         roulette_threshold: f64,
-        /// How a light is chosen (`lightsamplestrategy`).
+        /// The light sampler (`lightsamplestrategy`).
         light_choice: LightChoice,
     },
-    /// How much of the sky each point sees. White is pi, as in pbrt-v3.
+    /// Ambient occlusion. An open sky gives pi, as in pbrt-v3.
     AmbientOcclusion {
-        /// Rays follow the cosine to the normal, else are uniform (`cossample`, default true).
+        /// If true, rays are cosine-distributed; if false, uniform (`cossample`, default true).
         cosine: bool,
         /// Rays per camera sample (`nsamples`, default 64).
         samples: u32,
     },
 }
 
-/// Which lights direct lighting samples at a point.
+/// The lights that direct lighting samples at a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DirectStrategy {
-    /// Every light, as often as its `nsamples` says (`strategy` "all", the default).
+    /// Every light, with its `nsamples` (`strategy` "all", the default).
     All,
     /// Every light once: `whitted`.
     EachOnce,
-    /// One of them ("one").
+    /// One random light ("one").
     One,
 }
 
-/// How a path chooses the light that it samples.
+/// The light sampler of a path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LightChoice {
-    /// All alike.
+    /// Equal probabilities.
     Uniform,
-    /// By emitted power.
+    /// Proportional to emitted power.
     Power,
-    /// By the light that each would bring to the point, were nothing in the way. pbrt-v3's default.
+    /// Proportional to the unoccluded light at the point. The default of pbrt-v3.
     Spatial,
 }
 
 impl Integrator {
-    /// What pbrt-v3 uses where there is no Integrator.
+    /// The integrator of pbrt-v3 without an Integrator directive.
     pub(crate) const PBRT_DEFAULT: Integrator =
         Integrator::Path { max_depth: 5, roulette_threshold: 1.0, light_choice: LightChoice::Spatial };
 }
@@ -61,8 +61,8 @@ impl Integrator {
 pub(crate) const NAMES: &[&str] =
     &["path", "directlighting", "whitted", "ambientocclusion", "bdpt", "mlt", "sppm", "volpath"];
 
-/// Whether in pbrt-v3 all rays of the integrator pass surfaces without a material, shadow rays too: it knows media, which
-/// they bound.
+/// True if all rays of this integrator, including shadow rays, ignore surfaces without a material. Such surfaces are
+/// the boundaries of media.
 pub(crate) fn passes_boundaries(kind: &str) -> bool {
     ["volpath", "bdpt", "mlt"].contains(&kind)
 }
@@ -81,11 +81,11 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             };
             Integrator::DirectLighting { strategy, max_depth: depth(params) }
         }
-        // The same light on average.
+        // The expected value is the same.
         "whitted" => {
             Integrator::DirectLighting { strategy: DirectStrategy::EachOnce, max_depth: depth(params) }
         }
-        // Where space is empty they are the same.
+        // Without media they are equal.
         "path" | "volpath" => path(params),
         "ambientocclusion" => {
             let cosine = params.bool("cossample", true);
@@ -114,7 +114,7 @@ fn pixel_bounds(params: &mut Params) {
         params.warn(
             "pixelbounds",
             "pixelbounds is ignored",
-            "use the Film's cropwindow to render a part of the picture",
+            "to render a part of the picture, use cropwindow of Film",
         );
     }
 }
@@ -138,14 +138,14 @@ fn depth(params: &mut Params) -> u32 {
     if depth > MAX_DEPTH {
         params.note(
             "maxdepth",
-            &format!("maxdepth counts as {MAX_DEPTH}"),
-            "where light never ends, as among perfect mirrors, one sample would go on and on",
+            &format!("maxdepth is limited to {MAX_DEPTH}"),
+            "between perfect mirrors, a path could continue forever",
         );
     }
     depth.clamp(0, MAX_DEPTH) as u32
 }
 
-/// Of light that loses a thousandth at each surface, less is left then than `f32` can tell from nothing beside it.
+/// The largest depth. Light that loses a thousandth at each bounce is below `f32` precision after as many bounces.
 const MAX_DEPTH: i32 = 20_000;
 
 #[cfg(test)]
@@ -154,7 +154,7 @@ mod tests {
 
     use crate::{Overrides, load};
 
-    /// How many primitives are left of one without a material, one without that glows, and one of matte.
+    /// The primitives left of three: without a material, without a material but emissive, and matte.
     fn primitives(integrator: &str) -> usize {
         let text = format!(
             "Integrator \"{integrator}\" WorldBegin LightSource \"point\" Material \"none\" Shape \"sphere\"

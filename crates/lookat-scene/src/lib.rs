@@ -1,8 +1,8 @@
 //! The meaning of pbrt-v3 scene files.
 //!
-//! [`load()`] reads a scene file with everything that it includes and gives a [`Scene`], a plain value in which every name,
-//! default, unit and transformation is settled, and the list of what is wrong with the files. Files are read through a
-//! function of the caller's, so that a scene can come from anywhere:
+//! [`load()`] reads a scene file and its included files. It returns a [`Scene`], a plain value with every name,
+//! default, unit and transformation resolved, and the diagnostics. It reads files through a function of the caller,
+//! so that a scene can come from anywhere:
 //!
 //! ```
 //! use std::path::Path;
@@ -23,8 +23,8 @@
 //! assert_eq!(loaded.sources.location(loaded.diagnostics[0].span()).line, 8);
 //! ```
 //!
-//! A scene promises the renderer: indices are in range, transformations can be inverted, every length that must be
-//! positive is, and no number is infinite or not a number, except an unlimited `max_sample_luminance`.
+//! A scene guarantees to the renderer: indices are in range, transformations are invertible, lengths are positive
+//! where they must be, and all numbers are finite, except an unlimited `max_sample_luminance`.
 
 mod angle;
 mod camera;

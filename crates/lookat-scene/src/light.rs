@@ -1,4 +1,4 @@
-//! `LightSource` and `AreaLightSource`: where light comes from.
+//! `LightSource` and `AreaLightSource`: the lights.
 
 mod goniometric;
 mod infinite;
@@ -22,77 +22,78 @@ use projection::projection;
 /// A light without a shape.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Light {
-    /// From a point, alike in all directions (`point`).
+    /// A point light with equal intensity in all directions (`point`).
     Point {
-        /// World position (the origin of the current space, plus `from` in world space; default 0).
+        /// World position: the origin of the current space plus `from`, which is in world space (default 0).
         position: DVec3,
         /// Radiant intensity (`I` times `scale`).
         intensity: Vec3,
     },
-    /// From a point, within a cone (`spot`).
+    /// A point light within a cone (`spot`).
     Spot {
         /// World position (`from`, default the origin).
         position: DVec3,
-        /// Takes world directions to light space, where the axis is +z (from `from` to `to`, default +z).
+        /// Transforms world directions to light space, where +z is the axis (from `from` to `to`, default +z).
         light_from_world: DMat3,
         /// Radiant intensity along the axis (`I` times `scale`).
         intensity: Vec3,
-        /// Cosine of the angle at which the light ends (`coneangle`, default 30 degrees).
+        /// Cosine of the half angle of the cone (`coneangle`, default 30 degrees).
         cos_total_width: f64,
-        /// Cosine of the angle at which it starts to fall (`conedeltaangle`, default 5 degrees, inside the cone).
+        /// Cosine of the angle where falloff starts: `coneangle` minus `conedeltaangle` (default 5 degrees).
         cos_falloff_start: f64,
     },
-    /// Parallel light from infinitely far (`distant`).
+    /// Parallel light from infinity (`distant`).
     Distant {
-        /// Towards the light, of length one (from `to` to `from`, default -z).
+        /// Unit vector toward the light (from `to` to `from`, default -z).
         direction: DVec3,
-        /// Irradiance on a surface that faces it (`L` times `scale`).
+        /// Irradiance on a perpendicular surface (`L` times `scale`).
         radiance: Vec3,
     },
-    /// The same radiance from everywhere around the scene (`infinite`).
+    /// Constant radiance from all directions (`infinite`).
     Infinite {
         /// Radiance (`L` times `scale`).
         radiance: Vec3,
-        /// Samples of direct light per camera sample, for the direct lighting integrator (`nsamples`, default 1).
+        /// Light samples per camera sample in the direct lighting integrator (`nsamples`, default 1).
         samples: u32,
     },
-    /// The radiance that a picture shows of all directions around the scene (`infinite` with `mapname`).
+    /// An environment map (`infinite` with `mapname`).
     Environment {
-        /// Latitude from +z at its first row to -z at its last, longitude from +x by way of +y, in light space (`mapname`).
-        /// At least 0.
+        /// Latitude from +z in the first row to -z in the last, longitude from +x through +y, in light space
+        /// (`mapname`). Values are at least 0.
         map: Arc<MipMap<Vec3>>,
-        /// Factor of the picture (`L` times `scale`).
+        /// The factor on the map (`L` times `scale`).
         scale: Vec3,
-        /// Takes directions of light space to the world.
+        /// Transforms directions from light space to world space.
         world_from_light: DMat3,
         /// The inverse.
         light_from_world: DMat3,
-        /// Samples of direct light per camera sample, for the direct lighting integrator (`nsamples`, default 1).
+        /// Light samples per camera sample in the direct lighting integrator (`nsamples`, default 1).
         samples: u32,
     },
-    /// From a point, in each direction as a picture has it (`goniometric`).
+    /// A point light with a map of its intensity by direction (`goniometric`).
     Goniometric {
-        /// World position (the origin of light space).
+        /// World position: the origin of light space.
         position: DVec3,
-        /// Takes world directions to light space.
+        /// Transforms world directions to light space.
         light_from_world: DMat3,
-        /// Radiant intensity where the picture is 1 (`I` times `scale`).
+        /// Radiant intensity where the map is 1 (`I` times `scale`).
         intensity: Vec3,
-        /// Latitude from +y at its first row to -y at its last, longitude from +x by way of +z, in light space
-        /// (`mapname`). At least 0.
+        /// Latitude from +y in the first row to -y in the last, longitude from +x through +z, in light space
+        /// (`mapname`). Values are at least 0.
         map: Arc<MipMap<Vec3>>,
     },
-    /// From a point, as a projector of slides (`projection`).
+    /// A slide projector (`projection`).
     Projection {
-        /// World position (the origin of light space).
+        /// World position: the origin of light space.
         position: DVec3,
-        /// Takes world directions to light space, where the light looks along +z.
+        /// Transforms world directions to light space, where +z is the axis of projection.
         light_from_world: DMat3,
-        /// Radiant intensity where the picture is 1 (`I` times `scale`).
+        /// Radiant intensity where the map is 1 (`I` times `scale`).
         intensity: Vec3,
-        /// The picture, its first row at the least y (`mapname`); without one it is 1 everywhere. At least 0.
+        /// The picture, with the smallest y in its first row (`mapname`). `None` is 1 everywhere. Values are at least
+        /// 0.
         map: Option<Arc<MipMap<Vec3>>>,
-        /// Half of the picture's size at z = 1 in light space (from `fov`, default 45 degrees, of the shorter side).
+        /// Half the size of the picture at z = 1 in light space (from `fov` of the shorter side, default 45 degrees).
         half_size: DVec2,
     },
 }
@@ -141,7 +142,7 @@ pub(crate) fn light(
         "goniometric" => goniometric(params, world_from_light, pictures),
         "projection" => projection(params, world_from_light, pictures),
         "area" | "diffuse" => {
-            let help = "AreaLightSource makes the shapes that follow it emit light";
+            let help = "to make the following shapes emit light, use AreaLightSource";
             params.reject("", "LightSource has no type for shapes", Some(help));
             return None;
         }
@@ -154,7 +155,7 @@ pub(crate) fn light(
 fn point(params: &mut Params, world_from_light: Transform) -> Light {
     let intensity = scaled(params, "I");
     let from = point_in_range(params, "from", DVec3::ZERO);
-    // pbrt-v3 adds `from` in world space, whatever the current transformation turns or scales (lights/point.cpp).
+    // pbrt-v3 adds `from` in world space, without the current transformation (lights/point.cpp).
     Light::Point { position: world_from_light.point(DVec3::ZERO) + from, intensity }
 }
 
@@ -176,7 +177,7 @@ fn point_in_range(params: &mut Params, name: &'static str, default: DVec3) -> DV
 fn same_points<T>(params: &mut Params) -> Option<T> {
     if params.usable() && !params.may_lack("from") {
         let are_given = params.was_taken("from") && params.was_taken("to");
-        let help = (!are_given).then_some("from is 0 0 0, and to is 0 0 1, where they are not given");
+        let help = (!are_given).then_some("the default of from is 0 0 0, the default of to is 0 0 1");
         params.reject("to", "from and to are the same point: the light has no direction", help);
     }
     None
@@ -187,20 +188,19 @@ fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     let cone = params.angle("coneangle", 30.0);
     let delta = params.angle("conedeltaangle", 5.0);
     if !(cone > 0.0 && cone <= 180.0) {
-        params.reject("coneangle", "coneangle must be more than 0 and at most 180 degrees", None);
+        params.reject("coneangle", "coneangle must be above 0 and at most 180 degrees", None);
     } else if !(0.0..=cone).contains(&delta) {
         let start = (cone - delta).abs();
         let message = match start < cone {
-            true => format!("the light falls off from {start} degrees on, as in pbrt-v3"),
-            false => "the light does not fall off inside its cone, as in pbrt-v3".into(),
+            true => format!("the falloff starts at {start} degrees, as in pbrt-v3"),
+            false => "the light has no falloff inside its cone, as in pbrt-v3".into(),
         };
-        params.warn("conedeltaangle", &message, "conedeltaangle is from 0 to coneangle");
+        params.warn("conedeltaangle", &message, "conedeltaangle must be from 0 to coneangle");
     }
     let from = point_in_range(params, "from", DVec3::ZERO);
     let to = point_in_range(params, "to", DVec3::Z);
     let Some(axis) = (to - from).try_normalize() else { return same_points(params) };
-    // pbrt-v3's CreateSpotLight: any frame around the axis, except that a light space that is not uniformly scaled shows
-    // which; so it is pbrt's frame.
+    // pbrt-v3's CreateSpotLight. A non-uniform scale makes the choice of the frame visible, so this is pbrt's frame.
     let (x, y) = coordinate_system(axis);
     let axes_from_frame = DMat3::from_cols(x, y, axis);
     Some(Light::Spot {
@@ -212,20 +212,20 @@ fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     })
 }
 
-/// Two directions that make a frame with `v`, of length one (pbrt-v3's CoordinateSystem).
+/// Two unit vectors that form a frame with the unit vector `v` (pbrt-v3's CoordinateSystem).
 fn coordinate_system(v: DVec3) -> (DVec3, DVec3) {
     let x = if v.x.abs() > v.y.abs() { DVec3::new(-v.z, 0.0, v.x) } else { DVec3::new(0.0, v.z, -v.y) }
         .normalize();
     (x, v.cross(x))
 }
 
-/// The name of the picture that a light shows. An empty one is none, as in pbrt-v3.
+/// The picture name of a light. An empty name is none, as in pbrt-v3.
 fn map_name(params: &mut Params) -> Option<Text> {
     params.string("mapname").filter(|file| !file.value.is_empty())
 }
 
-/// The picture that a light shows: its values as they are in the file, whatever its format. Where there is an error in it, the light
-/// is that without a picture, as in pbrt-v3.
+/// The picture of a light, with the values of the file in any format. After an error, the light has no picture, as in
+/// pbrt-v3.
 fn shown(params: &mut Params, file: &Text, pictures: &mut Pictures) -> Option<Arc<MipMap<Vec3>>> {
     let settings =
         Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
@@ -234,18 +234,18 @@ fn shown(params: &mut Params, file: &Text, pictures: &mut Pictures) -> Option<Ar
 
 fn no_map(params: &mut Params, what_it_does: &str) {
     let message = format!("LightSource \"{}\" without mapname: {what_it_does}", params.kind());
-    params.warn("mapname", &message, "\"string mapname\" names the picture that it shows");
+    params.warn("mapname", &message, "add \"string mapname\" with the name of a picture");
 }
 
 fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
     let [color, scale] = [name, "scale"].map(|name| {
         let color = params.spectrum(name, Vec3::ONE);
-        // Spectra beyond the colors of sRGB have negative parts too.
+        // Spectra outside the sRGB gamut have negative components.
         if color.min_element() < 0.0 && (params.was_rgb(name) || color.dot(LUMINANCE.as_vec3()) < 0.0) {
             params.warn(
                 name,
-                "a light of negative color takes light away; pbrt-v3 shows samples below 0 as black",
-                "colors of lights are 0 or more",
+                "a light with a negative color subtracts light; pbrt-v3 shows samples below 0 as black",
+                "use colors of 0 or more",
             );
         }
         color
@@ -253,7 +253,7 @@ fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
     color * scale
 }
 
-/// `samples` is the old name, and wins in pbrt-v3.
+/// The number of light samples. `samples` is an old name, which has precedence in pbrt-v3.
 fn samples(params: &mut Params) -> u32 {
     let samples = params.nested_samples("nsamples", 1);
     params.nested_samples("samples", samples).max(1) as u32
@@ -263,7 +263,7 @@ pub(crate) const AREA_NAMES: &[&str] = &["diffuse", "area"];
 
 /// pbrt-v3's CreateDiffuseAreaLight.
 pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
-    // pbrt-v3: an empty name ends the emission of the shapes that follow.
+    // As in pbrt-v3, an empty type ends the emission of the following shapes.
     if params.kind().is_empty() {
         return None;
     }

@@ -1,4 +1,4 @@
-//! From a path to a scene: reads files, follows `Include`, and hands every directive to the resolver.
+//! Loads a scene: reads files, follows `Include`, and passes every directive to the resolver.
 
 use std::collections::HashMap;
 use std::io::ErrorKind;
@@ -15,24 +15,24 @@ use crate::loaded::Loaded;
 use crate::overrides::Overrides;
 use crate::resolve::{Block, Resolver, home_block};
 
-/// At most this many files are included: beyond it, files include each other over and over.
+/// The most included files. A scene with more includes files in a loop.
 const MAX_INCLUDES: usize = 10_000;
-/// At most this many files are open at once, each included by the one before it.
+/// The greatest depth of nested includes.
 const MAX_DEPTH: usize = 100;
-/// Files that are included again, once for each time but the first, hold at most this many bytes in all.
+/// The most bytes of repeated includes, counting every inclusion after the first.
 const MAX_REPEATED: usize = 4 << 30;
-/// A directive counts as so many bytes more: a short one may make a shape.
+/// The bytes that a directive adds to this count, because a short directive can create a shape.
 const DIRECTIVE_BYTES: usize = 512;
 
-/// Reads a scene file and everything that it names through `read`.
+/// Loads a scene and all the files that it names through `read`.
 ///
-/// Included files and other files are looked for beside the file that names them, then beside the scene file.
+/// A file name is relative to the file that contains it, or else to the scene file.
 pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
     load_through(Access::Read(read), path, overrides)
 }
 
-/// Like [`load`], through a function that opens files of the disk: meshes in files of their own are never in memory as bytes.
-/// Where a name leads nowhere, folders are listed for a better one.
+/// Like [`load`], but opens files on disk. It streams PLY files, and lists folders to suggest a name for a missing
+/// file.
 pub fn load_opened(path: &Path, open: &Open, overrides: &Overrides) -> Loaded {
     load_through(Access::Open(open), path, overrides)
 }
@@ -49,7 +49,7 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
         Ok(file) => {
             if let Some(format) = other_format(&loader.resolver.files.sources.file(file).text) {
                 let at = Span { file, start: 0, end: 0 };
-                let message = format!("{} is not a pbrt scene: it looks like {format}", path.display());
+                let message = format!("{} is not a pbrt scene: it is {format}", path.display());
                 let diagnostics = vec![Diagnostic::error(at, message)];
                 return nothing(loader.resolver.files.without_texts(), diagnostics);
             }
@@ -65,7 +65,9 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
                 ErrorKind::NotFound => {
                     loader.resolver.files.meant_scene(path).map(|meant| format!("did you mean {meant}?"))
                 }
-                ErrorKind::IsADirectory => Some("`lookat verify` renders the scenes of a folder".into()),
+                ErrorKind::IsADirectory => {
+                    Some("to render all scenes of a folder, use `lookat verify`".into())
+                }
                 _ => None,
             };
             nothing(loader.resolver.files, vec![diagnostic])
@@ -81,7 +83,7 @@ fn room(memory: &MemoryBudget, text: &[u8]) -> u64 {
     memory.left().saturating_sub(numbers)
 }
 
-/// What is no scene at all.
+/// The result for a file that is not a scene.
 fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
     let (sources, inputs, memory) = files.into_parts();
     Loaded { sources, inputs, memory, scene: None, diagnostics, can_keep_going: false, misfit: None }
@@ -89,16 +91,16 @@ fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
 
 struct Loader<'a> {
     resolver: Resolver<'a>,
-    /// The files that are being read, each included by the one before it.
+    /// The chain of open files, each included by its predecessor.
     open: Vec<PathBuf>,
-    /// Texts of included files: what is included often is kept once.
+    /// The texts of included files. A file that is included often is stored once.
     texts: HashMap<PathBuf, Arc<Vec<u8>>>,
-    /// The bytes of the files that were included again, and of their directives.
+    /// The bytes of repeated includes so far, including `DIRECTIVE_BYTES`.
     repeated: usize,
 }
 
 impl Loader<'_> {
-    /// Resolves a file; `rest` goes to its last directive. Gives the number of its directives.
+    /// Resolves a file and returns the number of its directives. `rest` is appended to its last directive.
     fn file(&mut self, id: FileId, rest: Vec<Param>) -> usize {
         let source = self.resolver.files.sources.file(id);
         self.open.push(source.path.clone());
@@ -127,8 +129,8 @@ impl Loader<'_> {
                 None => {
                     self.resolver
                         .report
-                        .push(Diagnostic::error(at, "parameters that belong to no directive").help(
-                        "parameters after an Include go to the last directive of that file; it takes none",
+                        .push(Diagnostic::error(at, "these parameters belong to no directive").help(
+                        "parameters after an Include belong to the last directive of the included file, which takes none",
                     ))
                 }
             }
@@ -155,20 +157,20 @@ impl Loader<'_> {
 
     fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
         if self.resolver.files.sources.files.len() > MAX_INCLUDES {
-            let message = format!("more than {MAX_INCLUDES} files are included");
+            let message = format!("the scene includes more than {MAX_INCLUDES} files");
             self.resolver.report.push(Diagnostic::error(name.span, message));
             return;
         }
         if self.repeated > MAX_REPEATED {
-            let message = "files are included again and again: more than 4 GiB of repetition";
+            let message = "repeated includes add up to more than 4 GiB";
             self.resolver.report.push(
                 Diagnostic::error(name.span, message)
-                    .help("ObjectInstance repeats shapes without reading them again"),
+                    .help("to repeat shapes, use ObjectBegin and ObjectInstance"),
             );
             return;
         }
         if self.open.len() >= MAX_DEPTH {
-            let message = format!("more than {MAX_DEPTH} files include each other in a row");
+            let message = format!("more than {MAX_DEPTH} nested includes");
             self.resolver.report.push(Diagnostic::error(name.span, message));
             return;
         }
@@ -186,7 +188,7 @@ impl Loader<'_> {
             let chain: Vec<String> =
                 self.open[from..].iter().map(|path| path.display().to_string()).collect();
             let message = format!("{} includes itself", path.display());
-            let help = format!("the chain is {} -> {}", chain.join(" -> "), path.display());
+            let help = format!("the chain of includes is {} -> {}", chain.join(" -> "), path.display());
             self.resolver.report.push(Diagnostic::error(name.span, message).help(help));
             return;
         }
@@ -197,7 +199,7 @@ impl Loader<'_> {
         }
         let text = self.texts.entry(path.clone()).or_insert_with(|| bytes.into()).clone();
         if let Some(format) = other_format(&text) {
-            let message = format!("cannot include {}: it looks like {format}", path.display());
+            let message = format!("cannot include {}: it is {format}", path.display());
             self.resolver.report.push(Diagnostic::error(name.span, message));
             self.resolver.report.incomplete = true;
             return;
@@ -211,8 +213,7 @@ impl Loader<'_> {
     }
 }
 
-/// Where the directives belong of a file that scenes include: into a world, with nothing around it, or before one. `None` of a
-/// scene.
+/// The block in which other files include this file: the world or the options. `None` for a scene.
 fn part_of(statements: &[Statement]) -> Option<Block> {
     let is_in = |statement: &Statement, block| home_block(&statement.directive) == Some(block);
     let includes = |statement: &Statement| matches!(statement.directive, Directive::Include { .. });
@@ -221,7 +222,7 @@ fn part_of(statements: &[Statement]) -> Option<Block> {
     match statements.iter().position(|statement| is_in(statement, Block::World)) {
         Some(first) => {
             let is_around = |it: &Directive| matches!(it, Directive::WorldEnd | Directive::LookAt(_));
-            // What is included before may be the rest.
+            // An earlier Include may contain the missing directives.
             let is_alone = !has_options && !any(&is_around) && !statements[..first].iter().any(includes);
             is_alone.then_some(Block::World)
         }

@@ -1,4 +1,4 @@
-//! What reading a scene gives.
+//! The result of loading a scene.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -8,22 +8,21 @@ use lookat_syntax::Diagnostic;
 
 use crate::{Scene, Sources};
 
-/// What [`load`](crate::load()) found.
+/// The result of [`load`](crate::load()).
 #[derive(Debug)]
 pub struct Loaded {
-    /// The files that were read; diagnostics point into them.
+    /// The texts that diagnostics refer to.
     pub sources: Sources,
-    /// All files that were read: these, and the pictures, meshes and spectra that they name.
+    /// All files read: scene text, pictures, meshes and spectra.
     pub inputs: BTreeSet<PathBuf>,
-    /// The scene. There is one exactly when no diagnostic is an error, or when errors are to be left out, and there is no
-    /// `misfit`.
+    /// The scene. It exists exactly if there is no `misfit` and no error, or if `keep_going` omits the errors.
     pub scene: Option<Scene>,
-    /// What is wrong, in the order in which the scene is read.
+    /// The problems, in reading order.
     pub diagnostics: Vec<Diagnostic>,
     /// What reading has left of the memory that there is.
     pub memory: MemoryBudget,
-    /// Whether there is a scene if errors are left out.
+    /// True if `keep_going` would give a scene.
     pub can_keep_going: bool,
-    /// Why the resolution or the crop window of the caller's [`Overrides`](crate::Overrides) does not fit the scene.
+    /// The reason why the resolution or crop window in [`Overrides`](crate::Overrides) does not fit the scene.
     pub misfit: Option<String>,
 }

@@ -1,4 +1,4 @@
-//! `Material`: what surfaces are made of.
+//! `Material`: the scattering of surfaces.
 
 mod glass;
 mod matte;
@@ -39,36 +39,36 @@ pub use uber::Uber;
 /// A material.
 #[derive(Debug, Clone)]
 pub struct Material {
-    /// How it scatters light.
+    /// Its scattering.
     pub kind: MaterialKind,
-    /// Height above the surface, in world units, that bends the shading normal (`bumpmap`).
+    /// The bump map: a displacement in world units that changes the shading normal (`bumpmap`).
     pub bump: Option<Texture<f64>>,
-    /// What it asks of the surface.
+    /// The surface data that it needs.
     pub needs: Needs,
 }
 
-/// How a material scatters light. Shares of light are colors or textures; what is less than 0 counts as 0.
+/// The scattering of a material. Reflectances are colors or textures; negative values count as 0.
 #[derive(Debug, Clone)]
 pub enum MaterialKind {
     /// Diffuse.
     Matte(Matte),
-    /// A diffuse base under a rough gloss.
+    /// A diffuse base under a rough dielectric coating.
     Plastic(Plastic),
-    /// Diffuse and glossy, on both sides.
+    /// Diffuse and glossy reflection and transmission.
     Translucent(Translucent),
-    /// A surface between dielectrics.
+    /// A boundary between dielectrics.
     Glass(Glass),
-    /// A smooth mirror.
+    /// A perfect mirror.
     Mirror(Mirror),
     /// A rough conductor.
     Metal(Box<Metal>),
-    /// A diffuse base under a layer that reflects the more the flatter the light comes.
+    /// A diffuse base under a glossy coating with Fresnel reflection.
     Substrate(Substrate),
-    /// Several of the others at once.
+    /// Diffuse, glossy and specular lobes in one material.
     Uber(Box<Uber>),
-    /// Two materials in one.
+    /// A blend of two materials.
     Mix(Mix),
-    /// Nothing: light passes through, and shadow rays stop, as in pbrt-v3 (`"none"` and `""`).
+    /// No surface: light passes through and shadow rays are blocked, as in pbrt-v3 (`"none"` and `""`).
     None,
 }
 
@@ -108,10 +108,10 @@ pub(crate) const NAMES: &[&str] = &[
     "",
 ];
 
-/// The named materials that a constructor may ask for.
+/// The named materials.
 pub(crate) type Named = Names<Rc<MaterialInstance>>;
 
-/// pbrt-v3's MakeMaterial. An unknown type is an error; the material is then matte, as in pbrt-v3.
+/// pbrt-v3's MakeMaterial. An unknown type is an error and gives matte, as in pbrt-v3.
 pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
     let kind = match params.kind() {
         "matte" => MaterialKind::Matte(matte::matte(params)),
@@ -125,7 +125,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
         "mix" => {
             let mix = mix::mix(params, named);
             params.finish();
-            // pbrt-v3 keeps the bumps of the first.
+            // pbrt-v3 uses the bump map of the first.
             let bump = mix.materials[0].bump.clone();
             return Material::new(MaterialKind::Mix(mix), bump);
         }
@@ -135,7 +135,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
         }
         kind if NAMES.contains(&kind) => {
             let kind = stand_in::stand_in(params);
-            // In pbrt-v3 hair has none.
+            // pbrt-v3's hair has no bump map.
             let bump = if params.kind() == "hair" { None } else { bump(params) };
             params.ignore_rest();
             return Material::new(kind, bump);
@@ -154,41 +154,41 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
 }
 
 fn bump(params: &mut TextureParams) -> Option<Texture<f64>> {
-    // At height 0 everywhere nothing is bent.
+    // A constant height of 0 has no effect.
     params.float_texture_if_given("bumpmap").filter(|bump| bump.constant() != Some(0.0))
 }
 
-/// A share of light. pbrt-v3 takes what is less than 0 for 0.
+/// A reflectance or transmittance. Negative values count as 0, as in pbrt-v3.
 fn share(params: &mut TextureParams, name: &'static str, default: f32) -> Texture<Vec3> {
     let share = params.spectrum_texture(name, Vec3::splat(default));
     let Texture::Constant(color) = share else { return share };
-    // A spectrum of shares up to 1 may be a color beyond it.
+    // A spectrum with values up to 1 may give a color above 1.
     if color.max_element() > 1.0 && params.was_rgb(name) {
         params.warn(
             name,
-            &format!("{name} is more than 1: the surface gives back more light than it gets"),
-            "colors go from 0 to 1; divide those that go to 255",
+            &format!("{name} is above 1: the surface reflects more light than it receives"),
+            "use colors from 0 to 1: divide by 255 if yours go to 255",
         );
     }
-    // And it may have parts below 0.
+    // It may also give negative components.
     if color.min_element() < 0.0 && params.was_rgb(name) {
         params.warn(
             name,
-            &format!("{name} is less than 0, and counts as 0, as in pbrt-v3"),
-            "colors go from 0 to 1",
+            &format!("{name} is negative: it is used as 0, as in pbrt-v3"),
+            "use colors from 0 to 1",
         );
     }
     Texture::Constant(color.max(Vec3::ZERO))
 }
 
-/// An index of refraction by either of its names; pbrt-v3 asks for `eta` first.
+/// The index of refraction by either name. `eta` has precedence, as in pbrt-v3.
 fn index_of_refraction(params: &mut TextureParams) -> Texture<f64> {
     let index = params.float_texture("index", 1.5);
     let eta = params.float_texture_if_given("eta").unwrap_or(index);
     let name = if params.was_taken("eta") { "eta" } else { "index" };
     match eta {
         Texture::Constant(eta) if eta <= 0.0 => {
-            params.reject(name, "the index of refraction must be more than 0", None);
+            params.reject(name, "the index of refraction must be above 0", None);
             Texture::Constant(1.5)
         }
         eta => eta,

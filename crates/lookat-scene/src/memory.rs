@@ -1,4 +1,4 @@
-//! What the arrays of a scene take in memory.
+//! Memory of the arrays of a scene.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -10,19 +10,19 @@ use crate::{
     AnyTexture, Light, Material, MaterialKind, Object, Primitive, Scene, Shape, Texture, Value, Varying,
 };
 
-/// The arrays of a scene. What several things share counts once.
+/// The memory of the arrays of a scene. Shared arrays count once.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Memory {
     /// Bytes of the meshes.
     pub meshes: usize,
-    /// How many pictures there are: the same file read in two ways is two.
+    /// The number of pictures. A file read with two settings counts twice.
     pub pictures: usize,
-    /// Their bytes, coarser versions included.
+    /// Bytes of the pictures, including MIP levels.
     pub picture_bytes: usize,
 }
 
 impl Scene {
-    /// The objects that have copies in the world, each once.
+    /// The objects with instances in the world, each once.
     pub fn objects(&self) -> Vec<&Arc<Object>> {
         let mut objects: Vec<&Arc<Object>> = Vec::new();
         let mut known = HashSet::new();
@@ -34,13 +34,13 @@ impl Scene {
         objects
     }
 
-    /// All shapes, those of objects that have copies in the world included.
+    /// All shapes, including shapes of instanced objects.
     pub fn shapes(&self) -> impl Iterator<Item = &Primitive> {
         let of_objects = self.objects().into_iter().flat_map(|object| &object.primitives);
         self.primitives.iter().chain(of_objects)
     }
 
-    /// What the arrays of the scene take.
+    /// The memory of the arrays of the scene.
     pub fn memory(&self) -> Memory {
         let mut found = Found::default();
         self.shapes().for_each(|primitive| found.primitive(primitive));
@@ -141,7 +141,7 @@ mod tests {
         load(Path::new("x"), &read, &Overrides::default()).scene.unwrap().memory()
     }
 
-    /// Two by two pixels of grey.
+    /// A grey picture of 2 x 2 pixels.
     fn pfm() -> Vec<u8> {
         [b"Pf\n2 2\n-1\n".as_slice(), &[0; 16]].concat()
     }

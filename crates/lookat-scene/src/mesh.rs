@@ -7,12 +7,13 @@ use crate::params::Params;
 use crate::transform::LARGEST;
 use crate::{Transform, ply};
 
-/// Triangles that share vertices. Arrays other than `positions` and `indices` are empty where the mesh has no such data.
+/// Triangles with shared vertices. Arrays other than `positions` and `indices` are empty if the mesh has no such
+/// data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
-    /// Vertex positions, in the space of the world or of the object that the mesh is part of, finite (`P`).
+    /// Vertex positions in world space, or in the space of the containing object. Finite (`P`).
     pub positions: Vec<[f64; 3]>,
-    /// Three vertices for each triangle, each at least 0 and less than the number of positions (`indices`).
+    /// Three vertex indices for each triangle, from 0 to one less than the number of positions (`indices`).
     pub indices: Vec<i32>,
     /// A shading normal for each vertex, of any length (`N`).
     pub normals: Vec<[f64; 3]>,
@@ -23,12 +24,12 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Number of triangles.
+    /// The number of triangles.
     pub fn triangles(&self) -> usize {
         self.indices.len() / 3
     }
 
-    /// Bytes that the arrays take.
+    /// The bytes of the arrays.
     pub fn bytes(&self) -> usize {
         size_of_val(&self.positions[..])
             + size_of_val(&self.indices[..])
@@ -37,13 +38,13 @@ impl Mesh {
             + size_of_val(&self.uvs[..])
     }
 
-    /// The three vertices of a triangle.
+    /// The three vertex indices of a triangle.
     #[inline]
     pub fn triangle(&self, index: usize) -> [usize; 3] {
         [0, 1, 2].map(|corner| self.indices[3 * index + corner] as usize)
     }
 
-    /// Whether a triangle has an area. Without one it cannot be seen.
+    /// True if a triangle has an area. Otherwise it is invisible.
     pub fn has_area(&self, index: usize) -> bool {
         self.spans_area(self.triangle(index))
     }
@@ -54,13 +55,13 @@ impl Mesh {
         (b - a).cross(c - a) != DVec3::ZERO
     }
 
-    /// Triangles without an area.
+    /// The number of triangles without an area.
     pub(crate) fn without_area(&self) -> usize {
         let triangles = self.indices.as_chunks().0.iter();
         triangles.filter(|corners| !self.spans_area(corners.map(|vertex| vertex as usize))).count()
     }
 
-    /// Brings the arrays from the mesh's own space to that of the world, in place.
+    /// Transforms the arrays from object space to world space, in place.
     fn place(mut self, transform: Transform) -> Self {
         if transform != Transform::IDENTITY {
             self.positions.iter_mut().for_each(|p| *p = transform.point(DVec3::from(*p)).into());
@@ -82,7 +83,7 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
         uvs,
         ..Mesh::default()
     };
-    // For Ptex alone, which is not rendered.
+    // Only Ptex uses it, which is not supported.
     params.integers("faceIndices");
     match (indices, positions) {
         (Some(indices), Some(positions)) => {
@@ -93,9 +94,9 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
         (None, _) => params.missing(
             "indices",
             "a trianglemesh needs indices",
-            "\"integer indices\" [...] gives three vertices for each triangle",
+            "add \"integer indices\" [...] with three vertices for each triangle",
         ),
-        (_, None) => params.missing("P", "a trianglemesh needs P", "\"point P\" [...] gives the vertices"),
+        (_, None) => params.missing("P", "a trianglemesh needs P", "add \"point P\" [...] with the vertices"),
     }
     finish(params, mesh, world_from_object)
 }
@@ -103,7 +104,7 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
 /// pbrt-v3's CreatePLYMesh.
 pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
     let Some(name) = params.string("filename") else {
-        params.missing("filename", "a plymesh needs a file", "\"string filename\" \"mesh.ply\" names it");
+        params.missing("filename", "a plymesh needs a file", "add \"string filename\" \"mesh.ply\"");
         return None;
     };
     let (path, file) = params.open(&name)?;
@@ -120,16 +121,20 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
     };
     if mesh.other_faces > 0 {
         let message = format!(
-            "faces with neither 3 nor 4 corners are left out of {}: {} of them{}",
+            "{} has faces without 3 or 4 corners: {} were skipped{}",
             name.value,
             mesh.other_faces,
-            if mesh.indices.is_empty() { ", and no face is left" } else { "" }
+            if mesh.indices.is_empty() { ", and no face remains" } else { "" }
         );
-        params.warn("filename", &message, "split them into triangles; pbrt-v3 leaves them out too");
+        params.warn("filename", &message, "split them into triangles; pbrt-v3 skips them, too");
     }
     if mesh.goes_on {
-        let message = format!("{} goes on after what its header counts", name.value);
-        params.warn("filename", &message, "the rest is left out, as in pbrt-v3; the counts may be wrong");
+        let message = format!("{} contains more data than its header declares", name.value);
+        params.warn(
+            "filename",
+            &message,
+            "the rest is ignored, as in pbrt-v3; check the counts in the header",
+        );
     }
     let mesh = Mesh {
         positions: mesh.positions,
@@ -141,7 +146,7 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
     finish(params, mesh, world_from_object)
 }
 
-/// Brings a mesh to its place, and says what of it cannot be seen or computed with.
+/// Transforms a mesh to world space. Reports coordinates out of range and triangles without an area.
 pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
     if !params.usable() {
         return None;
@@ -152,58 +157,59 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
         if !in_range(values.as_flattened()) {
             let at = if params.kind() == "plymesh" { "filename" } else { name };
-            params.reject(at, format!("{name} has values beyond {LARGEST:e} in the world"), None);
+            params.reject(at, format!("{name} has values above {LARGEST:e} in world space"), None);
             return None;
         }
     }
     if mesh.indices.is_empty() && params.kind() != "plymesh" {
-        params.warn("indices", "the mesh has no triangles", "each takes three of the indices");
+        params.warn("indices", "the mesh has no triangles", "each triangle takes three indices");
     }
-    // Poles of surfaces have such triangles as a matter of course.
+    // Surfaces with poles always have such triangles.
     if mesh.without_area() > 0 && params.kind() != "nurbs" {
-        let help = "their corners are collinear or coincide; nothing of them can be seen";
+        let help = "their corners are collinear or coincide, so they are invisible";
         params.note(name, "triangles without area are left out", help);
     }
     Some(mesh)
 }
 
-/// Whether all values can be computed with. Does not stop at the first that cannot: so many are compared at once.
+/// True if all values are in range. Has no early exit, so that the comparison vectorizes.
 fn in_range(values: &[f64]) -> bool {
     values.iter().fold(true, |all, x| all & (x.abs() <= LARGEST))
 }
 
-/// The indices of two triangles in each square of a grid whose vertices come in rows.
+/// The indices of a grid of vertices stored in rows, with two triangles for each square.
 pub(crate) fn grid(columns: usize, rows: usize) -> Vec<i32> {
     let squares = (1..rows).flat_map(|row| (1..columns).map(move |column| (row - 1) * columns + column - 1));
     let corners = |at: usize| [at, at + 1, at + columns + 1, at, at + columns + 1, at + columns];
     squares.flat_map(|at| corners(at).map(|vertex| vertex as i32)).collect()
 }
 
-/// Texture coordinates, and the name that they are given by: there are two names and two types, in this order in pbrt-v3.
+/// The texture coordinates and their parameter name. There are two names and two types, tried in the order of
+/// pbrt-v3.
 fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
     const NAMES: [&str; 2] = ["uv", "st"];
     let pairs = NAMES.map(|name| Some((name, params.pairs(name)?)));
-    // Those of a name that has pairs are told as any that is given with another type too.
+    // A name that also has pairs is reported like any name given with two types.
     let floats =
         NAMES.map(|name| if params.was_taken(name) { None } else { Some((name, params.floats(name)?)) });
     let mut given = pairs.iter().flatten().map(|it| it.0).chain(floats.iter().flatten().map(|it| it.0));
     let name = given.next().unwrap_or("uv");
     if let Some(other) = given.next() {
-        let help = "they are two names of the texture coordinates; pbrt-v3 uses the same one";
-        params.warn(other, &format!("{other} is ignored, since {name} is given"), help);
+        let help = "uv and st are two names of the texture coordinates; pbrt-v3 uses the same one";
+        params.warn(other, &format!("{other} is ignored, because {name} is given"), help);
     }
     if let Some((_, pairs)) = pairs.into_iter().flatten().next() {
         return (name, pairs);
     }
     let flat = floats.into_iter().flatten().next().map_or_else(Vec::new, |(_, flat)| flat);
     if !flat.len().is_multiple_of(2) {
-        let message = format!("{name} takes its numbers in pairs; {} given", flat.len());
-        params.warn(name, &message, "the last one is not used, as in pbrt-v3");
+        let message = format!("{name} takes pairs of numbers; {} numbers given", flat.len());
+        params.warn(name, &message, "the last one is ignored, as in pbrt-v3");
     }
     (name, flat.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect())
 }
 
-/// Three for each triangle, each of a vertex that there is.
+/// Checks the indices: three for each triangle, each of an existing vertex.
 pub(crate) fn check_indices(params: &mut Params, mesh: &Mesh) {
     let vertices = mesh.positions.len();
     if !mesh.indices.len().is_multiple_of(3) {
@@ -215,42 +221,43 @@ pub(crate) fn check_indices(params: &mut Params, mesh: &Mesh) {
     if mesh.indices.iter().fold(false, |any, index| any | beyond(index))
         && let Some(at) = mesh.indices.iter().position(beyond)
     {
-        let message = format!("index {} of {vertices} vertices", mesh.indices[at]);
+        let message = format!("index {} is out of range: there are {vertices} vertices", mesh.indices[at]);
         let largest = mesh.indices.iter().max().copied();
         let from_one =
             mesh.indices.iter().min() == Some(&1) && largest.is_some_and(|it| it as usize == vertices);
         let error = Diagnostic::error(params.value_place("indices", at), message).help(match vertices {
             0 => "P is empty".into(),
-            _ if from_one => "these indices count from 1; pbrt counts from 0: take 1 from each".into(),
-            _ => format!("indices are from 0 to {}", vertices - 1),
+            _ if from_one => {
+                "these indices count from 1, and pbrt counts from 0: subtract 1 from each".into()
+            }
+            _ => format!("use indices from 0 to {}", vertices - 1),
         });
         params.error(error);
     }
 }
 
-/// `uv`: the name of the texture coordinates.
+/// Checks the lengths of vertex arrays. `uv` is the name of the texture coordinates.
 fn check_lengths(params: &mut Params, mesh: &Mesh, uv: &'static str) {
     let vertices = mesh.positions.len();
     let mut check = |name: &str, length: usize| {
         if length != 0 && length != vertices {
             params.reject(
                 name,
-                format!("{vertices} vertices need as many values of {name}, not {length}"),
-                Some("the values belong to the vertices of P in turn"),
+                format!("{name} has {length} values for {vertices} vertices"),
+                Some("write one value for each vertex of P, in the same order"),
             );
         }
     };
     check("N", mesh.normals.len());
     check("S", mesh.tangents.len());
-    // pbrt-v3 takes more texture coordinates than it needs, and says so.
+    // pbrt-v3 accepts surplus texture coordinates with a warning.
     let uvs = mesh.uvs.len();
     if uvs < vertices {
         check(uv, uvs);
     } else if uvs > vertices {
-        let message =
-            format!("{vertices} vertices need as many pairs of {uv}, not {uvs}; the last are not used");
+        let message = format!("{uv} has {uvs} pairs for {vertices} vertices; the last are ignored");
         let help =
-            "there is a pair for each vertex of P, in turn: not one for each corner, nor three numbers";
+            "write one pair for each vertex of P, in the same order, not one for each corner of a triangle";
         params.warn(uv, &message, help);
     }
 }

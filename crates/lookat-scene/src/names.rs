@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-/// The names that are defined in the current block and around it.
+/// The names defined in the current block and the blocks around it.
 ///
-/// Leaving a block takes its definitions back one by one. A copy of all names for each block, as pbrt-v3 makes where one
-/// is defined, takes time and memory in proportion to their product.
+/// The end of a block undoes its definitions one by one. Copying all names for each block, as pbrt-v3 does, takes
+/// time and memory proportional to names times blocks.
 pub(crate) struct Names<T> {
     known: HashMap<String, T>,
-    /// What each definition replaced.
+    /// The values that definitions replaced.
     replaced: Vec<(String, Option<T>)>,
 }
 
@@ -32,12 +32,12 @@ impl<T> Names<T> {
         self.replaced.push((name, before));
     }
 
-    /// The number of definitions so far, for `take_back`.
+    /// The number of definitions so far, as input for `take_back`.
     pub fn definitions(&self) -> usize {
         self.replaced.len()
     }
 
-    /// Takes back all definitions but the first ones.
+    /// Undoes all definitions after the first `definitions`.
     pub fn take_back(&mut self, definitions: usize) {
         for (name, before) in self.replaced.drain(definitions..).rev() {
             match before {

@@ -1,5 +1,5 @@
-//! The directives before `WorldBegin`: kept as they come, settled together, because `Camera` needs the `Film` and either
-//! may come first.
+//! The directives before `WorldBegin`. They are resolved together, because `Camera` needs the `Film` and either may
+//! come first.
 
 use lookat_syntax::{Diagnostic, Entity, EntityKind, Severity, Span, Spanned, Text};
 
@@ -14,7 +14,7 @@ use crate::params::Params;
 use crate::report::Report;
 use crate::sampler::{self, Sampler, SamplerKind};
 
-/// The options as written, the last of each kind.
+/// The last option of each kind, as written.
 #[derive(Default)]
 pub(crate) struct Options {
     camera: Option<(Given, Transform)>,
@@ -30,21 +30,21 @@ struct Given {
     at: Span,
 }
 
-/// The options, settled.
+/// The resolved options.
 pub(crate) struct Settled {
     pub camera: Camera,
     pub film: Film,
     pub filter: Filter,
     pub sampler: Sampler,
     pub integrator: Integrator,
-    /// Whether surfaces without a material are as if they were not there.
+    /// True if the integrator ignores surfaces without a material.
     pub passes_boundaries: bool,
     /// The type of an Integrator that `path` takes the place of.
     pub substituted: Option<Text>,
 }
 
 impl Options {
-    /// Keeps an option. Of several the last counts.
+    /// Stores an option. The last one of a kind counts.
     pub fn set(
         &mut self,
         kind: EntityKind,
@@ -64,8 +64,8 @@ impl Options {
         };
         if let Some(before) = before {
             let warning =
-                Diagnostic::warning(at, format!("a second {}; the last one counts", kind.keyword()))
-                    .related(before.at, "this one is dropped");
+                Diagnostic::warning(at, format!("a second {}: the last one is used", kind.keyword()))
+                    .related(before.at, "this one is ignored");
             report.push(warning);
         }
     }
@@ -74,7 +74,7 @@ impl Options {
         self.camera.is_some()
     }
 
-    /// Gives each option its meaning. An option in error is reported and replaced by the default.
+    /// Resolves the options. Reports an option with an error and replaces it by the default.
     pub fn settle(
         self,
         world_begin: Span,
@@ -82,7 +82,7 @@ impl Options {
         files: &Files,
         report: &mut Report,
     ) -> Settled {
-        // What is missing may be what could not be read.
+        // An unreadable directive may be the missing one.
         if !report.has_errors_before(world_begin) && !report.incomplete {
             self.warn_missing(world_begin, report);
         }
@@ -142,12 +142,12 @@ impl Options {
         };
         let remark =
             Diagnostic::warning(world_begin, format!("no {} before WorldBegin", names.join(", no ")))
-                .help(format!("the default is used: {}", defaults.join("; ")));
+                .help(format!("the default applies: {}", defaults.join("; ")));
         report.push(Diagnostic { severity, ..remark });
     }
 }
 
-/// lookat has one way to find shapes, so a misspelt accelerator is worth a word and no more.
+/// lookat has one accelerator, so a wrong name is only a warning.
 fn accelerator(given: Option<Given>, files: &Files, report: &mut Report) {
     let Some(given) = given else { return };
     let params = &mut Params::new("Accelerator", given.entity, files, report);

@@ -1,5 +1,5 @@
-//! The parameters of one directive. A constructor takes the values that it knows, with their defaults; `finish` warns
-//! about what is left.
+//! The parameters of one directive. A constructor takes its values and gives defaults; `finish` warns about unused
+//! ones.
 
 use std::collections::HashSet;
 
@@ -19,22 +19,22 @@ use crate::files::Files;
 use crate::report::Report;
 use crate::transform::LARGEST;
 
-/// The most samples of a light within a camera sample: about a hundredth of a second.
+/// The most light samples of a camera sample: about a hundredth of a second.
 const MOST_NESTED: i32 = 1 << 16;
 
 /// The most related places of one message.
 const MOST_RELATED: usize = 10;
 
-/// What a constructor may ask about: the parameters, and files.
+/// The parameters of a directive, with access to files and diagnostics.
 pub(crate) struct Params<'a> {
     /// The keyword of the directive, for messages.
     keyword: &'static str,
     /// The type of thing, such as `sphere`.
     kind: Text,
     params: Vec<Param>,
-    /// Names that were asked for, each with a type.
+    /// The names and types that the constructor has asked for.
     asked: Vec<(&'static str, ParamType)>,
-    /// Where the values that were taken stand, and their types.
+    /// The places and types of the values taken.
     places: Vec<(&'static str, Span, ParamType)>,
     failed: bool,
     rest_ignored: bool,
@@ -62,7 +62,7 @@ impl<'a> Params<'a> {
         params
     }
 
-    /// The type that the directive names.
+    /// The type named by the directive.
     pub fn kind(&self) -> &str {
         &self.kind.value
     }
@@ -87,10 +87,10 @@ impl<'a> Params<'a> {
             };
             let last = &self.params[*last].name;
             let warning = Diagnostic::warning(last.span, format!("\"{}\" is given {times}", last.value))
-                .note("this one counts");
+                .note("this one is used");
             let shown = earlier.iter().take(MOST_RELATED);
             self.report.push(shown.fold(warning, |warning, at| {
-                warning.related(self.params[*at].span(), "this one is dropped")
+                warning.related(self.params[*at].span(), "this one is ignored")
             }));
             dropped.extend(earlier.iter().copied());
         }
@@ -102,14 +102,14 @@ impl<'a> Params<'a> {
         self.params.iter().any(|param| param.name.value == name)
     }
 
-    /// Notes that a parameter may be given with a type.
+    /// Registers a parameter name with a type.
     pub fn ask(&mut self, name: &'static str, ty: ParamType) {
         if !self.asked.contains(&(name, ty)) {
             self.asked.push((name, ty));
         }
     }
 
-    /// Takes a parameter of one of the given types. pbrt-v3 does not see a parameter of another type.
+    /// Takes a parameter of one of the types. pbrt-v3 ignores a parameter of another type.
     fn take(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
         self.ask(name, types[0]);
         let index = self.params.iter().rposition(|p| p.name.value == name && types.contains(&p.ty))?;
@@ -118,16 +118,16 @@ impl<'a> Params<'a> {
         Some(param)
     }
 
-    /// Like `take`, and an error when there is not exactly one value.
+    /// Like `take`, and reports an error unless there is exactly one value.
     fn take_one(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
         let param = self.take(name, types)?;
-        // A list of wavelengths makes one spectrum.
+        // A list of wavelengths and values is one spectrum.
         if param.values.value.len() == 1 || param.ty == ParamType::Spectrum {
             return Some(param);
         }
         let message = format!("{name} takes 1 value, not {}", param.values.value.len());
         let has_comma = self.files.sources.text(param.values.span).contains(&b',');
-        let help = has_comma.then_some("the decimal point is a point");
+        let help = has_comma.then_some("write the decimal point as a point");
         self.reject(name, message, help);
         None
     }
@@ -178,7 +178,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// A string of a closed list, whose first is the default. pbrt-v3 warns about others and uses that.
+    /// A string from a closed list. The first is the default, which also replaces an unknown string, as in pbrt-v3.
     pub fn choice<'k>(&mut self, name: &'static str, known: &[&'k str]) -> &'k str {
         let Some(given) = self.string(name) else { return known[0] };
         if let Some(found) = known.iter().find(|known| **known == given.value) {
@@ -188,7 +188,7 @@ impl<'a> Params<'a> {
         known[0]
     }
 
-    /// An integer that there must be; `meaning` ends a sentence about it.
+    /// A required integer. `meaning` completes the sentence "\"integer name\" is ...".
     pub fn needed_integer(&mut self, name: &'static str, meaning: &str) -> Option<i32> {
         let value = self.integer(name, 0);
         if self.was_taken(name) {
@@ -199,10 +199,10 @@ impl<'a> Params<'a> {
         None
     }
 
-    /// A length or coordinate is one that can be computed with.
+    /// Reports lengths and coordinates outside the range of computation.
     pub fn check_range(&mut self, name: &'static str, values: &[f64]) {
         if let Some(beyond) = values.iter().find(|value| value.abs() > LARGEST) {
-            self.reject(name, format!("{name} of {beyond:e} is beyond {LARGEST:e}"), None);
+            self.reject(name, format!("{name} of {beyond:e} is too large; the limit is {LARGEST:e}"), None);
         }
     }
 
@@ -244,7 +244,7 @@ impl<'a> Params<'a> {
         match color {
             Ok(color) if color.abs().max_element() <= color::LARGEST => color,
             Ok(_) => {
-                self.reject(name, format!("{name} is a color beyond {:e}", color::LARGEST), None);
+                self.reject(name, format!("{name} is too bright; the limit is {:e}", color::LARGEST), None);
                 default
             }
             Err(error) => {
@@ -254,13 +254,13 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// pbrt-v3 makes a color that is not a number of 0 kelvin.
+    /// Reports temperatures without a color. In pbrt-v3, 0 kelvin gives NaN.
     fn check_blackbody(&mut self, name: &str, [kelvin, factor]: [f64; 2], color: Vec3) {
-        let help = "\"blackbody\" takes a temperature in kelvin, then a factor: [6500 1]";
+        let help = "\"blackbody\" takes a temperature in kelvin and a factor: [6500 1]";
         if kelvin <= 0.0 {
-            self.reject(name, "a black body has a temperature above 0 kelvin", Some(help));
+            self.reject(name, "the temperature of a blackbody must be above 0 kelvin", Some(help));
         } else if color == Vec3::ZERO && factor != 0.0 {
-            self.warn(name, "a black body of this temperature gives no visible light", help);
+            self.warn(name, "a blackbody of this temperature emits no visible light", help);
         }
     }
 
@@ -273,18 +273,18 @@ impl<'a> Params<'a> {
         given
     }
 
-    /// How many samples a parameter asks for within each camera sample, no more than can be waited for.
+    /// The number of samples within each camera sample, limited to `MOST_NESTED`.
     pub fn nested_samples(&mut self, name: &'static str, default: i32) -> i32 {
         let count = self.integer(name, default);
         if count > MOST_NESTED {
-            let message = format!("{name} counts as {MOST_NESTED}");
-            let help = "a camera sample is not broken off; more samples per pixel do the same";
+            let message = format!("{name} is limited to {MOST_NESTED}");
+            let help = "more samples per pixel have the same effect";
             self.note(name, &message, help);
         }
         count.min(MOST_NESTED)
     }
 
-    /// The name of a texture, where the parameter names one.
+    /// The texture name of a parameter of type texture.
     pub fn texture(&mut self, name: &'static str) -> Option<Text> {
         match self.take_one(name, &[ParamType::Texture]).map(|p| p.values.value) {
             Some(Values::Strings(mut values)) => values.pop(),
@@ -292,7 +292,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// The bytes of a file that a parameter names. `None`, and an error, where it cannot be read.
+    /// The bytes of a file named by a parameter. Reports an unreadable file and returns `None`.
     pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Vec<u8>)> {
         let found = self.files.read_named(&name.value, name.span);
         let (path, bytes) = found.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
@@ -315,7 +315,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// A file that a parameter names, to be read piece by piece. `None`, and an error, where it cannot be opened.
+    /// Opens a file named by a parameter. Reports a file that it cannot open and returns `None`.
     pub fn open(&mut self, name: &Text) -> Option<(PathBuf, Box<dyn Read>)> {
         let opened = self.files.open_named(&name.value, name.span);
         let (path, file) = opened.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
@@ -335,19 +335,19 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// Reports that a file cannot be read.
+    /// Reports an unreadable file.
     pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
         let unreadable = self.files.unreadable("read", name, path, error);
-        // Those without a name have nothing else in common.
+        // Empty names are separate mistakes.
         if name.value.is_empty() { self.error(unreadable) } else { self.error_surely(unreadable) }
     }
 
-    /// The path at which [`Params::file`] looks first: the same for names that mean the same file.
+    /// The first path that [`Params::file`] tries. It is equal for names of the same file.
     pub fn first_path(&self, name: &Text) -> PathBuf {
         self.files.beside(&name.value, name.span)
     }
 
-    /// Where the value of a parameter that was taken stands; of one that was not given, the type of the directive.
+    /// The place of the value of a taken parameter; the place of the type if it was not given.
     pub fn place(&self, name: &str) -> Span {
         self.places
             .iter()
@@ -356,22 +356,22 @@ impl<'a> Params<'a> {
             .map_or(self.kind.span, |(_, span, _)| *span)
     }
 
-    /// Whether a parameter was given and taken.
+    /// True if a parameter was given and taken.
     pub fn was_taken(&self, name: &str) -> bool {
         self.places.iter().any(|(taken, ..)| *taken == name)
     }
 
-    /// Whether a parameter was given as red, green and blue.
+    /// True if a parameter was given as red, green and blue.
     pub fn was_rgb(&self, name: &str) -> bool {
         self.places.iter().any(|(taken, _, ty)| *taken == name && *ty == ParamType::Rgb)
     }
 
-    /// Where one number of a list that was taken stands.
+    /// The place of one number in a taken list.
     pub fn value_place(&self, name: &str, index: usize) -> Span {
         self.files.sources.value_span(self.place(name), index)
     }
 
-    /// Reports an error, unless it may come of a part that could not be read; the directive makes nothing.
+    /// Reports an error and rejects the directive. Stays silent if an unreadable part may cause the error.
     pub fn error(&mut self, diagnostic: Diagnostic) {
         if !self.report.partial {
             self.report.push(diagnostic);
@@ -379,7 +379,7 @@ impl<'a> Params<'a> {
         self.failed = true;
     }
 
-    /// Reports an error that no other part of the directive could mend.
+    /// Reports an error that does not depend on other parts of the directive.
     pub fn error_surely(&mut self, diagnostic: Diagnostic) {
         self.report.push(diagnostic);
         self.failed = true;
@@ -410,18 +410,18 @@ impl<'a> Params<'a> {
         None
     }
 
-    /// Reports that the value of a parameter has no meaning.
+    /// Reports an invalid value of a parameter.
     pub fn reject(&mut self, name: &str, message: impl Into<String>, help: Option<&str>) {
         let mut error = Diagnostic::error(self.place(name), message);
         error.help = help.map(str::to_owned);
-        // What shapes do not take is mostly a matter of several parameters.
+        // The validity of shapes depends on several parameters.
         match self.was_taken(name) && self.keyword != "Shape" {
             true => self.error_surely(error),
             false => self.error(error),
         }
     }
 
-    /// Reports that what the caller asks for does not fit.
+    /// Reports that the caller's overrides do not fit.
     pub fn misfit(&mut self, message: String) {
         self.report.misfit = Some(message);
     }
@@ -433,7 +433,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// Warns about the value of a parameter, unless that may come of a part that could not be read.
+    /// Warns about the value of a parameter, unless an unreadable part may cause it.
     pub fn warn(&mut self, name: &str, message: &str, help: &str) {
         self.remark(Severity::Warning, name, message, help);
     }
@@ -460,14 +460,14 @@ impl<'a> Params<'a> {
         self.report.push(Diagnostic::note_at(self.kind.span, message).help(help));
     }
 
-    /// The error for a type that pbrt-v3 does not have.
+    /// Reports an unknown type and returns `None`.
     pub fn unknown_kind<T>(&mut self, known: &[&str]) -> Option<T> {
         self.failed = true;
         self.say_unknown_kind(known, Severity::Error);
         None
     }
 
-    /// Reads what the rest does without, should it be rejected.
+    /// Reads optional parts: rejecting one does not reject the directive.
     pub fn dispensable<T>(&mut self, read: impl FnOnce(&mut Self) -> T) -> T {
         let failed = self.failed;
         let value = read(self);
@@ -475,23 +475,23 @@ impl<'a> Params<'a> {
         value
     }
 
-    /// Whether nothing has been rejected so far.
+    /// True if nothing was rejected so far.
     pub fn usable(&self) -> bool {
         !self.failed
     }
 
-    /// Whether it may be the parameter that could not be read.
+    /// True if the unreadable parameter may be this one.
     pub fn may_lack(&self, name: &str) -> bool {
         self.report.partial && !self.was_taken(name)
     }
 
-    /// Leaves the remaining parameters unread, without a word: those of a feature that is not rendered.
+    /// Ignores the remaining parameters without a warning, for unsupported features.
     pub fn ignore_rest(&mut self) {
         self.params.clear();
         self.rest_ignored = true;
     }
 
-    /// The parameters that nobody has asked for.
+    /// Takes the parameters that the constructor has not asked for.
     pub fn take_rest(&mut self) -> Vec<Param> {
         let asked = &self.asked;
         let (known, rest) = std::mem::take(&mut self.params)
@@ -501,12 +501,12 @@ impl<'a> Params<'a> {
         rest
     }
 
-    /// Gives back what `take_rest` took.
+    /// Puts back parameters from `take_rest`.
     pub fn put_back(&mut self, params: Vec<Param>) {
         self.params.extend(params);
     }
 
-    /// The names that were asked for so far.
+    /// The names asked for so far.
     pub fn asked(&self) -> Vec<&'static str> {
         let mut names: Vec<&'static str> = Vec::new();
         for (name, _) in &self.asked {
@@ -517,12 +517,12 @@ impl<'a> Params<'a> {
         names
     }
 
-    /// The names and types that were asked for; none where the rest is ignored, whatever it is.
+    /// The names and types asked for. `None` if the rest is ignored.
     pub fn known(&self) -> Option<Vec<(&'static str, ParamType)>> {
         (!self.rest_ignored).then(|| self.asked.clone())
     }
 
-    /// Warns about parameters that are left. Whether the constructor's result is to be used.
+    /// Warns about unused parameters. True if the result of the constructor is usable.
     pub fn finish(&mut self) -> bool {
         for param in std::mem::take(&mut self.params) {
             let warning = self.left_over(&param);
@@ -531,13 +531,13 @@ impl<'a> Params<'a> {
         !self.failed && !self.report.partial
     }
 
-    /// The types that a parameter was asked for with.
+    /// The types asked for under a name.
     fn types(&self, name: &str) -> impl Iterator<Item = ParamType> {
         self.asked.iter().filter(move |(asked, _)| *asked == name).map(|(_, ty)| *ty)
     }
 }
 
-/// Types that replace each other: all that give colors do.
+/// The class of interchangeable types: all color types are one class.
 pub(crate) fn class(ty: ParamType) -> ParamType {
     if SPECTRUM_TYPES.contains(&ty) { ParamType::Spectrum } else { ty }
 }

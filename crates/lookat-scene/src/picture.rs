@@ -1,4 +1,4 @@
-//! The pictures that lights and textures show. Each is decoded once for the same settings.
+//! The pictures of lights and textures. Each is decoded once for each settings.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -11,40 +11,40 @@ use lookat_syntax::{Diagnostic, Text};
 use crate::color::{LARGEST, LUMINANCE};
 use crate::params::Params;
 
-/// How a picture is read.
+/// The settings for decoding a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Settings {
     pub wrap: Wrap,
-    /// Its values are on the sRGB curve, and are to be linear.
+    /// True to convert from sRGB to linear.
     pub gamma: bool,
-    /// A factor of the linear values.
+    /// The factor on the linear values.
     pub scale: f32,
-    /// The first row is the bottom one, as texture coordinates have it.
+    /// True if the first row is the bottom row, as in texture coordinates.
     pub bottom_up: bool,
-    /// Values below 0 are 0: the picture is of light.
+    /// True to clamp negative values to 0, for pictures of light.
     pub not_negative: bool,
 }
 
 /// The pictures of a scene so far.
 #[derive(Default)]
 pub(crate) struct Pictures {
-    /// As colors.
+    /// Color pictures.
     pub colors: Cache<Vec3>,
-    /// As single numbers.
+    /// Pictures of single numbers.
     pub numbers: Cache<f32>,
 }
 
-/// Pictures as texels of one type.
+/// Pictures with one texel type.
 pub(crate) struct Cache<T> {
-    /// The file that was found for the path that a name was first tried at.
+    /// The file found for the first path tried.
     found: HashMap<PathBuf, PathBuf>,
     known: HashMap<Key, Made<T>>,
 }
 
-/// A picture, or why there is none, and a way out.
+/// A picture, or an error message and help.
 type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
 
-/// The file and its settings, those that are not compared by `Eq` as bits.
+/// The file and its settings. Floats are stored as bits, for comparison.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 struct Key {
     path: PathBuf,
@@ -61,9 +61,9 @@ impl<T> Default for Cache<T> {
     }
 }
 
-/// What a texel becomes.
+/// Converts a color to a texel.
 pub(crate) trait FromColor: Texel {
-    /// From the values of the file.
+    /// Converts a color of the file.
     fn from_color(color: Vec3, settings: &Settings) -> Self;
 }
 
@@ -74,7 +74,7 @@ impl FromColor for Vec3 {
 }
 
 impl FromColor for f32 {
-    /// Of the luminance, which pbrt-v3 takes before the curve.
+    /// The luminance, which pbrt-v3 computes before the sRGB conversion.
     fn from_color(color: Vec3, settings: &Settings) -> Self {
         settle(color.dot(LUMINANCE.as_vec3()), settings)
     }
@@ -88,7 +88,7 @@ fn settle(value: f32, settings: &Settings) -> f32 {
 }
 
 impl<T: FromColor> Cache<T> {
-    /// The picture that the value of the parameter `name` names. `None`, and an error there, where there is none.
+    /// The picture named by the parameter `name`. Reports an error and returns `None` without one.
     pub fn get(
         &mut self,
         params: &mut Params,
@@ -138,7 +138,7 @@ impl<T: FromColor> Cache<T> {
         bytes: &[u8],
         settings: &Settings,
     ) -> Made<T> {
-        // As a message may show it.
+        // Escaped for messages.
         let shown = PathBuf::from(path.display().to_string().escape_debug().to_string());
         let memory = params.memory();
         let image = PictureFile::of_bytes(&shown, bytes).and_then(|file| file.read(memory));
@@ -153,7 +153,7 @@ impl<T: FromColor> Cache<T> {
         })?;
         let planes = image.rgb_planes().ok_or_else(|| {
             let message =
-                format!("cannot use {}: it has neither red, green and blue nor grey", shown.display());
+                format!("cannot use {}: it has no red, green and blue, and no grey", shown.display());
             (message, HELP.into())
         })?;
         if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| *value < 0.0)) {
@@ -162,10 +162,10 @@ impl<T: FromColor> Cache<T> {
         }
         let (texels, is_finite) = texels(planes, width as usize, settings);
         if !is_finite {
-            let message = "the picture has values that are infinite or no numbers; they count as 0";
-            params.warn(name, message, "a renderer wrote them where it failed; replace them in the picture");
+            let message = "the picture contains infinite or NaN values; they are used as 0";
+            params.warn(name, message, "render the picture again, or replace these pixels");
         }
-        // Large pictures are not held longer than they must.
+        // Frees the memory of a large picture early.
         drop(image);
         Ok(Arc::new(MipMap::new(width as usize, height as usize, texels, settings.wrap)))
     }
@@ -189,7 +189,7 @@ fn warn_of_format(params: &mut Params, name: &str, path: &Path, instead: &str) {
     params.warn(name, &message, "convert it to .exr, which both read");
 }
 
-/// The way out where a picture cannot be decoded.
+/// The help for a picture that cannot be decoded.
 fn help(error: &ImageError) -> String {
     match error {
         ImageError::NotThatFormat { format: Some(ending), .. } => {
@@ -200,13 +200,13 @@ fn help(error: &ImageError) -> String {
     }
 }
 
-/// The way out where a picture is too large.
+/// The help for a picture that is too large.
 const SMALLER: &str = "make the picture smaller; sides that are powers of two take the least memory";
 
 const HELP: &str = "save the picture again, as exr with ZIP compression or as png";
 
-/// The texels of red, green and blue, in rows of so many. What is infinite or no number counts as 0; and whether all is
-/// finite.
+/// The texels of red, green and blue in rows of length `row`, and true if all values are finite. Infinities and NaN
+/// become 0.
 fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &Settings) -> (Vec<T>, bool) {
     let (mut texels, mut is_finite) = (Vec::with_capacity(planes[0].len()), true);
     let mut convert = |color: Vec3| {
@@ -232,7 +232,7 @@ mod tests {
         Settings { wrap: Wrap::Repeat, gamma, scale, bottom_up: true, not_negative: false }
     }
 
-    /// pbrt-v3 takes a number from a color by its luminance, and that from the curve, in this order.
+    /// pbrt-v3 converts a color to its luminance first, then from sRGB to linear.
     #[test]
     fn numbers_are_luminances() {
         let color = Vec3::new(1.0, 0.0, 0.0);

@@ -1,10 +1,9 @@
-//! Triangle meshes in the PLY format, read as the shape `plymesh` of pbrt-v3 reads them.
+//! Triangle meshes in the PLY format, as read by the shape `plymesh` of pbrt-v3.
 //!
-//! A PLY file is a text header that names elements and their properties, and a body with their values in text
-//! or binary. Only `vertex` and `face` matter here; whatever else the header announces is stepped over.
+//! A PLY file has a text header that declares elements and their properties, and a body with their values in text or
+//! binary. This module reads `vertex` and `face`, and skips other elements.
 //!
-//! Files come from anywhere, so nothing is taken on trust: memory grows with the bytes that are there, not with the
-//! counts that the header promises.
+//! Files are untrusted: memory grows with the bytes in the file, not with the counts in the header.
 
 mod body;
 mod header;
@@ -20,10 +19,10 @@ use lookat_image::MemoryBudget;
 use header::{Element, Format, Header};
 use stream::Stream;
 
-/// The most bytes that a compressed file may unpack to.
+/// The largest unpacked size of a compressed file, in bytes.
 const INFLATED_LIMIT: u64 = 4 << 30;
 
-/// A triangle mesh in the space of its file.
+/// A triangle mesh in the space of the file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlyMesh {
     /// One position per vertex, all finite.
@@ -34,14 +33,14 @@ pub struct PlyMesh {
     pub uvs: Vec<[f64; 2]>,
     /// Three indices into `positions` per triangle, all in range. Empty if no face is a triangle or a quad.
     pub indices: Vec<i32>,
-    /// How many faces are neither triangles nor quads. They are left out, as in pbrt-v3.
+    /// The number of faces without 3 or 4 corners. They are skipped, as in pbrt-v3.
     pub other_faces: usize,
-    /// Whether the file goes on after what its header counts. That is left out, as in pbrt-v3.
+    /// True if the file has more data than its header declares. The rest is ignored, as in pbrt-v3.
     pub goes_on: bool,
 }
 
-/// Why a PLY file cannot be read, in words for its user. Vertices, faces and bytes are counted from 0, as in
-/// the file, and lines from 1, as in editors.
+/// The reason why a PLY file is unreadable, as a message. It counts vertices, faces and bytes from 0, as in the file,
+/// and lines from 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PlyError(pub String);
 
@@ -53,15 +52,15 @@ impl fmt::Display for PlyError {
 
 impl std::error::Error for PlyError {}
 
-/// Reads the mesh from a PLY file, piece by piece: ascii or binary in either byte order, plain or gzipped.
+/// Streams a mesh from a PLY file: ascii or binary in either byte order, plain or gzipped.
 ///
-/// Quads become two triangles. Normals and texture coordinates are read if all their properties are there.
-/// It is an error if the file is malformed or cut short, has no vertices or no faces, refers to a vertex that does not
-/// exist, or has a value that is not finite.
+/// A quad becomes two triangles. Normals and texture coordinates are read if all their properties exist. A malformed
+/// or truncated file is an error, and so are a file without vertices or faces, an index out of range, and a value
+/// that is not finite.
 ///
 /// # Errors
 ///
-/// Those of `file`.
+/// The errors of `file`.
 pub fn read(mut file: impl Read, memory: &MemoryBudget) -> io::Result<Result<PlyMesh, PlyError>> {
     let mut magic = Vec::new();
     file.by_ref().take(2).read_to_end(&mut magic)?;
@@ -75,11 +74,11 @@ pub fn read(mut file: impl Read, memory: &MemoryBudget) -> io::Result<Result<Ply
     stream.error().map_or(Ok(mesh), Err)
 }
 
-/// Reads gzip data. The size that the data claims for itself is not looked at: it may be wrong.
+/// Reads gzip data. Ignores the declared size, which may be wrong.
 fn read_zipped(file: impl Read, limit: u64, memory: &MemoryBudget) -> Result<PlyMesh, PlyError> {
     let mut stream = Stream::new(MultiGzDecoder::new(file).take(limit + 1));
     let mesh = read_stream(&mut stream, memory);
-    // The check sum is at the end.
+    // The checksum is at the end.
     let size = stream.skip_all();
     if let Some(error) = stream.error() {
         return Err(PlyError(format!("the gzip data is damaged or cut short ({error})")));
@@ -93,7 +92,7 @@ fn read_zipped(file: impl Read, limit: u64, memory: &MemoryBudget) -> Result<Ply
 fn read_stream(stream: &mut Stream<impl Read>, memory: &MemoryBudget) -> Result<PlyMesh, PlyError> {
     let header = header::parse(stream)?;
     let mesh = read_body(&header, stream, memory).map_err(|error| {
-        // What the file cannot hold explains everything else.
+        // A count that does not fit the file explains other errors.
         let available = stream.skip_all() - header.size;
         header
             .elements
@@ -135,9 +134,9 @@ fn most_bytes(element: &Element) -> u64 {
     element.count.saturating_mul(row)
 }
 
-/// The error for a count that the file cannot hold, or that is too large.
+/// The error for a count that does not fit the file or is too large.
 fn broken_promise(header: &Header, element: &Element, available: u64) -> Option<PlyError> {
-    // The last value of a text needs no space after it, hence the extra byte.
+    // The extra byte: the last value of a text needs no space after it.
     let (size, room) = match header.format {
         Format::Ascii => (2 * element.properties.len(), available + 1),
         _ => (element.binary_size(), available),
@@ -149,14 +148,14 @@ fn broken_promise(header: &Header, element: &Element, available: u64) -> Option<
     too_many(element)
 }
 
-/// The error for more vertices than there are indices.
+/// The error for more vertices than indices can address.
 fn too_many(element: &Element) -> Option<PlyError> {
     let most = i32::MAX;
     (element.name == "vertex" && element.count > most as u64)
         .then(|| PlyError(format!("{}, but at most {most} can be indexed", element.promise())))
 }
 
-/// A word of the file for an error message: short and printable whatever it is.
+/// A word of the file for an error message, shortened and printable.
 fn quote(word: &[u8]) -> String {
     let (shown, dots) = if word.len() > 32 { (&word[..32], "...") } else { (word, "") };
     format!("`{}{dots}`", String::from_utf8_lossy(shown).escape_debug())

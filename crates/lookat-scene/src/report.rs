@@ -1,4 +1,4 @@
-//! Collects what is wrong while a scene is resolved.
+//! Collects diagnostics while a scene is resolved.
 
 use std::collections::{HashMap, HashSet};
 
@@ -16,15 +16,16 @@ pub(crate) struct Report {
     /// Places of all diagnostics together.
     places: usize,
     elsewhere: Elsewhere,
-    /// What only pbrt-v4 has.
+    /// Places of pbrt-v4 features.
     v4_marks: Vec<Span>,
-    /// A file could not be included: what it defines is missing, which is no other mistake.
+    /// True if an included file is missing. Its definitions are then missing too, which is not another error.
     pub incomplete: bool,
-    /// The last directive of a file could not be read: what should follow it may be part of it.
+    /// True if the last directive of a file is incomplete and may have swallowed the text after it.
     pub incomplete_end: bool,
-    /// Why what the caller asks for does not fit this scene.
+    /// The reason why the caller's overrides do not fit this scene.
     pub misfit: Option<String>,
-    /// A part of the directive could not be read: of its parameters only what holds whatever that was is told.
+    /// True if a part of the current directive is unreadable. Then only problems that do not depend on this part are
+    /// reported.
     pub partial: bool,
 }
 
@@ -43,12 +44,12 @@ impl Report {
         diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 
-    /// Keeps the place where a name is defined.
+    /// Stores the place of a definition.
     pub fn define(&mut self, kind: Kind, name: &Text) {
         self.elsewhere.define(kind, name);
     }
 
-    /// The error for a name that is not defined where it is used. Where else it is defined is told in the end.
+    /// Adds the error for an undefined name. `finish` adds definitions in other places.
     pub fn undefined(&mut self, kind: Kind, name: &Text, error: Diagnostic) {
         self.places += 1;
         self.elsewhere.undefined(kind, name, self.diagnostics.len());
@@ -60,27 +61,27 @@ impl Report {
         self.push(Diagnostic::warning(span, message));
     }
 
-    /// Keeps places of what only pbrt-v4 has.
+    /// Stores places of pbrt-v4 features.
     pub fn v4_marks(&mut self, places: impl IntoIterator<Item = Span>) {
         self.v4_marks.extend(places);
     }
 
-    /// Whether this is a scene for pbrt-v4: one mark alone may be a slip.
+    /// True for a pbrt-v4 scene, which has at least two pbrt-v4 features: one alone may be a typing mistake.
     pub fn is_v4(&self, sources: &Sources) -> bool {
         self.v4_places(sources).len() > 1
     }
 
-    /// What only pbrt-v4 has, in the order in which the scene is read; what an Include repeats counts once.
+    /// The places of pbrt-v4 features in reading order, each once.
     fn v4_places(&self, sources: &Sources) -> Vec<Span> {
         in_reading_order(self.v4_marks.clone(), None, sources)
     }
 
-    /// Whether there is so much to tell that searching for advice is no longer worth the time.
+    /// True for so many diagnostics that searching for advice takes too long.
     pub fn is_long(&self) -> bool {
         self.places > 100
     }
 
-    /// Whether there is an error in front of a place of the same file.
+    /// True if the same file has an error before a place.
     pub fn has_errors_before(&self, at: Span) -> bool {
         let before = |span: Span| span.file == at.file && span.start < at.start;
         self.errors().any(|error| error.all_places().any(before))
@@ -103,7 +104,7 @@ impl Report {
         }
         let v4_places = self.v4_places(sources);
         if let [first, _, ..] = v4_places[..] {
-            // One thing is wrong with the scene, not as many as its file has marks.
+            // Report one problem instead of one for each feature.
             let told: HashSet<Span> =
                 v4_places.iter().copied().filter(|place| place.file == first.file).collect();
             self.diagnostics.retain(|diagnostic| !told.contains(&diagnostic.span()));
@@ -139,10 +140,10 @@ impl Problem {
     }
 }
 
-/// Of a scene for pbrt-v4 at most so many lines are named.
+/// The most lines named for a pbrt-v4 scene.
 const MOST_LINES: usize = 20;
 
-/// The diagnostic of a scene for another program: it stands for those of all its marks.
+/// The single diagnostic of a pbrt-v4 scene.
 fn v4_scene(marks: &[Span], sources: &Sources) -> Diagnostic {
     let (first, count) = (marks[0], marks.len());
     let here = marks.iter().filter(|mark| mark.file == first.file);
@@ -158,8 +159,8 @@ fn v4_scene(marks: &[Span], sources: &Sources) -> Diagnostic {
         lines => format!("; see lines {}", lines.join(", ")),
     };
     Diagnostic::error(first, "this is a pbrt-v4 scene; lookat reads the pbrt-v3 format")
-        .note(format!("the first of {count} things that only pbrt-v4 has{others}"))
-        .help("pbrt-v4 changed directives, types and parameters: look for a pbrt-v3 version of the scene")
+        .note(format!("the first of {count} pbrt-v4 features{others}"))
+        .help("pbrt-v4 changed directives, types and parameters: use a pbrt-v3 version of the scene")
 }
 
 /// Places in the order in which the scene is read, without the one to leave out. A place in a file that is included again

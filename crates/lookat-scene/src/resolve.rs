@@ -1,4 +1,4 @@
-//! The interpreter: every directive changes the state as api.cpp of pbrt-v3 has it, or adds to the scene.
+//! The interpreter: each directive changes the state, as in api.cpp of pbrt-v3, or adds to the scene.
 
 mod block;
 mod departures;
@@ -29,55 +29,55 @@ pub(crate) use block::home_block;
 use doubts::is_scaled;
 use transformation::{matrix, rotate, scale};
 
-/// Where a directive may stand.
+/// The block of a directive.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Block {
     Options,
     World,
-    /// After `WorldEnd`.
+    /// The file after `WorldEnd`.
     Ended,
 }
 
-/// Reads directives one by one; [`Resolver::finish`] gives the scene.
+/// Interprets directives in order. Call [`Resolver::finish`] for the scene.
 pub(crate) struct Resolver<'a> {
     pub files: Files<'a>,
     pub report: Report,
     overrides: &'a Overrides,
     block: Block,
     world_begin: Option<Span>,
-    /// The first directive of a file that is a part of a scene.
+    /// The first directive of a file that other scenes include.
     part: Option<Span>,
-    /// Directives of the world that stand before it: their keywords and places.
+    /// World directives before `WorldBegin`: keyword and place.
     early: Vec<(&'static str, Span)>,
-    /// How many there are, and what is said of some, if there are not too many others.
+    /// The number of rotations, and warnings about doubtful ones, which are reported if rotations are few.
     rotations: usize,
     doubted_rotations: Vec<Diagnostic>,
     state: GraphicsState,
     definitions: Definitions,
     open: Vec<Open>,
-    /// The first AttributeEnd inside the object that is open, of a block around it.
+    /// The first AttributeEnd in the open object that closes a block around the object.
     crossed: Option<Span>,
-    /// Directives that would close a block which a wrong one has closed already, or that was never opened.
+    /// Unmatched end directives, counted so that each is reported once.
     forgiven: HashMap<&'static str, usize>,
     coordinate_systems: HashMap<String, Transform>,
     options: Options,
     settled: Option<Settled>,
-    /// A transformation after `Camera`, which nothing has used yet.
+    /// A transformation after `Camera` that nothing has used yet.
     idle_transform: Option<Span>,
-    /// AreaLightSources that no shape has followed yet.
+    /// AreaLightSources without a following shape so far.
     idle_emissions: HashSet<Span>,
-    /// Objects that have no instance yet.
+    /// Objects without an instance so far.
     idle_objects: HashMap<String, Span>,
-    /// The first shape that all rays pass.
+    /// The first shape without a material, which rays pass through.
     passed: Option<Span>,
-    /// A Camera whose lengths are others in the world.
+    /// A Camera under a scale.
     scaled_camera: Option<Span>,
     /// The first shape with `shadowalpha`.
     shadow_alpha: Option<Span>,
     primitives: Vec<Primitive>,
     instances: Vec<Instance>,
     lights: Vec<Light>,
-    /// The object that is being defined.
+    /// The open object.
     object: Option<Object>,
     objects: BTreeMap<String, Arc<Object>>,
     media: BTreeSet<String>,
@@ -120,7 +120,7 @@ impl<'a> Resolver<'a> {
         }
     }
 
-    /// One directive. What is wrong with it is reported, and the next one goes on.
+    /// Interprets one directive. Reports its errors and continues.
     pub fn apply(&mut self, statement: Statement) {
         if !self.belongs_here(&statement) {
             return;
@@ -181,7 +181,7 @@ impl<'a> Resolver<'a> {
             }
             Directive::Texture { name, value, entity } => self.texture(name, value, entity),
             Directive::Entity(kind, entity) => self.entity(kind, entity, at)?,
-            // The loader has followed it.
+            // The loader follows includes.
             Directive::Include { .. } => {}
         }
         Ok(())
@@ -220,7 +220,7 @@ impl<'a> Resolver<'a> {
         Ok(())
     }
 
-    /// The scene, after the last directive of the scene file.
+    /// Returns the scene after the last directive of the scene file.
     pub fn finish(mut self, file: FileId) -> Loaded {
         let end = self.files.sources.file(file).text.len() as u32;
         let at = Span { file, start: end, end };
@@ -230,7 +230,7 @@ impl<'a> Resolver<'a> {
                 None => self.report_no_world(at),
             },
             Block::World => match self.part {
-                // Its blocks may end elsewhere.
+                // Its blocks may end in another file.
                 Some(first) => self.report_part(first, "Camera, Film and WorldBegin"),
                 None => {
                     self.report_no_end(at);
@@ -241,7 +241,7 @@ impl<'a> Resolver<'a> {
         }
         self.tell_doubted_rotations();
         self.tell_substituted_integrator();
-        // A shape or a light in error is one all the same.
+        // A shape or light with an error still counts as present.
         if !self.report.has_errors() {
             self.warn_of_all(at);
         }
@@ -267,7 +267,7 @@ impl<'a> Resolver<'a> {
 
     /// Names may be defined again, with the same effect as in pbrt-v3.
     fn note_again(&mut self, what: &str, name: &str, at: Span) {
-        let message = format!("{what} \"{name}\" is defined again; the new one counts from here");
+        let message = format!("{what} \"{name}\" is defined again: the new definition applies from here on");
         self.report.push(Diagnostic::note_at(at, message));
     }
 }

@@ -1,4 +1,4 @@
-//! `Sampler`: how samples are placed, and how many.
+//! `Sampler`: the sample pattern and the number of samples.
 
 use crate::overrides::Overrides;
 use crate::params::Params;
@@ -12,33 +12,33 @@ pub struct Sampler {
     pub samples_per_pixel: u32,
 }
 
-/// Patterns of samples.
+/// The sample pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SamplerKind {
-    /// Independent. Default 4 samples.
+    /// Independent uniform samples. Default 4 samples.
     Random,
-    /// One in each cell of a grid over each pair of dimensions. Default 4 x 4.
+    /// One sample in each cell of a grid over each pair of dimensions. Default 4 x 4.
     Stratified {
-        /// Cells across and down, at least 1.
+        /// The cells along x and y, at least 1.
         cells: [u32; 2],
-        /// At random in the cell, else at its centre. Default true.
+        /// If true, a random point in the cell; if false, its center. Default true.
         jitter: bool,
     },
-    /// Halton's sequence, Owen-scrambled by pixel. pbrt-v3's default sampler, 16 samples.
+    /// The Halton sequence, Owen-scrambled per pixel. The default sampler of pbrt-v3, with 16 samples.
     Halton {
-        /// All camera rays pass through the centre of the pixel. Default false.
+        /// If true, all camera rays pass through the pixel center. Default false.
         pixel_center: bool,
     },
-    /// Sobol's sequence, Owen-scrambled by pixel. Default 16 samples.
+    /// The Sobol' sequence, Owen-scrambled per pixel. Default 16 samples.
     Sobol,
 }
 
 impl Sampler {
-    /// What pbrt-v3 uses where there is no Sampler.
+    /// The sampler of pbrt-v3 without a Sampler directive.
     pub(crate) const PBRT_DEFAULT: Sampler =
         Sampler { kind: SamplerKind::Halton { pixel_center: false }, samples_per_pixel: 16 };
 
-    /// The same sampler with what it leaves to chance: a stratified one jitters.
+    /// The same sampler with jitter.
     pub fn jittered(self) -> Sampler {
         let kind = match self.kind {
             SamplerKind::Stratified { cells, .. } => SamplerKind::Stratified { cells, jitter: true },
@@ -47,9 +47,9 @@ impl Sampler {
         Sampler { kind, ..self }
     }
 
-    /// The same sampler with another number of samples, at least 1. The cells of a stratified one become the grid nearest
-    /// to a square that has as many; where that is more than twice as wide as high, and jitters, one nearer to a square that
-    /// has a few more.
+    /// The same sampler with another number of samples, at least 1. A stratified sampler uses the grid of that size
+    /// nearest to a square. If that grid is more than twice as wide as high, a jittered sampler uses a slightly
+    /// larger one.
     pub fn with_samples(self, samples_per_pixel: u32) -> Sampler {
         let kind = match self.kind {
             SamplerKind::Stratified { jitter, .. } => {
@@ -61,7 +61,8 @@ impl Sampler {
     }
 }
 
-/// Cells across and down for so many samples. Without jitter some may not be left out: it would always be the same.
+/// The cells along x and y for a number of samples. Without jitter every cell is needed, because a missing one would
+/// be missing in every pixel.
 fn grid(samples: u32, jitter: bool) -> [u32; 2] {
     let root = samples.isqrt();
     let down = (1..=root).rev().find(|down| samples.is_multiple_of(*down)).unwrap_or(1);
@@ -85,9 +86,9 @@ pub(crate) fn sampler(params: &mut Params, overrides: &Overrides) -> Option<Samp
         }
         "sobol" => (SamplerKind::Sobol, pixel_samples(params, 16)),
         "02sequence" | "lowdiscrepancy" | "maxmindist" => {
-            let message = format!("Sampler \"{}\" is rendered with \"sobol\"", params.kind());
+            let message = format!("lookat renders Sampler \"{}\" with \"sobol\"", params.kind());
             params.replaced(message, "the picture is the same apart from its noise");
-            // How many dimensions are not left to chance: all of them here.
+            // The number of stratified dimensions in pbrt-v3. Here all are.
             params.integer("dimensions", 4);
             (SamplerKind::Sobol, pixel_samples(params, 16))
         }
@@ -115,12 +116,12 @@ fn stratified(params: &mut Params) -> (SamplerKind, u32) {
     params.integer("dimensions", 4);
     let samples = cells[0].checked_mul(cells[1]).filter(|samples| *samples <= i32::MAX as u32);
     if samples.is_none() {
-        params.reject("xsamples", "xsamples times ysamples is at most 2147483647", None);
+        params.reject("xsamples", "xsamples times ysamples must be at most 2147483647", None);
     }
     (SamplerKind::Stratified { cells, jitter }, samples.unwrap_or(1))
 }
 
-/// The sampler with the number of samples that the command line asks for.
+/// The sampler with the caller's number of samples.
 fn overridden(sampler: Sampler, overrides: &Overrides) -> Sampler {
     let samples = overrides.samples_per_pixel.or(overrides.quick.then_some(1));
     samples.map_or(sampler, |samples| sampler.with_samples(samples))

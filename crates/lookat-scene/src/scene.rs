@@ -1,80 +1,80 @@
-//! What a scene is once every name, default, unit and transformation is settled.
+//! The resolved scene.
 
 use std::sync::Arc;
 
 use crate::{Camera, Cutout, Film, Filter, Integrator, Light, Material, Sampler, Shape, Transform};
 
-/// A scene, ready to render. Lengths are in world units, but those of quadrics and curves in object space; angles are in
-/// radians, where a field does not say degrees; colors are linear RGB, transformations `f64`. There is nothing left to look
-/// up and nothing that can fail.
+/// A scene, ready to render. Lengths are in world units, except for quadrics and curves, which are in object space.
+/// Angles are in radians unless a field says degrees. Colors are linear RGB; transformations are `f64`. Nothing is
+/// left to look up, and nothing can fail.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// How it is viewed.
+    /// The camera.
     pub camera: Camera,
-    /// The size of the picture and where it goes.
+    /// The size and the file of the picture.
     pub film: Film,
-    /// How samples are weighed into pixels.
+    /// The reconstruction filter.
     pub filter: Filter,
-    /// How samples are placed, and how many.
+    /// The sampler and its number of samples.
     pub sampler: Sampler,
-    /// How light is computed.
+    /// The light transport algorithm.
     pub integrator: Integrator,
     /// The shapes of the world.
     pub primitives: Vec<Primitive>,
-    /// The copies of objects in the world.
+    /// The object instances of the world.
     pub instances: Vec<Instance>,
-    /// The lights without a shape; shapes that emit carry their emission themselves.
+    /// The lights without a shape. An emissive shape stores its own emission.
     pub lights: Vec<Light>,
 }
 
-/// A shape with what it is made of. Its coordinates are those of the world, or of the object that it is part of.
+/// A shape with its material and emission. Its space is the world, or the object that contains it.
 #[derive(Debug, Clone)]
 pub struct Primitive {
-    /// Its form and place.
+    /// The shape.
     pub shape: Shape,
-    /// `ReverseOrientation` was on: normals point the other way.
+    /// True under `ReverseOrientation`: normals are flipped.
     pub reverse_orientation: bool,
-    /// The transformation from the shape's own space mirrors.
+    /// True if the transformation from object space swaps handedness.
     pub mirrored: bool,
-    /// What it is made of.
+    /// The material.
     pub material: Arc<Material>,
-    /// Where it has holes; meshes alone have any.
+    /// The alpha mask. Only meshes have one.
     pub cutout: Option<Cutout>,
-    /// The light that it emits, if any.
+    /// The emitted light.
     pub emission: Option<Emission>,
 }
 
-/// Light from a surface: `AreaLightSource "diffuse"`, the same radiance in all directions.
+/// The emission of an area light: `AreaLightSource "diffuse"`, with equal radiance in all directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Emission {
     /// Emitted radiance, linear RGB (parameters `L` times `scale`).
     pub radiance: glam::Vec3,
-    /// Both sides emit. Default: only the side that the normal points to.
+    /// True if both sides emit. Default: only the side of the normal emits.
     pub two_sided: bool,
-    /// Samples of direct light per camera sample, for the direct lighting integrator. Default 1.
+    /// Light samples per camera sample in the direct lighting integrator. Default 1.
     pub samples: u32,
 }
 
 impl Emission {
-    /// Whether it gives no light.
+    /// True without any light.
     pub(crate) fn is_black(&self) -> bool {
         self.radiance == glam::Vec3::ZERO
     }
 }
 
-/// The shapes between `ObjectBegin` and `ObjectEnd`. As in pbrt-v3, those that
-/// emit are seen to glow, but light nothing.
+/// The shapes between `ObjectBegin` and `ObjectEnd`. As in pbrt-v3, an emissive shape of an object is visible but is
+/// not a light source.
 #[derive(Debug, Clone, Default)]
 pub struct Object {
-    /// Its shapes, in the object's own space.
+    /// The shapes, in object space.
     pub primitives: Vec<Primitive>,
 }
 
-/// A copy of an object.
+/// An object instance.
 #[derive(Debug, Clone)]
 pub struct Instance {
-    /// What is copied.
+    /// The object.
     pub object: Arc<Object>,
-    /// Where it stands: the current transformation at `ObjectInstance`.
+    /// The current transformation at `ObjectInstance`.
     pub world_from_object: Transform,
 }

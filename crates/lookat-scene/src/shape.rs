@@ -1,4 +1,4 @@
-//! `Shape`: forms and their places.
+//! `Shape`: geometry and placement.
 
 mod cone;
 mod curve;
@@ -30,19 +30,19 @@ pub use hyperboloid::Hyperboloid;
 pub use paraboloid::Paraboloid;
 pub use sphere::Sphere;
 
-/// A form in its place.
+/// A placed shape.
 #[derive(Debug, Clone)]
 pub enum Shape {
-    /// A surface around the z axis of its object space.
+    /// A surface of revolution around the z axis of object space.
     Quadric(Box<Quadric>),
     /// Triangles.
     TriangleMesh(Arc<Mesh>),
-    /// A band along a curve.
+    /// A curve with a width.
     Curve(Box<Curve>),
 }
 
 impl Shape {
-    /// Whether it is a mesh without triangles.
+    /// True for a mesh without triangles.
     pub(crate) fn is_empty(&self) -> bool {
         matches!(self, Shape::TriangleMesh(mesh) if mesh.indices.is_empty())
     }
@@ -53,37 +53,37 @@ impl Shape {
     }
 }
 
-/// A surface around the z axis of object space, or a part of it.
+/// A quadric around the z axis of object space, or a part of one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quadric {
-    /// What is turned about the axis.
+    /// The form.
     pub form: QuadricForm,
-    /// Sweep about z from +x (of a hyperboloid, from its segment) towards +y, in radians, more than 0 and at most 2 pi
-    /// (`phimax`, default 360 degrees).
+    /// The sweep angle about z from +x toward +y, in radians, above 0 and at most 2 pi (`phimax`, default 360
+    /// degrees). A hyperboloid starts at its segment instead of +x.
     pub phi_max: f64,
-    /// Its place.
+    /// Its placement.
     pub world_from_object: Transform,
 }
 
-/// The form of a [`Quadric`]; lengths are those of object space.
+/// The form of a [`Quadric`], in object space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum QuadricForm {
-    /// All at one distance from the origin.
+    /// A sphere around the origin.
     Sphere(Sphere),
-    /// Flat, across the axis.
+    /// A disk or ring.
     Disk(Disk),
-    /// All at one distance from the axis.
+    /// A cylinder.
     Cylinder(Cylinder),
-    /// With its tip on the axis.
+    /// A cone.
     Cone(Cone),
-    /// A parabola turned about the axis.
+    /// A paraboloid.
     Paraboloid(Paraboloid),
-    /// A segment turned about the axis.
+    /// A hyperboloid.
     Hyperboloid(Hyperboloid),
 }
 
 impl Quadric {
-    /// The lowest and highest z, and the largest distance from the axis; in object space, whatever the sweep.
+    /// The lowest and highest z, and the largest distance from the axis, in object space, for a full sweep.
     pub fn extent(&self) -> (f64, f64, f64) {
         match self.form {
             QuadricForm::Sphere(Sphere { radius, .. }) => (-radius, radius, radius),
@@ -97,7 +97,7 @@ impl Quadric {
         }
     }
 
-    /// Two opposite corners of the box around it, in object space.
+    /// Two opposite corners of the bounding box in object space.
     pub fn corners(&self) -> (DVec3, DVec3) {
         let (low, high, radius) = self.extent();
         (DVec3::new(-radius, -radius, low), DVec3::new(radius, radius, high))

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use lookat_syntax::{FileId, Span, value_span};
 
-/// All files of a scene, in the order in which they were read. A file that is included twice is listed twice.
+/// The text files of a scene in reading order. A file that is included twice appears twice.
 #[derive(Debug, Default)]
 pub struct Sources {
     /// The files; a [`FileId`] is an index into them.
@@ -15,13 +15,13 @@ pub struct Sources {
 /// One file.
 #[derive(Debug)]
 pub struct Source {
-    /// Its path, as it was opened.
+    /// The path used to open it.
     pub path: PathBuf,
-    /// What it holds.
+    /// Its contents.
     pub text: Arc<Vec<u8>>,
-    /// The `Include` that named it; none for the scene file itself.
+    /// The `Include` that names it; `None` for the scene file.
     pub included_at: Option<Span>,
-    /// Where its lines start, once somebody has asked.
+    /// The starts of its lines, computed on first use.
     line_starts: OnceLock<Vec<usize>>,
     /// Characters before each [`BLOCK`] of bytes, once somebody has asked: a line may be megabytes long.
     characters: OnceLock<Vec<usize>>,
@@ -57,7 +57,7 @@ impl Source {
     }
 }
 
-/// A place as people read it.
+/// A place for people to read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Location<'a> {
     /// The file.
@@ -74,12 +74,12 @@ impl Sources {
         &self.files[id.0 as usize]
     }
 
-    /// The line that a span begins in, from 1.
+    /// The line of the start of a span, from 1.
     pub(crate) fn line(&self, span: Span) -> usize {
         self.file(span.file).line_starts().partition_point(|start| *start <= span.start as usize)
     }
 
-    /// Line and column of the first byte of a span.
+    /// The line and column of the start of a span.
     pub fn location(&self, span: Span) -> Location<'_> {
         let (source, line) = (self.file(span.file), self.line(span));
         let at = (span.start as usize).min(source.text.len());
@@ -90,17 +90,17 @@ impl Sources {
         Location { path: &source.path, line, column }
     }
 
-    /// What stands there.
+    /// The bytes of a span.
     pub(crate) fn text(&self, span: Span) -> &[u8] {
         self.file(span.file).text.get(span.start as usize..span.end as usize).unwrap_or_default()
     }
 
-    /// The place of one number or string of a list of values.
+    /// The place of one value in a list.
     pub(crate) fn value_span(&self, list: Span, index: usize) -> Span {
         value_span(&self.file(list.file).text, list, index)
     }
 
-    /// Sorts in the order in which the scene is read: a place in an included file comes at its `Include`.
+    /// The sort key of reading order: a place in an included file sorts at its `Include`.
     pub(crate) fn reading_order(&self, span: Span) -> Vec<u32> {
         let mut key = vec![span.start];
         let mut at = self.file(span.file).included_at;

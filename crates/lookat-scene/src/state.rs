@@ -1,4 +1,4 @@
-//! The state that directives change: what pbrt-v3's api.cpp keeps in globals.
+//! The graphics state: the globals of pbrt-v3's api.cpp.
 
 use std::rc::Rc;
 use std::sync::Arc;
@@ -10,20 +10,20 @@ use crate::params::class;
 use crate::texture::Textures;
 use crate::{Emission, Material, Transform};
 
-/// What `AttributeBegin` saves and `AttributeEnd` restores.
+/// The state that `AttributeBegin` saves and `AttributeEnd` restores.
 #[derive(Clone)]
 pub(crate) struct GraphicsState {
-    /// pbrt's current transformation matrix.
+    /// The current transformation matrix (CTM).
     pub ctm: Transform,
-    /// Transformations of the start time are being set, so they count: nothing moves.
+    /// True if transformations apply to the start time. There is no motion, so only these count.
     pub at_start: bool,
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
-    /// With the place of its AreaLightSource.
+    /// The emission, with the place of its AreaLightSource.
     pub emission: Option<Spanned<Emission>>,
 }
 
-/// What directives have given a name to.
+/// The named definitions.
 #[derive(Default)]
 pub(crate) struct Definitions {
     pub materials: Names<Rc<MaterialInstance>>,
@@ -37,7 +37,7 @@ impl Definitions {
     }
 }
 
-/// The state at the beginning of a block.
+/// The state at the start of a block.
 pub(crate) struct Saved {
     state: GraphicsState,
     definitions: [usize; 3],
@@ -56,17 +56,17 @@ impl Saved {
     }
 }
 
-/// A material with what made it: the parameters of a shape may replace some of its own.
+/// A material with its source, because a shape may replace its parameters.
 pub(crate) struct MaterialInstance {
     pub material: Arc<Material>,
-    /// The type and the parameters that it was given.
+    /// Its type and parameters as written.
     pub entity: Option<Entity>,
-    /// The names and types of its parameters; none where something else stands in for it.
+    /// The names and types of its parameters. `None` for a stand-in.
     pub known: Option<Vec<(&'static str, ParamType)>>,
 }
 
 impl MaterialInstance {
-    /// Splits the parameters of a shape into those that replace some of the material's, and the others.
+    /// Splits the parameters of a shape into material parameters and the rest.
     pub fn split(&self, params: Vec<Param>) -> (Vec<Param>, Vec<Param>) {
         let Some(known) = &self.known else { return (params, Vec::new()) };
         let is_known = |param: &Param| {
@@ -99,7 +99,7 @@ impl GraphicsState {
     }
 }
 
-/// A block that is open, and what closing it restores.
+/// An open block and the state that its end restores.
 pub(crate) enum Open {
     Attribute {
         saved: Box<Saved>,
@@ -109,7 +109,7 @@ pub(crate) enum Open {
         saved: Box<(Transform, bool)>,
         at: Span,
     },
-    /// Without a name, one inside another, which is an error.
+    /// An object. It has no name if it is nested, which is an error.
     Object {
         saved: Box<Saved>,
         name: Option<String>,
@@ -118,7 +118,7 @@ pub(crate) enum Open {
 }
 
 impl Open {
-    /// The directives that open and close it.
+    /// The directives that open and close the block.
     pub fn keywords(&self) -> (&'static str, &'static str) {
         match self {
             Open::Attribute { .. } => ("AttributeBegin", "AttributeEnd"),
@@ -127,7 +127,7 @@ impl Open {
         }
     }
 
-    /// The whole state, where it is kept.
+    /// The saved state, if the block saves all of it.
     pub fn saved(&mut self) -> Option<&mut Box<Saved>> {
         match self {
             Open::Attribute { saved, .. } | Open::Object { saved, .. } => Some(saved),

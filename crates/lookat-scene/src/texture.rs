@@ -36,42 +36,42 @@ use crate::transform::Transform;
 /// A value for each point of a surface: a number (`f64`) or a color (`Vec3`, linear RGB).
 #[derive(Debug, Clone)]
 pub enum Texture<T: Value> {
-    /// Everywhere the same (`constant`: `value`, default 1).
+    /// One value everywhere (`constant`: `value`, default 1).
     Constant(T),
-    /// Different from point to point.
+    /// A value that varies.
     Varying(Arc<Node<T>>),
 }
 
-/// A texture that is not everywhere the same, with what is to be known of it and of the textures below it.
+/// A texture that varies, with properties of it and of the textures below it.
 #[derive(Debug)]
 pub struct Node<T: Value> {
-    /// What it is.
+    /// The texture.
     pub texture: Varying<T>,
-    /// Whether the distance to neighbouring rays changes its value.
+    /// True if the texture footprint changes its value.
     filtered: bool,
-    /// How many textures are looked at for one value.
+    /// The number of textures evaluated for one value.
     cost: u32,
 }
 
-/// A texture that is not everywhere the same.
+/// A texture that varies.
 #[derive(Debug, Clone)]
 pub enum Varying<T: Value> {
     /// The product of two textures (`scale`).
     Scale([Texture<T>; 2]),
     /// The first texture where `amount` is 0, the second where it is 1 (`mix`).
     Mix {
-        /// What is mixed (`tex1`, default 0, and `tex2`, default 1).
+        /// The two textures (`tex1`, default 0, and `tex2`, default 1).
         textures: [Texture<T>; 2],
-        /// The share of the second (`amount`, default 0.5).
+        /// The weight of the second texture (`amount`, default 0.5).
         amount: Texture<f64>,
     },
     /// A picture.
     ImageMap(Box<ImageMap<T>>),
-    /// Between the values at four corners.
+    /// Bilinear interpolation of four corners.
     Bilerp(Bilerp<T>),
     /// The fractions of the coordinates as red and green.
     Uv(Mapping),
-    /// Two textures in turn.
+    /// Two alternating textures.
     Checkerboard(Checkerboard<T>),
     /// Round dots.
     Dots(Dots<T>),
@@ -81,7 +81,7 @@ pub enum Varying<T: Value> {
     Wrinkled(Octaves),
     /// Waves in the wind.
     Windy {
-        /// What is applied to positions in the world.
+        /// The transformation of world positions.
         texture_from_world: Transform,
     },
     /// Layers of marble.
@@ -89,7 +89,7 @@ pub enum Varying<T: Value> {
 }
 
 impl<T: Value> Texture<T> {
-    /// The value, where it is the same everywhere.
+    /// The value of a constant texture.
     pub fn constant(&self) -> Option<T> {
         match self {
             Texture::Constant(value) => Some(*value),
@@ -97,7 +97,7 @@ impl<T: Value> Texture<T> {
         }
     }
 
-    /// Whether the distance to neighbouring rays changes its value.
+    /// True if the texture footprint changes its value.
     pub fn is_filtered(&self) -> bool {
         match self {
             Texture::Constant(_) => false,
@@ -105,7 +105,7 @@ impl<T: Value> Texture<T> {
         }
     }
 
-    /// How many textures are looked at for one value.
+    /// The number of textures evaluated for one value.
     fn cost(&self) -> u32 {
         match self {
             Texture::Constant(_) => 0,
@@ -160,10 +160,10 @@ pub(crate) const NAMES: &[&str] = &[
     "ptex",
 ];
 
-/// Textures that name textures that name textures: with twice the work at each step, a short file would take forever.
+/// The most nested textures. Each level can double the work, so a short file could take forever.
 const MOST_TEXTURES: u32 = 1000;
 
-/// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for what is not rendered, or in error.
+/// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for an unsupported texture and after an error.
 pub(crate) fn texture<T: Parameter>(
     params: &mut TextureParams,
     ctm: Transform,
@@ -185,14 +185,14 @@ pub(crate) fn texture<T: Parameter>(
         _ => return not_rendered(params),
     };
     if texture.cost() > MOST_TEXTURES {
-        let message = format!("this texture is made of more than {MOST_TEXTURES} others");
-        let help = "a texture that two parameters name counts twice, and so do those that it names";
+        let message = format!("this texture consists of more than {MOST_TEXTURES} textures");
+        let help = "a texture named by two parameters counts twice, with all its parts";
         params.reject("", message, Some(help));
     }
     params.finish().then_some(texture)
 }
 
-/// A texture that pbrt-v3 knows with colors only.
+/// A texture that exists with colors only.
 fn colors<T: Parameter>(
     params: &mut Params,
     ctm: Transform,
@@ -200,8 +200,8 @@ fn colors<T: Parameter>(
 ) -> Texture<T> {
     let texture = make(params, ctm);
     if T::TYPE == "float" {
-        let message = format!("there is no float texture of type \"{}\": it gives colors", params.kind());
-        params.reject("", message, Some("declare it \"spectrum\", and name it where a color is due"));
+        let message = format!("Texture \"{}\" has color values only", params.kind());
+        params.reject("", message, Some("declare it as \"spectrum\", and use it for color parameters"));
     }
     Texture::varying(texture)
 }
@@ -211,7 +211,7 @@ fn not_rendered<T>(params: &mut Params) -> Option<T> {
         return params.unknown_kind(NAMES);
     }
     let message = format!(
-        "Texture \"{}\" is not rendered yet; parameters that name such a texture keep their default",
+        "lookat does not support Texture \"{}\": parameters that name it keep their default",
         params.kind()
     );
     params.unsupported(message);

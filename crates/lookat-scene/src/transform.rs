@@ -4,10 +4,10 @@ use std::ops::Mul;
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
-/// An affine transformation together with its inverse, as pbrt keeps it: what is placed by exact numbers, such as the
-/// eye of a `LookAt`, comes back exactly.
+/// An affine transformation with its inverse, as in pbrt. Points placed by exact numbers, such as the eye of a
+/// `LookAt`, are returned exactly.
 ///
-/// `a * b` first applies `b`; the name `b_from_a` of a value tells both spaces.
+/// `a * b` applies `b` first. The name `b_from_a` of a value gives both spaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transform {
     /// The matrix, for column vectors.
@@ -16,14 +16,14 @@ pub struct Transform {
     pub inv: DMat4,
 }
 
-/// The largest coordinate, and the largest factor of a transformation and of its inverse: far beyond any use, and so
-/// small that areas, volumes and squares of them are finite.
+/// The largest coordinate, and the largest entry of a transformation and its inverse. It is far above any use, and
+/// its areas, volumes and squares are finite.
 pub(crate) const LARGEST: f64 = 1e50;
 
-/// Why a `LookAt` has no meaning.
+/// The reason why a `LookAt` is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LookAtFault {
-    /// The eye is the point looked at.
+    /// The eye equals the target.
     EyeAtLook,
     /// The up vector has length zero.
     ZeroUp,
@@ -32,25 +32,25 @@ pub enum LookAtFault {
 }
 
 impl Transform {
-    /// Changes nothing.
+    /// The identity.
     pub const IDENTITY: Transform = Transform { m: DMat4::IDENTITY, inv: DMat4::IDENTITY };
 
-    /// Moves by `by`.
+    /// A translation.
     pub fn translate(by: DVec3) -> Self {
         Transform { m: DMat4::from_translation(by), inv: DMat4::from_translation(-by) }
     }
 
-    /// Scales along the axes. `None` where a factor is zero, or too small or large to invert.
+    /// A scale along the axes. `None` if a factor is zero, or too small or large to invert.
     pub fn scale(by: DVec3) -> Option<Self> {
         let inv = by.recip();
         (by.is_finite() && inv.is_finite())
             .then(|| Transform { m: DMat4::from_scale(by), inv: DMat4::from_scale(inv) })
     }
 
-    /// Turns by `degrees` about `axis`, counter-clockwise as seen with the axis pointing at the viewer of a
-    /// right-handed system (pbrt's left-handed one turns clockwise). `None` for an axis of length zero.
+    /// A rotation by `degrees` about `axis`: counterclockwise in a right-handed system with the axis pointing at the
+    /// viewer, clockwise in pbrt's left-handed system. `None` for an axis of length zero.
     pub fn rotate(degrees: f64, axis: DVec3) -> Option<Self> {
-        // Scaled first, so that the length of no finite axis overflows or vanishes.
+        // Scaled first, so that the length neither overflows nor underflows.
         let axis = (axis / axis.abs().max_element()).try_normalize()?;
         let (sin, cos) = sin_cos_degrees(degrees);
         let along = |v: DVec3| {
@@ -61,10 +61,10 @@ impl Transform {
         Some(Transform { m, inv: m.transpose() })
     }
 
-    /// The viewing transformation of pbrt's `LookAt`: camera space from world space, left-handed, +z forward, +y up.
+    /// The viewing transformation of `LookAt`: camera from world space, left-handed, +z forward, +y up.
     ///
-    /// The side vector is `cross(up, look - eye)`, with each difference of products rounded once, that of the points
-    /// together with what it rounds off, and normalised last: full accuracy however near to the view `up` is.
+    /// The side vector is `cross(up, look - eye)`, normalized last. Compensated differences keep full accuracy even
+    /// if `up` is nearly parallel to the view.
     pub fn look_at(eye: DVec3, look: DVec3, up: DVec3) -> Result<Self, LookAtFault> {
         let view = look - eye;
         if view == DVec3::ZERO {
@@ -74,7 +74,7 @@ impl Transform {
             return Err(LookAtFault::ZeroUp);
         }
         let rest = rounded_off(look, eye, view);
-        // Scaled by powers of two, so that no digit changes.
+        // Scaled by powers of two, which is exact.
         let (scale, up) = (scale_to_one(view), up * scale_to_one(up));
         let (view, rest) = (view * scale, rest * scale);
         let side = cross_exact(up, view) + up.cross(rest);
@@ -91,16 +91,16 @@ impl Transform {
         Ok(Transform { m: columns(to_camera, -(to_camera * eye)), inv: columns(rotation, eye) })
     }
 
-    /// From a matrix. `None` where it cannot be inverted or is not affine.
+    /// From a matrix. `None` if it is singular or not affine.
     pub fn from_matrix(m: DMat4) -> Option<Self> {
-        // Scaled to about one, so that the determinant of a small or large scale neither vanishes nor overflows.
+        // Scaled to about one, so that the determinant neither underflows nor overflows.
         let size = DMat3::from_mat4(m).to_cols_array().iter().fold(0.0_f64, |max, x| max.max(x.abs()));
         if size == 0.0 || !m.is_finite() || m.row(3) != DVec4::W {
             return None;
         }
         let linear = DMat3::from_mat4(m) * (1.0 / size);
         let determinant = linear.determinant();
-        // The product of the column lengths bounds the determinant: below this ratio it is rounding noise.
+        // The product of column lengths bounds the determinant. Below this ratio the determinant is rounding error.
         let volume = linear.x_axis.length() * linear.y_axis.length() * linear.z_axis.length();
         if determinant.abs() <= 1e-15 * volume {
             return None;
@@ -116,38 +116,38 @@ impl Transform {
         inv.is_finite().then_some(Transform { m, inv })
     }
 
-    /// Whether all its numbers, those of the inverse too, can be multiplied a few times without overflow.
+    /// True if all entries, also of the inverse, can be multiplied a few times without overflow.
     pub(crate) fn in_range(&self) -> bool {
         let in_range = |m: &DMat4| m.to_cols_array().iter().all(|x| x.abs() <= LARGEST);
         in_range(&self.m) && in_range(&self.inv)
     }
 
-    /// The way back.
+    /// The inverse.
     pub fn inverse(self) -> Self {
         Transform { m: self.inv, inv: self.m }
     }
 
-    /// Applies it to a position.
+    /// Transforms a point.
     #[inline]
     pub fn point(&self, p: DVec3) -> DVec3 {
         self.m.transform_point3(p)
     }
 
-    /// Applies it to a direction, lengths included.
+    /// Transforms a vector.
     #[inline]
     pub fn vector(&self, v: DVec3) -> DVec3 {
         self.m.transform_vector3(v)
     }
 
-    /// Applies it to a surface normal (by the inverse transpose); the length is not kept.
+    /// Transforms a surface normal by the inverse transpose. Does not normalize.
     pub fn normal(&self, n: DVec3) -> DVec3 {
         DMat3::from_mat4(self.inv).transpose() * n
     }
 
-    /// Whether it mirrors.
+    /// True if it swaps handedness.
     pub fn swaps_handedness(&self) -> bool {
         let linear = DMat3::from_mat4(self.m);
-        // The sign survives any scale when the columns are brought to length one first.
+        // With normalized columns, the sign of the determinant survives any scale.
         DMat3::from_cols(
             linear.x_axis.normalize_or_zero(),
             linear.y_axis.normalize_or_zero(),
@@ -178,13 +178,13 @@ fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// The power of two that brings the largest component to about one.
+/// The power of two that scales the largest component to about one.
 fn scale_to_one(v: DVec3) -> f64 {
     let exponent = v.abs().max_element().log2().floor();
     (-exponent).clamp(-1022.0, 1022.0).exp2()
 }
 
-/// What the difference of two points leaves out (Knuth's two-sum).
+/// The rounding error of the difference of two points (Knuth's two-sum).
 fn rounded_off(a: DVec3, b: DVec3, difference: DVec3) -> DVec3 {
     let back = difference - a;
     (a - (difference - back)) - (b + back)

@@ -1,11 +1,11 @@
-//! The error for a name that nothing has defined where it is used.
+//! The error for an undefined name.
 
 use lookat_syntax::{Diagnostic, Text, nearest};
 
 use crate::elsewhere::{Kind, in_order};
 use crate::report::Report;
 
-/// Reports a name that is not defined; not where a file that may define it is missing.
+/// Reports an undefined name, unless a missing file may define it.
 pub(crate) fn undefined<'n>(
     report: &mut Report,
     kind: Kind,
@@ -22,18 +22,18 @@ pub(crate) fn undefined<'n>(
     }
     let definer = kind.definer();
     let Some(known) = in_order(known.map(String::as_str)) else {
-        report.undefined(kind, name, error.help(format!("{definer} defines one")));
+        report.undefined(kind, name, error.help(format!("define it with {definer}")));
         return;
     };
     let error = match nearest(&name.value, known.iter().copied()) {
         Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
-        None if known.is_empty() => error.help(format!("{definer} defines one; none is defined here")),
-        None => error.help(format!("{definer} defines one; defined here: {}", listed(&known))),
+        None if known.is_empty() => error.help(format!("define it with {definer}; nothing is defined here")),
+        None => error.help(format!("define it with {definer}; defined here: {}", listed(&known))),
     };
     report.undefined(kind, name, error);
 }
 
-/// Names for a message, not too many of them.
+/// Lists names for a message, and counts the rest.
 fn listed(names: &[&str]) -> String {
     let shown = names.iter().take(8).map(|name| format!("\"{name}\"")).collect::<Vec<_>>().join(", ");
     if names.len() > 8 { format!("{shown} and {} more", names.len() - 8) } else { shown }

@@ -1,4 +1,4 @@
-//! All types and parameters that scenes may name: what the constructors ask for.
+//! All types and parameters, collected from the constructors.
 
 use std::io;
 use std::path::Path;
@@ -23,16 +23,16 @@ use crate::{camera, cutout, film, filter, integrator, light, material, sampler, 
 pub struct Kind {
     /// The directive that makes it.
     pub directive: &'static str,
-    /// Its name.
+    /// The name.
     pub name: &'static str,
-    /// The parameters that it takes; of one that is not rendered, those of what stands in for it.
+    /// Its parameters. An unsupported type lists the parameters of its stand-in.
     pub parameters: Vec<&'static str>,
 }
 
-/// A directive, the names of its types, and what makes one of them.
+/// A directive, its type names, and their constructor.
 type Table<'a> = (&'static str, &'static [&'static str], &'a dyn Fn(&mut TextureParams));
 
-/// All types that there are.
+/// All types.
 pub fn kinds() -> Vec<Kind> {
     let here = Transform::IDENTITY;
     let tables: [Table; 11] = [
@@ -85,7 +85,7 @@ fn square_film() -> Film {
     Film { resolution: [1, 1], crop, scale: 1.0, max_sample_luminance, file: "x.exr".into() }
 }
 
-/// A type, and what its constructor asks for where nothing is given.
+/// A type, with the parameters that its constructor asks for.
 fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut TextureParams)) -> Kind {
     let mut parameters = Vec::new();
     ask(directive, name, &mut |params| {
@@ -95,7 +95,7 @@ fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut TextureP
     Kind { directive, name, parameters }
 }
 
-/// Calls a constructor as a directive without parameters would.
+/// Calls a constructor without parameters.
 fn ask(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut TextureParams)) {
     let read = |_: &Path| -> io::Result<Vec<u8>> { Err(io::ErrorKind::NotFound.into()) };
     let (files, mut report) =

@@ -15,11 +15,11 @@ use crate::metric::{Limit, Metric};
 pub use chart::{Chart, Other};
 pub use memory::Memory;
 
-/// What was typed.
+/// The parsed command line.
 #[derive(Debug, Parser)]
 #[command(name = "lookat", version, about = "Renders pbrt-v3 scene files, and says what is wrong with them")]
 #[command(
-    after_help = "Exit status: 0 fine, or with --keep-going a result in spite of errors; 1 a file has errors; 2 wrong usage or trouble; 130 interrupted"
+    after_help = "Exit status: 0 success, or a result despite errors with --keep-going; 1 a scene has errors; 2 wrong usage or another failure; 130 interrupted"
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -30,19 +30,19 @@ pub struct Arguments {
 pub enum Command {
     /// Render a scene to a picture
     Render(Render),
-    /// Say what is wrong with scene files, without rendering
+    /// Report the errors and warnings of scene files, without rendering
     Check(Check),
-    /// Say how far a picture is from another one
+    /// Measure the difference between two pictures
     Compare(Compare),
-    /// Render the scenes of a folder, and compare them with the pictures beside them
+    /// Render the scenes of a folder and compare them with their reference pictures
     Verify(Verify),
-    /// Chart the error of a scene's pictures against the time they take, for several methods
+    /// Chart error against render time for several methods
     Chart(Chart),
-    /// Show where methods of ray tracing fail, and that lookat does not
+    /// Test numerical stability where other ray tracing methods fail
     Stability(Stability),
-    /// Say what a scene needs, and what it does not pay for
+    /// Show the size, features and cost of a scene
     Inspect(Inspect),
-    /// Measure how fast lookat is on this machine
+    /// Measure the speed of lookat on this machine
     Bench(Bench),
 }
 
@@ -65,45 +65,47 @@ pub struct Render {
     /// The picture: .exr, .png, .pfm or .tga [default: the Film's filename; with --quick, it ends in .quick.exr or the like]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Samples per pixel, in place of the Sampler's; with --target-error or --time, the most; with --adaptive, the mean
+    /// Samples per pixel, instead of the number in Sampler. With --target-error or --time, the maximum; with
+    /// --adaptive, the mean
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u32, 1 << 30))]
     pub spp: Option<u32>,
-    /// Sample each pixel until its error is at most this share of its brightness, such as 0.05, at most 65536 times or --spp
+    /// Sample each pixel until its error is at most this fraction of its brightness, such as 0.05; at most 65536 or
+    /// --spp samples
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = target_error)]
     pub target_error: Option<f64>,
-    /// How sure that is to be for each pixel [default: 0.95]
+    /// Confidence level of --target-error for each pixel [default: 0.95]
     #[arg(long, value_name = "SHARE", requires = "target_error", conflicts_with = "adaptive", allow_negative_numbers = true, value_parser = confidence)]
     pub confidence: Option<f64>,
-    /// Render for so long: more samples, for the whole picture, until the time is up or --target-error or --spp is reached
+    /// Add samples to the whole picture for this long, or until it reaches --target-error or --spp
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = seconds)]
     pub time: Option<Duration>,
-    /// Take more samples where the picture is noisy, and fewer elsewhere: about as many as without, on average
+    /// Take more samples in noisy pixels and fewer in others; the average stays about the same
     #[arg(long, conflicts_with_all = ["target_error", "error_layers"])]
     pub adaptive: bool,
-    /// Size of the full picture, in place of the Film's
+    /// Size of the full picture, instead of the size in Film
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
-    /// The part to render, each from 0 to 1, in place of the Film's cropwindow
+    /// The part to render, in fractions from 0 to 1, instead of the cropwindow of Film
     #[arg(long, visible_alias = "cropwindow", num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
     pub crop: Option<Vec<f64>>,
-    /// Threads [default: one for each processor]
+    /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
-    /// Chooses the random numbers: the same seed gives the same picture
+    /// Seed of the random numbers: the same seed gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
     /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given. Without -o, the name
     /// of the picture gets .quick before its ending, so that the draft replaces no finished picture
     #[arg(long, conflicts_with_all = ["target_error", "confidence", "time", "adaptive"])]
     pub quick: bool,
-    /// Also write how noisy each pixel is: its standard error and number of samples, as layers of the EXR file. The picture
-    /// itself is noisier for it
+    /// Also write the standard error and the number of samples of each pixel, as layers of the EXR file. This makes
+    /// the picture slightly noisier
     #[arg(long)]
     pub error_layers: bool,
-    /// Say nothing but errors and interruptions
+    /// Print only errors and interruptions
     #[arg(short, long)]
     pub quiet: bool,
-    /// Leave out what is in error and go on
+    /// Skip directives with errors and continue
     #[arg(long)]
     pub keep_going: bool,
     #[command(flatten)]
@@ -113,12 +115,12 @@ pub struct Render {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Takes about a minute. Other programs that run at the same time show in the numbers.")]
+#[command(after_help = "Takes about a minute. Other running programs disturb the measurement.")]
 pub struct Bench {
-    /// Measure only these: tracing, reading, rendering or features
+    /// Measure only these parts: tracing, reading, rendering or features
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = part)]
     pub only: Vec<Part>,
-    /// How often each thing is measured; medians are printed
+    /// Number of measurements; the output shows medians
     #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = whole(1_u16, 1000))]
     pub rounds: u16,
     /// Print one JSON object
@@ -130,7 +132,7 @@ pub struct Bench {
 pub struct Inspect {
     /// The scene file; - is standard input
     pub scene: PathBuf,
-    /// Leave out what is in error and go on
+    /// Skip directives with errors and continue
     #[arg(long)]
     pub keep_going: bool,
     #[command(flatten)]
@@ -140,12 +142,12 @@ pub struct Inspect {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Exit status: 0 all cases pass, 1 one does not, 2 wrong usage or trouble")]
+#[command(after_help = "Exit status: 0 all cases pass; 1 a case fails; 2 wrong usage or another failure")]
 pub struct Stability {
     /// Run only these cases, by name as `S1` or `far-sphere`, or a family by its letter: C, S, T, P or V
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
-    /// Random rays for each row of a case
+    /// Random rays per row of a case
     #[arg(long, value_name = "N", default_value_t = 100_000, allow_negative_numbers = true, value_parser = rays)]
     pub rays: u64,
     /// Write charts and tables to this folder
@@ -172,14 +174,14 @@ pub struct Check {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit status: 0 within all --max, 1 not, or not finite; 2 the pictures cannot be compared"
+    after_help = "Exit status: 0 within all limits; 1 a limit is exceeded or a pixel is not finite; 2 the pictures cannot be compared"
 )]
 pub struct Compare {
-    /// The picture in question: .exr, .pfm, .png, .tga, .jpg or .hdr
+    /// The picture to test: .exr, .pfm, .png, .tga, .jpg or .hdr
     pub actual: PathBuf,
-    /// What it should be
+    /// The reference picture
     pub expected: PathBuf,
-    /// The most that a metric may be, such as rmse=0.01; for psnr, ssim and noise-p the least
+    /// Limit of a metric, such as rmse=0.01: a maximum, or a minimum for psnr, ssim and noise-p
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub max: Vec<Limit>,
     /// Compare this layer, part or channel of the EXR files
@@ -188,13 +190,13 @@ pub struct Compare {
     /// Compute only these metrics
     #[arg(long, value_name = "METRIC", value_delimiter = ',', value_parser = metric)]
     pub only: Vec<Metric>,
-    /// Also draw both pictures and their difference in false color: a .png file
+    /// Also write a .png file with both pictures and their difference in false color
     #[arg(long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
-    /// How bright that shows them, in stops [default: by the picture]
+    /// Exposure of --picture in stops [default: chosen by the picture]
     #[arg(long, value_name = "STOPS", requires = "picture", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f64>,
-    /// The difference of a channel that counts in share-above
+    /// The smallest channel difference that share-above counts
     #[arg(long, value_name = "VALUE", default_value_t = 0.01, allow_negative_numbers = true, value_parser = threshold)]
     pub threshold: f32,
     #[command(flatten)]
@@ -209,22 +211,22 @@ pub struct Compare {
     after_help = "Scenes agree if they are within all --max or, without any, if nothing but noise tells them from their references. The column detectable is the smallest bias of the mean that would have shown.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 a scene or reference cannot be read or compared"
 )]
 pub struct Verify {
-    /// The folder; the reference of a.pbrt is a.exr, .pfm, .hdr, .png, .tga or .jpg
+    /// The folder with the scenes. The reference of a.pbrt is a.exr, .pfm, .hdr, .png, .tga or .jpg
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// The most that a metric may be, such as rmse=0.01; for psnr, ssim and noise-p the least
+    /// Limit of a metric, such as rmse=0.01: a maximum, or a minimum for psnr, ssim and noise-p
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub max: Vec<Limit>,
-    /// Samples per pixel, in place of the scenes'
+    /// Samples per pixel, instead of the numbers in the scenes
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u32, 1 << 30))]
     pub spp: Option<u32>,
-    /// Threads [default: one for each processor]
+    /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
-    /// Chooses the random numbers
+    /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// Also write a page with the results and the pictures: an .html file
+    /// Also write an .html file with results and pictures
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
     /// Replace references that differ with the render, and write missing references
@@ -232,7 +234,7 @@ pub struct Verify {
     pub update: bool,
     #[command(flatten)]
     pub memory: Memory,
-    /// Print the results as JSON, a line for each scene
+    /// Print the results as JSON, one line per scene
     #[arg(long)]
     pub json: bool,
 }
@@ -243,32 +245,32 @@ fn metric(text: &str) -> Result<Metric, String> {
 
 fn part(text: &str) -> Result<Part, String> {
     let found = Part::ALL.into_iter().find(|part| part.name() == text);
-    found.ok_or_else(|| format!("there are {}", Part::ALL.map(Part::name).join(", ")))
+    found.ok_or_else(|| format!("the parts are {}", Part::ALL.map(Part::name).join(", ")))
 }
 
 fn limit(text: &str) -> Result<Limit, String> {
     let (name, value) = text.split_once('=').ok_or("expected METRIC=VALUE, as in rmse=0.01")?;
     let value: f64 = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
     if value.is_nan() {
-        return Err("the limit is a number".into());
+        return Err("the limit must be a number".into());
     }
     let metric = metric(name)?;
     if metric == Metric::NoiseP && !(value > 0.0 && value < 1.0) {
-        return Err("noise-p is a probability, more than 0 and less than 1".into());
+        return Err("noise-p is a probability: use a limit above 0 and below 1".into());
     }
     if value < 0.0 && !metric.is_likeness() {
-        return Err(format!("nothing is within it: the limit of {name} is one of its size"));
+        return Err(format!("the limit of {name} must be at least 0"));
     }
     Ok(Limit { metric, value })
 }
 
-/// How problems of files count and are told.
+/// The reporting options for problems in scene files.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Report {
     /// Treat warnings as errors
     #[arg(long)]
     pub strict: bool,
-    /// Print problems and results to standard output as JSON, a line for each scene
+    /// Print problems and results as JSON to standard output, one line per scene
     #[arg(long)]
     pub json: bool,
 }
@@ -280,7 +282,7 @@ fn resolution(text: &str) -> Result<[u32; 2], String> {
         .ok_or_else(|| "expected width and height from 1 to 1000000 pixels, as in 640x480".into())
 }
 
-/// A whole number from one to another.
+/// Parses a whole number from `least` to `most`.
 fn whole<T>(least: T, most: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where
     T: FromStr + PartialOrd + Display + Copy + Send + Sync + 'static,
@@ -311,7 +313,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 fn rays(text: &str) -> Result<u64, String> {
-    // With fewer, a case may miss its limit by chance.
+    // With fewer rays, a case may miss its limit by chance.
     let count = text.parse().ok().filter(|count: &f64| (1e3..=1e9).contains(count) && count.fract() == 0.0);
     count.map(|count| count as u64).ok_or_else(|| "expected a whole number from 1000 to 1e9".into())
 }

@@ -1,4 +1,4 @@
-//! `lookat bench`: how fast lookat is on the machine at hand.
+//! `lookat bench`: the speed of lookat on this machine.
 
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -32,14 +32,12 @@ fn run(arguments: &Bench) -> Result<(), String> {
     if *json { crate::print_json(&as_json(&machine, *rounds, &tables)) } else { Ok(()) }
 }
 
-/// What is measured, and where.
+/// The heading: version, machine and number of rounds.
 fn head(machine: &Machine, rounds: u16) -> String {
     let Machine { processor, threads, simd } = machine;
     let rounds = match rounds {
         1 => "one round".into(),
-        _ => format!(
-            "medians of {rounds} rounds; in brackets half the way from the least to the most, in percent"
-        ),
+        _ => format!("medians of {rounds} rounds; in brackets, half the range in percent"),
     };
     format!(
         "lookat {}, {processor}, threads: {threads}, SIMD: {simd}\n{rounds}\n\n",
@@ -47,7 +45,7 @@ fn head(machine: &Machine, rounds: u16) -> String {
     )
 }
 
-/// A line for each thing, with columns as wide as they must be.
+/// A table as text, with aligned columns.
 fn as_text(table: &Table) -> String {
     let name = table.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
     let is_spread = table.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.low != cell.high);
@@ -73,7 +71,7 @@ fn as_text(table: &Table) -> String {
     text + "\n"
 }
 
-/// Three digits, and how far the rounds are apart; or the room for that, where others are.
+/// A number with three digits and its spread. If only other cells have a spread, pads to the same width.
 fn number(cell: &Cell, is_spread: bool) -> String {
     let decimals = match cell.median.abs() {
         ..1e-3 => 6,

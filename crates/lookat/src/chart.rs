@@ -1,4 +1,4 @@
-//! `lookat chart`: the error of pictures against the time that they take.
+//! `lookat chart`: error against render time.
 
 mod text;
 
@@ -24,10 +24,10 @@ use crate::source::load_scene;
 use crate::visible::escaped;
 use crate::{interrupt, report};
 
-/// What is written.
+/// The output files.
 const FILE_NAMES: [&str; 4] = ["chart.svg", "chart.png", "chart.csv", "chart.json"];
 
-/// How long a picture of the pilot takes at least: a share of the budget, but at most so many seconds.
+/// The shortest time of a pilot picture: a fraction of the budget, and an upper bound in seconds.
 const PILOT: (f64, f64) = (0.0025, 0.1);
 
 /// Runs the command.
@@ -35,7 +35,7 @@ pub fn chart(arguments: &Chart) -> ExitCode {
     crate::exit_code(run(arguments))
 }
 
-/// Measures and writes; the exit status.
+/// Measures and writes the results. Returns the exit status.
 fn run(arguments: &Chart) -> Result<u8, String> {
     let started = Instant::now();
     let methods = chosen(&arguments.methods)?;
@@ -49,7 +49,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let parse = started.elapsed().as_secs_f64();
     report::print(&loaded, false);
     let Some(scene) = loaded.scene else { return Ok(report::failure(&loaded)) };
-    // Before minutes of rendering, not after.
+    // Check before minutes of rendering, not after.
     let memory = &loaded.memory;
     check_memory(&scene, &Settings { error_layers: true, ..Settings::default() }, memory)?;
     let reference = arguments.reference.as_deref();
@@ -68,7 +68,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
         check_inputs(&file, inputs.iter().copied())?;
     }
     if is_new {
-        // Only a test: nothing is left behind if there will be nothing in it.
+        // This is only a test: leave no empty folder behind.
         let _ = std::fs::remove_dir(&folder);
     }
 
@@ -76,11 +76,11 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let mut runner = Runner::new(scene, 0);
     let budget = Budget { started, seconds: arguments.budget };
     let bench = Bench { arguments, methods, budget, bar: progress_bar(false) };
-    interrupt::stop_in_order(Some("stopping; once more ends at once, without a chart"), || true);
+    interrupt::stop_in_order(Some("stopping; interrupt again to quit without a chart"), || true);
     let found = bench.measure(&mut runner, reference)?;
     bench.bar.finish_and_clear();
     let Some((plan, reference, measured)) = found else {
-        crate::say("interrupted before the first point; nothing is written");
+        crate::say("interrupted before the first point; nothing was written");
         return Ok(interrupt::STATUS);
     };
     let status = if measured.end == End::Interrupted { interrupt::STATUS } else { 0 };
@@ -100,7 +100,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     printed.and(destination.result()).map(|()| status)
 }
 
-/// What is known before anything is measured.
+/// The facts known before measuring.
 fn header(arguments: &Chart, scene: &Scene, parse: f64) -> Header {
     let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
     Header {
@@ -113,7 +113,7 @@ fn header(arguments: &Chart, scene: &Scene, parse: f64) -> Header {
     }
 }
 
-/// What measuring takes.
+/// The inputs of the measurement.
 struct Bench<'a> {
     arguments: &'a Chart,
     methods: Vec<&'static Method>,
@@ -122,8 +122,8 @@ struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Plans, renders a reference if there is none, and climbs. `None` if that is interrupted before the
-    /// first point.
+    /// Plans, renders a reference if none is given, and measures points with growing samples. `None` if interrupted
+    /// before the first point.
     fn measure(
         &self,
         runner: &mut Runner,
@@ -133,11 +133,11 @@ impl Bench<'_> {
         let plan = self.plan(costs, given.is_some())?;
         self.bar.suspend(|| crate::say(&text::plan(&plan, &self.methods, self.arguments.spp.is_some())));
         self.bar.reset_eta();
-        // Of the bar, the reference has the share that it has of the samples.
+        // The reference takes its share of the samples on the progress bar.
         let share = plan.reference_share();
         let watch = |from: f64, to: f64| {
             move |done: f64| {
-                // What is planned anew may take longer; the bar waits then.
+                // A new plan may take longer; then the bar waits.
                 let at = (1000.0 * (from + done * (to - from))) as u64;
                 self.bar.set_position(at.max(self.bar.position()));
                 interrupt::flow()
@@ -156,12 +156,12 @@ impl Bench<'_> {
         Ok(measured.has_points().then_some((plan, reference, measured)))
     }
 
-    /// What the methods cost, and the reference where one is to be rendered, as the last. `None` if interrupted.
+    /// The costs of the methods, then of the reference if it must be rendered. `None` if interrupted.
     fn costs(&self, runner: &mut Runner, with_reference: bool) -> Option<Vec<Cost>> {
-        // The reference is rendered as by this method.
+        // The reference uses this method.
         let reference = with_reference.then(|| named("sobol")).flatten();
         let methods = self.methods.iter().copied().chain(reference);
-        // Where the plan is fixed, a pilot is but a warm-up.
+        // With a fixed plan, the pilot is only a warm-up.
         let seconds =
             if self.arguments.spp.is_some() { 0.0 } else { PILOT.1.min(PILOT.0 * self.arguments.budget) };
         methods.map(|method| Cost::pilot(runner, method, seconds, &|_| interrupt::flow())).collect()
@@ -194,7 +194,7 @@ impl Bench<'_> {
     }
 }
 
-/// The methods of these names.
+/// The methods with these names.
 fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
     if names.iter().any(|name| name.trim() == "all") {
         return Ok(METHODS.iter().collect());
@@ -206,7 +206,7 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
             let hint =
                 nearest(name, known()).map_or(String::new(), |near| format!("did you mean `{near}`? "));
             let all = known().collect::<Vec<_>>().join(", ");
-            return Err(format!("there is no method `{name}`; {hint}the methods are {all}, or all"));
+            return Err(format!("unknown method `{name}`; {hint}the methods are {all}, or all"));
         };
         if methods.iter().any(|other| other.name == method.name) {
             return Err(format!("--methods names {name} twice"));
@@ -216,21 +216,21 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Method>, String> {
     Ok(methods)
 }
 
-/// Fails where a point could be taken for another one, or for a method.
+/// Fails if the name of a point is also the name of a method or of another point.
 fn check_names(points: &[Other]) -> Result<(), String> {
     for (i, point) in points.iter().enumerate() {
         let name = &point.name;
         if named(name).is_some() {
-            return Err(format!("--point {name}: that is the name of a method; choose another one"));
+            return Err(format!("--point {name}: this is the name of a method; choose another name"));
         }
         if points[..i].iter().any(|other| other.name == *name) {
-            return Err(format!("--point {name} is given twice; choose another name for one of them"));
+            return Err(format!("--point {name} is given twice; choose different names"));
         }
     }
     Ok(())
 }
 
-/// Where the results go if nothing is said.
+/// The default output folder.
 fn folder_of(scene: &Path) -> PathBuf {
     let name = if scene == Path::new("-") {
         "scene".into()
@@ -285,15 +285,14 @@ fn read_reference(
     Ok(Reference { pixels: found.pixels, noise: found.noise, origin })
 }
 
-/// Whether integers that end at 1 come to that. Those of Radiance HDR have exponents, and go on.
+/// True if the file format may clip values at 1. Radiance HDR has exponents and does not clip.
 fn may_be_cut(file: &Path, found: &Fitted) -> bool {
     let is_hdr = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("hdr"));
     let brightest = found.pixels.as_flattened().iter().copied().fold(0.0, f32::max);
     !is_hdr && brightest == 1.0
 }
 
-/// The seed that lookat rendered a picture with, if its samples are those of other pictures of this seed. With error layers
-/// they are not.
+/// The seed of a picture by lookat, if pictures of this seed share its samples. With error layers they do not.
 fn seed(image: &Image) -> Option<u64> {
     let metadata: serde_json::Value = serde_json::from_str(image.metadata.as_deref()?).ok()?;
     if metadata["program"] == "lookat" && image.errors().is_none() { metadata["seed"].as_u64() } else { None }
@@ -303,7 +302,7 @@ fn marker(other: &Other, found: &Fitted, reference: &Reference) -> Marker {
     Marker::new(&other.name, other.seconds, &found.pixels, found.rounded, &reference.pixels)
 }
 
-/// What is in each of the files.
+/// The contents of the output files.
 fn files(
     header: &Header,
     plan: &Plan,
@@ -312,7 +311,7 @@ fn files(
 ) -> Result<[Vec<u8>; FILE_NAMES.len()], String> {
     let cannot = |error| format!("cannot draw the chart: {error}");
     let Some(plot) = draw(results, &text::title(header)).map_err(cannot)? else {
-        return Err("there is nothing to chart: every picture is the same as the reference".into());
+        return Err("there is nothing to chart: every picture equals the reference".into());
     };
     let png = plot.png().map_err(cannot)?;
     let json = escaped(&format!("{:#}\n", as_json(header, plan, reference, results)));

@@ -1,4 +1,4 @@
-//! `lookat check`: what is wrong with scene files.
+//! `lookat check`: the problems of scene files.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! `lookat compare`: how far a picture is from another one.
+//! `lookat compare`: the difference between two pictures.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -21,27 +21,25 @@ pub fn compare(arguments: &Compare) -> ExitCode {
     crate::exit_code(run(arguments).map(u8::from))
 }
 
-/// What there is to print.
+/// The results to print.
 struct Comparison<'a> {
     arguments: &'a Compare,
     pair: &'a Aligned,
-    /// Of both pictures, how many pixels are not finite, and where the first is.
+    /// For each picture, the number of non-finite pixels and the first of them.
     faults: [Option<(usize, [i32; 2])>; 2],
     measurement: Measurement,
-    /// Whether a limit is not kept, or a pixel is not finite.
+    /// True if a limit is exceeded or a pixel is not finite.
     differs: bool,
 }
 
-/// Compares and prints; whether the pictures differ by more than is allowed.
+/// Compares and prints. True if the pictures differ by more than the limits allow.
 fn run(arguments: &Compare) -> Result<bool, String> {
     if let Some(file) = &arguments.picture {
         check_folder(file)?;
         check_inputs(file, [&arguments.actual, &arguments.expected])?;
         if Format::from_path(file) != Some(Format::Png) {
             let file = file.display();
-            return Err(format!(
-                "cannot write {file}: the figure is a PNG file, so its name must end in .png"
-            ));
+            return Err(format!("cannot write {file}: the name of the figure must end in .png"));
         }
     }
     let pair = &load(arguments)?;
@@ -52,12 +50,12 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     let limited = |metric: Metric| arguments.max.iter().any(|limit| limit.metric == metric);
     let asked =
         |metric: Metric| arguments.only.is_empty() || arguments.only.contains(&metric) || limited(metric);
-    // The error layers are those of the colors.
+    // The error layers belong to the colors.
     let blind = |metric: Metric| metric == Metric::NoiseP && arguments.layer.is_some();
     if arguments.layer.is_some() && limited(Metric::NoiseP) {
-        return Err("there is no noise-p with --layer: the error layers are those of the colors".into());
+        return Err("noise-p does not work with --layer: the error layers belong to the colors".into());
     }
-    // Where a pixel is broken, no other number means anything.
+    // With a non-finite pixel, no metric has a meaning.
     let measurement =
         measure(pair, arguments.threshold, &|metric| !broken && asked(metric) && !blind(metric));
     if let (Some(reason), false) = (measurement.lacks(&arguments.max), broken) {
@@ -76,7 +74,7 @@ fn run(arguments: &Compare) -> Result<bool, String> {
 fn load(arguments: &Compare) -> Result<Aligned, String> {
     let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
-        return Err("--layer chooses a part of an EXR file, and neither is one".into());
+        return Err("--layer chooses a part of an EXR file, but neither picture is one".into());
     }
     let files = [open(&arguments.actual, arguments)?, open(&arguments.expected, arguments)?];
     let window = common_window(files.each_ref().map(PictureFile::placement));
@@ -118,7 +116,7 @@ fn draw(arguments: &Compare, pair: &Aligned, file: &Path) -> Result<(), String> 
     write_result(file, |path| write_panel(pair, &options, path))
 }
 
-/// Of both pictures, how many pixels are at the most that a file of integers holds, where the other one is brighter.
+/// For each picture, the number of pixels clipped by an integer format where the other picture is brighter.
 fn clipped(pair: &Aligned) -> [usize; 2] {
     if pair.precision != Precision::Integer {
         return [0; 2];
@@ -151,11 +149,14 @@ impl Comparison<'_> {
         let mut text = String::new();
         for (i, _) in self.pair.is_placed.iter().enumerate().filter(|(_, is_placed)| **is_placed) {
             let (path, Window { x, y, width, height }) = (visible(&self.name(i)), self.pair.window);
-            let _ = writeln!(text, "{path} is taken for the {width} x {height} pixels from x {x}, y {y} on");
+            let _ = writeln!(
+                text,
+                "{path} is compared with the {width} x {height} pixels that start at x {x}, y {y}"
+            );
         }
         if self.pair.left_out > 0 {
             let count = self.pair.left_out;
-            let _ = writeln!(text, "{count} pixels that only one of the pictures has are left out");
+            let _ = writeln!(text, "{count} pixels are in only one of the pictures and are ignored");
         }
         for (i, fault) in self.faults.iter().enumerate() {
             if let Some((count, [x, y])) = fault {
@@ -169,7 +170,7 @@ impl Comparison<'_> {
             let pixels = pixels_are(count);
             let _ = writeln!(
                 text,
-                "{path}: {pixels} at 1, the most that the file holds, where the other picture is brighter; compare .exr files"
+                "{path}: {pixels} clipped at 1, where the other picture is brighter; compare .exr files instead"
             );
         }
         for line in &self.measurement.metrics {
@@ -187,7 +188,7 @@ impl Comparison<'_> {
             Some(Ok(agreement)) => text += &noise::as_text(self.pair, agreement, self.significance()),
             Some(Err(reason)) => {
                 let reason = why_not(*reason);
-                let _ = writeln!(text, "noise           cannot be told from bias: {reason}");
+                let _ = writeln!(text, "noise           cannot be distinguished from bias: {reason}");
             }
             None => {}
         }
@@ -195,7 +196,7 @@ impl Comparison<'_> {
     }
 
     fn as_json(&self) -> Value {
-        // JSON has no infinity: the PSNR of equal pictures is null.
+        // JSON has no infinity, so the PSNR of equal pictures is null.
         let metrics = self.measurement.metrics.iter();
         let metrics: Map<String, Value> =
             metrics.map(|line| (line.metric.name().into(), json!(line.value))).collect();

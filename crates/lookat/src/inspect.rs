@@ -1,4 +1,4 @@
-//! `lookat inspect`: what a scene needs, and what it does not pay for.
+//! `lookat inspect`: the size, features and cost of a scene.
 
 mod text;
 
@@ -14,7 +14,7 @@ use crate::report::{self, JsonDiagnostic};
 use crate::source::load_scene;
 use crate::visible::visible;
 
-/// What `--json` prints.
+/// The JSON output.
 #[derive(Serialize)]
 struct JsonResult<'a> {
     scene: String,
@@ -23,7 +23,7 @@ struct JsonResult<'a> {
     needs: Option<Value>,
 }
 
-/// All that there is to say of a scene.
+/// The facts about a scene.
 struct Found<'s> {
     scene: &'s Scene,
     inspection: Inspection,
@@ -64,12 +64,12 @@ impl<'s> Found<'s> {
         Found { scene, inspection: lookat_render::inspect(scene), memory: scene.memory() }
     }
 
-    /// The trees of the world and of all objects.
+    /// The BVHs of the world and of all objects.
     fn trees(&self) -> impl Iterator<Item = &Elements> {
         std::iter::once(&self.inspection.world).chain(&self.inspection.objects)
     }
 
-    /// Numbers that one camera sample draws, at most.
+    /// The most sample dimensions of one camera sample.
     fn most_numbers(&self) -> u64 {
         let all = |draw: &Draw| u64::from(draw.numbers) * draw.surfaces.len() as u64;
         2 + u64::from(self.lens_numbers()) + self.inspection.draws.iter().map(all).sum::<u64>()
@@ -79,13 +79,13 @@ impl<'s> Found<'s> {
         if self.inspection.has_lens { 2 } else { 0 }
     }
 
-    /// What the scene does without.
+    /// The features that the scene does not use.
     fn not_paid_for(&self) -> Vec<&'static str> {
         let it = &self.inspection;
         let is_path = matches!(self.scene.integrator, Integrator::Path { .. });
         let has = |draw: &str| it.draws.iter().any(|drawn| drawn.of == draw);
         let mut absent = vec![
-            (!it.has_lens, "points on a lens"),
+            (!it.has_lens, "lens samples"),
             (!it.has_filter_table, "filter tables"),
             (it.world.nodes == 0, "a tree"),
             (it.world.instances == 0, "instances"),
@@ -96,10 +96,10 @@ impl<'s> Found<'s> {
             Some(surfaces) => absent.extend([
                 (surfaces.lambert == surfaces.kinds.len(), "lists of lobes"),
                 (surfaces.coordinates == 0, "texture coordinates"),
-                (surfaces.footprints == 0, "footprints of textures"),
+                (surfaces.footprints == 0, "texture footprints"),
                 (surfaces.bumps == 0, "bumps"),
                 (it.lights.is_empty(), "shadow rays"),
-                (it.choice == Choice::Nothing, "choice of a light"),
+                (it.choice == Choice::Nothing, "light selection"),
                 (is_path && !has("roulette"), "roulette"),
             ]),
         }

@@ -1,4 +1,4 @@
-//! Ctrl-C, and SIGTERM, which `timeout` and batch systems send.
+//! Ctrl-C (SIGINT), and SIGTERM, which `timeout` and batch systems send.
 
 use std::io::{self, IsTerminal};
 use std::ops::ControlFlow;
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use lookat_image::exit;
 
-/// The exit status after either: that of a program that SIGINT ends.
+/// The exit status after both signals, as for a program ended by SIGINT.
 pub const STATUS: u8 = 130;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
@@ -23,7 +23,7 @@ struct Orderly {
     is_worth_while: fn() -> bool,
 }
 
-/// What long work is told: to stop if the program is asked to.
+/// Tells long computations to stop after a signal.
 pub fn flow() -> ControlFlow<()> {
     if ASKED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
@@ -34,7 +34,7 @@ pub fn stop_in_order(notice: Option<&'static str>, is_worth_while: fn() -> bool)
     *ORDERLY.lock().unwrap_or_else(PoisonError::into_inner) = Some(Orderly { notice, is_worth_while });
 }
 
-/// What comes so soon after the first is no second time: `timeout` sends to a program, and then to its whole group.
+/// Signals within this time count as one: `timeout` signals a program and then its process group.
 const TOGETHER: Duration = Duration::from_millis(100);
 
 /// Watches for both, from a thread of its own. Ending the program at once leaves no temporary files.
@@ -51,7 +51,7 @@ pub fn watch() {
         let orderly = *ORDERLY.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(Orderly { notice, is_worth_while }) = orderly else { exit(STATUS.into()) };
         ASKED.store(true, Ordering::Relaxed);
-        // Below the bar.
+        // Start below the progress bar.
         if notice.is_some() && io::stderr().is_terminal() {
             eprintln!();
         }
@@ -88,7 +88,7 @@ fn on_signal(mut interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
     let (tell, told) = std::sync::mpsc::channel();
     // Watches only once there is a thread: without one, signals keep their usual effect.
     let watch = move || {
-        // Not SIGHUP, which is for `nohup` to ignore.
+        // Not SIGHUP, so that `nohup` can ignore it.
         let signals = Signals::new([SIGINT, SIGTERM]);
         let _ = tell.send(signals.as_ref().map(drop).map_err(|error| io::Error::other(error.to_string())));
         signals.into_iter().for_each(|mut signals| signals.forever().for_each(|_| interrupt()));

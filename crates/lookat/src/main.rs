@@ -24,7 +24,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use visible::{escaped, visible, visible_lines};
 
-/// Wrong usage, or trouble that is not in a scene file.
+/// The exit status for wrong usage, and for errors outside scene files.
 const TROUBLE: u8 = 2;
 
 fn main() -> ExitCode {
@@ -58,7 +58,7 @@ fn start_threads(command: &args::Command) {
     }
 }
 
-/// The exit status of a command; says why, if it came to nothing.
+/// The exit status of a command. Prints its error message.
 fn exit_code(result: Result<u8, String>) -> ExitCode {
     ExitCode::from(result.unwrap_or_else(|message| {
         say(&format!("error: {message}"));
@@ -66,12 +66,12 @@ fn exit_code(result: Result<u8, String>) -> ExitCode {
     }))
 }
 
-/// One line of JSON on standard output. Whether it could be written.
+/// Prints one line of JSON to standard output.
 fn print_json(value: &impl serde::Serialize) -> Result<(), String> {
     print(&(escaped(&serde_json::to_string(value).unwrap_or_default()) + "\n"))
 }
 
-/// Text on standard output. Whether it could be written; where its reader has left, such as `head`, the program ends.
+/// Prints text to standard output. Ends the program if the reader, such as `head`, has closed the pipe.
 fn print(text: &str) -> Result<(), String> {
     let mut out = std::io::stdout();
     match out.write_all(visible_lines(text).as_bytes()).and_then(|()| out.flush()) {
@@ -80,16 +80,16 @@ fn print(text: &str) -> Result<(), String> {
     }
 }
 
-/// Why a command fails whose result is lost.
+/// The error message if the output cannot be written.
 const UNWRITTEN: &str = "cannot write the result";
 
-/// Says so, and gives the exit status.
+/// Reports lost output. Returns the exit status.
 fn lost() -> u8 {
     say(&format!("error: {UNWRITTEN}"));
     TROUBLE
 }
 
-/// A line on standard error. Where that is closed, nobody listens.
+/// Prints a line to standard error. Ignores a closed standard error.
 fn say(line: &str) {
     let _ = writeln!(std::io::stderr(), "{}", visible(line));
 }

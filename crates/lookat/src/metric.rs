@@ -1,11 +1,11 @@
-//! The numbers that say how far pictures are apart, by name.
+//! The metrics for differences between pictures.
 
 use lookat_image::{
     Agreement, Aligned, Encoded, PIXELS_PER_DEGREE, Untestable, agreement, hdr_flip, largest_difference,
     ldr_flip, means, percentile_difference, psnr, relative_mse_trimmed, rmse, share_above, ssim,
 };
 
-/// A number that says how far pictures are apart.
+/// A metric for the difference between two pictures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Metric {
     Error,
@@ -25,7 +25,7 @@ pub enum Metric {
 }
 
 impl Metric {
-    /// Each with its name and what it is.
+    /// The metrics with their names and descriptions.
     const ALL: [(Metric, &'static str, &'static str); 14] = [
         (Metric::Error, "error", "mean signed error"),
         (Metric::Mae, "mae", "mean absolute error"),
@@ -35,12 +35,12 @@ impl Metric {
         (Metric::Smape, "smape", "symmetric relative error, 0 to 2"),
         (Metric::P99, "p99", "99th percentile of the difference"),
         (Metric::Max, "max", "largest difference"),
-        (Metric::ShareAbove, "share-above", "share of pixels above the threshold"),
+        (Metric::ShareAbove, "share-above", "fraction of pixels above the threshold"),
         (Metric::Psnr, "psnr", "PSNR in dB, of sRGB"),
         (Metric::Ssim, "ssim", "structural similarity of sRGB, to 1"),
         (Metric::Flip, "flip", "mean FLIP, 0 to 1"),
         (Metric::HdrFlip, "hdr-flip", "mean HDR-FLIP, 0 to 1"),
-        (Metric::NoiseP, "noise-p", "probability of such differences if all is noise"),
+        (Metric::NoiseP, "noise-p", "probability of such differences by noise alone"),
     ];
 
     pub fn from_name(name: &str) -> Option<Metric> {
@@ -59,30 +59,30 @@ impl Metric {
         Metric::ALL[self as usize].2
     }
 
-    /// Whether more is better.
+    /// True if larger values are better.
     pub fn is_likeness(self) -> bool {
         matches!(self, Metric::Psnr | Metric::Ssim | Metric::NoiseP)
     }
 }
 
-/// What a metric may be at most, or at least if more is better.
+/// A limit of a metric: a maximum, or a minimum if larger values are better.
 #[derive(Debug, Clone, Copy)]
 pub struct Limit {
     pub metric: Metric,
     pub value: f64,
 }
 
-/// One line of the result.
+/// One measured metric.
 #[derive(Debug)]
 pub struct Measured {
     pub metric: Metric,
     pub value: f64,
-    /// What else there is to say.
+    /// A remark.
     pub remark: String,
 }
 
 impl Measured {
-    /// Whether a limit of this metric is not kept.
+    /// True if it exceeds a limit of this metric.
     pub fn is_beyond(&self, limits: &[Limit]) -> bool {
         let within = |limit: f64| {
             if self.metric.is_likeness() { self.value >= limit } else { self.value.abs() <= limit }
@@ -91,39 +91,39 @@ impl Measured {
     }
 }
 
-/// What is measured.
+/// The measured metrics.
 #[derive(Debug)]
 pub struct Measurement {
     pub metrics: Vec<Measured>,
-    /// Whether the pictures agree up to noise, if that was asked for.
+    /// The result of the noise test, if requested.
     pub agreement: Option<Result<Agreement, Untestable>>,
 }
 
 impl Measurement {
-    /// Which metric that has a limit was not measured, and why.
+    /// The error for a limit on a metric that could not be measured.
     pub fn lacks(&self, limits: &[Limit]) -> Option<String> {
         limits.iter().find_map(|limit| self.why_without(limit.metric))
     }
 
-    /// Why a metric was not measured, if it was not.
+    /// The reason why a metric was not measured.
     pub fn why_without(&self, metric: Metric) -> Option<String> {
         if self.value(metric).is_some() {
             return None;
         }
         let reason = match self.agreement {
             Some(Err(reason)) if metric == Metric::NoiseP => why_not(reason),
-            _ => "the pictures are too small, less than 11 pixels wide or high".into(),
+            _ => "the pictures are less than 11 pixels wide or high".into(),
         };
         Some(format!("there is no {}: {reason}", metric.name()))
     }
 
-    /// The value of a metric, if it was measured.
+    /// The value of a measured metric.
     pub fn value(&self, metric: Metric) -> Option<f64> {
         self.metrics.iter().find(|line| line.metric == metric).map(|line| line.value)
     }
 }
 
-/// Computes the metrics that are asked for, and nothing else. `threshold` is that of [`Metric::ShareAbove`].
+/// Computes the metrics accepted by `asked`. `threshold` belongs to [`Metric::ShareAbove`].
 pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -> Measurement {
     let (a, b) = (&pair.actual[..], &pair.expected[..]);
     let (width, height) = (pair.window.width as usize, pair.window.height as usize);
@@ -156,7 +156,7 @@ pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -
                 Some(share_above(a, b, threshold))
             }
             Metric::Psnr => shown.as_ref().map(|[a, b]| psnr(a, b)),
-            // Pictures of less than 11 pixels have none.
+            // Pictures with fewer than 11 pixels on a side have no SSIM.
             Metric::Ssim => shown.as_ref().and_then(|[a, b]| ssim(a, b, width, height)),
             Metric::Flip => Some(ldr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
             Metric::HdrFlip => Some(hdr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
@@ -167,32 +167,32 @@ pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -
     Measurement { metrics, agreement }
 }
 
-/// Why noise and bias cannot be told apart, and what helps.
+/// The reason why noise and bias cannot be distinguished, with help.
 pub fn why_not(reason: Untestable) -> String {
     match reason {
         Untestable::NoErrors => format!("{reason}; `lookat render --error-layers` writes them"),
-        Untestable::Actual { .. } => format!("{reason}; --spp gives samples"),
+        Untestable::Actual { .. } => format!("{reason}; add samples with --spp"),
         _ => reason.to_string(),
     }
 }
 
-/// The channels, as people call them.
+/// The names of the channels.
 pub const COLORS: [&str; 3] = ["red", "green", "blue"];
 
-/// The place in the full picture of a pixel of the pair.
+/// The position of a pixel of the pair in the full picture.
 pub fn place(index: usize, pair: &Aligned) -> [i32; 2] {
     let width = pair.window.width as usize;
     [pair.window.x + (index % width) as i32, pair.window.y + (index / width) as i32]
 }
 
-/// How many pixels are infinite or not a number, and where the first is.
+/// The number of infinite or NaN pixels, and the position of the first.
 pub fn not_finite(pixels: &[[f32; 3]], pair: &Aligned) -> Option<(usize, [i32; 2])> {
     let bad = |pixel: &&[f32; 3]| !pixel.iter().all(|value| value.is_finite());
     let first = pixels.iter().position(|pixel| bad(&pixel))?;
     Some((pixels.iter().filter(bad).count(), place(first, pair)))
 }
 
-/// A value with enough digits.
+/// Formats a value with enough digits.
 pub fn number(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),

@@ -1,4 +1,4 @@
-//! What to say of the tests for noise.
+//! The output of the noise tests.
 
 use std::collections::HashSet;
 use std::fmt::Write;
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::metric::{COLORS, Limit, Metric, number};
 
-/// The probability of a false alarm, where no limit is given.
+/// The default probability of a false alarm.
 pub const SIGNIFICANCE: f64 = 0.01;
 
 /// The probability of a false alarm: the limit of noise-p, or [`SIGNIFICANCE`].
@@ -17,20 +17,20 @@ pub fn significance(limits: &[Limit]) -> f64 {
     limit.map_or(SIGNIFICANCE, |limit| limit.value)
 }
 
-/// Whether the pictures agree, in lines.
+/// The result of the noise tests as text.
 pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> String {
     let mut lines = Vec::new();
     if pair.actual == pair.expected {
         lines.push("agree: the pictures are identical".into());
     } else if agreement.holds(significance) {
-        lines.push(format!("agree: the differences may all be noise (significance {significance})"));
+        lines.push(format!("agree: noise explains the differences (significance {significance})"));
     } else {
-        lines.push(format!("differ: by more than noise (significance {significance})"));
+        lines.push(format!("differ: noise does not explain the differences (significance {significance})"));
     }
     lines.extend(differences(agreement, significance));
     if agreement.holds(significance) {
         let [mean, tile] = visible(pair, agreement, significance);
-        lines.push(format!("a bias would show from {mean}, {tile} within a 16 x 16 tile"));
+        lines.push(format!("smallest detectable bias: {mean}, {tile} within a 16 x 16 tile"));
     }
     if !agreement.expected_is_known {
         lines.push(
@@ -44,7 +44,7 @@ pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> Stri
     })
 }
 
-/// What the tests have found, the worst of each kind.
+/// The differences found, the worst of each kind.
 pub fn differences(agreement: &Agreement, significance: f64) -> Vec<String> {
     let level = agreement.level_of_whole(significance);
     let difference = |test: &Test| {
@@ -73,7 +73,7 @@ pub fn differences(agreement: &Agreement, significance: f64) -> Vec<String> {
     mean.map(|mean| format!("mean: {mean}")).into_iter().chain(tile).chain(pixels).collect()
 }
 
-/// The smallest bias of the mean and of a tile that would be found, by the mean of the expected picture.
+/// The smallest detectable bias of the mean and of a tile, relative to the mean of the expected picture.
 fn visible(pair: &Aligned, agreement: &Agreement, significance: f64) -> [String; 2] {
     let share = |bias: f64| match mean(&pair.expected).abs() {
         0.0 => number(bias),
@@ -82,7 +82,7 @@ fn visible(pair: &Aligned, agreement: &Agreement, significance: f64) -> [String;
     [agreement.visible_in_mean(significance), agreement.visible_in_tile(significance)].map(share)
 }
 
-/// The same for programs.
+/// The result of the noise tests as JSON.
 pub fn as_json(agreement: &Agreement, significance: f64) -> Value {
     let test = |test: &Test| {
         json!({

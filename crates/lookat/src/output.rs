@@ -7,28 +7,31 @@ use std::path::{Path, PathBuf};
 
 use lookat_image::{Format, ImageError, io_reason, write_target};
 
-/// Fails where a picture of this width and height could not be written in the end.
+/// Fails if a picture of this width and height cannot be written.
 pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
     let name = file.display();
     let Some(format) = Format::from_path(file) else {
-        return Err(format!("{name}: lookat writes {}; choose one by the ending, with -o", Format::NAMES));
+        return Err(format!(
+            "{name}: lookat writes {}; choose the format by the extension, with -o",
+            Format::NAMES
+        ));
     };
     let most = format.most_side();
     if size.iter().any(|side| *side > most) {
-        return Err(format!("cannot write {name}: such a file is at most {most} pixels wide and high"));
+        return Err(format!("cannot write {name}: this format has at most {most} pixels per side"));
     }
     check_folder(file)
 }
 
-/// Fails where a result would replace one of the files that it is made from.
+/// Fails if a result would replace one of its own inputs.
 pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), String> {
     match is_among(file, inputs) {
-        true => Err(format!("cannot write {}: the result is made from what is there", file.display())),
+        true => Err(format!("cannot write {}: this file is an input of the result", file.display())),
         false => Ok(()),
     }
 }
 
-/// Whether it is one of some files, by whatever name.
+/// True if it is one of the files, under any name.
 pub fn is_among<'i>(file: &Path, files: impl IntoIterator<Item = &'i PathBuf>) -> bool {
     let Ok(file) = file.canonicalize() else { return false };
     files.into_iter().any(|other| other.canonicalize().is_ok_and(|other| other == file))
@@ -48,7 +51,7 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
         return cannot(&format!("it ends like the name of a folder; write {}", path.display()));
     }
     let Some((target, folder)) = write_target(file) else {
-        return cannot("what is there is not a file");
+        return cannot("the existing path is not a file");
     };
     if !folder.is_dir() {
         return cannot(&format!("there is no folder {}", folder.display()));
@@ -62,7 +65,7 @@ pub fn check_folder(file: &Path) -> Result<(), String> {
 /// Tries what writing takes.
 fn try_writing(target: &Path, folder: &Path) -> io::Result<()> {
     match std::fs::symlink_metadata(target) {
-        // It would be replaced, which takes no leave to write to it.
+        // Replacing it would not need write permission.
         Ok(_) => drop(OpenOptions::new().write(true).open(target)?),
         Err(error) if error.kind() == ErrorKind::NotFound => {}
         // The name is too long, for example.
@@ -128,11 +131,11 @@ pub fn write_result(file: &Path, write: impl Fn(&Path) -> Result<(), ImageError>
     destination.result()
 }
 
-/// Makes a folder, and those that it is in.
+/// Creates a folder and its parents.
 pub fn make_folder(folder: &Path) -> Result<(), String> {
     if folder.is_file() {
-        return Err(format!("cannot make the folder {}: what is there is a file", folder.display()));
+        return Err(format!("cannot create the folder {}: a file has this name", folder.display()));
     }
     std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot make the folder {}: {}", folder.display(), io_reason(&error)))
+        .map_err(|error| format!("cannot create the folder {}: {}", folder.display(), io_reason(&error)))
 }

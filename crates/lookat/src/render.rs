@@ -1,4 +1,4 @@
-//! `lookat render`: from a scene file to a picture.
+//! `lookat render`: renders a scene file to a picture.
 
 mod progress;
 mod summary;
@@ -22,13 +22,13 @@ pub use progress::progress_bar;
 pub use summary::Metadata;
 use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, summarize};
 
-/// Set when there are samples to write.
+/// True once there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
 
-/// The share of pixels that are to be within the target error, where it is not given.
+/// The default confidence of the target error.
 const CONFIDENCE: f64 = 0.95;
 
-/// Pixels with a target error: each takes about 300 bytes while it is not done.
+/// The most pixels with a target error. Each takes about 300 bytes until it is done.
 const MOST_PIXELS: u64 = 1 << 24;
 
 /// Runs the command.
@@ -36,7 +36,7 @@ pub fn render(arguments: &Render) -> ExitCode {
     let crop = arguments.crop.as_deref().and_then(|edges| <[f64; 4]>::try_from(edges).ok());
     let is_open = arguments.target_error.is_some() || arguments.time.is_some();
     let overrides = Overrides {
-        // Where it is the most samples, the scene keeps its own.
+        // If --spp is a maximum, the scene keeps its own number.
         samples_per_pixel: arguments.spp.filter(|_| !is_open),
         resolution: arguments.resolution,
         crop,
@@ -60,7 +60,7 @@ pub fn render(arguments: &Render) -> ExitCode {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone(), &mut result),
         (None, _) => {
             if loaded.can_keep_going && !arguments.report.json && !arguments.quiet {
-                crate::say("not rendered; --keep-going renders what is right");
+                crate::say("not rendered; to skip directives with errors, use --keep-going");
             }
             report::failure(&loaded)
         }
@@ -76,49 +76,51 @@ pub fn render(arguments: &Render) -> ExitCode {
     finish(arguments, &result, status)
 }
 
-/// Prints the result, if it is asked for as JSON; the exit status.
+/// Prints the result as JSON, if requested. Returns the exit status.
 fn finish(arguments: &Render, result: &JsonResult, status: u8) -> ExitCode {
     let lost = arguments.report.json && crate::print_json(result).is_err();
     ExitCode::from(if lost { crate::lost() } else { status })
 }
 
-/// Tells of trouble that is not in the scene.
+/// Reports an error outside the scene.
 fn fail(message: String, result: &mut JsonResult) -> u8 {
     crate::say(&format!("error: {message}"));
     result.error = Some(message);
     crate::TROUBLE
 }
 
-/// What is wrong with the arguments together, before it is blamed on the scene.
+/// Checks the arguments together, before loading the scene.
 fn check_arguments(arguments: &Render) -> Result<(), String> {
     if let Some([x0, x1, y0, y1]) = arguments.crop.as_deref()
         && (x0 >= x1 || y0 >= y1)
     {
-        let message = "--crop takes the left, right, top and bottom edge: the first is less than the second, the third than the fourth";
+        let message = "--crop takes the left, right, top and bottom edge, with left < right and top < bottom";
         return Err(message.into());
     }
     if let (Some([width, height]), None) = (arguments.resolution, &arguments.crop)
         && u64::from(width) * u64::from(height) > MAX_PIXELS
     {
-        let message = "--resolution asks for more than 100 million pixels; render parts of it with --crop";
+        let message = "--resolution has more than 100 million pixels; render parts with --crop";
         return Err(message.into());
     }
     if arguments.target_error.is_some() && arguments.spp.is_some_and(|most| most < 64) {
-        return Err("--target-error needs 64 samples per pixel or more, to tell the error; see --spp".into());
+        return Err(
+            "--target-error needs at least 64 samples per pixel to estimate the error; increase --spp".into(),
+        );
     }
     if arguments.error_layers && arguments.time.is_some() && arguments.target_error.is_none() {
-        return Err("--error-layers goes with --time only where there is a --target-error".into());
+        return Err("--error-layers with --time also needs --target-error".into());
     }
     Ok(())
 }
 
-/// The settings that the arguments ask for.
+/// The render settings of the arguments.
 fn settings(arguments: &Render, file: &Path) -> Settings {
     let confidence = arguments.confidence.unwrap_or(CONFIDENCE);
     let target = arguments.target_error.map(|relative| TargetError { relative, confidence });
     Settings {
         seed: arguments.seed,
-        // A picture of which so much is known says it.
+        // A picture with a target error always has error layers.
         error_layers: arguments.error_layers
             || target.is_some() && Format::from_path(file) == Some(Format::Exr),
         target_error: target,
@@ -139,7 +141,7 @@ fn picture(
     // A draft replaces no finished picture.
     let film = if arguments.quick { marked(film, "quick") } else { film.clone() };
     let file = arguments.output.clone().unwrap_or(film);
-    // Before hours of rendering, not after.
+    // Check before hours of rendering, not after.
     let crop = scene.film.crop;
     check_output(&file, [crop.width(), crop.height()])?;
     check_inputs(&file, &loaded.inputs)?;
@@ -149,7 +151,7 @@ fn picture(
     check_memory(scene, &settings, &loaded.memory)?;
     if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
         return Err(format!(
-            "--target-error keeps 16 patterns for each pixel, and takes up to {MOST_PIXELS} pixels; render parts with --crop"
+            "--target-error supports at most {MOST_PIXELS} pixels; render parts with --crop"
         ));
     }
     if arguments.error_layers {
@@ -158,7 +160,7 @@ fn picture(
     if !arguments.quiet {
         note_sampler(arguments, scene, loaded);
     }
-    let notice = "stopping; once more ends at once, without a picture";
+    let notice = "stopping; interrupt again to quit without a picture";
     interrupt::stop_in_order((!arguments.quiet).then_some(notice), || HAS_SAMPLES.load(Ordering::Relaxed));
     let started = Instant::now();
     let shown = Shown::new(arguments, crop.area());
@@ -179,7 +181,7 @@ fn picture(
     let name = file.file_name().unwrap_or_default();
     let file = destination.write(name, |path| rendered.image.write(path))?;
     let Statistics { least, most, rays, rejected, target, .. } = rendered.statistics;
-    // What follows them is how noisy they are.
+    // The channels after the colors are error layers.
     let colors = &rendered.image.channels[..3];
     let picture = JsonPicture {
         file: file.display().to_string(),
@@ -196,7 +198,7 @@ fn picture(
         target: settings.target_error.zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
     if arguments.quiet && !picture.complete {
-        crate::say(&format!("interrupted; a partial picture is in {}", picture.file));
+        crate::say(&format!("interrupted; the partial picture is in {}", picture.file));
     }
     if !arguments.quiet && !arguments.report.json {
         summarize(&picture, &rendered);
@@ -220,34 +222,36 @@ pub fn check_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -
     })
 }
 
-/// Where `--adaptive` has changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.
-const ALIKE: &str = "all pixels have as many samples as without --adaptive: to share them out takes noise, at least 8 samples per pixel, and 512 pixels";
+/// The message if `--adaptive` changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.
+const ALIKE: &str = "--adaptive had no effect: it needs noise, at least 8 samples per pixel, and 512 pixels";
 
-/// Fails where there can be no error layers.
+/// Fails if error layers are impossible.
 fn check_error_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), String> {
     if Format::from_path(file) != Some(Format::Exr) {
         return Err(format!(
-            "{}: only an .exr file can hold error layers; choose one with -o",
+            "{}: only an .exr file can store error layers; choose one with -o",
             file.display()
         ));
     }
     if arguments.target_error.is_none() && scene.sampler.samples_per_pixel < 2 {
-        return Err("--error-layers needs at least 2 samples per pixel, better 16 or more; see --spp".into());
+        return Err(
+            "--error-layers needs at least 2 samples per pixel, preferably 16 or more; increase --spp".into(),
+        );
     }
     Ok(())
 }
 
-/// Says where error layers make another picture than the scene asks for.
+/// Warns if error layers change the sampler of the scene.
 pub fn note_jitter(scene: &Scene, loaded: &Loaded) {
     if scene.sampler.jittered() != scene.sampler {
         let file = loaded.sources.files[0].path.display();
         crate::say(&format!(
-            "{file}: the samples are jittered for the error layers, in spite of \"bool jitter\" false"
+            "{file}: error layers need jittered samples, so \"bool jitter\" \"false\" is ignored"
         ));
     }
 }
 
-/// Says where the picture has another sampler than the scene asks for.
+/// Warns if an option replaces the sampler of the scene.
 fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
     let option = match (arguments.target_error, arguments.time) {
         (Some(_), _) => "--target-error",
@@ -263,7 +267,7 @@ fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
     };
     if !is_kept {
         let file = loaded.sources.files[0].path.display();
-        crate::say(&format!("{file}: with {option} the Sampler is \"sobol\""));
+        crate::say(&format!("{file}: {option} uses Sampler \"sobol\""));
     }
 }
 

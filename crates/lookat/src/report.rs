@@ -1,4 +1,4 @@
-//! Tells people, or programs, what is wrong with a file.
+//! Prints the diagnostics of a scene, as text or as JSON.
 
 use std::io::{IsTerminal, Write};
 use std::ops::Range;
@@ -12,15 +12,15 @@ use serde::Serialize;
 
 use crate::visible::{is_active, stand_in, visible, visible_lines};
 
-/// How many problems of one scene are printed at full length for people.
+/// The most diagnostics of a scene that are printed as text.
 const MAX_SHOWN: usize = 100;
 
-/// Whether a scene has errors.
+/// True if a scene has errors.
 pub fn has_errors(loaded: &Loaded) -> bool {
     loaded.diagnostics.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
 }
 
-/// The exit status for what is no scene: it has errors, or could not even be read.
+/// The exit status for a scene with errors, or for an unreadable file.
 pub fn failure(loaded: &Loaded) -> u8 {
     if loaded.inputs.is_empty() { crate::TROUBLE } else { 1 }
 }
@@ -52,12 +52,12 @@ fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer)
             continue;
         }
         *room -= 1;
-        // Standard error may be closed; nobody reads then.
+        // Ignore a closed standard error.
         let _ = writeln!(out, "{}\n", render(diagnostic, &loaded.sources, renderer));
     }
     if hidden > 0 {
         let noun = if hidden == 1 { "message" } else { "messages" };
-        let _ = writeln!(out, "... and {hidden} more {noun}; --json has them\n");
+        let _ = writeln!(out, "... and {hidden} more {noun}; --json prints all\n");
     }
     let summary = summary(&loaded.diagnostics, quiet);
     if !summary.is_empty() {
@@ -104,7 +104,7 @@ fn other_places(places: &[Span], sources: &Sources) -> Option<String> {
     (!places.is_empty()).then(|| format!("also at {} other {noun}: {listed}{left}", places.len()))
 }
 
-/// One diagnostic with the lines it is about. Foreign text in it is made visible; the styles are the renderer's.
+/// One diagnostic with its source lines. Foreign text in it is made visible; the styles are the renderer's.
 fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
@@ -114,7 +114,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     let windows: Vec<Window> =
         diagnostic.labels.iter().map(|label| Window::around(label.span, sources)).collect();
     let mut group = Group::with_title(level.primary_title(visible(&diagnostic.message)));
-    // Labels of one window share a snippet; the first is the place of the trouble.
+    // Labels in one window share a snippet. The first label is the place of the problem.
     let mut done: Vec<&Window> = Vec::new();
     for window in &windows {
         if done.contains(&window) {
@@ -127,7 +127,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
         done.push(window);
         let mut snippet = Snippet::source(window.text.as_str()).line_start(window.line);
         if window.is_cut {
-            // The snippet does not know what is missing of its line.
+            // The snippet does not know the missing start of its line.
             let first = diagnostic.labels.iter().zip(&windows).find(|(_, w)| *w == window);
             let column = first.map_or(1, |(label, _)| sources.location(label.span).column);
             let origin = Origin::path(window.path.as_str()).line(window.line).char_column(column);
@@ -153,7 +153,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     let shown_fix = fix_window.filter(|(_, window)| window.text.len() <= LONGEST_MENDED);
     let rendered = match (&shown_fix, help) {
         (Some((fix, window)), help) => {
-            let title = help.unwrap_or_else(|| "write it so".into());
+            let title = help.unwrap_or_else(|| "write it like this".into());
             let patch = Patch::new(window.range(fix.span), visible_lines(&fix.replacement));
             let snippet =
                 Snippet::source(window.text.as_str()).line_start(window.line).path(window.path.as_str());
@@ -166,31 +166,31 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     if !windows.iter().any(|window| window.is_cut) {
         return rendered;
     }
-    // Where a place and its line come apart, the renderer marks the line as that of another file.
+    // If a place is not in its snippet, the renderer marks the snippet as another file.
     let is_mark = |line: &&str| strip_str(line).to_string().trim() == ":::";
     rendered.lines().filter(|line| !is_mark(line)).collect::<Vec<_>>().join("\n")
 }
 
-/// The longest line that is shown once more as it should be: the renderer shows all of it.
+/// The longest line that is printed again with its fix, in bytes. The renderer prints all of it.
 const LONGEST_MENDED: usize = 400;
 
-/// The lines around a span, as much of them as people can read: files may have lines of megabytes.
+/// The readable part of the lines around a span. Files may have lines of megabytes.
 #[derive(PartialEq)]
 struct Window {
     path: String,
-    /// Where the text starts in the file.
+    /// The offset of the text in the file.
     start: usize,
     line: usize,
     text: String,
-    /// For each byte of the file in the window, and its end, the place in `text`.
+    /// The offset in `text` for each byte of the window, and for its end.
     places: Vec<usize>,
-    /// The file is empty, or could not be read: there is nothing to show.
+    /// True if the file is empty or unreadable.
     is_empty: bool,
-    /// The text starts inside a line.
+    /// True if the text starts inside a line.
     is_cut: bool,
 }
 
-/// The most bytes of a line that are handed over before and after the start of a span; fewer are shown.
+/// The most bytes of a line before and after the start of a span. The renderer prints fewer.
 const BEFORE: usize = 1 << 16;
 const AFTER: usize = 160;
 
@@ -220,7 +220,7 @@ impl Window {
         }
     }
 
-    /// A span of the file as a range of the text.
+    /// Converts a span of the file to a range of the text.
     fn range(&self, span: Span) -> Range<usize> {
         let place = |at: u32| {
             let byte = (at as usize).saturating_sub(self.start).min(self.places.len() - 1);
@@ -230,7 +230,7 @@ impl Window {
     }
 }
 
-/// Bytes as text that a terminal can show, and where each byte went.
+/// Bytes as printable text, and the offset of each byte in it.
 fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
     let (mut text, mut places) = (String::new(), Vec::new());
     for chunk in bytes.utf8_chunks() {
@@ -247,7 +247,7 @@ fn readable(bytes: &[u8]) -> (String, Vec<usize>) {
     (text, places)
 }
 
-/// A diagnostic for programs.
+/// A diagnostic as JSON.
 #[derive(Serialize)]
 pub struct JsonDiagnostic<'a> {
     severity: &'static str,
@@ -276,7 +276,7 @@ struct JsonFix<'a> {
     replacement: &'a str,
 }
 
-/// Lines and columns count from 1, columns in characters; bytes from 0.
+/// Lines and columns count from 1, columns in characters. Bytes count from 0.
 #[derive(Serialize)]
 struct JsonPlace {
     file: String,
@@ -286,7 +286,7 @@ struct JsonPlace {
     end: u32,
 }
 
-/// The diagnostics of a scene for programs.
+/// The diagnostics of a scene as JSON.
 pub fn json(loaded: &Loaded) -> Vec<JsonDiagnostic<'_>> {
     let place = |span: Span| {
         let location = loaded.sources.location(span);
@@ -323,14 +323,14 @@ mod tests {
 
     use super::*;
 
-    /// What is said of a scene, as a terminal shows it.
+    /// The printed diagnostics of a scene, without styles.
     fn told(text: &str) -> String {
         let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.into()), &Overrides::default());
         let render = |diagnostic| render(diagnostic, &loaded.sources, &Renderer::styled());
         strip_str(&loaded.diagnostics.iter().map(render).collect::<String>()).to_string()
     }
 
-    /// The mark of another file is left out where a line is cut, and nothing else.
+    /// The output for a cut line omits only the mark of another file.
     #[test]
     fn cut_lines_are_shown() {
         let blanks = " ".repeat(BEFORE);

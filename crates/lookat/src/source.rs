@@ -1,4 +1,4 @@
-//! Loads scenes for the program: from files, or from standard input.
+//! Loads scenes from files or standard input.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -10,16 +10,16 @@ use lookat_scene::{Loaded, Overrides, load_opened};
 
 use crate::args::Report;
 
-/// Loads a scene, and turns warnings into errors where that is asked for.
+/// Loads a scene. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded {
     let begun = Cell::new(false);
-    // Standard input is the scene alone, not what a file in it names.
+    // Only the scene itself can be standard input, not a file that it names.
     let open = |file: &Path| match file == Path::new("-") && file == path && !begun.replace(true) {
         true => Ok(Box::new(std::io::stdin()) as Box<dyn Read>),
         false => open(file),
     };
     let mut loaded = load_opened(path, &open, overrides);
-    // People know standard input by another name.
+    // Show `-` under a readable name.
     if let Some(first) = loaded.sources.files.first_mut()
         && first.path == Path::new("-")
     {
@@ -39,7 +39,7 @@ fn fail_warnings(loaded: &mut Loaded, keep_going: bool) {
         warnings += 1;
     }
     if warnings > 0 && !keep_going {
-        // Where all were warnings, nothing has to be left out.
+        // If all errors are warnings, --keep-going would skip nothing.
         loaded.can_keep_going &= loaded.scene.take().is_none();
     }
 }
@@ -53,7 +53,7 @@ fn open(path: &Path) -> Result<Box<dyn Read>> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;
-        // Some of them never end.
+        // Some devices never end.
         if kind.is_char_device() || kind.is_block_device() {
             return Err(std::io::Error::other("it is a device, not a file"));
         }

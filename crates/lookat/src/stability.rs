@@ -1,4 +1,4 @@
-//! `lookat stability`: where methods fail, and whether lookat does.
+//! `lookat stability`: numerical tests of lookat and of other methods.
 
 use std::fmt::Write;
 use std::process::ExitCode;
@@ -16,7 +16,7 @@ pub fn stability(arguments: &Stability) -> ExitCode {
     crate::exit_code(run(arguments).map(|passes| u8::from(!passes)))
 }
 
-/// Runs the cases; whether all pass.
+/// Runs the cases. True if all pass.
 fn run(arguments: &Stability) -> Result<bool, String> {
     let cases = chosen(&arguments.case)?;
     if let Some(folder) = &arguments.output {
@@ -57,13 +57,13 @@ fn run(arguments: &Stability) -> Result<bool, String> {
 /// The tables of all cases.
 const TABLES: [&str; 2] = ["stability.csv", "stability.json"];
 
-/// The tables of the cases so far, so that an interrupted run leaves what it has found.
+/// Writes the tables so far, so that an interrupted run leaves its results.
 fn write_tables(results: &[(Case, Found)], destination: &mut Destination) -> Result<(), String> {
     let texts = [as_csv(results), format!("{:#}\n", as_json(results))];
     TABLES.iter().zip(texts).try_for_each(|(name, text)| write(name, text.as_bytes(), destination))
 }
 
-/// The cases with these names, or the families of these letters; all if there are none.
+/// The cases with these names or family letters. All cases without names.
 fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
     let all = cases();
     let is = |case: &Case, name: &str| {
@@ -72,7 +72,7 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
     };
     if let Some(unknown) = names.iter().find(|name| !all.iter().any(|case| is(case, name))) {
         if let Some(near) = nearest(unknown, all.iter().map(|case| case.name)) {
-            return Err(format!("there is no case `{unknown}`; did you mean `{near}`?"));
+            return Err(format!("unknown case `{unknown}`; did you mean `{near}`?"));
         }
         crate::say("the cases are");
         all.iter().for_each(|case| crate::say(&format!("    {:4} {}", case.id, case.name)));
@@ -82,7 +82,7 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
     Ok(all.into_iter().filter(wanted).collect())
 }
 
-/// How many cases pass, as the last line.
+/// The last line: the number of cases that pass.
 fn totals(results: &[(Case, Found)]) -> String {
     let judged: Vec<_> = results.iter().filter(|(case, _)| case.limit.is_finite()).collect();
     let passed = judged.iter().filter(|(case, found)| found.passes(case)).count();
@@ -91,7 +91,7 @@ fn totals(results: &[(Case, Found)]) -> String {
     format!("{passed} of {} cases pass{rest}\n", judged.len())
 }
 
-/// One case, for people.
+/// One case as text.
 fn as_text(case: &Case, found: &Found) -> String {
     let verdict = match (found.passes(case), case.limit.is_finite()) {
         (true, true) => "pass",
@@ -102,7 +102,7 @@ fn as_text(case: &Case, found: &Found) -> String {
     let own: Vec<&Row> = found.rows.iter().filter(|row| row.method == LOOKAT).collect();
     let (tried, failed) = own.iter().fold((0, 0), |sum, row| (sum.0 + row.tried, sum.1 + row.failed));
     let _ = write!(text, "    lookat: {failed} of {tried} wrong");
-    // A list of questions is no sample.
+    // A short list of questions is not a random sample.
     if tried >= SAMPLE {
         let [low, high] = interval(failed, tried).map(share);
         let _ = write!(text, " (95 % interval {low} to {high})");
@@ -119,7 +119,7 @@ fn as_text(case: &Case, found: &Found) -> String {
         let errors = own.iter().any(|row| row.worst.is_some())
             && found.rows.iter().any(|row| row.method != LOOKAT && row.worst.is_some());
         if !errors || found.rows.iter().any(|row| row.failed > 0) {
-            matrix(&mut text, "share of wrong answers", case, found, &places, |row| {
+            matrix(&mut text, "fraction of wrong answers", case, found, &places, |row| {
                 Some(row.failed as f64 / row.tried as f64)
             });
         }
@@ -133,12 +133,12 @@ fn as_text(case: &Case, found: &Found) -> String {
     text + "\n"
 }
 
-/// As many answers are a random sample, fewer are a list.
+/// The fewest answers that count as a random sample.
 const SAMPLE: u64 = 1000;
-/// Remarks of a case that are printed.
+/// The most remarks printed for a case.
 const MOST_REMARKS: usize = 10;
 
-/// The places on the axis, in order; `None` is one of them where rows have no place.
+/// The sorted places on the axis. `None` stands for rows without a place.
 fn places(found: &Found) -> Vec<Option<f64>> {
     let mut places: Vec<Option<f64>> = Vec::new();
     for row in &found.rows {
@@ -149,7 +149,7 @@ fn places(found: &Found) -> Vec<Option<f64>> {
     places
 }
 
-/// A line for each method, a column for each place.
+/// A table with a row per method and a column per place.
 fn matrix(
     text: &mut String,
     title: &str,
@@ -174,7 +174,7 @@ fn matrix(
     }
 }
 
-/// A number with two digits.
+/// Formats a number with two digits.
 fn share(x: f64) -> String {
     match x {
         0.0 => "0".into(),

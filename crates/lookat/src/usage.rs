@@ -11,12 +11,12 @@ use lookat_scene::syntax::nearest;
 use crate::args::Arguments;
 use crate::visible::visible;
 
-/// Prints help, or what is wrong with the command line.
+/// Prints help, or the error of the command line.
 pub fn explain(error: Error) -> ExitCode {
     let typed: Vec<String> = std::env::args_os().map(|typed| visible(&typed.to_string_lossy())).collect();
     let error = if error.use_stderr() { with_tips(error, &typed) } else { error };
     ExitCode::from(match error.print() {
-        // Help that cannot be written; where its reader has left, nobody misses it.
+        // The help could not be written. A closed pipe is fine, because nobody reads it.
         Err(trouble) if trouble.kind() != IoErrorKind::BrokenPipe => crate::lost(),
         _ if error.use_stderr() => crate::TROUBLE,
         _ => 0,

@@ -110,9 +110,7 @@ fn run(arguments: &Verify) -> Result<u8, String> {
         && scenes.iter().all(|scene| files::fault(scene).is_none() && files::beside(scene).next().is_none())
     {
         let folder = arguments.folder.display();
-        return Err(format!(
-            "no scene in {folder} has a picture of the same name beside it; --update writes them"
-        ));
+        return Err(format!("no scene in {folder} has a reference picture; --update writes references"));
     }
     if let Some(file) = &arguments.report {
         check_report(file)?;

@@ -59,7 +59,7 @@ const FEATURES: &[Feature] = &[
     in_scene("gaussian filter", &[("\"box\"", "\"gaussian\"")]),
     in_scene("halton sampler", &[("\"sobol\"", "\"halton\"")]),
     in_scene("lights by power", &[("\"uniform\"", "\"power\"")]),
-    in_scene("lights by what they bring", &[("\"uniform\"", "\"spatial\"")]),
+    in_scene("lights by their light at the point", &[("\"uniform\"", "\"spatial\"")]),
     in_scene(
         "picture as texture, filtered",
         &[
@@ -136,7 +136,7 @@ pub(super) fn table(rounds: usize) -> Table {
     };
     Table {
         name: "features",
-        title: "a scene with one thing more at a time, on one thread; as ratios to the base".into(),
+        title: "the base scene with one more feature, on one thread; ratios to the base".into(),
         columns: vec!["s", "time", "rays", "time of a ray"],
         rows: FEATURES.iter().zip(&measured).map(row).collect(),
     }

@@ -46,7 +46,7 @@ pub(super) fn table(rounds: usize) -> Table {
     };
     Table {
         name: "rendering",
-        title: "scenes of lookat; a million rays a second counts rays of all kinds".into(),
+        title: "built-in scenes; Mray/s counts all kinds of rays".into(),
         columns: vec!["s, one thread", "s, all", "times as fast", "Mray/s, one thread", "Mray/s, all"],
         rows: SCENES.iter().zip(&seconds).map(row).collect(),
     }

@@ -36,13 +36,13 @@ pub(super) fn tables(rounds: usize) -> Vec<Table> {
     let rows = scenes.iter().flat_map(|(name, scene)| rays(name, scene, rounds));
     let rays = Table {
         name: "tracing",
-        title: "rays on one thread, in million a second".into(),
+        title: "rays on one thread, in millions per second".into(),
         columns: vec!["primary", "in bundles", "diffuse", "random", "shadow"],
         rows: rows.collect(),
     };
     let build = Table {
         name: "building",
-        title: "scenes prepared for tracing, in million triangles a second".into(),
+        title: "scene preparation, in millions of triangles per second".into(),
         columns: vec!["one thread", "all threads", "times as fast"],
         rows: scenes.iter().map(|(name, scene)| building(name, scene, rounds)).collect(),
     };

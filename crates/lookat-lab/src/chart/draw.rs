@@ -120,7 +120,7 @@ impl Chart<'_> {
             let points = self.results.curves.iter().flat_map(|curve| curve.0.iter().map(|point| point.1));
             let stars = self.results.markers.iter().map(|marker| marker.rmse);
             let is_hollow = points.chain(stars).any(|rmse| !self.results.is_clear(rmse));
-            let more = if is_hollow { ", which rules hollow points" } else { "" };
+            let more = if is_hollow { ", which dominates hollow points" } else { "" };
             canvas.text(&format!("noise of the reference{more}"), ends[0], [6, -14], 12, GRAY)?;
         }
         Ok(())

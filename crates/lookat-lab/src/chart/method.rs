@@ -73,7 +73,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "path-uniform",
-        about: "path tracing, all lights alike",
+        about: "path tracing, lights with equal probabilities",
         first: 1,
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Uniform)),
     },
@@ -85,13 +85,13 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "path-spatial",
-        about: "path tracing, lights by what each brings to a point",
+        about: "path tracing, lights by their light at the point",
         first: 1,
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Spatial)),
     },
     Method {
         name: "target-error",
-        about: "as many samples as each pixel needs for one error, by Sobol's sequence",
+        about: "Sobol' sequence, with the samples that each pixel needs for a target error",
         first: FIRST_OF_TARGET,
         choose: |way, samples| {
             way.sampler = SamplerKind::Sobol;
@@ -101,7 +101,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "adaptive",
-        about: "more samples where the picture is noisy, by Sobol's sequence",
+        about: "Sobol' sequence, with more samples in noisy pixels",
         first: FIRST_OF_ADAPTIVE,
         choose: |way, _| {
             way.sampler = SamplerKind::Sobol;
@@ -110,7 +110,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "mixed",
-        about: "f32 leaves out, f64 decides: as lookat does",
+        about: "f32 filters and f64 decides, as in lookat",
         first: 1,
         choose: |way, _| way.settings.precision = Precision::Mixed,
     },
@@ -122,7 +122,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "single",
-        about: "f32 alone, by textbook formulas",
+        about: "f32 alone, with textbook formulas",
         first: 1,
         choose: |way, _| way.settings.precision = Precision::Single,
     },

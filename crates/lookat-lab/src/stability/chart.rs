@@ -57,7 +57,7 @@ impl Scale {
         }
         let most = found.rows.iter().map(|row| row.tried).max().unwrap_or(1).max(10);
         Scale {
-            label: "share of wrong answers".into(),
+            label: "fraction of wrong answers".into(),
             range: 0.3 / most as f64..1.5,
             value: |row| Some(row.failed as f64 / row.tried as f64),
         }

@@ -21,11 +21,11 @@ pub(super) fn cases() -> Vec<Case> {
         Case { id, name, family: Family::Sphere, claim, axis, error, limit, run }
     };
     vec![
-        case("S10", "far-quadrics", "rays aimed at and beside cut disks, cylinders, cones and so on hit them or not as they should",
-            Axis::Of("distance / size"), "error of the place of the hit, in sizes, up to a distance of 100", 1e-12, far),
+        case("S10", "far-quadrics", "rays aimed at and beside partial disks, cylinders, cones and other quadrics hit or miss correctly",
+            Axis::Of("distance / size"), "error of the hit point, in sizes, up to a distance of 100", 1e-12, far),
         case("S11", "tangent-quadrics", "rays that pass such shapes, or the edge of a disk, 1e-12 sizes inside and outside hit and miss them",
             Axis::Of("distance / size"), "", 0.0, tangent),
-        case("S12", "leaving-quadrics", "a ray that leaves such a shape meets its other side and not where it starts",
+        case("S12", "leaving-quadrics", "a ray that leaves such a shape hits its other side, not its own start",
             Axis::Of("size"), "error of the distance, in sizes", 1e-8, leaving),
     ]
 }

@@ -24,23 +24,23 @@ pub(super) fn cases() -> Vec<Case> {
         Case { id, name, family: Family::Sphere, claim, axis, error, limit, run }
     };
     vec![
-        case("S1", "far-sphere", "rays aimed at and beside a sphere hit it or not as they should, at any distance",
-            DISTANCE, "share of distances off by more than 2 ulp, from 10 radii on", 0.01, distance::far),
-        case("S2", "sphere-as-ground", "rays about the horizon of a planet, seen from eye height, hit it or not as they should",
+        case("S1", "far-sphere", "rays aimed at and beside a sphere hit or miss correctly, at any distance",
+            DISTANCE, "fraction of distances with an error above 2 ulp, from 10 radii on", 0.01, distance::far),
+        case("S2", "sphere-as-ground", "rays near the horizon of a planet, seen from eye height, hit or miss correctly",
             Axis::None, "relative error of the distance, 1e-6 rad and more below the horizon", 1e-7, distance::ground),
         case("S3", "tangent-rays", "rays that pass a sphere at 1 +- 1e-12 radii miss and hit it",
             DISTANCE, "", 0.0, distance::tangent),
-        case("S4", "inside-and-on", "a ray from inside or from the surface meets a sphere as often as it should",
+        case("S4", "inside-and-on", "a ray from inside or from the surface hits a sphere the right number of times",
             RADIUS, "", 0.0, form::inside_and_on),
-        case("S5", "nested-spheres", "a ray meets a sphere that lies close within another one",
+        case("S5", "nested-spheres", "a ray hits a sphere that lies closely inside another",
             Axis::Of("gap / radius"), "", 0.0, form::nested),
         case("S6", "sizes", "spheres of any size are hit, with a finite normal",
             RADIUS, "error of the distance, in radii", 1e-14, form::sizes),
-        case("S7", "far-from-the-origin", "a sphere and an eye far from the origin are as they are at the origin",
+        case("S7", "far-from-the-origin", "a sphere and an eye far from the origin give the same picture as at the origin",
             EYE, "", 0.0, distance::far_from_origin),
-        case("S8", "ellipsoids", "scaled, sheared and mirrored spheres are hit or not as they should be, with the right normals",
+        case("S8", "ellipsoids", "rays hit or miss scaled, sheared and mirrored spheres correctly, with the right normals",
             Axis::None, "error of the normal, in rad", 1e-8, form::ellipsoids),
-        case("S9", "no-spheres", "a radius that makes no sphere is an error, in its line",
+        case("S9", "no-spheres", "an invalid radius is an error that names its line",
             Axis::None, "", 0.0, form::no_spheres),
     ]
 }

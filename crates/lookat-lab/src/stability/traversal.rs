@@ -39,7 +39,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V2",
             "brute-force",
-            "trees give the element and the distance, to the bit, that asking everything gives",
+            "a BVH gives the same element and distance, to the bit, as testing every element",
             Axis::None,
             "",
             0.0,
@@ -48,7 +48,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V3",
             "one-place",
-            "trees of elements at one place are built and right",
+            "a BVH of elements at one place is built and correct",
             Axis::None,
             "",
             0.0,
@@ -58,7 +58,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V5",
             "acne",
-            "a ray that leaves a convex body outward meets nothing, inward the other side",
+            "a ray that leaves a convex body outward hits nothing, and inward the other side",
             Axis::Of("size"),
             offset,
             offsets::LIMIT,
@@ -67,7 +67,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V5b",
             "acne-far",
-            "the same where the body is far from the origin of the world",
+            "the same for a body far from the origin of the world",
             Axis::Of("distance from the origin / size"),
             offset,
             offsets::LIMIT,
@@ -76,7 +76,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V6",
             "thin-gap",
-            "a ray that leaves a surface meets the next one, however close",
+            "a ray that leaves a surface hits the next one at any distance",
             Axis::Of("gap / size"),
             "",
             0.0,
@@ -85,7 +85,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V7",
             "blocked-light",
-            "what is close to a light shades it, and what lies in its plane does not",
+            "a shape close to a light blocks it, and a shape in its plane does not",
             Axis::Of("gap / distance of the light"),
             "relative error of the light that arrives",
             1e-3,
@@ -103,7 +103,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V9",
             "thousand",
-            "what 1000 samples cost against 1024; a figure, not a promise",
+            "error of 1000 samples relative to 1024 samples; a measurement without a limit",
             Axis::None,
             "RMSE of 1000 samples / RMSE of 1024",
             f64::INFINITY,
@@ -112,7 +112,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V10",
             "neighbours",
-            "errors of neighbouring pixels have nothing in common",
+            "errors of neighboring pixels are uncorrelated",
             Axis::None,
             "correlation of errors",
             0.05,
@@ -121,7 +121,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V11",
             "few-first-samples",
-            "with a target error, pixels at sharp edges are as exact as it says, however dark",
+            "with a target error, pixels at sharp edges reach it at any brightness",
             Axis::None,
             beyond,
             adaptive::LIMIT,
@@ -139,7 +139,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V13",
             "fireflies",
-            "light too rare for a target error to be sure of is told of, edges are not taken for it",
+            "rare light that a target error cannot cover is reported, and edges are not mistaken for it",
             Axis::None,
             "",
             0.0,
@@ -148,7 +148,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "V14",
             "edge-pictures",
-            "a picture without a pixel or a sample is an error with a place, any other is finite",
+            "a picture without pixels or samples is an error with a place; any other picture is finite",
             Axis::None,
             "",
             0.0,

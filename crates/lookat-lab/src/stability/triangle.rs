@@ -36,7 +36,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T1",
             "closed-mesh",
-            "no ray from inside a closed mesh gets out through an edge or a vertex, wherever the mesh stands",
+            "no ray from inside a closed mesh escapes through an edge or a vertex, at any place of the mesh",
             Axis::Of("distance from the origin / radius"),
             "",
             0.0,
@@ -45,7 +45,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T2",
             "mesh-of-any-size",
-            "no ray from inside a closed mesh gets out, however small or large the mesh is",
+            "no ray from inside a closed mesh escapes, at any size of the mesh",
             Axis::Of("radius"),
             "",
             0.0,
@@ -63,7 +63,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T3b",
             "seam",
-            "no ray gets through where the boxes of two triangles meet",
+            "no ray escapes where the boxes of two triangles meet",
             Axis::Of("half size / height of the eye"),
             "",
             0.0,
@@ -81,7 +81,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T5",
             "needles",
-            "triangles of almost no height are hit, at the right distance",
+            "triangles of almost no height are hit at the right distance",
             Axis::Of("length / height"),
             "relative error of the distance",
             1e-6,
@@ -90,7 +90,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T6",
             "no-area",
-            "triangles without area are left out, which is said, and do no harm",
+            "triangles without area are skipped with a note, and do no harm",
             Axis::None,
             "",
             0.0,
@@ -108,7 +108,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T8",
             "same-place",
-            "of two triangles in the same place the first one is hit, on any number of threads",
+            "of two triangles in the same place, the first one is hit, on any number of threads",
             Axis::None,
             "",
             0.0,
@@ -126,7 +126,7 @@ pub(super) fn cases() -> Vec<Case> {
         case(
             "T10",
             "grid",
-            "a surface of many triangles covers all rays through its vertices and along its edges",
+            "a surface of many triangles blocks all rays through its vertices and along its edges",
             Axis::None,
             "",
             0.0,

@@ -1,4 +1,4 @@
-//! The file that was meant by a name that leads nowhere.
+//! Finds the intended file for the name of a missing one.
 
 use std::collections::HashMap;
 use std::fs;
@@ -6,25 +6,25 @@ use std::path::{Path, PathBuf};
 
 use lookat_syntax::{nearest, same_digits};
 
-/// Of a folder at most so many entries are looked at, and of all folders so many.
+/// The most entries read from one folder, and from all folders.
 const MOST_ENTRIES: usize = 10_000;
 const MOST_IN_ALL: usize = 1_000_000;
-/// Names of more parts are left as they are.
+/// The most components of a name.
 const MOST_PARTS: usize = 16;
 
-/// The names in folders, each listed once.
+/// The entries of folders, each listed once.
 #[derive(Default)]
 pub(super) struct Folders {
     listed: HashMap<PathBuf, Vec<String>>,
     entries: usize,
 }
 
-/// How a part of a name is found among the entries of a folder.
+/// A search for a component of a name among the entries of a folder.
 type Find = fn(&str, &[String]) -> Option<String>;
 
 impl Folders {
-    /// The name of a file below one of some folders: that of other case, with other slashes, misspelt, or without the
-    /// folders of another machine before it.
+    /// The name of a file below one of the folders: with other case, other slashes, a typing mistake, or without the
+    /// folders of another machine.
     pub fn meant(&mut self, name: &str, folders: &[PathBuf]) -> Option<String> {
         let name = name.replace('\\', "/");
         let parts: Vec<&str> = name.split('/').filter(|part| !matches!(*part, "" | ".")).collect();
@@ -37,13 +37,13 @@ impl Folders {
         if let Some(found) = below(0, same).or_else(|| below(0, misspelt)) {
             return Some(found);
         }
-        // A folder that is here is not one of another machine.
+        // An existing folder does not belong to another machine.
         let is_here = folders.iter().any(|folder| folder.join(parts.first().unwrap_or(&"")).is_dir());
         let is_absolute = name.starts_with('/');
         if is_here && !is_absolute { None } else { (1..parts.len()).find_map(|from| below(from, same)) }
     }
 
-    /// Follows the parts of a name from entry to entry.
+    /// Follows the components of a name.
     fn file(&mut self, folder: &Path, parts: &[&str], find: Find) -> Option<String> {
         let (mut path, mut found) = (folder.to_owned(), Vec::new());
         for part in parts {
@@ -54,7 +54,7 @@ impl Folders {
         path.is_file().then(|| found.join("/"))
     }
 
-    /// The names in a folder, in order, but for those that cannot be written in a scene as they are.
+    /// The sorted names in a folder, without names that a scene cannot contain unescaped.
     fn entries(&mut self, folder: &Path) -> &[String] {
         let left = MOST_IN_ALL - self.entries.min(MOST_IN_ALL);
         self.listed.entry(folder.to_owned()).or_insert_with(|| {
@@ -70,14 +70,14 @@ impl Folders {
     }
 }
 
-/// As it is written, or but for upper and lower case.
+/// The same name, or one that differs in case.
 fn same(part: &str, entries: &[String]) -> Option<String> {
     let exact = entries.iter().find(|entry| *entry == part);
     let lower = part.to_lowercase();
     exact.or_else(|| entries.iter().find(|entry| entry.to_lowercase() == lower)).cloned()
 }
 
-/// The same, or with a slip. Another number, of files that are numbered, is none; nor is the ending of another format.
+/// The same name, or a misspelled one. The digits and the extension must agree.
 fn misspelt(part: &str, entries: &[String]) -> Option<String> {
     if let Some(entry) = same(part, entries) {
         return Some(entry);

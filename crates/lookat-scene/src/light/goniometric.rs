@@ -1,7 +1,7 @@
-//! `LightSource "goniometric"`: a point that shines in each direction as a picture has it.
+//! `LightSource "goniometric"`: a point light with a map of its intensity by direction.
 //!
-//! - `I`: radiant intensity where the picture is 1, color, default 1
-//! - `mapname`: picture of all directions; without one they are alike
+//! - `I`: radiant intensity where the map is 1, color, default 1
+//! - `mapname`: map of all directions, default 1 everywhere
 //! - `scale`: a factor, color, default 1
 
 use glam::{DMat3, DVec3};
@@ -20,7 +20,7 @@ pub(super) fn goniometric(
     let intensity = scaled(params, "I");
     let position = world_from_light.point(DVec3::ZERO);
     let Some(file) = map_name(params) else {
-        no_map(params, "it shines alike in all directions");
+        no_map(params, "it has equal intensity in all directions");
         return Some(Light::Point { position, intensity });
     };
     let Some(map) = shown(params, &file, pictures) else {

@@ -1,8 +1,8 @@
-//! `LightSource "infinite"`: light from all around.
+//! `LightSource "infinite"`: light from all directions.
 //!
-//! - `L`: radiance, color, default 1; with a map its factor
-//! - `mapname`: picture of all directions, default none
-//! - `nsamples`, or `samples`: of direct light per camera sample, default 1
+//! - `L`: radiance, or the factor on the map, color, default 1
+//! - `mapname`: environment map, default none
+//! - `nsamples`, or `samples`: light samples per camera sample, default 1
 //! - `scale`: a factor, color, default 1
 
 use glam::{DMat3, DVec3};

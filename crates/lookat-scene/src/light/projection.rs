@@ -1,8 +1,8 @@
-//! `LightSource "projection"`: a projector of slides.
+//! `LightSource "projection"`: a slide projector.
 //!
-//! - `I`: radiant intensity where the picture is 1, color, default 1
-//! - `fov`: angle that the shorter side of the picture covers, in degrees, default 45
-//! - `mapname`: the picture; without one it is a white square
+//! - `I`: radiant intensity where the map is 1, color, default 1
+//! - `fov`: angle of the shorter side of the picture, in degrees, default 45
+//! - `mapname`: the picture, default a white square
 //! - `scale`: a factor, color, default 1
 
 use glam::{DMat3, DVec2, DVec3};
@@ -21,12 +21,12 @@ pub(super) fn projection(
     let intensity = scaled(params, "I");
     let fov = params.angle("fov", 45.0);
     if !(fov > 0.0 && fov < 180.0) {
-        params.reject("fov", "fov must be more than 0 and less than 180 degrees", None);
+        params.reject("fov", "fov must be above 0 and below 180 degrees", None);
     }
     let map = match map_name(params) {
         Some(file) => shown(params, &file, pictures),
         None => {
-            no_map(params, "it lights an even square");
+            no_map(params, "it projects a white square");
             None
         }
     };

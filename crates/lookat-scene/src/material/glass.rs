@@ -1,5 +1,4 @@
-//! `Material "glass"`: a surface between dielectrics that reflects and refracts as Fresnel's equations say (PBR 9.2.3
-//! of the third edition's source).
+//! `Material "glass"`: reflection and refraction at a dielectric boundary (PBR3 8.2, 8.4; materials/glass.cpp).
 
 use glam::Vec3;
 
@@ -9,13 +8,13 @@ use crate::texture::{Texture, TextureParams};
 /// Smooth or rough glass.
 #[derive(Debug, Clone)]
 pub struct Glass {
-    /// Factor of reflected light (`Kr`, default 1).
+    /// The factor on reflection (`Kr`, default 1).
     pub kr: Texture<Vec3>,
-    /// Factor of light that passes (`Kt`, default 1).
+    /// The factor on transmission (`Kt`, default 1).
     pub kt: Texture<Vec3>,
-    /// Smooth where both are 0 (`uroughness`, `vroughness`, default 0; `remaproughness`).
+    /// The roughness; smooth where both values are 0 (`uroughness`, `vroughness`, default 0; `remaproughness`).
     pub roughness: Roughness,
-    /// Index of refraction behind the surface by that before it, where its normal points; more than 0 (`eta` or `index`,
+    /// The relative index of refraction, inside over outside (the side of the normal), above 0 (`eta` or `index`,
     /// default 1.5).
     pub eta: Texture<f64>,
 }

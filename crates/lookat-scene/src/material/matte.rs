@@ -1,4 +1,4 @@
-//! `Material "matte"`: diffuse, by Lambert or, where `sigma` is not 0, by Oren and Nayar (PBR 9.2.1).
+//! `Material "matte"`: Lambertian, or Oren-Nayar with a `sigma` above 0 (PBR 9.2.1).
 
 use glam::Vec3;
 
@@ -8,9 +8,10 @@ use crate::texture::{Texture, TextureParams};
 /// A diffuse surface.
 #[derive(Debug, Clone)]
 pub struct Matte {
-    /// Reflected share of light (`Kd`, default 0.5).
+    /// The diffuse reflectance (`Kd`, default 0.5).
     pub kd: Texture<Vec3>,
-    /// Spread of the slopes of the facets, in degrees, used from 0 to 90 (`sigma`, default 0).
+    /// The Oren-Nayar roughness: standard deviation of the facet angle in degrees, clamped to 0 to 90 (`sigma`,
+    /// default 0).
     pub sigma: Texture<f64>,
 }
 
@@ -20,8 +21,8 @@ pub(super) fn matte(params: &mut TextureParams) -> Matte {
     if let Texture::Constant(degrees) = sigma
         && !(0.0..=90.0).contains(&degrees)
     {
-        let message = format!("sigma counts as {}, as in pbrt-v3", degrees.clamp(0.0, 90.0));
-        params.warn("sigma", &message, "it goes from 0, which is smooth, to 90 degrees");
+        let message = format!("sigma is used as {}, as in pbrt-v3", degrees.clamp(0.0, 90.0));
+        params.warn("sigma", &message, "use a sigma from 0 (smooth) to 90 degrees");
     }
     Matte { kd, sigma }
 }

@@ -8,24 +8,24 @@ use crate::texture::{Texture, TextureParams};
 /// A rough conductor in air.
 #[derive(Debug, Clone)]
 pub struct Metal {
-    /// Index of refraction, linear RGB (`eta`, default that of copper).
+    /// The index of refraction, linear RGB (`eta`, default copper).
     pub eta: Texture<Vec3>,
-    /// Absorption coefficient, linear RGB (`k`, default that of copper).
+    /// The absorption coefficient, linear RGB (`k`, default copper).
     pub k: Texture<Vec3>,
-    /// Of the surface (`roughness`, default 0.01; `uroughness`, `vroughness`, `remaproughness`).
+    /// The roughness (`roughness`, default 0.01; `uroughness`, `vroughness`, `remaproughness`).
     pub roughness: Roughness,
 }
 
-/// Index and absorption of copper: the spectra of pbrt-v3 (materials/metal.cpp), turned into RGB as those of a scene.
+/// The index of refraction and absorption of copper: the spectra of pbrt-v3 (materials/metal.cpp), converted to RGB.
 const COPPER: [Vec3; 2] = [Vec3::new(0.199990, 0.922086, 1.099876), Vec3::new(3.904638, 2.447633, 2.137651)];
 
 pub(super) fn metal(params: &mut TextureParams) -> Metal {
     let [eta, k] = [("eta", COPPER[0]), ("k", COPPER[1])].map(|(name, default)| {
         let value = params.spectrum_texture(name, default);
-        // Parts of spectra may be below 0 as colors.
+        // Spectra may give negative color components.
         if value.constant().is_some_and(|color| color.min_element() < 0.0) && params.was_rgb(name) {
-            let message = format!("{name} is less than 0, which no metal has");
-            params.warn(name, &message, "both eta and k are more than 0; without them, those of copper");
+            let message = format!("{name} is negative, which is not physical");
+            params.warn(name, &message, "use eta and k above 0; the defaults are copper");
         }
         value
     });

@@ -1,14 +1,14 @@
-//! `Material "mirror"`: a smooth mirror (PBR 9.2 of the source, materials/mirror.cpp).
+//! `Material "mirror"`: a perfect mirror (materials/mirror.cpp).
 
 use glam::Vec3;
 
 use super::share;
 use crate::texture::{Texture, TextureParams};
 
-/// A smooth mirror.
+/// A perfect mirror.
 #[derive(Debug, Clone)]
 pub struct Mirror {
-    /// Reflected share of light (`Kr`, default 0.9).
+    /// The reflectance (`Kr`, default 0.9).
     pub kr: Texture<Vec3>,
 }
 

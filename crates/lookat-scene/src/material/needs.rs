@@ -1,19 +1,19 @@
-//! What a material asks of the surface that it is on, so that others are not asked.
+//! The surface data that a material needs, so that others are not computed.
 
 use super::{AnyTexture, MaterialKind, Roughness};
 use crate::texture::{Texture, Value};
 
-/// What must be known of a point to shade it, beyond its normals.
+/// The data needed to shade a point, besides its normals.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Needs {
-    /// Texture coordinates and their directions: it varies, is bent, or shines differently along them.
+    /// Texture coordinates and their derivatives, for textures, bump maps and anisotropic lobes.
     pub coordinates: bool,
-    /// The distance to the points that neighbouring rays see: its textures are filtered.
+    /// The texture footprint (ray differentials), for filtered textures.
     pub footprint: bool,
 }
 
 impl Needs {
-    /// Of a surface that is everywhere alike.
+    /// A surface without textures needs nothing.
     pub const NOTHING: Needs = Needs { coordinates: false, footprint: false };
 
     pub(super) fn of(kind: &MaterialKind, bump: Option<&Texture<f64>>) -> Self {

@@ -1,18 +1,18 @@
-//! `Material "plastic"`: a diffuse base under a rough gloss (PBR 9.2.2).
+//! `Material "plastic"`: a diffuse base under a rough dielectric coating (PBR 9.2.2).
 
 use glam::Vec3;
 
 use super::{Roughness, share};
 use crate::texture::{Texture, TextureParams};
 
-/// A diffuse base under a rough gloss of index 1.5.
+/// A diffuse base under a rough dielectric coating of index 1.5.
 #[derive(Debug, Clone)]
 pub struct Plastic {
-    /// Share of the diffuse reflection (`Kd`, default 0.25).
+    /// The diffuse reflectance (`Kd`, default 0.25).
     pub kd: Texture<Vec3>,
-    /// Factor of the glossy reflection (`Ks`, default 0.25).
+    /// The factor on glossy reflection (`Ks`, default 0.25).
     pub ks: Texture<Vec3>,
-    /// Of the gloss (`roughness`, default 0.1; `remaproughness`).
+    /// The roughness of the glossy lobe (`roughness`, default 0.1; `remaproughness`).
     pub roughness: Roughness,
 }
 

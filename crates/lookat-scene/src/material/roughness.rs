@@ -1,16 +1,16 @@
-//! Roughness of glossy surfaces, by the names that the materials have for it.
+//! Roughness of glossy surfaces, by the parameter names of each material.
 
 use crate::texture::{Texture, TextureParams};
 
-/// How rough a surface is along the two directions of its texture coordinates.
+/// The roughness along the two directions of the texture coordinates.
 #[derive(Debug, Clone)]
 pub struct Roughness {
     /// Along u.
     pub u: Texture<f64>,
-    /// Along v; the same as along u where there is none.
+    /// Along v. `None` means the same as along u.
     pub v: Option<Texture<f64>>,
-    /// Both are from 0 to 1 and become the width of the distribution of normals by pbrt-v3's RoughnessToAlpha; else they
-    /// are that width (`remaproughness`, default true).
+    /// If true, values from 0 to 1 are converted to the microfacet alpha by pbrt-v3's RoughnessToAlpha. If false,
+    /// they are alpha (`remaproughness`, default true).
     pub remap: bool,
 }
 
@@ -27,7 +27,7 @@ impl Roughness {
         Roughness { u, v: Some(v), remap: remap(params) }
     }
 
-    /// `roughness`, and `uroughness` and `vroughness` each in place of it.
+    /// `roughness`, which `uroughness` and `vroughness` each replace.
     pub(super) fn of_metal(params: &mut TextureParams, default: f64) -> Self {
         let both = given_or(params, "roughness", default);
         let [u, v] = ["uroughness", "vroughness"].map(|name| given(params, name));
@@ -36,7 +36,7 @@ impl Roughness {
         Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap: remap(params) }
     }
 
-    /// `roughness`, or `uroughness` in place of it, and `vroughness` in place of that.
+    /// `roughness` or `uroughness` for u, and `vroughness` for v (default the same as u).
     pub(super) fn of_uber(params: &mut TextureParams) -> Self {
         let both = given_or(params, "roughness", 0.1);
         let [u, v] = ["uroughness", "vroughness"].map(|name| given(params, name));
@@ -44,14 +44,14 @@ impl Roughness {
     }
 }
 
-/// Roughness by a name, where it is given. Below 0, as in pbrt-v3, lobes are as narrow as they can be.
+/// A roughness parameter, if given. Negative values give the narrowest lobe, as in pbrt-v3.
 fn given(params: &mut TextureParams, name: &'static str) -> Option<Texture<f64>> {
     let roughness = params.float_texture_if_given(name)?;
     if let Texture::Constant(value) = roughness
         && value < 0.0
     {
-        let message = format!("{name} is below 0: the surface is almost smooth, as in pbrt-v3");
-        params.warn(name, &message, "it is mostly between 0 and 1");
+        let message = format!("{name} is negative: the surface is almost smooth, as in pbrt-v3");
+        params.warn(name, &message, "the usual range is 0 to 1");
     }
     Some(roughness)
 }

@@ -1,19 +1,19 @@
-//! `Material "substrate"`: a diffuse base under a layer that reflects the more the flatter the light comes (Ashikhmin and
-//! Shirley, PBR 8.5).
+//! `Material "substrate"`: a diffuse base under a glossy coating with Fresnel reflection (Ashikhmin and Shirley, PBR
+//! 8.5).
 
 use glam::Vec3;
 
 use super::{Roughness, share};
 use crate::texture::{Texture, TextureParams};
 
-/// A diffuse base under a layer.
+/// A diffuse base under a coating.
 #[derive(Debug, Clone)]
 pub struct Substrate {
-    /// Share of the diffuse reflection (`Kd`, default 0.5).
+    /// The diffuse reflectance (`Kd`, default 0.5).
     pub kd: Texture<Vec3>,
-    /// Reflected share of light that comes along the normal (`Ks`, default 0.5).
+    /// The specular reflectance at normal incidence (`Ks`, default 0.5).
     pub ks: Texture<Vec3>,
-    /// Of the layer (`uroughness`, `vroughness`, default 0.1; `remaproughness`).
+    /// The roughness of the coating (`uroughness`, `vroughness`, default 0.1; `remaproughness`).
     pub roughness: Roughness,
 }
 

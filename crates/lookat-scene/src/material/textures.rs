@@ -1,4 +1,4 @@
-//! The textures that a material is made of, whatever its kind.
+//! The textures of any material.
 
 use glam::Vec3;
 
@@ -15,7 +15,7 @@ pub enum AnyTexture<'t> {
 }
 
 impl MaterialKind {
-    /// Its own textures; those of the parts of a mix are theirs.
+    /// The textures of this material, without textures of the parts of a mix.
     pub fn textures(&self) -> Vec<AnyTexture<'_>> {
         let (colors, number): (Vec<&Texture<Vec3>>, _) = match self {
             MaterialKind::Matte(matte) => (vec![&matte.kd], Some(&matte.sigma)),
@@ -38,7 +38,7 @@ impl MaterialKind {
         colors.into_iter().map(AnyTexture::Color).chain(numbers).collect()
     }
 
-    /// How rough it is, where that can be said.
+    /// The roughness, if the material has one.
     pub(super) fn roughness(&self) -> Option<&Roughness> {
         match self {
             MaterialKind::Plastic(plastic) => Some(&plastic.roughness),
@@ -53,7 +53,7 @@ impl MaterialKind {
         }
     }
 
-    /// The name of its type in files.
+    /// The type name in scene files.
     pub fn name(&self) -> &'static str {
         match self {
             MaterialKind::Matte(_) => "matte",

@@ -1,22 +1,22 @@
-//! `Material "translucent"`: diffuse and glossy, on both sides (PBR3 source, materials/translucent.cpp).
+//! `Material "translucent"`: diffuse and glossy reflection and transmission (materials/translucent.cpp).
 
 use glam::Vec3;
 
 use super::{Roughness, share};
 use crate::texture::{Texture, TextureParams};
 
-/// A thin surface of index 1.5 that reflects and lets pass.
+/// A thin surface of index 1.5 that reflects and transmits.
 #[derive(Debug, Clone)]
 pub struct Translucent {
-    /// Share of the diffuse part (`Kd`, default 0.25).
+    /// The factor on diffuse scattering (`Kd`, default 0.25).
     pub kd: Texture<Vec3>,
-    /// Factor of the glossy part (`Ks`, default 0.25).
+    /// The factor on glossy scattering (`Ks`, default 0.25).
     pub ks: Texture<Vec3>,
-    /// What of both is reflected (`reflect`, default 0.5).
+    /// The reflected part of both (`reflect`, default 0.5).
     pub reflect: Texture<Vec3>,
-    /// What of both passes (`transmit`, default 0.5).
+    /// The transmitted part of both (`transmit`, default 0.5).
     pub transmit: Texture<Vec3>,
-    /// Of the gloss (`roughness`, default 0.1; `remaproughness`).
+    /// The roughness of the glossy lobe (`roughness`, default 0.1; `remaproughness`).
     pub roughness: Roughness,
 }
 

@@ -1,27 +1,27 @@
-//! `Material "uber"`: diffuse, glossy, mirroring and clear at once (materials/uber.cpp).
+//! `Material "uber"`: diffuse, glossy and specular lobes in one material (materials/uber.cpp).
 
 use glam::Vec3;
 
 use super::{Roughness, index_of_refraction, share};
 use crate::texture::{Texture, TextureParams};
 
-/// Diffuse, glossy, mirroring and clear at once.
+/// Diffuse, glossy and specular lobes in one material.
 #[derive(Debug, Clone)]
 pub struct Uber {
-    /// Share of the diffuse reflection (`Kd`, default 0.25).
+    /// The diffuse reflectance (`Kd`, default 0.25).
     pub kd: Texture<Vec3>,
-    /// Factor of the glossy reflection (`Ks`, default 0.25).
+    /// The factor on glossy reflection (`Ks`, default 0.25).
     pub ks: Texture<Vec3>,
-    /// Factor of the mirror reflection (`Kr`, default 0).
+    /// The factor on specular reflection (`Kr`, default 0).
     pub kr: Texture<Vec3>,
-    /// Factor of refracted light (`Kt`, default 0).
+    /// The factor on specular transmission (`Kt`, default 0).
     pub kt: Texture<Vec3>,
-    /// Of the gloss (`roughness`, default 0.1, where `uroughness` is not given; `vroughness`, default the same as u;
-    /// `remaproughness`).
+    /// The roughness of the glossy lobe (`uroughness`, or `roughness`, default 0.1; `vroughness`, default the same as
+    /// u; `remaproughness`).
     pub roughness: Roughness,
-    /// Index of refraction behind the surface by that before it; more than 0 (`eta` or `index`, default 1.5).
+    /// The relative index of refraction, inside over outside, above 0 (`eta` or `index`, default 1.5).
     pub eta: Texture<f64>,
-    /// The share of the surface that is there; light passes straight through the rest (`opacity`, default 1).
+    /// The opacity; the rest of the light passes straight through (`opacity`, default 1).
     pub opacity: Texture<Vec3>,
 }
 

@@ -1,4 +1,4 @@
-//! What to say about parameters and types that are not what they should be.
+//! Messages about wrong parameters and types.
 
 use lookat_syntax::{
     Diagnostic, Param, ParamType, Severity, Synonym, Text, Values, begun, nearest, parameter_synonyms,
@@ -11,13 +11,13 @@ use crate::elsewhere::Kind;
 use crate::undefined::undefined;
 
 impl Params<'_> {
-    /// Reports a name that is not defined.
+    /// Reports an undefined name.
     pub fn undefined<'n>(&mut self, kind: Kind, name: &Text, known: impl Iterator<Item = &'n String>) {
         self.failed = true;
         undefined(self.report, kind, name, known);
     }
 
-    /// Reports the name of a texture where one of the other type has it. None is needed where a file is missing.
+    /// Reports a texture of the wrong value type. Stays silent if a missing file may define the right one.
     pub fn other_texture(&mut self, kind: Kind, name: &Text) {
         self.failed = true;
         let [has, needs] = match kind {
@@ -26,12 +26,12 @@ impl Params<'_> {
         };
         if !self.report.incomplete {
             let message = format!("there is no {} \"{}\"", kind.name(), name.value);
-            let help = format!("the texture of that name is a {has} texture; a {needs} one is needed here");
+            let help = format!("this texture has {has} values; this parameter needs a {needs} texture");
             self.report.push(Diagnostic::error(name.span, message).help(help));
         }
     }
 
-    /// Reports a parameter that there must be: as missing, or as declared with a type that it does not have.
+    /// Reports a required parameter as missing, or as declared with a wrong type.
     pub fn missing(&mut self, name: &str, message: &str, help: &str) {
         let named = |is: &dyn Fn(&str) -> bool| self.params.iter().position(|param| is(&param.name.value));
         let other = named(&|given| given == name).or_else(|| named(&|given| is_slip(given, name)));
@@ -50,7 +50,7 @@ impl Params<'_> {
         self.error(error);
     }
 
-    /// Reports a string that is not of its closed list.
+    /// Reports a string outside its closed list.
     pub fn unknown_choice(&mut self, name: &str, given: &Text, known: &[&str]) {
         let message = format!("unknown {name} \"{}\"", shown(given.value.as_bytes()));
         let error = Diagnostic::error(given.span, message);
@@ -58,15 +58,15 @@ impl Params<'_> {
             Some(near) => {
                 error.help(format!("did you mean \"{near}\"?")).fix(given.span, format!("\"{near}\""))
             }
-            None => error.help(format!("the choices are {}", known.join(", "))),
+            None => error.help(format!("choose from {}", known.join(", "))),
         });
     }
 
-    /// Reports a type that pbrt-v3 does not have.
+    /// Reports an unknown type.
     pub fn say_unknown_kind(&mut self, known: &[&str], severity: Severity) {
         let (kind, at) = (self.kind.value.clone(), self.kind.span);
         let name = shown(kind.as_bytes());
-        let without = if self.keyword == "Accelerator" { ": pbrt-v3 shows no shapes" } else { "" };
+        let without = if self.keyword == "Accelerator" { ": pbrt-v3 renders no shapes" } else { "" };
         let unknown = Diagnostic::error(at, format!("unknown {} \"{name}\"{without}", self.keyword));
         let is_v4 = is_of_v4(self.keyword, &kind);
         if is_v4 {
@@ -91,7 +91,7 @@ impl Params<'_> {
                 Some(known) => rename(unknown.help(format!("did you mean \"{known}\"?")), known),
                 None => {
                     let names: Vec<&str> = known.iter().copied().filter(|name| !name.is_empty()).collect();
-                    unknown.help(format!("pbrt-v3 knows {}", names.join(", ")))
+                    unknown.help(format!("the types are {}", names.join(", ")))
                 }
             },
         };
@@ -101,13 +101,13 @@ impl Params<'_> {
     pub(super) fn left_over(&self, param: &Param) -> Diagnostic {
         let (name, at, what) = (&param.name.value, param.name.span, self.subject());
         if self.was_taken(name) {
-            return Diagnostic::warning(at, format!("\"{name}\" of {what} is given with another type too"))
+            return Diagnostic::warning(at, format!("\"{name}\" of {what} is also given with another type"))
                 .help(format!("the {} is ignored, as in pbrt-v3", param.ty.name()));
         }
         if self.types(name).next().is_some() {
             let mut warning = self.wrong_type(param);
             warning.message += "; it is ignored";
-            let help = "pbrt-v3 ignores it too, and uses the default";
+            let help = "pbrt-v3 also ignores it and uses the default";
             warning.help = Some(warning.help.map_or(help.into(), |way| format!("{way}; {help}")));
             return warning;
         }
@@ -127,7 +127,7 @@ impl Params<'_> {
         match synonym.or_else(|| nearest(name, left())) {
             Some(known) => {
                 let warning = warning.help(format!("did you mean \"{known}\"?"));
-                // The type, too, has to be one that the parameter takes.
+                // The type must match, too.
                 let is_of = |ty: ParamType| class(ty) == class(param.ty);
                 let types: Vec<ParamType> = self.types(known).collect();
                 let ty = match types[..] {
@@ -145,13 +145,13 @@ impl Params<'_> {
         }
     }
 
-    /// The type of a parameter as its file has it, which has several spellings.
+    /// The spelling of the type in the file.
     fn spelling(&self, param: &Param) -> &str {
         let declaration = str::from_utf8(self.files.sources.text(param.name.span)).unwrap_or_default();
         declaration.trim_start_matches('"').split_ascii_whitespace().next().unwrap_or(param.ty.name())
     }
 
-    /// What the parameters belong to: `Shape "sphere"`.
+    /// The directive and its type, such as `Shape "sphere"`.
     pub(super) fn subject(&self) -> String {
         if self.kind.value.is_empty() {
             self.keyword.to_owned()
@@ -160,7 +160,7 @@ impl Params<'_> {
         }
     }
 
-    /// What is wrong with a parameter that exists with other types.
+    /// The diagnostic of a parameter with a wrong type.
     pub(super) fn wrong_type(&self, param: &Param) -> Diagnostic {
         let (name, at) = (&param.name.value, param.name.span);
         let types: Vec<ParamType> = self.types(name).collect();
@@ -172,7 +172,7 @@ impl Params<'_> {
             names.join(" or "),
         );
         let warning = Diagnostic::warning(at, message);
-        // One number where a color is due: grey was meant.
+        // One number in place of a color means grey.
         if let (Values::Numbers(numbers), true) = (&param.values.value, types.contains(&ParamType::Rgb))
             && let [grey] = numbers[..]
         {
@@ -184,44 +184,44 @@ impl Params<'_> {
         let scalar = types.iter().find(|ty| matches!(ty, ParamType::Float | ParamType::Integer));
         if let (Some(number), Some(ty)) = (numeral(&param.values.value), scalar) {
             let declaration = format!("\"{} {name}\" {number}", ty.name());
-            let help = format!("numbers stand without quotes: {declaration}");
+            let help = format!("write the number without quotes: {declaration}");
             return warning.help(help).fix(param.span(), declaration);
         }
         match types[..] {
             [only] => {
                 let declaration = format!("\"{} {name}\"", only.name());
-                let warning = warning.help(format!("declare it {declaration}"));
+                let warning = warning.help(format!("declare it as {declaration}"));
                 if may_be(&param.values.value, only) { warning.fix(at, declaration) } else { warning }
             }
-            // No fix: whether there is such a texture is not known here.
+            // No fix: the texture may not exist.
             _ if types.contains(&ParamType::Texture) && param.ty == ParamType::String => {
                 let (what, ty) =
                     if types.contains(&ParamType::Float) { ("number", "float") } else { ("color", "rgb") };
-                warning.help(format!("a {what} is declared \"{ty} {name}\", a texture \"texture {name}\""))
+                warning.help(format!("declare a {what} as \"{ty} {name}\", a texture as \"texture {name}\""))
             }
             _ if types.contains(&ParamType::Float) => {
                 let declaration = format!("\"float {name}\"");
-                let warning = warning.help(format!("a number is declared {declaration}"));
+                let warning = warning.help(format!("declare a number as {declaration}"));
                 let is_one = param.values.value.len() == 1 && may_be(&param.values.value, ParamType::Float);
                 if is_one { warning.fix(at, declaration) } else { warning }
             }
             _ if types.contains(&ParamType::Rgb) && may_be(&param.values.value, ParamType::Rgb) => {
                 let declaration = format!("\"rgb {name}\"");
-                warning.help(format!("a color is declared {declaration}")).fix(at, declaration)
+                warning.help(format!("declare a color as {declaration}")).fix(at, declaration)
             }
             _ => warning,
         }
     }
 }
 
-/// A number in quotes.
+/// The text of a quoted number.
 fn numeral(values: &Values) -> Option<&str> {
     let Values::Strings(texts) = values else { return None };
     let [text] = &texts[..] else { return None };
     text.value.parse::<f64>().ok().filter(|number| number.is_finite()).map(|_| text.value.as_str())
 }
 
-/// Whether values of one type may be meant as those of another.
+/// True if values of one type may be intended as values of another.
 fn may_be(values: &Values, ty: ParamType) -> bool {
     match values {
         Values::Strings(_) => matches!(ty, ParamType::String | ParamType::Texture),
@@ -229,7 +229,7 @@ fn may_be(values: &Values, ty: ParamType) -> bool {
         _ if matches!(ty, ParamType::String | ParamType::Texture | ParamType::Bool) => false,
         Values::Numbers(numbers) => numbers.len().is_multiple_of(ty.arity()),
         Values::Pairs(_) => ty.arity() != 3,
-        // Three numbers are a point or a color, not a number.
+        // Three numbers are a point or a color.
         Values::Triples(triples) => {
             triples.len() != 1 || !matches!(ty, ParamType::Float | ParamType::Integer)
         }
@@ -237,7 +237,7 @@ fn may_be(values: &Values, ty: ParamType) -> bool {
     }
 }
 
-/// Whether one name was most likely meant by another.
+/// True if a name is probably a misspelling of another.
 fn is_slip(given: &str, name: &str) -> bool {
     same_digits(given, name) && nearest(given, [name]).is_some()
 }

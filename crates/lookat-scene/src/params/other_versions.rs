@@ -1,6 +1,6 @@
 //! Types of other versions of pbrt.
 
-/// Whether pbrt-v4 introduced the type.
+/// True for types introduced by pbrt-v4.
 pub(super) fn is_of_v4(keyword: &str, kind: &str) -> bool {
     let kinds: &[&str] = match keyword {
         "Shape" => &["bilinearmesh"],

@@ -7,7 +7,7 @@ use super::source::{Ascii, Binary, Fault, Source};
 use super::stream::Stream;
 use super::{PlyError, PlyMesh};
 
-/// The most rows for which memory is reserved before they are there.
+/// The most rows to reserve memory for before reading them.
 const MOST_RESERVED: u64 = 1 << 20;
 
 /// Reads the body.
@@ -32,7 +32,7 @@ fn read_elements(header: &Header, mut source: impl Source) -> Result<PlyMesh, Pl
     Ok(mesh)
 }
 
-/// Runs `row` once per row of the element and gives its fault, if any, a place.
+/// Runs `row` for each row of the element, and adds the place to its fault.
 fn for_rows<S: Source>(
     source: &mut S,
     element: &Element,
@@ -52,7 +52,7 @@ fn for_rows<S: Source>(
 }
 
 fn skip_rows<S: Source>(source: &mut S, element: &Element) -> Result<(), PlyError> {
-    // Rows of nothing take no bytes, so there may be any number of them.
+    // Rows without properties take no bytes, so their number has no limit.
     if element.properties.is_empty() {
         return Ok(());
     }
@@ -61,14 +61,14 @@ fn skip_rows<S: Source>(source: &mut S, element: &Element) -> Result<(), PlyErro
     })
 }
 
-/// What becomes of a property of a vertex.
+/// The use of a vertex property.
 enum VertexStep {
-    /// It is this one of x y z, nx ny nz, u v.
+    /// The channel in x y z, nx ny nz, u v.
     Channel(usize, Scalar),
     Skip(Kind),
 }
 
-/// Which properties the vertices have and where they go.
+/// The vertex properties and their channels.
 struct VertexPlan {
     steps: Vec<VertexStep>,
     has_normals: bool,
@@ -89,7 +89,7 @@ fn plan_vertices(element: &Element) -> Result<VertexPlan, PlyError> {
             Kind::List { .. } => None,
         }
     };
-    // Only a complete group of names is used.
+    // Only complete groups are used.
     let mut assign = |names: &[&str], first_channel: usize| {
         let found = names.iter().map(|name| number(name)).collect::<Option<Vec<_>>>();
         let Some(found) = found else { return false };
@@ -149,7 +149,7 @@ fn finite<const N: usize>(values: [f64; N], what: &str) -> Result<[f64; N], Faul
     Err(Fault::Bad(format!("has the {what} {values:?}, which is not finite")))
 }
 
-/// The place of the list of a face's vertices, and the types of its count and its items.
+/// The index of the vertex list property of faces, and the types of its count and items.
 fn find_corners(element: &Element) -> Result<(usize, Scalar, Scalar), PlyError> {
     let index = element.find("vertex_indices").or_else(|| element.find("vertex_index"));
     let Some((index, Kind::List { count, item })) = index.map(|i| (i, element.properties[i].kind)) else {
@@ -180,7 +180,7 @@ fn read_faces<S: Source>(
             4 => {
                 let face = source.integers::<4>(item)?;
                 let [a, b, c, d] = in_range(face, vertex_count)?;
-                // The diagonal and the corner orders of pbrt-v3.
+                // The diagonal and corner order of pbrt-v3.
                 mesh.indices.extend([a, b, c, d, a, c]);
             }
             length => {
@@ -192,7 +192,7 @@ fn read_faces<S: Source>(
     })
 }
 
-/// The corners of a face as indices, if all those vertices exist.
+/// The corners of a face as indices, if all vertices exist.
 #[inline]
 fn in_range<const N: usize>(face: [i64; N], vertex_count: u64) -> Result<[i32; N], Fault> {
     // A negative index becomes a huge one. There are at most `i32::MAX` vertices.

@@ -1,4 +1,4 @@
-//! The header of a PLY file: which elements the body holds, in which order and encoding.
+//! The header of a PLY file: the elements of the body, their order and encoding.
 
 use std::io::Read;
 
@@ -6,16 +6,16 @@ use super::stream::{LONGEST, Stream};
 use super::{PlyError, quote};
 use crate::files::{LFS_POINTER, LFS_REASON};
 
-/// Of a header.
+/// The most lines of a header.
 const MOST_LINES: usize = 100_000;
 
-/// How the body is written.
+/// The encoding of the body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     Ascii,
-    /// Least significant byte first.
+    /// Binary, least significant byte first.
     BinaryLittleEndian,
-    /// Most significant byte first.
+    /// Binary, most significant byte first.
     BinaryBigEndian,
 }
 
@@ -33,7 +33,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// The type with this name, of which PLY has two generations.
+    /// The type with this name. PLY has old and new names.
     fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "char" | "int8" => Scalar::I8,
@@ -58,18 +58,18 @@ impl Scalar {
         }
     }
 
-    /// Whether it can count and index.
+    /// True if it can be a count or an index.
     pub fn is_integer(self) -> bool {
         !matches!(self, Scalar::F32 | Scalar::F64)
     }
 }
 
-/// What a property holds in each row of its element.
+/// The contents of a property in each row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A number.
     One(Scalar),
-    /// A count, which has an integer type, and that many items.
+    /// A count of integer type, and as many items.
     List { count: Scalar, item: Scalar },
 }
 
@@ -89,12 +89,12 @@ pub struct Element {
 }
 
 impl Element {
-    /// The place of the first property with this name.
+    /// The index of the first property with this name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.properties.iter().position(|property| property.name == name)
     }
 
-    /// The bytes of a row in a binary body whose lists are all empty.
+    /// The bytes of a binary row with empty lists.
     pub fn binary_size(&self) -> usize {
         let size = |property: &Property| match property.kind {
             Kind::One(scalar) => scalar.size(),
@@ -103,7 +103,7 @@ impl Element {
         self.properties.iter().map(size).sum()
     }
 
-    /// What to call one row in a message.
+    /// The singular noun for a row in messages.
     pub fn noun(&self) -> String {
         match self.name.as_str() {
             name @ ("vertex" | "face") => name.to_owned(),
@@ -111,12 +111,12 @@ impl Element {
         }
     }
 
-    /// What the header says of the number of rows, for a message.
+    /// The declared number of rows, for messages.
     pub fn promise(&self) -> String {
-        format!("the header promises {} {}", self.count, self.plural())
+        format!("the header declares {} {}", self.count, self.plural())
     }
 
-    /// What to call several rows in a message.
+    /// The plural noun for rows in messages.
     fn plural(&self) -> String {
         match self.name.as_str() {
             "vertex" => "vertices".to_owned(),
@@ -126,11 +126,11 @@ impl Element {
     }
 }
 
-/// All that the header says.
+/// A parsed header.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
     pub format: Format,
-    /// In the order of the body.
+    /// The elements in the order of the body.
     pub elements: Vec<Element>,
     /// Bytes before the body.
     pub size: u64,
@@ -154,9 +154,9 @@ pub fn parse(stream: &mut Stream<impl Read>) -> Result<Header, PlyError> {
         if line.is_empty() {
             break;
         }
-        // So that one without an end does not fill the memory.
+        // A header without an end must not fill the memory.
         if line.len() >= LONGEST || number > MOST_LINES {
-            let message = format!("line {number}: the header is too long to be one");
+            let message = format!("line {number}: the header is too long");
             return Err(PlyError(message));
         }
         let line = String::from_utf8_lossy(line);
@@ -171,7 +171,7 @@ pub fn parse(stream: &mut Stream<impl Read>) -> Result<Header, PlyError> {
     Err(no_end)
 }
 
-/// Takes in one line between the first and the last.
+/// Reads one line between the first and the last.
 fn read_line(words: &[&str], format: &mut Option<Format>, elements: &mut Vec<Element>) -> Result<(), String> {
     match words {
         [] | ["comment" | "obj_info", ..] => {}
@@ -182,8 +182,8 @@ fn read_line(words: &[&str], format: &mut Option<Format>, elements: &mut Vec<Ele
             Some(element) => element.properties.push(read_property(rest)?),
             None => return Err("a property before the first element".into()),
         },
-        ["format", ..] => return Err("a format is `format`, a name and a version".into()),
-        ["element", ..] => return Err("an element is `element`, a name and a count".into()),
+        ["format", ..] => return Err("write `format`, a name and a version".into()),
+        ["element", ..] => return Err("write `element`, a name and a count".into()),
         [word, ..] => return Err(format!("unknown keyword {}", quote(word.as_bytes()))),
     }
     Ok(())
@@ -198,14 +198,14 @@ fn read_format(name: &str, version: &str) -> Result<Format, String> {
         "binary_little_endian" => Ok(Format::BinaryLittleEndian),
         "binary_big_endian" => Ok(Format::BinaryBigEndian),
         _ => Err(format!(
-            "unknown format {}: ascii, binary_little_endian and binary_big_endian exist",
+            "unknown format {}; use ascii, binary_little_endian or binary_big_endian",
             quote(name.as_bytes())
         )),
     }
 }
 
 fn new_element(name: &str, count: &str, before: &[Element]) -> Result<Element, String> {
-    // Which of two tables of vertices the faces mean would be a guess.
+    // Two vertex tables would be ambiguous.
     if matches!(name, "vertex" | "face") && before.iter().any(|element| element.name == name) {
         return Err(format!("a second element `{name}`"));
     }
@@ -213,20 +213,20 @@ fn new_element(name: &str, count: &str, before: &[Element]) -> Result<Element, S
     Ok(Element { name: name.to_owned(), count, properties: Vec::new() })
 }
 
-/// Reads what follows the word `property`.
+/// Reads the rest of a `property` line.
 fn read_property(words: &[&str]) -> Result<Property, String> {
     let (name, kind) = match words {
         ["list", count, item, name] => {
             let (count, item) = (read_scalar(count)?, read_scalar(item)?);
             (name, Kind::List { count, item })
         }
-        ["list", ..] => return Err("a list is `property list`, two types and a name".into()),
+        ["list", ..] => return Err("write `property list`, two types and a name".into()),
         [scalar, name] => (name, Kind::One(read_scalar(scalar)?)),
-        _ => return Err("a property is `property`, a type and a name".into()),
+        _ => return Err("write `property`, a type and a name".into()),
     };
     match kind {
         Kind::List { count, .. } if !count.is_integer() => {
-            Err(format!("the count of the list {} has no integer type", quote(name.as_bytes())))
+            Err(format!("the count of the list {} must have an integer type", quote(name.as_bytes())))
         }
         _ => Ok(Property { name: (*name).to_owned(), kind }),
     }
@@ -296,21 +296,21 @@ mod tests {
         check_error("format ascii 1.1", "line 2: unknown PLY version `1.1`; only 1.0 exists");
         check_error(
             "format binary 1.0",
-            "line 2: unknown format `binary`: ascii, binary_little_endian and binary_big_endian exist",
+            "line 2: unknown format `binary`; use ascii, binary_little_endian or binary_big_endian",
         );
-        check_error("format ascii", "line 2: a format is `format`, a name and a version");
+        check_error("format ascii", "line 2: write `format`, a name and a version");
         check_error(&format!("{format}{format}"), "line 3: a second `format` line");
         check_error("property int x", "line 2: a property before the first element");
         check_error("element face -1", "line 2: `-1` is not a count");
-        check_error("element face", "line 2: an element is `element`, a name and a count");
+        check_error("element face", "line 2: write `element`, a name and a count");
         check_error("element face 1\nelement face 1", "line 3: a second element `face`");
         check_error("elephant", "line 2: unknown keyword `elephant`");
         check_error(&"e".repeat(99), "line 2: unknown keyword `eeeeeeeeeeeeeeeeeeeeeeeeeeeeeeee...`");
         let property = |text: &str, expected: &str| check_error(&format!("element e 1\n\n{text}"), expected);
         property("property flot x", "line 4: unknown property type `flot`");
-        property("property list uchar", "line 4: a list is `property list`, two types and a name");
+        property("property list uchar", "line 4: write `property list`, two types and a name");
         property("property list uchar in x", "line 4: unknown property type `in`");
-        property("property list float int x", "line 4: the count of the list `x` has no integer type");
-        property("property int", "line 4: a property is `property`, a type and a name");
+        property("property list float int x", "line 4: the count of the list `x` must have an integer type");
+        property("property int", "line 4: write `property`, a type and a name");
     }
 }

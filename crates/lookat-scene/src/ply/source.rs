@@ -8,29 +8,29 @@ use super::header::{Kind, Scalar};
 use super::quote;
 use super::stream::{LONGEST, Stream};
 
-/// Why a row cannot be read.
+/// The reason why a row is unreadable.
 pub enum Fault {
-    /// The file ends in it.
+    /// The file ends inside the row.
     End,
-    /// Anything else, said so that "vertex 3" can stand before it.
+    /// Another reason, as a text to follow "vertex 3".
     Bad(String),
 }
 
-/// A position in the body from which numbers are read one after the other.
+/// A source of numbers in the body.
 pub trait Source {
-    /// Bytes read so far, with the header.
+    /// The bytes read so far, including the header.
     fn position(&self) -> u64;
 
-    /// The place in the file of a fault in the row that began at `row_start`.
+    /// The place of a fault in the row that starts at `row_start`.
     fn place(&self, row_start: u64) -> String;
 
     /// The next number.
     fn real(&mut self, scalar: Scalar) -> Result<f64, Fault>;
 
-    /// The next `N` numbers, whose type is an integer type.
+    /// The next `N` numbers of an integer type.
     fn integers<const N: usize>(&mut self, scalar: Scalar) -> Result<[i64; N], Fault>;
 
-    /// Steps over numbers.
+    /// Skips numbers.
     fn skip(&mut self, scalar: Scalar, count: u64) -> Result<(), Fault>;
 
     /// The next number as the length of a list.
@@ -40,7 +40,7 @@ pub trait Source {
         u64::try_from(length).map_err(|_| Fault::Bad(format!("has a list of {length} values")))
     }
 
-    /// Steps over a property.
+    /// Skips a property.
     fn skip_property(&mut self, kind: Kind) -> Result<(), Fault> {
         match kind {
             Kind::One(scalar) => self.skip(scalar, 1),
@@ -52,11 +52,11 @@ pub trait Source {
     }
 }
 
-/// Words between white space. Line ends mean nothing more, as in pbrt-v3.
+/// Words between white space. Line ends have no other meaning, as in pbrt-v3.
 pub struct Ascii<'s, R>(pub &'s mut Stream<R>);
 
 impl<R: Read> Ascii<'_, R> {
-    /// The bytes that are in memory, after the white space there.
+    /// The bytes in memory after white space.
     #[inline(always)]
     fn rest(&mut self) -> &[u8] {
         let rest = self.0.rest();
@@ -75,18 +75,18 @@ impl<R: Read> Ascii<'_, R> {
         Ok(self.0.until(u8::is_ascii_whitespace))
     }
 
-    /// A number in any form that Rust reads.
+    /// Reads a number in any form that Rust accepts.
     #[cold]
     fn number<T: std::str::FromStr>(&mut self, wanted: &str) -> Result<T, Fault> {
         let word = self.word()?;
-        // What is as long may go on.
+        // A word of the longest length may continue.
         let whole = Some(word).filter(|word| word.len() < LONGEST);
         let parsed = whole.and_then(|word| std::str::from_utf8(word).ok()?.parse().ok());
         parsed.ok_or_else(|| Fault::Bad(format!("has {} in place of {wanted}", quote(word))))
     }
 }
 
-/// Whether a word ends after so many bytes. At the end of a piece, nobody knows.
+/// True if a word ends after `length` bytes. False at the end of a piece, where this is unknown.
 #[inline]
 fn ends(rest: &[u8], length: usize) -> bool {
     rest.get(length).is_some_and(u8::is_ascii_whitespace)
@@ -119,7 +119,7 @@ impl<R: Read> Source for Ascii<'_, R> {
         for value in &mut integers {
             let rest = self.rest();
             *value = match digits(rest) {
-                // So many fit.
+                // 18 digits fit the type.
                 (value, length @ 1..=18) if ends(rest, length) => {
                     self.0.step(length);
                     value as i64
@@ -135,7 +135,7 @@ impl<R: Read> Source for Ascii<'_, R> {
     }
 }
 
-/// Numbers in their binary form, the most significant byte first if `BIG`.
+/// Binary numbers, most significant byte first if `BIG`.
 pub struct Binary<'s, R, const BIG: bool>(pub &'s mut Stream<R>);
 
 impl<R: Read, const BIG: bool> Source for Binary<'_, R, BIG> {
@@ -165,7 +165,7 @@ impl<R: Read, const BIG: bool> Source for Binary<'_, R, BIG> {
     }
 }
 
-/// The first `N` bytes, the least significant one first.
+/// The first `N` bytes, least significant first.
 #[inline]
 fn little_endian<const BIG: bool, const N: usize>(bytes: &[u8]) -> [u8; N] {
     let mut word = [0; N];
@@ -185,7 +185,7 @@ fn decode_integers<const BIG: bool, const N: usize>(scalar: Scalar, bytes: &[u8]
         Scalar::U16 => decode_all::<BIG, N, _>(bytes, |word| u16::from_le_bytes(word).into()),
         Scalar::I32 => decode_all::<BIG, N, _>(bytes, |word| i32::from_le_bytes(word).into()),
         Scalar::U32 => decode_all::<BIG, N, _>(bytes, |word| u32::from_le_bytes(word).into()),
-        // Not asked for: counts and indices of these types are refused beforehand.
+        // Unreachable: the header rejects counts and indices of these types.
         Scalar::F32 | Scalar::F64 => [0; N],
     }
 }

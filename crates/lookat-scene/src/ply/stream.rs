@@ -1,26 +1,26 @@
-//! The bytes of a file, of which only a piece is in memory.
+//! Streams the bytes of a file, with one piece in memory.
 
 use std::io::{self, ErrorKind, Read};
 
-/// Bytes to read at once: small enough to stay in the cache of a core. Tests meet the end of a piece everywhere.
+/// The bytes to read at once, which fit the cache of a core. Tests use a small piece, so that it ends everywhere.
 const PIECE: usize = if cfg!(test) { 7 } else { 1 << 16 };
 
 /// The longest word or line, in bytes.
 pub const LONGEST: usize = 1 << 16;
 
-/// A file that is read from its beginning to its end.
+/// A file that is read from start to end.
 pub struct Stream<R> {
     file: R,
-    /// The file from `before` on; what is beyond `end` does not count.
+    /// The bytes of the file from `before` on, valid up to `end`.
     piece: Vec<u8>,
     /// The next byte to read.
     at: usize,
     end: usize,
-    /// Bytes of the file before the piece, and the line ends among them.
+    /// The bytes of the file before the piece, and their line ends.
     before: u64,
     lines_before: u64,
     ended: bool,
-    /// Why the file could not be read to its end.
+    /// The error that stopped reading.
     error: Option<io::Error>,
 }
 
@@ -35,29 +35,29 @@ impl<R: Read> Stream<R> {
         self.before + self.at as u64
     }
 
-    /// Line ends read so far.
+    /// The line ends read so far.
     pub fn lines(&self) -> u64 {
         self.lines_before + line_ends(&self.piece[..self.at])
     }
 
-    /// Why the file could not be read to its end; until then it seems to end there.
+    /// The error that stopped reading. After an error, the file seems to end.
     pub fn error(self) -> Option<io::Error> {
         self.error
     }
 
-    /// The next bytes, as far as they are in memory.
+    /// The next bytes in memory.
     #[inline]
     pub fn rest(&self) -> &[u8] {
         &self.piece[self.at..self.end]
     }
 
-    /// Steps over bytes that are in memory.
+    /// Skips bytes in memory.
     #[inline]
     pub fn step(&mut self, count: usize) {
         self.at = self.end.min(self.at + count);
     }
 
-    /// The next bytes, if there are so many.
+    /// The next `count` bytes, if they exist.
     #[inline]
     pub fn take(&mut self, count: usize) -> Option<&[u8]> {
         while self.end - self.at < count {
@@ -69,8 +69,8 @@ impl<R: Read> Stream<R> {
         Some(&self.piece[self.at - count..self.at])
     }
 
-    /// The bytes up to the next one that `ends` knows, or to the end of the file; that one is not stepped over. At most
-    /// [`LONGEST`] of them, so that what has no end does not fill the memory.
+    /// The bytes before the next byte accepted by `ends`, or before the end of the file. Returns at most [`LONGEST`]
+    /// bytes, to limit memory.
     pub fn until(&mut self, ends: impl Fn(&u8) -> bool) -> &[u8] {
         let mut length = 0;
         loop {
@@ -89,7 +89,7 @@ impl<R: Read> Stream<R> {
         &self.piece[self.at - length..self.at]
     }
 
-    /// The next line with its end; nothing at the end of the file.
+    /// The next line with its line end; empty at the end of the file.
     pub fn line(&mut self) -> &[u8] {
         let length = self.until(|byte| *byte == b'\n').len();
         let end = usize::from(self.rest().first() == Some(&b'\n'));
@@ -97,7 +97,7 @@ impl<R: Read> Stream<R> {
         &self.piece[self.at - length - end..self.at]
     }
 
-    /// Steps over blanks and zeros. Whether anything else follows.
+    /// Skips white space and zeros. True if more data follows.
     pub fn goes_on(&mut self) -> bool {
         loop {
             let is_blank = |byte: &u8| byte.is_ascii_whitespace() || *byte == 0;
@@ -111,7 +111,7 @@ impl<R: Read> Stream<R> {
         }
     }
 
-    /// Steps over bytes. Whether there are so many.
+    /// Skips bytes. False if there are fewer.
     pub fn skip(&mut self, count: u64) -> bool {
         let mut left = count;
         loop {
@@ -124,13 +124,13 @@ impl<R: Read> Stream<R> {
         }
     }
 
-    /// Steps over everything, and gives the size of the file.
+    /// Skips to the end and returns the size of the file.
     pub fn skip_all(&mut self) -> u64 {
         self.skip(u64::MAX);
         self.position()
     }
 
-    /// Reads on. Whether there was more.
+    /// Reads more. False at the end of the file.
     #[cold]
     pub fn more(&mut self) -> bool {
         self.lines_before += line_ends(&self.piece[..self.at]);
@@ -138,7 +138,7 @@ impl<R: Read> Stream<R> {
         self.piece.copy_within(self.at..self.end, 0);
         (self.at, self.end) = (0, self.end - self.at);
         if self.end == self.piece.len() {
-            // Something is longer than a piece.
+            // A token is longer than a piece.
             self.piece.resize(2 * self.end, 0);
         }
         while !self.ended {
@@ -157,7 +157,7 @@ impl<R: Read> Stream<R> {
 }
 
 fn line_ends(bytes: &[u8]) -> u64 {
-    // Sums of bytes, which are added many at a time; so few of them fit a byte.
+    // Sums in bytes, which vectorize. So few ones fit a byte.
     let ends = |some: &[u8]| u64::from(some.iter().map(|byte| u8::from(*byte == b'\n')).sum::<u8>());
     bytes.chunks(u8::MAX.into()).map(ends).sum()
 }

@@ -301,9 +301,9 @@ fn what_has_no_end_is_not_read_to_it() {
         &format!("line 12: vertex 2 has `{}...` in place of a number", "1".repeat(32)),
     );
     let bad = square().replace("element vertex", &format!("comment {long}\nelement vertex"));
-    check_error(bad.as_bytes(), "line 3: the header is too long to be one");
+    check_error(bad.as_bytes(), "line 3: the header is too long");
     let bad = square().replace("element vertex", &format!("{}element vertex", "comment\n".repeat(100_000)));
-    check_error(bad.as_bytes(), "line 100001: the header is too long to be one");
+    check_error(bad.as_bytes(), "line 100001: the header is too long");
 }
 
 #[test]
@@ -312,7 +312,7 @@ fn promises_are_checked_before_memory_is_reserved() {
         let (header, body) = bytes.split_at(header::parse(&mut Stream::new(bytes)).unwrap().size as usize);
         [String::from_utf8_lossy(header).replace("face 2", count).as_bytes(), body].concat()
     };
-    let promise = "the header promises 4000000000 faces, but the file has only";
+    let promise = "the header declares 4000000000 faces, but the file has only";
     let ascii = promising(square().as_bytes(), "face 4000000000");
     check_error(&ascii, &format!("{promise} 42 bytes after it"));
     let binary = promising(&to_binary(&square(), true), "face 4000000000");

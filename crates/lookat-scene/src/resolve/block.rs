@@ -1,4 +1,4 @@
-//! Blocks: what belongs where, what opens and closes them, and objects.
+//! Blocks: the place of each directive, opening and closing, and objects.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::state::{Open, Saved};
 use crate::undefined::undefined;
 use crate::{Instance, Object, Transform};
 
-/// At most this many blocks stand inside each other.
+/// The deepest nesting of blocks.
 const MAX_OPEN: usize = 1000;
 
 impl Resolver<'_> {
@@ -19,13 +19,13 @@ impl Resolver<'_> {
         let (home, at) = (home_block(&statement.directive), statement.keyword);
         let keyword = statement.directive.keyword();
         if self.block == Block::Ended {
-            let message = "directives after WorldEnd are ignored: lookat renders one picture of a file";
+            let message = "lookat ignores directives after WorldEnd: it renders one picture per file";
             self.report.unsupported(at, message.into());
             return false;
         }
         match (home, self.block) {
             (Some(Block::Options), Block::World) => self.report_late(&statement.directive, at),
-            // Told when it is known where WorldBegin stands, if anywhere.
+            // Reported once the place of WorldBegin is known.
             (Some(Block::World), Block::Options) => self.early.push((keyword, at)),
             _ => return true,
         }
@@ -35,10 +35,10 @@ impl Resolver<'_> {
     pub(super) fn report_late(&mut self, directive: &Directive, at: Span) {
         let error = match directive {
             Directive::WorldBegin => {
-                Diagnostic::error(at, "a second WorldBegin").help("one file is one world")
+                Diagnostic::error(at, "a second WorldBegin").help("put a second world into a file of its own")
             }
             other => Diagnostic::error(at, format!("{} inside the world block", other.keyword()))
-                .help("it belongs before WorldBegin"),
+                .help("move it before WorldBegin"),
         };
         let error = match self.world_begin {
             Some(begin) => error.related(begin, "the world block begins here"),
@@ -50,7 +50,7 @@ impl Resolver<'_> {
     pub(super) fn report_early(&mut self, world_begin: Span) {
         for (keyword, at) in std::mem::take(&mut self.early) {
             let error = Diagnostic::error(at, format!("{keyword} before WorldBegin"))
-                .help("it belongs after WorldBegin")
+                .help("move it after WorldBegin")
                 .related(world_begin, "the world block begins here");
             self.report.push(error);
         }
@@ -62,25 +62,25 @@ impl Resolver<'_> {
         }
         let error = match self.early.first() {
             None => Diagnostic::error(end, "the file has no WorldBegin: there is nothing to render")
-                .help("WorldBegin and WorldEnd enclose the lights and shapes; a part is checked with the scene that includes it"),
+                .help("put the lights and shapes between WorldBegin and WorldEnd; if another scene includes this file, check that scene"),
             Some((keyword, at)) => {
                 let before = Span { end: at.start, ..*at };
                 Diagnostic::error(*at, format!("{keyword} without WorldBegin"))
-                    .help("WorldBegin and WorldEnd enclose the lights and shapes")
+                    .help("put the lights and shapes between WorldBegin and WorldEnd")
                     .fix(before, "WorldBegin\n")
             }
         };
         self.report.push(error);
     }
 
-    /// Takes what comes as that of a world, though none has begun. What it names may be defined elsewhere.
+    /// Treats the following directives as part of a world without `WorldBegin`. Another file may define their names.
     pub fn begin_part(&mut self, first: Span) {
         self.part = Some(first);
         self.block = Block::World;
         self.report.incomplete = true;
     }
 
-    /// Takes options as those of a part that scenes include, if that is no error.
+    /// Treats options as a file that other scenes include, if the caller accepts one.
     pub fn begin_options_part(&mut self, first: Span) {
         if self.overrides.accept_part {
             self.part = Some(first);
@@ -88,19 +88,20 @@ impl Resolver<'_> {
         }
     }
 
-    /// Gives such options their meaning, so that what is wrong with them is told.
+    /// Resolves these options, so that their errors are reported.
     pub(super) fn end_options_part(&mut self, first: Span) {
         let options = std::mem::take(&mut self.options);
         options.settle(first, self.overrides, &self.files, &mut self.report);
         self.report_part(first, "WorldBegin");
     }
 
-    /// `without`: what it lacks of a scene.
+    /// Reports a part of a scene. `without` lists the missing directives.
     pub(super) fn report_part(&mut self, at: Span, without: &str) {
-        let message = format!("this is a part of a scene, without {without}");
+        let message = format!("this file is a part of a scene: it has no {without}");
         let help = "check or render the scene that includes it";
         self.report.push(match self.overrides.accept_part {
-            true => Diagnostic::note_at(at, message).help("names may be defined where it is included"),
+            true => Diagnostic::note_at(at, message)
+                .help("the scene that includes it may define the missing names"),
             false => Diagnostic::error(at, message).help(help),
         });
     }
@@ -111,7 +112,7 @@ impl Resolver<'_> {
             return;
         }
         let warning = Diagnostic::warning(end, "the file ends without WorldEnd")
-            .help("add WorldEnd; pbrt-v3 renders nothing without it");
+            .help("add WorldEnd: without it, pbrt-v3 renders nothing");
         self.report.push(warning);
     }
 
@@ -123,8 +124,8 @@ impl Resolver<'_> {
         self.state.at_start = true;
         self.coordinate_systems.insert("world".into(), Transform::IDENTITY);
         if let Some(idle) = self.idle_transform.take() {
-            let warning = Diagnostic::warning(idle, "a transformation after Camera changes nothing")
-                .help("Camera takes the transformations before it, and WorldBegin starts afresh");
+            let warning = Diagnostic::warning(idle, "a transformation after Camera has no effect")
+                .help("move it before Camera to place the camera, or after WorldBegin to place shapes");
             self.report.push(warning);
         }
         let options = std::mem::take(&mut self.options);
@@ -136,14 +137,14 @@ impl Resolver<'_> {
         for open in std::mem::take(&mut self.open).into_iter().rev() {
             let (begin, end) = open.keywords();
             let warning = Diagnostic::warning(open.at(), format!("this {begin} is not closed"))
-                .help(format!("{end} closes it; the world block ends first"));
+                .help(format!("add {end} before the end of the world block"));
             self.report.push(warning);
             self.restore(open);
         }
         self.block = Block::Ended;
     }
 
-    /// Opens a block, unless there are too many.
+    /// Opens a block, unless the nesting is too deep.
     pub(super) fn begin(&mut self, open: Open) -> bool {
         let few = self.open.len() < MAX_OPEN;
         if few {
@@ -151,7 +152,7 @@ impl Resolver<'_> {
         } else {
             let (begin, end) = open.keywords();
             let error = Diagnostic::error(open.at(), format!("more than {MAX_OPEN} blocks are open"))
-                .help(format!("each {begin} needs its {end}; one is likely missing"));
+                .help(format!("each {begin} needs an {end}: add the missing one"));
             self.report.push(error);
             *self.forgiven.entry(end).or_default() += 1;
         }
@@ -168,7 +169,7 @@ impl Resolver<'_> {
             return Ok(());
         }
         if self.cross(keyword) {
-            // Of an object that goes on it shows in the end what is wrong.
+            // The end of an open object shows the actual mistake.
             match keyword {
                 "AttributeEnd" => self.crossed = self.crossed.or(Some(at)),
                 _ => self.warn_crossed(keyword, at, opened, (begin, end)),
@@ -182,8 +183,8 @@ impl Resolver<'_> {
         Err(Box::new(error))
     }
 
-    /// Ends the innermost block of a kind with others in it, if all are of attributes or objects: pbrt-v3 keeps what they restore
-    /// on one stack, and what was saved last comes first.
+    /// Ends the innermost block of a kind although other attribute or object blocks are open inside it. pbrt-v3 keeps
+    /// their states on one stack, so the state saved last is restored first.
     fn cross(&mut self, keyword: &str) -> bool {
         let Some(at) = self.open.iter().rposition(|open| open.keywords().1 == keyword) else { return false };
         let is_state = |open: &Open| matches!(open, Open::Attribute { .. } | Open::Object { .. });
@@ -205,11 +206,11 @@ impl Resolver<'_> {
     fn warn_crossed(&mut self, keyword: &str, at: Span, opened: Span, (begin, end): (&str, &str)) {
         let warning = Diagnostic::warning(at, format!("{keyword} inside the block of {begin}"))
             .related(opened, "the block opens here")
-            .help(format!("as in pbrt-v3, it ends the block around that one; {end} belongs before it"));
+            .help(format!("as in pbrt-v3, it ends the block around the inner one: write {end} before it"));
         self.report.push(warning);
     }
 
-    /// Ends an object that an AttributeEnd has crossed and no ObjectEnd has ended: that is what is missing.
+    /// Ends an object that an AttributeEnd crossed and no ObjectEnd closed, and reports the missing ObjectEnd.
     fn end_forgotten_object(&mut self) {
         if self.crossed.is_none() || !matches!(self.open.last(), Some(Open::Object { .. })) {
             return;
@@ -230,8 +231,8 @@ impl Resolver<'_> {
         Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))))
     }
 
-    /// Closes what most likely was meant, so that one wrong end is one error: up to the block that matches; else the
-    /// inner block, if it was mistaken for one of the other kind; else nothing.
+    /// Recovers from a wrong end with one error: closes blocks up to a matching one; without a match, closes the
+    /// inner block if it is of the other kind.
     pub(super) fn close_wrongly(&mut self, keyword: &'static str) {
         let depth = match self.open.iter().rposition(|open| open.keywords().1 == keyword) {
             Some(matching) => matching,
@@ -282,7 +283,7 @@ impl Resolver<'_> {
             }
             return Ok(());
         };
-        // Its ObjectEnd and its instances are not wrong for that.
+        // Its ObjectEnd and its instances are not errors.
         self.begin(Open::Object { saved, name: None, at });
         self.objects.entry(name.value).or_default();
         Err(Box::new(
@@ -313,7 +314,7 @@ impl Resolver<'_> {
     }
 }
 
-/// The block that a directive belongs to; none if it may stand in both.
+/// The block of a directive. `None` if it may appear in both.
 pub(crate) fn home_block(directive: &Directive) -> Option<Block> {
     match directive {
         Directive::WorldBegin | Directive::TransformTimes(_) => Some(Block::Options),

@@ -20,10 +20,11 @@ impl Resolver<'_> {
         let warn = &mut Warn { report: &mut self.report, at: name.span };
         match &primitive.shape {
             Shape::Curve(curve) => {
-                warn.push(
-                    "pbrt-v3 draws curves up to a twentieth of their width thinner where they bend, without shadows of surfaces closer than 3.5 widths",
-                    "a high \"splitdepth\" makes the difference of the widths smaller",
-                );
+                // A note: every curve has it, and no parameter makes both pictures equal.
+                let message = "pbrt-v3 draws curves up to a twentieth of their width thinner where they bend, without shadows of surfaces closer than 3.5 widths";
+                let note = Diagnostic::note_at(name.span, message);
+                warn.report
+                    .push(note.help("a high \"splitdepth\" makes the difference of the widths smaller"));
                 if let CurveKind::Ribbon(normals) = &curve.kind
                     && normals.windows(2).any(|pair| pair[0] == pair[1])
                 {

@@ -1,4 +1,4 @@
-//! What is odd about a scene as a whole, and no error.
+//! Warnings about the scene as a whole.
 
 use glam::{DVec3, Vec3};
 use lookat_syntax::{Diagnostic, Span, shown};
@@ -10,7 +10,7 @@ use crate::transform::Transform;
 use crate::{Emission, Integrator, Light, MaterialKind, Primitive};
 
 impl Resolver<'_> {
-    /// Warns of it, after the last directive, which ends at `end`.
+    /// Adds all of these warnings. The last directive ends at `end`.
     pub(super) fn warn_of_all(&mut self, end: Span) {
         self.warn_idle_emissions();
         self.warn_idle_objects();
@@ -20,7 +20,7 @@ impl Resolver<'_> {
         self.warn_of_shadow_alpha();
     }
 
-    /// All shapes, those of objects included.
+    /// All shapes, including shapes of objects.
     fn shapes(&self) -> impl Iterator<Item = &Primitive> {
         self.primitives.iter().chain(self.objects.values().flat_map(|object| &object.primitives))
     }
@@ -29,28 +29,28 @@ impl Resolver<'_> {
         let mut idle: Vec<Span> = self.idle_emissions.drain().collect();
         idle.sort_by_key(|at| (at.file, at.start));
         for at in idle {
-            let message = "no shape that could glow follows this AreaLightSource";
-            let help = "it counts for the shapes after it, up to the AttributeEnd of its block";
+            let message = "no shape follows this AreaLightSource: it emits no light";
+            let help = "put it before the shape that emits light, in the same block";
             self.report.push(Diagnostic::warning(at, message).help(help));
         }
     }
 
     fn warn_idle_objects(&mut self) {
         for (name, at) in self.idle_objects.drain() {
-            let message = format!("nothing is seen of object \"{}\"", shown(name.as_bytes()));
-            let help = "ObjectInstance puts a copy of it into the world; no directive does so";
+            let message = format!("object \"{}\" is defined and never used", shown(name.as_bytes()));
+            let help = "place it with ObjectInstance";
             self.report.push(Diagnostic::warning(at, message).help(help));
         }
     }
 
-    /// Without a shape only skies are seen.
+    /// Warns of an empty world, where only infinite lights are visible.
     fn warn_empty(&mut self, end: Span) {
         if self.settled.is_none() || !self.primitives.is_empty() || !self.instances.is_empty() {
             return;
         }
         if let Some(passed) = self.passed {
-            let warning = Diagnostic::warning(passed, "no shape has a material: none is seen");
-            let help = "rays of this Integrator pass those without one; Material \"matte\" gives the next shapes one";
+            let warning = Diagnostic::warning(passed, "no shape has a material: all shapes are invisible");
+            let help = "this Integrator ignores shapes without a material: write Material \"matte\" before the shapes";
             self.report.push(warning.help(help));
         } else if !self.lights.is_empty() && self.lights.iter().all(Light::is_delta) {
             let warning = Diagnostic::warning(
@@ -58,7 +58,7 @@ impl Resolver<'_> {
                 "the world has no shapes: the picture is black",
             );
             self.report
-                .push(warning.help("Shape \"sphere\" is one of radius 1, where the transformations put it"));
+                .push(warning.help("add a shape: Shape \"sphere\" is a sphere of radius 1 at the origin of the current transformation"));
         }
     }
 
@@ -73,11 +73,11 @@ impl Resolver<'_> {
         let emissions: Vec<Emission> = self.primitives.iter().chain(copied).filter_map(emits).collect();
         let shows_emission_alone = matches!(settled.integrator, Integrator::Path { max_depth: 0, .. });
         let (message, help) = if self.lights.is_empty() && emissions.is_empty() {
-            let help = "LightSource \"infinite\" lights a scene from all sides";
+            let help = "add a light: LightSource \"infinite\" lights a scene from all sides";
             ("the scene has no lights: the picture is black", help)
         } else if self.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
-            let help = "their colors, times scale, are 0";
-            ("all lights of the scene are black, and so is the picture", help)
+            let help = "give them a color and a scale above 0";
+            ("all lights of the scene are black: the picture is black", help)
         } else if shows_emission_alone && emissions.is_empty() && self.lights.iter().all(Light::is_delta) {
             let help = "write \"integer maxdepth\" 1 or more, so that surfaces are lit";
             (
@@ -95,12 +95,12 @@ impl Resolver<'_> {
         let Some(kind) = self.settled.as_ref().and_then(|settled| settled.substituted.as_ref()) else {
             return;
         };
-        let message = format!("Integrator \"{}\" is rendered with \"path\"", kind.value);
+        let message = format!("lookat renders Integrator \"{}\" with \"path\"", kind.value);
         let casts_caustics = self.lights.iter().any(Light::is_delta)
             && self.shapes().any(|primitive| is_specular(&primitive.material.kind));
         self.report.push(match casts_caustics {
             true => Diagnostic::warning(kind.span, message).help(
-                "\"path\" finds no caustics of point, spot and distant lights; a shape with an AreaLightSource makes them",
+                "\"path\" does not find caustics of point, spot and distant lights; a shape with an AreaLightSource makes them",
             ),
             false => Diagnostic::note_at(kind.span, message).help("the picture is the same apart from its noise"),
         });
@@ -120,7 +120,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// The paths of pbrt-v3 ask the BSDF of the first surface about a direction whose length is not 1 there.
+    /// Warns of a scale before Camera: pbrt-v3 then passes the BSDF of the first surface a direction that is not
+    /// normalized.
     fn warn_scaled_camera(&mut self) {
         let is_path = |settled: &Settled| matches!(settled.integrator, Integrator::Path { .. });
         if !self.settled.as_ref().is_some_and(is_path) {
@@ -128,14 +129,15 @@ impl Resolver<'_> {
         }
         let is_seen = self.shapes().any(|primitive| is_glossy(&primitive.material.kind));
         if let Some(at) = self.scaled_camera.filter(|_| is_seen) {
-            let message = "a scale before Camera: pbrt-v3 shows glossy and clear surfaces too dark or too bright, or ends";
-            let help = "lookat shows them as they are; scale the world after WorldBegin instead";
+            let message = "a scale before Camera: pbrt-v3 renders glossy and transparent surfaces too dark or too bright, or crashes";
+            let help =
+                "lookat renders them correctly; for equal pictures, scale the world after WorldBegin instead";
             self.report.push(Diagnostic::warning(at, message).help(help));
         }
     }
 }
 
-/// Whether lengths of the camera are others in the world.
+/// True if the camera transformation scales lengths.
 pub(super) fn is_scaled(world_from_camera: &Transform) -> bool {
     let is_other = |axis: &DVec3| (world_from_camera.vector(*axis).length() - 1.0).abs() > 1e-3;
     [DVec3::X, DVec3::Y, DVec3::Z].iter().any(is_other)
@@ -154,7 +156,7 @@ fn is_specular(material: &MaterialKind) -> bool {
     }
 }
 
-/// Whether what it scatters depends on more than cosines and single directions.
+/// True if a material has glossy lobes.
 fn is_glossy(material: &MaterialKind) -> bool {
     match material {
         MaterialKind::None | MaterialKind::Matte(_) | MaterialKind::Mirror(_) => false,

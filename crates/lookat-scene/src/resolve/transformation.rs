@@ -9,7 +9,7 @@ use crate::elsewhere::Kind;
 use crate::transform::{LARGEST, LookAtFault, Transform};
 use crate::undefined::undefined;
 
-/// With so many others to each, doubts are of chance.
+/// The most rotations for which doubtful ones are reported. Among more, some look doubtful by chance.
 const MANY_ROTATIONS: usize = 20;
 
 impl Resolver<'_> {
@@ -22,14 +22,14 @@ impl Resolver<'_> {
             self.idle_transform.get_or_insert(at);
         }
         let ctm = in_range(ctm, at)?;
-        // Those of the end time would only move it.
+        // Transformations of the end time only add motion.
         if self.state.at_start {
             self.state.ctm = ctm;
         }
         Ok(())
     }
 
-    /// Warns where the angle seems to be in radians, or to be the last number.
+    /// Warns if the angle looks like radians or like the last number.
     pub(super) fn doubt_rotation(&mut self, angle: f64, [x, y, z]: [f64; 3], span: Span) {
         self.rotations += 1;
         if let Some((severity, message, help)) = angle::doubt("the angle of Rotate", angle) {
@@ -38,13 +38,13 @@ impl Resolver<'_> {
         }
         let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
         if is_axis && (10.0..=720.0).contains(&z.abs()) {
-            let message = format!("a rotation by {angle} degrees: is its angle the last number?");
-            let warning = Diagnostic::warning(span, message).help("the angle comes first, then the axis");
+            let message = format!("Rotate by {angle} degrees: is the angle written last?");
+            let warning = Diagnostic::warning(span, message).help("write the angle first, then the axis");
             self.report.push(warning.fix(span, format!("Rotate {z} {angle} {x} {y}")));
         }
     }
 
-    /// Among many angles some are by chance what a common one is in radians.
+    /// Reports doubtful rotations, unless there are so many rotations that some look doubtful by chance.
     pub(super) fn tell_doubted_rotations(&mut self) {
         if self.rotations < MANY_ROTATIONS * self.doubted_rotations.len() {
             self.report.extend(std::mem::take(&mut self.doubted_rotations));
@@ -56,7 +56,7 @@ impl Resolver<'_> {
         if self.block == Block::World {
             let warning =
                 Diagnostic::warning(span, "LookAt inside the world block moves shapes, not the camera")
-                    .help("a LookAt that places the camera stands before Camera");
+                    .help("to place the camera, move LookAt before Camera");
             self.report.push(warning);
         }
         match Transform::look_at(eye, look, up) {
@@ -64,13 +64,16 @@ impl Resolver<'_> {
             Err(fault) => {
                 let (message, help) = match fault {
                     LookAtFault::EyeAtLook => (
-                        "LookAt has its eye where it looks",
-                        "the first three numbers are the eye, the next three another point",
+                        "the eye and the target of LookAt are the same point",
+                        "the first three numbers are the eye, the next three the target: make them different",
                     ),
-                    LookAtFault::ZeroUp => ("the up vector of LookAt is zero", "0 1 0 or 0 0 1 are usual"),
+                    LookAtFault::ZeroUp => (
+                        "the up vector of LookAt is zero",
+                        "write the direction that is up in the picture, usually 0 1 0 or 0 0 1",
+                    ),
                     LookAtFault::UpParallel => (
                         "the up vector of LookAt is parallel to the view",
-                        "the last three numbers give a direction that is up in the picture: choose one across the view",
+                        "the last three numbers are the direction that is up in the picture: choose one that is not parallel to the view",
                     ),
                 };
                 Err(Box::new(Diagnostic::error(span, message).help(help)))
@@ -80,7 +83,7 @@ impl Resolver<'_> {
 
     pub(super) fn coord_sys_transform(&mut self, name: Text) {
         match self.coordinate_systems.get(&name.value) {
-            // For both times, whichever is active.
+            // Applies to both times.
             Some(transform) => self.state.ctm = *transform,
             None => {
                 undefined(&mut self.report, Kind::CoordinateSystem, &name, self.coordinate_systems.keys())
@@ -89,8 +92,9 @@ impl Resolver<'_> {
     }
 
     pub(super) fn motion(&mut self, at: Span, keyword: &str) {
-        let message =
-            format!("{keyword}: motion is not rendered; the scene stands as it does at the start time");
+        let message = format!(
+            "{keyword}: lookat does not render motion; it uses the transformations at the start time"
+        );
         self.report.unsupported(at, message);
     }
 }
@@ -99,30 +103,27 @@ fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>
     if transform.in_range() {
         return Ok(transform);
     }
-    let message = format!("a transformation beyond {LARGEST:e}, or so small that undoing it is");
+    let message = format!("the transformation or its inverse has entries above {LARGEST:e}");
     Err(Box::new(
-        Diagnostic::error(at, message).help("it counts together with the transformations before it"),
+        Diagnostic::error(at, message).help("transformations accumulate: check the ones before it, too"),
     ))
 }
 
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
     let message = if by.contains(&0.0) {
-        "Scale by 0 flattens space: it cannot be undone"
+        "Scale by 0 is not invertible"
     } else {
-        "Scale by so small a factor cannot be undone"
+        "Scale by so small a factor is not invertible"
     };
     Transform::scale(by.into()).ok_or_else(|| {
-        Box::new(
-            Diagnostic::error(*span, message)
-                .help("every factor is other than 0; use a small one such as 1e-3 for something thin"),
-        )
+        Box::new(Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape"))
     })
 }
 
 pub(super) fn rotate(degrees: f64, axis: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {
     Transform::rotate(degrees, axis.into()).ok_or_else(|| {
         Box::new(
-            Diagnostic::error(*span, "Rotate about an axis of length 0")
+            Diagnostic::error(*span, "the axis of Rotate has length 0")
                 .help("the first number is the angle in degrees, the next three are the axis"),
         )
     })
@@ -133,11 +134,11 @@ pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transf
     Transform::from_matrix(m).ok_or_else(|| {
         let affine = m.row(3) == DVec4::W;
         let (message, help) = if affine {
-            ("is singular: it flattens space and cannot be undone", "check that no row or column is zero")
+            ("is singular", "a transformation must be invertible: no row or column may be zero")
         } else {
             (
                 "is not affine",
-                "the numbers stand column by column: the 4th, 8th and 12th are 0 and the 16th is 1",
+                "write the matrix column by column: the 4th, 8th and 12th number are 0, the 16th is 1",
             )
         };
         Box::new(Diagnostic::error(*span, format!("the matrix of {keyword} {message}")).help(help))

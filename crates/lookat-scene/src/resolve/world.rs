@@ -21,7 +21,7 @@ impl Resolver<'_> {
         if self.definitions.materials.get(params.kind()).is_some()
             && !material::NAMES.contains(&params.kind())
         {
-            let help = format!("NamedMaterial \"{}\" uses the material of that name", params.kind());
+            let help = format!("to use the named material, write NamedMaterial \"{}\"", params.kind());
             let message = format!("there is no material of type \"{}\"", params.kind());
             params.reject("", message, Some(&help));
             params.ignore_rest();
@@ -31,19 +31,19 @@ impl Resolver<'_> {
         MaterialInstance { material, known: params.known(), entity: Some(entity) }
     }
 
-    /// The type of a named material is one of its parameters.
+    /// Defines a named material. Its type is a parameter.
     pub(super) fn make_named_material(&mut self, entity: Entity) -> Result<(), Box<Diagnostic>> {
         let Entity { name, mut params } = entity;
         let is_type = |param: &Param| param.name.value == "type" && param.ty == ParamType::String;
         let given = params.iter().rposition(is_type).map(|at| params.remove(at).values);
         let mut error = (given.is_none() && !self.report.partial).then(|| {
             Diagnostic::error(name.span, format!("named material \"{}\" has no type", name.value))
-                .help("\"string type\" \"matte\" gives it one")
+                .help("add \"string type\" \"matte\"")
         });
         let kind = given.and_then(|given| match given.value {
             Values::Strings(mut kinds) if kinds.len() == 1 => kinds.pop(),
             several => {
-                let message = format!("type takes 1 value, not {}", several.len());
+                let message = format!("the type takes 1 value, not {}", several.len());
                 error = Some(Diagnostic::error(given.span, message));
                 None
             }
@@ -68,7 +68,7 @@ impl Resolver<'_> {
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
         self.texture_again(&name, &value);
         self.define_texture(name.clone(), &value, entity);
-        // A texture may use the one that had its name before.
+        // A texture may use its own predecessor of the same name.
         if let Some(kind) = Kind::of_texture(&value.value) {
             self.report.define(kind, &name);
         }
@@ -87,11 +87,10 @@ impl Resolver<'_> {
                 self.definitions.textures.spectrum.define(name.value, made);
             }
             other => {
-                let error =
-                    Diagnostic::error(value.span, format!("unknown type \"{other}\" of a texture's values"))
-                        .help("textures are of type \"float\" or \"spectrum\" (\"color\" is an old name)");
+                let error = Diagnostic::error(value.span, format!("unknown texture value type \"{other}\""))
+                    .help("the value types are \"float\" and \"spectrum\" (also spelled \"color\")");
                 params.error(error);
-                // The name is defined for all that.
+                // Define the name even after an error.
                 let textures = &mut self.definitions.textures;
                 textures.float.define(name.value.clone(), None);
                 textures.spectrum.define(name.value, None);
@@ -111,10 +110,10 @@ impl Resolver<'_> {
         }
     }
 
-    /// One side of a MediumInterface.
+    /// Checks one side of a MediumInterface.
     pub(super) fn medium(&mut self, name: Text) {
         if self.media.contains(&name.value) {
-            let message = "participating media are not rendered; space is empty";
+            let message = "lookat does not render participating media: it renders empty space instead";
             self.report.unsupported(name.span, message.into());
         } else if !name.value.is_empty() {
             undefined(&mut self.report, Kind::Medium, &name, self.media.iter());
@@ -123,9 +122,9 @@ impl Resolver<'_> {
 
     pub(super) fn light_source(&mut self, entity: Entity) {
         if self.object.is_some() {
-            let message = "a LightSource is no part of the object: it shines once, from where it stands here";
+            let message = "a LightSource is not part of an object: it shines once, from its place here";
             let warning = Diagnostic::warning(entity.name.span, message);
-            self.report.push(warning.help("place it outside ObjectBegin; pbrt-v3 takes it so too"));
+            self.report.push(warning.help("move it before ObjectBegin; pbrt-v3 renders the same picture"));
         }
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
         let light = light::light(params, self.state.ctm, &mut self.pictures);
@@ -143,7 +142,7 @@ impl Resolver<'_> {
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
         params.finish();
-        // One of which a part is missing would be another one.
+        // Omit an incomplete shape.
         let Some(shape) = shape.filter(|_| !self.report.partial) else { return };
         if let Some(emission) = self.state.emission.as_ref().filter(|_| !shape.is_empty()) {
             self.idle_emissions.remove(&emission.span);
@@ -177,7 +176,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The current material, with the parameters that the shape gives in place of its own.
+    /// The current material, with parameters replaced by the shape.
     pub(super) fn material_for_shape(&mut self, overriding: Vec<Param>) -> Arc<Material> {
         let current = self.state.material.clone();
         if overriding.is_empty() {
@@ -197,10 +196,11 @@ impl Resolver<'_> {
         let emission = self.state.emission.as_ref()?.value;
         if self.object.is_some() {
             let message =
-                "a shape of an object glows, but lights nothing; place the light outside ObjectBegin";
+                "an emissive shape inside an object is visible but lights nothing: move it out of the object";
             self.report.unsupported(shape.span, message.into());
         } else if shape.value == "curve" {
-            let message = "a curve glows, but lights nothing; a mesh or quadric lights what is around it";
+            let message =
+                "an emissive curve is visible but lights nothing: use a mesh or a quadric as a light";
             self.report.unsupported(shape.span, message.into());
         }
         Some(emission)

@@ -6,9 +6,9 @@ use crate::params::Params;
 /// A cone around the z axis, open at its base in the plane z = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cone {
-    /// Radius of the base, more than 0 (`radius`, default 1).
+    /// The radius of the base, above 0 (`radius`, default 1).
     pub radius: f64,
-    /// The z of the tip, more than 0 (`height`, default 1).
+    /// The z of the apex, above 0 (`height`, default 1).
     pub height: f64,
 }
 

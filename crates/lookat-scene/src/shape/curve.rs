@@ -7,34 +7,34 @@ use crate::Transform;
 use crate::params::Params;
 use crate::transform::LARGEST;
 
-/// A curve. Lengths and directions are those of its object space.
+/// A curve, in object space.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// The control points of its segments, at least one: cubic Bézier curves (`P`, `basis`, `degree`).
+    /// The control points of its cubic Bézier segments, at least one segment (`P`, `basis`, `degree`).
     pub segments: Vec<[DVec3; 4]>,
-    /// How it turns to a ray (`type`).
+    /// The cross section (`type`).
     pub kind: CurveKind,
-    /// The width where it begins and where it ends, at least 0, one of them more; in between it changes evenly from
+    /// The width at the start and the end. Both are at least 0, and one is above 0. The width changes linearly from
     /// segment to segment (`width0` and `width1`, default `width`, default 1).
     pub widths: [f64; 2],
-    /// Each segment is found in 2^`split_depth` boxes (`splitdepth`, default 3, at most 5).
+    /// Each segment has 2^`split_depth` bounding boxes (`splitdepth`, default 3, at most 5).
     pub split_depth: u32,
-    /// Its place.
+    /// Its placement.
     pub world_from_object: Transform,
 }
 
-/// How a curve turns to a ray.
+/// The cross section of a curve.
 #[derive(Debug, Clone, PartialEq)]
 pub enum CurveKind {
-    /// A flat band that faces the ray.
+    /// A flat ribbon that faces the ray.
     Flat,
-    /// The same, shaded as a round thread.
+    /// A flat ribbon that faces the ray, shaded as a cylinder.
     Cylinder,
-    /// A flat band with a direction of its own: unit normals where segments begin, and at the end of the last.
+    /// A flat ribbon with its own orientation: unit normals at the start of each segment and at the end of the last.
     Ribbon(Vec<DVec3>),
 }
 
-/// More boxes than 2 to this are of no use to a segment.
+/// The largest `split_depth`. More boxes do not make a segment faster.
 const MOST_SPLITS: i32 = 5;
 
 /// pbrt-v3's CreateCurveShape.
@@ -47,11 +47,11 @@ pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option
     let widths = widths(params);
     let split_depth = split_depth(params);
     if !matches!(degree, 2 | 3) {
-        params.reject("degree", "the degree of a curve is 2 or 3", None);
+        params.reject("degree", "the degree of a curve must be 2 or 3", None);
         return None;
     }
     let Some(points) = points else {
-        params.missing("P", "a curve needs P", "\"point P\" [...] gives its control points");
+        params.missing("P", "a curve needs P", "add \"point P\" [...] with its control points");
         return None;
     };
     check_points(params, &points, &world_from_object, widths);
@@ -63,7 +63,11 @@ pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option
         _ => CurveKind::Ribbon(ribbon_normals(params, normals.as_deref(), segments.len())?),
     };
     if normals.is_some() && !matches!(kind, CurveKind::Ribbon(_)) {
-        params.warn("N", "N of a curve that is no ribbon is ignored", "\"string type\" \"ribbon\" uses it");
+        params.warn(
+            "N",
+            "N is ignored: the curve is not a ribbon",
+            "to use N, add \"string type\" \"ribbon\"",
+        );
     }
     params.usable().then_some(Curve { segments, kind, widths, split_depth, world_from_object })
 }
@@ -79,13 +83,13 @@ fn widths(params: &mut Params) -> [f64; 2] {
     }
     if widths == [0.0; 2] {
         let name = if params.was_taken("width") { "width" } else { "width1" };
-        params.reject(name, "nothing can be seen of a curve of width 0", None);
+        params.reject(name, "a curve of width 0 is invisible", None);
     }
     widths
 }
 
 fn split_depth(params: &mut Params) -> u32 {
-    // Old files have a float.
+    // Old files use a float.
     let old = params.float("splitdepth", 3.0);
     let depth = params.integer("splitdepth", old as i32);
     if depth < 0 {
@@ -102,11 +106,11 @@ fn check_points(params: &mut Params, points: &[[f64; 3]], transform: &Transform,
         p.abs().max_element() <= LARGEST && transform.point(p).abs().max_element() <= LARGEST
     };
     if widest * scale > LARGEST || !points.iter().all(within) {
-        params.reject("P", format!("the curve goes beyond {LARGEST:e} in the world"), None);
+        params.reject("P", format!("the curve has coordinates above {LARGEST:e} in world space"), None);
     }
 }
 
-/// Cubic Bézier curves, whatever the points were given for.
+/// Converts the control points to cubic Bézier segments.
 fn segments(
     params: &mut Params,
     points: &[[f64; 3]],
@@ -124,12 +128,13 @@ fn segments(
     }
     let needed = if bspline { "at least " } else { "" };
     let more = if bspline { String::new() } else { format!(", or {degree} more for each further segment") };
-    let message = format!("a curve of degree {degree} has {needed}{} points{more}; not {count}", degree + 1);
+    let message =
+        format!("a curve of degree {degree} needs {needed}{} points{more}, not {count}", degree + 1);
     params.reject("P", message, None);
     None
 }
 
-/// The same curve with four points.
+/// Converts a Bézier curve of degree 2 or 3 to a cubic one.
 fn from_bezier(degree: usize, p: impl Fn(usize) -> DVec3) -> [DVec3; 4] {
     if degree == 3 { [p(0), p(1), p(2), p(3)] } else { elevated([p(0), p(1), p(2)]) }
 }
@@ -144,16 +149,16 @@ fn from_bspline(degree: usize, p: impl Fn(usize) -> DVec3) -> [DVec3; 4] {
     [between(0, 2.0 / 3.0).midpoint(near), near, far, far.midpoint(between(2, 1.0 / 3.0))]
 }
 
-/// A quadratic curve as a cubic one.
+/// Elevates a quadratic curve to a cubic one.
 fn elevated([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
     [a, a.lerp(b, 2.0 / 3.0), b.lerp(c, 1.0 / 3.0), c]
 }
 
-/// Unit normals, one more than segments.
+/// The unit normals of a ribbon, one more than segments.
 fn ribbon_normals(params: &mut Params, normals: Option<&[[f64; 3]]>, segments: usize) -> Option<Vec<DVec3>> {
     let Some(normals) = normals else {
         let help =
-            format!("\"normal N\" [...] gives one where each segment begins or ends: {}", segments + 1);
+            format!("add \"normal N\" [...] with one normal at each end of a segment: {}", segments + 1);
         params.missing("N", "a ribbon needs normals N", &help);
         return None;
     };
@@ -169,7 +174,7 @@ fn ribbon_normals(params: &mut Params, normals: Option<&[[f64; 3]]>, segments: u
     }
     let unit: Option<Vec<DVec3>> = normals.iter().map(|n| DVec3::from(*n).try_normalize()).collect();
     if unit.is_none() {
-        params.reject("N", "a normal of length 0", None);
+        params.reject("N", "a normal has length 0", None);
     }
     unit
 }

@@ -3,10 +3,10 @@
 use super::limits::Limits;
 use crate::params::Params;
 
-/// A tube around the z axis, open at both ends.
+/// A cylinder around the z axis, open at both ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cylinder {
-    /// Radius, more than 0 (`radius`, default 1).
+    /// The radius, above 0 (`radius`, default 1).
     pub radius: f64,
     /// Lowest z (`zmin`, default -1).
     pub z_min: f64,

@@ -3,14 +3,14 @@
 use super::limits::Limits;
 use crate::params::Params;
 
-/// A disk or ring across the z axis.
+/// A disk or ring perpendicular to the z axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Disk {
     /// Its z (`height`, default 0).
     pub height: f64,
-    /// Outer radius, more than `inner_radius` (`radius`, default 1).
+    /// The outer radius, above `inner_radius` (`radius`, default 1).
     pub radius: f64,
-    /// Radius of the hole, from 0 (`innerradius`, default 0).
+    /// The radius of the hole, at least 0 (`innerradius`, default 0).
     pub inner_radius: f64,
 }
 
@@ -22,8 +22,7 @@ pub(super) fn disk(params: &mut Params, limits: &Limits) -> Disk {
     if inner_radius < 0.0 {
         params.reject("innerradius", "innerradius must be at least 0", None);
     } else if radius > 0.0 && inner_radius >= radius {
-        let message =
-            format!("nothing of the disk lies between innerradius {inner_radius} and radius {radius}");
+        let message = format!("the disk is empty: innerradius {inner_radius} is not below radius {radius}");
         params.reject("innerradius", message, None);
     }
     Disk { height, radius, inner_radius }

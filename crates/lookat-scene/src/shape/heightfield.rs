@@ -4,11 +4,15 @@ use crate::Transform;
 use crate::mesh::{Mesh, finish, grid};
 use crate::params::Params;
 
-/// pbrt-v3's CreateHeightfield: `Pz` holds rows of `nu` heights along x, `nv` of them along y.
+/// pbrt-v3's CreateHeightfield: `Pz` has `nv` rows along y, each with `nu` heights along x.
 pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
     let size = [count(params, "nu"), count(params, "nv")];
     let Some(heights) = params.floats("Pz") else {
-        params.missing("Pz", "a heightfield needs heights", "\"float Pz\" [...] gives nu times nv of them");
+        params.missing(
+            "Pz",
+            "a heightfield needs heights",
+            "add \"float Pz\" [...] with nu times nv heights",
+        );
         return None;
     };
     let [nu, nv] = size.map(Option::unwrap_or_default);
@@ -38,7 +42,7 @@ fn count(params: &mut Params, name: &'static str) -> Option<usize> {
     usize::try_from(count).ok()
 }
 
-/// How far along its side one of several points is, from 0 to 1.
+/// The position of a point along its side, from 0 to 1.
 fn share(at: usize, of: usize) -> f64 {
     at as f64 / (of - 1) as f64
 }

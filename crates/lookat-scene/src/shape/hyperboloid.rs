@@ -5,16 +5,15 @@ use glam::{DVec2, DVec3};
 use super::limits::Limits;
 use crate::params::Params;
 
-/// A segment turned about the z axis. Where both its ends have the same angle about the axis, that is a cone or a part
-/// of one; where it is parallel to the axis, a cylinder.
+/// A line segment rotated about the z axis. If both ends have the same angle about the axis, it is a cone or a part
+/// of one. If it is parallel to the axis, it is a cylinder.
 ///
-/// pbrt-v3 makes another surface of it where the waist, the point of the segment's line that is closest to the axis, is
-/// not at z = 0.
+/// pbrt-v3 renders another surface unless the waist, the point of the line closest to the axis, is at z = 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hyperboloid {
-    /// Where the texture coordinate v is 0 (`p1`, default 0 0 0).
+    /// The end with texture coordinate v = 0 (`p1`, default 0 0 0).
     pub p1: DVec3,
-    /// Where it is 1, at another z than `p1`, and not 0 (`p2`, default 1 1 1).
+    /// The end with v = 1. Its z is not 0 and differs from the z of `p1` (`p2`, default 1 1 1).
     pub p2: DVec3,
 }
 
@@ -24,21 +23,21 @@ pub(super) fn hyperboloid(params: &mut Params, limits: &Limits) -> Hyperboloid {
     limits.check(params, "p2", &p2.to_array());
     let given = if params.was_taken("p2") { "p2" } else { "p1" };
     if p1.z == p2.z {
-        let help = "a flat ring is Shape \"disk\" with \"float innerradius\"";
+        let help = "for a flat ring, use Shape \"disk\" with \"float innerradius\"";
         params.reject(given, "p1 and p2 of a hyperboloid must have different z", Some(help));
     } else if p1.truncate() == DVec2::ZERO && p2.truncate() == DVec2::ZERO {
         params.reject(given, "p1 and p2 of a hyperboloid must not both lie on its axis", None);
     }
     if params.usable() && !has_waist_at_zero(p1, p2) {
-        let message = "pbrt-v3 makes another surface of this hyperboloid, which misses p1 (a known defect)";
-        let help = "lookat turns the segment from p1 to p2; the two agree where its waist is at z = 0";
+        let message = "pbrt-v3 renders this hyperboloid as another surface that misses p1 (a known defect)";
+        let help = "lookat rotates the segment from p1 to p2; both agree if the waist is at z = 0";
         params.warn(given, message, help);
     }
-    // The order decides the outer side and the direction of v.
+    // The order determines the outer side and the direction of v.
     if p2.z == 0.0 { Hyperboloid { p1: p2, p2: p1 } } else { Hyperboloid { p1, p2 } }
 }
 
-/// Whether the point of the segment's line that is closest to the axis is at z = 0.
+/// True if the point of the line closest to the axis is at z = 0.
 fn has_waist_at_zero(p1: DVec3, p2: DVec3) -> bool {
     let along = p2 - p1;
     let at_zero = p1 - along * (p1.z / along.z);

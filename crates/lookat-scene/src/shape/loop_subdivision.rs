@@ -1,4 +1,4 @@
-//! `Shape "loopsubdiv"`: triangles made smooth by Loop subdivision (PBR 3.8).
+//! `Shape "loopsubdiv"`: a Loop subdivision surface (PBR 3.8).
 
 mod rules;
 mod topology;
@@ -17,21 +17,21 @@ const TRIANGLE_BYTES: u64 = 80;
 /// pbrt-v3's CreateLoopSubdiv.
 pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
     let nlevels = params.integer("nlevels", 3);
-    // The name of old files, which wins.
+    // The name in old files has precedence.
     let levels = params.integer("levels", nlevels);
     let indices = params.integers("indices");
     let positions = params.triples("P", ParamType::Point3);
-    // There is only one, "loop".
+    // The only scheme is "loop".
     params.string("scheme");
     let control = match (indices, positions) {
         (Some(indices), Some(positions)) => Mesh { indices, positions, ..Mesh::default() },
         (None, _) => {
-            let help = "\"integer indices\" [...] gives three vertices for each triangle";
+            let help = "add \"integer indices\" [...] with three vertices for each triangle";
             params.missing("indices", "a loopsubdiv needs indices", help);
             return None;
         }
         (_, None) => {
-            let help = "\"point P\" [...] gives the vertices of the control mesh";
+            let help = "add \"point P\" [...] with the vertices of the control mesh";
             params.missing("P", "a loopsubdiv needs P", help);
             return None;
         }
@@ -76,7 +76,7 @@ fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
     levels
 }
 
-/// Says where the control mesh is no surface, or one without sides. pbrt-v3 goes wrong there, in one way or another.
+/// Reports a control mesh that is not an orientable manifold. pbrt-v3 fails on these in various ways.
 fn report(params: &mut Params, control: &Mesh, fault: Fault) {
     let at = |params: &Params, slot: usize| params.value_place("indices", slot);
     let vertex = |slot: usize| control.indices[slot];
@@ -84,28 +84,29 @@ fn report(params: &mut Params, control: &Mesh, fault: Fault) {
     let error = match fault {
         Fault::Corner { slot } => {
             let message = format!("a triangle has vertex {} twice", vertex(slot));
-            Diagnostic::error(at(params, slot), message).help("leave the triangle out")
+            Diagnostic::error(at(params, slot), message).help("delete the triangle")
         }
         Fault::Crowded { slot, first } => {
             let (a, b) = (vertex(slot), vertex(next(slot)));
             let message = format!("the edge from vertex {a} to vertex {b} has more than two triangles");
             Diagnostic::error(at(params, slot), message)
                 .related(at(params, first), "the first of them")
-                .help("two sheets that touch need vertices of their own")
+                .help("give each of two touching sheets its own vertices")
         }
         Fault::Reversed { slot, first } => {
             let (a, b) = (vertex(slot), vertex(next(slot)));
-            let message =
-                format!("two triangles run from vertex {a} to vertex {b}, so they face opposite sides");
+            let message = format!(
+                "two triangles have the edge from vertex {a} to vertex {b} in the same direction, so they face opposite sides"
+            );
             Diagnostic::error(at(params, slot), message)
                 .related(at(params, first), "the other one")
-                .help("swap two indices of one of them, so that neighbours have the same orientation")
+                .help("swap two indices of one triangle, so that neighbors have the same orientation")
         }
     };
     params.error(error);
 }
 
-/// The limit surface, as triangles between points of it with its normals there.
+/// The limit surface as triangles, with vertices and normals on the limit surface.
 fn smooth(mut topology: Topology, mut positions: Vec<DVec3>, levels: u32) -> Mesh {
     for _ in 0..levels {
         positions = rules::refined(&topology, &positions);

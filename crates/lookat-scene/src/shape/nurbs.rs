@@ -1,4 +1,4 @@
-//! `Shape "nurbs"`: a rational B-spline surface, diced into triangles (PBR, online part 3.7 of the first edition).
+//! `Shape "nurbs"`: a rational B-spline surface, diced into triangles (shapes/nurbs.cpp).
 
 mod surface;
 
@@ -10,12 +10,12 @@ use crate::mesh::{Mesh, finish, grid};
 use crate::params::Params;
 use surface::{Spline, Surface};
 
-/// Points along each side, as in pbrt-v3.
+/// The points along each side, as in pbrt-v3.
 const DICED: usize = 30;
-/// The highest order; surfaces of people have 3 to 6.
+/// The highest order. Usual surfaces have 3 to 6.
 const HIGHEST_ORDER: i32 = 64;
 
-/// The names of what one direction has.
+/// The parameter names of one direction.
 struct Names {
     count: &'static str,
     order: &'static str,
@@ -44,14 +44,14 @@ pub(crate) fn nurbs(params: &mut Params, world_from_object: Transform) -> Option
     }
     let surface = Surface { u, v, points };
     let Some(mesh) = diced(&surface) else {
-        let help = "weights, the fourth number of each point, are usually more than 0";
+        let help = "the fourth number of each point is its weight: use weights above 0";
         params.reject("Pw", "the weights of the control points cancel each other", Some(help));
         return None;
     };
     finish(params, mesh, world_from_object)
 }
 
-/// The triangles; `None` where a point is infinitely far.
+/// The triangles. `None` if a point is at infinity.
 fn diced(surface: &Surface) -> Option<Mesh> {
     let mut mesh = Mesh { indices: grid(DICED, DICED), ..Mesh::default() };
     for row in 0..DICED {
@@ -59,7 +59,7 @@ fn diced(surface: &Surface) -> Option<Mesh> {
             let (u, v) = (surface.u.at(share(column)), surface.v.at(share(row)));
             let (p, normal) = surface.evaluate(u, v)?;
             mesh.positions.push(p.into());
-            // None at a pole; there its neighbours' count alone.
+            // A pole has no normal: interpolation then uses its neighbors.
             mesh.normals.push(normal.normalize_or_zero().into());
             mesh.uvs.push([u, v]);
         }
@@ -71,7 +71,7 @@ fn share(at: usize) -> f64 {
     at as f64 / (DICED - 1) as f64
 }
 
-/// One direction of the surface.
+/// Reads one direction of the surface.
 fn spline(params: &mut Params, names: &Names) -> Option<Spline> {
     let points = params.needed_integer(names.count, "the number of control points in this direction");
     let order = params.needed_integer(names.order, "the degree plus 1");
@@ -79,7 +79,8 @@ fn spline(params: &mut Params, names: &Names) -> Option<Spline> {
     let domain = [params.given(names.from), params.given(names.to)];
     let (from, to) = (params.float(names.from, 0.0), params.float(names.to, 0.0));
     if knots.is_none() {
-        let help = format!("\"float {}\" [...] gives {} + {} of them", names.knots, names.count, names.order);
+        let help =
+            format!("add \"float {}\" [...] with {} + {} knots", names.knots, names.count, names.order);
         params.missing(names.knots, &format!("a nurbs needs {}", names.knots), &help);
     }
     let (points, order, knots) = (points?, order?, knots?);
@@ -93,11 +94,11 @@ fn spline(params: &mut Params, names: &Names) -> Option<Spline> {
     params.usable().then_some(spline)
 }
 
-/// Whether there are as many points and knots as the order needs.
+/// Checks the numbers of points and knots for the order.
 fn check_counts(params: &mut Params, names: &Names, points: i32, order: i32, knots: usize) -> Option<()> {
     let needed = i64::from(points) + i64::from(order);
     let (name, message) = if !(2..=HIGHEST_ORDER).contains(&order) {
-        (names.order, format!("an order is from 2 to {HIGHEST_ORDER}"))
+        (names.order, format!("the order must be from 2 to {HIGHEST_ORDER}"))
     } else if points < order {
         (names.count, format!("{} must be at least {}, {order}", names.count, names.order))
     } else if knots as i64 != needed {
@@ -113,13 +114,13 @@ fn check(params: &mut Params, names: &Names, spline: &Spline, [least, most]: [f6
     let knots = &spline.knots;
     params.check_range(names.knots, knots);
     if let Some(at) = (1..knots.len()).find(|at| knots[*at] < knots[*at - 1]) {
-        let message = format!("knot {} comes after {}; knots never decrease", knots[at], knots[at - 1]);
+        let message = format!("knot {} follows {}: knots must not decrease", knots[at], knots[at - 1]);
         params.error(Diagnostic::error(params.value_place(names.knots, at), message));
         return;
     }
     if least >= most {
         let message = format!(
-            "the knots that bound the surface, number {} and {}, are equal",
+            "the first and last knot of the surface, number {} and {}, are equal",
             spline.order,
             spline.points + 1
         );
@@ -141,25 +142,25 @@ fn check(params: &mut Params, names: &Names, spline: &Spline, [least, most]: [f6
     }
 }
 
-/// Points times their weights, with the weights: `P` has weight 1.
+/// Homogeneous control points. The points of `P` have weight 1.
 fn control_points(params: &mut Params) -> Option<Vec<DVec4>> {
     let (plain, weighted) = (params.triples("P", ParamType::Point3), params.floats("Pw"));
     match (plain, weighted) {
         (Some(plain), weighted) => {
             if weighted.is_some() {
-                params.warn("Pw", "P and Pw are both given; P counts", "leave one of them out");
+                params.warn("Pw", "P and Pw are both given: P is used", "delete one of them");
             }
             Some(plain.into_iter().map(|[x, y, z]| DVec4::new(x, y, z, 1.0)).collect())
         }
         (None, Some(weighted)) => {
             if !weighted.len().is_multiple_of(4) {
-                let message = format!("Pw takes its numbers in fours; {} given", weighted.len());
+                let message = format!("Pw takes groups of four numbers; {} numbers given", weighted.len());
                 params.reject("Pw", message, None);
             }
             Some(weighted.chunks_exact(4).map(DVec4::from_slice).collect())
         }
         (None, None) => {
-            let help = "\"point P\" [...] gives the control points; \"float Pw\" [...] those with weights";
+            let help = "add \"point P\" [...] with control points, or \"float Pw\" [...] with weighted ones";
             params.missing("P", "a nurbs needs P or Pw", help);
             None
         }

@@ -1,7 +1,7 @@
-//! `Texture "bilerp"`: four values at the corners of the unit square, and what lies between.
+//! `Texture "bilerp"`: bilinear interpolation between the corners of the unit square.
 //!
-//! - `v00`, `v10`: numbers or colors where t is 0 and s is 0 or 1, default 0
-//! - `v01`, `v11`: the same where t is 1, default 1
+//! - `v00`, `v10`: numbers or colors at t = 0 for s = 0 and 1, default 0
+//! - `v01`, `v11`: the same at t = 1, default 1
 //! - the parameters of [`Mapping`]
 
 use super::mapping::{Mapping, mapping};
@@ -9,12 +9,12 @@ use super::{Parameter, Texture, Varying};
 use crate::params::Params;
 use crate::transform::Transform;
 
-/// Values at four corners. Outside of the square they go on in the same way.
+/// The values at four corners. They are extrapolated outside the square.
 #[derive(Debug, Clone)]
 pub struct Bilerp<T> {
-    /// How it lies on surfaces.
+    /// The texture coordinate mapping.
     pub mapping: Mapping,
-    /// The values where s is 0, at t of 0 and 1; then those where s is 1.
+    /// The values at s = 0 for t = 0 and 1, then at s = 1.
     pub corners: [[T; 2]; 2],
 }
 

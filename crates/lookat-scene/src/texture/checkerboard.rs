@@ -1,37 +1,37 @@
-//! `Texture "checkerboard"`: two textures in turn, in squares or cubes of size one.
+//! `Texture "checkerboard"`: two alternating textures in unit squares or cubes.
 //!
 //! - `dimension`: 2 (default) or 3
-//! - `tex1`: number, color or texture where the sum of the cell's numbers is even, default 1
-//! - `tex2`: the same where it is odd, default 0
-//! - of two dimensions: `aamode`, `closedform` (default: the mean over the distance to neighbouring camera rays) or
+//! - `tex1`: number, color or texture of even cells (by the sum of the cell coordinates), default 1
+//! - `tex2`: number, color or texture of odd cells, default 0
+//! - in two dimensions: `aamode`, `closedform` (default: the mean over the texture footprint) or
 //!   `none`, and the parameters of [`Mapping`]
 
 use super::mapping::{Mapping, mapping};
 use super::{Parameter, Texture, TextureParams, Value, Varying};
 use crate::transform::Transform;
 
-/// Two textures in turn.
+/// Two alternating textures.
 #[derive(Debug, Clone)]
 pub struct Checkerboard<T: Value> {
-    /// The texture of even cells and that of odd ones (`tex1`, `tex2`).
+    /// The textures of even and odd cells (`tex1`, `tex2`).
     pub textures: [Texture<T>; 2],
     /// The cells.
     pub cells: Cells,
 }
 
-/// The cells of a checkerboard, one unit wide.
+/// The unit cells of a checkerboard.
 #[derive(Debug, Clone)]
 pub enum Cells {
     /// Squares.
     Plane {
-        /// How they lie on surfaces.
+        /// The texture coordinate mapping.
         mapping: Mapping,
-        /// Whether the mean over the distance to neighbouring camera rays is taken (`aamode`).
+        /// True to average over the texture footprint (`aamode`).
         filtered: bool,
     },
     /// Cubes.
     Space {
-        /// What is applied to positions in the world.
+        /// The transformation of world positions.
         texture_from_world: Transform,
     },
 }
@@ -46,8 +46,8 @@ pub(super) fn checkerboard<T: Parameter>(params: &mut TextureParams, ctm: Transf
         }
         3 => Cells::Space { texture_from_world: ctm },
         other => {
-            let message = format!("there is no checkerboard of {other} dimensions");
-            params.reject("dimension", message, Some("it has 2 or 3"));
+            let message = format!("a checkerboard cannot have {other} dimensions");
+            params.reject("dimension", message, Some("use 2 or 3"));
             params.ignore_rest();
             Cells::Space { texture_from_world: ctm }
         }

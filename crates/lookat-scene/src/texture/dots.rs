@@ -1,10 +1,10 @@
-//! `Texture "dots"`: round dots, one in about two of five squares of size one.
+//! `Texture "dots"`: round dots in about two of five unit squares.
 //!
 //! - `inside`: number, color or texture around the dots, default 1
-//! - `outside`: the same of the dots themselves, default 0
+//! - `outside`: number, color or texture of the dots, default 0
 //! - the parameters of [`Mapping`]
 //!
-//! pbrt-v3 means each of the two where its name says the other, and so do its pictures.
+//! The names are swapped in pbrt-v3 and its pictures, and so they are here.
 
 use super::mapping::{Mapping, mapping};
 use super::{Parameter, Texture, TextureParams, Value, Varying};
@@ -13,11 +13,11 @@ use crate::transform::Transform;
 /// Dots at random places.
 #[derive(Debug, Clone)]
 pub struct Dots<T: Value> {
-    /// How they lie on surfaces.
+    /// The texture coordinate mapping.
     pub mapping: Mapping,
     /// The texture of the dots (`outside`).
     pub dots: Texture<T>,
-    /// The texture around them (`inside`).
+    /// The texture around the dots (`inside`).
     pub around: Texture<T>,
 }
 

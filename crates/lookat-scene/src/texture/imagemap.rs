@@ -1,12 +1,12 @@
 //! `Texture "imagemap"`: a picture.
 //!
 //! - `filename`: the picture, as exr, pfm, png, tga, jpg or hdr
-//! - `wrap`: what lies beyond its edges, `repeat` (the default), `black` or `clamp`
-//! - `trilinear`: filtered alike in all directions; default false, by ellipses
-//! - `maxanisotropy`: the longest ellipse by its width, default 8
-//! - `scale`: a factor of the values, default 1
-//! - `gamma`: the values are on the sRGB curve; default true for png, tga and jpg
-//! - those of the mapping (`mapping.rs`)
+//! - `wrap`: the values outside the picture: `repeat` (default), `black` or `clamp`
+//! - `trilinear`: isotropic trilinear filter; default false, for an elliptical filter (EWA)
+//! - `maxanisotropy`: the largest ratio of the axes of the ellipse, default 8
+//! - `scale`: the factor on the values, default 1
+//! - `gamma`: convert from sRGB to linear; default true for png, tga and jpg
+//! - the parameters of [`Mapping`]
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,28 +22,28 @@ use crate::picture::{Pictures, Settings};
 /// A picture on a surface.
 #[derive(Debug, Clone)]
 pub struct ImageMap<T: Value> {
-    /// The picture, its first row the lowest; `scale` is multiplied in, and the values are linear (`filename`, `wrap`,
+    /// The picture, with its lowest row first. Its values are linear and include `scale` (`filename`, `wrap`,
     /// `scale`, `gamma`).
     pub map: Arc<MipMap<T::Texel>>,
-    /// Where on the picture a point of the surface lies.
+    /// The texture coordinate mapping.
     pub mapping: Mapping,
-    /// How it is averaged where it is small.
+    /// The filter for minification.
     pub filter: ImageFilter,
 }
 
-/// How a picture is averaged over what one camera ray stands for.
+/// The filter over the texture footprint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ImageFilter {
-    /// Over a square (`trilinear`).
+    /// Isotropic (`trilinear`).
     Trilinear,
-    /// Over an ellipse.
+    /// Elliptical (EWA).
     Ellipse {
-        /// The most that it is longer than wide, more than 0, at most 1000 (`maxanisotropy`, default 8).
+        /// The largest ratio of the axes, above 0, at most 1000 (`maxanisotropy`, default 8).
         max_anisotropy: f64,
     },
 }
 
-/// Longer ellipses take too long.
+/// The largest ratio of the axes. Longer ellipses take too long.
 const MOST_ANISOTROPY: f64 = 1000.0;
 
 /// pbrt-v3's CreateImageFloatTexture and CreateImageSpectrumTexture.
@@ -63,7 +63,7 @@ pub(super) fn imagemap<T: Parameter>(
         params.warn("mapping", message, "\"uv\" mapping of a mesh or sphere has no such line");
     }
     let Some(file) = file else {
-        let help = "\"string filename\" names the picture";
+        let help = "add \"string filename\" with the name of a picture";
         params.missing("filename", "Texture \"imagemap\" has no filename", help);
         params.finish();
         return None;
@@ -77,7 +77,7 @@ pub(super) fn imagemap<T: Parameter>(
     Some(Texture::varying(Varying::ImageMap(Box::new(ImageMap { map, mapping, filter }))))
 }
 
-/// pbrt-v3 reads no jpg; the others are as there.
+/// True if the format stores sRGB values, as in pbrt-v3, which does not read jpg.
 fn is_encoded(file: &Text) -> bool {
     let ending = Path::new(&file.value).extension().and_then(|ending| ending.to_str());
     ending.is_some_and(|ending| ["png", "tga", "jpg", "jpeg"].contains(&ending.to_ascii_lowercase().as_str()))
@@ -86,14 +86,10 @@ fn is_encoded(file: &Text) -> bool {
 fn filter(params: &mut Params) -> ImageFilter {
     let max_anisotropy = params.float("maxanisotropy", 8.0);
     if max_anisotropy <= 0.0 {
-        params.reject("maxanisotropy", "maxanisotropy must be more than 0", None);
+        params.reject("maxanisotropy", "maxanisotropy must be above 0", None);
     } else if max_anisotropy > MOST_ANISOTROPY {
-        let message = format!("maxanisotropy {max_anisotropy} is taken as {MOST_ANISOTROPY}");
-        params.note(
-            "maxanisotropy",
-            &message,
-            "more makes no difference that could be seen; 8 is the default",
-        );
+        let message = format!("maxanisotropy {max_anisotropy} is limited to {MOST_ANISOTROPY}");
+        params.note("maxanisotropy", &message, "more makes no visible difference; the default is 8");
     }
     match params.bool("trilinear", false) {
         true => ImageFilter::Trilinear,

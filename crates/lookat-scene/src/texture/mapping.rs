@@ -1,9 +1,9 @@
-//! From points of surfaces to the two coordinates s and t of a texture (PBR 10.2).
+//! Mappings from surface points to the texture coordinates s and t (PBR 10.2).
 //!
 //! - `mapping`: `uv` (default), `spherical`, `cylindrical` or `planar`
-//! - of `uv`: `uscale`, `vscale`, factors of the coordinates of the surface, default 1; `udelta`, `vdelta`, added to
+//! - for `uv`: `uscale`, `vscale`, factors on the surface coordinates, default 1; `udelta`, `vdelta`, added to
 //!   them, default 0
-//! - of `planar`: `v1`, `v2`, directions in the world, default 1 0 0 and 0 1 0; `udelta`, `vdelta`, default 0
+//! - for `planar`: `v1`, `v2`, world directions, default 1 0 0 and 0 1 0; `udelta`, `vdelta`, default 0
 //!
 //! The poles of `spherical` and the axis of `cylindrical` are the z axis of the space where the texture is defined.
 
@@ -12,43 +12,45 @@ use glam::{DVec2, DVec3};
 use crate::params::Params;
 use crate::transform::Transform;
 
-/// How a texture lies on surfaces.
+/// A texture coordinate mapping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Mapping {
-    /// The coordinates of the surface, scaled and then moved.
+    /// The surface coordinates, scaled and then shifted.
     Uv {
-        /// Factors (`uscale`, `vscale`).
+        /// The factors (`uscale`, `vscale`).
         scale: DVec2,
-        /// What is added (`udelta`, `vdelta`).
+        /// The offset (`udelta`, `vdelta`).
         offset: DVec2,
     },
-    /// s: the angle from the z axis, over pi. t: the angle around it from the x axis, over 2 pi, 0..1.
+    /// s is the angle from the z axis over pi. t is the angle around the z axis from the x axis over 2 pi, from 0 to
+    /// 1.
     Spherical {
-        /// To the space with that axis.
+        /// The transformation to the space of the z axis.
         texture_from_world: Transform,
     },
-    /// s: the angle around the z axis from the negative x axis, over 2 pi, 0..1. t: the cosine of the angle from it.
+    /// s is the angle around the z axis from the negative x axis over 2 pi, from 0 to 1. t is the cosine of the angle
+    /// from the z axis.
     Cylindrical {
-        /// To the space with that axis.
+        /// The transformation to the space of the z axis.
         texture_from_world: Transform,
     },
-    /// The position in the world, measured along two directions.
+    /// The world position along two directions.
     Planar {
-        /// The directions, in the world (`v1`, `v2`).
+        /// The world directions (`v1`, `v2`).
         axes: [DVec3; 2],
-        /// What is added (`udelta`, `vdelta`).
+        /// The offset (`udelta`, `vdelta`).
         offset: DVec2,
     },
 }
 
 const NAMES: &[&str] = &["uv", "spherical", "cylindrical", "planar"];
 
-/// The parameters of all textures with two coordinates; to be called when the others are taken.
+/// Takes the mapping parameters of 2D textures. Call it after taking the other parameters.
 pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Mapping {
     let texture_from_world = world_from_texture.inverse();
     let name = params.choice("mapping", NAMES);
     if !params.usable() || params.may_lack("mapping") {
-        // Which of the others belong to it is not known.
+        // An unknown mapping may have any parameters.
         params.ignore_rest();
     }
     match name {
@@ -69,12 +71,12 @@ pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Map
     }
 }
 
-/// Warns about parameters that belong to other mappings.
+/// Warns about parameters of other mappings.
 fn idle(params: &mut Params, names: &[&'static str], mapping: &str) {
     for name in names.iter().filter(|name| params.given(name)).copied().collect::<Vec<_>>() {
         params.float(name, 0.0);
-        let message = format!("{name} has no meaning for the mapping \"{mapping}\"; it is ignored");
-        let help = "the current transformation, or v1 and v2 of \"planar\", scale such mappings";
+        let message = format!("{name} does not apply to the mapping \"{mapping}\": it is ignored");
+        let help = "to scale this mapping, use the current transformation, or v1 and v2 of \"planar\"";
         params.warn(name, &message, help);
     }
 }

@@ -1,8 +1,8 @@
-//! `Texture "marble"`: colors of marble in layers along y that noise bends. There is no float texture of this class.
+//! `Texture "marble"`: marble layers along y, perturbed by noise. It has color values only.
 //!
 //! - `octaves`, default 8, and `roughness`, default 0.5: see [`Octaves`]
-//! - `scale`: factor of the position, default 1
-//! - `variation`: how far noise moves the layers, default 0.2
+//! - `scale`: factor on the position, default 1
+//! - `variation`: factor on the noise that moves the layers, default 0.2
 
 use super::octaves::{Octaves, octaves};
 use super::{Value, Varying};
@@ -12,11 +12,11 @@ use crate::transform::Transform;
 /// Layers of marble.
 #[derive(Debug, Clone, Copy)]
 pub struct Marble {
-    /// The noise that bends the layers.
+    /// The noise.
     pub octaves: Octaves,
-    /// Factor of the position.
+    /// The factor on the position.
     pub scale: f64,
-    /// Factor of the noise.
+    /// The factor on the noise.
     pub variation: f64,
 }
 

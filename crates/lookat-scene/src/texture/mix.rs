@@ -1,8 +1,8 @@
-//! `Texture "mix"`: something between two textures.
+//! `Texture "mix"`: a blend of two textures.
 //!
 //! - `tex1`: number, color or texture, default 0
-//! - `tex2`: the same, default 1
-//! - `amount`: share of the second, number or float texture, default 0.5
+//! - `tex2`: number, color or texture, default 1
+//! - `amount`: weight of the second, number or float texture, default 0.5
 
 use super::{Parameter, Texture, TextureParams, Varying};
 

@@ -10,14 +10,14 @@ use crate::elsewhere::Kind;
 use crate::names::Names;
 use crate::params::Params;
 
-/// The textures in scope. A texture that is not rendered has no value; parameters that name it keep their default.
+/// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
 #[derive(Default)]
 pub(crate) struct Textures {
     pub float: Names<Option<Texture<f64>>>,
     pub spectrum: Names<Option<Texture<Vec3>>>,
 }
 
-/// Parameters, and the textures that they may name (pbrt-v3's TextureParams).
+/// Parameters with the textures in scope (pbrt-v3's TextureParams).
 pub(crate) struct TextureParams<'t, 'p> {
     params: &'t mut Params<'p>,
     textures: &'t Textures,
@@ -28,7 +28,7 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         TextureParams { params, textures }
     }
 
-    /// A color, or the texture of that name.
+    /// A color or a named texture.
     pub fn spectrum_texture(&mut self, name: &'static str, default: Vec3) -> Texture<Vec3> {
         let Some(texture) = self.texture(name) else {
             return Texture::Constant(self.spectrum(name, default));
@@ -45,12 +45,12 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         known.cloned().flatten().unwrap_or(Texture::Constant(default))
     }
 
-    /// A number, or the texture of that name.
+    /// A number or a named texture.
     pub fn float_texture(&mut self, name: &'static str, default: f64) -> Texture<f64> {
         self.float_texture_if_given(name).unwrap_or(Texture::Constant(default))
     }
 
-    /// A number, or the texture of that name, where the parameter is given and has a value.
+    /// A number or a named texture, if the parameter is given and has a value.
     pub fn float_texture_if_given(&mut self, name: &'static str) -> Option<Texture<f64>> {
         let Some(texture) = self.texture(name) else {
             return self.float_if_given(name).map(Texture::Constant);

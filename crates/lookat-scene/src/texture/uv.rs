@@ -1,5 +1,4 @@
-//! `Texture "uv"`: the coordinates as colors, the fractions of s as red and of t as green. There is no float texture of
-//! this class.
+//! `Texture "uv"`: the fractional part of s as red and of t as green. It has color values only.
 //!
 //! - the parameters of [`Mapping`](super::Mapping)
 

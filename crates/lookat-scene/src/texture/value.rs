@@ -1,4 +1,4 @@
-//! What textures give: numbers and colors.
+//! The values of textures: numbers and colors.
 
 use std::fmt::Debug;
 use std::ops::Mul;
@@ -13,19 +13,19 @@ use crate::picture::{Cache, FromColor, Pictures};
 
 /// A number or a color.
 pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + 'static {
-    /// Of a picture.
+    /// The texel type of pictures.
     type Texel: Texel;
 
-    /// The value of a picture.
+    /// Converts a texel.
     fn from_texel(texel: Self::Texel) -> Self;
 
-    /// The value with all channels alike.
+    /// A grey value.
     fn gray(value: f64) -> Self;
 
-    /// The value of a color; as a number, its luminance.
+    /// Converts a color; a number is its luminance.
     fn from_rgb(rgb: Vec3) -> Self;
 
-    /// `a` where `amount` is 0, `b` where it is 1.
+    /// Linear interpolation: `a` for an `amount` of 0, `b` for 1.
     fn mix(a: Self, b: Self, amount: f64) -> Self;
 }
 
@@ -69,18 +69,18 @@ impl Value for Vec3 {
     }
 }
 
-/// A value that parameters can give, or name a texture for.
+/// A value that a parameter can give directly or by a texture name.
 pub(crate) trait Parameter: Value<Texel: FromColor> {
-    /// The types of textures with such values.
+    /// The value type in Texture directives.
     const TYPE: &'static str;
 
-    /// The parameter; where it is missing, the default.
+    /// The parameter or its default.
     fn value(params: &mut Params, name: &'static str, default: f64) -> Self;
 
-    /// The parameter as a texture; where it is missing, the default.
+    /// The parameter as a texture, or its default.
     fn texture(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<Self>;
 
-    /// The pictures of such values.
+    /// The pictures with these values.
     fn cache(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
 }
 

@@ -1,4 +1,4 @@
-//! `Texture "windy"`: the height of waves, in wind that is stronger at some places. It has no parameters.
+//! `Texture "windy"`: the height of waves under varying wind. It has no parameters.
 
 use super::{Texture, Value, Varying};
 use crate::transform::Transform;

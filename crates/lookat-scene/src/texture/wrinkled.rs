@@ -1,4 +1,4 @@
-//! `Texture "wrinkled"`: a sum of the absolute values of noise, with creases where it is 0 (turbulence).
+//! `Texture "wrinkled"`: turbulence, a sum of absolute noise values with creases at 0.
 //!
 //! - `octaves`, default 8, and `roughness`, default 0.5: see [`Octaves`](super::Octaves)
 

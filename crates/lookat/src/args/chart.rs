@@ -14,52 +14,53 @@ use super::{Memory, resolution, seed, whole};
 pub struct Chart {
     /// The scene file; - is standard input
     pub scene: PathBuf,
-    /// The picture to measure errors by: .exr, .pfm or .hdr, or .png, .tga or .jpg where nothing is at their largest value [default: one is rendered, with 16 times the samples of the highest point]
+    /// The reference picture: .exr, .pfm or .hdr, or an unclipped .png, .tga or .jpg [default: a render with 16 times
+    /// the samples of the last point]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
-    /// Some of the methods below, or all; the others are compared with the first
+    /// Methods from the list below, or all; the first one is the baseline
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = lookat_lab::chart::DEFAULT)]
     pub methods: Vec<String>,
-    /// Wall time for everything, which decides how many samples are reached
+    /// Wall time of the whole command; it determines the numbers of samples
     #[arg(long, value_name = "SECONDS", default_value_t = 60.0, allow_negative_numbers = true, value_parser = seconds)]
     pub budget: f64,
-    /// In place of a budget: up to this many samples per pixel, a power of two from 4 to 65536, however long that takes
+    /// Largest number of samples per pixel, instead of a budget: a power of two from 4 to 65536
     #[arg(long, value_name = "N", conflicts_with = "budget", allow_negative_numbers = true, value_parser = power_of_two)]
     pub spp: Option<u32>,
-    /// The result of another renderer: its name, its wall time and its picture of the scene; may be repeated
+    /// The result of another renderer: its name, wall time and picture of the scene; repeatable
     #[arg(long, value_name = "NAME=SECONDS,IMAGE", value_parser = other)]
     pub point: Vec<Other>,
-    /// Size of the full picture, in place of the Film's
+    /// Size of the full picture, instead of the size in Film
     #[arg(long, value_name = "WxH", allow_hyphen_values = true, value_parser = resolution)]
     pub resolution: Option<[u32; 2]>,
-    /// Pictures for each point, each with another seed; at least 8
+    /// Pictures per point, each with another seed; at least 8
     #[arg(long, value_name = "N", default_value_t = 8, allow_negative_numbers = true, value_parser = whole(FEWEST_SEEDS, 1000))]
     pub seeds: u32,
-    /// The seed of the first picture; those of the others follow
+    /// Seed of the first picture; the other pictures use the following seeds
     #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// Threads [default: one for each processor]
+    /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,
-    /// The folder to write to, made if need be [default: the name of the scene (of standard input: scene), with -chart, in the current folder]
+    /// The output folder, created if missing [default: SCENE-chart in the working folder]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     #[command(flatten)]
     pub memory: Memory,
 }
 
-/// The result of another renderer, as it is given.
+/// The result of another renderer, from `--point`.
 #[derive(Debug, Clone)]
 pub struct Other {
-    /// How it is called.
+    /// Its name.
     pub name: String,
-    /// Wall time.
+    /// The wall time in seconds.
     pub seconds: f64,
     /// Its picture.
     pub image: PathBuf,
 }
 
-/// What can be charted, and what comes of it.
+/// The methods and the output files, for the help.
 fn after_help() -> String {
     let methods = lookat_lab::chart::METHODS.iter();
     let list: String = methods.map(|method| format!("  {:13} {}\n", method.name, method.about)).collect();
@@ -83,7 +84,7 @@ fn power_of_two(text: &str) -> Result<u32, String> {
     count.ok_or_else(|| "expected a power of two from 4 to 65536".into())
 }
 
-/// Fits beside a picture of the chart.
+/// The longest name that fits beside the chart.
 const LONGEST_NAME: usize = 40;
 
 fn other(text: &str) -> Result<Other, String> {
@@ -94,7 +95,7 @@ fn other(text: &str) -> Result<Other, String> {
         return Err(expected.into());
     }
     if name.chars().count() > LONGEST_NAME {
-        return Err(format!("the name of a point has at most {LONGEST_NAME} letters"));
+        return Err(format!("the name of a point must have at most {LONGEST_NAME} letters"));
     }
     let seconds =
         seconds(time).map_err(|error| format!("`{time}`, between the first = and a comma: {error}"))?;

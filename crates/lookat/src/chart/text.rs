@@ -1,4 +1,4 @@
-//! What `lookat chart` prints.
+//! The text output of `lookat chart`.
 
 use std::fmt::Write;
 
@@ -17,7 +17,7 @@ pub fn title(header: &Header) -> String {
     format!("{}, {width} x {height} pixels, {}", visible(name), count(header.threads, "thread"))
 }
 
-/// What is going to be rendered.
+/// The plan, before rendering.
 pub fn plan(plan: &Plan, methods: &[&Method], is_fixed: bool) -> String {
     let tops: Vec<u32> =
         plan.rungs.iter().zip(&plan.costs).map(|(rungs, cost)| cost.first << (rungs - 1)).collect();
@@ -36,21 +36,19 @@ pub fn plan(plan: &Plan, methods: &[&Method], is_fixed: bool) -> String {
     text
 }
 
-/// Everything that is found.
+/// All results.
 pub fn results(header: &Header, reference: &Reference, results: &Results) -> String {
     let mut text = title(header) + "\n";
     let (parse, preparation) = (significant(header.parse, 2), significant(header.preparation, 2));
     let _ = writeln!(
         text,
-        "reading the scene took {parse} s, preparing it {preparation} s; both are apart from what follows"
+        "reading the scene took {parse} s, preparing it {preparation} s; the times below do not include this"
     );
     let _ = writeln!(text, "{}", of_reference(reference));
     text += match results.measured.end {
         End::Whole => "",
-        End::Late => "the machine was slower than planned: the highest points are left out\n",
-        End::Interrupted => {
-            "interrupted: this is what was measured until then; the highest points are missing\n"
-        }
+        End::Late => "the machine was slower than planned: the last points are missing\n",
+        End::Interrupted => "interrupted: the last points are missing\n",
     };
     let _ = write!(text, "\n{}", methods(results));
     if !results.markers.is_empty() {
@@ -63,7 +61,7 @@ pub fn results(header: &Header, reference: &Reference, results: &Results) -> Str
         ("RMSE after equal times", "seconds", &results.equal_times),
         ("seconds to equal RMSE", "RMSE", &results.equal_errors),
     ] {
-        // Single points have nothing between them.
+        // Single points have no common range.
         if !found.at.is_empty() {
             let _ = write!(text, "\n{title}{ratio}\n{}", comparison(what, results, found));
         }
@@ -81,18 +79,19 @@ fn of_reference(reference: &Reference) -> String {
             )
         }
         Origin::File { path, rounded } => {
-            let rounding = if *rounded { ", 8 or 16 bits a channel: rounded, and cut at white" } else { "" };
+            let rounding =
+                if *rounded { ", 8 or 16 bits per channel: rounded, and clipped at white" } else { "" };
             format!("{}{rounding}", visible(&path.display().to_string()))
         }
     };
     let noise = match reference.noise {
-        Some(noise) => format!("its noise is {} RMSE, and in all errors below", significant(noise, 2)),
-        None => "its noise is unknown, and in all errors below".into(),
+        Some(noise) => format!("its noise is {} RMSE, which all errors below include", significant(noise, 2)),
+        None => "its noise is unknown, and all errors below include it".into(),
     };
     format!("reference: {origin}; {noise}")
 }
 
-/// One line for each method: how its error falls, and what its last point has.
+/// One line per method: the slope of its error, and its last point.
 fn methods(results: &Results) -> String {
     let titles =
         ["method", "samples", "slope", "fitted", "seconds", "RMSE", "relative MSE", "mean error", ""];
@@ -122,7 +121,7 @@ fn methods(results: &Results) -> String {
     table(&rows)
 }
 
-/// What keeps the error of a method from falling on.
+/// The reason why the error of a method stops falling.
 fn remarks(results: &Results, method: usize, last: &Point) -> String {
     let level = results.levels[method].map(|level| {
         let cause = if results.noise().is_some() { "its bias" } else { "bias or noise of the reference" };
@@ -133,7 +132,7 @@ fn remarks(results: &Results, method: usize, last: &Point) -> String {
     level.into_iter().chain(noise).collect::<Vec<_>>().join("; ")
 }
 
-/// Who is not beaten, and when.
+/// The Pareto front: the methods that no other method beats.
 fn front(results: &Results) -> String {
     let mut rows = vec![row(["on the front", "from", "to", "RMSE from", "to", ""])];
     for reign in &results.front {
@@ -152,7 +151,7 @@ fn front(results: &Results) -> String {
     table(&rows)
 }
 
-/// Other renderers, and how long lookat takes to their errors.
+/// The other renderers, and the time of lookat to reach their errors.
 fn others(results: &Results) -> String {
     let mut text = String::new();
     let names = results.measured.methods.iter().map(|method| method.name.to_owned());
@@ -171,40 +170,36 @@ fn others(results: &Results) -> String {
     }
     let _ = writeln!(
         text,
-        "other renderers, and the seconds that lookat takes to the same RMSE (theirs are so many times more)"
+        "other renderers, and the seconds of lookat to reach the same RMSE (with the ratio of their time to it)"
     );
     text += &table(&rows);
     for marker in results.markers.iter().filter(|marker| marker.rmse == 0.0) {
-        let _ = writeln!(
-            text,
-            "the picture of {} is the same as the reference: it has no place on the chart",
-            marker.name
-        );
+        let _ = writeln!(text, "the picture of {} equals the reference: it is not on the chart", marker.name);
     }
     let unclear = |marker: &&Marker| marker.rmse > 0.0 && !results.is_clear(marker.rmse);
     for marker in results.markers.iter().filter(unclear) {
         let _ = writeln!(
             text,
-            "the error of {} is mostly the noise of the reference; a larger --spp or --budget makes a better one",
+            "the error of {} is mostly the noise of the reference; for a better reference, increase --spp or --budget",
             marker.name
         );
     }
     for marker in results.markers.iter().filter(|marker| marker.rounded) {
         let _ = writeln!(
             text,
-            "the picture of {} is rounded, and cut at white: its error may be due to that",
+            "the picture of {} is rounded and clipped at white, which may cause its error",
             marker.name
         );
     }
     text
 }
 
-/// A number of samples per pixel; of a target error it is a mean.
+/// A number of samples per pixel. For a target error it is a mean.
 fn samples(count: f64) -> String {
     if count.fract() == 0.0 { count.to_string() } else { significant(count, 3) }
 }
 
-/// When a method has the error of another renderer.
+/// The time of a method to reach the error of another renderer.
 fn reach(marker: &Marker, curve: &Curve) -> String {
     let ratio = |seconds: f64| significant(marker.seconds / seconds, 2);
     if let Some(seconds) = curve.seconds_to(marker.rmse) {
@@ -218,7 +213,7 @@ fn reach(marker: &Marker, curve: &Curve) -> String {
     }
 }
 
-/// Methods below each other, places beside each other.
+/// A comparison as a table: one row per method, one column per place.
 fn comparison(what: &str, results: &Results, comparison: &Comparison) -> String {
     let places = comparison.at.iter().map(|at| plain(*at));
     let mut rows = vec![std::iter::once(what.to_owned()).chain(places).collect::<Vec<_>>()];
@@ -236,8 +231,8 @@ fn comparison(what: &str, results: &Results, comparison: &Comparison) -> String 
     table(&rows)
 }
 
-/// Aligned columns: the first to the left, the others to the right, and the last as it is where it has no title. All rows
-/// are as long as the first.
+/// Aligned columns: the first one left-aligned, the others right-aligned, and a last column without a title as it is.
+/// All rows have the length of the first.
 fn table(rows: &[Vec<String>]) -> String {
     let Some(titles) = rows.first() else { return String::new() };
     let width = |i: usize| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);

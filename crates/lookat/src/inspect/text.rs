@@ -1,4 +1,4 @@
-//! What a scene needs, for people: a line for each part of it.
+//! The text output: one line per part of the scene.
 
 use lookat_image::byte_words;
 use lookat_render::{Choice, Draw, Elements, Surfaces};
@@ -15,12 +15,12 @@ impl Found<'_> {
             ("numbers", self.numbers()),
             ("shapes", self.shapes()),
             ("tree", self.tree()),
-            ("materials", self.inspection.surfaces.as_ref().map_or("not asked for".into(), materials)),
-            ("textures", self.inspection.surfaces.as_ref().map_or("not asked for".into(), textures)),
+            ("materials", self.inspection.surfaces.as_ref().map_or("not used".into(), materials)),
+            ("textures", self.inspection.surfaces.as_ref().map_or("not used".into(), textures)),
             ("lights", self.lights()),
             ("memory", self.memory()),
             ("arithmetic", self.arithmetic()),
-            ("not paid for", listed(&self.not_paid_for())),
+            ("not used", listed(&self.not_paid_for())),
         ];
         let line = |(title, text): &(&str, String)| format!("  {title:14}{}\n", wrapped(text));
         format!("{name}\n") + &lines.iter().map(line).collect::<String>()
@@ -43,7 +43,7 @@ impl Found<'_> {
     fn camera(&self) -> String {
         let lens = match self.scene.camera.lens {
             Some(lens) => {
-                format!("thin lens of radius {}, sharp at distance {}", lens.radius, lens.focal_distance)
+                format!("thin lens of radius {}, focused at distance {}", lens.radius, lens.focal_distance)
             }
             None => "pinhole".into(),
         };
@@ -55,7 +55,7 @@ impl Found<'_> {
 
     fn integrator(&self) -> String {
         let surfaces = match self.inspection.depth {
-            0 => "light that is seen itself, and no other".into(),
+            0 => "emitted light only".into(),
             1 => "over at most 1 surface".into(),
             depth => format!("over at most {depth} surfaces"),
         };
@@ -100,7 +100,7 @@ impl Found<'_> {
 
     fn tree(&self) -> String {
         if !self.inspection.asks_tree {
-            return "not asked: eight rays at a time are tried against each shape".into();
+            return "no BVH: with so few shapes, testing each one directly is faster".into();
         }
         let tree = |of: &str, elements: &Elements| match elements.nodes {
             0 => format!("{of}a list"),
@@ -117,17 +117,17 @@ impl Found<'_> {
     fn lights(&self) -> String {
         let it = &self.inspection;
         let how = match it.choice {
-            Choice::Unused => return "not asked for".into(),
+            Choice::Unused => return "not used".into(),
             Choice::Nothing => "",
             Choice::All => "; all are sampled at each surface",
-            Choice::One(LightChoice::Uniform) => "; one is chosen at each surface, all alike",
+            Choice::One(LightChoice::Uniform) => "; one is chosen at each surface, with equal probabilities",
             Choice::One(LightChoice::Power) => "; one is chosen at each surface, by power",
-            Choice::One(LightChoice::Spatial) => "; one is chosen at each surface, by what it brings there",
+            Choice::One(LightChoice::Spatial) => "; one is chosen at each surface, by its light at the point",
         };
         let (how, but) = match it.constant_skies {
             0 => (how, ""),
-            skies if skies == it.lights.len() => ("; constant, so found by BSDF samples", ""),
-            _ => (how, ", but for constant infinite ones, which BSDF samples find"),
+            skies if skies == it.lights.len() => ("; constant, so BSDF samples find it", ""),
+            _ => (how, ", except constant infinite lights, which BSDF samples find"),
         };
         format!("{}{how}{but}", tallied(&it.lights))
     }
@@ -160,7 +160,7 @@ impl Found<'_> {
     }
 }
 
-/// The elements that there are, but for instances.
+/// The elements, without instances.
 fn elements(elements: &Elements) -> Vec<String> {
     let Elements { triangles, quadrics, curve_pieces, .. } = *elements;
     let all = [(triangles, "triangle"), (quadrics, "quadric"), (curve_pieces, "piece of curves")];
@@ -179,7 +179,7 @@ fn materials(surfaces: &Surfaces) -> String {
     let lobes = count(surfaces.most_lobes as u64, "lobe");
     match (surfaces.lambert, others) {
         (0, 0) => kinds,
-        (_, 0) => format!("{kinds}; all diffuse, without a list of lobes"),
+        (_, 0) => format!("{kinds}; all diffuse, one lobe"),
         (0, _) => format!("{kinds}; up to {lobes}"),
         (lambert, _) => format!("{kinds}; {lambert} without a list of lobes, the others up to {lobes}"),
     }
@@ -196,7 +196,7 @@ fn textures(surfaces: &Surfaces) -> String {
     listed(&needs)
 }
 
-/// Text in lines, each below the start of the first.
+/// Wraps text, indented below its first line.
 fn wrapped(text: &str) -> String {
     let (mut lines, mut column) = (String::new(), 0);
     for word in text.split(' ') {
@@ -214,10 +214,10 @@ fn wrapped(text: &str) -> String {
     lines
 }
 
-/// Columns of text beside the titles.
+/// The width of the text beside the titles, in columns.
 const WIDTH: usize = 84;
 
-/// How many there are of each name.
+/// Counts equal names.
 fn tallied(names: &[&str]) -> String {
     let mut tally: Vec<(&str, usize)> = Vec::new();
     for name in names {

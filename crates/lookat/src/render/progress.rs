@@ -109,11 +109,11 @@ fn between([least, most]: [f64; 2]) -> String {
     }
 }
 
-/// A bar of a thousand steps on a terminal.
+/// A progress bar with a thousand steps.
 pub fn progress_bar(silent: bool) -> ProgressBar {
     let hidden = silent || !std::io::stderr().is_terminal();
     let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-    // Of what has hardly begun, or has begun anew, nobody knows.
+    // Without progress, there is no estimate.
     let left = |state: &ProgressState, out: &mut dyn Write| {
         if state.eta().as_secs() > 0 || state.pos() >= 990 {
             let _ = write!(out, "{:#} left", HumanDuration(state.eta()));

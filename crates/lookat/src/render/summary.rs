@@ -1,4 +1,4 @@
-//! What is said of a picture when it is done: in lines, as JSON, and in the picture itself.
+//! The summary of a picture: as text, as JSON, and as metadata of the picture.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::report::JsonDiagnostic;
 
-/// What `--json` prints.
+/// The JSON output.
 #[derive(Serialize)]
 pub(super) struct JsonResult<'a> {
     pub scene: String,
@@ -31,13 +31,13 @@ pub(super) struct JsonPicture {
     pub rays: u64,
     pub rejected_samples: u64,
     pub complete: bool,
-    /// No light has come to the camera.
+    /// True if no light reached the camera.
     pub black: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<JsonTarget>,
 }
 
-/// What became of the target error: numbers of pixels.
+/// The result of the target error, in numbers of pixels.
 #[derive(Serialize)]
 pub(super) struct JsonTarget {
     error: f64,
@@ -48,7 +48,7 @@ pub(super) struct JsonTarget {
     outliers: u64,
 }
 
-/// What a picture says of its making. It must not change from run to run.
+/// The metadata of a picture. It must be the same for each run.
 #[derive(Serialize)]
 pub struct Metadata {
     program: &'static str,
@@ -81,7 +81,7 @@ impl Metadata {
         }
     }
 
-    /// With what decided how often each pixel was sampled.
+    /// Adds the settings that determine the samples of each pixel.
     pub(super) fn with_settings(self, settings: &Settings) -> Metadata {
         let target = settings.target_error;
         let (relative, confidence) =
@@ -94,12 +94,12 @@ impl Metadata {
     }
 }
 
-/// The lines at the end.
+/// Prints the summary.
 pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     let JsonPicture { file, width, height, seconds, rays, .. } = picture;
     let rate = *rays as f64 / seconds / 1e6;
     let samples = samples(picture);
-    let part = if rendered.complete { "" } else { "; interrupted, a partial picture" };
+    let part = if rendered.complete { "" } else { "; interrupted, partial picture" };
     crate::say(&format!(
         "{file}: {width} x {height} pixels, {samples}, {seconds:.2} s, {rate:.2} million rays/s{part}"
     ));
@@ -108,8 +108,8 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     }
     if picture.least_samples == 0 {
         crate::say(match rendered.complete {
-            true => "the time was too short for a sample of each pixel; those without one are black",
-            false => "some pixels have no sample yet; they are black",
+            true => "the time was too short for one sample per pixel: pixels without samples are black",
+            false => "pixels without samples are black",
         });
     }
 }
@@ -117,25 +117,25 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
 /// Says why a picture is all black.
 pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &Scene) {
     if picture.black && rendered.complete && picture.least_samples > 0 {
-        // Where light could come from, a second ray would have asked.
+        // Without secondary rays, no surface scattered light.
         let is_alone = picture.rays == rendered.statistics.samples;
         crate::say(match is_alone {
             true => {
-                "the picture is all black: no ray from the camera meets a surface that scatters light; see LookAt and fov"
+                "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov"
             }
             false if scene.lights.is_empty() && scene.shapes().any(|shape| shape.emission.is_some()) => {
-                "the picture is all black: no light comes to the camera from what it sees; a shape glows on the side of its normals alone; see \"bool twosided\" and ReverseOrientation"
+                "the picture is all black: no visible surface receives light; area lights emit on the side of their normals only: check \"bool twosided\" and ReverseOrientation"
             }
-            false => "the picture is all black: no light comes to the camera from what it sees",
+            false => "the picture is all black: no visible surface receives light",
         });
     }
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
-        crate::say(&format!("{count} samples were infinite or not a number, and count as black"));
+        crate::say(&format!("{count} samples were infinite or NaN and are used as black"));
     }
 }
 
-/// How many samples the pixels have.
+/// The number of samples per pixel, in words.
 fn samples(picture: &JsonPicture) -> String {
     let JsonPicture { samples_per_pixel: mean, least_samples: least, most_samples: most, .. } = picture;
     match (least, most) {
@@ -152,12 +152,12 @@ impl JsonTarget {
         JsonTarget { error, confidence, within, at_cap, out_of_time, outliers }
     }
 
-    /// How many pixels are as exact as they should be, and what is not promised.
+    /// Prints the number of pixels that reached the target, and the limits of this claim.
     fn summarize(&self, picture: &JsonPicture) {
         let all = (self.within + self.at_cap + self.out_of_time) as f64;
         let pixels = |count: u64| {
             let share = 100.0 * count as f64 / all;
-            // Rounded, some must not become none or all.
+            // Rounding must not turn some into none or all.
             let share = if count as f64 == all { share } else { share.min(99.99) };
             let least =
                 if count > 0 && share < 0.01 { "under 0.01".to_owned() } else { format!("{share:.2}") };
@@ -165,30 +165,24 @@ impl JsonTarget {
         };
         let [error, confidence] = [self.error, self.confidence].map(|share| (1e8 * share).round() / 1e6);
         crate::say(&format!(
-            "{} taken to be within {error} % of the true brightness, each with {confidence} % confidence; light that no sample has met is not known of",
+            "{} within {error} % of the true brightness, each with {confidence} % confidence; light that no sample found is not covered",
             pixels(self.within)
         ));
         if self.at_cap > 0 {
             let most = picture.most_samples;
-            crate::say(&format!(
-                "{} not shown to be so exact after {most} samples: nothing is claimed there",
-                pixels(self.at_cap)
-            ));
+            crate::say(&format!("{} above the target error after {most} samples", pixels(self.at_cap)));
             if self.at_cap as f64 > 0.1 * all {
                 crate::say(
-                    "with so many, those that did reach it may partly be lucky: raise --spp or the target",
+                    "with so many pixels above the target, some below it may be lucky: increase --spp or the target",
                 );
             }
         }
         if self.out_of_time > 0 {
-            crate::say(&format!(
-                "{} not shown to be so exact by the end: nothing is claimed there",
-                pixels(self.out_of_time)
-            ));
+            crate::say(&format!("{} above the target error at the end", pixels(self.out_of_time)));
         }
         if self.outliers > 0 {
             crate::say(&format!(
-                "{} with a sample over 20 times as bright as all around: around them, pixels may be off by light that they have not seen; maxsampleluminance of the Film limits it",
+                "{} with a firefly, a sample over 20 times as bright as the pixels around it: their neighbors may miss this light; maxsampleluminance of Film limits fireflies",
                 pixels(self.outliers)
             ));
         }

@@ -1,4 +1,4 @@
-//! The report as one page that needs nothing else: no network, no other file.
+//! The report as a self-contained HTML page.
 
 mod picture;
 
@@ -9,14 +9,14 @@ use super::Verdict;
 use crate::visible::visible_lines;
 pub use picture::Picture;
 
-/// A number that says something about a scene.
+/// A number in the report.
 #[derive(Debug, Clone)]
 pub struct Figure {
     pub name: String,
     pub text: String,
-    /// What it is. May be empty.
+    /// Its description. May be empty.
     pub meaning: String,
-    /// The larger, the worse; the table is sorted by it.
+    /// The sort key: larger is worse.
     pub badness: f64,
 }
 
@@ -25,12 +25,12 @@ impl Figure {
         Figure { name: name.into(), text: short(value), meaning: meaning.into(), badness: value.abs() }
     }
 
-    /// A number of which more is better.
+    /// A number for which larger is better.
     pub fn likeness(name: &str, value: f64, meaning: &str) -> Figure {
         Figure { badness: -value, ..Figure::number(name, value, meaning) }
     }
 
-    /// A share, with its sign.
+    /// A signed percentage.
     pub fn percent(name: &str, share: f64, meaning: &str) -> Figure {
         let text = if share.is_nan() { short(share) } else { format!("{:+.3} %", 100.0 * share) };
         let text = text.replace('-', "\u{2212}");
@@ -43,11 +43,11 @@ impl Figure {
 pub struct PageScene {
     pub name: String,
     pub verdict: Verdict,
-    /// Why, in a sentence.
+    /// The reason in a sentence.
     pub reason: String,
-    /// What the table has of it. The first one is what scenes are sorted by.
+    /// The columns of the table. Scenes are sorted by the first.
     pub columns: Vec<Figure>,
-    /// What else there is to say.
+    /// A remark.
     pub details: Vec<Figure>,
     /// The messages of its file. Empty without any.
     pub messages: String,
@@ -83,7 +83,7 @@ pub fn page(title: &str, command: &str, scenes: &[PageScene]) -> String {
     })
 }
 
-/// A template with each `{{slot}}` filled.
+/// Fills each `{{slot}}` of a template.
 fn fill(template: &str, content: &dyn Fn(&str) -> String) -> String {
     let mut parts = template.split("{{");
     let mut text = parts.next().unwrap_or_default().to_string();
@@ -95,7 +95,7 @@ fn fill(template: &str, content: &dyn Fn(&str) -> String) -> String {
     text
 }
 
-/// Text for HTML, within elements and attributes.
+/// Escapes text for HTML elements and attributes.
 fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in visible_lines(text).chars() {
@@ -111,7 +111,7 @@ fn escape(text: &str) -> String {
     out
 }
 
-/// A number to four digits.
+/// Formats a number with four digits.
 fn short(value: f64) -> String {
     let magnitude = value.abs();
     let text = if value.is_nan() {
@@ -143,7 +143,7 @@ fn counts(scenes: &[&PageScene]) -> String {
     format!("{scenes} scene{}: {}", if scenes == 1 { "" } else { "s" }, counts.join(", "))
 }
 
-/// The names of all columns, in the order in which the scenes have them.
+/// The names of all columns, in the order of the scenes.
 fn columns<'a>(scenes: &[&'a PageScene]) -> Vec<&'a str> {
     let mut names = Vec::new();
     for figure in scenes.iter().flat_map(|scene| &scene.columns) {
@@ -189,7 +189,7 @@ fn row(number: usize, scene: &PageScene, columns: &[&str]) -> String {
 }
 
 fn cell(figure: &Figure) -> String {
-    // As JavaScript writes infinity.
+    // JavaScript's spelling of infinity.
     let rank = figure.badness.to_string().replace("inf", "Infinity").replace("NaN", "");
     format!("<td data-rank=\"{rank}\" title=\"{}\">{}</td>", escape(&figure.meaning), escape(&figure.text))
 }
@@ -233,7 +233,7 @@ fn picture_id(scene: usize, index: usize) -> String {
     format!("picture-{scene}-{index}")
 }
 
-/// The place of the pictures, which the script fills. `thumbnail` is the first of their thumbnails in the row.
+/// The element that the script fills with the pictures. `thumbnail` is the first of their thumbnails in the row.
 fn viewer(id: &str, thumbnail: usize, picture: &Picture) -> String {
     let Picture { width, height, corner: [x, y], reduced, stops, scale, .. } = picture;
     let only = picture.only.map_or(String::new(), |role| format!(" data-only=\"{role}\""));
@@ -244,7 +244,7 @@ fn viewer(id: &str, thumbnail: usize, picture: &Picture) -> String {
     )
 }
 
-/// What must be known about the pictures to read them right.
+/// Remarks on how the pictures are shown.
 fn remarks(picture: &Picture) -> Vec<String> {
     let Picture { reduced, left_out, stops, .. } = picture;
     let minus = |number: i32| format!("{number:+}").replace('-', "\u{2212}");
@@ -255,7 +255,7 @@ fn remarks(picture: &Picture) -> Vec<String> {
         (*stops != 0)
             .then(|| format!("Exposure 0 is {} stops here, to make the picture visible.", minus(*stops))),
         (*left_out > 0).then(|| format!("Not shown: {left_out} pixels that only one of the pictures has.")),
-        (!picture.finite).then(|| "Magenta: infinite or not a number.".into()),
+        (!picture.finite).then(|| "Magenta: infinite or NaN.".into()),
     ];
     remarks.into_iter().flatten().collect()
 }

@@ -6,7 +6,7 @@ use super::page::{Figure, PageScene, Picture};
 use super::{Comparison, Outcome};
 use crate::metric::{Measured, Metric};
 
-/// The metrics that have a column; all others stand below.
+/// The metrics with a column. The others appear below.
 const COLUMNS: [Metric; 4] = [Metric::Error, Metric::Rmse, Metric::Flip, Metric::NoiseP];
 
 /// A scene of the page. It holds what it needs of the pictures.

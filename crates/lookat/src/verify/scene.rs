@@ -27,7 +27,7 @@ pub fn verify(arguments: &Verify, file: &Path) -> Outcome {
     let mut outcome = Outcome {
         name: files::name(file),
         verdict: Verdict::New,
-        reason: "no picture beside it".into(),
+        reason: "no reference beside it".into(),
         updated: false,
         diagnostics,
         render: None,
@@ -64,7 +64,7 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
         let file = PictureFile::open(reference).map_err(|error| error.to_string())?;
         outcome.reference = Some(file.read(&loaded.memory).map_err(|error| error.to_string())?);
     } else if !arguments.update {
-        outcome.reason = "no picture beside it except one that it shows".into();
+        outcome.reason = "no reference beside it except one that it shows".into();
         return Ok(());
     }
     let target = reference.unwrap_or_else(|| file.with_extension("exr"));
@@ -188,7 +188,7 @@ fn judge(arguments: &Verify, comparison: &Comparison) -> Result<Judgment, String
         [] if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
         [] => (Verdict::Agrees, "within the limits".into()),
         _ if arguments.max.is_empty() => (Verdict::Differs, beyond_noise(measurement)),
-        beyond => (Verdict::Differs, format!("beyond the limits of {}", beyond.join(", "))),
+        beyond => (Verdict::Differs, format!("exceeds the limits of {}", beyond.join(", "))),
     })
 }
 

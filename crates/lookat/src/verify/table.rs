@@ -1,4 +1,4 @@
-//! The rows that `lookat verify` prints.
+//! The output rows of `lookat verify`.
 
 use std::path::PathBuf;
 
@@ -9,14 +9,14 @@ use super::{Comparison, Outcome, Verdict, files};
 use crate::metric::{Metric, number};
 use crate::visible::visible;
 
-/// Prints to standard output, for people or as JSON.
+/// Prints rows to standard output, as text or JSON.
 pub struct Table {
     json: bool,
     /// Characters of the column of names. A longer name shifts the rest of its row.
     width: usize,
 }
 
-/// The metrics that have a column.
+/// The metrics with a column.
 const METRICS: [Metric; 3] = [Metric::Rmse, Metric::Flip, Metric::NoiseP];
 
 /// The widest column of names, in characters.

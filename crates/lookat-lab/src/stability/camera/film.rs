@@ -27,22 +27,12 @@ pub(super) fn cases() -> Vec<Case> {
             "screenwindow replaces frameaspectratio, as in pbrt-v3",
             window,
         )),
-        exact(case(
-            "C17",
-            "portrait",
-            "the field of view counts along the shorter side of the film",
-            portrait,
-        )),
+        exact(case("C17", "portrait", "the field of view applies to the shorter side of the film", portrait)),
         Case {
             axis: Axis::Of("scale of the camera"),
             error: "| |d| - 1 |, or direction, rad",
             limit: 1e-15,
-            ..case(
-                "C18",
-                "scaled",
-                "cameras may be mirrored and scaled; directions stay of length one",
-                scaled,
-            )
+            ..case("C18", "scaled", "cameras may be mirrored and scaled; directions stay normalized", scaled)
         },
     ]
 }

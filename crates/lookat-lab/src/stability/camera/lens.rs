@@ -20,12 +20,12 @@ pub(super) fn cases() -> Vec<Case> {
     vec![
         Case {
             axis: Axis::Of("distance of the eye from the origin"),
-            error: "blur of what is in focus, lens radii",
+            error: "blur in the plane of focus, in lens radii",
             limit: 1e-6,
             ..case(
                 "C5",
                 "lens-collapse",
-                "all rays of a lens meet in the focus, wherever the camera is",
+                "all rays of a lens meet in the focus, at any place of the camera",
                 collapse,
             )
         },
@@ -42,7 +42,7 @@ pub(super) fn cases() -> Vec<Case> {
             ..case(
                 "C12",
                 "lens-radius",
-                "a lens has any radius, and a negative one is warned of",
+                "a lens can have any radius; a negative one gives a warning",
                 lens_radius,
             )
         },
@@ -53,7 +53,7 @@ pub(super) fn cases() -> Vec<Case> {
             ..case(
                 "C13",
                 "telecentric",
-                "a lens leaves an orthographic view as wide as it is, at all depths",
+                "a lens does not change the width of an orthographic view at any depth",
                 telecentric,
             )
         },

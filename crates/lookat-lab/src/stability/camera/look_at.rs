@@ -21,15 +21,15 @@ pub(super) fn cases() -> Vec<Case> {
             ..case(
                 "C6",
                 "up-near-view",
-                "LookAt is right however near to the view its up vector is",
+                "LookAt is right even if its up vector is almost parallel to the view",
                 up_near_view,
             )
         },
         Case {
-            axis: Axis::Of("distance looked at"),
+            axis: Axis::Of("distance of the target"),
             error: "direction, rad",
             limit: 1e-15,
-            ..case("C9", "far-look", "LookAt is right however far or near the point looked at is", far_look)
+            ..case("C9", "far-look", "LookAt is right at any distance of its target", far_look)
         },
     ]
 }

@@ -42,7 +42,7 @@ pub(super) fn cases() -> Vec<Case> {
             axis: Axis::Of("distance of the eye from the origin"),
             error: "direction, pixels",
             limit: 1e-9,
-            ..case("C4", "far-eye", "a view does not depend on where in the world it is", far_eye)
+            ..case("C4", "far-eye", "a view does not depend on its place in the world", far_eye)
         },
     ]
 }

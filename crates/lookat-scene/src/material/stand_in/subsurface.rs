@@ -61,7 +61,7 @@ fn index(params: &mut TextureParams) -> f64 {
     if eta > 0.0 {
         return eta;
     }
-    params.reject("eta", "the index of refraction must be more than 0", None);
+    params.reject("eta", "the index of refraction must be above 0", None);
     1.33
 }
 

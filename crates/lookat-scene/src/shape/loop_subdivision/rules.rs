@@ -1,4 +1,4 @@
-//! Where vertices go (Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987; masks as in PBR 3.8).
+//! The subdivision and limit masks (Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987; PBR 3.8).
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::topology::{Topology, next};
 
-/// The positions one level on: of the old vertices, then of those on the edges.
+/// The positions after one level: old vertices, then edge vertices.
 pub(super) fn refined(topology: &Topology, positions: &[DVec3]) -> Vec<DVec3> {
     let mut refined = weighed(topology, positions, beta, 1.0 / 8.0);
     for (face, corners) in topology.faces.iter().enumerate() {
@@ -23,17 +23,17 @@ pub(super) fn refined(topology: &Topology, positions: &[DVec3]) -> Vec<DVec3> {
     refined
 }
 
-/// Where the vertices end up after all levels.
+/// The limit positions of the vertices.
 pub(super) fn limit(topology: &Topology, positions: &[DVec3]) -> Vec<DVec3> {
     weighed(topology, positions, |valence| 1.0 / (valence + 3.0 / (8.0 * beta(valence))), 1.0 / 5.0)
 }
 
-/// The weight of each neighbour of an inner vertex that has so many.
+/// The weight of each neighbor of an inner vertex.
 fn beta(valence: f64) -> f64 {
     if valence == 3.0 { 3.0 / 16.0 } else { 3.0 / (8.0 * valence) }
 }
 
-/// Each vertex moved towards its neighbours, by their weight inside and by that of the two next on a boundary.
+/// Moves each vertex toward its neighbors. A boundary vertex uses only its two boundary neighbors.
 fn weighed(
     topology: &Topology,
     positions: &[DVec3],
@@ -57,14 +57,14 @@ fn weighed(
     positions.iter().enumerate().map(&mut moved).collect()
 }
 
-/// The normals of the limit surface at its vertices, of any length, on the side from which the winding is clockwise.
+/// The normals of the limit surface at its vertices, not normalized, on the side where the winding is clockwise.
 pub(super) fn normals(topology: &Topology, limit: &[DVec3]) -> Vec<DVec3> {
     let mut ring = Vec::new();
     let mut around: Vec<DVec3> = Vec::new();
     let mut normal = |(vertex, p): (usize, &DVec3)| {
         let closed = topology.ring(vertex as u32, &mut ring);
         around.clear();
-        // Relative to the vertex: all masks sum to 0, and no digits are lost.
+        // Relative to the vertex: the masks sum to 0, so this loses no precision.
         around.extend(ring.iter().map(|neighbor| limit[*neighbor as usize] - p));
         let (s, t) = if closed { inner_tangents(&around) } else { boundary_tangents(&around) };
         s.cross(t)
@@ -78,7 +78,7 @@ fn inner_tangents(ring: &[DVec3]) -> (DVec3, DVec3) {
     (along(f64::cos), along(f64::sin))
 }
 
-/// Along the boundary, and away from it.
+/// The tangents along the boundary and away from it.
 fn boundary_tangents(ring: &[DVec3]) -> (DVec3, DVec3) {
     let [first, .., last] = *ring else { return (DVec3::ZERO, DVec3::ZERO) };
     let inward = match *ring {

@@ -1,9 +1,9 @@
-//! Which triangles are neighbours.
+//! The adjacency of triangles.
 
 /// No triangle.
 const NONE: u32 = u32::MAX;
 
-/// Triangles that know their neighbours. The edge `k` of a triangle runs from corner `k` to the next one.
+/// Triangles with their neighbors. Edge `k` of a triangle runs from corner `k` to the next.
 pub(super) struct Topology {
     /// The vertices of each triangle.
     pub faces: Vec<[u32; 3]>,
@@ -13,19 +13,19 @@ pub(super) struct Topology {
     starts: Vec<u32>,
 }
 
-/// Why triangles are no surface with two sides. A slot is the place of an index in the list of all, an edge that of its
-/// first corner.
+/// The reason why triangles are not an orientable manifold. A slot is an index into the list of vertex indices; the
+/// slot of an edge is its first corner.
 #[derive(Debug, PartialEq)]
 pub(super) enum Fault {
-    /// A triangle has a vertex twice.
+    /// A triangle uses a vertex twice.
     Corner { slot: usize },
-    /// The third triangle at an edge.
+    /// An edge has a third triangle.
     Crowded { slot: usize, first: usize },
-    /// An edge that runs the same way in both its triangles.
+    /// An edge has the same direction in both its triangles.
     Reversed { slot: usize, first: usize },
 }
 
-/// The corners of a triangle in turn.
+/// The next corner of a triangle.
 pub(super) fn next(corner: usize) -> usize {
     (corner + 1) % 3
 }
@@ -35,7 +35,7 @@ fn previous(corner: usize) -> usize {
 }
 
 impl Topology {
-    /// Of triangles between vertices up to a number; finds what is wrong first.
+    /// Builds the adjacency of triangles. Returns the first fault.
     pub fn new(faces: Vec<[u32; 3]>, vertices: usize) -> Result<Topology, Fault> {
         let mut starts = vec![NONE; vertices];
         for (at, face) in faces.iter().enumerate() {
@@ -45,7 +45,7 @@ impl Topology {
             face.iter().for_each(|vertex| starts[*vertex as usize] = at as u32);
         }
         let mut neighbors = vec![[NONE; 3]; faces.len()];
-        // The first fault in the order of the list, whatever the order of edges.
+        // The first fault in the order of the list, not in the order of edges.
         let mut fault: Option<(usize, Fault)> = None;
         for same in edges(&faces).chunk_by(|a, b| a.0 == b.0) {
             match fault_of(same, &faces) {
@@ -65,8 +65,9 @@ impl Topology {
         }
     }
 
-    /// The neighbours of a vertex in turn, and whether they are all around it. Where the winding is against the clock, they
-    /// come with it; those of a vertex on a boundary against it, from one end of the boundary to the other.
+    /// Collects the neighbors of a vertex in order; true if they surround it. For counterclockwise triangles the
+    /// order is clockwise around an inner vertex, and counterclockwise from one boundary end to the other around a
+    /// boundary vertex.
     pub fn ring(&self, vertex: u32, ring: &mut Vec<u32>) -> bool {
         ring.clear();
         let start = self.starts[vertex as usize];
@@ -83,7 +84,7 @@ impl Topology {
             }
             face = across;
         }
-        // At one end of the boundary: back to the other.
+        // At one end of the boundary, continue from the other.
         ring.drain(..ring.len().saturating_sub(1));
         while face != NONE {
             let corner = previous(self.corner(face, vertex));
@@ -93,16 +94,16 @@ impl Topology {
         false
     }
 
-    /// The corner of a triangle across each of its edges, in the neighbour there.
+    /// The opposite corner of the neighbor across an edge.
     pub fn across(&self, face: usize, edge: usize) -> Option<u32> {
         let other = self.neighbors[face][edge];
         let at = (other != NONE).then(|| self.corner(other, self.faces[face][edge]))?;
-        // The edge runs the other way there, so its first corner comes last.
+        // The edge has the opposite direction in the neighbor, so its first corner comes last.
         Some(self.faces[other as usize][next(at)])
     }
 
-    /// Each triangle in four: those at its corners in turn, and the one between them. Old vertices keep their numbers;
-    /// those of edges follow in the order in which triangles come to them.
+    /// Splits each triangle into four: one at each corner, then the middle one. Old vertices keep their numbers; edge
+    /// vertices follow in the order of first use.
     pub fn split(&self) -> Topology {
         let mut starts: Vec<u32> = (0..self.starts.len() as u32).map(|v| self.start_of_child(v)).collect();
         let mut middles: Vec<[u32; 3]> = Vec::with_capacity(self.faces.len());
@@ -120,7 +121,7 @@ impl Topology {
         Topology { faces, neighbors, starts }
     }
 
-    /// Whether [`Topology::split`] meets the edge here for the first time.
+    /// True if [`Topology::split`] meets the edge here for the first time.
     pub fn is_first(&self, face: usize, edge: usize) -> bool {
         let other = self.neighbors[face][edge];
         other == NONE || other as usize > face
@@ -151,7 +152,7 @@ impl Topology {
 
     fn children_neighbors(&self, face: usize) -> [[u32; 3]; 4] {
         let child = |at: usize| 4 * face as u32 + at as u32;
-        // The child of the neighbour at an edge that has the given corner.
+        // The child of the neighbor across an edge that contains the corner.
         let beyond = |edge: usize, corner: usize| {
             let other = self.neighbors[face][edge];
             if other == NONE { NONE } else { 4 * other + self.corner(other, self.faces[face][corner]) as u32 }
@@ -165,7 +166,7 @@ impl Topology {
     }
 }
 
-/// The vertices of all edges, the lower one first, with their slots; sorted.
+/// All edges as sorted vertex pairs with their slots, in sorted order.
 fn edges(faces: &[[u32; 3]]) -> Vec<([u32; 2], usize)> {
     let edge = |slot: usize| {
         let face = faces[slot / 3];
@@ -177,7 +178,7 @@ fn edges(faces: &[[u32; 3]]) -> Vec<([u32; 2], usize)> {
     edges
 }
 
-/// What is wrong with an edge that triangles share, and where.
+/// The fault of a shared edge, and its slot.
 fn fault_of(same: &[([u32; 2], usize)], faces: &[[u32; 3]]) -> Option<(usize, Fault)> {
     let from = |slot: usize| faces[slot / 3][slot % 3];
     match *same {

@@ -6,13 +6,13 @@ use glam::{DVec3, DVec4, Vec4Swizzles};
 pub(super) struct Spline {
     /// The degree plus 1, at least 2.
     pub order: usize,
-    /// Control points, at least `order`.
+    /// The number of control points, at least `order`.
     pub points: usize,
-    /// As many as `points` and `order` together; they never decrease, and `knots[order - 1] < knots[points]`.
+    /// The knots: `points + order` of them, nondecreasing, with `knots[order - 1] < knots[points]`.
     pub knots: Vec<f64>,
-    /// The part of the surface that is there, within these two knots.
+    /// The start of the parameter range, within these two knots.
     pub from: f64,
-    /// Its end, above `from`.
+    /// The end of the parameter range, above `from`.
     pub to: f64,
 }
 
@@ -20,25 +20,25 @@ pub(super) struct Spline {
 pub(super) struct Surface {
     pub u: Spline,
     pub v: Spline,
-    /// Rows along u: points times weights, with the weights.
+    /// The homogeneous control points in rows along u.
     pub points: Vec<DVec4>,
 }
 
 impl Spline {
-    /// The parameter at a share of the way, exact at both ends.
+    /// The parameter at a fraction of the range, exact at both ends.
     pub fn at(&self, share: f64) -> f64 {
         (1.0 - share) * self.from + share * self.to
     }
 
-    /// The knot that begins the span of `t`: of two that meet there, the first, as in pbrt-v3.
+    /// The first knot of the span of `t`. Between two spans, the first one counts, as in pbrt-v3.
     fn span(&self, t: f64) -> usize {
         let ends = &self.knots[self.order..self.points];
         let first = self.order - 1 + ends.partition_point(|end| *end < t);
-        // A span without length can only be the first of all.
+        // Only the first span can be empty.
         (first..self.points - 1).find(|at| self.knots[*at] < self.knots[*at + 1]).unwrap_or(self.points - 1)
     }
 
-    /// The value and the derivative at `t`, from the control points that count in its span.
+    /// The value and the derivative at `t`, from the control points of its span.
     fn evaluate(&self, span: usize, mut points: Vec<DVec4>, t: f64) -> (DVec4, DVec4) {
         let knot = |at: usize| self.knots[at];
         for level in 0..self.order - 2 {
@@ -56,7 +56,7 @@ impl Spline {
 }
 
 impl Surface {
-    /// A point with the normal there, of any length; `None` where it is infinitely far.
+    /// A point and its normal, not normalized. `None` at infinity.
     pub fn evaluate(&self, u: f64, v: f64) -> Option<(DVec3, DVec3)> {
         let (u_span, v_span) = (self.u.span(u), self.v.span(v));
         let (u_first, v_first) = (u_span + 1 - self.u.order, v_span + 1 - self.v.order);

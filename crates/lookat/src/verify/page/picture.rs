@@ -10,9 +10,9 @@ use lookat_image::{
     suitable_exposure,
 };
 
-/// The most pixels that the page has of a picture. Of a larger one it has the means of boxes.
+/// The most pixels of a picture on the page. A larger picture is reduced by averaging boxes.
 const MOST_PIXELS: usize = 1 << 20;
-/// The longer side of a thumbnail, at most.
+/// The longest side of a thumbnail in pixels.
 const THUMBNAIL: usize = 96;
 
 /// Expected and actual picture, or one of them, ready for the page.
@@ -22,17 +22,17 @@ pub struct Picture {
     pub only: Option<&'static str>,
     pub width: usize,
     pub height: usize,
-    /// Where the first pixel lies in the full picture.
+    /// The position of the first pixel in the full picture.
     pub corner: [i32; 2],
-    /// How many pixels of the pictures are one here, each way.
+    /// The side of the averaged boxes in pixels.
     pub reduced: usize,
-    /// How many pixels only one of the pictures has.
+    /// The number of pixels in only one of the pictures.
     pub left_out: u64,
-    /// Whether all pixels are finite.
+    /// True if all pixels are finite.
     pub finite: bool,
-    /// Stops that make the picture visible; 0 as a rule.
+    /// The exposure in stops that makes the picture visible, usually 0.
     pub stops: i32,
-    /// The difference that has the last color.
+    /// The difference at the end of the color scale.
     pub scale: f64,
     /// Both pictures, packed, in base64.
     pub data: String,
@@ -83,12 +83,12 @@ impl Picture {
     }
 }
 
-/// The expected picture, and what to add to it to have the actual one.
+/// The expected picture, and the difference to the actual one.
 struct Pixels {
     width: usize,
     height: usize,
     expected: Vec<[f32; 3]>,
-    /// Actual minus expected, and actual where expected is not finite.
+    /// Actual minus expected, or actual where expected is not finite.
     difference: Vec<[f32; 3]>,
 }
 
@@ -118,8 +118,8 @@ impl Pixels {
         }
     }
 
-    /// Red, green and blue of all pixels, expected and then difference, as half floats: first their high bytes and
-    /// then their low ones, which makes the packed text shorter.
+    /// Red, green and blue of all pixels, expected and then difference, as half floats: all high bytes, then all low
+    /// bytes, which compresses better.
     fn pack(&self) -> String {
         let values = self.expected.iter().chain(&self.difference).flatten();
         let (high, low): (Vec<u8>, Vec<u8>) = values.map(|value| half(*value).to_be_bytes().into()).unzip();
@@ -129,7 +129,7 @@ impl Pixels {
         BASE64_STANDARD.encode(packed.finish().unwrap_or_default())
     }
 
-    /// What a display shows of the actual picture.
+    /// The actual picture as displayed.
     fn actual_png(&self, stops: i32) -> String {
         let gain = 2_f32.powi(stops);
         let plus = |e: f32, d: f32| gain * if e.is_finite() { e + d } else { d };
@@ -152,7 +152,7 @@ impl Pixels {
         let mut encoder = png::Encoder::new(&mut file, self.width as u32, self.height as u32);
         encoder.set_color(png::ColorType::Rgb);
         let bytes: Vec<u8> = pixels.flatten().collect();
-        // Nor does this.
+        // Writing to memory does not fail.
         let _ = encoder.write_header().and_then(|mut writer| writer.write_image_data(&bytes));
         BASE64_STANDARD.encode(file)
     }
@@ -162,13 +162,13 @@ fn is_finite(pixel: &[f32; 3]) -> bool {
     pixel.iter().all(|value| value.is_finite())
 }
 
-/// The nearest half float. Only what is infinite becomes infinite.
+/// The nearest half float. Finite values stay finite.
 fn half(value: f32) -> f16 {
     let largest = f16::MAX.to_f32();
     f16::from_f32(if value.is_finite() { value.clamp(-largest, largest) } else { value })
 }
 
-/// The difference of the channel that differs most.
+/// The largest channel difference.
 fn largest(pixel: &[f32; 3]) -> f32 {
     let beyond =
         |most: f32, value: f32| if value.abs() > most.abs() || value.is_nan() { value } else { most };
