@@ -257,7 +257,7 @@ fn arguments_that_do_not_fit_the_scene_are_told() {
         &[&narrow[..], &["--keep-going"]].concat(),
         "error: the crop window contains no pixel of 32 x 24\n",
     );
-    let most = "error: a picture of 2500000000 pixels; one run renders at most 100000000\n";
+    let most = "error: the picture has 2500000000 pixels; the limit for one run is 100000000\n";
     check(&["--resolution", "100000x100000", "--crop", "0", ".5", "0", ".5"], most);
     let wide = "error: cannot write a.tga: such a file is at most 65535 pixels wide and high\n";
     check(&["--resolution", "70000x2", "-o", "a.tga"], wide);
@@ -416,5 +416,5 @@ fn error_layers_tell_how_noisy_each_pixel_is() {
         assert!(run.status == 2 && run.err.contains(message), "{}", run.err);
     };
     refused(&["-o", "a.exr", "--spp", "1"], "--error-layers needs at least 2 samples per pixel");
-    refused(&["-o", "a.png"], "a.png: only an .exr file can hold error layers");
+    refused(&["-o", "a.png"], "a.png: only an .exr file can store error layers");
 }

@@ -63,15 +63,15 @@ fn pictures_that_do_not_fit_are_not_read() {
             folder.run(&["compare", "--max-memory", "230.4M", &name, &name]),
         ] {
             let expected =
-                "comparing 8000 x 8000 pixels: 5.1 GB of memory are needed, and --max-memory allows 230.4 MB";
+                "comparing 8000 x 8000 pixels: 5.1 GB of memory are needed, and --max-memory allows ";
             assert!(run.status == 2 && run.err.contains(expected), "{format}: {}", run.err);
         }
         let map = format!("Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"{name}\"\nShape");
         folder.write("texture.pbrt", &FINE.replacen("Shape", &map, 1));
         let run = folder.run_within("-v 300000", &["check", "texture.pbrt"]);
         // PFM and TGA files are too large themselves.
-        let is_told = run.err.contains(&format!("cannot read {name}"))
-            && run.err.contains("--max-memory allows 230.4 MB");
+        let is_told =
+            run.err.contains(&format!("cannot read {name}")) && run.err.contains("--max-memory allows ");
         assert!(run.status == 1 && is_told, "{format}: {}", run.err);
     }
 }
@@ -130,7 +130,7 @@ fn what_is_made_of_the_scene_counts_too() {
             // Beyond the limits of the process, too.
             folder.run_within("-v 300000", &[arguments, &["--max-memory", "20G"]].concat()),
         ] {
-            let expected = "of memory are needed, and --max-memory allows 230.4 MB";
+            let expected = "of memory are needed, and --max-memory allows ";
             assert!(run.status == 2 && run.err.contains(expected), "{arguments:?}: {}", run.err);
         }
     }

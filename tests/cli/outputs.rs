@@ -25,7 +25,7 @@ fn nothing_is_written_over_its_inputs() {
     ] {
         let run = folder.run(arguments);
         assert_eq!(run.status, 2, "{arguments:?} {}", run.err);
-        assert!(run.err.contains("the result is made from what is there"), "{}", run.err);
+        assert!(run.err.contains("this file is an input of the result"), "{}", run.err);
     }
     // Nor is a picture that a scene shows one of the scene.
     let row = |arguments: &[&str]| {
@@ -41,7 +41,7 @@ fn nothing_is_written_over_its_inputs() {
     folder.write("sky.pbrt", &scene.replace("wood.png", "sky.exr"));
     let sky = bytes("sky.exr");
     let out = folder.run(&["verify", ".", "--update"]).out;
-    assert!(out.contains("cannot write ./sky.exr: the result is made from what is there"), "{out}");
+    assert!(out.contains("cannot write ./sky.exr: this file is an input of the result"), "{out}");
     assert_eq!(bytes("sky.exr"), sky);
     assert_eq!(["wood.png", "part.pfm", "scene.tga"].map(bytes), before);
 }
@@ -104,7 +104,7 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
     for (arguments, reason) in [
         (&["compare", "picture.exr", "picture.exr", "--picture", "o.png/"][..], "write o.png"),
         (&["verify", ".", "--update", "--report", "o.html/"], "write o.html"),
-        (&["chart", "fine.pbrt", "--spp", "65536", "-o", "fine.pbrt"], "fine.pbrt: what is there is a file"),
+        (&["chart", "fine.pbrt", "--spp", "65536", "-o", "fine.pbrt"], "fine.pbrt: a file has this name"),
         (&["stability", "--rays", "1e9", "-o", "out"], "stability.csv: it is a folder"),
     ] {
         std::fs::create_dir_all(folder.path("out/stability.csv")).unwrap();

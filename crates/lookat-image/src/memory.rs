@@ -102,10 +102,15 @@ fn machine_memory() -> Option<u64> {
     Some(1024 * kilobytes)
 }
 
-/// The least of the limits that `ulimit -v` and `ulimit -d` set.
+/// The bytes that the process can still take within `ulimit -v` and `ulimit -d`.
 fn process_limit() -> Option<u64> {
     let limits = read_to_string("/proc/self/limits").ok()?;
-    ["Max address space", "Max data size"].iter().filter_map(|name| first_number(&limits, name)).min()
+    let status = read_to_string("/proc/self/status").ok()?;
+    let left = |(limit, taken)| {
+        let taken_kilobytes = first_number(&status, taken)?;
+        Some(first_number(&limits, limit)?.saturating_sub(1024 * taken_kilobytes))
+    };
+    [("Max address space", "VmSize:"), ("Max data size", "VmData:")].into_iter().filter_map(left).min()
 }
 
 /// The number that follows a name at the beginning of a line; `None` for `unlimited`.

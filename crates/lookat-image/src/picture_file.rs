@@ -20,7 +20,7 @@ pub struct PictureFile<'a> {
 
 /// What the pixels are read from.
 enum Body<'a> {
-    Exr(exr::Opened<Box<dyn Input + 'a>>),
+    Exr(Box<exr::Opened<Box<dyn Input + 'a>>>),
     Pfm(pfm::Opened<Box<dyn Input + 'a>>),
     Other(Box<dyn ImageDecoder + 'a>, Curve),
 }
@@ -125,7 +125,7 @@ impl<'a> Body<'a> {
     ) -> Result<Self, Fault> {
         check_beginning(path, input.fill_buf()?)?;
         Ok(match Format::from_path(path) {
-            Some(Format::Exr) => Body::Exr(exr::open(input, layer)?),
+            Some(Format::Exr) => Body::Exr(Box::new(exr::open(input, layer)?)),
             Some(Format::Pfm) => Body::Pfm(pfm::open(input)?),
             _ => {
                 let (decoder, is_linear) = decoded::open(input, path)?;

@@ -165,9 +165,11 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
         params.warn("indices", "the mesh has no triangles", "each triangle takes three indices");
     }
     // Surfaces with poles always have such triangles.
-    if mesh.without_area() > 0 && params.kind() != "nurbs" {
-        let help = "their corners are collinear or coincide, so they are invisible";
-        params.note(name, "triangles without area are left out", help);
+    let (flat, all) = (mesh.without_area(), mesh.triangles());
+    if flat > 0 && params.kind() != "nurbs" {
+        let noun = if all == 1 { "triangle" } else { "triangles" };
+        let message = format!("lookat skips {flat} of {all} {noun}, which have zero area");
+        params.note(name, &message, "their corners are collinear or coincide, so they are invisible");
     }
     Some(mesh)
 }

@@ -56,7 +56,7 @@ pub fn watch() {
             eprintln!();
         }
         if !is_worth_while() {
-            crate::say("interrupted; nothing is written");
+            crate::say("interrupted; nothing was written");
             exit(STATUS.into());
         }
         notice.into_iter().for_each(crate::say);

@@ -34,7 +34,7 @@ pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> Stri
     }
     if !agreement.expected_is_known {
         lines.push(
-            "that of the expected picture, which has no error layers, is guessed from the differences".into(),
+            "the expected picture has no error layers: its noise is estimated from the differences".into(),
         );
     }
     let subjects = std::iter::once("noise").chain(std::iter::repeat(""));

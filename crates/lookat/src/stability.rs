@@ -76,7 +76,7 @@ fn chosen(names: &[String]) -> Result<Vec<Case>, String> {
         }
         crate::say("the cases are");
         all.iter().for_each(|case| crate::say(&format!("    {:4} {}", case.id, case.name)));
-        return Err(format!("there is no case `{unknown}`"));
+        return Err(format!("unknown case `{unknown}`"));
     }
     let wanted = |case: &Case| names.is_empty() || names.iter().any(|name| is(case, name));
     Ok(all.into_iter().filter(wanted).collect())

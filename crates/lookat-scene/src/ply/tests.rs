@@ -26,7 +26,7 @@ fn mesh(bytes: &[u8]) -> Result<PlyMesh, PlyError> {
     read(bytes).unwrap()
 }
 
-fn read(file: impl io::Read) -> io::Result<Result<PlyMesh, PlyError>> {
+fn read(file: impl Read) -> io::Result<Result<PlyMesh, PlyError>> {
     super::read(file, &MemoryBudget::default())
 }
 

@@ -69,7 +69,7 @@ fn after_help() -> String {
          target-error takes 64 and more, and aims at 12.5 %, then at 1/1.4 of that, and so on. Both have at least three points, \
          whatever --spp says. \
          The chart and what follows from it are written to DIR: chart.svg, chart.png, chart.csv, chart.json.\n\n\
-         Exit status: 0 charted; 1 the scene has errors; 2 wrong usage or trouble; 130 interrupted, with what was measured until then"
+         Exit status: 0 charted; 1 the scene has errors; 2 wrong usage or trouble; 130 interrupted, with a chart of the measurements so far"
     )
 }
 

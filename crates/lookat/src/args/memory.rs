@@ -6,7 +6,7 @@ use lookat_image::MemoryBudget;
 /// How much memory a command may take.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Memory {
-    /// The most memory to use, such as 2G or 500M [default: three quarters of what the machine or its limits allow]
+    /// The most memory to use, such as 2G or 500M [default: three quarters of the memory that the machine and its limits allow]
     #[arg(long, value_name = "SIZE", allow_negative_numbers = true, value_parser = size)]
     pub max_memory: Option<u64>,
 }
@@ -26,8 +26,9 @@ impl Memory {
 
 /// Bytes: a number with k, M, G or T for thousands, millions and so on.
 fn size(text: &str) -> Result<u64, String> {
-    let number = text.trim_end_matches(['B', 'b']).trim_end_matches(['k', 'K', 'M', 'G', 'T', 'm', 'g', 't']);
-    let factor = match text[number.len()..].to_ascii_uppercase().trim_end_matches('B') {
+    let text = text.strip_suffix(['B', 'b']).unwrap_or(text);
+    let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    let factor = match text[number.len()..].to_ascii_uppercase().as_str() {
         "" => 1e0,
         "K" => 1e3,
         "M" => 1e6,

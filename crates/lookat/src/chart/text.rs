@@ -56,7 +56,7 @@ pub fn results(header: &Header, reference: &Reference, results: &Results) -> Str
     }
     let _ = write!(text, "\n{}", front(results));
     let first = results.name(0).to_owned();
-    let ratio = if results.curves.len() > 1 { format!(" (times that of {first})") } else { String::new() };
+    let ratio = if results.curves.len() > 1 { format!(" (relative to {first})") } else { String::new() };
     for (title, what, found) in [
         ("RMSE after equal times", "seconds", &results.equal_times),
         ("seconds to equal RMSE", "RMSE", &results.equal_errors),
