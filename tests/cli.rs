@@ -259,7 +259,7 @@ fn arguments_that_do_not_fit_the_scene_are_told() {
     );
     let most = "error: the picture has 2500000000 pixels; the limit for one run is 100000000\n";
     check(&["--resolution", "100000x100000", "--crop", "0", ".5", "0", ".5"], most);
-    let wide = "error: cannot write a.tga: such a file is at most 65535 pixels wide and high\n";
+    let wide = "error: cannot write a.tga: this format has at most 65535 pixels per side\n";
     check(&["--resolution", "70000x2", "-o", "a.tga"], wide);
     #[cfg(unix)]
     {

@@ -309,7 +309,7 @@ fn limits_of_what_cannot_be_measured_are_trouble() {
     let before = std::fs::read(folder.path("smooth.exr")).unwrap();
     let (status, _, err) = folder.compare(&["brighter.exr", "smooth.exr", "--picture", "./smooth.exr"]);
     assert!(
-        status == 2 && err.contains("cannot write ./smooth.exr: the result is made from what is there"),
+        status == 2 && err.contains("cannot write ./smooth.exr: this file is an input of the result"),
         "{err}"
     );
     assert_eq!(std::fs::read(folder.path("smooth.exr")).unwrap(), before);
