@@ -80,11 +80,7 @@ fn pixels_at_the_cap_are_told_of() {
 
     folder.write("halton.pbrt", &FINE.replace("\"sobol\"", "\"halton\""));
     let run = folder.run(&["render", "halton.pbrt", "--target-error", "0.5"]);
-    assert!(
-        run.err.starts_with("halton.pbrt: with --target-error the Sampler is \"sobol\"\n"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.starts_with("halton.pbrt: --target-error uses Sampler \"sobol\"\n"), "{}", run.err);
 }
 
 /// Noisy pixels take the samples that others do not need, by the same numbers on any number of threads.

@@ -326,7 +326,7 @@ fn promises_are_checked_before_memory_is_reserved() {
         &format!("{promise} 42 bytes after it").replace("4000000000", "18446744073709551615"),
     );
     let rows = square().replace("element face", "element e 99999\nproperty int i\nelement face");
-    let expected = "the header promises 99999 rows of `e`, but the file has only 42 bytes after it";
+    let expected = "the header declares 99999 rows of `e`, but the file has only 42 bytes after it";
     check_error(rows.as_bytes(), expected);
     let long_list = to_binary(&square().replace("uchar", "uint"), false);
     let at = long_list.len() - 16;
@@ -339,7 +339,7 @@ fn vertices_must_be_few_enough_to_index() {
     let count = 1 << 31;
     let element = Element { name: "vertex".into(), count, properties: Vec::new() };
     let header = Header { format: Format::Ascii, elements: Vec::new(), size: 0 };
-    let expected = "the header promises 2147483648 vertices, but at most 2147483647 can be indexed";
+    let expected = "the header declares 2147483648 vertices, but at most 2147483647 can be indexed";
     assert_eq!(broken_promise(&header, &element, u64::MAX - 1), Some(PlyError(expected.into())));
 }
 

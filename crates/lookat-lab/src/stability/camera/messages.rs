@@ -133,7 +133,7 @@ fn focal_not_positive(_: &Effort) -> Found {
             let options =
                 format!("Camera \"{kind}\" \"float lensradius\" [5]\n  \"float focaldistance\" [{distance}]");
             let at = format!("[{distance}]");
-            expect(&mut found, &Trouble::error(&options, "focaldistance must be more than 0", &at));
+            expect(&mut found, &Trouble::error(&options, "with a lens, focaldistance must be above 0", &at));
         }
     }
     found
@@ -230,10 +230,10 @@ mod tests {
     #[test]
     fn an_answer_that_is_not_as_expected_is_seen() {
         let options = "Translate 1 2 3\nCamera \"perspective\"\n\"float fov\" 180";
-        assert_eq!(answer(&Trouble::error(options, "fov must be more than 0", "180")), None);
-        assert!(answer(&Trouble::error(options, "fov must be more than 1", "180")).is_some());
-        assert!(answer(&Trouble::error(options, "fov must be more than 0", "fov")).is_some());
-        assert!(answer(&Trouble::warning(options, "fov must be more than 0", "180")).is_some());
+        assert_eq!(answer(&Trouble::error(options, "fov must be above 0", "180")), None);
+        assert!(answer(&Trouble::error(options, "fov must be above 1", "180")).is_some());
+        assert!(answer(&Trouble::error(options, "fov must be above 0", "fov")).is_some());
+        assert!(answer(&Trouble::warning(options, "fov must be above 0", "180")).is_some());
         assert!(answer(&Trouble::error("Camera \"perspective\"", "fov", "Camera")).is_some());
         let mut found = Found::default();
         expect(&mut found, &Trouble::error(options, "nothing", "180"));
