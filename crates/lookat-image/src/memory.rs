@@ -1,4 +1,4 @@
-//! The memory that reading, rendering and comparing may take.
+//! The memory budget of reading, rendering and comparing.
 
 use std::fs::read_to_string;
 use std::path::Path;
@@ -7,23 +7,22 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A limit on memory, and the bytes charged against it. Clones share one account.
 ///
-/// Whoever makes a large array whose size comes from a file asks first. The default is the limit of this machine, see
-/// [`MemoryBudget::machine_limit`].
+/// Check it before allocating an array whose size comes from a file. The default is [`MemoryBudget::machine_limit`].
 #[derive(Debug, Clone)]
 pub struct MemoryBudget {
     limit: u64,
     used: Arc<AtomicU64>,
 }
 
-/// More memory than the budget has left.
+/// A request for more memory than the budget has left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("{}", self.words())]
 pub struct OutOfMemory {
-    /// Bytes that were asked for.
+    /// The requested bytes.
     pub needed: u64,
-    /// Bytes charged before.
+    /// The bytes charged before.
     pub used: u64,
-    /// Bytes that the budget allows in all.
+    /// The bytes that the budget allows in total.
     pub limit: u64,
 }
 
@@ -41,12 +40,12 @@ impl MemoryBudget {
         MemoryBudget { limit, used: Arc::default() }
     }
 
-    /// Bytes that may be charged in all.
+    /// The limit in bytes.
     pub fn limit(&self) -> u64 {
         self.limit
     }
 
-    /// Bytes that are not charged.
+    /// The bytes left.
     pub fn left(&self) -> u64 {
         self.limit.saturating_sub(self.used.load(Ordering::Relaxed))
     }
@@ -67,15 +66,15 @@ impl MemoryBudget {
         Ok(())
     }
 
-    /// Three quarters of the machine's memory, or of the limits of the process and its control group where they are less.
-    /// 6 GB where the system does not tell, as on other systems than Linux.
+    /// Three quarters of the machine's memory, or of the smaller limits of the process and its control group. 6 GB if
+    /// the system does not report its memory.
     pub fn machine_limit() -> u64 {
         let machine = machine_memory().unwrap_or(8_000_000_000) / 4 * 3;
         machine.min(MemoryBudget::process_limit().unwrap_or(u64::MAX))
     }
 
-    /// Three quarters of what `ulimit -v`, `ulimit -d` and the control groups of the process allow; the rest is for the
-    /// program itself. `None` where nothing is limited.
+    /// Three quarters of the memory that `ulimit -v`, `ulimit -d` and the control groups leave; the rest is for the
+    /// program itself. `None` without a limit.
     pub fn process_limit() -> Option<u64> {
         [process_limit(), group_limit()].into_iter().flatten().min().map(|limit| limit / 4 * 3)
     }
@@ -87,7 +86,7 @@ impl Default for MemoryBudget {
     }
 }
 
-/// A size as people write it: `512 kB`, `1.5 GB`.
+/// A size in words: `512 kB`, `1.5 GB`.
 pub fn byte_words(bytes: u64) -> String {
     match bytes as f64 {
         bytes if bytes < 1e5 => format!("{:.1} kB", bytes / 1e3),
@@ -96,7 +95,7 @@ pub fn byte_words(bytes: u64) -> String {
     }
 }
 
-/// Bytes of main memory.
+/// The bytes of main memory.
 fn machine_memory() -> Option<u64> {
     let kilobytes = first_number(&read_to_string("/proc/meminfo").ok()?, "MemTotal:")?;
     Some(1024 * kilobytes)
@@ -113,13 +112,13 @@ fn process_limit() -> Option<u64> {
     [("Max address space", "VmSize:"), ("Max data size", "VmData:")].into_iter().filter_map(left).min()
 }
 
-/// The number that follows a name at the beginning of a line; `None` for `unlimited`.
+/// The number after a name at the start of a line. `None` for `unlimited`.
 fn first_number(text: &str, name: &str) -> Option<u64> {
     let line = text.lines().find_map(|line| line.strip_prefix(name))?;
     line.split_whitespace().next()?.parse().ok()
 }
 
-/// The least limit of the control groups that the process is in.
+/// The smallest limit of the control groups of the process.
 fn group_limit() -> Option<u64> {
     let groups = read_to_string("/proc/self/cgroup").ok()?;
     let limits = groups.lines().flat_map(|line| {
@@ -134,7 +133,7 @@ fn group_limit() -> Option<u64> {
             let limit = read_to_string(Path::new(root).join(group.strip_prefix("/").ok()?).join(file));
             limit.ok()?.trim().parse::<u64>().ok()
         };
-        // A group keeps to the limits of those around it.
+        // The limits of parent groups also apply.
         Path::new(path).ancestors().filter_map(of_group).min()
     });
     limits.min()

@@ -12,13 +12,13 @@ use crate::format::check_beginning;
 use crate::image::Placement;
 use crate::{Format, Image, MemoryBudget, exr, pfm};
 
-/// A picture file whose header is read, and no pixel.
+/// A picture file after reading its header, before its pixels.
 pub struct PictureFile<'a> {
     path: PathBuf,
     body: Body<'a>,
 }
 
-/// What the pixels are read from.
+/// The source of the pixels.
 enum Body<'a> {
     Exr(Box<exr::Opened<Box<dyn Input + 'a>>>),
     Pfm(pfm::Opened<Box<dyn Input + 'a>>),

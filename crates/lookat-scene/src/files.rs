@@ -256,7 +256,7 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// The outermost folder of a path that does not exist. `None` where files are not those of the disk.
+    /// The outermost missing folder of a path. `None` if files are not on disk.
     fn missing_folder<'p>(&self, path: &'p Path) -> Option<&'p Path> {
         if let Access::Read(_) = self.access {
             return None;

@@ -75,9 +75,9 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
     }
 }
 
-/// What is left for the statements of a text besides its numbers.
+/// The memory left for the statements of a text, besides its numbers.
 fn room(memory: &MemoryBudget, text: &[u8]) -> u64 {
-    // `0 ` becomes eight bytes; to count takes longer, and is seldom needed.
+    // Each `0 ` becomes eight bytes. Counting the numbers takes longer and is rarely needed.
     let numbers = 4 * text.len() as u64;
     let numbers = if 2 * numbers > memory.left() { number_bytes(text) } else { numbers };
     memory.left().saturating_sub(numbers)

@@ -385,19 +385,19 @@ impl<'a> Params<'a> {
         self.failed = true;
     }
 
-    /// What memory is left.
+    /// The memory budget.
     pub fn memory(&self) -> &'a MemoryBudget {
         &self.files.memory
     }
 
-    /// Asks for memory that arrays will take: `bytes` for as long as they are made. `None`, and an error at the parameter,
-    /// where there is not so much.
+    /// Checks the temporary memory of arrays. Reports an error at the parameter and returns `None` if it does not
+    /// fit.
     pub fn check_memory(&mut self, name: &str, bytes: u64) -> Option<()> {
         let checked = self.memory().check(bytes);
         self.told(name, checked)
     }
 
-    /// Charges what arrays take that the scene keeps.
+    /// Charges the memory of arrays that the scene keeps.
     pub fn charge_memory(&mut self, name: &str, bytes: usize) -> Option<()> {
         let charged = self.memory().charge(bytes as u64);
         self.told(name, charged)

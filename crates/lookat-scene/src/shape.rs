@@ -119,7 +119,7 @@ pub(crate) const NAMES: &[&str] = &[
     "nurbs",
 ];
 
-/// pbrt-v3's MakeShapes. The parameters that stay are those of the material, or unknown.
+/// pbrt-v3's MakeShapes. The remaining parameters belong to the material or are unknown.
 pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option<Shape> {
     match params.kind() {
         "trianglemesh" => triangle_mesh(params, world_from_object).map(mesh),

@@ -24,13 +24,13 @@ pub struct Parsed {
     pub broken_end: bool,
     /// True if an Include could not be read, so that its contents are unknown.
     pub lost_include: bool,
-    /// About what the statements take in memory, without lists of numbers; see [`number_bytes`].
+    /// The approximate memory of the statements, without lists of numbers; see [`number_bytes`].
     pub bytes: u64,
-    /// Where `bytes` came to the most that was allowed. The rest of the file is not read.
+    /// The place where `bytes` reached its limit. The rest of the file is not read.
     pub exhausted: Option<Span>,
 }
 
-/// The most bytes that the numbers of a text take in memory.
+/// The most bytes of memory for the numbers of a text.
 pub fn number_bytes(text: &[u8]) -> u64 {
     let is_inside = |byte: u8| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte);
     let starts = text.windows(2).filter(|pair| !is_inside(pair[0]) && is_inside(pair[1])).count();
@@ -51,7 +51,7 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
     parse_within(file, text, u64::MAX)
 }
 
-/// Like [`parse`], up to the statement with which [`Parsed::bytes`] would be more than `most_bytes`.
+/// Like [`parse`], but stops before [`Parsed::bytes`] exceeds `most_bytes`.
 pub fn parse_within(file: FileId, text: &[u8], most_bytes: u64) -> Parsed {
     let mut reader = Reader {
         unknown: 0,
@@ -147,7 +147,7 @@ impl<'a> Reader<'a> {
         rest
     }
 
-    /// Counts a parameter; whether there is no memory for it.
+    /// Counts a parameter. True if it does not fit.
     pub(crate) fn exhausts_param(&mut self, at: Input<'a>) -> bool {
         self.exhausts(PARAM_BYTES, at)
     }

@@ -89,7 +89,7 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
     align(&images[0], &images[1]).map_err(|error| error.to_string())
 }
 
-/// Fails where there is no memory to compare pictures that have these pixels in common.
+/// Fails without enough memory to compare these pixels.
 pub fn check_memory(window: Window, memory: &MemoryBudget) -> Result<(), String> {
     let Window { width, height, .. } = window;
     memory
@@ -97,10 +97,10 @@ pub fn check_memory(window: Window, memory: &MemoryBudget) -> Result<(), String>
         .map_err(|shortage| format!("comparing {width} x {height} pixels: {shortage}"))
 }
 
-/// Bytes that comparing takes for each pixel, by measurement: both pictures, and the working copies of FLIP and SSIM.
+/// Measured bytes for each compared pixel: both pictures, and the working copies of FLIP and SSIM.
 const PIXEL_BYTES: u64 = 80;
 
-/// Opens the layer that is asked for; a file without layers is taken for that layer.
+/// Opens the chosen layer. A file without layers counts as this layer.
 fn open<'a>(path: &Path, arguments: &Compare) -> Result<PictureFile<'a>, String> {
     let file = match &arguments.layer {
         Some(layer) if Format::from_path(path) == Some(Format::Exr) => PictureFile::open_layer(path, layer),

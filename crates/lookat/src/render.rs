@@ -213,7 +213,7 @@ fn picture(
     Ok((picture, destination.result()))
 }
 
-/// Fails where there is no memory to render the scene.
+/// Fails without enough memory to render the scene.
 pub fn check_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<(), String> {
     let (film, rest) = (film_bytes(&scene.film, settings), preparation_bytes(scene));
     memory.check(film.saturating_add(rest)).map_err(|shortage| {

@@ -32,7 +32,7 @@ pub fn print(loaded: &Loaded, quiet: bool) {
     write(&mut out.lock(), loaded, quiet, &renderer);
 }
 
-/// The diagnostics of a scene, as [`print`] shows them without colors.
+/// The diagnostics of a scene, as [`print()`] shows them without colors.
 pub fn text(loaded: &Loaded) -> String {
     let mut text = Vec::new();
     write(&mut text, loaded, false, &Renderer::plain());

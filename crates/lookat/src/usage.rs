@@ -23,7 +23,7 @@ pub fn explain(error: Error) -> ExitCode {
     })
 }
 
-/// The error of what was typed, made visible, with lookat's own tips in place of those of the parser.
+/// The usage error in printable text, with lookat's own tips instead of the parser's tips.
 fn with_tips(error: Error, typed: &[String]) -> Error {
     let mut error = Arguments::try_parse_from(typed).err().unwrap_or(error);
     let mut root = Arguments::command();

@@ -1,4 +1,4 @@
-//! Supported materials that replace those of pbrt-v3 that are not supported: the nearest with the same mean color.
+//! Stand-ins for unsupported materials: the nearest supported material with the same mean color.
 
 mod disney;
 mod fourier;

@@ -11,7 +11,7 @@ use crate::mesh::{Mesh, check_indices, finish};
 use crate::params::Params;
 use topology::{Fault, Topology};
 
-/// Bytes for each triangle that subdivision makes, by measurement: the mesh, its neighbours, and those of the level before.
+/// Measured bytes for each subdivided triangle: the mesh, its adjacency, and the previous level.
 const TRIANGLE_BYTES: u64 = 80;
 
 /// pbrt-v3's CreateLoopSubdiv.

@@ -1,9 +1,9 @@
-//! The option `--max-memory` of all commands that read files of others.
+//! The option `--max-memory`.
 
 use clap::Args;
 use lookat_image::MemoryBudget;
 
-/// How much memory a command may take.
+/// The memory limit of a command.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Memory {
     /// The most memory to use, such as 2G or 500M [default: three quarters of the memory that the machine and its limits allow]
@@ -12,19 +12,19 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// Bytes that the command may take: never more than the limits of the process allow. `None` where it is not given.
+    /// The limit in bytes, at most the limit of the process. `None` if not given.
     pub fn limit(self) -> Option<u64> {
         let given = self.max_memory?;
         Some(given.min(MemoryBudget::process_limit().unwrap_or(u64::MAX)))
     }
 
-    /// A budget that nothing is charged against yet.
+    /// A new budget.
     pub fn budget(self) -> MemoryBudget {
         self.limit().map_or_else(MemoryBudget::default, MemoryBudget::new)
     }
 }
 
-/// Bytes: a number with k, M, G or T for thousands, millions and so on.
+/// Parses a size in bytes with an optional decimal unit k, M, G or T.
 fn size(text: &str) -> Result<u64, String> {
     let text = text.strip_suffix(['B', 'b']).unwrap_or(text);
     let number = text.trim_end_matches(|c: char| c.is_ascii_alphabetic());

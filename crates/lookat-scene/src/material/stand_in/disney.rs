@@ -11,7 +11,7 @@ use crate::material::mix::count;
 use crate::material::{Glass, Material, MaterialKind, Mix, Roughness, Translucent};
 use crate::texture::{Texture, TextureParams};
 
-/// So high that the surface reflects nearly all light in all directions: the color of the gloss is that of the metal.
+/// An index so high that the surface reflects nearly all light in all directions, with the color of the metal.
 const INDEX_OF_METAL: f64 = 1e4;
 
 pub(super) fn disney(params: &mut TextureParams) -> (&'static str, MaterialKind) {
