@@ -47,7 +47,10 @@ impl Reader {
             if let Some((file, _)) = result.and_then(|line| line.split_once(": ")) {
                 self.picture = file.to_owned();
             }
-            printed += &format!("{line}\n{err}{out}");
+            // How far a command is after a second depends on the machine.
+            let messages = err.lines().filter(|line| !line.ends_with(" left"));
+            let messages: String = messages.map(|line| format!("{line}\n")).collect();
+            printed += &format!("{line}\n{messages}{out}");
         }
         printed
     }
