@@ -136,7 +136,7 @@ fn a_draft_replaces_no_finished_picture() {
     assert!(run.status == 0 && run.err.contains("fine.quick.pfm: 8 x 6 pixels"), "{}", run.err);
     assert_eq!(std::fs::read(folder.path("fine.pfm")).unwrap(), b"finished");
     assert_eq!(Image::read(&folder.path("fine.quick.pfm")).unwrap().data_window.width, 8);
-    // What is asked for by name is what is asked for.
+    // An explicit name is obeyed.
     assert_eq!(folder.run(&["render", "fine.pbrt", "--quick", "-o", "a.exr"]).status, 0);
     assert!(folder.path("a.exr").is_file() && !folder.path("a.quick.exr").exists());
 }

@@ -39,7 +39,7 @@ fn check(folder: &Folder, arguments: &[&str]) -> String {
     text
 }
 
-/// The name is shown, in whatever way, and does nothing.
+/// The name is shown in some form and does not act on the terminal.
 #[track_caller]
 fn check_safe(folder: &Folder, arguments: &[&str]) -> String {
     let text = on_terminal(folder, arguments);

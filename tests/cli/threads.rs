@@ -22,7 +22,7 @@ fn fewer_threads_than_asked_for_give_the_same_picture() {
         }
     }
     assert!(!folder.run(&["render", "fine.pbrt", "--threads", "3"]).err.contains("could be started"));
-    // Commands that ask for none use those of the processors, as before.
+    // Commands without --threads use one thread per processor.
     folder.picture(&[]);
     let run = folder.run_within("-v 150000", &["compare", "picture.exr", "picture.exr"]);
     assert_eq!(run.status, 0, "{}", run.err);

@@ -63,8 +63,8 @@ impl<'a> PictureFile<'a> {
         }
     }
 
-    /// Reads the header of a picture as textures need it: from the bytes of a file whose path only tells the format, and
-    /// with the values of integer formats as they stand there, from 0 to 1 on whatever curve.
+    /// Reads the header of a picture for a texture, from the bytes of a file. The path only gives the format. Values
+    /// of integer formats are scaled to 0 to 1 and keep their curve.
     ///
     /// # Errors
     ///

@@ -40,7 +40,7 @@ pub(crate) struct Curved {
     unit: f64,
 }
 
-/// The squared distance, over that of the radius, up to which a hit may be the origin of its ray.
+/// The largest squared distance, relative to the squared radius, at which a hit may be the origin of its ray.
 pub(crate) const AT_ORIGIN: f64 = f64::EPSILON;
 
 /// What rounding may take from a coordinate, over half of itself.

@@ -1,4 +1,4 @@
-//! Threads, as many as the system gives.
+//! Starts as many threads as the system gives.
 
 use std::hint::black_box;
 use std::io;

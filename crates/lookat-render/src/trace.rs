@@ -418,7 +418,7 @@ fn nothing(ray: &Ray) -> Hit {
     Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: Hit::NO_PLACE }
 }
 
-/// Whether a shadow ray meets a triangle nowhere but at the point light in its plane.
+/// True if a shadow ray meets a triangle only at the point light in its plane.
 #[inline(always)]
 fn is_end(ray: &Ray, triangle: &Triangle, t: f64) -> bool {
     ray.may_end_at(t) && holds_end(ray, &triangle.corners)

@@ -200,7 +200,7 @@ fn volume_from(point: DVec3, corners: &[DVec3; 3], spread: DVec3) -> f64 {
     if volume.abs() <= IN_PLANE * n_size.dot(size) { 0.0 } else { volume }
 }
 
-/// Whether the plane of a triangle holds the point light that a shadow ray ends at.
+/// True if the plane of a triangle contains the point light at the end of a shadow ray.
 pub(crate) fn holds_end(ray: &Ray, corners: &[DVec3; 3]) -> bool {
     volume_from(ray.end(), corners, (ray.d * ray.t_max).abs()) == 0.0
 }

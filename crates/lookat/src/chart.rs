@@ -245,7 +245,7 @@ fn read(file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Fitted, Str
     fit(file, &read_image(file, memory)?, scene)
 }
 
-/// Reads a picture, which is charged for good.
+/// Reads a picture and charges its memory.
 fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, String> {
     let image = PictureFile::open(file).and_then(|opened| opened.read(memory));
     let image = image.map_err(|error| error.to_string())?;

@@ -37,8 +37,8 @@ pub fn is_among<'i>(file: &Path, files: impl IntoIterator<Item = &'i PathBuf>) -
     files.into_iter().any(|other| other.canonicalize().is_ok_and(|other| other == file))
 }
 
-/// Fails unless a file of this name can be written: its folder takes files, and the name is fit and not that of a folder.
-/// Nothing is left behind.
+/// Fails unless a file of this name can be written: its folder accepts files, the name is valid, and no folder has
+/// it. Nothing is left behind.
 pub fn check_folder(file: &Path) -> Result<(), String> {
     let cannot = |reason: &str| Err(format!("cannot write {}: {reason}", file.display()));
     if file.is_dir() {
