@@ -1,0 +1,88 @@
+//! Tips for a wrong command line that hold for lookat.
+
+use std::path::Path;
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Arg, Command, CommandFactory, Error, Parser};
+use lookat_scene::syntax::nearest;
+
+use crate::args::Arguments;
+
+/// The usage error in printable text, with lookat's own tips instead of the parser's tips.
+pub fn with_tips(error: Error, typed: &[String]) -> Error {
+    let mut error = Arguments::try_parse_from(typed).err().unwrap_or(error);
+    let mut root = Arguments::command();
+    root.build();
+    let name = typed.get(1).map_or("", String::as_str);
+    let command = root.find_subcommand(name).unwrap_or(&root);
+    let tip = match error.kind() {
+        ErrorKind::InvalidSubcommand if name.ends_with(".pbrt") => {
+            Some(format!("to render the scene, write 'lookat render {}'", typed[1..].join(" ")))
+        }
+        ErrorKind::UnknownArgument => {
+            // The parser takes any unknown option for a value, which it hardly ever is.
+            error.remove(ContextKind::Suggested);
+            error.insert(ContextKind::Usage, ContextValue::StyledStr(command.clone().render_usage()));
+            let unknown = match error.get(ContextKind::InvalidArg) {
+                Some(ContextValue::String(unknown)) => unknown.clone(),
+                _ => String::new(),
+            };
+            tip_for(&unknown, &typed[1..], command, &root)
+        }
+        _ => None,
+    };
+    if let Some(tip) = tip {
+        error.remove(ContextKind::SuggestedArg);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
+}
+
+/// A tip for an option, or a word, that the command does not know.
+fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -> Option<String> {
+    // `-spp 4` is told as `-s`; `-out a.exr` is read as `-o ut`, and the word after it is told.
+    if !unknown.starts_with("--")
+        && let Some(long) = typed.iter().find_map(|word| long_of_one_dash(word, command))
+    {
+        return Some(format!("options of several letters begin with two dashes: '--{long}'"));
+    }
+    let is_told = |word: &String| match unknown.starts_with("--") {
+        true => word.split('=').next() == Some(unknown),
+        false => word.starts_with(unknown),
+    };
+    let at = typed.iter().position(is_told)?;
+    let word = typed[at].as_str();
+    let before = at.checked_sub(1).map_or("", |before| typed[before].as_str());
+    if option(command, before).is_some_and(|option| option.get_action().takes_values()) {
+        return Some(format!("to give '{word}' as the value of '{before}', write '{before}={word}'"));
+    }
+    if word.starts_with('-') && Path::new(word).exists() {
+        return Some(format!("a file name that begins with a dash is written './{word}'"));
+    }
+    let others = root.get_subcommands().filter(|other| option(other, unknown).is_some());
+    let others: Vec<String> = others.map(|other| format!("'lookat {}'", other.get_name())).collect();
+    (!others.is_empty()).then(|| format!("'{unknown}' is an option of {}", others.join(", ")))
+}
+
+/// The option that is typed as `--long` or `-s`.
+fn option<'c>(command: &'c Command, typed: &str) -> Option<&'c Arg> {
+    let is = |arg: &&Arg| match typed.strip_prefix("--") {
+        Some(long) => longs(arg).contains(&long),
+        None => {
+            arg.get_short().is_some_and(|short| typed.strip_prefix('-') == Some(short.to_string().as_str()))
+        }
+    };
+    command.get_arguments().find(is)
+}
+
+fn longs(arg: &Arg) -> Vec<&str> {
+    arg.get_long_and_visible_aliases().unwrap_or_default()
+}
+
+/// The long option that is meant by a word such as `-spp`.
+fn long_of_one_dash<'c>(word: &str, command: &'c Command) -> Option<&'c str> {
+    let name = word.strip_prefix('-').filter(|name| !name.starts_with('-') && name.len() > 2)?;
+    let all: Vec<&str> = command.get_arguments().flat_map(longs).collect();
+    let begun = all.iter().copied().find(|long| long.starts_with(name));
+    begun.or_else(|| nearest(name, all))
+}
