@@ -117,7 +117,7 @@ fn everything_is_written_and_random_samples_converge_as_they_must() {
     assert!((number(&point["rmse"]) / number(&ours["value"]) - 1.0).abs() < 0.2, "{point} {ours}");
     assert!(number(&point["lookat_seconds_to_same_rmse"]["sobol"]) > 0.0);
     for line in
-        ["\nrandom ", "\nOther <1> ", "\non the front ", "RMSE after equal times", "seconds to equal RMSE"]
+        ["\nrandom ", "\nOther <1> ", "\nPareto front ", "RMSE after equal times", "seconds to equal RMSE"]
     {
         assert!(run.out.contains(line), "{line}: {}", run.out);
     }
@@ -211,7 +211,7 @@ fn what_cannot_be_charted_is_refused() {
         assert!(run.err.contains(message), "{arguments:?}: {}", run.err);
         assert!(!folder.has("out/chart.svg") && !folder.has("out/chart.json"), "{arguments:?}");
     };
-    let size = "small.exr: the picture is of 16 x 12 pixels, the scene of 32 x 24";
+    let size = "small.exr: the picture has 16 x 12 pixels, but the scene has 32 x 24";
     refused(&["scene.pbrt", "--reference", "small.exr"], size);
     refused(&["scene.pbrt", "--point", "x=1,small.exr"], size);
     refused(&["scene.pbrt", "--reference", "part.exr"], "the picture has the pixels 16 x 24 from (0, 0)");
@@ -219,7 +219,10 @@ fn what_cannot_be_charted_is_refused() {
     refused(&["scene.pbrt", "--point", "x=1,text.exr"], "text.exr");
     refused(&["scene.pbrt", "--point", "x=1"], "expected NAME=SECONDS,IMAGE");
     refused(&["scene.pbrt", "--point", "x=-1,small.exr"], "from 1e-9");
-    refused(&["scene.pbrt", "--reference", "white.png"], "white.png: pixels at the largest value may be cut");
+    refused(
+        &["scene.pbrt", "--reference", "white.png"],
+        "white.png: pixels at the largest value may be clipped",
+    );
     refused(&["scene.pbrt", "--methods", "sobol,haltn"], "did you mean `halton`?");
     refused(&["scene.pbrt", "--methods", "sobol,halton,sobol"], "--methods names sobol twice");
     let name = format!("{}=1,small.exr", "x".repeat(41));
@@ -270,7 +273,7 @@ fn an_interrupt_keeps_what_was_measured() {
     // How soon it has its first points depends on the machine.
     let mut runs = [0.0, 1.0, 4.0, 16.0].into_iter().map(|after| interrupted(&folder, &methods, after));
     let run = runs.find(|_| folder.has("out")).unwrap();
-    assert!(run.out.contains("\ninterrupted: ") && run.out.contains("\non the front "), "{}", run.out);
+    assert!(run.out.contains("\ninterrupted: ") && run.out.contains("\nPareto front "), "{}", run.out);
     for name in ["svg", "png", "csv", "json"] {
         assert!(folder.has(&format!("out/chart.{name}")), "{name}");
     }

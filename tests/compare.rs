@@ -149,7 +149,7 @@ fn what_cannot_be_compared_is_trouble() {
     for (name, message) in [
         ("other.exr", "the sizes differ: 8x12 and 16x12"),
         ("cut.exr", "cut.exr is damaged"),
-        ("text.exr", "text.exr is not what its ending says"),
+        ("text.exr", "text.exr does not match its extension"),
         ("huge.exr", "huge.exr is damaged"),
         (
             "red.exr",
@@ -300,7 +300,7 @@ fn limits_of_what_cannot_be_measured_are_trouble() {
     let (status, _, err) = folder.compare(&["partial.exr", "smooth.exr", "--max", "noise-p=0.01"]);
     assert!(
         status == 2
-            && err.contains("there is no noise-p: the actual picture has pixels of less than 32 samples"),
+            && err.contains("there is no noise-p: the actual picture has pixels with fewer than 32 samples"),
         "{err}"
     );
     // Nor does a picture replace what it shows.
@@ -309,7 +309,7 @@ fn limits_of_what_cannot_be_measured_are_trouble() {
     let before = std::fs::read(folder.path("smooth.exr")).unwrap();
     let (status, _, err) = folder.compare(&["brighter.exr", "smooth.exr", "--picture", "./smooth.exr"]);
     assert!(
-        status == 2 && err.contains("cannot write ./smooth.exr: this file is an input of the result"),
+        status == 2 && err.contains("cannot write ./smooth.exr: lookat reads this file for the result"),
         "{err}"
     );
     assert_eq!(std::fs::read(folder.path("smooth.exr")).unwrap(), before);

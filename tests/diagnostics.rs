@@ -231,7 +231,7 @@ fn columns_count_characters() {
         &scene("NamedMaterial \"grün\" Shape \"sphrere\"".as_bytes()),
         &[
             "# error 4:15-4:21: there is no named material \"grün\"",
-            "#   help: define it with MakeNamedMaterial; nothing is defined here",
+            "#   help: define it with MakeNamedMaterial; none is defined at this point",
             "# error 4:28-4:37: unknown Shape \"sphrere\"",
             "#   help: did you mean \"sphere\"?",
             "#   fix 4:28-4:37: \"sphere\"",

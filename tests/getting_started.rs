@@ -124,10 +124,8 @@ fn every_step_does_what_the_page_shows() {
         if update {
             std::fs::write(&file, &made).unwrap();
         }
-        assert_eq!(
-            without_machine(&made),
-            without_machine(&page),
-            "run with UPDATE_EXPECTED=1, then read git diff"
-        );
+        let (made, page) = (without_machine(&made), without_machine(&page));
+        let differing = made.lines().zip(page.lines()).find(|(made, page)| made != page);
+        panic!("run with UPDATE_EXPECTED=1, then read git diff; the first lines that differ: {differing:?}");
     }
 }

@@ -93,7 +93,7 @@ property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_he
         (
             "loop",
             format!("Shape \"loopsubdiv\" \"integer nlevels\" 12 {triangle}"),
-            "12 levels make 16777216 triangles of 1: 1.3 GB",
+            "12 levels make 16777216 triangles from 1: 1.3 GB",
         ),
         ("nurbs", format!("Shape \"nurbs\" {square}").repeat(4000), "the nurbs is too large: "),
         (

@@ -25,7 +25,7 @@ fn nothing_is_written_over_its_inputs() {
     ] {
         let run = folder.run(arguments);
         assert_eq!(run.status, 2, "{arguments:?} {}", run.err);
-        assert!(run.err.contains("this file is an input of the result"), "{}", run.err);
+        assert!(run.err.contains("lookat reads this file for the result"), "{}", run.err);
     }
     // Nor is a picture that a scene shows one of the scene.
     let row = |arguments: &[&str]| {
@@ -33,7 +33,11 @@ fn nothing_is_written_over_its_inputs() {
         out.lines().find(|line| line.starts_with("wood ")).unwrap_or_default().to_owned()
     };
     assert_eq!(folder.run(&["render", "fine.pbrt", "-o", "fine.exr"]).status, 0);
-    assert!(row(&[]).contains("no reference beside it except one that it shows"), "{}", row(&[]));
+    assert!(
+        row(&[]).contains("no reference beside the scene, except a picture that the scene uses"),
+        "{}",
+        row(&[])
+    );
     assert!(row(&["--update"]).contains("wrote ./wood.exr"));
     assert!(row(&[]).contains("agrees"), "{}", row(&[]));
     // Not even where there is no other name for it.
@@ -41,7 +45,7 @@ fn nothing_is_written_over_its_inputs() {
     folder.write("sky.pbrt", &scene.replace("wood.png", "sky.exr"));
     let sky = bytes("sky.exr");
     let out = folder.run(&["verify", ".", "--update"]).out;
-    assert!(out.contains("cannot write ./sky.exr: this file is an input of the result"), "{out}");
+    assert!(out.contains("cannot write ./sky.exr: lookat reads this file for the result"), "{out}");
     assert_eq!(bytes("sky.exr"), sky);
     assert_eq!(["wood.png", "part.pfm", "scene.tga"].map(bytes), before);
 }
@@ -86,7 +90,7 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
         ("folder.exr", "it is a folder"),
         (&long, "the name is too long"),
         ("none/o.exr", "there is no folder none"),
-        ("fine.pbrt/o.exr", "there is no folder fine.pbrt"),
+        ("fine.pbrt/o.exr", "fine.pbrt is a file, not a folder"),
     ] {
         let run = folder.run(&["render", "fine.pbrt", "--spp", "1000000000", "-o", file]);
         assert_eq!((run.status, run.err.lines().count()), (2, 1), "{file}: {}", run.err);
@@ -104,7 +108,7 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
     for (arguments, reason) in [
         (&["compare", "picture.exr", "picture.exr", "--picture", "o.png/"][..], "write o.png"),
         (&["verify", ".", "--update", "--report", "o.html/"], "write o.html"),
-        (&["chart", "fine.pbrt", "--spp", "65536", "-o", "fine.pbrt"], "fine.pbrt: a file has this name"),
+        (&["chart", "fine.pbrt", "--spp", "65536", "-o", "fine.pbrt"], "fine.pbrt is a file"),
         (&["stability", "--rays", "1e9", "-o", "out"], "stability.csv: it is a folder"),
     ] {
         std::fs::create_dir_all(folder.path("out/stability.csv")).unwrap();

@@ -27,3 +27,22 @@ fn fewer_threads_than_asked_for_give_the_same_picture() {
     let run = folder.run_within("-v 150000", &["compare", "picture.exr", "picture.exr"]);
     assert_eq!(run.status, 0, "{}", run.err);
 }
+
+/// A higher limit never starts fewer threads.
+#[cfg(target_os = "linux")]
+#[test]
+fn more_memory_never_means_fewer_threads() {
+    let folder = Folder::new();
+    let mut most = 0;
+    for kilobytes in (200_000..2_400_000).step_by(100_000) {
+        let run = folder.run_within(
+            &format!("-v {kilobytes}"),
+            &["render", "fine.pbrt", "-o", "a.exr", "--threads", "8"],
+        );
+        let warning = run.err.lines().find_map(|line| line.strip_prefix("warning: "));
+        let count = warning.map_or(8, |text| text.split(' ').next().unwrap().parse().unwrap());
+        assert!(count >= most, "{kilobytes} kB: {count} threads, with less {most}");
+        most = count;
+    }
+    assert_eq!(most, 8);
+}

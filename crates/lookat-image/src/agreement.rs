@@ -53,14 +53,14 @@ pub enum Untestable {
     #[error("the actual picture has no error layers")]
     NoErrors,
     /// A picture of [`Precision::Integer`](crate::Precision::Integer).
-    #[error("one of the pictures is stored as integers, and their rounding is no noise")]
+    #[error("one of the pictures is stored as integers, and rounding is not noise")]
     Rounded,
     /// A value is infinite or not a number.
     #[error("a pixel is infinite or not a number")]
     NotFinite,
     /// So few pixels do not tell how noisy a picture without error layers is.
     #[error(
-        "the expected picture has no error layers, and less than {needed} pixels to guess its noise from"
+        "the expected picture has no error layers, and fewer than {needed} pixels to estimate its noise from"
     )]
     Small {
         /// The pixels that it takes.
@@ -68,7 +68,7 @@ pub enum Untestable {
     },
     /// An untested pixel may hide anything.
     #[error(
-        "the actual picture has pixels of less than {needed} samples or without a finite error ({pixels})"
+        "the actual picture has pixels with fewer than {needed} samples or without a finite error ({pixels})"
     )]
     Actual {
         /// How many.
@@ -77,7 +77,7 @@ pub enum Untestable {
         needed: u32,
     },
     /// The same of a picture that has error layers.
-    #[error("the expected picture has pixels of less than 2 samples or without a finite error ({pixels})")]
+    #[error("the expected picture has pixels with fewer than 2 samples or without a finite error ({pixels})")]
     Expected {
         /// How many.
         pixels: usize,

@@ -43,7 +43,7 @@ pub enum ImageError {
         shortage: OutOfMemory,
     },
     /// The contents are not of the format that the extension claims.
-    #[error("{} is not what its ending says{}", path.display(), named(*format))]
+    #[error("{} does not match its extension{}", path.display(), named(*format))]
     NotThatFormat {
         /// The path as it was given.
         path: PathBuf,

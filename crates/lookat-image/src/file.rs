@@ -1,7 +1,7 @@
 //! Files that appear under their names whole or not at all.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -36,29 +36,48 @@ pub fn exit(status: i32) -> ! {
     std::process::exit(status)
 }
 
-/// The file that writing to `path` replaces, and its folder: a link stays, and its target is replaced. `None` if a socket,
-/// a pipe or a device has that name, or links form a circle.
-pub fn write_target(path: &Path) -> Option<(PathBuf, PathBuf)> {
+/// The file that writing to `path` replaces, and its folder. A link stays, and its target is replaced.
+///
+/// # Errors
+///
+/// A socket, a pipe or a device has this name, or links form a circle.
+pub fn write_target(path: &Path) -> io::Result<(PathBuf, PathBuf)> {
     if path.exists() && !path.is_file() && !path.is_dir() {
-        return None;
+        return Err(io::Error::other("the existing path is not a file"));
     }
-    let target = path.canonicalize().ok().or_else(|| followed(path))?;
+    let target = path.canonicalize().or_else(|_| followed(path))?;
     let folder = match target.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent.into(),
         _ => ".".into(),
     };
-    Some((target, folder))
+    Ok((target, folder))
 }
 
-/// Where a link leads to that leads to nothing yet.
-fn followed(path: &Path) -> Option<PathBuf> {
+/// The path at the end of a link to a file that does not exist yet.
+fn followed(path: &Path) -> io::Result<PathBuf> {
     let mut at = path.to_path_buf();
     // As many links as Linux follows.
     for _ in 0..40 {
-        let Ok(next) = std::fs::read_link(&at) else { return Some(at) };
+        let Ok(next) = std::fs::read_link(&at) else { return Ok(at) };
         at = at.parent().unwrap_or(Path::new("")).join(next);
     }
-    None
+    Err(io::Error::other("its links form a circle"))
+}
+
+/// Opens a file for reading.
+///
+/// # Errors
+///
+/// As [`File::open`], and for a folder, a pipe or a device: opening a pipe waits for a writer, and some devices never end.
+pub fn open_file(path: &Path) -> io::Result<File> {
+    let found = std::fs::metadata(path)?;
+    if found.is_dir() {
+        return Err(ErrorKind::IsADirectory.into());
+    }
+    if !found.is_file() {
+        return Err(io::Error::other("it is a pipe or a device, not a file"));
+    }
+    File::open(path)
 }
 
 /// Writes a file that appears whole or not at all.
@@ -66,24 +85,30 @@ pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
-    let Some((target, folder)) = write_target(path) else {
-        return Err(Fault::Unfit("the existing path is not a file".into()));
-    };
+    let (target, folder) = write_target(path).map_err(|error| Fault::Unfit(error.to_string()))?;
     let mut file = temporary_file(&folder)?;
     // The mode is kept, where the file system knows one; the owner is who writes.
     if let Ok(before) = std::fs::metadata(&target) {
         let _ = file.as_file().set_permissions(before.permissions());
     }
-    let mut out = BufWriter::new(file.as_file_mut());
+    let written = fill(file.as_file_mut(), write);
+    let mut temporary = temporary();
+    let path = file.path().to_owned();
+    let done = written.and_then(|()| Ok(file.persist(&target).map(drop).map_err(|refused| refused.error)?));
+    temporary.retain(|other| *other != path);
+    done
+}
+
+fn fill(
+    file: &mut File,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
+) -> Result<(), Fault> {
+    let mut out = BufWriter::new(&mut *file);
     write(&mut out)?;
     out.flush()?;
     drop(out);
     // Some file systems only now say that they are full.
-    file.as_file().sync_data()?;
-    let mut temporary = temporary();
-    temporary.retain(|path| path != file.path());
-    file.persist(&target).map_err(|refused| refused.error)?;
-    Ok(())
+    Ok(file.sync_data()?)
 }
 
 /// A temporary file, which [`exit`] removes.

@@ -48,7 +48,7 @@ pub use decoded::linear_from_srgb;
 pub use display::Encoded;
 pub use error::{ImageError, io_reason};
 pub use errors::PixelError;
-pub use file::{exit, write_file, write_target};
+pub use file::{exit, open_file, write_file, write_target};
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use floor::floor;
 pub use format::Format;

@@ -1,6 +1,5 @@
 //! Picture files in two steps: first the header, then the pixels.
 
-use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
@@ -8,6 +7,7 @@ use ::image::ImageDecoder;
 
 use crate::decoded::{self, Curve};
 use crate::error::{Fault, ImageError};
+use crate::file::open_file;
 use crate::format::check_beginning;
 use crate::image::Placement;
 use crate::{Format, Image, MemoryBudget, exr, pfm};
@@ -74,7 +74,7 @@ impl<'a> PictureFile<'a> {
     }
 
     fn open_file(path: &Path, layer: Option<&str>) -> Result<Self, ImageError> {
-        let file = File::open(path).map_err(|error| ImageError::reading(path, error.into()))?;
+        let file = open_file(path).map_err(|error| ImageError::reading(path, error.into()))?;
         Self::of_input(path, Box::new(BufReader::new(file)), Curve::Linear, layer)
     }
 

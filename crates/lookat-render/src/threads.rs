@@ -50,17 +50,10 @@ const KEPT_BYTES: usize = 1 << 30;
 fn waiting(wanted: usize) -> Vec<Sender<ThreadBuilder>> {
     let wanted =
         if wanted == 0 { std::thread::available_parallelism().map_or(1, usize::from) } else { wanted };
-    let mut kept = Vec::<u8>::new();
-    let sizes =
-        std::iter::successors(Some(KEPT_BYTES), |bytes| Some(bytes / 2)).take_while(|bytes| *bytes > 0);
-    let _ = sizes.map(|bytes| kept.try_reserve_exact(bytes)).find(Result::is_ok);
-    // Memory that nothing uses is optimized away.
-    black_box(&mut kept);
+    let kept = reserved(free_bytes(2 * KEPT_BYTES) / 2);
     let (tell, is_ready) = channel();
     let start = |_| {
-        let mut room = Vec::<u8>::new();
-        room.try_reserve_exact(THREAD_BYTES).ok()?;
-        drop(black_box(room));
+        drop(reserved(THREAD_BYTES)?);
         let (sender, receiver) = channel::<ThreadBuilder>();
         let tell = tell.clone();
         let thread = move || {
@@ -77,4 +70,24 @@ fn waiting(wanted: usize) -> Vec<Sender<ThreadBuilder>> {
     let threads = (0..wanted).map_while(start).collect();
     drop(kept);
     threads
+}
+
+/// Memory of this size that nothing uses. `None` if the system does not give it.
+fn reserved(bytes: usize) -> Option<Vec<u8>> {
+    let mut memory = Vec::new();
+    memory.try_reserve_exact(bytes).ok()?;
+    // Otherwise it is optimized away.
+    Some(black_box(memory))
+}
+
+/// The largest size up to `most` that the system gives at once, within a thousandth of `most`.
+fn free_bytes(most: usize) -> usize {
+    let (mut free, mut step) = (0, most);
+    while step >= most / 1024 {
+        if free + step <= most && reserved(free + step).is_some() {
+            free += step;
+        }
+        step /= 2;
+    }
+    free
 }

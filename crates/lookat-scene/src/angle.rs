@@ -16,11 +16,11 @@ pub(crate) fn doubt(name: &str, given: f64) -> Option<(Severity, String, String)
     let is_narrow = name == "fov" && NARROW.contains(&given);
     let narrow = is_narrow.then(|| (given.to_degrees() * 10.0).round() / 10.0);
     let (severity, message) = match common {
-        Some(_) => (Severity::Warning, format!("{name} is {given} degrees: are radians meant?")),
+        Some(_) => (Severity::Warning, format!("{name} is {given} degrees: did you mean radians?")),
         None => (Severity::Note, format!("{name} {given} is a very narrow view")),
     };
     let degrees = common.or(narrow)?;
-    Some((severity, message, format!("angles are in degrees: {given} radians are {degrees} degrees")))
+    Some((severity, message, format!("angles are in degrees: {given} rad is {degrees} degrees")))
 }
 
 #[cfg(test)]
@@ -42,14 +42,12 @@ mod tests {
         for given in [0.0, 0.8, 1.0, 1.5, 3.0, 3.1, 5.0, f64::INFINITY, f64::NAN] {
             assert_eq!(doubt("the angle", given), None);
         }
-        assert!(doubt("fov", 0.7).unwrap().2.ends_with("0.7 radians are 40.1 degrees"));
+        assert!(doubt("fov", 0.7).unwrap().2.ends_with("0.7 rad is 40.1 degrees"));
         assert_eq!(doubt("fov", 2.0), None);
         let (_, message, help) = doubt("the angle", -90_f64.to_radians()).unwrap();
         assert!(
-            message.starts_with("the angle is -1.57") && message.ends_with(" degrees: are radians meant?")
+            message.starts_with("the angle is -1.57") && message.ends_with(" degrees: did you mean radians?")
         );
-        assert!(
-            help.starts_with("angles are in degrees: -1.57") && help.ends_with(" radians are -90 degrees")
-        );
+        assert!(help.starts_with("angles are in degrees: -1.57") && help.ends_with(" rad is -90 degrees"));
     }
 }

@@ -118,7 +118,7 @@ fn perspective(params: &mut Params) -> Projection {
     let half = params.angle("halffov", -1.0);
     // As in pbrt-v3, a positive halffov replaces fov.
     if half <= 0.0 && params.was_taken("halffov") {
-        params.warn("halffov", "halffov is not above 0: fov is used, as in pbrt-v3", "delete one of the two");
+        params.warn("halffov", "halffov is not above 0: fov is used, as in pbrt-v3", "delete halffov or fov");
     }
     let (name, degrees) = if half > 0.0 { ("halffov", 2.0 * half) } else { ("fov", fov) };
     if !(degrees > 0.0 && degrees < 180.0) {

@@ -229,6 +229,11 @@ impl<'a> Files<'a> {
         }
         match self.meant(name) {
             Some(meant) => {
+                // Under a name that pbrt-v3 finds, too.
+                let path = self.beside(&meant, name.span);
+                let is_found = normal(&self.root.join(&meant)) == path;
+                let better = (!is_found).then(|| self.name_from_scene(&path, name.span)).flatten();
+                let meant = better.unwrap_or(meant);
                 let quoted = format!("\"{meant}\"");
                 diagnostic.help(format!("did you mean {quoted}?")).fix(name.span, quoted)
             }

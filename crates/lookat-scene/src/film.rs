@@ -98,7 +98,10 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     let file = params.string("filename").map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
     if Format::from_path(&file).is_none() {
         let message = format!("lookat cannot write a picture named \"{}\"", file.display());
-        let help = format!("end the name in {} to choose the format, or render with -o", Format::NAMES);
+        let help = format!(
+            "lookat writes {}: change the extension to one of them, or render with -o",
+            Format::NAMES
+        );
         params.warn("filename", &message, &help);
     } else if cfg!(not(windows)) && file.as_os_str().as_encoded_bytes().contains(&b'\\') {
         let message = "a backslash in the file name does not separate folders here";

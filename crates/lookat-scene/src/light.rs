@@ -192,10 +192,15 @@ fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
     } else if !(0.0..=cone).contains(&delta) {
         let start = (cone - delta).abs();
         let message = match start < cone {
-            true => format!("the falloff starts at {start} degrees, as in pbrt-v3"),
-            false => "the light has no falloff inside its cone, as in pbrt-v3".into(),
+            true => format!(
+                "conedeltaangle is out of range: the falloff starts at {start} degrees, as in pbrt-v3"
+            ),
+            false => {
+                "conedeltaangle is out of range: the light has no falloff inside its cone, as in pbrt-v3"
+                    .into()
+            }
         };
-        params.warn("conedeltaangle", &message, "conedeltaangle must be from 0 to coneangle");
+        params.warn("conedeltaangle", &message, "write a conedeltaangle from 0 to coneangle");
     }
     let from = point_in_range(params, "from", DVec3::ZERO);
     let to = point_in_range(params, "to", DVec3::Z);

@@ -111,10 +111,9 @@ impl Loader<'_> {
         if let Some(at) = parsed.exhausted {
             let most = byte_words(memory.limit());
             let message = format!(
-                "the scene is too large: from here on it needs more memory than the {most} of --max-memory"
+                "the scene is too large: from here on, it needs more memory than {most}, the limit of --max-memory"
             );
-            let help =
-                "raise --max-memory; large meshes take the least as plymesh, and copies as ObjectInstance";
+            let help = "raise --max-memory; to save memory, use plymesh for large meshes and ObjectInstance for copies";
             self.resolver.report.push(Diagnostic::error(at, message).help(help));
             self.resolver.report.incomplete = true;
         }
@@ -130,7 +129,7 @@ impl Loader<'_> {
                     self.resolver
                         .report
                         .push(Diagnostic::error(at, "these parameters belong to no directive").help(
-                        "parameters after an Include belong to the last directive of the included file, which takes none",
+                        "parameters after an Include belong to the last directive of the included file, which takes no parameters",
                     ))
                 }
             }

@@ -121,7 +121,7 @@ pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Opt
     };
     if mesh.other_faces > 0 {
         let message = format!(
-            "{} has faces without 3 or 4 corners: {} were skipped{}",
+            "{} has faces that do not have 3 or 4 corners; number of skipped faces: {}{}",
             name.value,
             mesh.other_faces,
             if mesh.indices.is_empty() { ", and no face remains" } else { "" }
@@ -168,7 +168,7 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     let (flat, all) = (mesh.without_area(), mesh.triangles());
     if flat > 0 && params.kind() != "nurbs" {
         let noun = if all == 1 { "triangle" } else { "triangles" };
-        let message = format!("lookat skips {flat} of {all} {noun}, which have zero area");
+        let message = format!("lookat skips {flat} of {all} {noun} because of zero area");
         params.note(name, &message, "their corners are collinear or coincide, so they are invisible");
     }
     Some(mesh)
@@ -197,7 +197,7 @@ fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
     let mut given = pairs.iter().flatten().map(|it| it.0).chain(floats.iter().flatten().map(|it| it.0));
     let name = given.next().unwrap_or("uv");
     if let Some(other) = given.next() {
-        let help = "uv and st are two names of the texture coordinates; pbrt-v3 uses the same one";
+        let help = "uv and st are two names for the texture coordinates; pbrt-v3 makes the same choice";
         params.warn(other, &format!("{other} is ignored, because {name} is given"), help);
     }
     if let Some((_, pairs)) = pairs.into_iter().flatten().next() {

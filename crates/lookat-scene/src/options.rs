@@ -125,7 +125,7 @@ impl Options {
                 "Camera",
                 "a perspective camera at the origin that looks along +z, fov 90",
             ),
-            (self.film.is_none(), "Film", "1280 x 720 pixels into pbrt.exr"),
+            (self.film.is_none(), "Film", "1280 x 720 pixels, written to pbrt.exr"),
             (self.sampler.is_none(), "Sampler", "halton with 16 samples"),
             (self.integrator.is_none(), "Integrator", "path with maxdepth 5"),
         ];
@@ -161,7 +161,8 @@ fn warn_of_centers(sampler: Option<Sampler>, filter: Option<Filter>, params: &mu
     let at_centers =
         matches!(sampler, Some(Sampler { kind: SamplerKind::Halton { pixel_center: true }, .. }));
     if at_centers && filter.is_some_and(|filter| filter.radius.max_element() > 0.5) {
-        let message = "pbrt-v3 blurs this picture: its filter also adds the centers of neighboring pixels";
-        params.warn("samplepixelcenter", message, "PixelFilter \"box\" makes both agree");
+        let message =
+            "pbrt-v3 blurs this picture: the PixelFilter also adds the center samples of neighboring pixels";
+        params.warn("samplepixelcenter", message, "use PixelFilter \"box\": lookat and pbrt-v3 then agree");
     }
 }

@@ -127,7 +127,7 @@ impl<'a> Params<'a> {
         }
         let message = format!("{name} takes 1 value, not {}", param.values.value.len());
         let has_comma = self.files.sources.text(param.values.span).contains(&b',');
-        let help = has_comma.then_some("write the decimal point as a point");
+        let help = has_comma.then_some("write the decimal separator as a point, not as a comma");
         self.reject(name, message, help);
         None
     }
@@ -278,7 +278,7 @@ impl<'a> Params<'a> {
         let count = self.integer(name, default);
         if count > MOST_NESTED {
             let message = format!("{name} is limited to {MOST_NESTED}");
-            let help = "more samples per pixel have the same effect";
+            let help = "to take more, increase the samples per pixel";
             self.note(name, &message, help);
         }
         count.min(MOST_NESTED)

@@ -153,12 +153,12 @@ impl<T: FromColor> Cache<T> {
         })?;
         let planes = image.rgb_planes().ok_or_else(|| {
             let message =
-                format!("cannot use {}: it has no red, green and blue, and no grey", shown.display());
+                format!("cannot use {}: it has neither the channels R, G and B nor Y", shown.display());
             (message, HELP.into())
         })?;
         if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| *value < 0.0)) {
-            let message = "values below 0 of this picture count as 0; in pbrt-v3 they take light away";
-            params.warn(name, message, "raise them to 0 in the picture, and both agree");
+            let message = "values below 0 of this picture are used as 0; in pbrt-v3, they subtract light";
+            params.warn(name, message, "set them to 0 in the picture: lookat and pbrt-v3 then agree");
         }
         let (texels, is_finite) = texels(planes, width as usize, settings);
         if !is_finite {
@@ -174,8 +174,8 @@ impl<T: FromColor> Cache<T> {
 /// What pbrt-v3 does without a picture.
 fn not_read_by_pbrt(is_light: bool) -> &'static str {
     match is_light {
-        true => "renders the light without it, the same in all directions",
-        false => "shows gray in its place",
+        true => "renders this light without the picture, uniform in all directions",
+        false => "shows gray instead of this picture",
     }
 }
 
@@ -186,14 +186,14 @@ fn warn_of_format(params: &mut Params, name: &str, path: &Path, instead: &str) {
         return;
     }
     let message = format!("pbrt-v3 does not read .{ending} pictures: it {instead}");
-    params.warn(name, &message, "convert it to .exr, which both read");
+    params.warn(name, &message, "convert the picture to .exr, which both programs read");
 }
 
 /// The help for a picture that cannot be decoded.
 fn help(error: &ImageError) -> String {
     match error {
         ImageError::NotThatFormat { format: Some(ending), .. } => {
-            format!("let its name end in .{ending}, or {HELP}")
+            format!("rename it to end in .{ending}, or {HELP}")
         }
         ImageError::TooLarge { .. } => SMALLER.into(),
         _ => HELP.into(),

@@ -231,7 +231,7 @@ impl<'a> Resolver<'a> {
             },
             Block::World => match self.part {
                 // Its blocks may end in another file.
-                Some(first) => self.report_part(first, "Camera, Film and WorldBegin"),
+                Some(first) => self.report_part(first, "Camera, Film or WorldBegin"),
                 None => {
                     self.report_no_end(at);
                     self.world_end();

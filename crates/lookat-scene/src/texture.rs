@@ -186,7 +186,7 @@ pub(crate) fn texture<T: Parameter>(
     };
     if texture.cost() > MOST_TEXTURES {
         let message = format!("this texture consists of more than {MOST_TEXTURES} textures");
-        let help = "a texture named by two parameters counts twice, with all its parts";
+        let help = "use fewer textures; a texture named by two parameters counts twice, with all its parts";
         params.reject("", message, Some(help));
     }
     params.finish().then_some(texture)

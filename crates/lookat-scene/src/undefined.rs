@@ -27,7 +27,9 @@ pub(crate) fn undefined<'n>(
     };
     let error = match nearest(&name.value, known.iter().copied()) {
         Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
-        None if known.is_empty() => error.help(format!("define it with {definer}; nothing is defined here")),
+        None if known.is_empty() => {
+            error.help(format!("define it with {definer}; none is defined at this point"))
+        }
         None => error.help(format!("define it with {definer}; defined here: {}", listed(&known))),
     };
     report.undefined(kind, name, error);

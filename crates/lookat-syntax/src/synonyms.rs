@@ -55,7 +55,7 @@ fn found<'a>(
 #[rustfmt::skip]
 const DIRECTIVES: &[Row] = &[
     ("", &[], &["surfaceintegrator"], "", "this is a directive of an older pbrt; in pbrt-v3 it is Integrator \"path\""),
-    ("", &[], &["renderer", "volumeintegrator"], "", "this is a directive of an older pbrt; pbrt-v3 has the Integrator alone: delete this one"),
+    ("", &[], &["renderer", "volumeintegrator"], "", "this is a directive of an older pbrt; pbrt-v3 has only Integrator: delete this directive"),
     ("", &[], &["volume", "exterior", "interior"], "", "this is a directive of an older pbrt; pbrt-v3 has MakeNamedMedium and MediumInterface"),
     ("", &[], &["arealight"], "", "this is a directive of an older pbrt; in pbrt-v3 it is AreaLightSource"),
     ("", &[], &["searchpath"], "", "this is a directive of an older pbrt; in pbrt-v3 names of files are relative to the scene: delete it"),
@@ -66,7 +66,7 @@ const DIRECTIVES: &[Row] = &[
     ("", &[], &["distantlight", "directionallight", "sunlight", "sun", "lightdistant"], "", "write LightSource \"distant\" \"rgb L\" [1 1 1]"),
     ("", &[], &["environmentlight", "envmap", "environmentmap", "skylight", "sky", "skydome", "domelight", "background", "infinitelight"], "", "write LightSource \"infinite\", with \"string mapname\" for a picture"),
     ("", &[], &["emitter", "emission"], "", "write AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] before the shapes that glow"),
-    ("", &[], &["sphere"], "", "write Shape \"sphere\" \"float radius\" 1; Translate before it moves it"),
+    ("", &[], &["sphere"], "", "write Shape \"sphere\" \"float radius\" 1; to move it, write Translate before it"),
     ("", &[], &["disk", "disc", "circle"], "", "write Shape \"disk\" \"float radius\" 1"),
     ("", &[], &["cylinder", "tube"], "", "write Shape \"cylinder\" with \"radius\", \"zmin\" and \"zmax\""),
     ("", &[], &["cone"], "", "write Shape \"cone\" with \"radius\" and \"height\""),
@@ -127,10 +127,10 @@ const TYPES: &[Row] = &[
     ("Material", &[], &["ashikhminshirley", "coated", "glossy2"], "substrate", ""),
     ("Material", &[], &["blendbsdf", "blend", "mixture"], "mix", ""),
     ("Material", &[], &["null", "interface", "empty"], "none", ""),
-    ("Material", &[], &["measured"], "", "\"measured\" is a type of an older pbrt and of pbrt-v4; nothing of pbrt-v3 is like it"),
-    ("Material", &[], &["bluepaint", "clay", "felt", "primer", "skin"], "", "this is a type of an older pbrt; nothing of pbrt-v3 is like it"),
+    ("Material", &[], &["measured"], "", "\"measured\" is a type of an older pbrt and of pbrt-v4; pbrt-v3 has no equivalent"),
+    ("Material", &[], &["bluepaint", "clay", "felt", "primer", "skin"], "", "this is a type of an older pbrt; pbrt-v3 has no equivalent"),
     ("Material", &[], &["emission", "emissive", "emitter", "light", "arealight", "diffuselight"], "", "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] makes the shapes that follow it emit light"),
-    ("Material", &[], &["twosided"], "", "all materials of pbrt-v3 have two sides: use the one inside it"),
+    ("Material", &[], &["twosided"], "", "all materials of pbrt-v3 have two sides: use the material inside \"twosided\""),
     ("Material", &[], &["mask"], "", "the parameter \"texture alpha\" of Shape \"trianglemesh\" and \"plymesh\" cuts holes"),
     ("Material", &[], &["bumpmap", "normalmap"], "", "the parameter \"texture bumpmap\" of a material gives its height; pbrt-v3 has no normal maps"),
     ("PixelFilter", &[], &["tent", "bartlett"], "triangle", ""),
@@ -144,7 +144,7 @@ const TYPES: &[Row] = &[
     ("Sampler", &[], &["multijitter", "jittered", "grid"], "stratified", ""),
     ("Shape", &[], &["mesh", "triangles", "triangle", "polymesh", "polygonmesh", "indexedfaceset"], "trianglemesh", ""),
     ("Shape", &[], &["ply", "meshfile"], "plymesh", ""),
-    ("Shape", &[], &["obj", "wavefront", "serialized", "stl", "gltf", "fbx"], "plymesh", "\"plymesh\" reads PLY alone: convert the mesh to PLY"),
+    ("Shape", &[], &["obj", "wavefront", "serialized", "stl", "gltf", "fbx"], "plymesh", "\"plymesh\" reads only PLY: convert the mesh to PLY"),
     ("Shape", &[], &["rectangle", "quad", "square", "plane", "bilinearmesh"], "", "pbrt-v3 has no such shape: write it as Shape \"trianglemesh\" \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0] \"integer indices\" [0 1 2 0 2 3]"),
     ("Shape", &[], &["cube", "box"], "", "pbrt-v3 has no such shape: write it as a \"trianglemesh\" of 8 points and 12 triangles"),
     ("Shape", &[], &["torus"], "", "pbrt-v3 has no such shape: convert it to PLY for Shape \"plymesh\""),
@@ -165,16 +165,17 @@ const TYPES: &[Row] = &[
 ];
 
 const LOOKAT: &str =
-    "LookAt before Camera places it: the eye, the point it looks at and the up direction, nine numbers";
+    "write LookAt before Camera, with the eye, the point to look at and the up vector, three numbers each";
 const RESOLUTION: &str =
-    "Film \"image\" has the size, as \"integer xresolution\" and \"integer yresolution\"";
-const SAMPLES: &str = "the Sampler has the samples of each pixel, as \"integer pixelsamples\"";
-const PLACE: &str = "Translate, Rotate, Scale or Transform before the directive place it";
-const EMIT: &str = "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] before the Shape makes it emit light";
+    "Film \"image\" sets the size, with \"integer xresolution\" and \"integer yresolution\"";
+const SAMPLES: &str = "the Sampler sets the samples per pixel, with \"integer pixelsamples\"";
+const PLACE: &str = "to place it, write Translate, Rotate, Scale or Transform before the directive";
+const EMIT: &str =
+    "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1], written before the Shape, makes the Shape emit light";
 const APERTURE: &str = "lensradius is half the diameter of the aperture";
-const DIRECTION: &str = "\"to\" is a point: from plus the direction";
+const DIRECTION: &str = "write \"to\" as a point: \"from\" plus the direction";
 const SURFACE: &str =
-    "Material before the Shape gives its surface, as in Material \"matte\" \"rgb Kd\" [.5 .5 .5]";
+    "to set the surface, write Material before the Shape, as in Material \"matte\" \"rgb Kd\" [.5 .5 .5]";
 const NORMAL_MAP: &str = "pbrt-v3 has no normal maps; \"texture bumpmap\" is a height";
 const POINT_LIGHTS: &[&str] = &["point", "spot", "goniometric", "projection"];
 const GLOSSY: &[&str] = &["plastic", "substrate", "uber", "translucent"];
@@ -186,7 +187,7 @@ const PARAMETERS: &[Row] = &[
     ("Camera", &[], &["aperture", "apertureradius", "radius", "lens", "defocusradius"], "lensradius", ""),
     ("Camera", &[], &["fstop", "fnumber", "aperturefstop"], "", "lensradius is the focal length divided by twice the f-stop, in the units of the scene"),
     ("Camera", &[], &["focus", "focusdistance", "focaldist", "focallengthdistance", "focalplane", "distance"], "focaldistance", ""),
-    ("Camera", &[], &["focallength", "lenslength"], "", "\"float fov\" is the angle of the shorter side in degrees: twice the arctangent of half that side of the film by the focal length"),
+    ("Camera", &[], &["focallength", "lenslength"], "", "\"float fov\" is the angle of the shorter side in degrees: 2 atan(s / 2f), with the shorter side s of the film and the focal length f"),
     ("Camera", &[], &["angle", "fieldofview", "viewangle", "yfov", "xfov"], "fov", "fov is the angle of the shorter side, in degrees"),
     ("Camera", &[], &["fovaxis"], "", "fov is always the angle of the shorter side: leave fov_axis out"),
     ("Camera", &[], &["eye", "origin", "position", "from", "location", "pos", "up", "lookat", "look", "target", "to", "direction", "sky"], "", LOOKAT),
@@ -202,9 +203,9 @@ const PARAMETERS: &[Row] = &[
     ("Film", &[], &["resolution", "size", "res"], "", "write \"integer xresolution\" and \"integer yresolution\""),
     ("Film", &[], &["output", "file", "outputfile", "image", "name"], "filename", ""),
     ("Film", &[], &["crop", "croprect", "cropbounds", "region"], "cropwindow", "cropwindow is xmin xmax ymin ymax, from 0 to 1"),
-    ("Film", &[], &["exposure", "iso", "gain", "sensor", "imagingratio"], "", "\"float scale\" is a factor of the picture: 2 to the power of the exposure in stops"),
+    ("Film", &[], &["exposure", "iso", "gain", "sensor", "imagingratio"], "", "\"float scale\" multiplies the picture: write 2 to the power of the exposure in stops"),
     ("Film", &[], &["gamma", "tonemap", "colorspace"], "", "exr and pfm pictures are linear, png and tga pictures sRGB: leave it out"),
-    ("Film", &[], &["filter", "rfilter"], "", "PixelFilter gives the filter"),
+    ("Film", &[], &["filter", "rfilter"], "", "PixelFilter sets the filter"),
     ("Film", &[], &["samples", "spp", "pixelsamples"], "", SAMPLES),
     ("Film", &[], &["maxluminance", "clamp", "maxcomponentvalue"], "maxsampleluminance", "maxsampleluminance is the largest luminance of a sample"),
     // PixelFilter
@@ -216,7 +217,7 @@ const PARAMETERS: &[Row] = &[
     // Sampler
     ("Sampler", &["stratified"], &["samples", "spp", "pixelsamples", "samplecount", "samplesperpixel", "count", "nsamples"], "", "\"integer xsamples\" times \"integer ysamples\" is the number of samples of each pixel"),
     ("Sampler", &[], &["samples", "spp", "samplecount", "samplesperpixel", "count", "nsamples", "aasamples"], "pixelsamples", ""),
-    ("Sampler", &[], &["seed"], "", "the option --seed of lookat gives the seed"),
+    ("Sampler", &[], &["seed"], "", "the option --seed of lookat sets the seed"),
     // Integrator
     ("Integrator", &[], &["depth", "bounces", "maxbounces", "raydepth", "recursion", "maxraydepth"], "maxdepth", ""),
     ("Integrator", &[], &["samples", "spp", "pixelsamples", "samplecount"], "", SAMPLES),
@@ -225,10 +226,10 @@ const PARAMETERS: &[Row] = &[
     // Shape
     ("Shape", &["sphere", "disk", "cylinder", "cone", "paraboloid"], &["r", "rad", "size"], "radius", ""),
     ("Shape", &["sphere", "disk", "cylinder", "cone", "paraboloid"], &["diameter"], "radius", "radius is half the diameter"),
-    ("Shape", &["sphere", "disk", "cylinder", "cone", "paraboloid", "hyperboloid"], &["center", "centre", "position", "origin", "location", "pos"], "", "the shape stands at the origin: Translate before the Shape moves it"),
+    ("Shape", &["sphere", "disk", "cylinder", "cone", "paraboloid", "hyperboloid"], &["center", "centre", "position", "origin", "location", "pos"], "", "the shape is at the origin: to move it, write Translate before the Shape"),
     ("Shape", &["cylinder", "paraboloid"], &["height", "length", "p0", "p1"], "", "\"float zmin\" and \"float zmax\" are its ends along z"),
     ("Shape", &["curve"], &["radius", "thickness", "widths", "r"], "width", "width is twice the radius"),
-    ("Shape", &["trianglemesh", "plymesh", "loopsubdiv", "nurbs", "heightfield", "hyperboloid"], &["radius", "size", "scale"], "", "Scale before the Shape changes its size"),
+    ("Shape", &["trianglemesh", "plymesh", "loopsubdiv", "nurbs", "heightfield", "hyperboloid"], &["radius", "size", "scale"], "", "to change its size, write Scale before the Shape"),
     ("Shape", &["trianglemesh", "loopsubdiv", "curve", "nurbs"], &["vertices", "points", "positions", "vertex", "controlpoints", "pos"], "P", ""),
     ("Shape", &["trianglemesh", "loopsubdiv"], &["faces", "triangles", "index", "tris", "vertexindices", "faceindex"], "indices", ""),
     ("Shape", &["trianglemesh", "curve"], &["normals", "vertexnormals", "normal"], "N", ""),
@@ -237,7 +238,7 @@ const PARAMETERS: &[Row] = &[
     ("Shape", &["trianglemesh"], &["file", "filename"], "", "Shape \"plymesh\" reads a mesh from a file"),
     ("Shape", &["plymesh"], &["file", "mesh", "path", "name"], "filename", ""),
     ("Shape", &["heightfield"], &["heights", "z"], "Pz", ""),
-    ("Shape", &[], &["toworld", "transform", "matrix", "rotation", "translate", "flipnormals"], "", "Translate, Rotate, Scale or Transform before the Shape place it; ReverseOrientation turns its normals"),
+    ("Shape", &[], &["toworld", "transform", "matrix", "rotation", "translate", "flipnormals"], "", "to place the shape, write Translate, Rotate, Scale or Transform before the Shape; ReverseOrientation flips its normals"),
     ("Shape", &[], &["emission", "emit", "radiance", "emitter", "l", "intensity", "power", "strength", "light"], "", EMIT),
     ("Shape", &[], &["material", "bsdf", "shader", "color", "albedo", "diffuse", "basecolor", "roughness", "kd"], "", SURFACE),
     // Material
@@ -247,7 +248,7 @@ const PARAMETERS: &[Row] = &[
     ("Material", &["uber"], &["transmittance", "transmission", "speculartransmittance"], "Kt", ""),
     ("Material", &["glass", "uber"], &["specularreflectance", "reflection", "reflect", "mirror"], "Kr", ""),
     ("Material", &["glass"], &["specular"], "Kr", ""),
-    ("Material", &["metal"], &["color", "colour", "albedo", "reflectance", "basecolor", "specular", "specularreflectance", "kd", "ks", "kr"], "", "its index defines a metal: for a reflectance r write \"rgb eta\" [1 1 1] and \"rgb k\" with 2 sqrt(r / (1 - r)) in each channel"),
+    ("Material", &["metal"], &["color", "colour", "albedo", "reflectance", "basecolor", "specular", "specularreflectance", "kd", "ks", "kr"], "", "a metal is defined by its index of refraction: for a reflectance r, write \"rgb eta\" [1 1 1] and \"rgb k\" with 2 sqrt(r / (1 - r)) in each channel"),
     ("Material", GLOSSY, &["specular", "specularcolor", "specularreflectance", "gloss", "reflection"], "Ks", ""),
     ("Material", &["glass", "uber"], &["ior", "intior", "n", "refraction", "refractionindex", "refractiveindex", "indexofrefraction", "etat"], "eta", ""),
     ("Material", &["metal"], &["ior", "n"], "eta", "the eta of a metal is a color or a spectrum, and k its absorption"),
@@ -258,7 +259,7 @@ const PARAMETERS: &[Row] = &[
     ("Material", &["glass", "substrate"], &["roughness"], "", "write it twice, as \"float uroughness\" and \"float vroughness\""),
     ("Material", &["plastic", "metal", "uber", "translucent"], &["shininess", "exponent", "glossiness", "glossyroughness"], "", "\"float roughness\" goes from 0, which is smooth, to 1"),
     ("Material", &["glass", "substrate"], &["shininess", "exponent", "glossiness"], "", "\"float uroughness\" and \"float vroughness\" go from 0, which is smooth, to 1"),
-    ("Material", &["uber"], &["alpha", "transparency"], "opacity", "opacity is the share of the surface that is there"),
+    ("Material", &["uber"], &["alpha", "transparency"], "opacity", "opacity is the fraction of the surface that is opaque"),
     ("Material", &["mix"], &["bsdf1", "material1", "first", "tex1"], "namedmaterial1", ""),
     ("Material", &["mix"], &["bsdf2", "material2", "second", "tex2"], "namedmaterial2", ""),
     ("Material", &["mix"], &["weight", "fraction", "factor", "blend", "fac"], "amount", "amount is the share of namedmaterial1"),
@@ -270,22 +271,22 @@ const PARAMETERS: &[Row] = &[
     ("LightSource", POINT_LIGHTS, &["l", "intensity", "color", "colour", "radiance", "emission", "emit"], "I", ""),
     ("LightSource", POINT_LIGHTS, &["power", "strength", "energy", "flux", "watts", "lumens"], "", "\"rgb I\" is the power divided by 4 pi, in each channel"),
     ("LightSource", &["distant", "infinite", "exinfinite"], &["i", "intensity", "color", "colour", "radiance", "irradiance", "emission", "emit"], "L", ""),
-    ("LightSource", &["distant", "infinite", "exinfinite"], &["power", "strength", "energy", "illuminance"], "", "\"rgb L\" is the light itself, and \"rgb scale\" a factor of it"),
+    ("LightSource", &["distant", "infinite", "exinfinite"], &["power", "strength", "energy", "illuminance"], "", "\"rgb L\" is the radiance, and \"rgb scale\" multiplies it"),
     ("LightSource", &["point", "spot", "distant"], &["position", "location", "origin", "pos", "eye", "center"], "from", ""),
     ("LightSource", &["spot", "distant"], &["target", "lookat", "look", "pointat"], "to", ""),
     ("LightSource", &["spot", "distant"], &["direction", "dir"], "", DIRECTION),
     ("LightSource", &["spot"], &["cutoffangle", "angle", "cutoff"], "coneangle", ""),
     ("LightSource", &["spot"], &["spotsize", "outerangle", "fov"], "coneangle", "coneangle is half of the angle of the cone, in degrees"),
     ("LightSource", &["spot"], &["conedelta", "penumbra"], "conedeltaangle", ""),
-    ("LightSource", &["spot"], &["beamwidth", "innerangle", "spotblend", "falloff"], "", "\"float conedeltaangle\" is the angle at the edge in which the light falls to 0"),
+    ("LightSource", &["spot"], &["beamwidth", "innerangle", "spotblend", "falloff"], "", "\"float conedeltaangle\" is the angle inside the edge of the cone over which the light falls to 0"),
     ("LightSource", &["infinite", "exinfinite", "goniometric", "projection"], &["filename", "file", "map", "texture", "image", "imagefile", "bitmap"], "mapname", ""),
     ("LightSource", &["infinite", "exinfinite", "goniometric", "projection"], &["rotation", "toworld", "transform"], "", PLACE),
-    ("LightSource", &["point", "spot"], &["radius", "size"], "", "this light is a point; a small sphere after AreaLightSource \"diffuse\" has a size"),
-    ("LightSource", &["distant"], &["radius", "size", "angle"], "", "this light is a direction without size; LightSource \"infinite\" with a map has a sun of any size"),
+    ("LightSource", &["point", "spot"], &["radius", "size"], "", "this light is a point; for a light with a size, write a small sphere after AreaLightSource \"diffuse\""),
+    ("LightSource", &["distant"], &["radius", "size", "angle"], "", "this light has a direction but no size; for a sun of any size, use LightSource \"infinite\" with a map"),
     // AreaLightSource
     ("AreaLightSource", &[], &["i", "radiance", "emission", "emit", "color", "colour", "intensity"], "L", ""),
     ("AreaLightSource", &[], &["power", "strength", "energy", "flux", "watts"], "", "\"rgb L\" is the power divided by pi and by the area of the shape; half of that with \"twosided\""),
-    ("AreaLightSource", &[], &["radius", "size", "width", "height"], "", "the Shape that follows has the size"),
+    ("AreaLightSource", &[], &["radius", "size", "width", "height"], "", "the Shape that follows sets the size of the light"),
     ("AreaLightSource", &[], &["sides", "doublesided"], "twosided", ""),
     // Texture
     ("Texture", &["imagemap"], &["file", "image", "map", "mapname", "bitmap", "path", "texture"], "filename", ""),

@@ -148,9 +148,9 @@ impl<'a> Reader<'a> {
             let text = String::from_utf8_lossy(all);
             // The comma may be meant as a decimal point.
             self.report(match (more, text.split_once(',')) {
-                (1, Some((whole, rest))) if !rest.starts_with(' ') => {
-                    fault.help("write the decimal point as a point").replace_with(format!("{whole}.{rest}"))
-                }
+                (1, Some((whole, rest))) if !rest.starts_with(' ') => fault
+                    .help("write the decimal separator as a point, not as a comma")
+                    .replace_with(format!("{whole}.{rest}")),
                 _ => fault.help("put them in brackets").replace_with(format!("[{text}]")),
             });
         }
@@ -341,7 +341,7 @@ fn completed(error: Diagnostic, ty: ParamType, count: usize, values: &Values) ->
         (ParamType::Rgb, 1, Values::Triples(triples)) if is_plain(triples[0][0]) => {
             let grey = triples[0][0];
             let three = format!("[{grey} {grey} {grey}]");
-            error.help(format!("write a grey as three equal numbers: {three}")).fix(at, three)
+            error.help(format!("write a gray as three equal numbers: {three}")).fix(at, three)
         }
         (ParamType::Rgb, 4, _) => error.help("a color has three numbers: red, green and blue"),
         (ParamType::Blackbody, 1, Values::Pairs(pairs)) if is_plain(pairs[0][0]) => {

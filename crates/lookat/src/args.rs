@@ -62,15 +62,15 @@ impl Command {
 pub struct Render {
     /// The scene file; - is standard input
     pub scene: PathBuf,
-    /// The picture: .exr, .png, .pfm or .tga [default: the Film's filename; with --quick, it ends in .quick.exr or the like]
+    /// The picture: .exr, .png, .pfm or .tga [default: the filename of Film; with --quick, .quick is added before the extension]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, instead of the number in Sampler. With --target-error or --time, the maximum; with
     /// --adaptive, the mean
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u32, 1 << 30))]
     pub spp: Option<u32>,
-    /// Sample each pixel until its error is at most this fraction of its brightness, such as 0.05; at most 65536 or
-    /// --spp samples
+    /// Sample each pixel until its error is at most this fraction of its brightness, such as 0.05, with at most
+    /// --spp samples (65536 without --spp)
     #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = target_error)]
     pub target_error: Option<f64>,
     /// Confidence level of --target-error for each pixel [default: 0.95]
@@ -94,8 +94,8 @@ pub struct Render {
     /// Seed of the random numbers: the same seed gives the same picture
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = seed)]
     pub seed: u64,
-    /// A draft: a quarter of the resolution each way and one sample per pixel, where they are not given. Without -o, the name
-    /// of the picture gets .quick before its ending, so that the draft replaces no finished picture
+    /// Render a draft: a quarter of the resolution each way unless --resolution is given, one sample per pixel unless --spp is given. Without -o, the name
+    /// of the picture gets .quick before its extension, so that the draft does not replace a finished picture
     #[arg(long, conflicts_with_all = ["target_error", "confidence", "time", "adaptive"])]
     pub quick: bool,
     /// Also write the standard error and the number of samples of each pixel, as layers of the EXR file. This makes
@@ -144,7 +144,7 @@ pub struct Inspect {
 #[derive(Debug, Args)]
 #[command(after_help = "Exit status: 0 all cases pass; 1 a case fails; 2 wrong usage or another failure")]
 pub struct Stability {
-    /// Run only these cases, by name as `S1` or `far-sphere`, or a family by its letter: C, S, T, P or V
+    /// Run only these cases: a name such as S1 or far-sphere, or the letter of a family: C (camera), S (spheres and quadrics), T (triangles), P (coplanar eyes and lights) or V (traversal)
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
     /// Random rays per row of a case
@@ -187,13 +187,13 @@ pub struct Compare {
     /// Compare this layer, part or channel of the EXR files
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
-    /// Compute only these metrics
+    /// Compute only these metrics, such as rmse or flip; an unknown name lists all
     #[arg(long, value_name = "METRIC", value_delimiter = ',', value_parser = metric)]
     pub only: Vec<Metric>,
     /// Also write a .png file with both pictures and their difference in false color
     #[arg(long, value_name = "FILE")]
     pub picture: Option<PathBuf>,
-    /// Exposure of --picture in stops [default: chosen by the picture]
+    /// Exposure of --picture in stops [default: chosen from the expected picture]
     #[arg(long, value_name = "STOPS", requires = "picture", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f64>,
     /// The smallest channel difference that share-above counts
@@ -208,7 +208,7 @@ pub struct Compare {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Scenes agree if they are within all --max or, without any, if nothing but noise tells them from their references. The column detectable is the smallest bias of the mean that would have shown.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 a scene or reference cannot be read or compared"
+    after_help = "A scene agrees if it is within all limits of --max. Without --max, it agrees if noise explains every difference from its reference. The column \"detectable\" shows the smallest bias of the mean that this test detects.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 a scene or reference cannot be read or compared"
 )]
 pub struct Verify {
     /// The folder with the scenes. The reference of a.pbrt is a.exr, .pfm, .hdr, .png, .tga or .jpg
@@ -229,7 +229,7 @@ pub struct Verify {
     /// Also write an .html file with results and pictures
     #[arg(long, value_name = "FILE")]
     pub report: Option<PathBuf>,
-    /// Replace references that differ with the render, and write missing references
+    /// Write the new render over each reference that differs, and write missing references
     #[arg(long)]
     pub update: bool,
     #[command(flatten)]

@@ -18,7 +18,7 @@ use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Chart, Other, Report};
-use crate::output::{Destination, check_folder, check_inputs, make_folder};
+use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
 use crate::render::{check_memory, progress_bar};
 use crate::source::load_scene;
 use crate::visible::escaped;
@@ -58,18 +58,12 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let others = others.collect::<Result<Vec<_>, String>>()?;
     check_names(&arguments.point)?;
     let folder = arguments.output.clone().unwrap_or_else(|| folder_of(&arguments.scene));
-    let is_new = !folder.exists();
-    make_folder(&folder)?;
+    check_new_folder(&folder)?;
     let inputs = loaded.inputs.iter().chain(&arguments.reference);
     let inputs: Vec<&PathBuf> = inputs.chain(arguments.point.iter().map(|other| &other.image)).collect();
-    for name in FILE_NAMES {
-        let file = folder.join(name);
-        check_folder(&file)?;
-        check_inputs(&file, inputs.iter().copied())?;
-    }
-    if is_new {
-        // This is only a test: leave no empty folder behind.
-        let _ = std::fs::remove_dir(&folder);
+    for file in FILE_NAMES.map(|name| folder.join(name)).iter().filter(|_| folder.exists()) {
+        check_folder(file)?;
+        check_inputs(file, inputs.iter().copied())?;
     }
 
     let mut header = header(arguments, &scene, parse);
@@ -267,7 +261,7 @@ fn read_reference(
     let found = fit(file, &image, scene)?;
     if found.rounded && may_be_cut(file, &found) {
         return Err(format!(
-            "{}: pixels at the largest value may be cut, so errors against them mean little; give an .exr or .pfm as \
+            "{}: pixels at the largest value may be clipped, so errors measured against them are unreliable; give an .exr or .pfm as \
              --reference",
             file.display()
         ));

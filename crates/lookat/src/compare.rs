@@ -39,7 +39,7 @@ fn run(arguments: &Compare) -> Result<bool, String> {
         check_inputs(file, [&arguments.actual, &arguments.expected])?;
         if Format::from_path(file) != Some(Format::Png) {
             let file = file.display();
-            return Err(format!("cannot write {file}: the name of the figure must end in .png"));
+            return Err(format!("cannot write {file}: the name of this picture must end in .png"));
         }
     }
     let pair = &load(arguments)?;
@@ -74,7 +74,7 @@ fn run(arguments: &Compare) -> Result<bool, String> {
 fn load(arguments: &Compare) -> Result<Aligned, String> {
     let is_exr = |path: &Path| Format::from_path(path) == Some(Format::Exr);
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
-        return Err("--layer chooses a part of an EXR file, but neither picture is one".into());
+        return Err("--layer chooses a part of an EXR file, but neither picture is an EXR file".into());
     }
     let files = [open(&arguments.actual, arguments)?, open(&arguments.expected, arguments)?];
     let window = common_window(files.each_ref().map(PictureFile::placement));
@@ -102,6 +102,9 @@ const PIXEL_BYTES: u64 = 80;
 
 /// Opens the chosen layer. A file without layers counts as this layer.
 fn open<'a>(path: &Path, arguments: &Compare) -> Result<PictureFile<'a>, String> {
+    if path == Path::new("-") {
+        return Err("compare does not read standard input: give the name of a file".into());
+    }
     let file = match &arguments.layer {
         Some(layer) if Format::from_path(path) == Some(Format::Exr) => PictureFile::open_layer(path, layer),
         _ => PictureFile::open(path),

@@ -47,13 +47,15 @@ fn main() -> ExitCode {
     }
 }
 
-/// Starts the threads that a command asks for, and says if there are fewer.
+/// Starts the threads of a command, and warns if the system does not give all.
 fn start_threads(command: &args::Command) {
     let asked = command.threads().map(usize::from);
-    let started = lookat_render::start_threads(asked.unwrap_or(0));
-    if let Some(asked) = asked.filter(|asked| started < *asked) {
+    let wanted = asked.or_else(|| std::thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
+    let started = lookat_render::start_threads(wanted);
+    if started < wanted {
+        let lower = if asked.is_some() { "lower --threads, or " } else { "" };
         say(&format!(
-            "warning: {started} of {asked} threads could be started; lower --threads, or raise ulimit -v or ulimit -u"
+            "warning: {started} of {wanted} threads could be started; {lower}raise ulimit -v or ulimit -u"
         ));
     }
 }

@@ -31,13 +31,13 @@ impl Metric {
         (Metric::Mae, "mae", "mean absolute error"),
         (Metric::Rmse, "rmse", "root mean squared error"),
         (Metric::RelMse, "relmse", "relative MSE, with 0.01 in the denominator"),
-        (Metric::RelMseTrimmed, "relmse-trimmed", "the same without the worst 0.1 % of pixels"),
+        (Metric::RelMseTrimmed, "relmse-trimmed", "relmse without the worst 0.1 % of pixels"),
         (Metric::Smape, "smape", "symmetric relative error, 0 to 2"),
         (Metric::P99, "p99", "99th percentile of the difference"),
         (Metric::Max, "max", "largest difference"),
         (Metric::ShareAbove, "share-above", "fraction of pixels above the threshold"),
         (Metric::Psnr, "psnr", "PSNR in dB, of sRGB"),
-        (Metric::Ssim, "ssim", "structural similarity of sRGB, to 1"),
+        (Metric::Ssim, "ssim", "structural similarity of sRGB, at most 1"),
         (Metric::Flip, "flip", "mean FLIP, 0 to 1"),
         (Metric::HdrFlip, "hdr-flip", "mean HDR-FLIP, 0 to 1"),
         (Metric::NoiseP, "noise-p", "probability of such differences by noise alone"),
@@ -152,7 +152,7 @@ pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -
                 Some(largest.difference.into())
             }
             Metric::ShareAbove => {
-                remark = format!("above {threshold}");
+                remark = format!("which is {threshold}");
                 Some(share_above(a, b, threshold))
             }
             Metric::Psnr => shown.as_ref().map(|[a, b]| psnr(a, b)),

@@ -11,6 +11,10 @@ use lookat_image::{Format, ImageError, io_reason, write_target};
 pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
     let name = file.display();
     let Some(format) = Format::from_path(file) else {
+        if file.is_dir() {
+            let path = file.join("picture.exr");
+            return Err(format!("cannot write {name}: it is a folder; write {}", path.display()));
+        }
         return Err(format!(
             "{name}: lookat writes {}; choose the format by the extension, with -o",
             Format::NAMES
@@ -26,7 +30,10 @@ pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
 /// Fails if a result would replace one of its own inputs.
 pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), String> {
     match is_among(file, inputs) {
-        true => Err(format!("cannot write {}: this file is an input of the result", file.display())),
+        true => Err(format!(
+            "cannot write {}: lookat reads this file for the result; choose another name",
+            file.display()
+        )),
         false => Ok(()),
     }
 }
@@ -40,26 +47,33 @@ pub fn is_among<'i>(file: &Path, files: impl IntoIterator<Item = &'i PathBuf>) -
 /// Fails unless a file of this name can be written: its folder accepts files, the name is valid, and no folder has
 /// it. Nothing is left behind.
 pub fn check_folder(file: &Path) -> Result<(), String> {
-    let cannot = |reason: &str| Err(format!("cannot write {}: {reason}", file.display()));
     if file.is_dir() {
-        return cannot("it is a folder");
+        return cannot(file, "it is a folder");
     }
     // A path drops a slash at its end, the file system does not.
     let name = file.file_name().unwrap_or_default();
     if !file.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes()) {
         let path = file.with_file_name(name);
-        return cannot(&format!("it ends like the name of a folder; write {}", path.display()));
+        return cannot(file, &format!("it ends like the name of a folder; write {}", path.display()));
     }
-    let Some((target, folder)) = write_target(file) else {
-        return cannot("the existing path is not a file");
-    };
+    let (target, folder) = write_target(file).or_else(|error| cannot(file, &io_reason(&error)))?;
     if !folder.is_dir() {
-        return cannot(&format!("there is no folder {}", folder.display()));
+        return cannot(
+            file,
+            &match folder.ancestors().find(|parent| parent.is_file()) {
+                Some(file) => format!("{} is a file, not a folder", file.display()),
+                None => format!("there is no folder {}", folder.display()),
+            },
+        );
     }
     match try_writing(&target, &folder) {
         Ok(()) => Ok(()),
-        Err(error) => cannot(&io_reason(&error)),
+        Err(error) => cannot(file, &io_reason(&error)),
     }
+}
+
+fn cannot<T>(file: &Path, reason: &str) -> Result<T, String> {
+    Err(format!("cannot write {}: {reason}", file.display()))
 }
 
 /// Tries what writing takes.
@@ -110,7 +124,9 @@ impl Destination {
         });
         let Some(folder) = rescued else {
             let temporary = places[1].display();
-            return Err(format!("{error}; the working folder and {temporary} fail, too: the result is lost"));
+            return Err(format!(
+                "{error}; writing to the working folder and to {temporary} also failed: the result is lost"
+            ));
         };
         self.folder = folder;
         self.refusal.get_or_insert(error.to_string());
@@ -133,9 +149,19 @@ pub fn write_result(file: &Path, write: impl Fn(&Path) -> Result<(), ImageError>
 
 /// Creates a folder and its parents.
 pub fn make_folder(folder: &Path) -> Result<(), String> {
-    if folder.is_file() {
-        return Err(format!("cannot create the folder {}: a file has this name", folder.display()));
-    }
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("cannot create the folder {}: {}", folder.display(), io_reason(&error)))
+    std::fs::create_dir_all(folder).map_err(|error| not_created(folder, &error))
+}
+
+/// Fails unless this folder exists or can be created. Nothing is left behind.
+pub fn check_new_folder(folder: &Path) -> Result<(), String> {
+    let parent = folder.ancestors().find(|parent| parent.exists()).unwrap_or(Path::new("."));
+    tempfile::tempdir_in(parent).map(drop).map_err(|error| not_created(folder, &error))
+}
+
+fn not_created(folder: &Path, error: &io::Error) -> String {
+    let reason = match folder.ancestors().find(|parent| parent.is_file()) {
+        Some(file) => format!("{} is a file", file.display()),
+        None => io_reason(error),
+    };
+    format!("cannot create the folder {}: {reason}", folder.display())
 }

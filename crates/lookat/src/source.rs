@@ -2,9 +2,10 @@
 
 use std::cell::Cell;
 use std::fs::File;
-use std::io::{ErrorKind, Read, Result};
+use std::io::{Read, Result};
 use std::path::{Path, PathBuf};
 
+use lookat_image::open_file;
 use lookat_scene::syntax::Severity;
 use lookat_scene::{Loaded, Overrides, load_opened};
 
@@ -12,11 +13,12 @@ use crate::args::Report;
 
 /// Loads a scene. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded {
-    let begun = Cell::new(false);
-    // Only the scene itself can be standard input, not a file that it names.
-    let open = |file: &Path| match file == Path::new("-") && file == path && !begun.replace(true) {
-        true => Ok(Box::new(std::io::stdin()) as Box<dyn Read>),
-        false => open(file),
+    let is_open = Cell::new(false);
+    // Only the scene itself can be standard input or a pipe, not a file that it names.
+    let open = |file: &Path| match file == path && !is_open.replace(true) {
+        true if file == Path::new("-") => Ok(Box::new(std::io::stdin()) as Box<dyn Read>),
+        true => open_scene(file),
+        false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
     };
     let mut loaded = load_opened(path, &open, overrides);
     // Show `-` under a readable name.
@@ -44,19 +46,11 @@ fn fail_warnings(loaded: &mut Loaded, keep_going: bool) {
     }
 }
 
-/// Opens a file.
-fn open(path: &Path) -> Result<Box<dyn Read>> {
-    let kind = std::fs::metadata(path)?.file_type();
-    if kind.is_dir() {
-        return Err(ErrorKind::IsADirectory.into());
-    }
+/// Opens a scene file. It can be a pipe, as in `lookat check <(./generate)`.
+fn open_scene(path: &Path) -> Result<Box<dyn Read>> {
     #[cfg(unix)]
-    {
-        use std::os::unix::fs::FileTypeExt;
-        // Some devices never end.
-        if kind.is_char_device() || kind.is_block_device() {
-            return Err(std::io::Error::other("it is a device, not a file"));
-        }
+    if std::os::unix::fs::FileTypeExt::is_fifo(&std::fs::metadata(path)?.file_type()) {
+        return Ok(Box::new(File::open(path)?));
     }
-    Ok(Box::new(File::open(path)?))
+    Ok(Box::new(open_file(path)?))
 }

@@ -143,7 +143,7 @@ fn run(arguments: &Verify) -> Result<u8, String> {
 fn check_report(file: &Path) -> Result<(), String> {
     let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
     if !["html", "htm"].contains(&ending) || file.is_dir() {
-        return Err(format!("{}: --report writes a web page; end its name in .html", file.display()));
+        return Err(format!("{}: --report writes a web page; its name must end in .html", file.display()));
     }
     check_folder(file)
 }

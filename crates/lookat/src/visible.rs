@@ -1,11 +1,11 @@
-//! Foreign text, such as names of files and layers, without characters that would act on a terminal.
+//! Shows foreign text, such as names of files and layers, without characters that act on a terminal.
 
-/// Text of one line with each character that acts on a terminal replaced by one that is seen in its place. Columns stay.
+/// Replaces each character that acts on a terminal by a visible one. The text is one line, and its columns stay.
 pub fn visible(text: &str) -> String {
     text.chars().map(|c| if is_active(c) { stand_in(c) } else { c }).collect()
 }
 
-/// Text of several lines, with the same replaced in each.
+/// Like [`visible`], for a text of several lines.
 pub fn visible_lines(text: &str) -> String {
     text.chars().map(|c| if is_active(c) && c != '\n' { stand_in(c) } else { c }).collect()
 }
@@ -15,19 +15,27 @@ pub fn escaped(json: &str) -> String {
     let mut out = String::with_capacity(json.len());
     for c in json.chars() {
         match is_active(c) && c != '\n' {
-            true => out += &format!("\\u{:04x}", u32::from(c)),
+            true => {
+                for unit in c.encode_utf16(&mut [0; 2]) {
+                    out += &format!("\\u{unit:04x}");
+                }
+            }
             false => out.push(c),
         }
     }
     out
 }
 
-/// Whether a character moves the cursor, changes the direction of text, or begins a command to a terminal.
+/// True for a character that moves the cursor, changes the direction of text, begins a command to a terminal, or hides in
+/// a name.
 pub fn is_active(c: char) -> bool {
     // Marks, embeddings and isolates of bidirectional text; separators of lines and paragraphs.
     let is_format =
         matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    c.is_control() || is_format
+    // Soft hyphen, zero-width space, word joiner, byte-order mark, tags. Joiners are left: emoji and some scripts use them.
+    let is_hidden =
+        matches!(c, '\u{ad}' | '\u{200b}' | '\u{2060}'..='\u{2064}' | '\u{feff}' | '\u{e0000}'..='\u{e007f}');
+    c.is_control() || is_format || is_hidden
 }
 
 /// The picture of a control character of ASCII; of others the replacement character.
@@ -46,15 +54,19 @@ mod tests {
 
     #[test]
     fn each_character_has_one_in_its_place() {
-        let text = "a\u{1b}[2J\r\n\t\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\u{200f}\u{61c}é漢";
-        assert_eq!(visible(text), "a␛[2J␍␊␉␡\u{fffd}\u{fffd}\u{fffd}\u{fffd}\u{fffd}\u{fffd}é漢");
+        let text =
+            "a\u{1b}[2J\r\n\t\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\u{200f}\u{61c}\u{200b}\u{e0041}é漢\u{200d}";
+        assert_eq!(
+            visible(text),
+            "a␛[2J␍␊␉␡\u{fffd}\u{fffd}\u{fffd}\u{fffd}\u{fffd}\u{fffd}\u{fffd}\u{fffd}é漢\u{200d}"
+        );
         assert_eq!(visible(text).chars().count(), text.chars().count());
         assert_eq!(visible_lines("a\nb\r"), "a\nb␍");
     }
 
     #[test]
     fn json_stays_the_same_value() {
-        let text = "a\u{1b}\u{7f}\u{9b}\u{202e}\n\u{2029}é";
+        let text = "a\u{1b}\u{7f}\u{9b}\u{202e}\n\u{2029}\u{e0041}é";
         let json = escaped(&serde_json::to_string(text).unwrap());
         assert!(!json.contains(is_active), "{json}");
         assert_eq!(serde_json::from_str::<String>(&json).unwrap(), text);

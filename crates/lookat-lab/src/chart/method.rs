@@ -43,25 +43,25 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "halton",
-        about: "Halton's sequence",
+        about: "Halton sequence",
         first: 1,
         choose: |way, _| way.sampler = SamplerKind::Halton { pixel_center: false },
     },
     Method {
         name: "sobol",
-        about: "Sobol's sequence",
+        about: "Sobol sequence",
         first: 1,
         choose: |way, _| way.sampler = SamplerKind::Sobol,
     },
     Method {
         name: "direct-one",
-        about: "direct lighting, one light at a time",
+        about: "direct lighting, one random light at each surface",
         first: 1,
         choose: |way, _| way.integrator = direct(way.integrator, DirectStrategy::One),
     },
     Method {
         name: "direct-all",
-        about: "direct lighting, all lights",
+        about: "direct lighting, all lights at each surface",
         first: 1,
         choose: |way, _| way.integrator = direct(way.integrator, DirectStrategy::All),
     },
@@ -73,25 +73,25 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "path-uniform",
-        about: "path tracing, lights with equal probabilities",
+        about: "path tracing, lights chosen with equal probabilities",
         first: 1,
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Uniform)),
     },
     Method {
         name: "path-power",
-        about: "path tracing, lights by power",
+        about: "path tracing, lights chosen by power",
         first: 1,
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Power)),
     },
     Method {
         name: "path-spatial",
-        about: "path tracing, lights by their light at the point",
+        about: "path tracing, lights chosen by the light they send to the shaded point",
         first: 1,
         choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Spatial)),
     },
     Method {
         name: "target-error",
-        about: "Sobol' sequence, with the samples that each pixel needs for a target error",
+        about: "Sobol sequence, with as many samples in each pixel as the target error needs",
         first: FIRST_OF_TARGET,
         choose: |way, samples| {
             way.sampler = SamplerKind::Sobol;
@@ -101,7 +101,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "adaptive",
-        about: "Sobol' sequence, with more samples in noisy pixels",
+        about: "Sobol sequence, with more samples in noisy pixels",
         first: FIRST_OF_ADAPTIVE,
         choose: |way, _| {
             way.sampler = SamplerKind::Sobol;
@@ -110,7 +110,7 @@ pub const METHODS: &[Method] = &[
     },
     Method {
         name: "mixed",
-        about: "f32 filters and f64 decides, as in lookat",
+        about: "f32 rejects misses, f64 decides the rest, as in lookat",
         first: 1,
         choose: |way, _| way.settings.precision = Precision::Mixed,
     },

@@ -67,7 +67,7 @@ pub fn fitted(image: &Image, film: &Film) -> Result<Fitted, String> {
                 whole if whole == film.resolution => String::new(),
                 [width, height] => format!(", of which {width} x {height} are rendered"),
             };
-            format!("is of {wide} x {high} pixels, the scene of {width} x {height}{part}")
+            format!("has {wide} x {high} pixels, but the scene has {width} x {height}{part}")
         }
         AlignError::Channels(..) => "has neither the channels R, G and B nor Y".into(),
         AlignError::Apart => format!("does not fit the scene: {error}"),
@@ -133,7 +133,7 @@ mod tests {
         let other = Window { width: 5, ..display };
         assert_eq!(
             refused(&Image::from_rgb(part, other, &[[0.5; 3]; 6])),
-            "is of 5 x 3 pixels, the scene of 4 x 3, of which 2 x 3 are rendered"
+            "has 5 x 3 pixels, but the scene has 4 x 3, of which 2 x 3 are rendered"
         );
         let mut depth = Image::from_rgb(part, display, &[[0.5; 3]; 6]);
         depth.channels.iter_mut().for_each(|channel| channel.name += "2");

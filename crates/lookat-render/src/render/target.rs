@@ -15,7 +15,7 @@ use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 
-use super::control::Meter;
+use super::control::{Control, Meter};
 use super::forecast::Sampled;
 use super::sample::{Context, Job, Pattern, Samples, Seen};
 use super::stop::{Brightness, Estimate, StopRule};
@@ -86,7 +86,7 @@ where
     context.control.expect_between(None);
     shuffled.into_par_iter().for_each(|part| {
         part.sample(context, settings.seed, count);
-        context.control.expect_between(first.forecast(part));
+        first.forecast(part, context.control);
     });
     let rule = rule.with_brightness(brightness(&parts, weight));
     loop {
@@ -319,7 +319,7 @@ struct FirstRound {
 
 impl FirstRound {
     /// The bounds of all samples, with another part that has its first.
-    fn forecast(&self, part: &Part) -> Option<[u64; 2]> {
+    fn forecast(&self, part: &Part, control: &Control) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let (brightness, lefts) = &mut *known;
         part.tile.pixels.iter().for_each(|pixel| brightness.add(pixel.value(self.weight)));
@@ -336,7 +336,10 @@ impl FirstRound {
         lefts[0].add(fastest as f64);
         lefts[1].add(slowest as f64);
         let first = self.pixels * u64::from(FIRST);
-        Some([first + lefts[0].sum(self.parts, -1.0)? as u64, first + lefts[1].sum(self.parts, 1.0)? as u64])
+        let [least, most] = [lefts[0].sum(self.parts, -1.0), lefts[1].sum(self.parts, 1.0)];
+        // Under the lock, so that an older forecast never replaces a newer one.
+        control
+            .expect_between(least.zip(most).map(|(least, most)| [first + least as u64, first + most as u64]));
     }
 }
 

@@ -42,11 +42,10 @@ fn warn_scaled(params: &mut Params, world_from_light: &Transform) {
     if [x, y, z].into_iter().all(is_unit) && is_square(x, y) && is_square(y, z) && is_square(z, x) {
         return;
     }
-    let message =
-        "pbrt-v3 samples an infinite light under a scale or shear wrongly: it is too bright or too dark";
+    let message = "pbrt-v3 samples an infinite light under a scale or shear with the wrong density: the light is too bright or too dark";
     params.warn(
         "",
         message,
-        "Rotate turns it; put the light before the Scale, or between AttributeBegin and AttributeEnd",
+        "put the light before the Scale, or outside the block of the Scale; to turn the light, use Rotate",
     );
 }

@@ -140,8 +140,8 @@ impl Params<'_> {
                 }
                 warning.fix(at, format!("\"{} {known}\"", ty.name()))
             }
-            None if names.is_empty() => warning.help("it has none"),
-            None => warning.help(format!("it has {}", names.join(", "))),
+            None if names.is_empty() => warning.help("it takes no parameters"),
+            None => warning.help(format!("its parameters are {}", names.join(", "))),
         }
     }
 
@@ -166,7 +166,7 @@ impl Params<'_> {
         let types: Vec<ParamType> = self.types(name).collect();
         let names: Vec<&str> = types.iter().map(|ty| ty.name()).collect();
         let message = format!(
-            "\"{name}\" of {} is given as {}; its type is {}",
+            "\"{name}\" of {} is declared as {}, but its type is {}",
             self.subject(),
             param.ty.name(),
             names.join(" or "),

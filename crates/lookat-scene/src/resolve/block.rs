@@ -35,7 +35,7 @@ impl Resolver<'_> {
     pub(super) fn report_late(&mut self, directive: &Directive, at: Span) {
         let error = match directive {
             Directive::WorldBegin => {
-                Diagnostic::error(at, "a second WorldBegin").help("put a second world into a file of its own")
+                Diagnostic::error(at, "a second WorldBegin").help("put the second world into a separate file")
             }
             other => Diagnostic::error(at, format!("{} inside the world block", other.keyword()))
                 .help("move it before WorldBegin"),
@@ -206,7 +206,7 @@ impl Resolver<'_> {
     fn warn_crossed(&mut self, keyword: &str, at: Span, opened: Span, (begin, end): (&str, &str)) {
         let warning = Diagnostic::warning(at, format!("{keyword} inside the block of {begin}"))
             .related(opened, "the block opens here")
-            .help(format!("as in pbrt-v3, it ends the block around the inner one: write {end} before it"));
+            .help(format!("as in pbrt-v3, this closes the outer block and leaves the inner block open: write {end} before this directive"));
         self.report.push(warning);
     }
 

@@ -100,7 +100,7 @@ impl Resolver<'_> {
             && self.shapes().any(|primitive| is_specular(&primitive.material.kind));
         self.report.push(match casts_caustics {
             true => Diagnostic::warning(kind.span, message).help(
-                "\"path\" does not find caustics of point, spot and distant lights; a shape with an AreaLightSource makes them",
+                "\"path\" does not find caustics of point, spot and distant lights; for caustics, use a shape with an AreaLightSource",
             ),
             false => Diagnostic::note_at(kind.span, message).help("the picture is the same apart from its noise"),
         });

@@ -38,7 +38,7 @@ impl Resolver<'_> {
         }
         let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
         if is_axis && (10.0..=720.0).contains(&z.abs()) {
-            let message = format!("Rotate by {angle} degrees: is the angle written last?");
+            let message = format!("the angle of Rotate is {angle}: did you write the angle last?");
             let warning = Diagnostic::warning(span, message).help("write the angle first, then the axis");
             self.report.push(warning.fix(span, format!("Rotate {z} {angle} {x} {y}")));
         }
@@ -113,7 +113,7 @@ pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnost
     let message = if by.contains(&0.0) {
         "Scale by 0 is not invertible"
     } else {
-        "Scale by so small a factor is not invertible"
+        "Scale by such a small factor is not invertible"
     };
     Transform::scale(by.into()).ok_or_else(|| {
         Box::new(Diagnostic::error(*span, message).help("use nonzero factors, such as 1e-3 for a thin shape"))
@@ -134,7 +134,7 @@ pub(super) fn matrix(m: &[f64; 16], keyword: &str, span: &Span) -> Result<Transf
     Transform::from_matrix(m).ok_or_else(|| {
         let affine = m.row(3) == DVec4::W;
         let (message, help) = if affine {
-            ("is singular", "a transformation must be invertible: no row or column may be zero")
+            ("is singular", "a transformation must be invertible: no row or column may be zero or a combination of the others")
         } else {
             (
                 "is not affine",

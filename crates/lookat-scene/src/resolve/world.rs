@@ -122,7 +122,7 @@ impl Resolver<'_> {
 
     pub(super) fn light_source(&mut self, entity: Entity) {
         if self.object.is_some() {
-            let message = "a LightSource is not part of an object: it shines once, from its place here";
+            let message = "a LightSource is not part of an object: it shines once, from where it is defined, and ObjectInstance does not copy it";
             let warning = Diagnostic::warning(entity.name.span, message);
             self.report.push(warning.help("move it before ObjectBegin; pbrt-v3 renders the same picture"));
         }
@@ -157,8 +157,8 @@ impl Resolver<'_> {
         if matches!(material.kind, MaterialKind::None)
             && self.settled.as_ref().is_some_and(|settled| settled.passes_boundaries)
         {
-            let message = "pbrt-v3 lets shadow rays pass this surface, which glows and has no material, and finds its light by light samples alone";
-            let help = "Material \"matte\" \"rgb Kd\" [0 0 0] makes both agree";
+            let message = "pbrt-v3 lets shadow rays pass this emissive surface without a material, and finds its light by light samples only";
+            let help = "write Material \"matte\" \"rgb Kd\" [0 0 0]: lookat and pbrt-v3 then agree";
             self.report.push(Diagnostic::warning(name.span, message).help(help));
         }
         let primitive = Primitive {

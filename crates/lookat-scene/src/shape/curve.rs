@@ -127,7 +127,7 @@ fn segments(
         return Some((0..count - 1).step_by(degree).map(|at| from_bezier(degree, |k| p(at + k))).collect());
     }
     let needed = if bspline { "at least " } else { "" };
-    let more = if bspline { String::new() } else { format!(", or {degree} more for each further segment") };
+    let more = if bspline { String::new() } else { format!(", plus {degree} for each further segment") };
     let message =
         format!("a curve of degree {degree} needs {needed}{} points{more}, not {count}", degree + 1);
     params.reject("P", message, None);
@@ -157,8 +157,10 @@ fn elevated([a, b, c]: [DVec3; 3]) -> [DVec3; 4] {
 /// The unit normals of a ribbon, one more than segments.
 fn ribbon_normals(params: &mut Params, normals: Option<&[[f64; 3]]>, segments: usize) -> Option<Vec<DVec3>> {
     let Some(normals) = normals else {
-        let help =
-            format!("add \"normal N\" [...] with one normal at each end of a segment: {}", segments + 1);
+        let help = format!(
+            "add \"normal N\" [...] with one normal at each end of a segment: {} normals",
+            segments + 1
+        );
         params.missing("N", "a ribbon needs normals N", &help);
         return None;
     };

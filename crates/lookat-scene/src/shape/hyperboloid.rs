@@ -30,7 +30,8 @@ pub(super) fn hyperboloid(params: &mut Params, limits: &Limits) -> Hyperboloid {
     }
     if params.usable() && !has_waist_at_zero(p1, p2) {
         let message = "pbrt-v3 renders this hyperboloid as another surface that misses p1 (a known defect)";
-        let help = "lookat rotates the segment from p1 to p2; both agree if the waist is at z = 0";
+        let help =
+            "lookat rotates the segment from p1 to p2; the two programs agree if the waist is at z = 0";
         params.warn(given, message, help);
     }
     // The order determines the outer side and the direction of v.

@@ -63,14 +63,19 @@ fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
     let triangles = |levels: u32| faces.saturating_mul(4_u64.saturating_pow(levels));
     let bytes = |levels: u32| triangles(levels).saturating_mul(TRIANGLE_BYTES);
     let memory = params.memory();
-    let checked = memory.check(bytes(levels));
     let is_indexed = |levels: u32| triangles(levels) <= i32::MAX as u64;
-    if checked.is_err() || !is_indexed(levels) {
-        let fewer = (0..levels).rev().find(|fewer| memory.check(bytes(*fewer)).is_ok() && is_indexed(*fewer));
-        let help = fewer.map(|fewer| format!("there is room for {name} of at most {fewer}"));
-        let reason =
-            checked.err().map_or_else(|| "2147483647 is the most".into(), |shortage| shortage.to_string());
-        let message = format!("{levels} levels make {} triangles of {faces}: {reason}", triangles(levels));
+    let check = |levels: u32| match is_indexed(levels) {
+        true => memory.check(bytes(levels)).map_err(|shortage| {
+            format!("{levels} levels make {} triangles from {faces}: {shortage}", triangles(levels))
+        }),
+        false => {
+            Err(format!("{levels} levels make more than {} triangles from {faces}, the limit", i32::MAX))
+        }
+    };
+    if let Err(message) = check(levels) {
+        // No mesh can have more levels: each makes four triangles of one.
+        let fewer = (0..levels.min(16)).rev().find(|fewer| check(*fewer).is_ok());
+        let help = fewer.map(|fewer| format!("{name} can be at most {fewer}"));
         params.reject(name, message, help.as_deref());
     }
     levels

@@ -60,7 +60,7 @@ pub(super) fn imagemap<T: Parameter>(
     let mapping = mapping::mapping(params, world_from_texture);
     if matches!(mapping, Mapping::Spherical { .. } | Mapping::Cylindrical { .. }) {
         let message = "pbrt-v3 shows the mean of the whole picture along the seam of this mapping";
-        params.warn("mapping", message, "\"uv\" mapping of a mesh or sphere has no such line");
+        params.warn("mapping", message, "use the \"uv\" mapping: on a mesh or sphere, it has no such seam");
     }
     let Some(file) = file else {
         let help = "add \"string filename\" with the name of a picture";

@@ -65,11 +65,11 @@ fn after_help() -> String {
     let methods = lookat_lab::chart::METHODS.iter();
     let list: String = methods.map(|method| format!("  {:13} {}\n", method.name, method.about)).collect();
     format!(
-        "Methods:\n{list}\nEach renders the scene with 1, 2, 4, ... samples per pixel, each several times; adaptive begins with 8; \
-         target-error takes 64 and more, and aims at 12.5 %, then at 1/1.4 of that, and so on. Both have at least three points, \
-         whatever --spp says. \
-         The chart and what follows from it are written to DIR: chart.svg, chart.png, chart.csv, chart.json.\n\n\
-         Exit status: 0 charted; 1 the scene has errors; 2 wrong usage or trouble; 130 interrupted, with a chart of the measurements so far"
+        "Methods:\n{list}\nEach method renders the scene several times with 1, 2, 4, ... samples per pixel; adaptive begins with 8; \
+         target-error begins with 64, and its target error is 12.5 % at the first point and 1.4 times smaller at each further point. adaptive and target-error have at least three points, \
+         whatever --spp is. \
+         The results are written to DIR: chart.svg, chart.png, chart.csv, chart.json.\n\n\
+         Exit status: 0 success; 1 the scene has errors; 2 wrong usage or another failure; 130 interrupted, with a chart of the measurements so far"
     )
 }
 

@@ -134,7 +134,7 @@ fn remarks(results: &Results, method: usize, last: &Point) -> String {
 
 /// The Pareto front: the methods that no other method beats.
 fn front(results: &Results) -> String {
-    let mut rows = vec![row(["on the front", "from", "to", "RMSE from", "to", ""])];
+    let mut rows = vec![row(["Pareto front", "from", "to", "RMSE from", "to", ""])];
     for reign in &results.front {
         let (first, last) = (reign.points[0], reign.points[reign.points.len() - 1]);
         let ties: Vec<&str> = reign.ties.iter().map(|who| results.name(*who)).collect();
@@ -170,7 +170,7 @@ fn others(results: &Results) -> String {
     }
     let _ = writeln!(
         text,
-        "other renderers, and the seconds of lookat to reach the same RMSE (with the ratio of their time to it)"
+        "other renderers, and the seconds that lookat needs for the same RMSE (in parentheses, their time divided by this)"
     );
     text += &table(&rows);
     for marker in results.markers.iter().filter(|marker| marker.rmse == 0.0) {

@@ -122,7 +122,9 @@ impl Found<'_> {
             Choice::All => "; all are sampled at each surface",
             Choice::One(LightChoice::Uniform) => "; one is chosen at each surface, with equal probabilities",
             Choice::One(LightChoice::Power) => "; one is chosen at each surface, by power",
-            Choice::One(LightChoice::Spatial) => "; one is chosen at each surface, by its light at the point",
+            Choice::One(LightChoice::Spatial) => {
+                "; one is chosen at each surface, by the light it sends there"
+            }
         };
         let (how, but) = match it.constant_skies {
             0 => (how, ""),

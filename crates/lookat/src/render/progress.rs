@@ -1,16 +1,17 @@
-//! How far a rendering is: a bar on a terminal, a line now and then elsewhere.
+//! Progress of a rendering: a bar on a terminal, otherwise a line from time to time.
 
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use indicatif::style::TemplateError;
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use lookat_render::{Progress, TimeLeft};
 
 use crate::args::Render;
 
-/// Before that nothing is said of the time left. Where there is no bar, a line follows each time that it doubles.
+/// The time before the first estimate of the time left. Without a bar, a line follows each time that it doubles.
 const FIRST: Duration = Duration::from_secs(1);
 /// The time from one look at the clock to the next.
 const STEP: Duration = Duration::from_millis(100);
@@ -37,10 +38,7 @@ impl Shown {
     /// For a picture of so many pixels, whose rendering begins now.
     pub fn new(arguments: &Render, pixels: u64) -> Shown {
         let is_silent = arguments.quiet || arguments.report.json;
-        let bar = progress_bar(is_silent);
-        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {msg}") {
-            bar.set_style(style);
-        }
+        let bar = bar(is_silent, ProgressStyle::with_template("{wide_bar} {msg}"));
         let state = State { started: Instant::now(), left: TimeLeft::new(), next: [Duration::ZERO, FIRST] };
         let has_target = arguments.target_error.is_some();
         Shown { is_silent, bar, pixels, has_target, time: arguments.time, state: Mutex::new(state) }
@@ -109,19 +107,23 @@ fn between([least, most]: [f64; 2]) -> String {
     }
 }
 
-/// A progress bar with a thousand steps.
+/// A progress bar with a thousand steps that shows the time left.
 pub fn progress_bar(silent: bool) -> ProgressBar {
-    let hidden = silent || !std::io::stderr().is_terminal();
-    let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
     // Without progress, there is no estimate.
     let left = |state: &ProgressState, out: &mut dyn Write| {
         if state.eta().as_secs() > 0 || state.pos() >= 990 {
             let _ = write!(out, "{:#} left", HumanDuration(state.eta()));
         }
     };
-    if let Ok(style) = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {left}") {
-        bar.set_style(style.with_key("left", left));
-    }
+    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {left}");
+    bar(silent, style.map(|style| style.with_key("left", left)))
+}
+
+/// A bar with a thousand steps, hidden where there is no terminal.
+fn bar(silent: bool, style: Result<ProgressStyle, TemplateError>) -> ProgressBar {
+    let hidden = silent || !std::io::stderr().is_terminal();
+    let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
+    style.into_iter().for_each(|style| bar.set_style(style));
     bar
 }
 

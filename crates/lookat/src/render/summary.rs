@@ -173,7 +173,7 @@ impl JsonTarget {
             crate::say(&format!("{} above the target error after {most} samples", pixels(self.at_cap)));
             if self.at_cap as f64 > 0.1 * all {
                 crate::say(
-                    "with so many pixels above the target, some below it may be lucky: increase --spp or the target",
+                    "with so many pixels above the target error, others may be below it by chance: increase --spp or --target-error",
                 );
             }
         }
@@ -182,7 +182,7 @@ impl JsonTarget {
         }
         if self.outliers > 0 {
             crate::say(&format!(
-                "{} with a firefly, a sample over 20 times as bright as the pixels around it: their neighbors may miss this light; maxsampleluminance of Film limits fireflies",
+                "{} with a firefly, a sample over 20 times as bright as the pixels around it: neighboring pixels may miss this light; to limit fireflies, set maxsampleluminance of Film",
                 pixels(self.outliers)
             ));
         }

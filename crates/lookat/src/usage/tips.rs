@@ -38,6 +38,22 @@ pub fn with_tips(error: Error, typed: &[String]) -> Error {
     error
 }
 
+/// Options of other renderers and their names here.
+const SYNONYMS: [(&str, &str); 12] = [
+    ("samples", "--spp"),
+    ("samples-per-pixel", "--spp"),
+    ("pixelsamples", "--spp"),
+    ("width", "--resolution"),
+    ("height", "--resolution"),
+    ("size", "--resolution"),
+    ("res", "--resolution"),
+    ("jobs", "--threads"),
+    ("cores", "--threads"),
+    ("file", "--output"),
+    ("memory", "--max-memory"),
+    ("tolerance", "--max"),
+];
+
 /// A tip for an option, or a word, that the command does not know.
 fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -> Option<String> {
     // `-spp 4` is told as `-s`; `-out a.exr` is read as `-o ut`, and the word after it is told.
@@ -58,6 +74,10 @@ fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -
     }
     if word.starts_with('-') && Path::new(word).exists() {
         return Some(format!("a file name that begins with a dash is written './{word}'"));
+    }
+    let synonym = SYNONYMS.iter().find(|(other, _)| unknown.strip_prefix("--") == Some(other));
+    if let Some((_, own)) = synonym.filter(|(_, own)| option(command, own).is_some()) {
+        return Some(format!("the option is '{own}' here"));
     }
     let others = root.get_subcommands().filter(|other| option(other, unknown).is_some());
     let others: Vec<String> = others.map(|other| format!("'lookat {}'", other.get_name())).collect();

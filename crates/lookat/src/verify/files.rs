@@ -1,10 +1,9 @@
 //! The scene files of a folder, and the pictures beside them.
 
-use std::fs::File;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use lookat_image::io_reason;
+use lookat_image::{io_reason, open_file};
 
 /// Endings of references, in order of preference.
 const ENDINGS: [&str; 7] = ["exr", "pfm", "hdr", "png", "tga", "jpg", "jpeg"];
@@ -22,7 +21,8 @@ pub fn scenes(folder: &Path) -> Result<Vec<PathBuf>, String> {
 /// Everything beside a scene that is named as its reference, the preferred one first: also folders and dangling links.
 pub fn beside(scene: &Path) -> impl Iterator<Item = PathBuf> {
     let is_there = |file: &PathBuf| file.symlink_metadata().is_ok();
-    ENDINGS.iter().map(|ending| scene.with_extension(ending)).filter(is_there)
+    let spellings = ENDINGS.iter().flat_map(|ending| [ending.to_string(), ending.to_uppercase()]);
+    spellings.map(|ending| scene.with_extension(ending)).filter(is_there)
 }
 
 /// The name of a scene: the name of its file, without the ending.
@@ -38,7 +38,7 @@ pub fn fault(file: &Path) -> Option<String> {
         Ok(found) if found.is_dir() => Some(format!("{name} is a folder, not a file; rename the folder")),
         // Opening a pipe waits for a writer.
         Ok(found) if !found.is_file() => Some(format!("{name} is a pipe or a device, not a file; rename it")),
-        Ok(_) => File::open(file).err().and_then(cannot_read),
+        Ok(_) => open_file(file).err().and_then(cannot_read),
         Err(error) => match (error.kind(), std::fs::read_link(file)) {
             (ErrorKind::NotFound, Ok(target)) => {
                 let target = target.display();

@@ -64,7 +64,7 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
         let file = PictureFile::open(reference).map_err(|error| error.to_string())?;
         outcome.reference = Some(file.read(&loaded.memory).map_err(|error| error.to_string())?);
     } else if !arguments.update {
-        outcome.reason = "no reference beside it except one that it shows".into();
+        outcome.reason = "no reference beside the scene, except a picture that the scene uses".into();
         return Ok(());
     }
     let target = reference.unwrap_or_else(|| file.with_extension("exr"));

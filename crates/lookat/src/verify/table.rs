@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use lookat_image::mean;
 use serde_json::{Map, Value, json};
+use unicode_width::UnicodeWidthStr;
 
 use super::{Comparison, Outcome, Verdict, files};
 use crate::metric::{Metric, number};
@@ -12,20 +13,20 @@ use crate::visible::visible;
 /// Prints rows to standard output, as text or JSON.
 pub struct Table {
     json: bool,
-    /// Characters of the column of names. A longer name shifts the rest of its row.
+    /// Width of the column of names on a terminal. A longer name shifts the rest of its row.
     width: usize,
 }
 
 /// The metrics with a column.
 const METRICS: [Metric; 3] = [Metric::Rmse, Metric::Flip, Metric::NoiseP];
 
-/// The widest column of names, in characters.
+/// The widest column of names.
 const MOST_NAME: usize = 40;
 
 impl Table {
     pub fn new(scenes: &[PathBuf], json: bool) -> Table {
-        let length = |scene: &PathBuf| files::name(scene).chars().count();
-        let longest = scenes.iter().map(length).max().unwrap_or(0);
+        let width = |scene: &PathBuf| visible(&files::name(scene)).width();
+        let longest = scenes.iter().map(width).max().unwrap_or(0);
         Table { json, width: longest.clamp(5, MOST_NAME) }
     }
 
@@ -42,7 +43,9 @@ impl Table {
         let figures = outcome.comparison.as_ref().map_or(Default::default(), figures);
         let (name, reason) = (visible(&outcome.name), visible(&outcome.reason));
         let (verdict, figures) = (outcome.verdict.word(), columns(figures.iter().map(String::as_str)));
-        print(&format!("{name:width$} {verdict:7}{figures}  {reason}", width = self.width))
+        // Some characters take two columns.
+        let blanks = " ".repeat(self.width.saturating_sub(name.width()));
+        print(&format!("{name}{blanks} {verdict:7}{figures}  {reason}"))
     }
 
     pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), String> {
