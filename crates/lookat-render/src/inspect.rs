@@ -1,4 +1,4 @@
-//! What a scene needs of the renderer, by the decisions that rendering makes.
+//! Finds the features of the renderer that a scene uses, with the decisions of the renderer itself.
 
 use std::sync::Arc;
 
@@ -16,97 +16,98 @@ use crate::prepare::{Group, Other, Traceable};
 use crate::render::{Settings, film_bytes};
 use crate::triangle::block::Block;
 
-/// What a scene needs. What it does not need is skipped in rendering.
+/// The features of the renderer that a scene uses. Rendering skips the others.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Inspection {
-    /// Bytes of the film while it is rendered: the sums of each pixel, and the picture that they become.
+    /// The bytes of the film during rendering: the sums of each pixel, and the resulting picture.
     pub film_bytes: u64,
-    /// Camera rays start on a lens.
+    /// True if camera rays start on a lens.
     pub has_lens: bool,
-    /// Places in a pixel are looked up in tables: the filter is not constant.
+    /// True if tables give the positions in a pixel: the filter is not constant.
     pub has_filter_table: bool,
-    /// Shapes of the world.
+    /// The elements of the world.
     pub world: Elements,
-    /// Shapes of each object that has copies.
+    /// The elements of each object that has instances.
     pub objects: Vec<Elements>,
-    /// Shapes may have holes.
+    /// True if shapes may have holes.
     pub has_cutouts: bool,
-    /// Where samples are taken eight side by side: the instructions for that, "AVX-512" or "AVX2".
+    /// The instructions that compute eight samples side by side, "AVX-512" or "AVX2". `None` if samples are computed
+    /// one by one.
     pub side_by_side: Option<&'static str>,
-    /// Whether rays go down the tree; if not, eight at a time are tried against each shape.
+    /// True if rays traverse the BVH. False if eight rays at a time are tested against each shape directly.
     pub asks_tree: bool,
-    /// What surfaces are made of; `None` where the integrator does not ask.
+    /// The materials. `None` if the integrator does not use them.
     pub surfaces: Option<Surfaces>,
-    /// The kind of each light, infinite ones last.
+    /// The kind of each light. Infinite lights come last.
     pub lights: Vec<&'static str>,
-    /// How many of them are infinite, and everywhere alike: they are found by directions from the BSDF, and sampled only
-    /// where those do not go.
+    /// The number of infinite lights with the same radiance in all directions. BSDF samples find these lights. Light
+    /// samples are taken only where BSDF samples do not reach them.
     pub constant_skies: usize,
     /// How lights are chosen at a surface.
     pub choice: Choice,
-    /// What is drawn at each surface that light is followed over, at most.
+    /// The most sample dimensions at each surface of a path, by purpose.
     pub draws: Vec<Draw>,
-    /// Surfaces that light is followed over, at most.
+    /// The most surfaces of a path.
     pub depth: u32,
 }
 
-/// The elements of one tree.
+/// The elements of one BVH.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Elements {
-    /// Triangles that have an area.
+    /// Triangles with an area.
     pub triangles: usize,
-    /// Spheres and the like.
+    /// Spheres, disks and other quadrics.
     pub quadrics: usize,
     /// Pieces of curves.
     pub curve_pieces: usize,
-    /// Copies of objects.
+    /// Object instances.
     pub instances: usize,
-    /// Nodes of the tree, of up to eight children; 0 where a single leaf holds all.
+    /// Nodes of the BVH, each with up to eight children. 0 if a single leaf holds all elements.
     pub nodes: usize,
-    /// The most nodes on a way from the root to a leaf.
+    /// The most nodes on a path from the root to a leaf.
     pub depth: usize,
-    /// Bytes of the tree and of what its leaves hold.
+    /// The bytes of the nodes and of the contents of the leaves.
     pub bytes: usize,
 }
 
-/// The materials in use, and how many of them need something.
+/// The materials in use, and the number of materials with each feature.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Surfaces {
-    /// The type of each, in the order of their first shapes.
+    /// The type of each material, in the order of the first shapes that use them.
     pub kinds: Vec<&'static str>,
-    /// Those that are diffuse and nothing else, and go without a list of lobes.
+    /// Materials that are only diffuse. They need no list of lobes.
     pub lambert: usize,
-    /// The most lobes that one of the others has.
+    /// The most lobes of a material that is not only diffuse.
     pub most_lobes: usize,
-    /// Those that have single directions: mirrors and smooth glass.
+    /// Materials with specular lobes, such as mirrors and smooth glass.
     pub specular: usize,
-    /// Those that need texture coordinates.
+    /// Materials that need texture coordinates.
     pub coordinates: usize,
-    /// Those that need the distance to neighbouring camera rays, as their textures are filtered.
+    /// Materials with filtered textures, which need the distance to neighboring camera rays.
     pub footprints: usize,
-    /// Those that bend normals.
+    /// Materials with bump mapping.
     pub bumps: usize,
 }
 
 /// How lights are chosen at a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Choice {
-    /// The integrator asks for no light.
+    /// The integrator uses no lights.
     Unused,
-    /// There is one light or none.
+    /// There is nothing to choose: the scene has at most one light.
     Nothing,
-    /// All of them are sampled.
+    /// Every light is sampled.
     All,
-    /// One of them, by this rule.
+    /// One light is sampled, by this light sampler.
     One(LightChoice),
 }
 
-/// The instructions that rays are traced with on this processor: "AVX-512", "AVX2" or "portable".
+/// The instructions that trace rays on this processor: "AVX-512", "AVX2" or "portable".
 pub fn simd() -> &'static str {
     Simd::best().name()
 }
 
-/// Prepares a scene as rendering does, and says what it needs.
+/// Prepares a scene as rendering does, and returns the features that it uses.
 pub fn inspect(scene: &Scene) -> Inspection {
     let traceable = Traceable::new(scene, Precision::default());
     let lights = LightTable::new(scene, &traceable);
@@ -132,7 +133,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     }
 }
 
-/// How lights are chosen, what is drawn at each surface, and over how many surfaces light is followed.
+/// How lights are chosen, the sample dimensions at each surface, and the most surfaces of a path.
 fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) -> (Choice, Vec<Draw>, u32) {
     let one = |choice| if lights.len() < 2 { Choice::Nothing } else { Choice::One(lights.rule(choice)) };
     match *integrator {
@@ -144,7 +145,7 @@ fn integration(integrator: &Integrator, lights: &LightTable, is_specular: bool) 
                 DirectStrategy::All | DirectStrategy::EachOnce if lights.len() > 1 => Choice::All,
                 _ => one(LightChoice::Uniform),
             };
-            // Only single directions are followed.
+            // Paths continue only along specular directions.
             let depth = if is_specular { max_depth.max(1) } else { 1 };
             (choice, direct::draws(lights, strategy, depth, is_specular), depth)
         }

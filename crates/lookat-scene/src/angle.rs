@@ -5,11 +5,11 @@ use lookat_syntax::Severity;
 /// Common angles in degrees.
 const COMMON: [f64; 9] = [30.0, 45.0, 60.0, 90.0, 120.0, 135.0, 180.0, 270.0, 360.0];
 
-/// Fields of view in degrees that are rare, and common in radians.
+/// Fields of view that are rare in degrees, and common in radians.
 const NARROW: std::ops::Range<f64> = 0.25..2.0;
 
-/// What to say about an angle that may be meant in radians: severity, message and help. A common angle in radians, rounded or
-/// not, is a warning; another narrow field of view is a note.
+/// The severity, message and help for an angle that may be in radians. A common angle in radians, rounded or not, gives
+/// a warning. Another narrow field of view gives a note.
 pub(crate) fn doubt(name: &str, given: f64) -> Option<(Severity, String, String)> {
     let is_meant = |degrees: &f64| (given.abs() / degrees.to_radians() - 1.0).abs() < 6e-4;
     let common = COMMON.into_iter().find(is_meant).map(|degrees| degrees.copysign(given));

@@ -131,9 +131,9 @@ fn perspective(params: &mut Params) -> Projection {
 
 fn orthographic(params: &mut Params, lens: bool) -> Projection {
     // An extension: pbrt-v3 does not have this parameter.
-    let asked = params.given("telecentric");
+    let is_given = params.given("telecentric");
     let telecentric = params.bool("telecentric", false);
-    if lens && !asked {
+    if lens && !is_given {
         params.warn(
             "lensradius",
             "an orthographic camera with a lens gives a perspective view in pbrt-v3 (a known defect); lookat renders the same",

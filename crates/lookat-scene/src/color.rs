@@ -7,13 +7,13 @@ use crate::cie;
 use crate::files::Files;
 use crate::report::Report;
 
-/// The largest component of a color. It is far above any light, and sums of many and products of two fit `f32`.
+/// The largest component of a color. It is far above any light. Sums of many colors and products of two fit `f32`.
 pub(crate) const LARGEST: f32 = 1e18;
 
 /// The luminance weights of linear RGB, as in pbrt-v3.
 pub const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
 
-/// The color of a parameter. The first one counts if there are several.
+/// The color of a parameter. If it has several colors, the first one counts.
 pub(crate) fn from_param(param: &Param, files: &Files, report: &mut Report) -> Result<Vec3, Box<Diagnostic>> {
     let at = param.values.span;
     Ok(match (&param.values.value, param.ty) {
@@ -43,7 +43,7 @@ fn from_spectrum(radiance: impl Fn(f64) -> f64) -> Vec3 {
     for (index, response) in cie::XYZ.iter().enumerate() {
         xyz += Vec3::from(*response).as_dvec3() * radiance(cie::FIRST + index as f64);
     }
-    // pbrt-v3 divides by the number of samples, not of the steps between them.
+    // pbrt-v3 divides by the number of samples, not by the number of steps between them.
     let samples = cie::XYZ.len() as f64;
     from_xyz(xyz * (samples - 1.0) / (cie::Y_INTEGRAL * samples))
 }
@@ -54,19 +54,19 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
         return Vec3::ZERO;
     }
     // Planck's law without its constant factor, which normalization removes.
-    let planck = |nanometres: f64| {
-        let metres = nanometres * 1e-9;
+    let planck = |nanometers: f64| {
+        let meters = nanometers * 1e-9;
         // h c / k, CODATA 2010, as pbrt-v3.
-        let exponent = 6.626_069_57e-34 * 299_792_458.0 / 1.380_648_8e-23 / (metres * kelvin);
-        metres.powi(-5) / exponent.exp_m1()
+        let exponent = 6.626_069_57e-34 * 299_792_458.0 / 1.380_648_8e-23 / (meters * kelvin);
+        meters.powi(-5) / exponent.exp_m1()
     };
     // Wien's displacement law.
     let peak = planck(2.897_772_1e-3 / kelvin * 1e9);
-    // The peak is outside the range of numbers.
+    // The peak overflows or underflows.
     if !peak.is_normal() {
         return Vec3::ZERO;
     }
-    from_spectrum(|nanometres| planck(nanometres) / peak) * scale as f32
+    from_spectrum(|nanometers| planck(nanometers) / peak) * scale as f32
 }
 
 /// A spectrum of alternating wavelengths and values, in any order of wavelengths.
@@ -84,7 +84,7 @@ fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
     }
     let mut samples: Vec<(f64, f64)> = flat.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
     samples.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(from_spectrum(|nanometres| interpolate(&samples, nanometres)))
+    Ok(from_spectrum(|nanometers| interpolate(&samples, nanometers)))
 }
 
 /// Linear interpolation, constant outside the samples.

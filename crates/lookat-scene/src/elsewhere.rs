@@ -121,7 +121,7 @@ impl Elsewhere {
     }
 }
 
-/// Names in sorted order, so that messages are deterministic. `None` for very many names.
+/// Names in sorted order, so that messages are deterministic. `None` for more than 10,000 names.
 pub(crate) fn in_order<'n>(names: impl Iterator<Item = &'n str>) -> Option<Vec<&'n str>> {
     const MOST: usize = 10_000;
     let mut names: Vec<&str> = names.take(MOST + 1).collect();

@@ -130,7 +130,7 @@ fn own_resolution(params: &mut Params) -> [u32; 2] {
 const CROP_HELP: &str = "write cropwindow as xmin xmax ymin ymax, from 0 to 1";
 const WHOLE: [f64; 4] = [0.0, 1.0, 0.0, 1.0];
 
-/// The crop window of the Film. Its errors count, unless the caller overrides it.
+/// The crop window of the Film. Checks its edges, unless the caller overrides them.
 fn own_crop(params: &mut Params, resolution: [u32; 2], overrides: &Overrides) -> [f64; 4] {
     let Some(given) = params.floats("cropwindow") else { return WHOLE };
     let edges = match <[f64; 4]>::try_from(given) {

@@ -67,7 +67,7 @@ pub(crate) fn passes_boundaries(kind: &str) -> bool {
     ["volpath", "bdpt", "mlt"].contains(&kind)
 }
 
-/// Whether `path` takes the place of the integrator. The light is the same, except for caustics of lights that no ray can hit.
+/// True if `path` replaces this integrator. The picture is the same, except for caustics of lights that no ray can hit.
 pub(crate) fn is_substituted(kind: &str) -> bool {
     ["bdpt", "mlt", "sppm"].contains(&kind)
 }
@@ -85,7 +85,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
         "whitted" => {
             Integrator::DirectLighting { strategy: DirectStrategy::EachOnce, max_depth: depth(params) }
         }
-        // Without media they are equal.
+        // Without media, both integrators are equal.
         "path" | "volpath" => path(params),
         "ambientocclusion" => {
             let cosine = params.bool("cossample", true);
@@ -145,7 +145,7 @@ fn depth(params: &mut Params) -> u32 {
     depth.clamp(0, MAX_DEPTH) as u32
 }
 
-/// The largest depth. Light that loses a thousandth at each bounce is below `f32` precision after as many bounces.
+/// The largest depth. Light that loses a thousandth at each bounce is below `f32` precision after this many bounces.
 const MAX_DEPTH: i32 = 20_000;
 
 #[cfg(test)]
@@ -154,7 +154,7 @@ mod tests {
 
     use crate::{Overrides, load};
 
-    /// The primitives left of three: without a material, without a material but emissive, and matte.
+    /// The number of primitives left of three: one without a material, one emissive without a material, and one matte.
     fn primitives(integrator: &str) -> usize {
         let text = format!(
             "Integrator \"{integrator}\" WorldBegin LightSource \"point\" Material \"none\" Shape \"sphere\"

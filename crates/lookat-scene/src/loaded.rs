@@ -15,11 +15,12 @@ pub struct Loaded {
     pub sources: Sources,
     /// All files read: scene text, pictures, meshes and spectra.
     pub inputs: BTreeSet<PathBuf>,
-    /// The scene. It exists exactly if there is no `misfit` and no error, or if `keep_going` omits the errors.
+    /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, or if no scene could be
+    /// built at all.
     pub scene: Option<Scene>,
     /// The problems, in reading order.
     pub diagnostics: Vec<Diagnostic>,
-    /// What reading has left of the memory that there is.
+    /// The memory budget that is left after reading.
     pub memory: MemoryBudget,
     /// True if `keep_going` would give a scene.
     pub can_keep_going: bool,

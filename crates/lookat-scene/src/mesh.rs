@@ -83,7 +83,7 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
         uvs,
         ..Mesh::default()
     };
-    // Only Ptex uses it, which is not supported.
+    // Only Ptex uses face indices, and lookat does not support Ptex.
     params.integers("faceIndices");
     match (indices, positions) {
         (Some(indices), Some(positions)) => {

@@ -39,7 +39,7 @@ pub(crate) struct Settled {
     pub integrator: Integrator,
     /// True if the integrator ignores surfaces without a material.
     pub passes_boundaries: bool,
-    /// The type of an Integrator that `path` takes the place of.
+    /// The type of an Integrator that `path` replaces.
     pub substituted: Option<Text>,
 }
 
@@ -135,7 +135,7 @@ impl Options {
         }
         let names: Vec<_> = missing.iter().map(|(_, name, _)| *name).collect();
         let defaults: Vec<_> = missing.iter().map(|(.., default)| *default).collect();
-        // A scene needs a view and a size of its own; a sampler and an integrator it may leave to pbrt-v3.
+        // A scene needs its own view and size. It can use the default sampler and integrator of pbrt-v3.
         let severity = match self.camera.is_none() || self.film.is_none() {
             true => Severity::Warning,
             false => Severity::Note,
@@ -156,7 +156,8 @@ fn accelerator(given: Option<Given>, files: &Files, report: &mut Report) {
     }
 }
 
-/// pbrt-v3 adds each sample to all pixels within the width of the filter, also those at centers.
+/// Warns about center samples with a wide filter: pbrt-v3 adds each sample to all pixels within the width of the
+/// filter.
 fn warn_of_centers(sampler: Option<Sampler>, filter: Option<Filter>, params: &mut Params) {
     let at_centers =
         matches!(sampler, Some(Sampler { kind: SamplerKind::Halton { pixel_center: true }, .. }));

@@ -13,8 +13,9 @@ pub struct Overrides {
     pub quick: bool,
     /// Omit directives with errors and build a scene from the others.
     pub keep_going: bool,
-    /// Bytes that reading the scene may take, in all. Default: [`MemoryBudget::machine_limit`](lookat_image::MemoryBudget::machine_limit).
+    /// The most memory for reading the scene, in bytes. Default:
+    /// [`MemoryBudget::machine_limit`](lookat_image::MemoryBudget::machine_limit).
     pub max_memory: Option<u64>,
-    /// Accept a file that other scenes include: warn, instead of an error for the missing parts.
+    /// Accept a file that other scenes include: its missing parts are a warning instead of an error.
     pub accept_part: bool,
 }

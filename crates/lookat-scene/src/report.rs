@@ -30,7 +30,7 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    /// Keeps a diagnostic; where there is one for the same problem already, only its places.
+    /// Adds a diagnostic. If the same problem is already known, adds only its places.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.places += 1;
         let next = self.diagnostics.len();
@@ -76,7 +76,7 @@ impl Report {
         in_reading_order(self.v4_marks.clone(), None, sources)
     }
 
-    /// True for so many diagnostics that searching for advice takes too long.
+    /// True if there are so many diagnostics that the search for advice takes too long.
     pub fn is_long(&self) -> bool {
         self.places > 100
     }
@@ -91,10 +91,10 @@ impl Report {
         self.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error)
     }
 
-    /// Everything in the order in which the scene is read; of places that an Include repeats, the first.
+    /// Returns all diagnostics in the order in which the scene is read. A place that an Include repeats counts once.
     pub fn finish(mut self, sources: &Sources) -> Vec<Diagnostic> {
         std::mem::take(&mut self.elsewhere).explain(&mut self.diagnostics);
-        // What is explained now may be the same problem.
+        // Explanations can make two problems equal, so merge them again.
         self.known.clear();
         std::mem::take(&mut self.diagnostics).into_iter().for_each(|diagnostic| self.push(diagnostic));
         self.diagnostics.sort_by_cached_key(|diagnostic| sources.reading_order(diagnostic.span()));
@@ -105,9 +105,9 @@ impl Report {
         let v4_places = self.v4_places(sources);
         if let [first, _, ..] = v4_places[..] {
             // Report one problem instead of one for each feature.
-            let told: HashSet<Span> =
+            let replaced: HashSet<Span> =
                 v4_places.iter().copied().filter(|place| place.file == first.file).collect();
-            self.diagnostics.retain(|diagnostic| !told.contains(&diagnostic.span()));
+            self.diagnostics.retain(|diagnostic| !replaced.contains(&diagnostic.span()));
             self.diagnostics.insert(0, v4_scene(&v4_places, sources));
         }
         self.diagnostics
@@ -118,7 +118,8 @@ impl Report {
     }
 }
 
-/// What makes diagnostics of several places one: the same words, the same edit and the same related places.
+/// The identity of a problem. Diagnostics with the same words, the same edit and the same related places are one
+/// problem.
 #[derive(Debug, PartialEq, Eq, Hash)]
 struct Problem {
     severity: Severity,
@@ -163,8 +164,8 @@ fn v4_scene(marks: &[Span], sources: &Sources) -> Diagnostic {
         .help("pbrt-v4 changed directives, types and parameters: use a pbrt-v3 version of the scene")
 }
 
-/// Places in the order in which the scene is read, without the one to leave out. A place in a file that is included again
-/// counts once.
+/// Sorts places in the order in which the scene is read, and removes `left_out`. A place in a file that is included
+/// again counts once.
 fn in_reading_order(mut places: Vec<Span>, left_out: Option<Span>, sources: &Sources) -> Vec<Span> {
     places.sort_by_cached_key(|place| sources.reading_order(*place));
     let key = |place: &Span| (&sources.file(place.file).path, place.start);

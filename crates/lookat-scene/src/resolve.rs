@@ -265,7 +265,7 @@ impl<'a> Resolver<'a> {
         Loaded { sources, inputs, memory, scene, diagnostics, can_keep_going, misfit }
     }
 
-    /// Names may be defined again, with the same effect as in pbrt-v3.
+    /// Adds a note about a name that is defined again, which has the same effect as in pbrt-v3.
     fn note_again(&mut self, what: &str, name: &str, at: Span) {
         let message = format!("{what} \"{name}\" is defined again: the new definition applies from here on");
         self.report.push(Diagnostic::note_at(at, message));

@@ -88,7 +88,7 @@ pub(crate) fn sampler(params: &mut Params, overrides: &Overrides) -> Option<Samp
         "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             let message = format!("lookat renders Sampler \"{}\" with \"sobol\"", params.kind());
             params.replaced(message, "the picture is the same apart from its noise");
-            // The number of stratified dimensions in pbrt-v3. Here all are.
+            // The number of stratified dimensions in pbrt-v3. lookat stratifies all dimensions.
             params.integer("dimensions", 4);
             (SamplerKind::Sobol, pixel_samples(params, 16))
         }

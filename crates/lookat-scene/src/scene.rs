@@ -56,7 +56,7 @@ pub struct Emission {
 }
 
 impl Emission {
-    /// True without any light.
+    /// True if the radiance is zero.
     pub(crate) fn is_black(&self) -> bool {
         self.radiance == glam::Vec3::ZERO
     }

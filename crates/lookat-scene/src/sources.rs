@@ -23,11 +23,11 @@ pub struct Source {
     pub included_at: Option<Span>,
     /// The starts of its lines, computed on first use.
     line_starts: OnceLock<Vec<usize>>,
-    /// Characters before each [`BLOCK`] of bytes, once somebody has asked: a line may be megabytes long.
+    /// The characters before each [`BLOCK`] of bytes, computed on first use, because a line may be megabytes long.
     characters: OnceLock<Vec<usize>>,
 }
 
-/// Bytes that are counted again for each place.
+/// The block size in bytes. Each lookup counts the characters of at most one block.
 const BLOCK: usize = 4096;
 
 impl Source {
@@ -42,7 +42,7 @@ impl Source {
         })
     }
 
-    /// Characters before a byte. Bytes that continue a UTF-8 character start none.
+    /// The number of characters before a byte. UTF-8 continuation bytes do not count.
     fn characters_before(&self, at: usize) -> usize {
         let count = |bytes: &[u8]| bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count();
         let blocks = self.characters.get_or_init(|| {
@@ -84,7 +84,7 @@ impl Sources {
         let (source, line) = (self.file(span.file), self.line(span));
         let at = (span.start as usize).min(source.text.len());
         let start = source.line_starts()[line - 1];
-        // A byte-order mark is no column.
+        // A byte-order mark takes no column.
         let marks = usize::from(source.text[start..at].starts_with(b"\xEF\xBB\xBF"));
         let column = source.characters_before(at) - source.characters_before(start) - marks + 1;
         Location { path: &source.path, line, column }

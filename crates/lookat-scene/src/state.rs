@@ -15,7 +15,7 @@ use crate::{Emission, Material, Transform};
 pub(crate) struct GraphicsState {
     /// The current transformation matrix (CTM).
     pub ctm: Transform,
-    /// True if transformations apply to the start time. There is no motion, so only these count.
+    /// True if transformations apply to the start time. Without motion, only these transformations count.
     pub at_start: bool,
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,

@@ -192,7 +192,7 @@ pub(crate) fn texture<T: Parameter>(
     params.finish().then_some(texture)
 }
 
-/// A texture that exists with colors only.
+/// A texture that has color values only.
 fn colors<T: Parameter>(
     params: &mut Params,
     ctm: Transform,

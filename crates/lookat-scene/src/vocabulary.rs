@@ -18,12 +18,12 @@ use crate::texture::{Texture, TextureParams, Textures};
 use crate::transform::Transform;
 use crate::{camera, cutout, film, filter, integrator, light, material, sampler, shape, texture};
 
-/// A type of thing, such as `Shape "sphere"`.
+/// A type of a directive, such as `Shape "sphere"`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Kind {
-    /// The directive that makes it.
+    /// The directive.
     pub directive: &'static str,
-    /// The name.
+    /// The name of the type.
     pub name: &'static str,
     /// Its parameters. An unsupported type lists the parameters of its stand-in.
     pub parameters: Vec<&'static str>,
@@ -85,18 +85,18 @@ fn square_film() -> Film {
     Film { resolution: [1, 1], crop, scale: 1.0, max_sample_luminance, file: "x.exr".into() }
 }
 
-/// A type, with the parameters that its constructor asks for.
+/// A type with the parameters that its constructor reads.
 fn kind(directive: &'static str, name: &'static str, make: &dyn Fn(&mut TextureParams)) -> Kind {
     let mut parameters = Vec::new();
-    ask(directive, name, &mut |params| {
+    call(directive, name, &mut |params| {
         make(params);
         parameters = params.asked();
     });
     Kind { directive, name, parameters }
 }
 
-/// Calls a constructor without parameters.
-fn ask(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut TextureParams)) {
+/// Calls a constructor with an empty parameter list.
+fn call(directive: &'static str, name: &str, make: &mut dyn FnMut(&mut TextureParams)) {
     let read = |_: &Path| -> io::Result<Vec<u8>> { Err(io::ErrorKind::NotFound.into()) };
     let (files, mut report) =
         (Files::new(Path::new(""), Access::Read(&read), MemoryBudget::new(0)), Report::default());

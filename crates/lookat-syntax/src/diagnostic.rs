@@ -2,14 +2,14 @@
 
 use crate::Span;
 
-/// How bad it is. `docs/architecture.md` has the rule that decides.
+/// The severity of a problem. `docs/architecture.md` has the rule that decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// The picture is right: the one that pbrt-v3 renders, or equal to it apart from noise.
+    /// The picture is right: it equals the picture of pbrt-v3, except for noise.
     Note,
-    /// The picture is probably not the one that the author meant, or not the one that pbrt-v3 renders.
+    /// The picture is probably not what the author meant, or it differs from the picture of pbrt-v3.
     Warning,
-    /// There is no scene to render.
+    /// No scene can be rendered.
     Error,
 }
 

@@ -11,7 +11,8 @@ pub struct Statement {
     pub span: Span,
     /// The bytes of the keyword.
     pub keyword: Span,
-    /// True if a part of the directive could not be read. The directive lacks this part, and the parser has reported it.
+    /// True if a part of the directive could not be read. The directive lacks this part, and the parser has reported
+    /// it.
     pub faulty: bool,
 }
 

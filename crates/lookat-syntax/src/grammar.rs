@@ -37,11 +37,11 @@ pub fn number_bytes(text: &[u8]) -> u64 {
     8 * (starts as u64 + 1)
 }
 
-/// A statement, with what a scene keeps of it besides lists.
+/// The memory of a statement and of its data in the scene, without lists, in bytes.
 const STATEMENT_BYTES: u64 = 512;
-/// A parameter with one value.
+/// The memory of a parameter with one value, in bytes.
 const PARAM_BYTES: u64 = 256;
-/// A string in a list.
+/// The memory of a string in a list, in bytes.
 const STRING_BYTES: u64 = 64;
 
 /// Parses one file. `text` may contain any bytes; it need not be UTF-8.
@@ -107,7 +107,7 @@ pub(crate) struct Reader<'a> {
     pub(crate) faulty: bool,
     /// A fraction among the integers of the current parameter has been reported.
     pub(crate) fraction: bool,
-    /// What was read takes so much, and may take so much.
+    /// The memory of all statements so far and its limit, in bytes; see [`Parsed::bytes`].
     bytes: u64,
     most_bytes: u64,
     exhausted: Option<Span>,
@@ -125,7 +125,7 @@ impl<'a> Reader<'a> {
                 break;
             }
             match self.statement(start, statements.last()) {
-                // Some of its parameters are missing.
+                // The memory limit is reached, so this statement lacks parameters.
                 Ok(_) if self.exhausted.is_some() => break,
                 Ok((rest, statement)) => {
                     statements.push(statement);
@@ -149,12 +149,12 @@ impl<'a> Reader<'a> {
         rest
     }
 
-    /// Counts a parameter. True if it does not fit.
+    /// Counts a parameter. True if it exceeds the memory limit.
     pub(crate) fn exhausts_param(&mut self, at: Input<'a>) -> bool {
         self.exhausts(PARAM_BYTES, at)
     }
 
-    /// Counts a string of a list.
+    /// Counts a string of a list. True if it exceeds the memory limit.
     pub(crate) fn exhausts_string(&mut self, at: Input<'a>) -> bool {
         self.exhausts(STRING_BYTES, at)
     }
@@ -184,7 +184,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(crate) fn report(&mut self, fault: Fault<'a>) {
-        // What is not read cannot be wrong.
+        // After the memory limit, a fault is only a consequence of unread text.
         if self.exhausted.is_some() {
             return;
         }

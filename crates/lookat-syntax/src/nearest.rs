@@ -15,7 +15,8 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         .map(|(_, candidate)| candidate)
 }
 
-/// The only name in `known` that begins with `name`, which needs at least three letters. Case does not count.
+/// The only name in `known` that starts with `name`, without case. `None` if several names do, or if `name` has fewer
+/// than three letters.
 pub fn begun<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     const FEWEST: usize = 3;
     let begins = |candidate: &&str| {
@@ -47,7 +48,7 @@ fn distance(a: &str, b: &str) -> usize {
     rows[a.len()][b.len()]
 }
 
-/// True if two names have the same digits in the same order. `wood1` is no misspelling of `wood2`.
+/// True if two names have the same digits in the same order. `wood1` is not a misspelling of `wood2`.
 pub fn same_digits(a: &str, b: &str) -> bool {
     let digits = |name: &str| name.bytes().filter(u8::is_ascii_digit).collect::<Vec<u8>>();
     digits(a) == digits(b)

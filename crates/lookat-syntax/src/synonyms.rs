@@ -4,11 +4,11 @@
 /// A word from elsewhere, and what to write instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Synonym {
-    /// The word as it stands in this table: lower case, without `_` and `-`.
+    /// The word as written in this table: lower case, without `_` and `-`.
     pub word: &'static str,
-    /// The name in pbrt-v3 that replaces it; empty where none does.
+    /// The pbrt-v3 name that replaces it; empty if no name does.
     pub name: &'static str,
-    /// What else has to change, or why no name replaces it; empty for a plain rename.
+    /// Other necessary changes, or the reason why no name replaces the word; empty for a plain rename.
     pub advice: &'static str,
 }
 

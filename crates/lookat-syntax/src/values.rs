@@ -81,7 +81,7 @@ impl<'a> Reader<'a> {
             }
             return Ok((input, None));
         }
-        // A string that declares nothing has no value: the next string is the next declaration.
+        // A string without a type declares nothing and has no value: the next string is the next declaration.
         let next = quoted(start).ok().filter(|_| declared.is_none());
         if next.is_some_and(|(_, text)| text.split(' ').next().and_then(ParamType::from_spelling).is_some()) {
             return Ok((input, None));
@@ -298,7 +298,7 @@ impl<'a> Reader<'a> {
                     return fault.fail();
                 }
                 let fault = fault.help("write strings in double quotes");
-                // A number is probably no name.
+                // A number is probably not meant as a name.
                 let is_number = number(at).is_ok();
                 if is_number { fault } else { fault.replace_with(format!("\"{}\"", shown(at))) }.fail()
             }
@@ -339,8 +339,8 @@ fn completed(error: Diagnostic, ty: ParamType, count: usize, values: &Values) ->
     let is_plain = |number: f64| number == 0.0 || (1e-6..1e9).contains(&number.abs());
     match (ty, count, values) {
         (ParamType::Rgb, 1, Values::Triples(triples)) if is_plain(triples[0][0]) => {
-            let grey = triples[0][0];
-            let three = format!("[{grey} {grey} {grey}]");
+            let gray = triples[0][0];
+            let three = format!("[{gray} {gray} {gray}]");
             error.help(format!("write a gray as three equal numbers: {three}")).fix(at, three)
         }
         (ParamType::Rgb, 4, _) => error.help("a color has three numbers: red, green and blue"),

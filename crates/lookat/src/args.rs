@@ -47,7 +47,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// How many threads the command line asks for.
+    /// The number of threads in the command line, if given.
     pub fn threads(&self) -> Option<u16> {
         match self {
             Command::Render(Render { threads, .. })

@@ -82,7 +82,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let markers = others.iter().map(|(other, found)| marker(other, found, &reference)).collect();
     let results = Results::new(measured, markers, &reference);
     let files = files(&header, &plan, &reference, &results)?;
-    // Where that fails, so does writing to it, and the files go elsewhere.
+    // If this fails, `Destination` writes the files to another folder.
     let _ = make_folder(&folder);
     let mut destination = Destination::new(&folder);
     for (name, bytes) in FILE_NAMES.iter().zip(files) {
@@ -131,7 +131,7 @@ impl Bench<'_> {
         let share = plan.reference_share();
         let watch = |from: f64, to: f64| {
             move |done: f64| {
-                // A new plan may take longer; then the bar waits.
+                // After a new plan, the computed position may be lower: the bar waits.
                 let at = (1000.0 * (from + done * (to - from))) as u64;
                 self.bar.set_position(at.max(self.bar.position()));
                 interrupt::flow()
@@ -259,7 +259,7 @@ fn read_reference(
 ) -> Result<Reference, String> {
     let image = read_image(file, memory)?;
     let found = fit(file, &image, scene)?;
-    if found.rounded && may_be_cut(file, &found) {
+    if found.rounded && may_be_clipped(file, &found) {
         return Err(format!(
             "{}: pixels at the largest value may be clipped, so errors measured against them are unreliable; give an .exr or .pfm as \
              --reference",
@@ -280,13 +280,14 @@ fn read_reference(
 }
 
 /// True if the file format may clip values at 1. Radiance HDR has exponents and does not clip.
-fn may_be_cut(file: &Path, found: &Fitted) -> bool {
+fn may_be_clipped(file: &Path, found: &Fitted) -> bool {
     let is_hdr = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("hdr"));
     let brightest = found.pixels.as_flattened().iter().copied().fold(0.0, f32::max);
     !is_hdr && brightest == 1.0
 }
 
-/// The seed of a picture by lookat, if pictures of this seed share its samples. With error layers they do not.
+/// The seed of a picture by lookat, if a render with the same seed takes the same samples. A picture with error layers
+/// has other samples.
 fn seed(image: &Image) -> Option<u64> {
     let metadata: serde_json::Value = serde_json::from_str(image.metadata.as_deref()?).ok()?;
     if metadata["program"] == "lookat" && image.errors().is_none() { metadata["seed"].as_u64() } else { None }

@@ -47,13 +47,14 @@ fn main() -> ExitCode {
     }
 }
 
-/// Starts the threads of a command, and warns if the system does not give all.
+/// Starts the threads of a command. Warns if the system does not allow all of them.
 fn start_threads(command: &args::Command) {
-    let asked = command.threads().map(usize::from);
-    let wanted = asked.or_else(|| std::thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
+    let requested = command.threads().map(usize::from);
+    let wanted =
+        requested.or_else(|| std::thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
     let started = lookat_render::start_threads(wanted);
     if started < wanted {
-        let lower = if asked.is_some() { "lower --threads, or " } else { "" };
+        let lower = if requested.is_some() { "lower --threads, or " } else { "" };
         say(&format!(
             "warning: {started} of {wanted} threads could be started; {lower}raise ulimit -v or ulimit -u"
         ));

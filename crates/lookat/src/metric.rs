@@ -123,16 +123,17 @@ impl Measurement {
     }
 }
 
-/// Computes the metrics accepted by `asked`. `threshold` belongs to [`Metric::ShareAbove`].
-pub fn measure(pair: &Aligned, threshold: f32, asked: &dyn Fn(Metric) -> bool) -> Measurement {
+/// Computes the metrics accepted by `is_requested`. `threshold` belongs to [`Metric::ShareAbove`].
+pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> bool) -> Measurement {
     let (a, b) = (&pair.actual[..], &pair.expected[..]);
     let (width, height) = (pair.window.width as usize, pair.window.height as usize);
     let in_means = [Metric::Error, Metric::Mae, Metric::RelMse, Metric::Smape];
-    let means = in_means.into_iter().any(asked).then(|| means(a, b));
-    let shown = (asked(Metric::Psnr) || asked(Metric::Ssim)).then(|| [a, b].map(Encoded::from_linear));
-    let agreement = asked(Metric::NoiseP).then(|| agreement(pair));
+    let means = in_means.into_iter().any(is_requested).then(|| means(a, b));
+    let shown =
+        (is_requested(Metric::Psnr) || is_requested(Metric::Ssim)).then(|| [a, b].map(Encoded::from_linear));
+    let agreement = is_requested(Metric::NoiseP).then(|| agreement(pair));
     let mut metrics = Vec::new();
-    for (metric, ..) in Metric::ALL.into_iter().filter(|(metric, ..)| asked(*metric)) {
+    for (metric, ..) in Metric::ALL.into_iter().filter(|(metric, ..)| is_requested(*metric)) {
         let mut remark = String::new();
         let value = match metric {
             Metric::Error => means.as_ref().map(|means| {

@@ -1,4 +1,4 @@
-//! Where results go: checked before they are computed, and replaced if they cannot be written there in the end.
+//! Output files: checked before the computation, and written to another folder if their own fails.
 
 use std::ffi::OsStr;
 use std::fs::OpenOptions;
@@ -27,7 +27,7 @@ pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
     check_folder(file)
 }
 
-/// Fails if a result would replace one of its own inputs.
+/// Fails if a result would replace one of its inputs.
 pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBuf>) -> Result<(), String> {
     match is_among(file, inputs) {
         true => Err(format!(
@@ -38,19 +38,19 @@ pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBu
     }
 }
 
-/// True if it is one of the files, under any name.
+/// True if `file` is one of `files`, even under another name.
 pub fn is_among<'i>(file: &Path, files: impl IntoIterator<Item = &'i PathBuf>) -> bool {
     let Ok(file) = file.canonicalize() else { return false };
     files.into_iter().any(|other| other.canonicalize().is_ok_and(|other| other == file))
 }
 
-/// Fails unless a file of this name can be written: its folder accepts files, the name is valid, and no folder has
-/// it. Nothing is left behind.
+/// Fails unless this file can be written: its folder accepts files, its name is valid, and it is not a folder itself.
+/// Leaves no file behind.
 pub fn check_folder(file: &Path) -> Result<(), String> {
     if file.is_dir() {
         return cannot(file, "it is a folder");
     }
-    // A path drops a slash at its end, the file system does not.
+    // A `Path` ignores a slash at its end, but the file system does not.
     let name = file.file_name().unwrap_or_default();
     if !file.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes()) {
         let path = file.with_file_name(name);
@@ -76,25 +76,25 @@ fn cannot<T>(file: &Path, reason: &str) -> Result<T, String> {
     Err(format!("cannot write {}: {reason}", file.display()))
 }
 
-/// Tries what writing takes.
+/// Tries the file operations that writing needs.
 fn try_writing(target: &Path, folder: &Path) -> io::Result<()> {
     match std::fs::symlink_metadata(target) {
-        // Replacing it would not need write permission.
+        // Replacing a file does not need permission to write it, so check the permission here.
         Ok(_) => drop(OpenOptions::new().write(true).open(target)?),
         Err(error) if error.kind() == ErrorKind::NotFound => {}
-        // The name is too long, for example.
+        // For example, the name is too long.
         Err(error) => return Err(error),
     }
-    // Without a name, so that nothing is left even if the program is killed; and a little in it, as a full disk takes empty
-    // files.
+    // The file has no name, so that nothing is left even if the program is killed. It has contents, because a full disk
+    // accepts empty files.
     tempfile::tempfile_in(folder)?.write_all(&[0; 4096])
 }
 
-/// A folder that results are written to. If it stops taking files (a full disk, a removed folder), the results go to a new
-/// folder in the working folder or else in the folder for temporary files.
+/// The folder for results. If it stops accepting files (a full disk, a removed folder), the results go to a new folder
+/// in the working folder, or else in the folder for temporary files.
 pub struct Destination {
     folder: PathBuf,
-    /// Why the folder is not the one that was asked for.
+    /// The first error of the requested folder, if the results are in another folder.
     refusal: Option<String>,
 }
 
@@ -103,12 +103,13 @@ impl Destination {
         Destination { folder: folder.into(), refusal: None }
     }
 
-    /// Where the last result is.
+    /// The folder of the last result.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Writes a file of this name by calling `write` with its path, which is returned.
+    /// Writes a file of this name: calls `write` with its path, and returns the path. If `write` fails, tries other
+    /// folders. Fails if no folder accepts the file.
     pub fn write(
         &mut self,
         name: &OsStr,
@@ -133,14 +134,14 @@ impl Destination {
         Ok(self.folder.join(name))
     }
 
-    /// Fails if results are not in the folder that was asked for, and says where they are.
+    /// Fails if results are not in the requested folder. The error says where they are.
     pub fn result(&self) -> Result<(), String> {
         let Some(refusal) = &self.refusal else { return Ok(()) };
         Err(format!("{refusal}; the result is in {} instead", self.folder.display()))
     }
 }
 
-/// Writes one file; fails if it is not where it was asked for, and says where it is.
+/// Writes one file. Fails if the file is not in the requested place; the error says where it is.
 pub fn write_result(file: &Path, write: impl Fn(&Path) -> Result<(), ImageError>) -> Result<(), String> {
     let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
     destination.write(file.file_name().unwrap_or_default(), write)?;
@@ -152,7 +153,7 @@ pub fn make_folder(folder: &Path) -> Result<(), String> {
     std::fs::create_dir_all(folder).map_err(|error| not_created(folder, &error))
 }
 
-/// Fails unless this folder exists or can be created. Nothing is left behind.
+/// Fails unless this folder exists or can be created. Leaves no folder behind.
 pub fn check_new_folder(folder: &Path) -> Result<(), String> {
     let parent = folder.ancestors().find(|parent| parent.exists()).unwrap_or(Path::new("."));
     tempfile::tempdir_in(parent).map(drop).map_err(|error| not_created(folder, &error))

@@ -42,7 +42,7 @@ pub fn text(loaded: &Loaded) -> String {
 fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer) {
     let is_error = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Error;
     let errors = loaded.diagnostics.iter().filter(is_error).count();
-    // Warnings and notes have the room that errors leave.
+    // Errors come first. Warnings and notes get the remaining room.
     let mut room = [MAX_SHOWN, if quiet { 0 } else { MAX_SHOWN.saturating_sub(errors) }];
     let mut hidden = 0;
     for diagnostic in loaded.diagnostics.iter().filter(|diagnostic| !quiet || is_error(diagnostic)) {
@@ -65,7 +65,7 @@ fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer)
     }
 }
 
-/// As in "2 errors, 1 warning, 3 notes".
+/// The number of diagnostics, such as "2 errors, 1 warning, 3 notes".
 fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
     let count = |severity, noun: &str| {
         let alike = diagnostics.iter().filter(|diagnostic| diagnostic.severity == severity);
@@ -81,12 +81,12 @@ fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
     errors.into_iter().chain(others).collect::<Vec<_>>().join(", ")
 }
 
-/// A path as it is shown.
+/// A path as printable text.
 fn shown_path(path: &Path) -> String {
     visible(&path.display().to_string())
 }
 
-/// The most other places that are listed; `--json` has all.
+/// The most other places in the text output. `--json` prints all.
 const MOST_PLACES: usize = 10;
 
 /// The other places with the same problem, as file:line:column.
@@ -104,7 +104,8 @@ fn other_places(places: &[Span], sources: &Sources) -> Option<String> {
     (!places.is_empty()).then(|| format!("also at {} other {noun}: {listed}{left}", places.len()))
 }
 
-/// One diagnostic with its source lines. Foreign text in it is made visible; the styles are the renderer's.
+/// One diagnostic with its source lines, in the styles of the renderer. Control characters in foreign text become
+/// visible.
 fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> String {
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
@@ -127,7 +128,7 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
         done.push(window);
         let mut snippet = Snippet::source(window.text.as_str()).line_start(window.line);
         if window.is_cut {
-            // The snippet does not know the missing start of its line.
+            // The snippet lacks the start of its line, so it cannot give the right column.
             let first = diagnostic.labels.iter().zip(&windows).find(|(_, w)| *w == window);
             let column = first.map_or(1, |(label, _)| sources.location(label.span).column);
             let origin = Origin::path(window.path.as_str()).line(window.line).char_column(column);
@@ -324,7 +325,7 @@ mod tests {
     use super::*;
 
     /// The printed diagnostics of a scene, without styles.
-    fn told(text: &str) -> String {
+    fn printed(text: &str) -> String {
         let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.into()), &Overrides::default());
         let render = |diagnostic| render(diagnostic, &loaded.sources, &Renderer::styled());
         strip_str(&loaded.diagnostics.iter().map(render).collect::<String>()).to_string()
@@ -334,10 +335,10 @@ mod tests {
     #[test]
     fn cut_lines_are_shown() {
         let blanks = " ".repeat(BEFORE);
-        let told = told(&format!("WorldBegin{blanks} Shaep \"sphere\" # end :::"));
+        let printed = printed(&format!("WorldBegin{blanks} Shaep \"sphere\" # end :::"));
         let source = |line: &&str| line.starts_with("1 |") && line.ends_with("Shaep \"sphere\" # end :::");
-        assert!(told.lines().any(|line| source(&line)), "{told}");
-        assert!(!told.lines().any(|line| line.trim() == ":::"), "{told}");
-        assert!(told.contains(&format!("a.pbrt:1:{}", "WorldBegin".len() + BEFORE + 2)), "{told}");
+        assert!(printed.lines().any(|line| source(&line)), "{printed}");
+        assert!(!printed.lines().any(|line| line.trim() == ":::"), "{printed}");
+        assert!(printed.contains(&format!("a.pbrt:1:{}", "WorldBegin".len() + BEFORE + 2)), "{printed}");
     }
 }

@@ -102,7 +102,7 @@ fn as_text(case: &Case, found: &Found) -> String {
     let own: Vec<&Row> = found.rows.iter().filter(|row| row.method == LOOKAT).collect();
     let (tried, failed) = own.iter().fold((0, 0), |sum, row| (sum.0 + row.tried, sum.1 + row.failed));
     let _ = write!(text, "    lookat: {failed} of {tried} wrong");
-    // A short list of questions is not a random sample.
+    // A few fixed questions are not a random sample.
     if tried >= SAMPLE {
         let [low, high] = interval(failed, tried).map(share);
         let _ = write!(text, " (95 % interval {low} to {high})");

@@ -1,16 +1,17 @@
-//! Shows foreign text, such as names of files and layers, without characters that act on a terminal.
+//! Shows foreign text, such as names of files and layers, without characters that control a terminal.
 
-/// Replaces each character that acts on a terminal by a visible one. The text is one line, and its columns stay.
+/// Replaces each character that controls a terminal, including line ends, by one visible character. Columns stay the
+/// same.
 pub fn visible(text: &str) -> String {
     text.chars().map(|c| if is_active(c) { stand_in(c) } else { c }).collect()
 }
 
-/// Like [`visible`], for a text of several lines.
+/// Like [`visible`], but keeps line ends.
 pub fn visible_lines(text: &str) -> String {
     text.chars().map(|c| if is_active(c) && c != '\n' { stand_in(c) } else { c }).collect()
 }
 
-/// JSON text with the same characters escaped: JSON itself leaves those beyond C0 as they are.
+/// Escapes the same characters in JSON text, except line ends. JSON itself requires an escape only below U+0020.
 pub fn escaped(json: &str) -> String {
     let mut out = String::with_capacity(json.len());
     for c in json.chars() {
@@ -26,19 +27,20 @@ pub fn escaped(json: &str) -> String {
     out
 }
 
-/// True for a character that moves the cursor, changes the direction of text, begins a command to a terminal, or hides in
-/// a name.
+/// True for a character that moves the cursor, changes the direction of text, begins a terminal command, or is
+/// invisible.
 pub fn is_active(c: char) -> bool {
     // Marks, embeddings and isolates of bidirectional text; separators of lines and paragraphs.
     let is_format =
         matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-    // Soft hyphen, zero-width space, word joiner, byte-order mark, tags. Joiners are left: emoji and some scripts use them.
+    // Soft hyphen, zero-width space, word joiner, byte-order mark, tags. Joiners are allowed: emoji and some scripts
+    // use them.
     let is_hidden =
         matches!(c, '\u{ad}' | '\u{200b}' | '\u{2060}'..='\u{2064}' | '\u{feff}' | '\u{e0000}'..='\u{e007f}');
     c.is_control() || is_format || is_hidden
 }
 
-/// The picture of a control character of ASCII; of others the replacement character.
+/// The visible picture of an ASCII control character. The replacement character for all other characters.
 pub fn stand_in(c: char) -> char {
     let picture = match u32::from(c) {
         code @ 0..0x20 => char::from_u32(0x2400 + code),
@@ -53,7 +55,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_character_has_one_in_its_place() {
+    fn each_active_character_becomes_one_visible_character() {
         let text =
             "a\u{1b}[2J\r\n\t\u{7f}\u{9b}\u{202e}\u{2066}\u{2028}\u{200f}\u{61c}\u{200b}\u{e0041}é漢\u{200d}";
         assert_eq!(

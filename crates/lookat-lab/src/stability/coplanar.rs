@@ -29,7 +29,7 @@ pub(super) fn cases() -> Vec<Case> {
     ]
 }
 
-/// A coordinate system of a scene. In its own coordinates the plane is y = 0.
+/// A coordinate system for the objects of a scene. The tested plane is y = 0 in its coordinates.
 #[derive(Debug, Clone, Copy)]
 struct Place {
     origin: DVec3,
@@ -38,7 +38,7 @@ struct Place {
 }
 
 impl Place {
-    /// With the plane along two axes of the world: any of three.
+    /// Three coordinate systems, one for each plane along two axes of the world.
     fn straight(origin: DVec3, size: f64) -> [Place; 3] {
         let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
         [[x, y, z], [y, z, x], [z, x, y]].map(|[x, y, z]| Place {
@@ -52,20 +52,20 @@ impl Place {
         self.origin + self.axes * DVec3::new(x, y, z) * self.size
     }
 
-    /// The text of a point.
+    /// A point in world coordinates, as text.
     fn text(&self, p: [f64; 3]) -> String {
         let [x, y, z] = self.point(p).to_array();
         format!("{x:?} {y:?} {z:?}")
     }
 
-    /// From the origin of the place in a direction.
-    fn look_at(&self, eye: [f64; 3], way: [f64; 3], up: [f64; 3]) -> String {
-        let [eye, way] = [eye, way].map(DVec3::from);
+    /// A `LookAt` from `eye` in the direction `forward`.
+    fn look_at(&self, eye: [f64; 3], forward: [f64; 3], up: [f64; 3]) -> String {
+        let [eye, forward] = [eye, forward].map(DVec3::from);
         let up = self.axes * DVec3::from(up);
         format!(
             "LookAt {}  {}  {:?} {:?} {:?}",
             self.text(eye.into()),
-            self.text((eye + way).into()),
+            self.text((eye + forward).into()),
             up.x,
             up.y,
             up.z

@@ -1,4 +1,4 @@
-//! When to stop, and how far it is.
+//! The progress of a rendering, and when it stops.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -7,16 +7,16 @@ use std::time::{Duration, Instant};
 
 use super::Progress;
 
-/// Shared by all threads of a rendering.
+/// The state that all threads of a rendering share.
 pub(super) struct Control<'p> {
     progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
-    /// Of a time that no clock reaches there is none.
+    /// `None` without a time limit, and for a time limit beyond the range of the clock.
     deadline: Option<Instant>,
     stopped: AtomicBool,
     interrupted: AtomicBool,
     done: AtomicU64,
     total: AtomicU64,
-    /// The bounds of the samples in all.
+    /// The least and the most samples in all. `None` while unknown.
     bounds: Mutex<Option<[u64; 2]>>,
     pixels_done: AtomicU64,
     rays: AtomicU64,
@@ -24,7 +24,7 @@ pub(super) struct Control<'p> {
 }
 
 impl<'p> Control<'p> {
-    /// The time begins now.
+    /// A rendering that begins now and stops after `time`, if given.
     pub fn new(
         progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
         time: Option<Duration>,
@@ -43,18 +43,18 @@ impl<'p> Control<'p> {
         }
     }
 
-    /// How many samples there will be.
+    /// Sets the total number of samples.
     pub fn expect(&self, total: u64) {
         self.total.store(total, Ordering::Relaxed);
         self.expect_between(Some([total; 2]));
     }
 
-    /// How many samples there will be at least and at most, as far as that is known.
+    /// Sets the least and the most samples in all. `None` if they are unknown.
     pub fn expect_between(&self, bounds: Option<[u64; 2]>) {
         *self.bounds.lock().unwrap_or_else(PoisonError::into_inner) = bounds;
     }
 
-    /// How many pixels have reached the target error.
+    /// Sets the number of pixels that have reached the target error.
     pub fn set_pixels_done(&self, pixels: u64) {
         self.pixels_done.store(pixels, Ordering::Relaxed);
     }
@@ -65,7 +65,7 @@ impl<'p> Control<'p> {
         Progress { done, total: self.total(), left, pixels_done: self.pixels_done.load(Ordering::Relaxed) }
     }
 
-    /// Counts samples as done, and asks the clock and the caller.
+    /// Counts finished samples, then checks the deadline and calls the progress callback.
     fn advance(&self, samples: u64) {
         let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
         if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
@@ -77,7 +77,7 @@ impl<'p> Control<'p> {
         }
     }
 
-    /// Counts what a tile took.
+    /// Counts the rays and the rejected samples of a tile.
     pub fn add(&self, rays: u64, rejected: u64) {
         self.rays.fetch_add(rays, Ordering::Relaxed);
         self.rejected.fetch_add(rejected, Ordering::Relaxed);
@@ -87,7 +87,7 @@ impl<'p> Control<'p> {
         self.stopped.load(Ordering::Relaxed)
     }
 
-    /// Whether the callback broke off.
+    /// True if the progress callback interrupted the rendering.
     pub fn is_interrupted(&self) -> bool {
         self.interrupted.load(Ordering::Relaxed)
     }
@@ -109,46 +109,47 @@ impl<'p> Control<'p> {
     }
 }
 
-/// Samples that a thread takes before it asks whether to stop, at most.
+/// The most samples that a thread takes before it checks whether to stop.
 const BATCH: u32 = 256;
-/// Those that it takes first.
+/// The samples in the first batch of a thread.
 const FIRST_BATCH: u32 = 4;
-/// Rays that it traces before it asks, about, or those of one sample: a hundredth of a second.
+/// The approximate number of rays that a thread traces before it checks whether to stop: about 10 ms. A single sample
+/// is never divided.
 const RAYS: u64 = 1 << 14;
 
-/// Counts the samples of one thread, to tell of them in batches.
+/// Counts the samples of one thread and reports them in batches.
 pub(super) struct Meter<'c, 'p> {
     control: &'c Control<'p>,
-    since: u64,
-    /// Rays traced when samples were last counted.
+    unreported: u64,
+    /// The rays that the thread had traced at the last call of `add`.
     rays: u64,
-    /// Samples to take at once.
+    /// The samples in the next batch.
     batch: u32,
 }
 
 impl<'c, 'p> Meter<'c, 'p> {
     pub fn new(control: &'c Control<'p>) -> Self {
-        Meter { control, since: 0, rays: 0, batch: FIRST_BATCH }
+        Meter { control, unreported: 0, rays: 0, batch: FIRST_BATCH }
     }
 
-    /// How many samples to take at once, so that they are soon done.
+    /// The samples in the next batch. Slow samples make the batch small, so that it ends soon.
     pub fn batch(&self) -> u32 {
         self.batch
     }
 
-    /// Whether a sample takes so long that few are to be taken at once.
+    /// True if samples are so slow that the batch is smaller than the first one.
     pub fn is_slow(&self) -> bool {
         self.batch < FIRST_BATCH
     }
 
-    /// Counts samples of a thread that has traced so many rays in all; whether to go on.
+    /// Counts `samples` more samples. `rays` is the total number of rays of the thread. False if the rendering stops.
     pub fn add(&mut self, samples: u32, rays: u64) -> bool {
         let are_many = rays - self.rays > RAYS;
         self.rays = rays;
         self.batch = if are_many { (self.batch / 4).max(1) } else { (self.batch * 4).min(BATCH) };
-        self.since += u64::from(samples);
-        if self.since >= u64::from(BATCH) || are_many {
-            self.control.advance(std::mem::take(&mut self.since));
+        self.unreported += u64::from(samples);
+        if self.unreported >= u64::from(BATCH) || are_many {
+            self.control.advance(std::mem::take(&mut self.unreported));
         }
         !self.control.is_stopped()
     }
@@ -156,8 +157,8 @@ impl<'c, 'p> Meter<'c, 'p> {
 
 impl Drop for Meter<'_, '_> {
     fn drop(&mut self) {
-        if self.since > 0 {
-            self.control.advance(self.since);
+        if self.unreported > 0 {
+            self.control.advance(self.unreported);
         }
     }
 }

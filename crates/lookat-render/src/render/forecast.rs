@@ -1,33 +1,35 @@
-//! How much is left.
+//! Estimates the remaining time and samples of a rendering.
 
 use std::time::Instant;
 
 use super::Progress;
 
-/// Estimates how much longer a rendering takes.
+/// Estimates the remaining time of a rendering.
 #[derive(Debug, Clone)]
 pub struct TimeLeft {
-    /// Times since the first call in seconds, each at least 2 % more than the one before, and the samples done until then.
+    /// Seconds since the first call, and the samples done by then. Each time is at least 2 % more than the previous
+    /// one.
     history: Vec<(f64, u64)>,
     started: Option<(Instant, u64)>,
 }
 
-/// How much more, and how much less, time the samples to come may take than the samples so far, as other pixels are sampled
-/// and as the machine has other work.
+/// The factor by which the time per sample may rise or fall, because other pixels are sampled and the machine has other
+/// work.
 const SLACK: f64 = 1.4;
 
-/// Seconds after which the rate of samples is known.
+/// Seconds until the rate of samples is reliable.
 const SETTLED: f64 = 0.5;
 
 impl TimeLeft {
-    /// For a rendering that is about to begin.
+    /// An estimator for a rendering that is about to begin.
     pub fn new() -> TimeLeft {
         TimeLeft { history: Vec::new(), started: None }
     }
 
-    /// Seconds left, at least and at most; `None` while that is unknown. Call it every now and then.
+    /// The least and the most remaining time, in seconds. `None` while it is unknown. Call this function regularly.
     ///
-    /// The samples left take as long as those before, either all of these or those of the second half of the time.
+    /// The bounds cover two rates of samples: the rate since the start, and the rate in the second half of the elapsed
+    /// time.
     pub fn update(&mut self, progress: &Progress) -> Option<[f64; 2]> {
         let (started, before) = *self.started.get_or_insert((Instant::now(), progress.done));
         let (time, done) = (started.elapsed().as_secs_f64(), progress.done.saturating_sub(before));
@@ -57,18 +59,18 @@ impl Default for TimeLeft {
     }
 }
 
-/// A sum over all parts of a picture, known from some that are a random sample of them.
+/// Estimates a sum over all parts of a picture from a random sample of the parts.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sampled {
     count: u64,
     mean: f64,
-    /// Sum of the squared distances from the mean.
+    /// The sum of squared differences from the mean.
     squares: f64,
 }
 
-/// The fewest parts to tell from.
+/// The fewest parts that allow an estimate.
 const FEWEST: u64 = 8;
-/// Standard errors from the middle of an interval to its ends.
+/// Half the width of the interval, in standard errors.
 const WIDTH: f64 = 3.0;
 
 impl Sampled {
@@ -79,7 +81,8 @@ impl Sampled {
         self.squares += step * (value - self.mean);
     }
 
-    /// The sum over so many parts, lowered or raised (-1 or 1) by its error.
+    /// The interval of the sum over `parts` parts: its lower end if `side` is -1, its upper end if `side` is 1. `None`
+    /// if too few parts are known.
     pub fn sum(&self, parts: usize, side: f64) -> Option<f64> {
         let (all, count) = (parts as f64, self.count as f64);
         if self.count < FEWEST.min(parts as u64) {
@@ -96,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn even_work_is_told_within_the_slack() {
+    fn even_work_is_estimated_within_the_slack() {
         let mut left = TimeLeft::new();
         for step in 1..=100 {
             let [least, most] =
@@ -106,7 +109,7 @@ mod tests {
         }
     }
 
-    /// Samples that take longer from some time on raise the upper end, and at last also the lower one.
+    /// Slower samples raise the upper bound, and later also the lower bound.
     #[test]
     fn slower_samples_are_noticed() {
         let mut left = TimeLeft::new();

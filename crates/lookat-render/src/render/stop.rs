@@ -1,4 +1,4 @@
-//! When a pixel is exact enough.
+//! The stopping rule for a target error.
 
 use glam::{DVec3, Vec3};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -8,37 +8,38 @@ use super::{DARK, TargetError};
 use crate::color::luminance;
 use crate::film::REPLICATES;
 
-/// The rule by which pixels are done: the interval of Student's t over replicates is narrow enough, and would be if all
-/// replicates agreed only by chance.
+/// The stopping rule for a pixel: its confidence interval (Student's t over the replicates) is narrow enough, even if
+/// the replicates agree only by chance.
 ///
-/// Replicates of n samples that see a step between two values can all agree while their mean is off by a part of one
-/// sample: the step over n. So their standard deviation counts as at least a share of that, for a step as high as what the
-/// pixel and its neighbours have seen lies apart. What has not been seen, as a rare bright light, is not accounted for.
+/// Replicates of n samples that contain a step between two values can all agree while their mean is wrong by a fraction
+/// of the step over n. The standard deviation of the replicates therefore counts as at least `FLOOR` times the step
+/// over n. The height of the step is the range of all samples of the pixel and its neighbors. Light that no sample
+/// found, such as a rare bright light, is not covered.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct StopRule {
     relative: f64,
-    /// Half the width of the interval over the standard error.
+    /// Half the width of the confidence interval over the standard error.
     quantile: f64,
-    /// The least luminance that errors are relative to.
+    /// The least luminance that errors are relative to. A darker pixel uses this value instead of its own.
     dark: f64,
 }
 
-/// The least standard deviation of replicates, in steps over samples.
+/// The least standard deviation of the replicates, as a fraction of the step over the samples per replicate.
 const FLOOR: f64 = 0.25;
 
-/// How well a pixel is known.
+/// The value of a pixel, and what determines its error.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Estimate {
     pub value: DVec3,
     pub standard_error: Vec3,
     /// Samples in each replicate.
     pub count: u32,
-    /// What the pixel and its neighbours have seen.
+    /// The bounds of the samples of the pixel and its neighbors.
     pub around: Seen,
 }
 
 impl StopRule {
-    /// A rule for a picture whose brightness is not known yet.
+    /// The rule for a picture of unknown brightness.
     pub fn new(target: &TargetError) -> StopRule {
         let tail = 0.5 * (1.0 - target.confidence.clamp(0.0, 1.0));
         let quantile = StudentsT::new(0.0, 1.0, f64::from(REPLICATES - 1))
@@ -46,24 +47,24 @@ impl StopRule {
         StopRule { relative: target.relative, quantile, dark: 0.0 }
     }
 
-    /// The rule for a picture of that [`Brightness`].
+    /// The same rule for a picture of this [`Brightness`].
     pub fn with_brightness(self, brightness: f64) -> StopRule {
         StopRule { dark: DARK * brightness, ..self }
     }
 
-    /// By how many times the error of a pixel may be too large; at most 1 where it is done.
+    /// Half the width of the confidence interval over the allowed error. At most 1 for a finished pixel.
     pub fn excess(&self, estimate: &Estimate) -> f64 {
         let allowed = self.relative * luminance(estimate.value.as_vec3()).max(self.dark);
         let least = estimate.around.range().as_dvec3() * FLOOR
             / (f64::from(estimate.count) * f64::from(REPLICATES).sqrt());
         let half_width = self.quantile * estimate.standard_error.as_dvec3().max(least).max_element();
-        // Black is exact in a picture that is all black.
+        // An all-black picture allows no error, and its pixels have none.
         if half_width == 0.0 { 0.0 } else { half_width / allowed }
     }
 }
 
-/// The brightness of a picture: the square of the mean of the roots of luminances. Few very bright pixels, as of a lamp,
-/// change it little.
+/// The brightness of a picture: the square of the mean of the square roots of its luminances. A few very bright pixels,
+/// such as a lamp, change it little.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Brightness {
     roots: f64,
@@ -96,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn the_interval_is_that_of_students_t() {
+    fn the_interval_matches_students_t() {
         // SciPy: t.ppf(0.975, 15).
         assert!((rule().quantile - 2.131449545559323).abs() < 1e-9);
         let flat = Seen { least: Vec3::ONE, most: Vec3::ONE };
@@ -114,7 +115,7 @@ mod tests {
         assert!(rule().excess(&estimate) > 1.0);
     }
 
-    /// Replicates that agree by chance do not end a pixel beside a step, until there are many samples.
+    /// Next to a step, replicates that agree finish a pixel only if there are many samples.
     #[test]
     fn agreement_counts_only_with_many_samples() {
         let few = Estimate { count: 4, ..estimate(0.1, 0.0, STEP) };

@@ -1,8 +1,8 @@
-//! As many samples for each pixel as its error asks for: rounds over all pixels that are not done.
+//! Renders with a target error: samples all unfinished pixels in rounds, until each pixel reaches the target.
 //!
-//! Each pixel has 16 replicates, each an Owen-scrambled Sobol' pattern of its own, which double from round to round. After a
-//! round, when all pixels are known so far, each is judged by itself and its neighbours; so threads and the order of tiles
-//! change nothing.
+//! Each pixel has 16 replicates. Each replicate is an Owen-scrambled Sobol' pattern of its own, whose number of samples
+//! doubles in each round. Each pixel is judged after a whole round, by its own samples and by the samples of its
+//! neighbors. The picture therefore does not depend on threads or on the order of tiles.
 
 use std::array::from_fn;
 use std::sync::{Mutex, PoisonError};
@@ -25,39 +25,39 @@ use crate::film::{Pixel, REPLICATES, SignedSum, Spread, Sum, Tile, places, tile_
 use crate::integrator::{FirstHit, Tracer};
 use crate::sampler::{SampleStream, replicate_seed};
 
-/// Samples of each pixel in the first round: 4 in each replicate.
+/// Samples per pixel in the first round: 4 in each replicate.
 pub(super) const FIRST: u32 = 4 * REPLICATES;
 
-/// The most samples of a pixel, where the caller does not say.
+/// The default for the most samples of a pixel.
 const MOST: u32 = 1 << 16;
 
-/// How much brighter than all around a sample is that counts as an outlier.
+/// A sample is an outlier if it is this many times as bright as the brightest pixel around it.
 const OUTLIER: f64 = 20.0;
 
-/// A tile with what its pixels have seen.
+/// A tile and the state of its pixels.
 struct Part {
     tile: Tile,
-    /// For each pixel.
+    /// The bounds of the samples of each pixel.
     seen: Vec<Seen>,
-    /// For each pixel that is not done; `None` before the first round, for they take much memory.
+    /// The unfinished pixels. `None` before the first round, because they take much memory.
     active: Option<Vec<Active>>,
     has_lobes: bool,
 }
 
-/// The replicates of a pixel that is not done.
+/// The replicates of an unfinished pixel.
 struct Active {
-    /// Which pixel of the tile it is.
+    /// The index of the pixel in its tile.
     at: usize,
     /// Samples in each replicate.
     count: u32,
     sums: [Sum; REPLICATES as usize],
-    /// Only where the filter has negative lobes.
+    /// `Some` only if the filter has negative lobes.
     signed: Option<Box<[SignedSum; REPLICATES as usize]>>,
-    /// By how many times the error was too large.
+    /// The error over the target error, after the last round.
     excess: f64,
 }
 
-/// Renders all pixels until they are exact enough.
+/// Renders all pixels until they reach the target error, or a limit of samples or time.
 pub(super) fn render<F>(
     context: &Context<F>,
     settings: &Settings,
@@ -73,8 +73,8 @@ where
     let most = settings.max_samples.unwrap_or(MOST).max(FIRST) / REPLICATES;
     context.control.expect(crop.area() * u64::from(FIRST));
     if settings.time.is_some() {
-        // The first round may take too long.
-        parts.par_iter_mut().for_each(|part| part.glance(context, settings.seed));
+        // The time may end before the first round does.
+        parts.par_iter_mut().for_each(|part| part.preview(context, settings.seed));
     }
     let mut count = FIRST / REPLICATES;
     let weight = context.filter.weight();
@@ -100,7 +100,7 @@ where
         let totals = POWERS.map(|power| context.control.done() + left(power));
         context.control.expect(totals[0]);
         context.control.expect_between(Some(totals));
-        // Patterns are best at powers of two.
+        // Sobol' patterns are best at powers of two.
         count = (2 * count).min(most);
         parts.par_iter_mut().for_each(|part| part.sample(context, settings.seed, count));
     }
@@ -131,13 +131,13 @@ impl Part {
         (0..self.seen.len()).map(active).collect()
     }
 
-    /// The pixels that are not done, of those that were begun.
+    /// The unfinished pixels. Empty before the first round.
     fn active(&self) -> &[Active] {
         self.active.as_deref().unwrap_or_default()
     }
 
-    /// Takes one sample of each pixel, to have a whole picture soon. The first round replaces them.
-    fn glance<F>(&mut self, context: &Context<F>, seed: u64)
+    /// Takes one sample of each pixel, to have a whole picture soon. The first round replaces these samples.
+    fn preview<F>(&mut self, context: &Context<F>, seed: u64)
     where
         F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
     {
@@ -158,7 +158,7 @@ impl Part {
         context.control.add(tracer.rays, jobs.iter().map(|job| job.samples.rejected).sum());
     }
 
-    /// Brings the replicates of all pixels that are not done to so many samples.
+    /// Samples all unfinished pixels until each replicate has `count` samples. Stops early if the rendering stops.
     fn sample<F>(&mut self, context: &Context<F>, seed: u64, count: u32)
     where
         F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
@@ -201,13 +201,13 @@ impl Part {
     }
 }
 
-/// Where the samples of the `r`-th replicate of a pixel lie.
+/// The sample pattern of replicate `r` of a pixel.
 fn pattern(seed: u64, r: u32, count: u32) -> Pattern {
     let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: count };
     Pattern { sampler, seed: replicate_seed(seed, r), is_watched: true }
 }
 
-/// More samples for all replicates of a pixel; nothing if it is time to stop.
+/// Takes the samples `indices` of all replicates of a pixel. `None` if the rendering stops.
 fn replicates<F>(
     context: &Context<F>,
     tracer: &mut Tracer,
@@ -229,7 +229,7 @@ where
 }
 
 impl Active {
-    /// What the replicates say of the error of their mean.
+    /// The spread of the replicates, which gives the error of their mean.
     fn spread(&self) -> Spread {
         let mut spread = Spread::default();
         for (r, sum) in self.sums.iter().enumerate() {
@@ -238,7 +238,8 @@ impl Active {
         spread
     }
 
-    /// By how many times its error is too large, and its error; from what it and its neighbours have seen.
+    /// The error of the pixel over the target error, and the error itself. `around` bounds the samples of the pixel and
+    /// its neighbors.
     fn judge(&self, pixel: &Pixel, around: Seen, rule: &StopRule, weight: f64) -> (f64, PixelError) {
         let error = self.spread().error(pixel, weight);
         let standard_error = error.standard_error.into();
@@ -254,7 +255,7 @@ fn brightness(parts: &[Part], weight: f64) -> f64 {
     brightness.get()
 }
 
-/// Finds the errors of all pixels that are not done, and leaves those of them that still are not.
+/// Computes the errors of all unfinished pixels, and removes the finished pixels from the list.
 fn judge(parts: &mut [Part], weight: f64, rule: &StopRule) {
     let judge = |index: usize| -> Vec<(f64, PixelError)> {
         let part = &parts[index];
@@ -278,7 +279,7 @@ fn judge(parts: &mut [Part], weight: f64, rule: &StopRule) {
     });
 }
 
-/// A pixel of a tile and its up to eight neighbours.
+/// A pixel of a tile, and its up to eight neighbors.
 fn around(parts: &[Part], index: usize, at: usize) -> impl Iterator<Item = (&Seen, &Pixel)> {
     let bounds = parts[index].tile.bounds;
     let (first, last) = (parts[0].tile.bounds, parts[parts.len() - 1].tile.bounds);
@@ -295,30 +296,33 @@ fn around(parts: &[Part], index: usize, at: usize) -> impl Iterator<Item = (&See
     })
 }
 
-/// The error of a pixel falls with such a power of its samples: at the fastest, and at the slowest. Independent samples have
-/// 1/2, and patterns more; it is less here, as the errors of few samples are often found too small.
+/// The fastest and the slowest convergence: the error of a pixel falls with this power of its samples. Independent
+/// samples have 1/2, and Sobol' patterns more. The slowest power is below 1/2, because few samples often underestimate
+/// the error.
 const POWERS: [f64; 2] = [0.75, 0.45];
 
-/// How many more samples a pixel of so many in each replicate takes, whose error is too large by a factor.
+/// The remaining samples of a pixel with `count` samples per replicate, whose error is `excess` times the target error
+/// and falls with `power`. A replicate takes at most `most` samples.
 fn left(count: u32, excess: f64, power: f64, most: u32) -> u64 {
     let all = f64::from(count) * excess.powf(power.recip());
     let all = if all < f64::from(most) { (all as u32).next_power_of_two().min(most) } else { most };
     u64::from(all.max(2 * count).min(most) - count) * u64::from(REPLICATES)
 }
 
-/// What is known of the samples to come while the first round goes on, whose parts come in random order.
+/// Estimates the total number of samples during the first round. The round renders the parts in random order.
 struct FirstRound {
     rule: StopRule,
     most: u32,
     weight: f64,
     parts: usize,
     pixels: u64,
-    /// The brightness of the pixels so far, and for each part the samples left at the fastest and at the slowest.
+    /// The brightness of the pixels so far, and the remaining samples of each part at the fastest and at the slowest
+    /// convergence.
     known: Mutex<(Brightness, [Sampled; 2])>,
 }
 
 impl FirstRound {
-    /// The bounds of all samples, with another part that has its first.
+    /// Adds a part that has finished the first round, and updates the bounds of the total number of samples.
     fn forecast(&self, part: &Part, control: &Control) {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let (brightness, lefts) = &mut *known;
@@ -337,13 +341,13 @@ impl FirstRound {
         lefts[1].add(slowest as f64);
         let first = self.pixels * u64::from(FIRST);
         let [least, most] = [lefts[0].sum(self.parts, -1.0), lefts[1].sum(self.parts, 1.0)];
-        // Under the lock, so that an older forecast never replaces a newer one.
+        // Keep the lock, so that an older forecast never replaces a newer one.
         control
             .expect_between(least.zip(most).map(|(least, most)| [first + least as u64, first + most as u64]));
     }
 }
 
-/// Counts the pixels.
+/// Counts the pixels by whether they reached the target error.
 fn reached(parts: &[Part], most: u32, weight: f64) -> Reached {
     let active = || parts.iter().flat_map(Part::active);
     let at_cap = active().filter(|active| active.count >= most).count() as u64;
@@ -365,9 +369,9 @@ fn reached(parts: &[Part], most: u32, weight: f64) -> Reached {
 mod tests {
     use super::*;
 
-    /// Each pixel is beside those that are beside it, on both sides of the edges of tiles.
+    /// `around` finds all neighbors of each pixel, also in other tiles.
     #[test]
-    fn neighbours_are_found_across_tiles() {
+    fn neighbors_are_found_across_tiles() {
         for (width, height) in [(35, 18), (3, 90), (2, 2)] {
             let crop = PixelBounds { x0: 5, y0: 7, x1: 5 + width, y1: 7 + height };
             let mut parts: Vec<Part> =

@@ -23,8 +23,8 @@ pub(super) struct Folders {
 type Find = fn(&str, &[String]) -> Option<String>;
 
 impl Folders {
-    /// The name of a file below one of the folders: with other case, other slashes, a typing mistake, or without the
-    /// folders of another machine.
+    /// The intended file below one of the folders, if one exists. The given name may differ in case or slashes, contain
+    /// a typing mistake, or start with folders of another machine.
     pub fn meant(&mut self, name: &str, folders: &[PathBuf]) -> Option<String> {
         let name = name.replace('\\', "/");
         let parts: Vec<&str> = name.split('/').filter(|part| !matches!(*part, "" | ".")).collect();
@@ -34,7 +34,7 @@ impl Folders {
         let mut below = |from: usize, find: Find| {
             folders.iter().find_map(|folder| self.file(folder, &parts[from..], find))
         };
-        if let Some(found) = below(0, same).or_else(|| below(0, misspelt)) {
+        if let Some(found) = below(0, same).or_else(|| below(0, misspelled)) {
             return Some(found);
         }
         // An existing folder does not belong to another machine.
@@ -70,15 +70,15 @@ impl Folders {
     }
 }
 
-/// The same name, or one that differs in case.
+/// An entry with the same name, or one that differs in case.
 fn same(part: &str, entries: &[String]) -> Option<String> {
     let exact = entries.iter().find(|entry| *entry == part);
     let lower = part.to_lowercase();
     exact.or_else(|| entries.iter().find(|entry| entry.to_lowercase() == lower)).cloned()
 }
 
-/// The same name, or a misspelled one. The digits and the extension must agree.
-fn misspelt(part: &str, entries: &[String]) -> Option<String> {
+/// An entry with the same name, or a misspelled one. The digits and the extension must agree.
+fn misspelled(part: &str, entries: &[String]) -> Option<String> {
     if let Some(entry) = same(part, entries) {
         return Some(entry);
     }

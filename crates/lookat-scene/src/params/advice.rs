@@ -172,11 +172,11 @@ impl Params<'_> {
             names.join(" or "),
         );
         let warning = Diagnostic::warning(at, message);
-        // One number in place of a color means grey.
+        // One number in place of a color means gray.
         if let (Values::Numbers(numbers), true) = (&param.values.value, types.contains(&ParamType::Rgb))
-            && let [grey] = numbers[..]
+            && let [gray] = numbers[..]
         {
-            let declaration = format!("\"rgb {name}\" [{grey} {grey} {grey}]");
+            let declaration = format!("\"rgb {name}\" [{gray} {gray} {gray}]");
             return warning
                 .help(format!("a color has three numbers: {declaration}"))
                 .fix(param.span(), declaration);

@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, Read};
 
-/// The bytes to read at once, which fit the cache of a core. Tests use a small piece, so that it ends everywhere.
+/// The bytes to read at once, which fit the cache of a core. Tests use few bytes, so that pieces end everywhere.
 const PIECE: usize = if cfg!(test) { 7 } else { 1 << 16 };
 
 /// The longest word or line, in bytes.
@@ -157,7 +157,7 @@ impl<R: Read> Stream<R> {
 }
 
 fn line_ends(bytes: &[u8]) -> u64 {
-    // Sums in bytes, which vectorize. So few ones fit a byte.
+    // Byte sums vectorize. A chunk is so short that its sum fits a byte.
     let ends = |some: &[u8]| u64::from(some.iter().map(|byte| u8::from(*byte == b'\n')).sum::<u8>());
     bytes.chunks(u8::MAX.into()).map(ends).sum()
 }

@@ -11,8 +11,8 @@ use super::*;
 const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
 const CORNERS: &str = "property list uchar int vertex_indices\n";
 
-/// An ascii file with `vertices` and `faces`, one per line. More properties of vertices and faces are
-/// given as header lines, which stand behind the usual ones.
+/// An ascii file with one vertex or face per line. `vertex_lines` and `face_lines` are header lines of additional
+/// properties, which come after the usual ones.
 fn file(vertex_lines: &str, face_lines: &str, vertices: &[&str], faces: &[&str]) -> String {
     let (v, f) = (vertices.len(), faces.len());
     let rows = [vertices, faces].concat().join("\n");
@@ -87,7 +87,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap()
 }
 
-/// The file reads as `expected` in all encodings.
+/// Checks that the file reads as `expected` in all encodings.
 #[track_caller]
 fn check(ascii: &str, expected: &PlyMesh) {
     for bytes in [ascii.as_bytes().to_vec(), to_binary(ascii, false), to_binary(ascii, true)] {
@@ -101,7 +101,7 @@ fn check_error(bytes: &[u8], expected: &str) {
     assert_eq!(mesh(bytes), Err(PlyError(expected.into())));
 }
 
-/// The message for the file in ascii, and in both binary encodings.
+/// Checks the error messages in ascii and in both binary encodings.
 #[track_caller]
 fn check_errors(ascii: &str, in_ascii: &str, in_binary: &str) {
     check_error(ascii.as_bytes(), in_ascii);
@@ -246,7 +246,7 @@ fn indices_must_be_in_range() {
         let (text, binary) = (with(face), format!("byte {}: face 1 refers to vertex {rest}", byte));
         check_error(text.as_bytes(), &format!("{line} {rest}"));
         check_error(&to_binary(&text, true), &binary);
-        // The longer word for the byte order moves the body.
+        // The name of this format is 3 bytes longer, which moves the body.
         let binary = binary.replacen(&byte.to_string(), &(byte + 3).to_string(), 1);
         check_error(&to_binary(&text, false), &binary);
     }
@@ -317,7 +317,7 @@ fn promises_are_checked_before_memory_is_reserved() {
     check_error(&ascii, &format!("{promise} 42 bytes after it"));
     let binary = promising(&to_binary(&square(), true), "face 4000000000");
     check_error(&binary, &format!("{promise} 74 bytes after it"));
-    // As many as the bytes could hold if each face were an empty list.
+    // The body has enough bytes for this many faces if each is an empty list.
     let binary = promising(&to_binary(&square(), true), "face 74");
     check_error(&binary, "the file ends inside face 2 of 74");
     let ascii = promising(square().as_bytes(), "face 18446744073709551615");
@@ -346,7 +346,7 @@ fn vertices_must_be_few_enough_to_index() {
 #[test]
 fn a_file_cut_anywhere_is_an_error() {
     let ascii = square();
-    // All but the line end at the end is needed.
+    // Only the final line end can be missing.
     assert!(mesh(&ascii.as_bytes()[..ascii.len() - 1]).is_ok());
     let needed = ascii.trim_end().as_bytes().to_vec();
     for file in [needed, to_binary(&ascii, false), to_binary(&ascii, true), gzip(ascii.as_bytes())] {
@@ -380,7 +380,7 @@ fn gzip_is_bounded_and_checked() {
     assert_eq!(read_zipped(&packed[..], size, &MemoryBudget::default()), Ok(square_mesh()));
     let expected = PlyError(format!("the gzip data unpacks to more than {} bytes", size - 1));
     assert_eq!(read_zipped(&packed[..], size - 1, &MemoryBudget::default()), Err(expected));
-    // A false size at the end is found out, and reserves nothing.
+    // A wrong size at the end is an error, and no memory is reserved for it.
     let mut lying = packed.clone();
     lying.truncate(packed.len() - 4);
     lying.extend([0xff; 4]);
@@ -391,7 +391,7 @@ fn gzip_is_bounded_and_checked() {
     );
 }
 
-/// Gives its bytes with interruptions, then fails.
+/// A reader that returns its bytes with interruptions, then fails.
 struct Failing<'a>(&'a [u8], bool);
 
 impl Read for Failing<'_> {
@@ -410,7 +410,7 @@ impl Read for Failing<'_> {
 #[test]
 fn a_file_that_cannot_be_read_to_its_end_is_no_mesh() {
     for whole in [square().into_bytes(), to_binary(&square(), false)] {
-        // Where it fails, it seems to end; but that is not what is wrong with it.
+        // The file seems to end where reading fails, but the error must be the failed read.
         for end in 0..whole.len() {
             assert_eq!(read(Failing(&whole[..end], false)).unwrap_err().kind(), io::ErrorKind::TimedOut);
         }

@@ -231,8 +231,8 @@ impl Resolver<'_> {
         Err(Box::new(Diagnostic::error(at, format!("{keyword} without {begin}"))))
     }
 
-    /// Recovers from a wrong end with one error: closes blocks up to a matching one; without a match, closes the
-    /// inner block if it is of the other kind.
+    /// Recovers from a wrong end with one error: closes blocks up to a matching one. Without a match, closes the
+    /// innermost block, unless the block or the keyword belongs to an object.
     pub(super) fn close_wrongly(&mut self, keyword: &'static str) {
         let depth = match self.open.iter().rposition(|open| open.keywords().1 == keyword) {
             Some(matching) => matching,

@@ -10,7 +10,7 @@ use crate::transform::Transform;
 use crate::{Emission, Integrator, Light, MaterialKind, Primitive};
 
 impl Resolver<'_> {
-    /// Adds all of these warnings. The last directive ends at `end`.
+    /// Adds all warnings about the scene as a whole. The last directive ends at `end`.
     pub(super) fn warn_of_all(&mut self, end: Span) {
         self.warn_idle_emissions();
         self.warn_idle_objects();
@@ -90,7 +90,7 @@ impl Resolver<'_> {
         self.report.push(Diagnostic::warning(self.world_begin.unwrap_or(end), message).help(help));
     }
 
-    /// `path` renders the same picture as the integrators that it stands in for, except for caustics of delta lights.
+    /// Reports that `path` replaces the integrator. The picture is the same, except for caustics of delta lights.
     pub(super) fn tell_substituted_integrator(&mut self) {
         let Some(kind) = self.settled.as_ref().and_then(|settled| settled.substituted.as_ref()) else {
             return;
@@ -106,7 +106,7 @@ impl Resolver<'_> {
         });
     }
 
-    /// pbrt-v3 loses hits whose distance is small as the camera measures it.
+    /// Warns of a large world: pbrt-v3 loses hits at small distances in camera units.
     pub(super) fn warn_large_world(&mut self, world_from_camera: &Transform, at: Span) {
         const LARGE: f64 = 1000.0;
         let unit = world_from_camera.vector(DVec3::Z).length();
@@ -143,7 +143,7 @@ pub(super) fn is_scaled(world_from_camera: &Transform) -> bool {
     [DVec3::X, DVec3::Y, DVec3::Z].iter().any(is_other)
 }
 
-/// Whether a material reflects or refracts light in single directions.
+/// True if a material has specular lobes, which reflect or refract light in single directions.
 fn is_specular(material: &MaterialKind) -> bool {
     match material {
         MaterialKind::Mirror(_) | MaterialKind::Glass(_) => true,

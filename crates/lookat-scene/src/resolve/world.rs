@@ -98,7 +98,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Gives a note about a texture that there is, with values of the same type.
+    /// Adds a note if a texture of this name and value type is already defined.
     fn texture_again(&mut self, name: &Text, value: &Text) {
         let textures = &self.definitions.textures;
         let known = match value.value.as_str() {

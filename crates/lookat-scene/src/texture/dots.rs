@@ -4,7 +4,7 @@
 //! - `outside`: number, color or texture of the dots, default 0
 //! - the parameters of [`Mapping`]
 //!
-//! The names are swapped in pbrt-v3 and its pictures, and so they are here.
+//! pbrt-v3 swaps these names, and lookat follows pbrt-v3.
 
 use super::mapping::{Mapping, mapping};
 use super::{Parameter, Texture, TextureParams, Value, Varying};

@@ -22,14 +22,14 @@ pub enum Mapping {
         /// The offset (`udelta`, `vdelta`).
         offset: DVec2,
     },
-    /// s is the angle from the z axis over pi. t is the angle around the z axis from the x axis over 2 pi, from 0 to
-    /// 1.
+    /// s is the angle from the z axis, divided by pi. t is the angle around the z axis from the x axis, divided by 2
+    /// pi, from 0 to 1.
     Spherical {
         /// The transformation to the space of the z axis.
         texture_from_world: Transform,
     },
-    /// s is the angle around the z axis from the negative x axis over 2 pi, from 0 to 1. t is the cosine of the angle
-    /// from the z axis.
+    /// s is the angle around the z axis from the negative x axis, divided by 2 pi, from 0 to 1. t is the cosine of the
+    /// angle from the z axis.
     Cylindrical {
         /// The transformation to the space of the z axis.
         texture_from_world: Transform,

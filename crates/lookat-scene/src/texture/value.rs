@@ -19,10 +19,10 @@ pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + '
     /// Converts a texel.
     fn from_texel(texel: Self::Texel) -> Self;
 
-    /// A grey value.
+    /// A gray value.
     fn gray(value: f64) -> Self;
 
-    /// Converts a color; a number is its luminance.
+    /// Converts a color. A number becomes the luminance of the color.
     fn from_rgb(rgb: Vec3) -> Self;
 
     /// Linear interpolation: `a` for an `amount` of 0, `b` for 1.
@@ -80,7 +80,7 @@ pub(crate) trait Parameter: Value<Texel: FromColor> {
     /// The parameter as a texture, or its default.
     fn texture(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<Self>;
 
-    /// The pictures with these values.
+    /// The cache of pictures with these values.
     fn cache(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
 }
 

@@ -151,7 +151,7 @@ fn front(results: &Results) -> String {
     table(&rows)
 }
 
-/// The other renderers, and the time of lookat to reach their errors.
+/// The other renderers, and the time that lookat needs to reach their errors.
 fn others(results: &Results) -> String {
     let mut text = String::new();
     let names = results.measured.methods.iter().map(|method| method.name.to_owned());
@@ -231,8 +231,8 @@ fn comparison(what: &str, results: &Results, comparison: &Comparison) -> String 
     table(&rows)
 }
 
-/// Aligned columns: the first one left-aligned, the others right-aligned, and a last column without a title as it is.
-/// All rows have the length of the first.
+/// Aligned columns: the first one left-aligned, the others right-aligned. A last column without a title is not padded.
+/// All rows have the length of the first row.
 fn table(rows: &[Vec<String>]) -> String {
     let Some(titles) = rows.first() else { return String::new() };
     let width = |i: usize| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0);

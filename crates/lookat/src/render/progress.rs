@@ -1,4 +1,4 @@
-//! Progress of a rendering: a bar on a terminal, otherwise a line from time to time.
+//! The progress of a rendering: a bar on a terminal, otherwise single lines.
 
 use std::fmt::Write;
 use std::io::IsTerminal;
@@ -11,16 +11,17 @@ use lookat_render::{Progress, TimeLeft};
 
 use crate::args::Render;
 
-/// The time before the first estimate of the time left. Without a bar, a line follows each time that it doubles.
+/// The time before the first estimate of the time left. Without a bar, a line is printed then, and again each time the
+/// elapsed time doubles.
 const FIRST: Duration = Duration::from_secs(1);
-/// The time from one look at the clock to the next.
+/// The shortest time between two updates.
 const STEP: Duration = Duration::from_millis(100);
 
-/// The progress that is shown.
+/// The progress display of a rendering.
 pub struct Shown {
     is_silent: bool,
     bar: ProgressBar,
-    /// Of the picture.
+    /// The number of pixels of the picture.
     pixels: u64,
     has_target: bool,
     time: Option<Duration>,
@@ -30,12 +31,12 @@ pub struct Shown {
 struct State {
     started: Instant,
     left: TimeLeft,
-    /// When to look at the clock again, and when to say a line, after the start.
+    /// The times of the next update and of the next printed line, since the start.
     next: [Duration; 2],
 }
 
 impl Shown {
-    /// For a picture of so many pixels, whose rendering begins now.
+    /// A display for a picture of `pixels` pixels whose rendering begins now.
     pub fn new(arguments: &Render, pixels: u64) -> Shown {
         let is_silent = arguments.quiet || arguments.report.json;
         let bar = bar(is_silent, ProgressStyle::with_template("{wide_bar} {msg}"));
@@ -44,9 +45,9 @@ impl Shown {
         Shown { is_silent, bar, pixels, has_target, time: arguments.time, state: Mutex::new(state) }
     }
 
-    /// Shows it, if there is something new.
+    /// Updates the display, at most once per `STEP`.
     pub fn update(&self, progress: &Progress) {
-        // Another thread is at it.
+        // Another thread is updating the display.
         let Ok(mut state) = self.state.try_lock() else { return };
         let elapsed = state.started.elapsed();
         if self.is_silent || elapsed < state.next[0] {
@@ -57,7 +58,7 @@ impl Shown {
         let mut share = progress.done as f64 / progress.total.max(1) as f64;
         if let Some(time) = self.time {
             let until = time.saturating_sub(elapsed).as_secs_f64();
-            // A target that is reached sooner ends it.
+            // The rendering ends early if it reaches the target error.
             let sooner = if self.has_target { left.unwrap_or([0.0, until]) } else { [until; 2] };
             left = Some(sooner.map(|seconds| seconds.min(until)));
             share = share.max(elapsed.as_secs_f64() / time.as_secs_f64()).min(1.0);
@@ -79,18 +80,18 @@ impl Shown {
         self.bar.set_position((1000.0 * share) as u64);
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn clear(&self) {
         self.bar.finish_and_clear();
     }
 }
 
 fn percent(share: f64) -> String {
-    // What is not finished is not said to be.
+    // An unfinished rendering never shows 100 %.
     format!("{:.0} %", (100.0 * share).floor().min(99.0))
 }
 
-/// Units of time, and how many seconds they have.
+/// Units of time, and their lengths in seconds.
 const UNITS: [(&str, f64); 4] = [("s", 1.0), ("min", 60.0), ("h", 3600.0), ("days", 86_400.0)];
 
 /// An interval in seconds, rounded outwards, as in "3 to 6 min".
@@ -119,7 +120,7 @@ pub fn progress_bar(silent: bool) -> ProgressBar {
     bar(silent, style.map(|style| style.with_key("left", left)))
 }
 
-/// A bar with a thousand steps, hidden where there is no terminal.
+/// A bar with a thousand steps, hidden if `silent` or without a terminal.
 fn bar(silent: bool, style: Result<ProgressStyle, TemplateError>) -> ProgressBar {
     let hidden = silent || !std::io::stderr().is_terminal();
     let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
@@ -149,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_finished_is_less_than_all() {
+    fn an_unfinished_rendering_shows_less_than_100_percent() {
         assert_eq!([0.0, 0.129, 0.9999, 1.0].map(percent), ["0 %", "12 %", "99 %", "99 %"]);
     }
 }

@@ -114,7 +114,7 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     }
 }
 
-/// Says why a picture is all black.
+/// Prints the reason why a picture is all black.
 pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &Scene) {
     if picture.black && rendered.complete && picture.least_samples > 0 {
         // Without secondary rays, no surface scattered light.
@@ -157,7 +157,7 @@ impl JsonTarget {
         let all = (self.within + self.at_cap + self.out_of_time) as f64;
         let pixels = |count: u64| {
             let share = 100.0 * count as f64 / all;
-            // Rounding must not turn some into none or all.
+            // Rounding must not show a part as 0 % or 100 %.
             let share = if count as f64 == all { share } else { share.min(99.99) };
             let least =
                 if count > 0 && share < 0.01 { "under 0.01".to_owned() } else { format!("{share:.2}") };

@@ -1,4 +1,4 @@
-//! Tips for a wrong command line that hold for lookat.
+//! Tips for a wrong command line.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ pub fn with_tips(error: Error, typed: &[String]) -> Error {
             Some(format!("to render the scene, write 'lookat render {}'", typed[1..].join(" ")))
         }
         ErrorKind::UnknownArgument => {
-            // The parser takes any unknown option for a value, which it hardly ever is.
+            // The parser suggests giving an unknown option as a value, which the user hardly ever means.
             error.remove(ContextKind::Suggested);
             error.insert(ContextKind::Usage, ContextValue::StyledStr(command.clone().render_usage()));
             let unknown = match error.get(ContextKind::InvalidArg) {
@@ -54,19 +54,19 @@ const SYNONYMS: [(&str, &str); 12] = [
     ("tolerance", "--max"),
 ];
 
-/// A tip for an option, or a word, that the command does not know.
+/// A tip for an option or a word that the command does not know.
 fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -> Option<String> {
-    // `-spp 4` is told as `-s`; `-out a.exr` is read as `-o ut`, and the word after it is told.
+    // The parser reports `-spp 4` as `-s`. It reads `-out a.exr` as `-o ut`, and reports the word after it.
     if !unknown.starts_with("--")
         && let Some(long) = typed.iter().find_map(|word| long_of_one_dash(word, command))
     {
         return Some(format!("options of several letters begin with two dashes: '--{long}'"));
     }
-    let is_told = |word: &String| match unknown.starts_with("--") {
+    let is_reported = |word: &String| match unknown.starts_with("--") {
         true => word.split('=').next() == Some(unknown),
         false => word.starts_with(unknown),
     };
-    let at = typed.iter().position(is_told)?;
+    let at = typed.iter().position(is_reported)?;
     let word = typed[at].as_str();
     let before = at.checked_sub(1).map_or("", |before| typed[before].as_str());
     if option(command, before).is_some_and(|option| option.get_action().takes_values()) {
@@ -84,7 +84,7 @@ fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -
     (!others.is_empty()).then(|| format!("'{unknown}' is an option of {}", others.join(", ")))
 }
 
-/// The option that is typed as `--long` or `-s`.
+/// The option with this spelling, `--long` or `-s`.
 fn option<'c>(command: &'c Command, typed: &str) -> Option<&'c Arg> {
     let is = |arg: &&Arg| match typed.strip_prefix("--") {
         Some(long) => longs(arg).contains(&long),
@@ -99,10 +99,10 @@ fn longs(arg: &Arg) -> Vec<&str> {
     arg.get_long_and_visible_aliases().unwrap_or_default()
 }
 
-/// The long option that is meant by a word such as `-spp`.
+/// The long option that the user means by a word such as `-spp`.
 fn long_of_one_dash<'c>(word: &str, command: &'c Command) -> Option<&'c str> {
     let name = word.strip_prefix('-').filter(|name| !name.starts_with('-') && name.len() > 2)?;
     let all: Vec<&str> = command.get_arguments().flat_map(longs).collect();
-    let begun = all.iter().copied().find(|long| long.starts_with(name));
-    begun.or_else(|| nearest(name, all))
+    let extended = all.iter().copied().find(|long| long.starts_with(name));
+    extended.or_else(|| nearest(name, all))
 }

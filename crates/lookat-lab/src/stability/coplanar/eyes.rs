@@ -11,7 +11,7 @@ use crate::stability::random::direction;
 use crate::stability::tally::{Tally, tally};
 use crate::text_scene::{render, scene};
 
-/// Triangles whose planes hold the origin.
+/// Triangles whose planes contain the origin.
 struct Floor {
     points: &'static [[f64; 3]],
     faces: &'static [[usize; 3]],
@@ -19,19 +19,19 @@ struct Floor {
 }
 
 const FLOORS: [Floor; 5] = [
-    // The origin is inside.
+    // The origin is inside a triangle.
     Floor {
         points: &[[-30.0, 0.0, -18.0], [30.0, 0.0, -18.0], [0.0, 0.0, 42.0]],
         faces: &[[0, 1, 2]],
         is_flat: true,
     },
-    // On the edge of two triangles.
+    // The origin is on the edge between two triangles.
     Floor {
         points: &[[-30.0, 0.0, -30.0], [30.0, 0.0, -30.0], [30.0, 0.0, 30.0], [-30.0, 0.0, 30.0]],
         faces: &[[0, 1, 2], [0, 2, 3]],
         is_flat: true,
     },
-    // At the corner of four.
+    // The origin is the common corner of four triangles.
     Floor {
         points: &[
             [0.0, 0.0, 0.0],
@@ -43,13 +43,13 @@ const FLOORS: [Floor; 5] = [
         faces: &[[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]],
         is_flat: true,
     },
-    // Beside it, in its plane.
+    // The origin is beside the triangle, in its plane.
     Floor {
         points: &[[-30.0, 0.0, 6.0], [30.0, 0.0, 7.0], [0.0, 0.0, 42.0]],
         faces: &[[0, 1, 2]],
         is_flat: true,
     },
-    // On the ridge of a roof.
+    // The origin is on the ridge of a roof.
     Floor {
         points: &[[-30.0, 0.0, 0.0], [30.0, 0.0, 0.0], [3.0, -20.0, 30.0], [-5.0, -20.0, -30.0]],
         faces: &[[0, 1, 2], [0, 1, 3]],
@@ -57,7 +57,8 @@ const FLOORS: [Floor; 5] = [
     },
 ];
 
-/// A camera, the way it looks and what is up, and whether its rays start in all of the plane.
+/// A camera, its viewing direction, its up vector, and whether its rays start from an area of the plane instead of from
+/// one point.
 type View = (&'static str, [f64; 3], [f64; 3], bool);
 
 const VIEWS: [View; 7] = [
@@ -80,19 +81,19 @@ const VIEWS: [View; 7] = [
     ("\"orthographic\"", [0.0, -1.0, 0.0], [2.0, 0.0, 1.0], true),
 ];
 
-/// The scene of a floor, black before a white sky.
-fn text(place: &Place, floor: &Floor, (camera, way, up, _): View) -> String {
+/// A scene with a black floor and a white sky.
+fn text(place: &Place, floor: &Floor, (camera, forward, up, _): View) -> String {
     format!(
         "{} Camera {camera} Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"path\"
          Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16
          WorldBegin LightSource \"infinite\" Material \"matte\" \"rgb Kd\" [0 0 0]
          {} WorldEnd",
-        place.look_at([0.0; 3], way, up),
+        place.look_at([0.0; 3], forward, up),
         place.mesh(floor.points, floor.faces)
     )
 }
 
-/// The pixels that are not white.
+/// Counts the pixels of all scenes. Each pixel that is not white is a failure.
 fn dark_pixels(places: &[Place]) -> Tally {
     let mut tally = Tally::default();
     for place in places {
@@ -132,8 +133,8 @@ pub(super) fn far(_: &Effort) -> Found {
     found
 }
 
-/// Corners are rounded, so that the eye is in the plane only about. Where the rounding is that of coordinates of the size of the
-/// triangle, nothing is to be seen of it; farther from the origin, what rounding left may have a side that faces the eye.
+/// The corners are rounded, so the eye is only approximately in the plane. Near the origin, coordinates are as large as
+/// the triangle, and the eye sees nothing of it. Farther away, rounding may turn one side of the triangle to the eye.
 pub(super) fn slanted(effort: &Effort) -> Found {
     let mut found = Found::default();
     for (exponent, seed) in (0..10).step_by(2).zip(4600..) {
@@ -155,10 +156,11 @@ pub(super) fn slanted(effort: &Effort) -> Found {
     found
 }
 
-/// Rays for each scene.
+/// Rays per scene.
 const RAYS: u64 = 100;
 
-/// How many camera rays do not fit in: to a triangle that is not seen or, unless `is_near`, seen from one side.
+/// The number of camera rays with a wrong result. The triangle must be invisible or, unless `is_near`, visible from one
+/// side only.
 fn wrong_answers(random: &mut Pcg64Mcg, place: &Place, floor: &Floor, view: View, is_near: bool) -> u64 {
     let scene = scene(&text(place, floor, view));
     let probe = Probe::new(&scene);
@@ -167,7 +169,7 @@ fn wrong_answers(random: &mut Pcg64Mcg, place: &Place, floor: &Floor, view: View
         let mut square = || DVec2::new(random.random(), random.random());
         let ray = probe.camera_ray(square() * 16.0, square());
         let height = ray.d.dot(place.axes.y_axis);
-        // So close to the plane, the ray may come to the end of the triangle before it meets it.
+        // This close to the plane, a ray may leave the triangle before it meets the plane.
         if height.abs() < 1e-6 {
             continue;
         }
@@ -182,7 +184,7 @@ fn wrong_answers(random: &mut Pcg64Mcg, place: &Place, floor: &Floor, view: View
 mod tests {
     use super::*;
 
-    /// A floor a little below the eye is seen, so that white pixels mean something.
+    /// A floor slightly below the eye is visible, so white pixels are a real result.
     #[test]
     fn floors_below_are_seen() {
         let [place, ..] = Place::straight(DVec3::ZERO, 1.0);

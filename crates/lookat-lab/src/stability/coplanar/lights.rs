@@ -37,7 +37,7 @@ impl Light {
         matches!(self, Light::Square | Light::Disk)
     }
 
-    /// Its directives, as bright from any distance.
+    /// The directives of the light. It lights the sphere equally from any distance.
     fn text(self, place: &Place, distance: f64) -> String {
         let at = [distance, 0.0, 0.0];
         let bright = distance * distance;
@@ -74,19 +74,19 @@ impl Light {
     }
 }
 
-/// The transformation that takes the axes to others, and the origin to a point.
+/// The transformation that maps the coordinate axes to `axes`, and the origin to `at`.
 fn matrix(place: &Place, at: [f64; 3], axes: [[f64; 3]; 3]) -> String {
     let [x, y, z] =
         axes.map(|axis| (place.axes * DVec3::from(axis)).to_array().map(|x| x.to_string()).join(" "));
     format!("ConcatTransform [{x} 0  {y} 0  {z} 0  {} 1]", place.text(at))
 }
 
-/// Those of a square in the plane.
+/// The corners of a square in the plane, with its center and half its side.
 fn corners([x, y, z]: [f64; 3], half: f64) -> [[f64; 3]; 4] {
     [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[u, v]| [x + u, y, z + v])
 }
 
-/// A black floor, with a hole for a light that has an area.
+/// A black floor, with a hole for an area light.
 fn floor(light: Light, place: &Place, distance: f64) -> String {
     let at = [distance, 0.0, 0.0];
     let around = corners(at, 3.0 * distance);
@@ -100,7 +100,7 @@ fn floor(light: Light, place: &Place, distance: f64) -> String {
     format!("Material \"matte\" \"rgb Kd\" [0 0 0] {mesh}")
 }
 
-/// A sphere of radius one over the plane, seen from a little above that.
+/// A scene with a sphere of radius 1 at this height over the plane, seen from slightly above the plane.
 fn text(light: Light, place: &Place, distance: f64, height: f64, floor: &str) -> String {
     format!(
         "{} Camera \"perspective\" \"float fov\" 20
@@ -113,7 +113,7 @@ fn text(light: Light, place: &Place, distance: f64, height: f64, floor: &str) ->
     )
 }
 
-/// A picture of the sphere with a floor is the picture without it. The lowest point of the sphere is above the floor or in it.
+/// The floor does not change the picture of the sphere. The lowest point of the sphere is above the floor or on it.
 pub(super) fn in_plane(_: &Effort) -> Found {
     let mut found = Found::default();
     for distance in [4.0, 30.0, 1e3, 1e5] {
@@ -122,7 +122,8 @@ pub(super) fn in_plane(_: &Effort) -> Found {
             .iter()
             .flat_map(|place| Light::ALL.map(|light| (place, light)))
         {
-            // Whatever the distance, what of the sphere is near the plane sees a light with an area edge-on.
+            // At any distance, the part of the sphere near the plane sees an area light edge-on, so the sphere stays
+            // above the plane.
             let heights = if light.has_area() { [2.0, 1.5] } else { [2.0, 1.0] };
             for height in heights {
                 let picture = |floor: &str| {
@@ -144,7 +145,7 @@ pub(super) fn in_plane(_: &Effort) -> Found {
 mod tests {
     use super::*;
 
-    /// Lights shine on the sphere, and a floor above the light hides it.
+    /// Each light reaches the sphere, and a floor above the light hides it.
     #[test]
     fn lights_are_seen_and_can_be_hidden() {
         let [place, ..] = Place::straight(DVec3::ZERO, 1.0);
@@ -155,7 +156,7 @@ mod tests {
                 render(&scene, 1).rgb().unwrap().iter().map(|pixel| pixel[0]).sum::<f32>()
             };
             assert!(sum("") > 0.0, "{}", light.text(&place, 4.0));
-            // All of a distant light comes along the floor.
+            // Distant light arrives parallel to the floor, so the floor cannot hide it.
             if !matches!(light, Light::Distant) {
                 let hidden = sum(&floor(Light::Point, &higher, 4.0));
                 assert!(hidden < 0.5 * sum(""), "{}", light.text(&place, 4.0));

@@ -10,10 +10,10 @@ use crate::stability::random::{between, direction};
 use crate::stability::tally::{Tally, tally};
 use crate::text_scene::scene;
 
-/// A shape, a point of it and the normal there.
-type Form = (&'static str, [f64; 3], [f64; 3]);
+/// A shape, a point on it, and the normal at the point.
+type SurfacePoint = (&'static str, [f64; 3], [f64; 3]);
 
-const FORMS: [Form; 6] = [
+const SURFACE_POINTS: [SurfacePoint; 6] = [
     ("Shape \"disk\"", [0.3, -0.5, 0.0], [0.0, 0.0, 1.0]),
     ("Shape \"sphere\"", [0.48, 0.6, 0.64], [0.48, 0.6, 0.64]),
     ("Shape \"cylinder\"", [0.6, -0.8, 0.1], [0.6, -0.8, 0.0]),
@@ -26,30 +26,31 @@ const FORMS: [Form; 6] = [
     ),
 ];
 
-/// Outwards there is nothing; inwards the other side is hit, or the opening, but nothing at the eye itself.
+/// Outward rays hit nothing, except on a hyperboloid. Inward rays hit the far side or leave through an opening. No ray
+/// hits the shape at the eye.
 pub(super) fn eye_on_shape(effort: &Effort) -> Found {
     let mut found = Found::default();
     let tallies = tally(effort.rays.min(100_000) / RAYS, 4800, |random, [all]: &mut [Tally; 1]| {
-        let form = FORMS[random.random_range(0..FORMS.len())];
+        let surface = SURFACE_POINTS[random.random_range(0..SURFACE_POINTS.len())];
         let axis = direction(random);
         let turn = DMat3::from_quat(DQuat::from_axis_angle(axis, between(random, 0.0, 6.0)));
         let axes = if random.random() { turn } else { DMat3::IDENTITY };
         let size = 10_f64.powi(random.random_range(-6..7));
         let place = Place { origin: direction(random) * size, axes, size };
-        let scene = scene(&text(form, &place));
+        let scene = scene(&text(surface, &place));
         let probe = Probe::new(&scene);
-        let outward = axes * DVec3::from(form.2).normalize();
+        let outward = axes * DVec3::from(surface.2).normalize();
         for _ in 0..RAYS {
             let film = DVec2::new(random.random(), random.random()) * 16.0;
             let ray = probe.camera_ray(film, DVec2::ZERO);
             let cosine = ray.d.dot(outward);
-            // Seen edge-on, the other side is as near as that.
+            // For nearly tangent rays, the far side may be as near as the tolerance.
             if cosine.abs() < 1e-3 {
                 continue;
             }
             let hit = probe.nearest(&ray);
             all.answer(
-                hit.is_none_or(|hit| hit.t > 1e-6 * size && (cosine < 0.0 || form.0.contains("hyper"))),
+                hit.is_none_or(|hit| hit.t > 1e-6 * size && (cosine < 0.0 || surface.0.contains("hyper"))),
             );
         }
     });
@@ -57,10 +58,10 @@ pub(super) fn eye_on_shape(effort: &Effort) -> Found {
     found
 }
 
-/// Rays for each scene.
+/// Rays per scene.
 const RAYS: u64 = 100;
 
-fn text((shape, point, _): Form, place: &Place) -> String {
+fn text((shape, point, _): SurfacePoint, place: &Place) -> String {
     let columns =
         place.axes.to_cols_array_2d().map(|column| column.map(|x| format!("{:?}", x * place.size)).join(" "));
     let [x, y, z] = columns;
@@ -77,16 +78,16 @@ fn text((shape, point, _): Form, place: &Place) -> String {
 mod tests {
     use super::*;
 
-    /// The points are on the shapes: a ray that comes from outside meets them.
+    /// Each point is on its shape: a ray from outside hits the shape there.
     #[test]
     fn eyes_are_on_shapes() {
-        for form in FORMS {
+        for surface in SURFACE_POINTS {
             let place = Place { origin: DVec3::ZERO, axes: DMat3::IDENTITY, size: 1.0 };
-            let scene = scene(&text(form, &place));
+            let scene = scene(&text(surface, &place));
             let probe = Probe::new(&scene);
-            let n = DVec3::from(form.2).normalize();
+            let n = DVec3::from(surface.2).normalize();
             let hit = probe.nearest(&lookat_render::Ray::new(n * 0.25, -n)).expect("a hit");
-            assert!((hit.t - 0.25).abs() < 1e-12, "{}: {}", form.0, hit.t);
+            assert!((hit.t - 0.25).abs() < 1e-12, "{}: {}", surface.0, hit.t);
         }
     }
 }
