@@ -88,13 +88,15 @@ fn settle(value: f32, settings: &Settings) -> f32 {
 }
 
 impl<T: FromColor> Cache<T> {
-    /// The picture named by the parameter `name`. Reports an error and returns `None` without one.
+    /// The picture named by the parameter `name`. Reports an error and returns `None` without one. `instead`: what
+    /// pbrt-v3 does with a picture that it does not read.
     pub fn get(
         &mut self,
         params: &mut Params,
         name: &'static str,
         file: &Text,
         settings: Settings,
+        instead: &str,
     ) -> Option<Arc<MipMap<T>>> {
         let first = params.first_path(file);
         let (path, bytes) = match self.found.get(&first) {
@@ -120,7 +122,7 @@ impl<T: FromColor> Cache<T> {
         }
         match &self.known[&key] {
             Ok(map) => {
-                warn_of_format(params, name, &key.path, not_read_by_pbrt(settings.not_negative));
+                warn_of_format(params, name, &key.path, instead);
                 Some(map.clone())
             }
             Err((message, help)) => {
@@ -168,14 +170,6 @@ impl<T: FromColor> Cache<T> {
         // Frees the memory of a large picture early.
         drop(image);
         Ok(Arc::new(MipMap::new(width as usize, height as usize, texels, settings.wrap)))
-    }
-}
-
-/// What pbrt-v3 does without a picture.
-fn not_read_by_pbrt(is_light: bool) -> &'static str {
-    match is_light {
-        true => "renders this light without the picture, uniform in all directions",
-        false => "shows gray instead of this picture",
     }
 }
 

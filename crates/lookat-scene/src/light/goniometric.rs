@@ -6,7 +6,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Light, map_name, no_map, scaled, shown};
+use super::{Light, UNIFORM, map_name, no_map, scaled, shown};
 use crate::Transform;
 use crate::params::Params;
 use crate::picture::Pictures;
@@ -23,7 +23,7 @@ pub(super) fn goniometric(
         no_map(params, "it has equal intensity in all directions");
         return Some(Light::Point { position, intensity });
     };
-    let Some(map) = shown(params, &file, pictures) else {
+    let Some(map) = shown(params, &file, pictures, UNIFORM) else {
         return Some(Light::Point { position, intensity });
     };
     let light_from_world = DMat3::from_mat4(world_from_light.inv);

@@ -7,7 +7,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{Light, map_name, samples, scaled, shown};
+use super::{Light, UNIFORM, map_name, samples, scaled, shown};
 use crate::Transform;
 use crate::color::LARGEST;
 use crate::params::Params;
@@ -22,7 +22,7 @@ pub(super) fn infinite(
     let radiance = scaled(params, "L");
     let samples = samples(params);
     warn_scaled(params, &world_from_light);
-    let Some(map) = map_name(params).and_then(|file| shown(params, &file, pictures)) else {
+    let Some(map) = map_name(params).and_then(|file| shown(params, &file, pictures, UNIFORM)) else {
         return Some(Light::Infinite { radiance, samples });
     };
     Some(Light::Environment {

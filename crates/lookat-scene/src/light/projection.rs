@@ -24,7 +24,7 @@ pub(super) fn projection(
         params.reject("fov", "fov must be above 0 and below 180 degrees", None);
     }
     let map = match map_name(params) {
-        Some(file) => shown(params, &file, pictures),
+        Some(file) => shown(params, &file, pictures, "as a white square"),
         None => {
             no_map(params, "it projects a white square");
             None

@@ -27,8 +27,8 @@ pub(super) fn glass(params: &mut TextureParams) -> Glass {
         && !(is_smooth(&roughness.u) && roughness.v.as_ref().is_some_and(is_smooth))
     {
         let name = if params.was_taken("eta") { "eta" } else { "index" };
-        let message = "pbrt-v3 aborts at rough glass of index 1; here light goes straight on";
-        params.warn(name, message, "an index of 1.001 looks the same, and renders in both");
+        let message = "pbrt-v3 aborts at rough glass of index 1; lookat lets light pass straight through";
+        params.warn(name, message, "write an index of 1.001: it looks the same and renders in both programs");
     }
     Glass { kr, kt, roughness, eta }
 }

@@ -21,7 +21,8 @@ pub(super) fn matte(params: &mut TextureParams) -> Matte {
     if let Texture::Constant(degrees) = sigma
         && !(0.0..=90.0).contains(&degrees)
     {
-        let message = format!("sigma is used as {}, as in pbrt-v3", degrees.clamp(0.0, 90.0));
+        let message =
+            format!("sigma is out of range: it is used as {}, as in pbrt-v3", degrees.clamp(0.0, 90.0));
         params.warn("sigma", &message, "use a sigma from 0 (smooth) to 90 degrees");
     }
     Matte { kd, sigma }

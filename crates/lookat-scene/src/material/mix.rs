@@ -28,7 +28,7 @@ pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
     let amount = share(params, "amount", 0.5);
     let count = materials.iter().map(|part| count(part)).sum();
     if count > MOST {
-        let help = "a material named by two parameters counts twice, with all its parts";
+        let help = "use fewer materials; a material named by two parameters counts twice, with all its parts";
         params.reject("", format!("this mix consists of more than {MOST} materials"), Some(help));
         let materials = [0, 1].map(|_| Arc::new(Material::DEFAULT));
         return Mix { materials, amount, count: 2 };

@@ -1,5 +1,6 @@
 //! Stand-ins for unsupported materials: the nearest supported material with the same mean color.
 
+mod diffusion;
 mod disney;
 mod fourier;
 mod media;
@@ -8,20 +9,21 @@ mod subsurface;
 use glam::Vec3;
 
 use super::{MaterialKind, Matte, Roughness, Uber, share};
-use crate::texture::{Texture, TextureParams};
+use crate::texture::{Texture, TextureParams, Value};
 
 pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
     let (replacement, material) = match params.kind() {
         "disney" => disney::disney(params),
-        "hair" => ("\"matte\" of its color", matte(hair_color(params))),
-        "kdsubsurface" => ("\"uber\" of its Kd and index", subsurface::of_color(params)),
+        "hair" => ("\"matte\" with the same color", matte(hair_color(params))),
+        "kdsubsurface" => ("\"uber\" with the same Kd and index", subsurface::of_color(params)),
         "subsurface" => (
-            "\"uber\" of its index and the diffuse color of its coefficients",
+            "\"uber\" with the same index and the diffuse color of the coefficients",
             subsurface::of_coefficients(params),
         ),
         _ => fourier::fourier(params),
     };
-    let message = format!("Material \"{}\" is not rendered: {replacement} replaces it", params.kind());
+    let message =
+        format!("lookat does not support Material \"{}\": it renders {replacement} instead", params.kind());
     params.unsupported(message);
     material
 }
@@ -29,44 +31,55 @@ pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
 /// The color of a mass of hair by its absorption, and the other way round, after Chiang et al. 2016 (HairBSDF in
 /// materials/hair.cpp).
 fn hair_color(params: &mut TextureParams) -> Texture<Vec3> {
+    let color = share(params, "color", 0.0);
+    let absorption = hair_absorption(params);
+    let beta = constant(params, "beta_n", 0.3);
+    if params.was_taken("color") && !params.was_taken("sigma_a") {
+        return color;
+    }
+    let of_beta = polynomial([0.245, 5.574, -10.73, 2.532, -0.215, 5.969], beta) as f32;
+    Texture::Constant(absorption.map(|channel| (-channel.sqrt() * of_beta).exp()))
+}
+
+/// The absorption inside a hair, by default of brown hair.
+fn hair_absorption(params: &mut TextureParams) -> Vec3 {
     const EUMELANIN: Vec3 = Vec3::new(0.419, 0.697, 1.37);
     const PHEOMELANIN: Vec3 = Vec3::new(0.187, 0.4, 1.05);
-    let color = share(params, "color", 0.0);
-    let absorption = constant_color(params, "sigma_a", Vec3::ZERO);
-    let [eumelanin, pheomelanin] = ["eumelanin", "pheomelanin"].map(|name| constant(params, name, 0.0));
-    let beta = constant(params, "beta_n", 0.3);
-    let absorption = if params.was_taken("sigma_a") {
-        absorption
-    } else if params.was_taken("color") {
-        return color;
-    } else if params.was_taken("eumelanin") || params.was_taken("pheomelanin") {
-        eumelanin.max(0.0) as f32 * EUMELANIN + pheomelanin.max(0.0) as f32 * PHEOMELANIN
-    } else {
-        1.3 * EUMELANIN
-    };
-    let of_beta =
-        [0.245, 5.574, -10.73, 2.532, -0.215, 5.969].iter().fold(0.0, |sum, term| sum * beta + term);
-    let channel = |absorption: f32| (-absorption.max(0.0).sqrt() * of_beta as f32).exp();
-    Texture::Constant(Vec3::from_array(absorption.to_array().map(channel)))
+    const BROWN: f64 = 1.3;
+    let [eumelanin, pheomelanin] = [("eumelanin", BROWN), ("pheomelanin", 0.0)]
+        .map(|(name, default)| constant(params, name, default).max(0.0) as f32);
+    let is_red = params.was_taken("pheomelanin") && !params.was_taken("eumelanin");
+    let eumelanin = if is_red { 0.0 } else { eumelanin };
+    constant_color(params, "sigma_a", eumelanin * EUMELANIN + pheomelanin * PHEOMELANIN)
 }
 
-/// A number; of a texture, the default.
+/// A number. Warns of a texture, and returns the default.
 fn constant(params: &mut TextureParams, name: &'static str, default: f64) -> f64 {
-    params.float_texture(name, default).constant().unwrap_or(default)
+    let texture = params.float_texture(name, default);
+    constant_or(params, name, texture, default)
 }
 
-/// A color of 0 or more; of a texture, the default.
+/// A color of 0 or more. Warns of a texture, and returns the default.
 fn constant_color(params: &mut TextureParams, name: &'static str, default: Vec3) -> Vec3 {
-    params.spectrum_texture(name, default).constant().unwrap_or(default).max(Vec3::ZERO)
+    let texture = params.spectrum_texture(name, default);
+    constant_or(params, name, texture, default).max(Vec3::ZERO)
 }
 
-/// A texture times a color.
-fn scaled(texture: Texture<Vec3>, factor: Vec3) -> Texture<Vec3> {
-    Texture::product([Texture::Constant(factor), texture])
+fn constant_or<T: Value>(params: &mut TextureParams, name: &str, texture: Texture<T>, default: T) -> T {
+    texture.constant().unwrap_or_else(|| {
+        let message = format!("lookat ignores this texture of {name}: it uses the default value");
+        params.warn(name, &message, &format!("write {name} without a texture"));
+        default
+    })
 }
 
-fn gray(share: f32) -> Texture<Vec3> {
-    Texture::Constant(Vec3::splat(share))
+/// A polynomial in `x`. Its coefficients begin with the highest power.
+fn polynomial<const N: usize>(coefficients: [f64; N], x: f64) -> f64 {
+    coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
+}
+
+fn gray(value: f32) -> Texture<Vec3> {
+    Texture::Constant(Vec3::splat(value))
 }
 
 fn matte(kd: Texture<Vec3>) -> MaterialKind {

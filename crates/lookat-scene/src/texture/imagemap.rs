@@ -69,7 +69,8 @@ pub(super) fn imagemap<T: Parameter>(
         return None;
     };
     let settings = Settings { wrap, gamma, scale, bottom_up: true, not_negative: false };
-    let map = T::cache(pictures).get(params, "filename", &file, settings);
+    let map =
+        T::cache(pictures).get(params, "filename", &file, settings, "shows gray instead of this picture");
     let Some(map) = map.filter(|_| params.usable()) else {
         params.finish();
         return None;

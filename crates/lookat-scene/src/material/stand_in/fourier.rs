@@ -21,13 +21,13 @@ pub(super) fn fourier(params: &mut TextureParams) -> (&'static str, MaterialKind
     };
     let reflected = Texture::Constant(albedo.reflected);
     if albedo.transmitted.max_element() <= 0.0 {
-        return ("\"matte\" of its mean color", matte(reflected));
+        return ("\"matte\" with the same mean color", matte(reflected));
     }
     let roughness = Roughness { u: Texture::Constant(1.0), v: None, remap: false };
     let transmit = Texture::Constant(albedo.transmitted);
     let [kd, ks] = [gray(1.0), gray(0.0)];
     let sheet = Translucent { kd, ks, reflect: reflected, transmit, roughness };
-    ("\"translucent\" of its mean color", MaterialKind::Translucent(sheet))
+    ("\"translucent\" with the same mean color", MaterialKind::Translucent(sheet))
 }
 
 /// The numbers of a file, in order.
@@ -52,12 +52,13 @@ impl Numbers<'_> {
 /// The albedo of the front, the mean over directions. `None` of a file that is no such table.
 fn albedo(bytes: &[u8]) -> Option<Albedo> {
     let mut numbers = Numbers(bytes.strip_prefix(b"SCATFUN\x01")?);
-    let [flags, angles, coefficients, _, channels, bases, ..] = numbers.counts(9)?[..] else { return None };
+    let [flags, angles, coefficients, _, channels, bases] = numbers.counts(6)?[..] else { return None };
     // The only kind of table that pbrt-v3 takes.
     if flags != 1 || ![1, 3].contains(&channels) || bases != 1 || angles < 2 {
         return None;
     }
-    numbers.floats(5)?;
+    // Three unused words, the index of refraction and four more unused words.
+    numbers.floats(8)?;
     let cosines = numbers.floats(angles)?;
     let pairs = angles.checked_mul(angles)?;
     numbers.floats(pairs)?;
@@ -83,14 +84,14 @@ fn albedo(bytes: &[u8]) -> Option<Albedo> {
         for light in 0..angles {
             // 2 cos is the density of directions from the front, 2 pi the integral over the azimuth of the light.
             let weight = std::f32::consts::TAU * width(light) * 2.0 * cosines[out] * width(out);
-            let share = mean(out, light)? * weight;
+            let scattered = mean(out, light)? * weight;
             // In such tables light that is reflected has the other sign.
             let sum = if cosines[light] < 0.0 { &mut reflected } else { &mut transmitted };
-            *sum += share;
+            *sum += scattered;
         }
     }
-    let share = |sum: Vec3| sum.is_finite().then(|| sum.clamp(Vec3::ZERO, Vec3::ONE));
-    Some(Albedo { reflected: share(reflected)?, transmitted: share(transmitted)? })
+    let in_range = |sum: Vec3| sum.is_finite().then(|| sum.clamp(Vec3::ZERO, Vec3::ONE));
+    Some(Albedo { reflected: in_range(reflected)?, transmitted: in_range(transmitted)? })
 }
 
 #[cfg(test)]
@@ -109,7 +110,7 @@ mod tests {
                 let is_reflected = cosine(out) > 0.0 && cosine(light) < 0.0;
                 places.extend([values.len() as i32, i32::from(is_reflected)]);
                 if is_reflected {
-                    let of = |share: f32| share / std::f32::consts::PI * cosine(light).abs();
+                    let of = |albedo: f32| albedo / std::f32::consts::PI * cosine(light).abs();
                     values.extend([luminance, red, blue].map(of));
                 }
             }
@@ -137,6 +138,16 @@ mod tests {
         let found = albedo(&table([0.8, 0.4, 0.1])).unwrap();
         assert!((found.reflected - Vec3::new(0.8, 0.4, 0.1)).abs().max_element() < 0.02, "{found:?}");
         assert_eq!(found.transmitted, Vec3::ZERO);
+    }
+
+    #[test]
+    fn unused_words_may_have_any_value() {
+        let table = table([0.5; 3]);
+        for word in [6, 7, 8, 9, 10, 11, 12, 13] {
+            let mut other = table.clone();
+            other[8 + 4 * word..][..4].fill(0xff);
+            assert_eq!(albedo(&other), albedo(&table), "word {word}");
+        }
     }
 
     #[test]
