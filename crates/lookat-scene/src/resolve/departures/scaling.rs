@@ -73,10 +73,10 @@ mod tests {
         for form in [SPHERE, DISK] {
             assert_eq!(diagonal([1.00002; 3], &form), Scaling::Unchanged);
             assert_eq!(diagonal([1.0, 1.0, 1.00002], &form), Scaling::Unchanged);
-            let turned = [[0.70711, 0.70711, 0.0], [-0.70711, 0.70711, 0.0], [0.0, 0.0, 1.0]];
-            assert_eq!(of(turned, &form), Scaling::Unchanged);
-            let turned = [[0.707, 0.707, 0.0], [-0.707, 0.707, 0.0], [0.0, 0.0, 1.0]];
-            assert_eq!(of(turned, &form), Scaling::Unchanged);
+            for cos in [0.86603, 0.866] {
+                let turned = [[cos, 0.5, 0.0], [-0.5, cos, 0.0], [0.0, 0.0, 1.0]];
+                assert_eq!(of(turned, &form), Scaling::Unchanged);
+            }
         }
     }
 
