@@ -1,0 +1,106 @@
+//! The promise of `--max-memory`, measured.
+
+#![cfg(unix)]
+
+use lookat_image::{Image, PixelError, Window};
+use nix::sys::resource::{UsageWho, getrusage};
+
+mod folder;
+
+use folder::Folder;
+
+/// What the program takes besides its arrays: its code, its threads, and what the allocator keeps.
+const PROGRAM: i64 = 25_000_000;
+
+/// The greatest memory so far, in bytes: of any run, or of this process.
+fn peak(who: UsageWho) -> i64 {
+    1024 * getrusage(who).unwrap().max_rss()
+}
+
+/// Noise with known errors.
+fn picture(side: u32, seed: u32) -> Image {
+    let window = Window { x: 0, y: 0, width: side, height: side };
+    let value = |at: u32| (at.wrapping_mul(2_654_435_761).wrapping_add(seed) >> 8) as f32 * 1e-8;
+    let pixels: Vec<[f32; 3]> =
+        (0..side * side).map(|at| [value(at), value(at + 1), value(at + 2)]).collect();
+    let mut image = Image::from_rgb(window, window, &pixels);
+    let error = PixelError { standard_error: [0.1; 3], samples: 64, replicates: 8 };
+    image.add_errors(&vec![error; pixels.len()]);
+    image
+}
+
+fn scene(side: u32, world: &str) -> String {
+    format!(
+        "Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side} \"string filename\" \"o.exr\"
+Camera \"perspective\" Integrator \"path\" Sampler \"sobol\" \"integer pixelsamples\" 2
+WorldBegin LightSource \"infinite\" {world} WorldEnd"
+    )
+}
+
+/// Each command runs with growing limits until one is enough. The limits only grow, so that the greatest memory of all
+/// runs so far is within the last.
+#[test]
+fn no_run_takes_more_than_its_limit() {
+    let folder = Folder::empty();
+    for (name, seed) in [("a", 1), ("b", 2)] {
+        let mut image = picture(800, seed);
+        image.write(&folder.path(&format!("{name}.exr"))).unwrap();
+        image.channels.truncate(3);
+        image.write(&folder.path(&format!("{name}.png"))).unwrap();
+    }
+    let texture = "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"a.png\"
+        Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"";
+    let points: String = (0..20_000).map(|at| format!("{} {} {at} ", at % 7, at % 5)).collect();
+    std::fs::create_dir(folder.path("scenes")).unwrap();
+    for (name, text) in [
+        ("plain", scene(1200, "Shape \"sphere\"")),
+        ("texture", scene(10, texture)),
+        ("curve", scene(10, &format!("Shape \"curve\" \"string basis\" \"bspline\" \"point P\" [{points}]"))),
+        (
+            "heights",
+            scene(
+                10,
+                &format!(
+                    "Shape \"heightfield\" \"integer nu\" 600 \"integer nv\" 600 \"float Pz\" [{}]",
+                    "0 ".repeat(360_000)
+                ),
+            ),
+        ),
+        ("scenes/noise", scene(800, "")),
+    ] {
+        folder.write(&format!("{name}.pbrt"), &text);
+    }
+    std::fs::copy(folder.path("a.exr"), folder.path("scenes/noise.exr")).unwrap();
+    let mut commands = vec![
+        "render plain.pbrt",
+        "render plain.pbrt --error-layers",
+        "render plain.pbrt --adaptive --spp 8",
+        "render texture.pbrt",
+        "render curve.pbrt",
+        "render heights.pbrt",
+        "inspect heights.pbrt",
+        "check texture.pbrt",
+        "compare a.exr b.exr",
+        "compare a.png b.png",
+        "compare a.exr b.png --picture both.png",
+        "verify scenes --max noise-p=0.01 --report report.html",
+    ];
+    let mut limit = 10_000_000;
+    while !commands.is_empty() {
+        assert!(limit < 2_000_000_000, "{commands:?} fail for all limits");
+        commands.retain(|command| {
+            let option = limit.to_string();
+            let words: Vec<&str> = command.split(' ').chain(["--max-memory", &option]).collect();
+            let run = folder.run(&words);
+            let taken = peak(UsageWho::RUSAGE_CHILDREN);
+            // Before a run begins, the memory of this process counts as its own.
+            let most = (limit + PROGRAM).max(peak(UsageWho::RUSAGE_SELF));
+            assert!(taken <= most, "{command} takes {taken} with a limit of {limit}");
+            let is_short = [&run.err, &run.out].iter().any(|text| text.contains("of memory are needed"));
+            // 1 is a difference.
+            assert!(is_short || run.status < 2, "{command}: {}", run.err);
+            is_short
+        });
+        limit += limit / 4;
+    }
+}

@@ -21,9 +21,9 @@ fuzz_target!(|data: &[u8]| {
     let format = FORMATS.iter().find(|(magic, _)| data.starts_with(magic));
     let path = Path::new(format.map_or("a.tga", |(_, path)| path));
     let budget = MemoryBudget::new(1 << 26);
-    let Ok(file) = PictureFile::of_bytes(path, data) else { return };
+    let Ok(file) = PictureFile::of_bytes(path, data, &budget) else { return };
     let window = file.placement().data_window;
-    if let Ok(image) = file.read(&budget) {
+    if let Ok((image, _)) = file.read() {
         assert_eq!(image.data_window, window);
         assert!(image.channels.iter().all(|channel| channel.samples.len() as u64 == window.area()));
     }

@@ -1,7 +1,10 @@
 //! Small files that ask for much memory: each ends with a message, and never by a signal, a panic or the kernel.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{self, Read, Write};
+
+use flate2::{Compression, write::ZlibEncoder};
+use lookat_image::{Channel, Image, Window};
 
 use super::{FINE, Folder};
 
@@ -22,10 +25,37 @@ impl Folder {
         writer.write_image_data(&vec![0; width.div_ceil(8) as usize * height as usize]).unwrap();
     }
 
+    /// A black JPEG picture: each block of 8 x 8 pixels is two zero bits.
+    fn write_jpeg(&self, name: &str, width: u16, height: u16) {
+        let ([w1, w0], [h1, h0]) = (width.to_be_bytes(), height.to_be_bytes());
+        let table = |class: u8| {
+            let counts = [1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+            [&[0xff, 0xc4, 0, 20, class][..], &counts, &[0]].concat()
+        };
+        let quantization = [&[0xff, 0xdb, 0, 67, 0][..], &[1; 64]].concat();
+        let frame = [0xff, 0xc0, 0, 11, 8, h1, h0, w1, w0, 1, 1, 0x11, 0];
+        let scan = [0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0];
+        let blocks = usize::from(width.div_ceil(8)) * usize::from(height.div_ceil(8));
+        let data = vec![0; blocks.div_ceil(4)];
+        let start = [0xff, 0xd8];
+        let parts = [&start[..], &quantization, &frame, &table(0), &table(0x10), &scan, &data, &[0xff, 0xd9]];
+        std::fs::write(self.path(name), parts.concat()).unwrap();
+    }
+
+    /// A black EXR picture of one channel.
+    fn write_exr(&self, name: &str, width: u32, height: u32) {
+        let window = Window { x: 0, y: 0, width, height };
+        let channel = Channel { name: "Y".into(), samples: vec![0.0; window.area() as usize] };
+        let image = Image { channels: vec![channel], ..Image::from_rgb(window, window, &[]) };
+        image.write(&self.path(name)).unwrap();
+    }
+
     /// Pictures of 8000 pixels square, and others with one row less.
     fn write_large_pictures(&self) {
         for (name, height) in [("a", 8000_u32), ("b", 7999)] {
             self.write_png(&format!("{name}.png"), 8000, height);
+            self.write_exr(&format!("{name}.exr"), 8000, height);
+            self.write_jpeg(&format!("{name}.jpg"), 8000, height as u16);
             let pixels = 8000 * u64::from(height);
             let head = format!("PF\n8000 {height}\n-1\n");
             self.write_zeros(&format!("{name}.pfm"), head.as_bytes(), 12 * pixels);
@@ -38,7 +68,7 @@ impl Folder {
     }
 }
 
-const FORMATS: [&str; 4] = ["png", "pfm", "hdr", "tga"];
+const FORMATS: [&str; 6] = ["exr", "png", "jpg", "pfm", "hdr", "tga"];
 
 #[test]
 fn sizes_of_pictures_are_compared_before_pixels_are_read() {
@@ -62,17 +92,52 @@ fn pictures_that_do_not_fit_are_not_read() {
             folder.run_within("-v 300000", &["compare", &name, &name]),
             folder.run(&["compare", "--max-memory", "230.4M", &name, &name]),
         ] {
-            let expected =
-                "comparing 8000 x 8000 pixels: 5.1 GB of memory are needed, and --max-memory allows ";
+            let expected = "comparing 8000 x 8000 pixels: 5.1 GB of memory are needed, and the limit is ";
             assert!(run.status == 2 && run.err.contains(expected), "{format}: {}", run.err);
         }
         let map = format!("Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"{name}\"\nShape");
         folder.write("texture.pbrt", &FINE.replacen("Shape", &map, 1));
         let run = folder.run_within("-v 300000", &["check", "texture.pbrt"]);
         // PFM and TGA files are too large themselves.
-        let is_told =
-            run.err.contains(&format!("cannot read {name}")) && run.err.contains("--max-memory allows ");
+        let is_told = run.err.contains(&format!("cannot read {name}")) && run.err.contains("the limit is ");
         assert!(run.status == 1 && is_told, "{format}: {}", run.err);
+    }
+}
+
+/// A color profile of 400 MB in a file of 2 x 2 pixels, and 1.5 GB before the end of a file of 8 x 8 pixels.
+#[test]
+fn decoders_take_no_more_than_the_limit() {
+    let folder = Folder::new();
+    let mut encoder = png::Encoder::new(File::create(folder.path("profile.png")).unwrap(), 2, 2);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut profile = ZlibEncoder::new(b"name\0\0".to_vec(), Compression::fast());
+    io::copy(&mut io::repeat(0).take(400_000_000), &mut profile).unwrap();
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_chunk(png::chunk::iCCP, &profile.finish().unwrap()).unwrap();
+    writer.write_image_data(&[0; 4]).unwrap();
+    writer.finish().unwrap();
+    folder.write_jpeg("long.jpg", 8, 8);
+    let mut file = File::options().append(true).open(folder.path("long.jpg")).unwrap();
+    file.set_len(1_500_000_000).unwrap();
+    file.write_all(&[0xff, 0xd9]).unwrap();
+    let run = |name| folder.run_within("-v 300000", &["compare", name, name]);
+    // The decoder leaves out a profile that is too large.
+    assert_eq!(run("profile.png").status, 0);
+    let (long, expected) = (run("long.jpg"), "long.jpg: 1.5 GB of memory are needed, and the limit is ");
+    assert!(long.status == 2 && long.err.contains(expected), "{}", long.err);
+}
+
+/// A texture is in memory in several forms one after the other: a limit that one of them fits is not enough.
+#[test]
+fn textures_end_with_a_message() {
+    let folder = Folder::new();
+    for side in (1000..3400).step_by(200) {
+        folder.write_zeros("a.pfm", format!("PF\n{side} {side}\n-1\n").as_bytes(), 12 * side * side);
+        let map = "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"a.pfm\"\nShape";
+        folder.write("texture.pbrt", &FINE.replacen("Shape", map, 1));
+        let run = folder.run_within("-v 300000", &["check", "texture.pbrt"]);
+        let is_told = run.status == 1 && run.err.contains("of memory are needed, and the limit is ");
+        assert!(is_told || (side < 1800 && run.status == 0), "{side}: {} {}", run.status, run.err);
     }
 }
 
@@ -130,7 +195,7 @@ fn what_is_made_of_the_scene_counts_too() {
             // Beyond the limits of the process, too.
             folder.run_within("-v 300000", &[arguments, &["--max-memory", "20G"]].concat()),
         ] {
-            let expected = "of memory are needed, and --max-memory allows ";
+            let expected = "of memory are needed, and the limit is ";
             assert!(run.status == 2 && run.err.contains(expected), "{arguments:?}: {}", run.err);
         }
     }

@@ -7,11 +7,11 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use ::image::codecs::hdr::HdrDecoder;
-use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
+use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::Fault;
 use crate::picture_file::Input;
-use crate::{Image, MemoryBudget, Precision, Window};
+use crate::{Charge, Image, MemoryBudget, Precision, Window};
 
 /// The formats that are read here, by their endings, with a bound for the bytes of pixels that one byte of a
 /// file can stand for. PNG shrinks to 1/1032 what may be 1 bit for 32; a row of HDR may be a color and a
@@ -39,11 +39,24 @@ pub(crate) fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, 
     FORMATS.iter().find(|(known, ..)| *known == ending)
 }
 
-/// Reads the header; and whether the values are linear.
+/// A file whose header is read.
+pub(crate) struct Opened<'a> {
+    decoder: Box<dyn ImageDecoder + 'a>,
+    curve: Curve,
+    /// For the decoder.
+    charge: Charge,
+}
+
+/// The most bytes that a PNG decoder takes for metadata, such as a color profile, and for a row.
+const METADATA: u64 = 1 << 24;
+
+/// Reads the header.
 pub(crate) fn open<'a>(
     mut input: Box<dyn Input + 'a>,
     path: &Path,
-) -> Result<(Box<dyn ImageDecoder + 'a>, bool), Fault> {
+    curve: Curve,
+    memory: &MemoryBudget,
+) -> Result<Opened<'a>, Fault> {
     let Some((_, format, densest)) = known(path) else {
         return Err(Fault::Unfit(
             "lookat reads exr, pfm, png, tga, jpg and hdr, by the extension of the file name".into(),
@@ -55,6 +68,13 @@ pub(crate) fn open<'a>(
         return Err(Fault::Damaged("the file ends inside the picture".into()));
     }
     input.rewind()?;
+    let bytes = match format {
+        // The decoder holds the file.
+        ImageFormat::Jpeg => length,
+        ImageFormat::Png => METADATA.min(memory.left() / 8),
+        _ => 0,
+    };
+    let charge = memory.reserve(bytes).map_err(|shortage| Fault::Unfit(shortage.to_string()))?;
     let is_hdr = *format == ImageFormat::Hdr;
     let decoder: Box<dyn ImageDecoder> = if is_hdr && input.fill_buf()?.starts_with(b"#?RGBE\n") {
         // The other first line that such files have; the decoder knows one.
@@ -62,38 +82,42 @@ pub(crate) fn open<'a>(
         Box::new(HdrDecoder::new(b"#?RADIANCE".chain(input)).map_err(fault)?)
     } else {
         let mut reader = ImageReader::with_format(input, *format);
-        // The budget is the limit.
-        reader.no_limits();
+        let mut limits = Limits::no_limits();
+        // Only PNG decoders mind it here, and they do not count the pixels.
+        limits.max_alloc = Some(bytes);
+        reader.limits(limits);
         Box::new(reader.into_decoder().map_err(fault)?)
     };
-    let Window { width, height, .. } = window(&decoder).not_empty()?;
-    if decoder.total_bytes() > length.saturating_mul(*densest) {
+    let curve = if is_hdr { Curve::Stored } else { curve };
+    let file = Opened { decoder, curve, charge };
+    let Window { width, height, .. } = file.window().not_empty()?;
+    if file.decoder.total_bytes() > length.saturating_mul(*densest) {
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
     }
-    Ok((decoder, is_hdr))
+    Ok(file)
 }
 
-pub(crate) fn window(decoder: &impl ImageDecoder) -> Window {
-    let (width, height) = decoder.dimensions();
-    Window { x: 0, y: 0, width, height }
-}
-
-/// Reads R, G and B; alpha is left out.
-pub(crate) fn read(
-    decoder: Box<dyn ImageDecoder + '_>,
-    curve: Curve,
-    memory: &MemoryBudget,
-) -> Result<Image, Fault> {
-    let window = window(&decoder);
-    // As stored with the decoder's own copy of it, then as 32-bit float, then plane by plane.
-    let stored = 2 * u64::from(decoder.color_type().bytes_per_pixel());
-    window.reserve(PIXEL_BYTES + stored.max(PIXEL_BYTES), 0, memory)?;
-    let mut values = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f().into_raw();
-    if curve == Curve::Linear {
-        values.iter_mut().for_each(|value| *value = linear_from_srgb(*value));
+impl Opened<'_> {
+    pub fn window(&self) -> Window {
+        let (width, height) = self.decoder.dimensions();
+        Window { x: 0, y: 0, width, height }
     }
-    let (pixels, _) = values.as_chunks();
-    Ok(Image { precision: Precision::Integer, has_windows: false, ..Image::from_rgb(window, window, pixels) })
+
+    /// Reads R, G and B; alpha is left out.
+    pub fn read(self, memory: &MemoryBudget) -> Result<(Image, Charge), Fault> {
+        let window = self.window();
+        let Opened { decoder, curve, charge: _of_decoder } = self;
+        // As stored with the decoder's own copy of it, then as 32-bit float, then plane by plane.
+        let stored = 2 * u64::from(decoder.color_type().bytes_per_pixel());
+        let charge = window.reserve(PIXEL_BYTES + stored.max(PIXEL_BYTES), 0, memory)?;
+        let mut values = DynamicImage::from_decoder(decoder).map_err(fault)?.into_rgb32f().into_raw();
+        if curve == Curve::Linear {
+            values.iter_mut().for_each(|value| *value = linear_from_srgb(*value));
+        }
+        let (pixels, _) = values.as_chunks();
+        let image = Image::from_rgb(window, window, pixels);
+        Ok((Image { precision: Precision::Integer, has_windows: false, ..image }, charge))
+    }
 }
 
 /// Three 32-bit floats.
@@ -142,6 +166,7 @@ fn fault(error: ::image::ImageError) -> Fault {
             let cause = error.source().map_or_else(|| error.to_string(), ToString::to_string);
             Fault::Damaged(cause.trim_end().trim_end_matches('.').into())
         }
+        ::image::ImageError::Limits(_) => Fault::Unfit("its metadata takes too much memory".into()),
         error => Fault::Unfit(error.to_string()),
     }
 }
@@ -179,7 +204,8 @@ mod tests {
     use crate::{Image, ImageError, MemoryBudget, PictureFile, Window};
 
     fn decode(name: &str, bytes: &[u8], memory: u64) -> Result<Image, ImageError> {
-        PictureFile::of_bytes(std::path::Path::new(name), bytes)?.read(&MemoryBudget::new(memory))
+        let memory = MemoryBudget::new(memory);
+        Ok(PictureFile::of_bytes(std::path::Path::new(name), bytes, &memory)?.read()?.0)
     }
 
     #[test]

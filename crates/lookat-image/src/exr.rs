@@ -17,8 +17,8 @@ use ::exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use ::exr::prelude::f16;
 
 use crate::error::{Fault, listed};
-use crate::image::Placement;
-use crate::{Channel, Image, MemoryBudget, Precision, Window};
+use crate::image::{Placement, room};
+use crate::{Channel, Charge, Image, MemoryBudget, Precision, Window};
 
 use layer::Choice;
 
@@ -90,20 +90,18 @@ impl<F: Read + Seek> Opened<F> {
     }
 
     /// Reads the blocks.
-    pub fn read(self, memory: &MemoryBudget) -> Result<Image, Fault> {
+    pub fn read(self, memory: &MemoryBudget) -> Result<(Image, Charge), Fault> {
         let Opened { mut file, length, meta, choice, layers } = self;
         let header = &meta.headers[choice.part];
         let window = window(header.data_window());
-        // A block as it is stored, decompressed, and on the way there.
-        let block = 3 * block::most_pixels(header) * header.channels.bytes_per_pixel as u64;
-        window.reserve(4 * choice.channels.len() as u64, block, memory)?;
+        let charge = window.reserve(4 * choice.channels.len() as u64, block::bytes(header), memory)?;
         guarded(|| {
-            let mut image = Image { layers, ..blank(header, window.area() as usize, &choice) };
+            let mut image = Image { layers, ..blank(header, window.area() as usize, &choice)? };
             let sources = sources(header, &choice);
             block::read(&mut file, length, &meta, choice.part, |bounds, numbers| {
                 copy(header, bounds, numbers, &sources, &mut image.channels);
             })?;
-            Ok(image)
+            Ok((image, charge))
         })
     }
 }
@@ -148,9 +146,13 @@ fn check(header: &Header, length: u64) -> Result<(), Fault> {
 }
 
 /// The image that the blocks are to fill.
-fn blank(header: &Header, pixels: usize, choice: &Choice) -> Image {
-    let blank = |(_, name): &(usize, String)| Channel { name: name.clone(), samples: vec![0.0; pixels] };
-    let channels = choice.channels.iter().map(blank).collect();
+fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault> {
+    let blank = |(_, name): &(usize, String)| {
+        let mut samples = room(pixels)?;
+        samples.resize(pixels, 0.0);
+        Ok(Channel { name: name.clone(), samples })
+    };
+    let channels = choice.channels.iter().map(blank).collect::<Result<_, Fault>>()?;
     let metadata = match header.own_attributes.other.get(METADATA.as_bytes()) {
         Some(AttributeValue::Text(text)) => Some(words(text)),
         _ => None,
@@ -159,7 +161,7 @@ fn blank(header: &Header, pixels: usize, choice: &Choice) -> Image {
     let display_window = window(header.shared_attributes.display_window);
     let is_half = sources(header, choice).iter().any(|(_, kind)| *kind == SampleType::F16);
     let precision = if is_half { Precision::Half } else { Precision::Single };
-    Image {
+    Ok(Image {
         data_window,
         display_window,
         channels,
@@ -167,7 +169,7 @@ fn blank(header: &Header, pixels: usize, choice: &Choice) -> Image {
         layers: Vec::new(),
         precision,
         has_windows: true,
-    }
+    })
 }
 
 /// For each channel of the choice, the bytes of a pixel before it, and its type.
@@ -266,7 +268,7 @@ mod tests {
     }
 
     fn read(file: impl Read + Seek, layer: Option<&str>) -> Result<Image, Fault> {
-        open(file, layer)?.read(&MemoryBudget::new(1 << 32))
+        Ok(open(file, layer)?.read(&MemoryBudget::new(1 << 32))?.0)
     }
 
     fn bytes(image: &Image) -> Vec<u8> {

@@ -1,7 +1,7 @@
 //! Files that appear under their names whole or not at all.
 
 use std::fs::File;
-use std::io::{self, BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -21,8 +21,9 @@ fn temporary() -> MutexGuard<'static, Vec<PathBuf>> {
 /// # Errors
 ///
 /// [`ImageError::Write`] if the file system refuses. The previous contents stay then.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    replace(path, |out| Ok(out.write_all(bytes)?)).map_err(|fault| ImageError::writing(path, fault))
+pub fn write_file(path: &Path, mut contents: impl Read) -> Result<(), ImageError> {
+    replace(path, |out| Ok(std::io::copy(&mut contents, out).map(drop)?))
+        .map_err(|fault| ImageError::writing(path, fault))
 }
 
 /// Ends the process with an exit status, and removes the temporary files of files that other threads are writing. No such

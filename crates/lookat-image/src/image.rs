@@ -1,11 +1,12 @@
 //! The picture in memory, and how it becomes a file.
 
 use std::collections::HashSet;
+use std::io;
 use std::path::Path;
 
 use crate::error::{Fault, ImageError};
 use crate::file::replace;
-use crate::{Format, MemoryBudget, PictureFile, eightbit, exr, pfm};
+use crate::{Charge, Format, MemoryBudget, PictureFile, eightbit, exr, pfm};
 
 /// A rectangle of pixels; y points down and the origin is at the top left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,12 +37,19 @@ impl Window {
         if self.area() == 0 { Err(Fault::Damaged("it has no pixels".into())) } else { Ok(self) }
     }
 
-    /// Asks for the memory to read a picture of this size: so many bytes for each pixel, and some more.
-    pub(crate) fn reserve(self, pixel_bytes: u64, more: u64, memory: &MemoryBudget) -> Result<(), Fault> {
+    /// Reserves the memory to read a picture of this size: so many bytes for each pixel, and some more.
+    pub(crate) fn reserve(self, pixel_bytes: u64, more: u64, memory: &MemoryBudget) -> Result<Charge, Fault> {
         let Window { width, height, .. } = self;
         let bytes = self.area().saturating_mul(pixel_bytes).saturating_add(more);
-        memory.check(bytes).map_err(|shortage| Fault::TooLarge { width, height, shortage })
+        memory.reserve(bytes).map_err(|shortage| Fault::TooLarge { width, height, shortage })
     }
+}
+
+/// An empty array with room for so many values.
+pub(crate) fn room<T>(count: usize) -> Result<Vec<T>, Fault> {
+    let mut values = Vec::new();
+    values.try_reserve_exact(count).map_err(io::Error::from)?;
+    Ok(values)
 }
 
 /// Where the samples of a picture lie in the full picture.
@@ -173,7 +181,7 @@ impl Image {
     ///
     /// As [`PictureFile::open`] and [`PictureFile::read`], with the memory that this machine has.
     pub fn read(path: &Path) -> Result<Image, ImageError> {
-        PictureFile::open(path)?.read(&MemoryBudget::default())
+        Ok(PictureFile::open(path, &MemoryBudget::default())?.read()?.0)
     }
 
     /// Bytes that the samples take.

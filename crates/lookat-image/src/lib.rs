@@ -53,7 +53,7 @@ pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, l
 pub use floor::floor;
 pub use format::Format;
 pub use image::{Channel, Image, Placement, Precision, Window};
-pub use memory::{MemoryBudget, OutOfMemory, byte_words};
+pub use memory::{Charge, MemoryBudget, OutOfMemory, byte_words};
 pub use metric::{
     Largest, Means, largest_difference, mean, means, percentile_difference, psnr, relative_mse_trimmed, rmse,
     share_above,

@@ -7,11 +7,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A limit on memory, and the bytes charged against it. Clones share one account.
 ///
-/// Check it before allocating an array whose size comes from a file. The default is [`MemoryBudget::machine_limit`].
+/// Reserve memory before allocating an array whose size comes from a file. The default is
+/// [`MemoryBudget::machine_limit`].
 #[derive(Debug, Clone)]
 pub struct MemoryBudget {
     limit: u64,
     used: Arc<AtomicU64>,
+}
+
+/// Memory of a budget. Dropping it returns the bytes.
+#[derive(Debug)]
+#[must_use = "dropping a charge returns its bytes"]
+pub struct Charge {
+    bytes: u64,
+    budget: MemoryBudget,
 }
 
 /// A request for more memory than the budget has left.
@@ -30,7 +39,7 @@ impl OutOfMemory {
     fn words(&self) -> String {
         let [needed, used, limit] = [self.needed, self.used, self.limit].map(byte_words);
         let used = if self.used > 0 { format!(", of which {used} are used") } else { String::new() };
-        format!("{needed} of memory are needed, and --max-memory allows {limit}{used}")
+        format!("{needed} of memory are needed, and the limit is {limit}{used}")
     }
 }
 
@@ -50,20 +59,10 @@ impl MemoryBudget {
         self.limit.saturating_sub(self.used.load(Ordering::Relaxed))
     }
 
-    /// Fails if `bytes` more do not fit. Charges nothing: the memory is free again soon.
-    pub fn check(&self, bytes: u64) -> Result<(), OutOfMemory> {
-        let used = self.used.load(Ordering::Relaxed);
-        match used.checked_add(bytes).is_some_and(|sum| sum <= self.limit) {
-            true => Ok(()),
-            false => Err(OutOfMemory { needed: bytes, used, limit: self.limit }),
-        }
-    }
-
-    /// Charges `bytes` for good. Fails, and charges nothing, if they do not fit.
-    pub fn charge(&self, bytes: u64) -> Result<(), OutOfMemory> {
-        self.check(bytes)?;
-        self.used.fetch_add(bytes, Ordering::Relaxed);
-        Ok(())
+    /// Charges `bytes` until the charge is dropped. Fails if they do not fit.
+    pub fn reserve(&self, bytes: u64) -> Result<Charge, OutOfMemory> {
+        let mut charge = Charge { bytes: 0, budget: self.clone() };
+        charge.resize(bytes).map(|()| charge)
     }
 
     /// Three quarters of the machine's memory, or of the smaller limits of the process and its control group. 6 GB if
@@ -80,15 +79,40 @@ impl MemoryBudget {
     }
 }
 
+impl Charge {
+    /// Changes the charged bytes. Fails, and changes nothing, if more do not fit.
+    pub fn resize(&mut self, bytes: u64) -> Result<(), OutOfMemory> {
+        let limit = self.budget.limit;
+        let resized = |used: u64| (used - self.bytes).checked_add(bytes).filter(|sum| *sum <= limit);
+        match self.budget.used.fetch_update(Ordering::Relaxed, Ordering::Relaxed, resized) {
+            Ok(_) => self.bytes = bytes,
+            Err(used) => return Err(OutOfMemory { needed: bytes, used: used - self.bytes, limit }),
+        }
+        Ok(())
+    }
+
+    /// Charges the bytes for good.
+    pub fn keep(mut self) {
+        self.bytes = 0;
+    }
+}
+
+impl Drop for Charge {
+    fn drop(&mut self) {
+        self.budget.used.fetch_sub(self.bytes, Ordering::Relaxed);
+    }
+}
+
 impl Default for MemoryBudget {
     fn default() -> Self {
         MemoryBudget::new(MemoryBudget::machine_limit())
     }
 }
 
-/// A size in words: `512 kB`, `1.5 GB`.
+/// A size in words: `51.2 kB`, `1.5 GB`. The greatest number stands for any greater size: `more than 18446744073.7 GB`.
 pub fn byte_words(bytes: u64) -> String {
     match bytes as f64 {
+        _ if bytes == u64::MAX => format!("more than {}", byte_words(bytes - 1)),
         bytes if bytes < 1e5 => format!("{:.1} kB", bytes / 1e3),
         bytes if bytes < 1e9 => format!("{:.1} MB", bytes / 1e6),
         bytes => format!("{:.1} GB", bytes / 1e9),
@@ -147,20 +171,24 @@ mod tests {
     fn clones_share_one_account() {
         let budget = MemoryBudget::new(1000);
         let other = budget.clone();
-        assert_eq!((budget.check(1000), other.charge(600), budget.left()), (Ok(()), Ok(()), 400));
-        let fault = OutOfMemory { needed: 401, used: 600, limit: 1000 };
-        assert_eq!((budget.check(401), budget.charge(401)), (Err(fault), Err(fault)));
-        assert_eq!((budget.check(u64::MAX).is_err(), budget.charge(400), other.left()), (true, Ok(()), 0));
-        assert_eq!(
-            fault.to_string(),
-            "0.4 kB of memory are needed, and --max-memory allows 1.0 kB, of which 0.6 kB are used"
-        );
+        let mut charge = other.reserve(600).unwrap();
+        let fault = |needed, used| OutOfMemory { needed, used, limit: 1000 };
+        assert_eq!(budget.reserve(401).unwrap_err(), fault(401, 600));
+        assert_eq!(budget.reserve(u64::MAX).unwrap_err(), fault(u64::MAX, 600));
+        assert_eq!((charge.resize(1001), budget.left()), (Err(fault(1001, 0)), 400));
+        assert_eq!((charge.resize(100), budget.left()), (Ok(()), 900));
+        drop(charge);
+        budget.reserve(1000).unwrap().keep();
+        assert_eq!(other.left(), 0);
+        let words = "0.4 kB of memory are needed, and the limit is 1.0 kB, of which 0.6 kB are used";
+        assert_eq!(fault(401, 600).to_string(), words);
     }
 
     #[test]
     fn sizes_are_short() {
         let words = [84, 99_000, 1_600_000, 8_794_000_000].map(byte_words);
         assert_eq!(words, ["0.1 kB", "99.0 kB", "1.6 MB", "8.8 GB"]);
+        assert_eq!(byte_words(u64::MAX), "more than 18446744073.7 GB");
     }
 
     #[test]

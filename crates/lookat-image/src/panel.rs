@@ -62,7 +62,7 @@ pub fn write_panel(pair: &Aligned, options: &PanelOptions, path: &Path) -> Resul
         Ok(bytes)
     };
     let bytes = encode().map_err(|fault| ImageError::writing(path, fault))?;
-    write_file(path, &bytes)
+    write_file(path, &bytes[..])
 }
 
 fn png(canvas: &Canvas) -> Result<Vec<u8>, png::EncodingError> {

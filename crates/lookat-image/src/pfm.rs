@@ -3,7 +3,8 @@
 use std::io::{BufRead, Read, Write};
 
 use crate::error::Fault;
-use crate::{Channel, Image, MemoryBudget, Precision, Window};
+use crate::image::room;
+use crate::{Channel, Charge, Image, MemoryBudget, Precision, Window};
 
 /// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").
 pub(crate) fn write(image: &Image, out: &mut impl Write) -> Result<(), Fault> {
@@ -49,20 +50,16 @@ pub(crate) fn open<F: BufRead>(mut file: F) -> Result<Opened<F>, Fault> {
 
 impl<F: BufRead> Opened<F> {
     /// Reads the numbers.
-    pub fn read(mut self, memory: &MemoryBudget) -> Result<Image, Fault> {
+    pub fn read(mut self, memory: &MemoryBudget) -> Result<(Image, Charge), Fault> {
         let (kinds, width) = (self.names.len(), self.window.width as usize);
         let row_bytes = 4 * kinds * width;
-        self.window.reserve(4 * kinds as u64, row_bytes as u64, memory)?;
+        let charge = self.window.reserve(4 * kinds as u64, row_bytes as u64, memory)?;
         let decode = if self.scale < 0.0 { f32::from_le_bytes } else { f32::from_be_bytes };
-        // Rows come one by one: the planes grow with what is there, not with what the header claims.
-        let mut planes = vec![Vec::new(); kinds];
-        let mut row = Vec::new();
+        let planes = (0..kinds).map(|_| room(self.window.area() as usize));
+        let mut planes = planes.collect::<Result<Vec<_>, _>>()?;
+        let mut row = vec![0; row_bytes];
         for _ in 0..self.window.height {
-            row.clear();
-            self.file.by_ref().take(row_bytes as u64).read_to_end(&mut row)?;
-            if row.len() < row_bytes {
-                return Err(Fault::Damaged("the file ends too early".into()));
-            }
+            self.file.read_exact(&mut row)?;
             let values = row.as_chunks().0;
             for (kind, plane) in planes.iter_mut().enumerate() {
                 plane.extend(
@@ -73,7 +70,7 @@ impl<F: BufRead> Opened<F> {
         planes.iter_mut().for_each(|plane| turn_over(plane, width));
         let channels = self.names.iter().zip(planes);
         let channels = channels.map(|(name, samples)| Channel { name: name.to_string(), samples }).collect();
-        Ok(Image {
+        let image = Image {
             data_window: self.window,
             display_window: self.window,
             channels,
@@ -81,7 +78,8 @@ impl<F: BufRead> Opened<F> {
             layers: Vec::new(),
             precision: Precision::Single,
             has_windows: false,
-        })
+        };
+        Ok((image, charge))
     }
 }
 
@@ -117,6 +115,7 @@ mod tests {
     fn read_bytes(bytes: &[u8]) -> Result<Image, String> {
         open(bytes)
             .and_then(|file| file.read(&MemoryBudget::new(1 << 30)))
+            .map(|(image, _)| image)
             .map_err(|fault| format!("{fault:?}"))
     }
 

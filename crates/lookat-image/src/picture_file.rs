@@ -3,26 +3,25 @@
 use std::io::{BufRead, BufReader, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
-use ::image::ImageDecoder;
-
 use crate::decoded::{self, Curve};
 use crate::error::{Fault, ImageError};
 use crate::file::open_file;
 use crate::format::check_beginning;
 use crate::image::Placement;
-use crate::{Format, Image, MemoryBudget, exr, pfm};
+use crate::{Charge, Format, Image, MemoryBudget, exr, pfm};
 
 /// A picture file after reading its header, before its pixels.
 pub struct PictureFile<'a> {
     path: PathBuf,
     body: Body<'a>,
+    memory: MemoryBudget,
 }
 
 /// The source of the pixels.
 enum Body<'a> {
     Exr(Box<exr::Opened<Box<dyn Input + 'a>>>),
     Pfm(pfm::Opened<Box<dyn Input + 'a>>),
-    Other(Box<dyn ImageDecoder + 'a>, Curve),
+    Other(decoded::Opened<'a>),
 }
 
 pub(crate) trait Input: BufRead + Seek {}
@@ -30,15 +29,16 @@ pub(crate) trait Input: BufRead + Seek {}
 impl<T: BufRead + Seek> Input for T {}
 
 impl<'a> PictureFile<'a> {
-    /// Reads the header of an EXR, PFM, PNG, TGA, JPEG or Radiance HDR file. See [`Image::read`].
+    /// Reads the header of an EXR, PFM, PNG, TGA, JPEG or Radiance HDR file. See [`Image::read`]. A JPEG file is read
+    /// whole; `memory` is charged for it, and later for the pixels.
     ///
     /// # Errors
     ///
-    /// [`ImageError::Read`] if the file system refuses, the format is another one, or what is to be read of an EXR
+    /// [`ImageError::Read`] if the file system or the memory budget refuses, the format is another one, or what is to be read of an EXR
     /// file has deep data, subsampled channels, or DWA or HTJ2K compression; [`ImageError::NotThatFormat`] and
     /// [`ImageError::Damaged`] for a header that is not right.
-    pub fn open(path: &Path) -> Result<Self, ImageError> {
-        Self::open_file(path, None)
+    pub fn open(path: &Path, memory: &MemoryBudget) -> Result<Self, ImageError> {
+        Self::open_file(path, None, memory)
     }
 
     /// Reads the header for one layer of an EXR file.
@@ -53,9 +53,9 @@ impl<'a> PictureFile<'a> {
     /// # Errors
     ///
     /// [`ImageError::Read`] if the file has no such layer or another format than EXR; else as [`PictureFile::open`].
-    pub fn open_layer(path: &Path, layer: &str) -> Result<Self, ImageError> {
+    pub fn open_layer(path: &Path, layer: &str, memory: &MemoryBudget) -> Result<Self, ImageError> {
         match Format::from_path(path) {
-            Some(Format::Exr) => Self::open_file(path, Some(layer)),
+            Some(Format::Exr) => Self::open_file(path, Some(layer), memory),
             _ => {
                 let fault = Fault::Unfit("only EXR files have layers".into());
                 Err(ImageError::reading(path, fault))
@@ -69,13 +69,13 @@ impl<'a> PictureFile<'a> {
     /// # Errors
     ///
     /// As [`PictureFile::open`].
-    pub fn of_bytes(path: &Path, bytes: &'a [u8]) -> Result<Self, ImageError> {
-        Self::of_input(path, Box::new(Cursor::new(bytes)), Curve::Stored, None)
+    pub fn of_bytes(path: &Path, bytes: &'a [u8], memory: &MemoryBudget) -> Result<Self, ImageError> {
+        Self::of_input(path, Box::new(Cursor::new(bytes)), Curve::Stored, None, memory)
     }
 
-    fn open_file(path: &Path, layer: Option<&str>) -> Result<Self, ImageError> {
+    fn open_file(path: &Path, layer: Option<&str>, memory: &MemoryBudget) -> Result<Self, ImageError> {
         let file = open_file(path).map_err(|error| ImageError::reading(path, error.into()))?;
-        Self::of_input(path, Box::new(BufReader::new(file)), Curve::Linear, layer)
+        Self::of_input(path, Box::new(BufReader::new(file)), Curve::Linear, layer, memory)
     }
 
     fn of_input(
@@ -83,9 +83,10 @@ impl<'a> PictureFile<'a> {
         input: Box<dyn Input + 'a>,
         curve: Curve,
         layer: Option<&str>,
+        memory: &MemoryBudget,
     ) -> Result<Self, ImageError> {
-        match Body::open(path, input, curve, layer) {
-            Ok(body) => Ok(PictureFile { path: path.into(), body }),
+        match Body::open(path, input, curve, layer, memory) {
+            Ok(body) => Ok(PictureFile { path: path.into(), body, memory: memory.clone() }),
             Err(fault) => Err(ImageError::reading(path, fault)),
         }
     }
@@ -95,24 +96,28 @@ impl<'a> PictureFile<'a> {
         let window = match &self.body {
             Body::Exr(file) => return file.placement(),
             Body::Pfm(file) => file.window,
-            Body::Other(decoder, _) => decoded::window(decoder),
+            Body::Other(file) => file.window(),
         };
         Placement { data_window: window, display_window: window, has_windows: false }
     }
 
-    /// Reads the pixels.
+    /// Reads the pixels. The charge is for the picture.
     ///
     /// # Errors
     ///
-    /// [`ImageError::TooLarge`] if `memory` has no room for them, before any is decoded; [`ImageError::Damaged`] for
-    /// contents that are not right.
-    pub fn read(self, memory: &MemoryBudget) -> Result<Image, ImageError> {
-        let image = match self.body {
+    /// [`ImageError::TooLarge`] if the memory budget has no room for them, before any is decoded;
+    /// [`ImageError::Damaged`] for contents that are not right.
+    pub fn read(self) -> Result<(Image, Charge), ImageError> {
+        let memory = &self.memory;
+        let read = match self.body {
             Body::Exr(file) => file.read(memory),
             Body::Pfm(file) => file.read(memory),
-            Body::Other(decoder, curve) => decoded::read(decoder, curve, memory),
+            Body::Other(file) => file.read(memory),
         };
-        image.map_err(|fault| ImageError::reading(&self.path, fault))
+        let (image, mut charge) = read.map_err(|fault| ImageError::reading(&self.path, fault))?;
+        // Less than for reading, so it fits.
+        let _ = charge.resize(image.bytes());
+        Ok((image, charge))
     }
 }
 
@@ -122,15 +127,13 @@ impl<'a> Body<'a> {
         mut input: Box<dyn Input + 'a>,
         curve: Curve,
         layer: Option<&str>,
+        memory: &MemoryBudget,
     ) -> Result<Self, Fault> {
         check_beginning(path, input.fill_buf()?)?;
         Ok(match Format::from_path(path) {
             Some(Format::Exr) => Body::Exr(Box::new(exr::open(input, layer)?)),
             Some(Format::Pfm) => Body::Pfm(pfm::open(input)?),
-            _ => {
-                let (decoder, is_linear) = decoded::open(input, path)?;
-                Body::Other(decoder, if is_linear { Curve::Stored } else { curve })
-            }
+            _ => Body::Other(decoded::open(input, path, curve, memory)?),
         })
     }
 }

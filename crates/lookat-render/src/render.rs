@@ -135,11 +135,20 @@ pub struct Reached {
 /// Pixels with a target error take so many bytes more, about, until they are done.
 const TARGET_BYTES: usize = 300;
 
-/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become.
+/// Pixels take so many bytes more while samples go where the noise is: squares, variances, sums of neighbours, and sample
+/// counts; and then for each of up to 16 threads the levels of a class.
+const ADAPTIVE_BYTES: usize = 44;
+const LEVEL_BYTES: usize = 8;
+
+/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become. Writing the picture
+/// as EXR copies it, but the sums are gone then, which take more.
 pub fn film_bytes(film: &Film, settings: &Settings) -> u64 {
     let errors = match (settings.target_error, settings.error_layers) {
         (Some(_), _) => TARGET_BYTES,
-        (None, true) => size_of::<Spread>() + 2 * size_of::<PixelError>(),
+        (None, true) => size_of::<Spread>() + 3 * size_of::<PixelError>(),
+        (None, false) if settings.adaptive => {
+            ADAPTIVE_BYTES + LEVEL_BYTES * settings.threads.max(threads()).min(16)
+        }
         (None, false) => 0,
     };
     film.crop.area() * (size_of::<Pixel>() + size_of::<[f32; 3]>() + errors) as u64

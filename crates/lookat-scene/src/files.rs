@@ -5,10 +5,11 @@ mod nearby;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
 use std::io::{self, Read as _};
+use std::ops::Deref;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use lookat_image::{MemoryBudget, io_reason};
+use lookat_image::{Charge, MemoryBudget, io_reason};
 use lookat_syntax::{Diagnostic, FileId, Span, Text};
 
 use crate::sources::{Source, Sources};
@@ -35,17 +36,14 @@ pub(crate) enum Content {
 
 impl Content {
     /// All of it, if `memory` has room.
-    pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Vec<u8>> {
+    pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Bytes> {
+        let mut charge = memory.reserve(0).map_err(io::Error::other)?;
         let bytes = match self {
             Content::Whole(bytes) => bytes,
-            Content::Stream(file) => {
-                let mut bytes = Vec::new();
-                file.take(memory.left().saturating_add(1)).read_to_end(&mut bytes)?;
-                bytes
-            }
+            Content::Stream(file) => read_all(file, &mut charge)?,
         };
-        memory.check(bytes.len() as u64).map_err(io::Error::other)?;
-        Ok(bytes)
+        charge.resize(bytes.len() as u64).map_err(io::Error::other)?;
+        Ok(Bytes { bytes, charge })
     }
 
     /// A stream from the start.
@@ -54,6 +52,42 @@ impl Content {
             Content::Whole(bytes) => Box::new(io::Cursor::new(bytes)),
             Content::Stream(file) => file,
         }
+    }
+}
+
+/// Reads a file in steps, each an eighth of the bytes so far, so that the array is never much larger than the file.
+fn read_all(mut file: Box<dyn io::Read>, charge: &mut Charge) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    loop {
+        let step = (bytes.len() / 8).max(1 << 16);
+        charge.resize((bytes.len() + step) as u64).map_err(io::Error::other)?;
+        bytes.try_reserve_exact(step)?;
+        if file.by_ref().take(step as u64).read_to_end(&mut bytes)? < step {
+            bytes.shrink_to_fit();
+            return Ok(bytes);
+        }
+    }
+}
+
+/// The bytes of a file, charged until they are dropped.
+pub(crate) struct Bytes {
+    bytes: Vec<u8>,
+    charge: Charge,
+}
+
+impl Bytes {
+    /// Charges them for good.
+    pub fn keep(self) -> Arc<Vec<u8>> {
+        self.charge.keep();
+        self.bytes.into()
+    }
+}
+
+impl Deref for Bytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.bytes
     }
 }
 
@@ -94,8 +128,7 @@ impl<'a> Files<'a> {
 
     /// Reads a scene file or an included one.
     pub fn open(&mut self, path: PathBuf, included_at: Option<Span>) -> io::Result<FileId> {
-        let text: Arc<Vec<u8>> = self.access.content(&path)?.bytes(&self.memory)?.into();
-        self.memory.charge(text.len() as u64).map_err(io::Error::other)?;
+        let text = self.access.content(&path)?.bytes(&self.memory)?.keep();
         self.inputs.borrow_mut().insert(path.clone());
         Ok(self.add(path, text, included_at))
     }
@@ -119,7 +152,7 @@ impl<'a> Files<'a> {
 
     /// Reads the file named at `span`, relative to the file that contains the name, or else to the scene file.
     /// (pbrt-v3 does only the second.) Returns the path found, or the first path tried and its error.
-    pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Vec<u8>), (PathBuf, io::Error)> {
+    pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Bytes), (PathBuf, io::Error)> {
         let fetched = |content: Content| {
             let bytes = content.bytes(&self.memory)?;
             if bytes.starts_with(LFS_POINTER) { Err(io::Error::other(LFS_REASON)) } else { Ok(bytes) }

@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use lookat_image::{MemoryBudget, byte_words, io_reason};
+use lookat_image::{Charge, MemoryBudget, byte_words, io_reason};
 use lookat_syntax::{
     Diagnostic, Directive, FileId, Param, Span, Statement, Text, number_bytes, parse_within,
 };
@@ -107,13 +107,14 @@ impl Loader<'_> {
         let memory = &self.resolver.files.memory;
         let mut parsed = parse_within(id, &source.text, room(memory, &source.text));
         // Never more than there is room for.
-        let _ = memory.charge(parsed.bytes);
+        let _ = memory.reserve(parsed.bytes).map(Charge::keep);
         if let Some(at) = parsed.exhausted {
             let most = byte_words(memory.limit());
             let message = format!(
-                "the scene is too large: from here on, it needs more memory than {most}, the limit of --max-memory"
+                "the scene is too large: from here on, it needs more memory than the limit, which is {most}"
             );
-            let help = "raise --max-memory; to save memory, use plymesh for large meshes and ObjectInstance for copies";
+            let help =
+                "raise the limit; to save memory, use plymesh for large meshes and ObjectInstance for copies";
             self.resolver.report.push(Diagnostic::error(at, message).help(help));
             self.resolver.report.incomplete = true;
         }
@@ -192,11 +193,7 @@ impl Loader<'_> {
             return;
         }
         let is_repeated = self.texts.contains_key(&path);
-        if !is_repeated {
-            // It has been checked.
-            let _ = self.resolver.files.memory.charge(bytes.len() as u64);
-        }
-        let text = self.texts.entry(path.clone()).or_insert_with(|| bytes.into()).clone();
+        let text = self.texts.entry(path.clone()).or_insert_with(|| bytes.keep()).clone();
         if let Some(format) = other_format(&text) {
             let message = format!("cannot include {}: it is {format}", path.display());
             self.resolver.report.push(Diagnostic::error(name.span, message));

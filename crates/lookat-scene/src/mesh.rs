@@ -152,7 +152,7 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
         return None;
     }
     let name = if params.kind() == "plymesh" { "filename" } else { "indices" };
-    params.charge_memory(name, mesh.bytes())?;
+    params.reserve(name, mesh.bytes())?.keep();
     let mesh = mesh.place(world_from_object);
     for (name, values) in [("P", &mesh.positions), ("N", &mesh.normals), ("S", &mesh.tangents)] {
         if !in_range(values.as_flattened()) {

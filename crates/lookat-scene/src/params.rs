@@ -10,12 +10,12 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use glam::{DVec3, Vec3};
-use lookat_image::{MemoryBudget, OutOfMemory};
+use lookat_image::{Charge, MemoryBudget};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text, Values};
 
 use crate::angle;
 use crate::color;
-use crate::files::Files;
+use crate::files::{Bytes, Files};
 use crate::report::Report;
 use crate::transform::LARGEST;
 
@@ -293,7 +293,7 @@ impl<'a> Params<'a> {
     }
 
     /// The bytes of a file named by a parameter. Reports an unreadable file and returns `None`.
-    pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Vec<u8>)> {
+    pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Bytes)> {
         let found = self.files.read_named(&name.value, name.span);
         let (path, bytes) = found.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
         self.warn_of_path(name, &path);
@@ -301,7 +301,7 @@ impl<'a> Params<'a> {
     }
 
     /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
-    pub fn file_if_readable(&mut self, name: &Text) -> Option<(PathBuf, Vec<u8>)> {
+    pub fn file_if_readable(&mut self, name: &Text) -> Option<(PathBuf, Bytes)> {
         match self.files.read_named(&name.value, name.span) {
             Ok((path, bytes)) => {
                 self.warn_of_path(name, &path);
@@ -390,24 +390,14 @@ impl<'a> Params<'a> {
         &self.files.memory
     }
 
-    /// Checks the temporary memory of arrays. Reports an error at the parameter and returns `None` if it does not
-    /// fit.
-    pub fn check_memory(&mut self, name: &str, bytes: u64) -> Option<()> {
-        let checked = self.memory().check(bytes);
-        self.told(name, checked)
-    }
-
-    /// Charges the memory of arrays that the scene keeps.
-    pub fn charge_memory(&mut self, name: &str, bytes: usize) -> Option<()> {
-        let charged = self.memory().charge(bytes as u64);
-        self.told(name, charged)
-    }
-
-    fn told(&mut self, name: &str, asked: Result<(), OutOfMemory>) -> Option<()> {
-        let Err(shortage) = asked else { return Some(()) };
-        let message = format!("the {} is too large: {shortage}", self.kind());
-        self.error_surely(Diagnostic::error(self.place(name), message));
-        None
+    /// Reserves the memory of arrays. Reports an error at the parameter and returns `None` if it does not fit.
+    pub fn reserve(&mut self, name: &str, bytes: usize) -> Option<Charge> {
+        let reserved = self.memory().reserve(bytes as u64);
+        let refused = |shortage| {
+            let message = format!("the {} is too large: {shortage}", self.kind());
+            self.error_surely(Diagnostic::error(self.place(name), message));
+        };
+        reserved.map_err(refused).ok()
     }
 
     /// Reports an invalid value of a parameter.

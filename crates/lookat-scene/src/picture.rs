@@ -9,6 +9,7 @@ use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::color::{LARGEST, LUMINANCE};
+use crate::files::Bytes;
 use crate::params::Params;
 
 /// The settings for decoding a picture.
@@ -117,7 +118,7 @@ impl<T: FromColor> Cache<T> {
                 Some(bytes) => bytes,
                 None => params.file(file)?.1,
             };
-            let made = self.make(params, name, &key.path, &bytes, &settings);
+            let made = self.make(params, name, &key.path, bytes, &settings);
             self.known.insert(key.clone(), made);
         }
         match &self.known[&key] {
@@ -137,19 +138,19 @@ impl<T: FromColor> Cache<T> {
         params: &mut Params,
         name: &str,
         path: &Path,
-        bytes: &[u8],
+        bytes: Bytes,
         settings: &Settings,
     ) -> Made<T> {
         // Escaped for messages.
         let shown = PathBuf::from(path.display().to_string().escape_debug().to_string());
         let memory = params.memory();
-        let image = PictureFile::of_bytes(&shown, bytes).and_then(|file| file.read(memory));
-        let image = image.map_err(|error| (error.to_string(), help(&error)))?;
+        let read = PictureFile::of_bytes(&shown, &bytes, memory).and_then(PictureFile::read);
+        let (image, image_charge) = read.map_err(|error| (error.to_string(), help(&error)))?;
+        drop(bytes);
         let Window { width, height, .. } = image.data_window;
         let kept = MipMap::<T>::bytes_of(width, height);
         // While it is made, two versions of the finest level are there besides the picture.
-        let made = memory.check(image.bytes() + 2 * kept).and_then(|()| memory.charge(kept));
-        made.map_err(|shortage| {
+        let mut charge = memory.reserve(kept.saturating_mul(2)).map_err(|shortage| {
             let message = format!("cannot use {}, {width} x {height} pixels: {shortage}", shown.display());
             (message, SMALLER.into())
         })?;
@@ -168,8 +169,12 @@ impl<T: FromColor> Cache<T> {
             params.warn(name, message, "render the picture again, or replace these pixels");
         }
         // Frees the memory of a large picture early.
-        drop(image);
-        Ok(Arc::new(MipMap::new(width as usize, height as usize, texels, settings.wrap)))
+        drop((image, image_charge));
+        let map = MipMap::new(width as usize, height as usize, texels, settings.wrap);
+        // Less than before, so it fits.
+        let _ = charge.resize(kept);
+        charge.keep();
+        Ok(Arc::new(map))
     }
 }
 

@@ -117,7 +117,8 @@ fn read_body(
         Some(error) => Err(error),
         None => {
             let bytes = header.elements.iter().map(most_bytes).fold(0, u64::saturating_add);
-            memory.check(bytes).map_err(|shortage| PlyError(format!("the mesh is too large: {shortage}")))?;
+            let refused = |shortage| PlyError(format!("the mesh is too large: {shortage}"));
+            let _charge = memory.reserve(bytes).map_err(refused)?;
             body::read(header, stream)
         }
     }

@@ -13,7 +13,7 @@ use lookat_lab::bench::Part;
 
 use crate::metric::{Limit, Metric};
 pub use chart::{Chart, Other};
-pub use memory::Memory;
+pub use memory::{Memory, way_out};
 
 /// The parsed command line.
 #[derive(Debug, Parser)]

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use lookat_image::{Image, MemoryBudget, PictureFile, write_file};
+use lookat_image::{Image, MemoryBudget, write_file};
 use lookat_lab::chart::{
     Budget, Climb, Cost, End, FEWEST_SEEDS, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method,
     Origin, Plan, Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
@@ -17,10 +17,10 @@ use lookat_render::Settings;
 use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
 
-use crate::args::{Chart, Other, Report};
+use crate::args::{Chart, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
 use crate::render::{check_memory, progress_bar};
-use crate::source::load_scene;
+use crate::source::{load_scene, read_image};
 use crate::visible::escaped;
 use crate::{interrupt, report};
 
@@ -29,6 +29,11 @@ const FILE_NAMES: [&str; 4] = ["chart.svg", "chart.png", "chart.csv", "chart.jso
 
 /// The shortest time of a pilot picture: a fraction of the budget, and an upper bound in seconds.
 const PILOT: (f64, f64) = (0.0025, 0.1);
+
+/// Bytes for each pixel of the reference and of a measured picture.
+const PICTURE_BYTES: u64 = 24;
+/// Bytes for each pixel of the sums of a method's errors.
+const METHOD_BYTES: u64 = 48;
 
 /// Runs the command.
 pub fn chart(arguments: &Chart) -> ExitCode {
@@ -51,6 +56,9 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let Some(scene) = loaded.scene else { return Ok(report::failure(&loaded)) };
     // Check before minutes of rendering, not after.
     let memory = &loaded.memory;
+    let errors = scene.film.crop.area() * (PICTURE_BYTES + METHOD_BYTES * methods.len() as u64);
+    let refused = |shortage| format!("measuring errors: {}", way_out(shortage));
+    memory.reserve(errors).map_err(refused)?.keep();
     check_memory(&scene, &Settings { error_layers: true, ..Settings::default() }, memory)?;
     let reference = arguments.reference.as_deref();
     let reference = reference.map(|file| read_reference(file, &scene, arguments, memory)).transpose()?;
@@ -86,7 +94,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let _ = make_folder(&folder);
     let mut destination = Destination::new(&folder);
     for (name, bytes) in FILE_NAMES.iter().zip(files) {
-        destination.write(name.as_ref(), |path| write_file(path, &bytes))?;
+        destination.write(name.as_ref(), |path| write_file(path, &bytes[..]))?;
     }
     let printed = crate::print(&text::results(&header, &reference, &results));
     let (folder, seconds) = (destination.folder().display(), started.elapsed().as_secs_f64());
@@ -237,14 +245,6 @@ fn folder_of(scene: &Path) -> PathBuf {
 /// Reads a picture of the scene.
 fn read(file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Fitted, String> {
     fit(file, &read_image(file, memory)?, scene)
-}
-
-/// Reads a picture and charges its memory.
-fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, String> {
-    let image = PictureFile::open(file).and_then(|opened| opened.read(memory));
-    let image = image.map_err(|error| error.to_string())?;
-    memory.charge(image.bytes()).map_err(|shortage| format!("{}: {shortage}", file.display()))?;
-    Ok(image)
 }
 
 fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {

@@ -5,12 +5,12 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::{
-    Aligned, Format, MemoryBudget, PanelOptions, PictureFile, Precision, Window, align, common_window,
+    Aligned, Format, Image, MemoryBudget, PanelOptions, PictureFile, Precision, Window, align, common_window,
     write_panel,
 };
 use serde_json::{Map, Value, json};
 
-use crate::args::Compare;
+use crate::args::{Compare, way_out};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::noise;
 use crate::output::{check_folder, check_inputs, write_result};
@@ -76,38 +76,53 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
     if arguments.layer.is_some() && !is_exr(&arguments.actual) && !is_exr(&arguments.expected) {
         return Err("--layer chooses a part of an EXR file, but neither picture is an EXR file".into());
     }
-    let files = [open(&arguments.actual, arguments)?, open(&arguments.expected, arguments)?];
+    let memory = &arguments.memory.budget();
+    let files = [open(&arguments.actual, arguments, memory)?, open(&arguments.expected, arguments, memory)?];
     let window = common_window(files.each_ref().map(PictureFile::placement));
-    let memory = arguments.memory.budget();
-    check_memory(window.map_err(|error| error.to_string())?, &memory)?;
-    let mut images = Vec::new();
-    for file in files {
-        let image = file.read(&memory).map_err(|error| error.to_string())?;
-        memory.charge(image.bytes()).map_err(|shortage| format!("comparing the pictures: {shortage}"))?;
-        images.push(image);
-    }
-    align(&images[0], &images[1]).map_err(|error| error.to_string())
+    let window = window.map_err(|error| error.to_string())?;
+    check_memory(window, window.area().saturating_mul(PIXEL_BYTES), memory)?;
+    let [actual, expected] = files.map(|file| file.read().map_err(|error| error.to_string()));
+    let (actual, expected) = (actual?, expected?);
+    // The pair is a copy: three colors of a gray pixel, too.
+    let copy = |image: &Image| image.bytes() + 8 * image.data_window.area();
+    check_memory(window, copy(&actual.0) + copy(&expected.0), memory)?;
+    let pair = align(&actual.0, &expected.0).map_err(|error| error.to_string())?;
+    drop((actual, expected));
+    let drawing = if arguments.picture.is_some() { DRAWING_BYTES } else { 0 };
+    check_memory(window, window.area() * (pixel_bytes(&pair) + drawing), memory)?;
+    Ok(pair)
 }
 
 /// Fails without enough memory to compare these pixels.
-pub fn check_memory(window: Window, memory: &MemoryBudget) -> Result<(), String> {
+pub fn check_memory(window: Window, bytes: u64, memory: &MemoryBudget) -> Result<(), String> {
     let Window { width, height, .. } = window;
-    memory
-        .check(window.area().saturating_mul(PIXEL_BYTES))
-        .map_err(|shortage| format!("comparing {width} x {height} pixels: {shortage}"))
+    let refused = |shortage| format!("comparing {width} x {height} pixels: {}", way_out(shortage));
+    memory.reserve(bytes).map(drop).map_err(refused)
 }
 
 /// Measured bytes for each compared pixel: both pictures, and the working copies of FLIP and SSIM.
 const PIXEL_BYTES: u64 = 80;
+/// The same for the tests of [`agreement`](lookat_image::agreement), which need error layers.
+const AGREEMENT_BYTES: u64 = 90;
+/// The same for a figure with both pictures and their difference.
+const DRAWING_BYTES: u64 = 40;
+
+/// The bytes for each pixel of a pair, without a drawing.
+pub fn pixel_bytes(pair: &Aligned) -> u64 {
+    let has_errors = pair.actual_errors.is_some() || pair.expected_errors.is_some();
+    PIXEL_BYTES + if has_errors { AGREEMENT_BYTES } else { 0 }
+}
 
 /// Opens the chosen layer. A file without layers counts as this layer.
-fn open<'a>(path: &Path, arguments: &Compare) -> Result<PictureFile<'a>, String> {
+fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<PictureFile<'a>, String> {
     if path == Path::new("-") {
         return Err("compare does not read standard input: give the name of a file".into());
     }
     let file = match &arguments.layer {
-        Some(layer) if Format::from_path(path) == Some(Format::Exr) => PictureFile::open_layer(path, layer),
-        _ => PictureFile::open(path),
+        Some(layer) if Format::from_path(path) == Some(Format::Exr) => {
+            PictureFile::open_layer(path, layer, memory)
+        }
+        _ => PictureFile::open(path, memory),
     };
     file.map_err(|error| error.to_string())
 }

@@ -9,7 +9,7 @@ use lookat_scene::{FilterKind, Integrator, LightChoice, Memory, Overrides, Proje
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::args::Inspect;
+use crate::args::{Inspect, way_out};
 use crate::report::{self, JsonDiagnostic};
 use crate::source::load_scene;
 use crate::visible::visible;
@@ -40,9 +40,9 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
     let name = arguments.scene.display().to_string();
     if let Some(Err(shortage)) =
-        loaded.scene.as_ref().map(|scene| loaded.memory.check(preparation_bytes(scene)))
+        loaded.scene.as_ref().map(|scene| loaded.memory.reserve(preparation_bytes(scene)))
     {
-        return crate::exit_code(Err(format!("the shapes and lights are too large: {shortage}")));
+        return crate::exit_code(Err(format!("the shapes and lights are too large: {}", way_out(shortage))));
     }
     let found = loaded.scene.as_ref().map(Found::new);
     let printed = if arguments.report.json {

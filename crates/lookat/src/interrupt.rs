@@ -70,13 +70,17 @@ pub fn watch() {
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
 }
 
-/// Ends the program in order where memory cannot be had in spite of the budget: Rust says so and aborts.
+/// The exit status where memory cannot be had in spite of the budget. No other failure has it.
+#[cfg(unix)]
+const ABORTED: i32 = 70;
+
+/// Ends the program by a status, not by a signal, where Rust aborts: without the memory that the budget allows.
 pub fn survive_abort() {
     #[cfg(unix)]
     {
         let always = std::sync::Arc::new(AtomicBool::new(true));
         let abort = signal_hook::consts::SIGABRT;
-        let _ = signal_hook::flag::register_conditional_shutdown(abort, crate::TROUBLE.into(), always);
+        let _ = signal_hook::flag::register_conditional_shutdown(abort, ABORTED, always);
     }
 }
 

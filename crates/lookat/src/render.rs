@@ -12,7 +12,7 @@ use lookat_image::{Format, MemoryBudget, byte_words};
 use lookat_render::{Settings, Statistics, TargetError, film_bytes, preparation_bytes};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
-use crate::args::Render;
+use crate::args::{Render, way_out};
 use crate::interrupt;
 use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
@@ -216,10 +216,13 @@ fn picture(
 /// Fails without enough memory to render the scene.
 pub fn check_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<(), String> {
     let (film, rest) = (film_bytes(&scene.film, settings), preparation_bytes(scene));
-    memory.check(film.saturating_add(rest)).map_err(|shortage| {
-        let [film, rest] = [film, rest].map(byte_words);
-        format!("rendering takes {film} for the film and {rest} for shapes and lights: {shortage}; --crop makes the film smaller")
-    })
+    let refused = |shortage| {
+        let ([film, rest], shortage) = ([film, rest].map(byte_words), way_out(shortage));
+        format!(
+            "rendering takes {film} for the film and {rest} for shapes and lights: {shortage}; --crop makes the film smaller"
+        )
+    };
+    memory.reserve(film.saturating_add(rest)).map(drop).map_err(refused)
 }
 
 /// The message if `--adaptive` changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{Read, Result};
 use std::path::{Path, PathBuf};
 
-use lookat_image::open_file;
+use lookat_image::{Image, MemoryBudget, PictureFile, open_file};
 use lookat_scene::syntax::Severity;
 use lookat_scene::{Loaded, Overrides, load_opened};
 
@@ -31,6 +31,14 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
         fail_warnings(&mut loaded, overrides.keep_going);
     }
     loaded
+}
+
+/// Reads a picture and charges it for good.
+pub fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, String> {
+    let read = PictureFile::open(file, memory).and_then(PictureFile::read);
+    let (image, charge) = read.map_err(|error| error.to_string())?;
+    charge.keep();
+    Ok(image)
 }
 
 /// Turns warnings into errors.

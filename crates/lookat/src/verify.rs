@@ -10,12 +10,12 @@ mod table;
 use std::path::Path;
 use std::process::ExitCode;
 
-use lookat_image::{Aligned, Image, write_file};
+use lookat_image::{Aligned, Image};
 use serde_json::Value;
 
 use crate::args::Verify;
 use crate::metric::Measurement;
-use crate::output::{check_folder, write_result};
+use crate::output::check_folder;
 
 /// The result for one scene, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -117,21 +117,21 @@ fn run(arguments: &Verify) -> Result<u8, String> {
     }
     let table = table::Table::new(&scenes, arguments.json);
     table.header()?;
-    let (mut verdicts, mut updated, mut pages) = (Vec::new(), false, Vec::new());
+    let (mut verdicts, mut updated) = (Vec::new(), false);
+    let mut page = arguments.report.as_ref().map(|_| page::Page::new()).transpose()?;
     for scene in &scenes {
         let outcome = scene::verify(arguments, scene);
         table.row(&outcome)?;
         verdicts.push(outcome.verdict);
         updated |= outcome.updated;
-        if arguments.report.is_some() {
-            pages.push(report_page::scene(&outcome));
+        if let Some(page) = &mut page {
+            page.add(report_page::scene(&outcome))?;
         }
     }
     table.footer(&verdicts)?;
-    if let Some(file) = &arguments.report {
+    if let (Some(file), Some(page)) = (&arguments.report, page) {
         let title = format!("lookat verify {}", arguments.folder.display());
-        let page = page::page(&title, &command_line::repeated(), &pages);
-        write_result(file, |path| write_file(path, page.as_bytes()))?;
+        page.write(file, &title, &command_line::repeated())?;
     }
     Ok(match () {
         () if verdicts.contains(&Verdict::Trouble) => crate::TROUBLE,

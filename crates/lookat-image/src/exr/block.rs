@@ -56,9 +56,12 @@ pub(crate) fn read(
     Ok(())
 }
 
-/// The pixels of the largest block.
-pub(crate) fn most_pixels(header: &Header) -> u64 {
-    Grid::of(header).bounds(0, 0).size.area() as u64
+/// The bytes that reading takes besides the pixels: the largest block as it is stored, decompressed, and on the way
+/// there; and for each block its place, twice, and whether it was seen.
+pub(crate) fn bytes(header: &Header) -> u64 {
+    let grid = Grid::of(header);
+    let block = grid.bounds(0, 0).size.area() as u64 * header.channels.bytes_per_pixel as u64;
+    3 * block + 17 * grid.columns as u64 * grid.rows as u64
 }
 
 /// How the picture is divided.

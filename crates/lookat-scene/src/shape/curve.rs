@@ -56,7 +56,7 @@ pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option
     };
     check_points(params, &points, &world_from_object, widths);
     let segments = segments(params, &points, degree as usize, bspline)?;
-    params.charge_memory("P", size_of_val(&segments[..]))?;
+    params.reserve("P", size_of_val(&segments[..]))?.keep();
     let kind = match kind {
         "flat" => CurveKind::Flat,
         "cylinder" => CurveKind::Cylinder,
@@ -119,7 +119,7 @@ fn segments(
 ) -> Option<Vec<[DVec3; 4]>> {
     let count = points.len();
     let p = |at: usize| DVec3::from(points[at]);
-    params.check_memory("P", (count * size_of::<[DVec3; 4]>()) as u64)?;
+    drop(params.reserve("P", count * size_of::<[DVec3; 4]>())?);
     if bspline && count > degree {
         return Some((0..count - degree).map(|at| from_bspline(degree, |k| p(at + k))).collect());
     }

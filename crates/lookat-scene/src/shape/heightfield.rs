@@ -24,7 +24,7 @@ pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> 
         return None;
     }
     // A position, coordinates, and the corners of two triangles.
-    params.check_memory("Pz", (nu * nv) as u64 * (24 + 16 + 2 * 12))?;
+    drop(params.reserve("Pz", (nu * nv).saturating_mul(24 + 16 + 2 * 12))?);
     let uvs: Vec<[f64; 2]> =
         (0..nv).flat_map(|v| (0..nu).map(move |u| [share(u, nu), share(v, nv)])).collect();
     let positions = uvs.iter().zip(heights).map(|([x, y], z)| [*x, *y, z]).collect();

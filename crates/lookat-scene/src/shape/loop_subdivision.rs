@@ -65,7 +65,7 @@ fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
     let memory = params.memory();
     let is_indexed = |levels: u32| triangles(levels) <= i32::MAX as u64;
     let check = |levels: u32| match is_indexed(levels) {
-        true => memory.check(bytes(levels)).map_err(|shortage| {
+        true => memory.reserve(bytes(levels)).map(drop).map_err(|shortage| {
             format!("{levels} levels make {} triangles from {faces}: {shortage}", triangles(levels))
         }),
         false => {

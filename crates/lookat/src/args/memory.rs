@@ -1,7 +1,7 @@
 //! The option `--max-memory`.
 
 use clap::Args;
-use lookat_image::MemoryBudget;
+use lookat_image::{MemoryBudget, OutOfMemory};
 
 /// The memory limit of a command.
 #[derive(Debug, Clone, Copy, Args)]
@@ -22,6 +22,11 @@ impl Memory {
     pub fn budget(self) -> MemoryBudget {
         self.limit().map_or_else(MemoryBudget::default, MemoryBudget::new)
     }
+}
+
+/// The message about a shortage, with the way out.
+pub fn way_out(shortage: OutOfMemory) -> String {
+    format!("{shortage}; raise --max-memory, and ulimit -v if it is lower")
 }
 
 /// Parses a size in bytes with an optional decimal unit k, M, G or T.

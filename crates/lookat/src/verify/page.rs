@@ -4,10 +4,16 @@ mod picture;
 
 use std::cmp::Reverse;
 use std::fmt::Write;
+use std::fs::File;
+use std::io::{self, Read as _, Seek as _, Write as _};
+use std::path::Path;
+
+use lookat_image::{ImageError, io_reason, write_file};
 
 use super::Verdict;
+use crate::output::write_result;
 use crate::visible::visible_lines;
-pub use picture::Picture;
+pub use picture::{PACKING_BYTES, Picture};
 
 /// A number in the report.
 #[derive(Debug, Clone)]
@@ -55,8 +61,50 @@ pub struct PageScene {
     pub pictures: Vec<Picture>,
 }
 
-/// The page, in HTML. `command` repeats the run.
-pub fn page(title: &str, command: &str, scenes: &[PageScene]) -> String {
+/// The scenes of the page. A temporary file holds the pictures, as they do not all fit in memory.
+pub struct Page {
+    scenes: Vec<PageScene>,
+    pictures: File,
+}
+
+impl Page {
+    pub fn new() -> Result<Page, String> {
+        let pictures = tempfile::tempfile().map_err(not_stored)?;
+        Ok(Page { scenes: Vec::new(), pictures })
+    }
+
+    /// Adds a scene and stores its pictures.
+    pub fn add(&mut self, mut scene: PageScene) -> Result<(), String> {
+        for (index, picture) in scene.pictures.iter_mut().enumerate() {
+            picture.id = format!("picture-{}-{index}", self.scenes.len());
+            let (id, data) = (&picture.id, std::mem::take(&mut picture.data));
+            writeln!(self.pictures, "<script type=\"text/plain\" id=\"{id}\">{data}</script>")
+                .map_err(not_stored)?;
+        }
+        self.scenes.push(scene);
+        Ok(())
+    }
+
+    /// Writes the page. `command` repeats the run.
+    pub fn write(&self, file: &Path, title: &str, command: &str) -> Result<(), String> {
+        let [head, tail] = page(title, command, &self.scenes);
+        write_result(file, |path| {
+            let mut pictures = &self.pictures;
+            pictures
+                .rewind()
+                .map_err(|error| ImageError::Write { path: path.into(), reason: io_reason(&error) })?;
+            write_file(path, head.as_bytes().chain(pictures).chain(tail.as_bytes()))
+        })
+    }
+}
+
+fn not_stored(error: io::Error) -> String {
+    let folder = std::env::temp_dir();
+    format!("cannot store the pictures of the report in {}: {}", folder.display(), io_reason(&error))
+}
+
+/// The page before and after the pictures, in HTML.
+fn page(title: &str, command: &str, scenes: &[PageScene]) -> [String; 2] {
     let mut scenes: Vec<&PageScene> = scenes.iter().collect();
     let badness = |scene: &PageScene| scene.columns.first().map_or(f64::NEG_INFINITY, |first| first.badness);
     scenes.sort_by(|a, b| badness(b).total_cmp(&badness(a)));
@@ -67,7 +115,7 @@ pub fn page(title: &str, command: &str, scenes: &[PageScene]) -> String {
         "difference": lookat_image::DIFFERENCE_COLORS[..],
         "notFinite": lookat_image::NOT_FINITE_COLOR,
     });
-    fill(include_str!("page.html"), &|slot| match slot {
+    let content = |slot: &str| match slot {
         "title" => escape(title),
         "command" => escape(command),
         "style" => include_str!("page.css").into(),
@@ -76,11 +124,12 @@ pub fn page(title: &str, command: &str, scenes: &[PageScene]) -> String {
         "headings" => columns.iter().map(|name| heading(name)).collect(),
         "rows" => numbered().map(|(number, scene)| row(number, scene, &columns)).collect(),
         "scenes" => numbered().map(|(number, scene)| article(number, scene)).collect(),
-        "pictures" => numbered().map(|(number, scene)| data(number, scene)).collect(),
         "colors" => colors.to_string(),
         "version" => env!("CARGO_PKG_VERSION").into(),
         _ => String::new(),
-    })
+    };
+    let (head, tail) = include_str!("page.html").split_once("{{pictures}}").unwrap_or_default();
+    [head, tail].map(|template| fill(template, &content))
 }
 
 /// Fills each `{{slot}}` of a template.
@@ -201,9 +250,8 @@ fn article(number: usize, scene: &PageScene) -> String {
     article += &messages(scene);
     article += "<div class=\"viewers\">";
     let mut thumbnail = 0;
-    for (index, picture) in scene.pictures.iter().enumerate() {
-        let id = picture_id(number, index);
-        let (viewer, remarks) = (viewer(&id, thumbnail, picture), remarks(picture).join(" "));
+    for picture in &scene.pictures {
+        let (viewer, remarks) = (viewer(thumbnail, picture), remarks(picture).join(" "));
         let _ = writeln!(article, "<div>{viewer}<p class=\"remark\">{remarks}</p></div>");
         thumbnail += picture.thumbnails.len();
     }
@@ -228,14 +276,9 @@ fn messages(scene: &PageScene) -> String {
     )
 }
 
-/// The element that holds the packed pictures.
-fn picture_id(scene: usize, index: usize) -> String {
-    format!("picture-{scene}-{index}")
-}
-
 /// The element that the script fills with the pictures. `thumbnail` is the first of their thumbnails in the row.
-fn viewer(id: &str, thumbnail: usize, picture: &Picture) -> String {
-    let Picture { width, height, corner: [x, y], reduced, stops, scale, .. } = picture;
+fn viewer(thumbnail: usize, picture: &Picture) -> String {
+    let Picture { id, width, height, corner: [x, y], reduced, stops, scale, .. } = picture;
     let only = picture.only.map_or(String::new(), |role| format!(" data-only=\"{role}\""));
     format!(
         "<div class=\"viewer\" data-id=\"{id}\"{only} data-thumbnail=\"{thumbnail}\" data-width=\"{width}\" data-height=\"{height}\" \
@@ -260,14 +303,6 @@ fn remarks(picture: &Picture) -> Vec<String> {
     remarks.into_iter().flatten().collect()
 }
 
-fn data(number: usize, scene: &PageScene) -> String {
-    let one = |(index, picture): (usize, &Picture)| {
-        let id = picture_id(number, index);
-        format!("<script type=\"text/plain\" id=\"{id}\">{}</script>\n", picture.data)
-    };
-    scene.pictures.iter().enumerate().map(one).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -287,7 +322,7 @@ mod tests {
     #[test]
     fn text_stays_text() {
         let hostile = "</script></style><b a='1' c=\"2\">&amp; {{rows}}";
-        let page = page(hostile, hostile, &[scene(hostile, Verdict::Differs, 0.5)]);
+        let page = page(hostile, hostile, &[scene(hostile, Verdict::Differs, 0.5)]).concat();
         assert!(!page.contains("<b a=") && !page.contains("c=\"2\""));
         // Title, heading and command; name and reason in row and scene, the messages, the meaning in both, the detail.
         let escaped =
@@ -297,7 +332,7 @@ mod tests {
 
     #[test]
     fn nothing_is_fetched() {
-        let page = page("title", "command", &[scene("a", Verdict::Agrees, 0.0)]);
+        let page = page("title", "command", &[scene("a", Verdict::Agrees, 0.0)]).concat();
         assert!(!page.contains("//fonts") && !page.contains("http:") && !page.contains("https:"));
         assert!(!include_str!("page.js").contains("</") && !include_str!("page.css").contains("</"));
     }
@@ -310,7 +345,7 @@ mod tests {
             scene("c", Verdict::Differs, -0.3),
             PageScene { columns: vec![], ..scene("d", Verdict::Trouble, 0.0) },
         ];
-        let page = page("title", "command", &scenes);
+        let page = page("title", "command", &scenes).concat();
         let place = |name: &str| page.find(&format!("<h2>{name}</h2>")).unwrap();
         assert!(place("c") < place("b") && place("b") < place("d") && place("d") < place("a"));
         let counts = "4 scenes: <span class=\"agrees\">1 agrees</span>, <span class=\"differs\">2 differ</span>, \

@@ -4,18 +4,19 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use lookat_image::{Aligned, Format, MemoryBudget, PictureFile, align, common_window};
+use lookat_image::{Aligned, Format, MemoryBudget, align};
 use lookat_render::Settings;
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{Loaded, Overrides, Scene};
 use serde_json::json;
 
+use super::page::PACKING_BYTES;
 use super::{Comparison, Diagnostics, Outcome, Rendered, Verdict, files};
-use crate::args::{Report, Verify};
+use crate::args::{Report, Verify, way_out};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::render::{Metadata, check_memory, note_jitter};
-use crate::source::load_scene;
+use crate::source::{load_scene, read_image};
 use crate::{compare as comparing, noise, report};
 
 /// A verdict and its reason.
@@ -57,12 +58,15 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
     outcome.diagnostics = Diagnostics { text: report::text(&loaded), json: json!(report::json(&loaded)) };
     let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded)) };
     note_jitter(scene, &loaded);
+    let packing = if arguments.report.is_some() { PACKING_BYTES } else { 0 };
     // A picture that the scene shows is not a picture of the scene.
     let reference = files::beside(file).find(|picture| !is_among(picture, &loaded.inputs));
     if let Some(reference) = &reference {
         check_reference(arguments, reference)?;
-        let file = PictureFile::open(reference).map_err(|error| error.to_string())?;
-        outcome.reference = Some(file.read(&loaded.memory).map_err(|error| error.to_string())?);
+        let image = read_image(reference, &loaded.memory)?;
+        let window = image.data_window;
+        comparing::check_memory(window, window.area() * packing, &loaded.memory)?;
+        outcome.reference = Some(image);
     } else if !arguments.update {
         outcome.reason = "no reference beside the scene, except a picture that the scene uses".into();
         return Ok(());
@@ -74,11 +78,12 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
     }
     let rendered = outcome.render.insert(render(arguments, file, scene, &loaded.memory)?);
     if let Some(expected) = &outcome.reference {
-        if let Ok(window) = common_window([rendered.image.placement(), expected.placement()]) {
-            comparing::check_memory(window, &loaded.memory)?;
-        }
         outcome.comparison = match align(&rendered.image, expected) {
-            Ok(pair) => Some(compare(arguments, pair)),
+            Ok(pair) => {
+                let bytes = pair.window.area() * (comparing::pixel_bytes(&pair) + packing);
+                comparing::check_memory(pair.window, bytes, &loaded.memory)?;
+                Some(compare(arguments, pair))
+            }
             Err(error) => {
                 (outcome.verdict, outcome.reason) = (Verdict::Differs, error.to_string());
                 None
@@ -138,7 +143,7 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
     let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
     let seconds = started.elapsed().as_secs_f64();
     image.metadata = Metadata::new(file, arguments.seed, f64::from(samples_per_pixel), true).as_json();
-    memory.charge(image.bytes()).map_err(|shortage| shortage.to_string())?;
+    memory.reserve(image.bytes()).map_err(way_out)?.keep();
     Ok(Rendered { image, samples_per_pixel, seconds })
 }
 

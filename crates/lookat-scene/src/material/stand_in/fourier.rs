@@ -33,42 +33,43 @@ pub(super) fn fourier(params: &mut TextureParams) -> (&'static str, MaterialKind
 /// The numbers of a file, in order.
 struct Numbers<'b>(&'b [u8]);
 
-impl Numbers<'_> {
-    fn words(&mut self, count: usize) -> Option<impl Iterator<Item = [u8; 4]>> {
+impl<'b> Numbers<'b> {
+    /// They stay in the file: it is large, and few of them are used.
+    fn words(&mut self, count: usize) -> Option<&'b [[u8; 4]]> {
         let (taken, rest) = self.0.split_at_checked(count.checked_mul(4)?)?;
         self.0 = rest;
-        Some(taken.as_chunks().0.iter().copied())
+        Some(taken.as_chunks().0)
     }
+}
 
-    fn counts(&mut self, count: usize) -> Option<Vec<usize>> {
-        self.words(count)?.map(|word| usize::try_from(i32::from_le_bytes(word)).ok()).collect()
-    }
-
-    fn floats(&mut self, count: usize) -> Option<Vec<f32>> {
-        Some(self.words(count)?.map(f32::from_le_bytes).collect())
-    }
+fn count(word: &[u8; 4]) -> Option<usize> {
+    usize::try_from(i32::from_le_bytes(*word)).ok()
 }
 
 /// The albedo of the front, the mean over directions. `None` of a file that is no such table.
 fn albedo(bytes: &[u8]) -> Option<Albedo> {
     let mut numbers = Numbers(bytes.strip_prefix(b"SCATFUN\x01")?);
-    let [flags, angles, coefficients, _, channels, bases] = numbers.counts(6)?[..] else { return None };
+    let header = numbers.words(6)?.iter().map(count).collect::<Option<Vec<_>>>()?;
+    let [flags, angles, coefficients, _, channels, bases] = header[..] else { return None };
     // The only kind of table that pbrt-v3 takes.
     if flags != 1 || ![1, 3].contains(&channels) || bases != 1 || angles < 2 {
         return None;
     }
     // Three unused words, the index of refraction and four more unused words.
-    numbers.floats(8)?;
-    let cosines = numbers.floats(angles)?;
+    numbers.words(8)?;
+    let cosines = numbers.words(angles)?;
+    let cosine = |at: usize| f32::from_le_bytes(cosines[at]);
     let pairs = angles.checked_mul(angles)?;
-    numbers.floats(pairs)?;
-    let places = numbers.counts(pairs.checked_mul(2)?)?;
-    let table = numbers.floats(coefficients)?;
+    numbers.words(pairs)?;
+    let places = numbers.words(pairs.checked_mul(2)?)?;
+    let table = numbers.words(coefficients)?;
     // The mean over the azimuth of what one pair of cosines scatters, times the cosine of the light.
     let mean = |out: usize, light: usize| {
-        let [first, orders] = [0, 1].map(|at| places[2 * (out * angles + light) + at]);
+        let [first, orders] = [0, 1].map(|at| count(&places[2 * (out * angles + light) + at]));
+        let (first, orders) = (first?, orders?);
         let of = |channel: usize| {
-            if orders == 0 { Some(0.0) } else { table.get(first + channel * orders).copied() }
+            let word = table.get(first + channel * orders);
+            if orders == 0 { Some(0.0) } else { word.map(|word| f32::from_le_bytes(*word)) }
         };
         let luminance = of(0)?;
         if channels == 1 {
@@ -78,15 +79,15 @@ fn albedo(bytes: &[u8]) -> Option<Albedo> {
         // The file has luminance, red and blue.
         Some(Vec3::new(red, 1.39829 * luminance - 0.100913 * blue - 0.297375 * red, blue))
     };
-    let width = |at: usize| 0.5 * (cosines[(at + 1).min(angles - 1)] - cosines[at.saturating_sub(1)]);
+    let width = |at: usize| 0.5 * (cosine((at + 1).min(angles - 1)) - cosine(at.saturating_sub(1)));
     let (mut reflected, mut transmitted) = (Vec3::ZERO, Vec3::ZERO);
-    for out in (0..angles).filter(|out| cosines[*out] > 0.0) {
+    for out in (0..angles).filter(|out| cosine(*out) > 0.0) {
         for light in 0..angles {
             // 2 cos is the density of directions from the front, 2 pi the integral over the azimuth of the light.
-            let weight = std::f32::consts::TAU * width(light) * 2.0 * cosines[out] * width(out);
+            let weight = std::f32::consts::TAU * width(light) * 2.0 * cosine(out) * width(out);
             let scattered = mean(out, light)? * weight;
             // In such tables light that is reflected has the other sign.
-            let sum = if cosines[light] < 0.0 { &mut reflected } else { &mut transmitted };
+            let sum = if cosine(light) < 0.0 { &mut reflected } else { &mut transmitted };
             *sum += scattered;
         }
     }

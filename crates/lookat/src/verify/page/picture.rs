@@ -12,6 +12,8 @@ use lookat_image::{
 
 /// The most pixels of a picture on the page. A larger picture is reduced by averaging boxes.
 const MOST_PIXELS: usize = 1 << 20;
+/// Measured bytes for each pixel while a picture is packed.
+pub const PACKING_BYTES: u64 = 64;
 /// The longest side of a thumbnail in pixels.
 const THUMBNAIL: usize = 96;
 
@@ -34,8 +36,10 @@ pub struct Picture {
     pub stops: i32,
     /// The difference at the end of the color scale.
     pub scale: f64,
-    /// Both pictures, packed, in base64.
+    /// Both pictures, packed, in base64. Empty once the page has written them.
     pub data: String,
+    /// The name of the element with the data. Empty until then.
+    pub id: String,
     /// PNG files in base64: the actual picture and the difference, or the only picture.
     pub thumbnails: Vec<String>,
 }
@@ -43,7 +47,7 @@ pub struct Picture {
 impl Picture {
     /// Packs two pictures.
     pub fn new(pair: &Aligned) -> Picture {
-        let picture = Picture::of(&Pixels::of(pair), pair.window);
+        let picture = Picture::of(Pixels::of(pair), pair.window);
         Picture { left_out: pair.left_out, ..picture }
     }
 
@@ -55,14 +59,14 @@ impl Picture {
         let difference =
             expected.iter().map(|pixel| if is_finite(pixel) { [0.0; 3] } else { *pixel }).collect();
         let pixels = Pixels { width: width as usize, height: height as usize, expected, difference };
-        let mut picture = Picture::of(&pixels, image.data_window);
+        let mut picture = Picture::of(pixels, image.data_window);
         picture.thumbnails.truncate(1);
         Some(Picture { only: Some(role), ..picture })
     }
 
-    fn of(full: &Pixels, window: Window) -> Picture {
+    fn of(full: Pixels, window: Window) -> Picture {
         let reduced = (1..).find(|&side| full.reduced_area(side) <= MOST_PIXELS).unwrap_or(1);
-        let pixels = full.reduce(reduced);
+        let pixels = if reduced > 1 { full.reduce(reduced) } else { full };
         let stops = suitable_exposure(&pixels.expected) as i32;
         let differences: Vec<f32> = pixels.difference.iter().map(largest).collect();
         let scale = difference_limit(&differences).unwrap_or(1.0);
@@ -78,6 +82,7 @@ impl Picture {
             stops,
             scale,
             data: pixels.pack(),
+            id: String::new(),
             thumbnails: vec![small.actual_png(stops), small.difference_png(scale)],
         }
     }
@@ -121,11 +126,13 @@ impl Pixels {
     /// Red, green and blue of all pixels, expected and then difference, as half floats: all high bytes, then all low
     /// bytes, which compresses better.
     fn pack(&self) -> String {
-        let values = self.expected.iter().chain(&self.difference).flatten();
-        let (high, low): (Vec<u8>, Vec<u8>) = values.map(|value| half(*value).to_be_bytes().into()).unzip();
         let mut packed = ZlibEncoder::new(Vec::new(), Compression::default());
-        // Writing to memory does not fail.
-        let _ = packed.write_all(&high).and_then(|()| packed.write_all(&low));
+        for at in 0..2 {
+            let values = self.expected.as_flattened().iter().chain(self.difference.as_flattened());
+            let bytes: Vec<u8> = values.map(|value| half(*value).to_be_bytes()[at]).collect();
+            // Writing to memory does not fail.
+            let _ = packed.write_all(&bytes);
+        }
         BASE64_STANDARD.encode(packed.finish().unwrap_or_default())
     }
 
