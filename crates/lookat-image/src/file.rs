@@ -22,7 +22,7 @@ fn temporary() -> MutexGuard<'static, Vec<PathBuf>> {
 ///
 /// [`ImageError::Write`] if the file system refuses. The previous contents stay then.
 pub fn write_file(path: &Path, mut contents: impl Read) -> Result<(), ImageError> {
-    replace(path, |out| Ok(std::io::copy(&mut contents, out).map(drop)?))
+    replace(path, |out| Ok(io::copy(&mut contents, out).map(drop)?))
         .map_err(|fault| ImageError::writing(path, fault))
 }
 

@@ -370,7 +370,8 @@ mod tests {
         check("none.exr", "cannot read none.exr: there is no such file or folder");
         check("none.png", "cannot read none.png: there is no such file or folder");
         check("none", "cannot read none: there is no such file or folder");
-        let error = PictureFile::open_layer(Path::new("none.png"), "albedo").err().unwrap();
+        let error =
+            PictureFile::open_layer(Path::new("none.png"), "albedo", &MemoryBudget::default()).err().unwrap();
         assert_eq!(error.to_string(), "cannot read none.png: only EXR files have layers");
     }
 }

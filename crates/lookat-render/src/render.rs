@@ -22,7 +22,7 @@ use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
-use crate::threads;
+use crate::threads::{self, threads};
 use control::Control;
 pub use forecast::TimeLeft;
 use sample::{Context, Prepared};

@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 use std::fs::File;
-use std::io::{Read, Result};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use lookat_image::{Image, MemoryBudget, PictureFile, open_file};
@@ -16,7 +16,7 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
     let is_open = Cell::new(false);
     // Only the scene itself can be standard input or a pipe, not a file that it names.
     let open = |file: &Path| match file == path && !is_open.replace(true) {
-        true if file == Path::new("-") => Ok(Box::new(std::io::stdin()) as Box<dyn Read>),
+        true if file == Path::new("-") => Ok(Box::new(io::stdin()) as Box<dyn Read>),
         true => open_scene(file),
         false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
     };
@@ -55,7 +55,7 @@ fn fail_warnings(loaded: &mut Loaded, keep_going: bool) {
 }
 
 /// Opens a scene file. It can be a pipe, as in `lookat check <(./generate)`.
-fn open_scene(path: &Path) -> Result<Box<dyn Read>> {
+fn open_scene(path: &Path) -> io::Result<Box<dyn Read>> {
     #[cfg(unix)]
     if std::os::unix::fs::FileTypeExt::is_fifo(&std::fs::metadata(path)?.file_type()) {
         return Ok(Box::new(File::open(path)?));
