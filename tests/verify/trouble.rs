@@ -9,7 +9,7 @@ use super::*;
 const LONG: &str = "a name that is much longer than the names of the other scenes in this folder";
 
 /// How a scene is spoiled, with the verdict on it and a part of the reason.
-const CASES: [(&str, &str, &str); 16] = [
+const CASES: [(&str, &str, &str); 17] = [
     ("a", "agrees", "identical"),
     (LONG, "agrees", "identical"),
     ("caf\u{fffd}", "agrees", "identical"),
@@ -21,6 +21,7 @@ const CASES: [(&str, &str, &str); 16] = [
     ("reference-folder", "trouble", "reference-folder.exr is a folder, not a file"),
     ("reference-loop", "trouble", "reference-loop.exr: Too many levels of symbolic links"),
     ("reference-text", "trouble", "does not match its extension"),
+    ("reference-alpha", "trouble", "the second picture has neither the channels R, G and B nor Y"),
     ("scene-error", "trouble", "the scene has an error: unknown directive `Shpae`"),
     ("scene-link", "trouble", "scene-link.pbrt is a link to nowhere.pbrt, where there is no file"),
     ("scene-folder", "trouble", "scene-folder.pbrt is a folder, not a file"),
@@ -34,12 +35,21 @@ fn troubled() -> Folder {
         std::fs::copy(folder.path(&format!("a.{ending}")), folder.path(&format!("{name}.{ending}"))).unwrap();
     };
     assert_eq!(folder.verify(&["--update"]).0, 1);
-    let both = [LONG, "far", "small", "reference-text", "scene-error", "scene-link", "scene-folder"];
+    let both = [
+        LONG,
+        "far",
+        "small",
+        "reference-text",
+        "reference-alpha",
+        "scene-error",
+        "scene-link",
+        "scene-folder",
+    ];
     for name in both.into_iter().chain(["scene-loop", "scene-pipe"]) {
         copy("exr", name);
     }
     let scenes = ["lonely", "texture", "reference-link", "reference-folder", "reference-loop"];
-    for name in [LONG, "far", "small", "reference-text"].into_iter().chain(scenes) {
+    for name in [LONG, "far", "small", "reference-text", "reference-alpha"].into_iter().chain(scenes) {
         copy("pbrt", name);
     }
     for ending in ["pbrt", "exr"] {
@@ -54,6 +64,10 @@ fn troubled() -> Folder {
     flat("far.exr", 48, 123_456.0);
     flat("small.exr", 4, 0.5);
     flat("texture.png", 8, 0.5);
+    let mut alpha = Image::read(&folder.path("a.exr")).unwrap();
+    alpha.channels.truncate(1);
+    alpha.channels[0].name = "A".into();
+    alpha.write(&folder.path("reference-alpha.exr")).unwrap();
     let texture = "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"texture.png\"\nMaterial \"matte\" \"texture Kd\" \"t\"";
     folder.write("texture.pbrt", &SCENE.replace("Material \"matte\" \"rgb Kd\" [.5 .5 .5]", texture));
     folder.write("reference-text.exr", "not a picture");
@@ -93,6 +107,8 @@ fn each_trouble_is_told_in_text_json_and_report() {
         let shown = (article.matches("class=\"viewer\"").count(), roles("expected"), roles("actual"));
         let expected = match name {
             "small" => (2, 1, 1),
+            // The render alone.
+            _ if verdict == "new" || name == "reference-alpha" => (1, 0, 1),
             _ if ["agrees", "differs"].contains(&verdict) => (1, 0, 0),
             _ => (0, 0, 0),
         };

@@ -144,16 +144,17 @@ impl<T: FromColor> Cache<T> {
         // Escaped for messages.
         let shown = PathBuf::from(path.display().to_string().escape_debug().to_string());
         let memory = params.memory();
-        let read = PictureFile::of_bytes(&shown, &bytes, memory).and_then(PictureFile::read);
-        let (image, image_charge) = read.map_err(|error| (error.to_string(), help(&error)))?;
-        drop(bytes);
-        let Window { width, height, .. } = image.data_window;
+        let unreadable = |error: ImageError| (error.to_string(), help(&error));
+        let file = PictureFile::of_bytes(&shown, &bytes, memory).map_err(unreadable)?;
+        let Window { width, height, .. } = file.placement().data_window;
         let kept = MipMap::<T>::bytes_of(width, height);
-        // While it is made, two versions of the finest level are there besides the picture.
+        // Before any pixel is read. While the map is made, there are two versions of the finest level.
         let mut charge = memory.reserve(kept.saturating_mul(2)).map_err(|shortage| {
             let message = format!("cannot use {}, {width} x {height} pixels: {shortage}", shown.display());
             (message, SMALLER.into())
         })?;
+        let (image, image_charge) = file.read().map_err(unreadable)?;
+        drop(bytes);
         let planes = image.rgb_planes().ok_or_else(|| {
             let message =
                 format!("cannot use {}: it has neither the channels R, G and B nor Y", shown.display());

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::Instant;
 
-use lookat_image::{Aligned, Format, MemoryBudget, align};
+use lookat_image::{AlignError, Aligned, Format, MemoryBudget, align};
 use lookat_render::Settings;
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{Loaded, Overrides, Scene};
@@ -37,7 +37,9 @@ pub fn verify(arguments: &Verify, file: &Path) -> Outcome {
     };
     let judged = match files::fault(file) {
         Some(fault) => Err(fault),
-        None if !arguments.update && files::beside(file).next().is_none() => Ok(()),
+        None if !arguments.update && arguments.report.is_none() && files::beside(file).next().is_none() => {
+            Ok(())
+        }
         None => fill(arguments, file, &mut outcome),
     };
     if let Err(reason) = judged {
@@ -68,8 +70,13 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
         comparing::check_memory(window, window.area() * packing, &loaded.memory)?;
         outcome.reference = Some(image);
     } else if !arguments.update {
-        outcome.reason = "no reference beside the scene, except a picture that the scene uses".into();
-        return Ok(());
+        if files::beside(file).next().is_some() {
+            outcome.reason = "no reference beside the scene, except a picture that the scene uses".into();
+        }
+        // Only the report shows its picture.
+        if arguments.report.is_none() {
+            return Ok(());
+        }
     }
     let target = reference.unwrap_or_else(|| file.with_extension("exr"));
     if arguments.update {
@@ -84,6 +91,8 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
                 comparing::check_memory(pair.window, bytes, &loaded.memory)?;
                 Some(compare(arguments, pair))
             }
+            // No option of verify chooses a layer.
+            Err(error @ AlignError::Channels(..)) => return Err(error.to_string()),
             Err(error) => {
                 (outcome.verdict, outcome.reason) = (Verdict::Differs, error.to_string());
                 None
