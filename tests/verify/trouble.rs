@@ -117,7 +117,7 @@ fn each_trouble_is_told_in_text_json_and_report() {
         assert_eq!(says_why, name == "scene-error", "{article}");
         assert_eq!(json["diagnostics"].as_array().unwrap().len(), usize::from(name == "scene-error"));
     }
-    assert!(out.ends_with("16 scenes: 3 agree, 2 differ, 2 without a reference, 9 in trouble\n"), "{out}");
+    assert!(out.ends_with("17 scenes: 3 agree, 2 differ, 2 without a reference, 10 in trouble\n"), "{out}");
     let quoted = "&quot;";
     let repeated = format!(" &amp;&amp; lookat verify {} --report {quoted}", folder.0.path().display());
     assert!(
