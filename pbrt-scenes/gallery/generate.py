@@ -262,12 +262,12 @@ def knot(rounds=64, sides=8):
     """A trefoil knot: a tube whose section is an ellipse that turns as it goes."""
     points, faces = [], []
 
-    def centre(t):
+    def center(t):
         return (math.sin(t) + 2 * math.sin(2 * t), math.cos(t) - 2 * math.cos(2 * t), -math.sin(3 * t))
 
     for i in range(rounds):
         t = 2 * math.pi * i / rounds
-        before, here, after = centre(t - 0.01), centre(t), centre(t + 0.01)
+        before, here, after = center(t - 0.01), center(t), center(t + 0.01)
         along = [b - a for a, b in zip(before, after)]
         length = math.hypot(*along)
         along = [x / length for x in along]

@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn weighs_neighbours() {
+    fn weighs_neighbors() {
         // Five rows of 21 columns, more than sixteen inside the margin; each number tells its place.
         let plane: Vec<f64> = (0..5 * 21).map(|i| f64::from(i % 21 + 100 * (i / 21))).collect();
         let rows = along_rows(&plane, 21, 2, &[1.0, 0.0, 10.0]);

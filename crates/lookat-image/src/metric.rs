@@ -40,7 +40,7 @@ pub struct Means {
     /// The standard error of `error`, if the errors of pixels were independent draws of one distribution: the
     /// standard deviation over pixels of the mean of the channels, by the root of the number of pixels.
     /// Errors that differ from place to place for other reasons than noise make it too large, noise that is
-    /// stratified over pixels too, and noise that neighbours share makes it too small. Infinite for a single
+    /// stratified over pixels too, and noise that neighbors share makes it too small. Infinite for a single
     /// pixel.
     pub standard_error: f64,
     /// The mean absolute error, in the unit of the pictures.

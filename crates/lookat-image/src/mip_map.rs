@@ -117,7 +117,7 @@ impl<T: Texel> MipMap<T> {
         self.levels[self.levels.len() - 1].texels[0]
     }
 
-    /// The finest version at `st`, linear between the centres of texels.
+    /// The finest version at `st`, linear between the centers of texels.
     pub fn bilinear(&self, st: DVec2) -> T {
         self.bilinear_at(0, st)
     }
@@ -158,7 +158,7 @@ impl<T: Texel> Level<T> {
         wrapped(t, self.height, wrap).map_or(&[], |t| &self.texels[t * self.width..][..self.width])
     }
 
-    /// Where `st` lies among the centres of texels. Places that are too far to tell texels apart are brought nearer.
+    /// Where `st` lies among the centers of texels. Places that are too far to tell texels apart are brought nearer.
     fn place(&self, st: DVec2) -> DVec2 {
         const FAR: f64 = 1e15;
         (st * DVec2::new(self.width as f64, self.height as f64) - 0.5)
@@ -220,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn centres_of_texels_are_the_texels() {
+    fn centers_of_texels_are_the_texels() {
         let map = MipMap::new(8, 4, numbers(32), Wrap::Repeat);
         for (i, expected) in numbers(32).into_iter().enumerate() {
             let st = DVec2::new((i % 8) as f64 + 0.5, (i / 8) as f64 + 0.5) / DVec2::new(8.0, 4.0);

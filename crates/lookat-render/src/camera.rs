@@ -88,7 +88,7 @@ impl CameraRays {
     }
 }
 
-/// A camera ray with what makes its neighbours.
+/// A camera ray with what makes its neighbors.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CameraRay<'c> {
     pub camera: &'c CameraRays,
@@ -106,8 +106,8 @@ impl CameraRay<'_> {
         self.camera.ray(self.film, self.on_lens)
     }
 
-    /// Origins and directions, of any length, of the neighbours to the right and below, through the same point of the lens.
-    pub fn neighbours(&self) -> [(DVec3, DVec3); 2] {
+    /// Origins and directions, of any length, of the neighbors to the right and below, through the same point of the lens.
+    pub fn neighbors(&self) -> [(DVec3, DVec3); 2] {
         [DVec2::X, DVec2::Y].map(|step| self.camera.line(self.film + step * self.spacing, self.on_lens))
     }
 }

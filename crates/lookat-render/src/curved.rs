@@ -29,7 +29,7 @@ pub(crate) struct Curved {
     form: Form,
     /// The origin of its own space.
     pub center: DVec3,
-    /// Takes offsets from the centre to its own space.
+    /// Takes offsets from the center to its own space.
     pub own_from_world: DMat3,
     /// And back.
     pub world_from_own: DMat3,

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use lookat_scene::{Filter, FilterKind};
 
-/// Places camera samples around the centre of a pixel in proportion to the filter's absolute value (Ernst, Stamminger
+/// Places camera samples around the center of a pixel in proportion to the filter's absolute value (Ernst, Stamminger
 /// and Greiner, "Filter Importance Sampling", 2006).
 #[derive(Debug)]
 pub(crate) struct FilterSampler {
@@ -19,7 +19,7 @@ impl FilterSampler {
         }
     }
 
-    /// The offset from the centre of the pixel, in pixels, and whether the filter is negative there.
+    /// The offset from the center of the pixel, in pixels, and whether the filter is negative there.
     pub fn sample(&self, u: DVec2) -> (DVec2, bool) {
         let ((x, negative_x), (y, negative_y)) = (self.x.sample(u.x), self.y.sample(u.y));
         (DVec2::new(x, y), negative_x != negative_y)

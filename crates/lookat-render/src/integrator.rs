@@ -87,7 +87,7 @@ impl<'t, 's> Tracer<'t, 's> {
         }
         self.rays += BUNDLE as u64;
         let (hits, together) = self.scene.nearest_of(rays);
-        // Neighbours mostly fare alike; so twice as long each time.
+        // Neighbors mostly fare alike; so twice as long each time.
         self.apart = if together { 0 } else { LONGEST_APART.min(2 * self.apart + 1) };
         self.apart_left = self.apart;
         hits

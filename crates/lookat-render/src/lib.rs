@@ -17,7 +17,7 @@
 //! "#;
 //! let scene = lookat_scene::load(Path::new("demo.pbrt"), &|_| Ok(text.into()), &Default::default()).scene.unwrap();
 //! let rendered = lookat_render::render(&scene, &Default::default(), &|_| std::ops::ControlFlow::Continue(()));
-//! // Half of the light of a white sky comes back from a grey sphere.
+//! // Half of the light of a white sky comes back from a gray sphere.
 //! let middle = rendered.image.rgb().unwrap()[16 * 32 + 16];
 //! assert!((middle[0] - 0.5).abs() < 0.01);
 //! ```

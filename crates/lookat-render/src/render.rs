@@ -44,7 +44,7 @@ pub struct Settings {
     /// What intersections are computed with.
     pub precision: Precision,
     /// Sample each pixel until its error is so small, in place of the scene's number of samples; always by Sobol's
-    /// sequence. Pixels then depend on their neighbours, and on the mean of the picture. Default none.
+    /// sequence. Pixels then depend on their neighbors, and on the mean of the picture. Default none.
     pub target_error: Option<TargetError>,
     /// End after so long, counted from the call of [`render`]. Without a target error, samples are taken up to then,
     /// however many the scene asks for; Halton and stratified samples, whose number has to be known, are then replaced by
@@ -53,7 +53,7 @@ pub struct Settings {
     /// The most samples of a pixel with a target error or a time. Default 65,536 with a target error, at least 64 there;
     /// without one 2^30.
     pub max_samples: Option<u32>,
-    /// Give more samples to pixels among noisy neighbours, and fewer to others, so that the mean squared error of the
+    /// Give more samples to pixels among noisy neighbors, and fewer to others, so that the mean squared error of the
     /// picture is small; what the scene asks for, or `max_samples` with a time, is then the mean. A pixel has at least
     /// half of it. By Sobol's sequence, unless the scene's samples are random. Default false; a target error leaves it
     /// out.
@@ -135,7 +135,7 @@ pub struct Reached {
 /// Pixels with a target error take so many bytes more, about, until they are done.
 const TARGET_BYTES: usize = 300;
 
-/// Pixels take so many bytes more while samples go where the noise is: squares, variances, sums of neighbours, and sample
+/// Pixels take so many bytes more while samples go where the noise is: squares, variances, sums of neighbors, and sample
 /// counts; and then for each of up to 16 threads the levels of a class.
 const ADAPTIVE_BYTES: usize = 44;
 const LEVEL_BYTES: usize = 8;

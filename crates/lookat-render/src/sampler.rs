@@ -343,9 +343,9 @@ mod tests {
         assert_eq!(occupied(KINDS[3], 64, 3), 64);
     }
 
-    /// The errors of estimates in neighbouring pixels, and of different dimensions in one pixel, have nothing in common.
+    /// The errors of estimates in neighboring pixels, and of different dimensions in one pixel, have nothing in common.
     #[test]
-    fn errors_of_neighbours_are_not_correlated() {
+    fn errors_of_neighbors_are_not_correlated() {
         let pixels = 2000;
         for kind in KINDS {
             // The share of 16 samples that fall below a threshold, less its mean.

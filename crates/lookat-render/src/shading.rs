@@ -57,9 +57,9 @@ pub(crate) fn point(
     (at, Frame::from_zx(ns, dpdu))
 }
 
-/// How much the point of the surface and its coordinates change from a camera ray to its neighbours (PBR 10.1.1).
+/// How much the point of the surface and its coordinates change from a camera ray to its neighbors (PBR 10.1.1).
 fn footprint(surface: &Surface, flat: &Parametric, camera_ray: &CameraRay) -> Footprint {
-    let beside = camera_ray.neighbours().map(|(o, d)| {
+    let beside = camera_ray.neighbors().map(|(o, d)| {
         let t = surface.n.dot(surface.p - o) / surface.n.dot(d);
         o + d * t - surface.p
     });
@@ -80,7 +80,7 @@ fn footprint(surface: &Surface, flat: &Parametric, camera_ray: &CameraRay) -> Fo
     Footprint { dp: beside, duv }
 }
 
-/// The step in u or v where there is no neighbour, as in pbrt-v3.
+/// The step in u or v where there is no neighbor, as in pbrt-v3.
 const STEP: f64 = 0.0005;
 
 /// The shading normal and dpdu of a surface that is bent by a height above it (PBR 9.3).

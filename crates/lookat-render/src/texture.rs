@@ -21,7 +21,7 @@ pub(crate) struct TexturePoint {
     pub eye: DVec3,
     /// Coordinates of the surface.
     pub uv: DVec2,
-    /// How position and coordinates change from one camera ray to its neighbours; 0 where there are none.
+    /// How position and coordinates change from one camera ray to its neighbors; 0 where there are none.
     pub footprint: Footprint,
 }
 
@@ -62,7 +62,7 @@ impl TexturePoint {
         }
     }
 
-    /// The point in another space. The eye is taken there apart, so that neighbouring points keep their distance.
+    /// The point in another space. The eye is taken there apart, so that neighboring points keep their distance.
     fn within(&self, space_from_world: &Transform) -> DVec3 {
         space_from_world.vector(self.p) + space_from_world.point(self.eye)
     }

@@ -115,7 +115,7 @@ impl ShearedRay {
     }
 
     /// Distance, more than 0, and in proportion to what the corners weigh, where the ray crosses the triangle. Edges and
-    /// vertices belong to the triangle, so that neighbours leave no gap.
+    /// vertices belong to the triangle, so that neighbors leave no gap.
     #[inline(always)]
     pub fn intersect(&self, triangle: &[DVec3; 3]) -> Option<(f64, [f64; 3])> {
         let o = self.turned;

@@ -77,7 +77,7 @@ fn from_samples(flat: &[f64], at: Span) -> Result<Vec3, Box<Diagnostic>> {
         let mut error = Diagnostic::error(at, message);
         error.help = match flat {
             [_, _, _] => Some("declare red, green and blue as \"rgb\"".into()),
-            [grey] => Some(format!("for the same value at all wavelengths, write [400 {grey} 700 {grey}]")),
+            [gray] => Some(format!("for the same value at all wavelengths, write [400 {gray} 700 {gray}]")),
             _ => None,
         };
         return Err(Box::new(error));

@@ -141,7 +141,7 @@ mod tests {
         load(Path::new("x"), &read, &Overrides::default()).scene.unwrap().memory()
     }
 
-    /// A grey picture of 2 x 2 pixels.
+    /// A gray picture of 2 x 2 pixels.
     fn pfm() -> Vec<u8> {
         [b"Pf\n2 2\n-1\n".as_slice(), &[0; 16]].concat()
     }

@@ -18,7 +18,7 @@ const FEWEST_SAMPLES: u32 = 32;
 /// negative lobes gave false alarms in 5 of 100 pairs of pictures with 32.
 const SETTLED: u32 = 64;
 /// How much larger the error of a mean of pixels may be than that of independent ones, because filters of several pixels
-/// make neighbours alike.
+/// make neighbors alike.
 const FILTERED: f32 = 2.0;
 
 /// An event that is not met in n samples has a probability of at most this over n, with a confidence of 95 % (Hanley and
@@ -35,7 +35,7 @@ pub(super) struct Difference {
     pub variance: f64,
     /// The sum of what the variance consists of, squared, by the degrees of freedom of each (Welch and Satterthwaite).
     pub spread: f64,
-    /// What rounding may do, which is alike in neighbours.
+    /// What rounding may do, which is alike in neighbors.
     pub rounding: f64,
     /// Whether both have about as many samples, so that their difference is not skewed. Not if one is not known.
     pub is_even: bool,

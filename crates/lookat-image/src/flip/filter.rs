@@ -13,7 +13,7 @@ const FEATURE_WIDTH: f64 = 0.082;
 const NEGLIGIBLE: f64 = 1e-8;
 
 /// What the eye does to contrast, and how it finds edges and points. All weights are for a pixel and its
-/// neighbours on one axis, their number is odd.
+/// neighbors on one axis, their number is odd.
 pub(super) struct Filters {
     /// The pixels that the widest filter reaches beyond the middle.
     pub(super) margin: usize,

@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(map.ewa(st, x, y, 8.0), map.ewa(st, y, x, 8.0));
     }
 
-    /// Of a ramp the mean over any ellipse is the value at its centre.
+    /// Of a ramp the mean over any ellipse is the value at its center.
     #[test]
     fn a_ramp_stays() {
         let ramp = MipMap::new(64, 64, (0..64 * 64).map(|i| (i % 64) as f32).collect(), Wrap::Clamp);

@@ -96,7 +96,7 @@ mod tests {
         assert!(resampled(5, 3, vec![1.0; 15], Wrap::Black)[0] < 0.99);
     }
 
-    /// pbrt-v3's figures for 3 texels to 4: the new centres are at 3/8, 9/8, 15/8 and 21/8 old texels.
+    /// pbrt-v3's figures for 3 texels to 4: the new centers are at 3/8, 9/8, 15/8 and 21/8 old texels.
     #[test]
     fn weights_are_those_of_lanczos() {
         let four = weights(3, 4);

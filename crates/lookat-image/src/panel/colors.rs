@@ -5,7 +5,7 @@
 /// evenly with the magnitude on both sides, and people with color vision deficiencies can tell the sides
 /// apart.
 ///
-/// This is `vik` of the Scientific colour maps 8.0 of Fabio Crameri, 33 points of the middle 80 %: the rest
+/// This is `vik` of the Scientific color maps 8.0 of Fabio Crameri, 33 points of the middle 80 %: the rest
 /// is so dark that the sides look alike in single pixels. Copyright (c) 2023 Fabio Crameri, MIT License,
 /// <https://doi.org/10.5281/zenodo.1243862>.
 pub const DIFFERENCE_COLORS: [[u8; 3]; 33] = [

@@ -21,12 +21,12 @@ pub struct Known {
     pub values: Vec<[f64; 3]>,
     /// The standard deviation of single samples; 0 where it is not known.
     pub deviations: Vec<[f64; 3]>,
-    /// Whether a random sample of the pixel with that centre is white, in pictures of white on black.
+    /// Whether a random sample of the pixel with that center is white, in pictures of white on black.
     pub(super) is_bright: Option<fn(DVec2, &mut Pcg64Mcg) -> bool>,
 }
 
 impl Known {
-    /// The centre of a pixel, as [`centers`] has it.
+    /// The center of a pixel, as [`centers`] has it.
     pub(super) fn place(&self, at: usize) -> DVec2 {
         let side = self.values.len().isqrt();
         let half = side as f64 / 2.0;
@@ -42,7 +42,7 @@ fn across() -> DVec2 {
 /// The width of stripes in pixels: more than pixels reach across them.
 const WIDTH: f64 = 3.0;
 
-/// The share of a unit square, centred at 0, where a coordinate across the edges is less than `t`.
+/// The share of a unit square, centered at 0, where a coordinate across the edges is less than `t`.
 fn square_below(t: f64) -> f64 {
     let n = across();
     let (a, b) = (n.x.abs().max(n.y.abs()), n.x.abs().min(n.y.abs()));
@@ -58,7 +58,7 @@ fn disk_below(x: f64) -> f64 {
     0.5 + (x * (1.0 - x * x).sqrt() + x.asin()) / PI
 }
 
-/// Centres of pixels in pixels, x to the right, y up, 0 in the middle.
+/// Centers of pixels in pixels, x to the right, y up, 0 in the middle.
 fn centers(side: u32) -> impl Iterator<Item = DVec2> {
     let half = f64::from(side) / 2.0;
     let at = move |i: u32| f64::from(i) + 0.5 - half;

@@ -53,7 +53,7 @@ fn sphere_at_eye(radius: f64) -> Scene {
     ))
 }
 
-/// A ray from a distance, aimed at a disk of 1.2 times the radius around the centre of the unit sphere.
+/// A ray from a distance, aimed at a disk of 1.2 times the radius around the center of the unit sphere.
 fn aimed(random: &mut Pcg64Mcg, distance: f64) -> (DVec3, DVec3) {
     let o = direction(random) * distance;
     let across = direction(random).cross(o).normalize();

@@ -111,12 +111,12 @@ pub(super) fn cases() -> Vec<Case> {
         ),
         case(
             "V10",
-            "neighbours",
+            "neighbors",
             "errors of neighboring pixels are uncorrelated",
             Axis::None,
             "correlation of errors",
             0.05,
-            samples::neighbours,
+            samples::neighbors,
         ),
         case(
             "V11",

@@ -1,4 +1,4 @@
-//! Ray against sphere, by the point of the ray that is closest to the centre.
+//! Ray against sphere, by the point of the ray that is closest to the center.
 
 pub(crate) mod lanes;
 

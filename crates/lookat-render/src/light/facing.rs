@@ -30,7 +30,7 @@ const ROUNDING: f64 = 1e-6;
 const GRAZING: f64 = 1e-6;
 
 impl Facing {
-    /// That of a shape with these patches around a centre.
+    /// That of a shape with these patches around a center.
     pub fn new(patches: impl Iterator<Item = Patch> + Clone, center: DVec3, two_sided: bool) -> Self {
         let patches = patches.filter(|patch| patch.area > 0.0);
         let (area, moment) = patches.clone().fold((0.0, DVec3::ZERO), |(area, moment), patch| {
@@ -44,7 +44,7 @@ impl Facing {
         Facing { mean_normal, is_flat: same.all(|is_same| is_same), sides: if two_sided { 2.0 } else { 1.0 } }
     }
 
-    /// About the share of the area that shines in direction `d` from the centre, foreshortened; 0 on the dark side of what is
+    /// About the share of the area that shines in direction `d` from the center, foreshortened; 0 on the dark side of what is
     /// flat. `spread`: how large the shape is, over the distance that it is seen from.
     #[inline]
     pub fn share(&self, d: DVec3, spread: f64) -> f64 {
@@ -52,7 +52,7 @@ impl Facing {
         let along = if self.sides > 1.0 { along.abs() } else { along };
         match self.is_flat {
             true if along <= GRAZING => 0.0,
-            // Parts of it are seen less aslant than the centre.
+            // Parts of it are seen less aslant than the center.
             true => (along + 0.5 * spread).clamp(LEAST_COSINE, 1.0),
             // A closed convex shape shows a quarter.
             false => along.max(0.25),

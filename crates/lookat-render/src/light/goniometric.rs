@@ -43,7 +43,7 @@ mod tests {
             intensity: Vec3::ONE,
             map: &map,
         };
-        // The centre of column 1 in row 1: longitude 135 degrees, 67.5 degrees from +y.
+        // The center of column 1 in row 1: longitude 135 degrees, 67.5 degrees from +y.
         let (sin, cos) = 67.5_f64.to_radians().sin_cos();
         let half = 0.5_f64.sqrt();
         let d = DVec3::new(-half * sin, cos, half * sin);

@@ -13,7 +13,7 @@ pub(super) struct MeshAreas {
 }
 
 impl MeshAreas {
-    /// The areas, and the centre of gravity of the mesh.
+    /// The areas, and the center of gravity of the mesh.
     pub fn new(mesh: &Mesh, eye: DVec3) -> (Self, DVec3) {
         let (mut total, mut moment) = (0.0, DVec3::ZERO);
         let sums = (0..mesh.triangles()).map(|index| {

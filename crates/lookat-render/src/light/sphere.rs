@@ -9,7 +9,7 @@ use crate::warp::{square_to_uniform_cone, square_to_uniform_cone_pdf};
 /// The directions in which a sphere is seen from a point outside.
 pub(super) struct VisibleCone {
     axis: DVec3,
-    /// Of the centre.
+    /// Of the center.
     distance: f64,
     radius: f64,
     /// One minus the cosine of half the angle.

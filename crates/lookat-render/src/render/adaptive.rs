@@ -1,9 +1,9 @@
 //! Samples where the picture is noisy, so that its mean squared error is small: first some of all pixels alike, then of each
-//! as many as the noise of its neighbours asks for.
+//! as many as the noise of its neighbors asks for.
 //!
 //! The samples of a pixel have no say in how many more it gets: a pixel that has missed a light by chance would else be
 //! taken for done, and such pixels be too dark on average. That is why noise is asked for once: if it were asked for again,
-//! a pixel would decide about itself by way of its neighbours, which see the more, the more samples it has brought them.
+//! a pixel would decide about itself by way of its neighbors, which see the more, the more samples it has brought them.
 
 mod allotment;
 

@@ -61,7 +61,7 @@ pub(super) fn seeds_of_set(set: u32, first: &[u32; SET], seed: u64) -> [u32; SET
     if set == 0 { *first } else { seeds(set * SET as u32, seed) }
 }
 
-/// Of dimensions among their neighbours.
+/// Of dimensions among their neighbors.
 const NUMBERS: [u32; SET] = [0, 1, 2, 3, 4, 5, 6, 7];
 
 /// The radical inverses of `index` with their digits permuted after Owen: each by the digits before it. Digits beyond those

@@ -35,7 +35,7 @@ fn is_odd(x: f64) -> bool {
     floor(x) & 1 == 1
 }
 
-/// How far s and t change up to the neighbours, at most.
+/// How far s and t change up to the neighbors, at most.
 fn reach(mapping: &Mapping, at: &TexturePoint) -> DVec2 {
     let [x, y] = mapping::changes(mapping, at);
     x.abs().max(y.abs())

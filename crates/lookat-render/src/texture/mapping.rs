@@ -1,4 +1,4 @@
-//! Places on a picture, and how they change from one camera ray to its neighbours (PBR 10.2).
+//! Places on a picture, and how they change from one camera ray to its neighbors (PBR 10.2).
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,12 +13,12 @@ pub(crate) fn coordinates(mapping: &Mapping, at: &TexturePoint) -> DVec2 {
         Mapping::Uv { scale, offset } => at.uv * *scale + *offset,
         Mapping::Spherical { texture_from_world } => spherical(at.within(texture_from_world)),
         Mapping::Cylindrical { texture_from_world } => cylindrical(at.within(texture_from_world)),
-        // The eye apart, so that neighbouring points keep their distance however far away it is.
+        // The eye apart, so that neighboring points keep their distance however far away it is.
         Mapping::Planar { axes, offset } => along(axes, at.p) + (along(axes, at.eye) + *offset),
     })
 }
 
-/// How the coordinates change to the neighbours at the right and below. They are finite.
+/// How the coordinates change to the neighbors at the right and below. They are finite.
 ///
 /// pbrt-v3 takes differences on spheres and cylinders, which are wrong where the texture's edges meet; these are
 /// derivatives.

@@ -80,7 +80,7 @@ fn lerp(a: f64, b: f64, t: f64) -> f64 {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PointInSpace {
     pub p: DVec3,
-    /// The distance to its neighbours.
+    /// The distance to its neighbors.
     pub spread: f64,
 }
 
@@ -94,9 +94,9 @@ impl PointInSpace {
         PointInSpace { p: self.p * scale, spread: self.spread * scale.abs() }
     }
 
-    /// The number of octaves that are not finer than the distance of neighbours, with the share of the last.
+    /// The number of octaves that are not finer than the distance of neighbors, with the share of the last.
     fn octaves(&self, most: u32) -> (u32, f64) {
-        // All where there are no neighbours; none where the distance is no number.
+        // All where there are no neighbors; none where the distance is no number.
         let octaves = (-1.0 - self.spread.log2()).max(0.0).min(f64::from(most));
         let whole = octaves as u32;
         (whole, smooth_step(0.3, 0.7, octaves - f64::from(whole)))

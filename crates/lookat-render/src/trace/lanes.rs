@@ -74,7 +74,7 @@ pub(crate) fn label(element: ElementId) -> f64 {
 
 /// The element of a label.
 #[inline(always)]
-fn labelled(label: f64) -> ElementId {
+fn labeled(label: f64) -> ElementId {
     if label < 0.0 {
         return if label == POINT_LIGHT { ElementId::POINT_LIGHT } else { ElementId::NONE };
     }

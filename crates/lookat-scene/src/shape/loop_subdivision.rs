@@ -165,7 +165,7 @@ mod tests {
         assert!(mesh.positions.iter().all(|p| p[0] >= -1e-12 && p[0] <= 3.0 + 1e-12));
     }
 
-    /// The limit of a vertex with three neighbours: 2/5 of it and 1/5 of each of them.
+    /// The limit of a vertex with three neighbors: 2/5 of it and 1/5 of each of them.
     #[test]
     fn a_corner_of_a_tetrahedron_ends_where_the_mask_says() {
         let corners = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
@@ -180,7 +180,7 @@ mod tests {
     fn what_is_no_surface_is_told_where() {
         let fault = |faces: &[[u32; 3]]| Topology::new(faces.to_vec(), 6).err();
         assert_eq!(fault(&TETRAHEDRON), None);
-        // A flap has its back for a neighbour.
+        // A flap has its back for a neighbor.
         assert_eq!(fault(&[[0, 1, 2], [0, 2, 1]]), None);
         assert_eq!(fault(&[[0, 1, 2], [3, 4, 3]]), Some(Fault::Corner { slot: 5 }));
         assert_eq!(fault(&[[0, 1, 2], [1, 0, 3], [4, 0, 1]]), Some(Fault::Crowded { slot: 7, first: 0 }));

@@ -16,10 +16,10 @@ pub(super) fn cases() -> Vec<Case> {
     let exact = |case| Case { error: "direction, rad", limit: 1e-15, ..case };
     vec![
         Case {
-            axis: Axis::Of("centre of the window / its width"),
+            axis: Axis::Of("center of the window / its width"),
             error: "place, pixels",
             limit: 1e-5,
-            ..case("C14", "off-centre", "an orthographic window may be far from the middle", off_center)
+            ..case("C14", "off-center", "an orthographic window may be far from the middle", off_center)
         },
         exact(case(
             "C16",

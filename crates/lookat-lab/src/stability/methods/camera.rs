@@ -142,7 +142,7 @@ pub(in crate::stability) fn look_at<T: Float>(
     Some(columns(right, cross_in_double(forward, right), forward, eye))
 }
 
-/// The side vector by Kahan's difference of products, normalised last: pbrt-v4's `DifferenceOfProducts` (PBR4 3.3.2).
+/// The side vector by Kahan's difference of products, normalized last: pbrt-v4's `DifferenceOfProducts` (PBR4 3.3.2).
 pub(in crate::stability) fn side_by_kahan(
     eye: Vector<f64>,
     look: Vector<f64>,
@@ -187,7 +187,7 @@ pub(in crate::stability) fn direct<T: Float>(
     normalize([x, y, T::one()])
 }
 
-/// pbrt's thin lens (PBR 6.2.3): the direction from a point of the lens to where the ray `d` through its centre meets
+/// pbrt's thin lens (PBR 6.2.3): the direction from a point of the lens to where the ray `d` through its center meets
 /// the plane of focus.
 pub(in crate::stability) fn thin_lens<T: Float>(d: Vector<T>, lens: [T; 2], focal_distance: T) -> Vector<T> {
     let focus = d.map(|x| x * (focal_distance / d[2]));

@@ -46,7 +46,7 @@ pub(in crate::stability) fn mitsuba(p: Vector<f32>, n: Vector<f32>) -> Vector<f3
 pub(in crate::stability) enum Body<T> {
     /// Three corners.
     Triangle([Vector<T>; 3]),
-    /// Centre and radius.
+    /// Center and radius.
     Sphere(Vector<T>, T),
 }
 

@@ -22,7 +22,7 @@ const METHODS: [&str; 9] = [
     "pbrt-v4",
 ];
 
-/// What all methods say of a ray relative to the centre. Those in single precision get the ray rounded, and its truth.
+/// What all methods say of a ray relative to the center. Those in single precision get the ray rounded, and its truth.
 fn ask(tallies: &mut [Tally; 9], own: Option<f64>, o: DVec3, d: DVec3, radius: f64) {
     let mut count = |method: usize, truth: &Truth, answer: bool| {
         if let Some(hits) = truth.hits {
@@ -74,7 +74,7 @@ fn share_off(probe: &Probe, effort: &Effort, distance: f64) -> f64 {
     off.failed as f64 / off.tried as f64
 }
 
-/// The radius of a planet and the height of the eye above it, in metres.
+/// The radius of a planet and the height of the eye above it, in meters.
 const PLANET: f64 = 6.4e6;
 const EYE: f64 = 1.7;
 

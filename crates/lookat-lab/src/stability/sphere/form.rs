@@ -79,7 +79,7 @@ pub(super) fn sizes(effort: &Effort) -> Found {
         let scene = sphere_at_eye(radius);
         let probe = Probe::new(&scene);
         let tallies = tally(effort.rays, 600 + index as u64, |random, tallies: &mut [Tally; 4]| {
-            // Towards the centre, from 3 radii.
+            // Towards the center, from 3 radii.
             let d = direction(random);
             let o = d * (-3.0 * radius);
             let ray = Ray::new(o, d);

@@ -74,7 +74,7 @@ pub(super) fn share(pixel: [u32; 2]) -> f64 {
     sum / f64::from(N * N)
 }
 
-/// The share of the lens that sees stripes, through the centre of which the point at `s` across the stripes is seen.
+/// The share of the lens that sees stripes, through the center of which the point at `s` across the stripes is seen.
 fn blurred(s: f64) -> f64 {
     let blur = LENS * (DEPTH - 1.0);
     let first = ((s - blur) / (2.0 * WIDTH)).floor();

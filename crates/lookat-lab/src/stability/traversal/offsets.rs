@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_are_convex_and_around_their_centre() {
+    fn bodies_are_convex_and_around_their_center() {
         for (number, body) in bodies::ALL.iter().enumerate() {
             let (eye, center) = (DVec3::new(1.0, 2.0, 30.0), DVec3::new(5.0, 6.0, 7.0));
             let scene = scene(&body.text(eye, center, 2.0));

@@ -69,7 +69,7 @@ fn problem(text: &str, pixels: Option<usize>) -> Option<String> {
         return (!told).then(|| "no error names the line".into());
     };
     let Some(scene) = loaded.scene else { return Some(format!("is refused: {:?}", loaded.diagnostics)) };
-    let Some(rgb) = render(&scene, 0).rgb() else { return Some("has no colours".into()) };
+    let Some(rgb) = render(&scene, 0).rgb() else { return Some("has no colors".into()) };
     if rgb.len() != pixels {
         return Some(format!("{} pixels", rgb.len()));
     }

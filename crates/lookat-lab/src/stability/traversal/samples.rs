@@ -155,7 +155,7 @@ const FEW: u32 = 16;
 /// Pictures whose errors are compared: chance alone gives correlations of about 0.007.
 const PICTURES: u64 = 32;
 
-pub(super) fn neighbours(_: &Effort) -> Found {
+pub(super) fn neighbors(_: &Effort) -> Found {
     let mut found = Found::default();
     let mut largest: f64 = 0.0;
     let mut rows = Vec::new();

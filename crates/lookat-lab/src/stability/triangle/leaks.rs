@@ -83,7 +83,7 @@ impl Placed {
             sphere.positions.iter().map(|p| place.center + *p * place.radius).collect();
         let faces: Vec<[DVec3; 3]> = sphere.faces.iter().map(|face| face.map(|i| positions[i])).collect();
         Placed {
-            near: sphere.neighbours(),
+            near: sphere.neighbors(),
             double: faces.iter().map(|face| face.map(|p| p.to_array())).collect(),
             single: faces.iter().map(|face| face.map(single)).collect(),
             sphere,

@@ -45,7 +45,7 @@ pub(super) fn same_place(effort: &Effort) -> Found {
     found
 }
 
-/// A picture of two triangles of different colour in the same place, on some numbers of threads.
+/// A picture of two triangles of different color in the same place, on some numbers of threads.
 fn on_threads(found: &mut Found) {
     let mesh = |indices: &str| {
         format!(

@@ -57,7 +57,7 @@ impl<'s> World<'s> {
         }
     }
 
-    /// The nearest hits of the rays that are active. `together`: neighbours mostly meet the same.
+    /// The nearest hits of the rays that are active. `together`: neighbors mostly meet the same.
     #[inline(always)]
     pub fn nearest<S: Simd>(
         &self,

@@ -2,25 +2,25 @@
 
 use rayon::prelude::*;
 
-/// A pixel gets at least the mean divided by this: neighbours do not know of a light in a single pixel.
+/// A pixel gets at least the mean divided by this: neighbors do not know of a light in a single pixel.
 pub(super) const LEAST: u32 = 2;
 /// A pixel gets at most the mean times this, so that the noise around one bright sample does not take all.
 const MOST: u32 = 64;
 /// And at most the mean of as many pixels as the picture has over this: no few pixels take all.
 const SHARE: usize = 256;
-/// How far away a neighbour may be, in pixels across and down. Fewer neighbours know less: the counts that follow scatter, and
+/// How far away a neighbor may be, in pixels across and down. Fewer neighbors know less: the counts that follow scatter, and
 /// the errors become larger.
 const REACH: usize = 2;
-/// What pixels need whose neighbours have shown no noise, relative to the largest need.
+/// What pixels need whose neighbors have shown no noise, relative to the largest need.
 const QUIET: f64 = 1e-6;
 /// The errors of Sobol's samples, squared, fall about with the square of their number: then the sum over pixels of
 /// `variance / count^2` is least where the counts are as the cubic roots of the variances.
 const EXPONENT: f64 = 1.0 / 3.0;
 
-/// Pixels of one class lie so many pixels apart, across and down: further than a neighbour may be.
+/// Pixels of one class lie so many pixels apart, across and down: further than a neighbor may be.
 const APART: usize = REACH + 2;
 
-/// How many samples each pixel is to have, row by row: by the variance of the samples of its neighbours, by powers of two,
+/// How many samples each pixel is to have, row by row: by the variance of the samples of its neighbors, by powers of two,
 /// for which patterns are best; `mean` on average, but for a few percent. None has less than its count so far, or than half
 /// of the mean.
 ///
@@ -40,7 +40,7 @@ fn class_of(at: usize, width: usize) -> usize {
     at % width % APART + at / width % APART * APART
 }
 
-/// The sum of what the neighbours of a pixel have shown, and how many they are.
+/// The sum of what the neighbors of a pixel have shown, and how many they are.
 #[derive(Clone, Copy)]
 struct Around {
     sum: f64,
@@ -60,7 +60,7 @@ impl Around {
         around
     }
 
-    /// Without those neighbours that are of a class.
+    /// Without those neighbors that are of a class.
     fn without(self, class: usize, variances: &[f64], width: usize, at: usize) -> Around {
         let mut around = self;
         let height = variances.len() / width;

@@ -2,7 +2,7 @@
 
 use fearless_simd::Simd;
 
-use super::{Hits, INDICES, MOST_PRIMITIVES, NONE, Rays, labelled};
+use super::{Hits, INDICES, MOST_PRIMITIVES, NONE, Rays, labeled};
 use crate::lanes::LANES;
 use crate::prepare::{Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
@@ -50,7 +50,7 @@ impl<'s> Tree<'s> {
     #[inline(always)]
     pub fn ray<S: Simd>(&self, rays: &Rays<S>, lane: usize) -> Ray {
         let (leaving, leaving_place) = self.left(rays.leaving[lane]);
-        let target = labelled(rays.target[lane]);
+        let target = labeled(rays.target[lane]);
         Ray {
             t_max: rays.t_max[lane],
             leaving,
@@ -66,7 +66,7 @@ impl<'s> Tree<'s> {
         match number {
             number if number < 0.0 => (ElementId::NONE, Hit::NO_PLACE),
             number if number < INDICES => (ElementId::NONE, number as u32),
-            number => (labelled(number - INDICES), Hit::NO_PLACE),
+            number => (labeled(number - INDICES), Hit::NO_PLACE),
         }
     }
 
@@ -81,7 +81,7 @@ impl<'s> Tree<'s> {
     pub fn element(&self, number: f64) -> ElementId {
         match number < INDICES {
             true => self.scene.world.triangle(number as u32).element(ElementId::WORLD),
-            false => labelled(number - INDICES),
+            false => labeled(number - INDICES),
         }
     }
 

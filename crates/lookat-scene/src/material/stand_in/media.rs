@@ -1,4 +1,4 @@
-//! Scattering coefficients of measured media, per millimetre, as pbrt-v3 has them (core/medium.cpp).
+//! Scattering coefficients of measured media, per millimeter, as pbrt-v3 has them (core/medium.cpp).
 //!
 //! - The first twelve: Jensen, Marschner, Levoy, Hanrahan, "A Practical Model for Subsurface Light Transport", SIGGRAPH 2001
 //! - The others: Narasimhan et al., "Acquiring Scattering Properties of Participating Media by Dilution", SIGGRAPH 2006
@@ -7,9 +7,9 @@
 pub(super) struct Medium {
     /// Its name in scenes.
     pub name: &'static str,
-    /// Reduced scattering coefficient (red, green, blue), per millimetre.
+    /// Reduced scattering coefficient (red, green, blue), per millimeter.
     pub scattering: [f32; 3],
-    /// Absorption coefficient (red, green, blue), per millimetre.
+    /// Absorption coefficient (red, green, blue), per millimeter.
     pub absorption: [f32; 3],
 }
 
