@@ -10,7 +10,6 @@ use ::image::codecs::hdr::HdrDecoder;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::Fault;
-use crate::picture_file::Input;
 use crate::{Charge, Image, MemoryBudget, Precision, Window};
 
 /// The formats that are read here, by their endings, with a bound for the bytes of pixels that one byte of a
@@ -32,6 +31,11 @@ pub(crate) enum Curve {
     /// They stay as they stand in the file, from 0 to 1.
     Stored,
 }
+
+/// What a picture is read from.
+pub(crate) trait Input: BufRead + Seek {}
+
+impl<T: BufRead + Seek> Input for T {}
 
 /// Which of [`FORMATS`] the ending of a name stands for.
 pub(crate) fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, u64)> {

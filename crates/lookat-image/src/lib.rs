@@ -41,6 +41,7 @@ mod rank;
 mod sample;
 mod ssim;
 mod sum;
+mod write;
 
 pub use agreement::{Agreement, PixelTest, Test, Untestable, agreement};
 pub use align::{AlignError, Aligned, align, common_window};

@@ -1,9 +1,9 @@
 //! Picture files in two steps: first the header, then the pixels.
 
-use std::io::{BufRead, BufReader, Cursor, Seek};
+use std::io::{BufRead, BufReader, Cursor};
 use std::path::{Path, PathBuf};
 
-use crate::decoded::{self, Curve};
+use crate::decoded::{self, Curve, Input};
 use crate::error::{Fault, ImageError};
 use crate::file::open_file;
 use crate::format::check_beginning;
@@ -24,9 +24,21 @@ enum Body<'a> {
     Other(decoded::Opened<'a>),
 }
 
-pub(crate) trait Input: BufRead + Seek {}
-
-impl<T: BufRead + Seek> Input for T {}
+impl Image {
+    /// Reads an EXR, PFM, PNG, TGA, JPEG or Radiance HDR file, as its extension says.
+    ///
+    /// Integer formats are taken from the sRGB curve to linear values, without their alpha. A PFM file gives R,
+    /// G and B or Y; its scale is multiplied in. Of an EXR file this takes the first part that has R, G and B or
+    /// Y, with all its channels as 32-bit float. If there is none, but only one layer with such channels, it is
+    /// read as by [`PictureFile::open_layer`]; if there are several layers or no colors, it takes the first part.
+    ///
+    /// # Errors
+    ///
+    /// As [`PictureFile::open`] and [`PictureFile::read`], with the memory that this machine has.
+    pub fn read(path: &Path) -> Result<Image, ImageError> {
+        Ok(PictureFile::open(path, &MemoryBudget::default())?.read()?.0)
+    }
+}
 
 impl<'a> PictureFile<'a> {
     /// Reads the header of an EXR, PFM, PNG, TGA, JPEG or Radiance HDR file. See [`Image::read`]. A JPEG file is read
@@ -135,5 +147,23 @@ impl<'a> Body<'a> {
             Some(Format::Pfm) => Body::Pfm(pfm::open(input)?),
             _ => Body::Other(decoded::open(input, path, curve, memory)?),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unreadable_paths_say_why() {
+        let check = |path: &str, expected: &str| {
+            assert_eq!(Image::read(Path::new(path)).unwrap_err().to_string(), expected);
+        };
+        check("none.exr", "cannot read none.exr: there is no such file or folder");
+        check("none.png", "cannot read none.png: there is no such file or folder");
+        check("none", "cannot read none: there is no such file or folder");
+        let error =
+            PictureFile::open_layer(Path::new("none.png"), "albedo", &MemoryBudget::default()).err().unwrap();
+        assert_eq!(error.to_string(), "cannot read none.png: only EXR files have layers");
     }
 }
