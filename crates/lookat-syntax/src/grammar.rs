@@ -78,7 +78,7 @@ pub fn parse_within(file: FileId, text: &[u8], most_bytes: u64) -> Parsed {
         reader.statements(&mut statements);
     }
     if let Some(at) = reader.comma {
-        let warning = Diagnostic::warning(at, "these numbers are separated by commas")
+        let warning = Diagnostic::warning(at, "commas separate these numbers")
             .help("separate numbers by spaces, and use a decimal point; pbrt-v3 ignores the comma and the rest of the word");
         reader.diagnostics.push(warning);
     }

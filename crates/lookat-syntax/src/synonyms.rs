@@ -248,7 +248,7 @@ const PARAMETERS: &[Row] = &[
     ("Material", &["uber"], &["transmittance", "transmission", "speculartransmittance"], "Kt", ""),
     ("Material", &["glass", "uber"], &["specularreflectance", "reflection", "reflect", "mirror"], "Kr", ""),
     ("Material", &["glass"], &["specular"], "Kr", ""),
-    ("Material", &["metal"], &["color", "colour", "albedo", "reflectance", "basecolor", "specular", "specularreflectance", "kd", "ks", "kr"], "", "a metal is defined by its index of refraction: for a reflectance r, write \"rgb eta\" [1 1 1] and \"rgb k\" with 2 sqrt(r / (1 - r)) in each channel"),
+    ("Material", &["metal"], &["color", "colour", "albedo", "reflectance", "basecolor", "specular", "specularreflectance", "kd", "ks", "kr"], "", "the index of refraction defines a metal: for a reflectance r, write \"rgb eta\" [1 1 1] and \"rgb k\" with 2 sqrt(r / (1 - r)) in each channel"),
     ("Material", GLOSSY, &["specular", "specularcolor", "specularreflectance", "gloss", "reflection"], "Ks", ""),
     ("Material", &["glass", "uber"], &["ior", "intior", "n", "refraction", "refractionindex", "refractiveindex", "indexofrefraction", "etat"], "eta", ""),
     ("Material", &["metal"], &["ior", "n"], "eta", "the eta of a metal is a color or a spectrum, and k its absorption"),
