@@ -19,7 +19,7 @@ use lookat_scene::{Overrides, Scene};
 
 use crate::args::{Chart, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
-use crate::render::{check_memory, progress_bar};
+use crate::render::{charge_memory, progress_bar};
 use crate::source::{load_scene, read_image};
 use crate::visible::escaped;
 use crate::{interrupt, report};
@@ -59,7 +59,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let errors = scene.film.crop.area() * (PICTURE_BYTES + METHOD_BYTES * methods.len() as u64);
     let refused = |shortage| format!("measuring errors: {}", way_out(shortage));
     memory.reserve(errors).map_err(refused)?.keep();
-    check_memory(&scene, &Settings { error_layers: true, ..Settings::default() }, memory)?;
+    drop(charge_memory(&scene, &Settings { error_layers: true, ..Settings::default() }, memory)?);
     let reference = arguments.reference.as_deref();
     let reference = reference.map(|file| read_reference(file, &scene, arguments, memory)).transpose()?;
     let others = arguments.point.iter().map(|other| Ok((other, read(&other.image, &scene, memory)?)));

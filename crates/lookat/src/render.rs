@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use lookat_image::{Format, MemoryBudget, byte_words};
+use lookat_image::{Charge, Format, MemoryBudget, byte_words};
 use lookat_render::{Settings, Statistics, TargetError, film_bytes, preparation_bytes};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
@@ -148,7 +148,7 @@ fn picture(
     let partial = marked(&file, "partial");
     check_inputs(&partial, &loaded.inputs)?;
     let settings = settings(arguments, &file);
-    check_memory(scene, &settings, &loaded.memory)?;
+    let _charge = charge_memory(scene, &settings, &loaded.memory)?;
     if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
         return Err(format!(
             "--target-error supports at most {MOST_PIXELS} pixels; render parts with --crop"
@@ -213,8 +213,8 @@ fn picture(
     Ok((picture, destination.result()))
 }
 
-/// Fails without enough memory to render the scene.
-pub fn check_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<(), String> {
+/// Charges the memory to render the scene. Fails if there is not enough.
+pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<Charge, String> {
     let (film, rest) = (film_bytes(&scene.film, settings), preparation_bytes(scene));
     let refused = |shortage| {
         let ([film, rest], shortage) = ([film, rest].map(byte_words), way_out(shortage));
@@ -222,7 +222,7 @@ pub fn check_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -
             "rendering takes {film} for the film and {rest} for shapes and lights: {shortage}; --crop makes the film smaller"
         )
     };
-    memory.reserve(film.saturating_add(rest)).map(drop).map_err(refused)
+    memory.reserve(film.saturating_add(rest)).map_err(refused)
 }
 
 /// The message if `--adaptive` changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.

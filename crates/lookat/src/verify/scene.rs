@@ -12,10 +12,10 @@ use serde_json::json;
 
 use super::page::PACKING_BYTES;
 use super::{Comparison, Diagnostics, Outcome, Rendered, Verdict, files};
-use crate::args::{Report, Verify, way_out};
+use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
-use crate::render::{Metadata, check_memory, note_jitter};
+use crate::render::{Metadata, charge_memory, note_jitter};
 use crate::source::{load_scene, read_image};
 use crate::{compare as comparing, noise, report};
 
@@ -147,12 +147,12 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
         error_layers: samples_per_pixel > 1,
         ..Settings::default()
     };
-    check_memory(scene, &settings, memory)?;
+    // For good: the allocator keeps the film's memory for the threads that allocated it.
+    charge_memory(scene, &settings, memory)?.keep();
     let started = Instant::now();
     let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
     let seconds = started.elapsed().as_secs_f64();
     image.metadata = Metadata::new(file, arguments.seed, f64::from(samples_per_pixel), true).as_json();
-    memory.reserve(image.bytes()).map_err(way_out)?.keep();
     Ok(Rendered { image, samples_per_pixel, seconds })
 }
 
