@@ -1,8 +1,10 @@
 //! `Camera`: placement, projection and lens.
 
 use glam::DVec2;
+use lookat_syntax::ParamType;
 
 use crate::params::Params;
+use crate::schema::{Edges, Effect, Key, Keys, Kind, Name, Range, Unit, names};
 use crate::{Film, Transform};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
@@ -79,7 +81,55 @@ fn film_aspect(film: &Film) -> f64 {
     f64::from(film.resolution[0]) / f64::from(film.resolution[1])
 }
 
-pub(crate) const NAMES: &[&str] = &["perspective", "orthographic", "environment", "realistic"];
+const FOV: Key<f64> = Key::float("fov", 90.0, "the angle of view along the shorter side of the picture")
+    .within(Range::between(0.0, 180.0))
+    .unit(Unit::Degrees);
+const HALF_FOV: Key<f64> =
+    Key::float("halffov", -1.0, "half the angle of view; if positive, it replaces fov")
+        .default_words("none")
+        .within(Range::below(90.0))
+        .unit(Unit::Degrees);
+const FRAME_ASPECT_RATIO: Key<f64> =
+    Key::float("frameaspectratio", 1.0, "the width of the screen window divided by its height")
+        .default_words("the film's")
+        .within(Range::from_to(1e-6, 1e6));
+const SCREEN_WINDOW: Key<Edges> = Key::new(
+    "screenwindow",
+    ParamType::Float,
+    Edges,
+    "the part of the screen on the film: xmin xmax ymin ymax",
+)
+.default_words("-1 to 1 along the shorter side");
+const LENS_RADIUS: Key<f64> =
+    Key::float("lensradius", 0.0, "the radius of the aperture; 0 is a pinhole").unit(Unit::CameraSpace);
+const FOCAL_DISTANCE: Key<f64> =
+    Key::float("focaldistance", 1e6, "the distance to the plane of focus along the direction of view")
+        .within(Range::above(0.0))
+        .unit(Unit::CameraSpace);
+const SHUTTER_OPEN: Key<f64> =
+    Key::float("shutteropen", 0.0, "the time when the shutter opens").effect(Effect::NoEffect);
+const SHUTTER_CLOSE: Key<f64> =
+    Key::float("shutterclose", 1.0, "the time when the shutter closes").effect(Effect::NoEffect);
+const TELECENTRIC: Key<bool> = Key::bool(
+    "telecentric",
+    false,
+    "true blurs around parallel rays, false gives pbrt-v3's perspective view",
+)
+.effect(Effect::Own);
+
+const COMMON: Keys =
+    &[&FRAME_ASPECT_RATIO, &SCREEN_WINDOW, &LENS_RADIUS, &FOCAL_DISTANCE, &SHUTTER_OPEN, &SHUTTER_CLOSE];
+const LENS_FILE: Key<Name> =
+    Key::new("lensfile", ParamType::String, Name, "the file that describes the lenses")
+        .effect(Effect::NotRendered);
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("Camera", "perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON]),
+    Kind::new("Camera", "orthographic", "parallel rays along +z", &[COMMON, &[&TELECENTRIC]]),
+    Kind::new("Camera", "environment", "all directions around a point", &[COMMON]),
+    Kind::new("Camera", "realistic", "lenses from a file", &[&[&LENS_FILE]])
+        .instead("perspective, fov 90, default window, without a lens"),
+];
 
 /// pbrt-v3's CreatePerspectiveCamera, CreateOrthographicCamera and CreateEnvironmentCamera.
 pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &Film) -> Option<Camera> {
@@ -91,13 +141,13 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
             params.unsupported(
                 "lookat does not support Camera \"realistic\"; it uses a pinhole camera instead".into(),
             );
-            if let Some(file) = params.string("lensfile") {
+            if let Some(file) = params.take(&LENS_FILE) {
                 params.warn_of_unread_path(&file);
             }
             params.ignore_rest();
             Projection::Perspective { fov: 90.0 }
         }
-        _ => return params.unknown_kind(NAMES),
+        _ => return params.unknown_kind(&names(KINDS)),
     };
     let screen = screen_window(params, film);
     let lens = lens(params);
@@ -108,31 +158,24 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
     // pbrt-v3 reads the lens of an environment camera and ignores it.
     let lens = lens.filter(|_| projection != Projection::Environment);
     // Without motion, the shutter has no effect.
-    params.float("shutteropen", 0.0);
-    params.float("shutterclose", 1.0);
+    params.take(&SHUTTER_OPEN);
+    params.take(&SHUTTER_CLOSE);
     params.finish().then_some(Camera { world_from_camera, projection, screen, lens })
 }
 
 fn perspective(params: &mut Params) -> Projection {
-    let fov = params.angle("fov", 90.0);
-    let half = params.angle("halffov", -1.0);
+    let (fov, half) = (params.take(&FOV), params.take(&HALF_FOV));
     // As in pbrt-v3, a positive halffov replaces fov.
     if half <= 0.0 && params.was_taken("halffov") {
         params.warn("halffov", "halffov is not above 0: fov is used, as in pbrt-v3", "delete halffov or fov");
     }
-    let (name, degrees) = if half > 0.0 { ("halffov", 2.0 * half) } else { ("fov", fov) };
-    if !(degrees > 0.0 && degrees < 180.0) {
-        let limit = if name == "fov" { 180 } else { 90 };
-        params.reject(name, format!("{name} must be above 0 and below {limit} degrees"), None);
-        return Projection::Perspective { fov: 90.0 };
-    }
-    Projection::Perspective { fov: degrees }
+    Projection::Perspective { fov: if half > 0.0 { 2.0 * half } else { fov } }
 }
 
 fn orthographic(params: &mut Params, lens: bool) -> Projection {
     // An extension: pbrt-v3 does not have this parameter.
     let is_given = params.given("telecentric");
-    let telecentric = params.bool("telecentric", false);
+    let telecentric = params.take(&TELECENTRIC);
     if lens && !is_given {
         params.warn(
             "lensradius",
@@ -145,13 +188,9 @@ fn orthographic(params: &mut Params, lens: bool) -> Projection {
 
 fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
     let own = film_aspect(film);
-    let mut aspect = params.float("frameaspectratio", own);
-    if !(1e-6..=1e6).contains(&aspect) {
-        params.reject("frameaspectratio", "frameaspectratio must be from 1e-6 to 1e6", None);
-        aspect = own;
-    }
+    let aspect = params.take(&Key { default: own, ..FRAME_ASPECT_RATIO });
     let default = ScreenWindow::of_aspect(aspect);
-    match params.floats("screenwindow") {
+    match params.take(&SCREEN_WINDOW) {
         None => {
             if (aspect / own - 1.0).abs() > 0.01 {
                 params.warn(
@@ -164,31 +203,23 @@ fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
             }
             default
         }
-        Some(edges) => match edges[..] {
-            [x0, x1, y0, y1] if x0 != x1 && y0 != y1 => {
-                params.check_range("screenwindow", &edges);
-                ScreenWindow { min: DVec2::new(x0, y0), max: DVec2::new(x1, y1) }
-            }
-            [_, _, _, _] => {
-                params.reject(
-                    "screenwindow",
-                    "screenwindow is empty",
-                    Some("write the edges as xmin xmax ymin ymax"),
-                );
-                default
-            }
-            _ => {
-                let message = format!("screenwindow takes 4 values, not {}", edges.len());
-                params.reject("screenwindow", message, Some("write the edges as xmin xmax ymin ymax"));
-                default
-            }
-        },
+        Some([x0, x1, y0, y1]) if x0 != x1 && y0 != y1 => {
+            params.check_range("screenwindow", &[x0, x1, y0, y1]);
+            ScreenWindow { min: DVec2::new(x0, y0), max: DVec2::new(x1, y1) }
+        }
+        Some(_) => {
+            let help = "write the edges as xmin xmax ymin ymax";
+            params.reject("screenwindow", "screenwindow is empty", Some(help));
+            default
+        }
     }
 }
 
 fn lens(params: &mut Params) -> Option<Lens> {
-    let radius = params.float("lensradius", 0.0);
-    let focal_distance = params.float("focaldistance", 1e6);
+    let radius = params.take(&LENS_RADIUS);
+    // Without a lens, it has no meaning.
+    let range = if radius > 0.0 { FOCAL_DISTANCE.range } else { Range::ALL };
+    let focal_distance = params.take(&Key { range, ..FOCAL_DISTANCE });
     if radius < 0.0 {
         params.warn(
             "lensradius",
@@ -199,9 +230,7 @@ fn lens(params: &mut Params) -> Option<Lens> {
     if radius <= 0.0 {
         return None;
     }
-    if focal_distance <= 0.0 {
-        params.reject("focaldistance", "with a lens, focaldistance must be above 0", None);
-    } else if !params.was_taken("focaldistance") {
+    if !params.was_taken("focaldistance") {
         params.warn(
             "lensradius",
             "the lens has no focaldistance: it focuses at 1e6 units, so everything nearer is blurred",

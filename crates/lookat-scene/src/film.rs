@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use lookat_image::Format;
+use lookat_syntax::ParamType;
 
 use crate::color;
 use crate::overrides::Overrides;
 use crate::params::Params;
+use crate::schema::{Edges, Effect, Key, Kind, Name, Range, Unit, names};
 
 /// The film.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,19 +57,54 @@ impl PixelBounds {
 }
 
 /// The longest side of a film in pixels. A larger number is a typing mistake.
-const MAX_SIDE: i32 = 1_000_000;
+const MAX_SIDE: f64 = 1e6;
 /// The most pixels of one run: about 7 GB for the film, 21 GB with error layers.
 pub const MAX_PIXELS: u64 = 100_000_000;
 
-pub(crate) const NAMES: &[&str] = &["image"];
+const fn side(name: &'static str, default: i32, meaning: &'static str) -> Key<i32> {
+    Key::integer(name, default, meaning).within(Range::from_to(1.0, MAX_SIDE)).unit(Unit::Pixels)
+}
+
+const X_RESOLUTION: Key<i32> = side("xresolution", 1280, "the width of the full picture");
+const Y_RESOLUTION: Key<i32> = side("yresolution", 720, "the height of the full picture");
+const CROP_WINDOW: Key<Edges> = Key::new(
+    "cropwindow",
+    ParamType::Float,
+    Edges,
+    "the part to render as fractions of the picture, y down: xmin xmax ymin ymax",
+)
+.default_words("0 1 0 1");
+const SCALE: Key<f64> =
+    Key::float("scale", 1.0, "a factor of the picture").within(Range::from_to(-LARGEST_SCALE, LARGEST_SCALE));
+const LARGEST_SCALE: f64 = color::LARGEST as f64;
+const MAX_SAMPLE_LUMINANCE: Key<f64> = Key::float(
+    "maxsampleluminance",
+    f64::INFINITY,
+    "the largest luminance of a sample; brighter samples are dimmed to it",
+)
+.within(Range::above(0.0));
+/// Only the realistic camera uses it.
+const DIAGONAL: Key<f64> =
+    Key::float("diagonal", 35.0, "the diagonal of the sensor in millimeters").effect(Effect::NoEffect);
+const FILE_NAME: Key<Name> =
+    Key::new("filename", ParamType::String, Name, "the picture file, relative to the working folder")
+        .default_words("\"pbrt.exr\"");
+
+pub(crate) const KINDS: &[Kind] = &[Kind::new(
+    "Film",
+    "image",
+    "a picture file",
+    &[&[&X_RESOLUTION, &Y_RESOLUTION, &CROP_WINDOW, &SCALE, &MAX_SAMPLE_LUMINANCE, &FILE_NAME, &DIAGONAL]],
+)];
 
 /// pbrt-v3's CreateFilm. Reports invalid values and uses their defaults, so that the camera gets the intended film.
 pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
-    let known = NAMES.contains(&params.kind());
+    let names = names(KINDS);
+    let known = names.contains(&params.kind());
     if !known {
-        params.unknown_kind::<()>(NAMES);
+        params.unknown_kind::<()>(&names);
     }
-    let own = own_resolution(params);
+    let own = [&X_RESOLUTION, &Y_RESOLUTION].map(|side| params.take(side) as u32);
     let resolution = match overrides.resolution {
         Some(resolution) => resolution,
         None if overrides.quick => own.map(|side| (side / 4).max(1)),
@@ -75,11 +112,7 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     };
     let own_crop = own_crop(params, own, overrides);
     let crop = crop(params, overrides.crop.unwrap_or(own_crop), own, resolution, overrides);
-    let mut scale = params.float("scale", 1.0);
-    if scale.abs() > f64::from(color::LARGEST) {
-        params.reject("scale", format!("scale must be at most {:e}", color::LARGEST), None);
-        scale = 1.0;
-    }
+    let scale = params.take(&SCALE);
     if scale <= 0.0 {
         let message = if scale == 0.0 {
             "scale is 0: the picture is all black"
@@ -88,14 +121,9 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
         };
         params.warn("scale", message, "scale multiplies the picture; the default is 1");
     }
-    let mut max_sample_luminance = params.float("maxsampleluminance", f64::INFINITY);
-    if max_sample_luminance <= 0.0 {
-        params.reject("maxsampleluminance", "maxsampleluminance must be above 0", None);
-        max_sample_luminance = f64::INFINITY;
-    }
-    // Only the realistic camera uses the sensor size.
-    params.float("diagonal", 35.0);
-    let file = params.string("filename").map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
+    let max_sample_luminance = params.take(&MAX_SAMPLE_LUMINANCE);
+    params.take(&DIAGONAL);
+    let file = params.take(&FILE_NAME).map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
     if Format::from_path(&file).is_none() {
         let message = format!("lookat cannot write a picture named \"{}\"", file.display());
         let help = format!(
@@ -115,32 +143,12 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     Film { resolution, crop, scale, max_sample_luminance, file }
 }
 
-fn own_resolution(params: &mut Params) -> [u32; 2] {
-    let mut side = |name: &'static str, default: i32| {
-        let pixels = params.integer(name, default);
-        if (1..=MAX_SIDE).contains(&pixels) {
-            return pixels as u32;
-        }
-        params.reject(name, format!("{name} must be from 1 to {MAX_SIDE} pixels"), None);
-        default as u32
-    };
-    [side("xresolution", 1280), side("yresolution", 720)]
-}
-
 const CROP_HELP: &str = "write cropwindow as xmin xmax ymin ymax, from 0 to 1";
 const WHOLE: [f64; 4] = [0.0, 1.0, 0.0, 1.0];
 
 /// The crop window of the Film. Checks its edges, unless the caller overrides them.
 fn own_crop(params: &mut Params, resolution: [u32; 2], overrides: &Overrides) -> [f64; 4] {
-    let Some(given) = params.floats("cropwindow") else { return WHOLE };
-    let edges = match <[f64; 4]>::try_from(given) {
-        Ok(edges) => edges,
-        Err(other) => {
-            let message = format!("cropwindow takes 4 values, not {}", other.len());
-            params.reject("cropwindow", message, Some(CROP_HELP));
-            return WHOLE;
-        }
-    };
+    let Some(edges) = params.take(&CROP_WINDOW) else { return WHOLE };
     if overrides.crop.is_some() {
         return edges;
     }

@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use crate::params::Params;
+use crate::schema::{Key, Kind, Range, Unit, names};
 
 /// A separable reconstruction filter. It is zero beyond its radius (`xwidth`, `ywidth`, in pixels, from 0.001 to
 /// 100).
@@ -45,42 +46,58 @@ impl Filter {
     pub const BOX: Filter = Filter { radius: DVec2::splat(0.5), kind: FilterKind::Box };
 }
 
-pub(crate) const NAMES: &[&str] = &["box", "triangle", "gaussian", "mitchell", "sinc"];
+const ALPHA: Key<f64> =
+    Key::float("alpha", 2.0, "how fast the filter falls off").within(Range::from_to(1e-6, 1e4));
+const B: Key<f64> = Key::float("B", 1.0 / 3.0, "B of Mitchell and Netravali").within(MITCHELL_RANGE);
+const C: Key<f64> = Key::float("C", 1.0 / 3.0, "C of Mitchell and Netravali").within(MITCHELL_RANGE);
+const MITCHELL_RANGE: Range = Range::from_to(-100.0, 100.0);
+const TAU: Key<f64> =
+    Key::float("tau", 3.0, "the number of cycles of the sinc").within(Range::from_to(0.1, 1000.0));
+
+// Outside this range the filter is zero everywhere, or loses precision.
+const fn half_width(name: &'static str, default: f64) -> Key<f64> {
+    let half = "half the width of the filter";
+    Key::float(name, default, half).within(Range::from_to(1e-3, 100.0)).unit(Unit::Pixels)
+}
+
+/// The half widths along x and y.
+struct Sides(Key<f64>, Key<f64>);
+
+const fn sides(default: f64) -> Sides {
+    Sides(half_width("xwidth", default), half_width("ywidth", default))
+}
+
+const HALF: Sides = sides(0.5);
+const TWO: Sides = sides(2.0);
+const FOUR: Sides = sides(4.0);
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("PixelFilter", "box", "equal weights", &[&[&HALF.0, &HALF.1]]),
+    Kind::new("PixelFilter", "triangle", "weights that fall to 0 at the edge", &[&[&TWO.0, &TWO.1]]),
+    Kind::new(
+        "PixelFilter",
+        "gaussian",
+        "a Gaussian that falls to 0 at the edge",
+        &[&[&TWO.0, &TWO.1, &ALPHA]],
+    ),
+    Kind::new(
+        "PixelFilter",
+        "mitchell",
+        "the cubic filter of Mitchell and Netravali",
+        &[&[&TWO.0, &TWO.1, &B, &C]],
+    ),
+    Kind::new("PixelFilter", "sinc", "a sinc with a Lanczos window", &[&[&FOUR.0, &FOUR.1, &TAU]]),
+];
 
 pub(crate) fn filter(params: &mut Params) -> Option<Filter> {
-    let (width, kind) = match params.kind() {
-        "box" => (0.5, FilterKind::Box),
-        "triangle" => (2.0, FilterKind::Triangle),
-        "gaussian" => (2.0, FilterKind::Gaussian { alpha: params.float("alpha", 2.0) }),
-        "mitchell" => {
-            let (b, c) = (params.float("B", 1.0 / 3.0), params.float("C", 1.0 / 3.0));
-            (2.0, FilterKind::Mitchell { b, c })
-        }
-        "sinc" => (4.0, FilterKind::Sinc { tau: params.float("tau", 3.0) }),
-        _ => return params.unknown_kind(NAMES),
+    let (sides, kind) = match params.kind() {
+        "box" => (HALF, FilterKind::Box),
+        "triangle" => (TWO, FilterKind::Triangle),
+        "gaussian" => (TWO, FilterKind::Gaussian { alpha: params.take(&ALPHA) }),
+        "mitchell" => (TWO, FilterKind::Mitchell { b: params.take(&B), c: params.take(&C) }),
+        "sinc" => (FOUR, FilterKind::Sinc { tau: params.take(&TAU) }),
+        _ => return params.unknown_kind(&names(KINDS)),
     };
-    // Outside these ranges the filter is zero everywhere, or loses precision.
-    let mut within = |name: &'static str, value: f64, from: f64, to: f64| {
-        if !(from..=to).contains(&value) {
-            params.reject(name, format!("{name} must be from {from} to {to}"), None);
-        }
-    };
-    match kind {
-        FilterKind::Gaussian { alpha } => within("alpha", alpha, 1e-6, 1e4),
-        FilterKind::Sinc { tau } => within("tau", tau, 0.1, 1000.0),
-        FilterKind::Mitchell { b, c } => {
-            within("B", b, -100.0, 100.0);
-            within("C", c, -100.0, 100.0);
-        }
-        FilterKind::Box | FilterKind::Triangle => {}
-    }
-    let mut side = |name| {
-        let radius = params.float(name, width);
-        if !(1e-3..=100.0).contains(&radius) {
-            params.reject(name, format!("{name} must be from 0.001 to 100 pixels"), None);
-        }
-        radius
-    };
-    let radius = DVec2::new(side("xwidth"), side("ywidth"));
+    let radius = DVec2::new(params.take(&sides.0), params.take(&sides.1));
     params.finish().then_some(Filter { radius, kind })
 }

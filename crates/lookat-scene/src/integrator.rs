@@ -1,6 +1,9 @@
 //! `Integrator`: the light transport algorithm.
 
+use lookat_syntax::ParamType;
+
 use crate::params::Params;
+use crate::schema::{Effect, Integers, Key, Keys, Kind, Range, names};
 
 /// The light transport algorithm.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,8 +61,57 @@ impl Integrator {
         Integrator::Path { max_depth: 5, roulette_threshold: 1.0, light_choice: LightChoice::Spatial };
 }
 
-pub(crate) const NAMES: &[&str] =
-    &["path", "directlighting", "whitted", "ambientocclusion", "bdpt", "mlt", "sppm", "volpath"];
+const MAX_DEPTH: Key<i32> =
+    Key::integer("maxdepth", 5, "the most surfaces of a path; over 20000 counts as 20000")
+        .within(Range::at_least(0.0));
+/// Light that loses a thousandth at each bounce is below `f32` precision after as many bounces.
+const LARGEST_DEPTH: i32 = 20_000;
+const ROULETTE: Key<f64> =
+    Key::float("rrthreshold", 1.0, "the throughput below which Russian roulette may end a path");
+const LIGHT_STRATEGY: Key<&[&str]> = Key::choice(
+    "lightsamplestrategy",
+    &["spatial", "power", "uniform"],
+    "how a light is chosen: by its light at the point, by its power, or with equal probability",
+);
+const DIRECT_STRATEGY: Key<&[&str]> =
+    Key::choice("strategy", &["all", "one"], "whether each surface samples all lights or one");
+const COSINE: Key<bool> =
+    Key::bool("cossample", true, "true samples directions by their cosine, false uniformly");
+const NESTED: Key<i32> =
+    Key::integer("nsamples", 64, "the directions at each surface; over 65536 counts as 65536")
+        .within(Range::at_least(1.0));
+const PIXEL_BOUNDS: Key<Integers> =
+    Key::new("pixelbounds", ParamType::Integer, Integers, "the pixels to render: xmin xmax ymin ymax")
+        .default_words("all pixels")
+        .effect(Effect::NotRendered);
+
+const PATH: Keys = &[&MAX_DEPTH, &ROULETTE, &LIGHT_STRATEGY, &PIXEL_BOUNDS];
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("Integrator", "path", "path tracing", &[PATH]),
+    Kind::new("Integrator", "volpath", "path tracing; rays pass surfaces without a material", &[PATH]),
+    Kind::new(
+        "Integrator",
+        "directlighting",
+        "direct light, mirrors and glass",
+        &[&[&MAX_DEPTH, &DIRECT_STRATEGY, &PIXEL_BOUNDS]],
+    ),
+    Kind::new(
+        "Integrator",
+        "whitted",
+        "direct light with one sample of each light, mirrors and glass",
+        &[&[&MAX_DEPTH, &PIXEL_BOUNDS]],
+    ),
+    Kind::new(
+        "Integrator",
+        "ambientocclusion",
+        "the open part of the sky",
+        &[&[&COSINE, &NESTED, &PIXEL_BOUNDS]],
+    ),
+    Kind::new("Integrator", "bdpt", "bidirectional path tracing", &[PATH]).instead("path"),
+    Kind::new("Integrator", "mlt", "Metropolis light transport", &[PATH]).instead("path"),
+    Kind::new("Integrator", "sppm", "photon mapping", &[PATH]).instead("path"),
+];
 
 /// True if all rays of this integrator, including shadow rays, ignore surfaces without a material. Such surfaces are
 /// the boundaries of media.
@@ -75,7 +127,7 @@ pub(crate) fn is_substituted(kind: &str) -> bool {
 pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
     let integrator = match params.kind() {
         "directlighting" => {
-            let strategy = match params.choice("strategy", &["all", "one"]) {
+            let strategy = match params.take(&DIRECT_STRATEGY) {
                 "one" => DirectStrategy::One,
                 _ => DirectStrategy::All,
             };
@@ -88,12 +140,9 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
         // Without media, both integrators are equal.
         "path" | "volpath" => path(params),
         "ambientocclusion" => {
-            let cosine = params.bool("cossample", true);
-            let samples = params.nested_samples("nsamples", 64);
-            if samples < 1 {
-                params.reject("nsamples", "nsamples must be at least 1", None);
-            }
-            Integrator::AmbientOcclusion { cosine, samples: samples.max(1) as u32 }
+            let cosine = params.take(&COSINE);
+            let samples = params.nested_samples(&NESTED) as u32;
+            Integrator::AmbientOcclusion { cosine, samples }
         }
         kind if is_substituted(kind) => {
             let integrator = path(params);
@@ -101,7 +150,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             params.ignore_rest();
             integrator
         }
-        _ => return params.unknown_kind(NAMES),
+        _ => return params.unknown_kind(&names(KINDS)),
     };
     pixel_bounds(params);
     params.finish();
@@ -110,7 +159,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
 
 fn pixel_bounds(params: &mut Params) {
     if params.given("pixelbounds") {
-        params.integers("pixelbounds");
+        params.take(&PIXEL_BOUNDS);
         params.warn(
             "pixelbounds",
             "pixelbounds is ignored",
@@ -120,8 +169,8 @@ fn pixel_bounds(params: &mut Params) {
 }
 
 fn path(params: &mut Params) -> Integrator {
-    let roulette_threshold = params.float("rrthreshold", 1.0);
-    let strategy = params.choice("lightsamplestrategy", &["spatial", "power", "uniform"]);
+    let roulette_threshold = params.take(&ROULETTE);
+    let strategy = params.take(&LIGHT_STRATEGY);
     let light_choice = match strategy {
         "uniform" => LightChoice::Uniform,
         "power" => LightChoice::Power,
@@ -131,22 +180,16 @@ fn path(params: &mut Params) -> Integrator {
 }
 
 fn depth(params: &mut Params) -> u32 {
-    let depth = params.integer("maxdepth", 5);
-    if depth < 0 {
-        params.reject("maxdepth", "maxdepth must be at least 0", None);
-    }
-    if depth > MAX_DEPTH {
+    let depth = params.take(&MAX_DEPTH);
+    if depth > LARGEST_DEPTH {
         params.note(
             "maxdepth",
-            &format!("maxdepth is limited to {MAX_DEPTH}"),
+            &format!("maxdepth is limited to {LARGEST_DEPTH}"),
             "between perfect mirrors, a path could continue forever",
         );
     }
-    depth.clamp(0, MAX_DEPTH) as u32
+    depth.min(LARGEST_DEPTH) as u32
 }
-
-/// The largest depth. Light that loses a thousandth at each bounce is below `f32` precision after this many bounces.
-const MAX_DEPTH: i32 = 20_000;
 
 #[cfg(test)]
 mod tests {

@@ -52,6 +52,7 @@ mod report;
 mod resolve;
 mod sampler;
 mod scene;
+pub mod schema;
 mod shape;
 mod sources;
 mod state;

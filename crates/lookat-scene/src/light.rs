@@ -126,6 +126,9 @@ impl Light {
     }
 }
 
+const N_SAMPLES: crate::schema::Key<i32> =
+    crate::schema::Key::integer("nsamples", 1, "light samples at each surface, for direct lighting");
+
 pub(crate) const NAMES: &[&str] = &["point", "spot", "goniometric", "projection", "distant", "infinite"];
 
 /// pbrt-v3's MakeLight.
@@ -169,7 +172,7 @@ fn distant(params: &mut Params, world_from_light: Transform) -> Option<Light> {
 }
 
 fn point_in_range(params: &mut Params, name: &'static str, default: DVec3) -> DVec3 {
-    let point = params.point(name, default);
+    let point = params.triple(name, lookat_syntax::ParamType::Point3, default.into());
     params.check_range(name, &point.to_array());
     point
 }
@@ -269,8 +272,9 @@ fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
 
 /// The number of light samples. `samples` is an old name, which has precedence in pbrt-v3.
 fn samples(params: &mut Params) -> u32 {
-    let samples = params.nested_samples("nsamples", 1);
-    params.nested_samples("samples", samples).max(1) as u32
+    let samples = params.nested_samples(&crate::schema::Key { default: 1, ..N_SAMPLES });
+    params.nested_samples(&crate::schema::Key { name: "samples", default: samples, ..N_SAMPLES }).max(1)
+        as u32
 }
 
 pub(crate) const AREA_NAMES: &[&str] = &["diffuse", "area"];

@@ -17,6 +17,7 @@ use crate::angle;
 use crate::color;
 use crate::files::{Bytes, Files};
 use crate::report::Report;
+use crate::schema::{Key, Unit, Value};
 use crate::transform::LARGEST;
 
 /// The most light samples of a camera sample: about a hundredth of a second.
@@ -109,8 +110,27 @@ impl<'a> Params<'a> {
         }
     }
 
+    /// Takes the value of a parameter, or its default. Rejects a value outside the range of the key.
+    pub fn take<T: Value>(&mut self, key: &Key<T>) -> T::Taken {
+        T::take(key, self)
+    }
+
+    /// Rejects a number outside the range of the key. True if it is inside.
+    pub fn check_within<T>(&mut self, key: &Key<T>, value: impl Into<f64>) -> bool {
+        let is_within = key.range.contains(value.into());
+        if !is_within {
+            let unit = match key.unit {
+                Unit::Degrees => " degrees",
+                Unit::Pixels => " pixels",
+                _ => "",
+            };
+            self.reject(key.name, format!("{} must be {}{unit}", key.name, key.range.words()), None);
+        }
+        is_within
+    }
+
     /// Takes a parameter of one of the types. pbrt-v3 ignores a parameter of another type.
-    fn take(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
+    fn take_of(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
         self.ask(name, types[0]);
         let index = self.params.iter().rposition(|p| p.name.value == name && types.contains(&p.ty))?;
         let param = self.params.remove(index);
@@ -120,7 +140,7 @@ impl<'a> Params<'a> {
 
     /// Like `take`, and reports an error unless there is exactly one value.
     fn take_one(&mut self, name: &'static str, types: &[ParamType]) -> Option<Param> {
-        let param = self.take(name, types)?;
+        let param = self.take_of(name, types)?;
         // A list of wavelengths and values is one spectrum.
         if param.values.value.len() == 1 || param.ty == ParamType::Spectrum {
             return Some(param);
@@ -164,17 +184,11 @@ impl<'a> Params<'a> {
         }
     }
 
-    pub fn point(&mut self, name: &'static str, default: DVec3) -> DVec3 {
-        match self.take_one(name, &[ParamType::Point3]).map(|p| p.values.value) {
+    /// One point or direction.
+    pub fn triple(&mut self, name: &'static str, ty: ParamType, default: [f64; 3]) -> DVec3 {
+        match self.take_one(name, &[ty]).map(|p| p.values.value) {
             Some(Values::Triples(values)) => values[0].into(),
-            _ => default,
-        }
-    }
-
-    pub fn vector(&mut self, name: &'static str, default: DVec3) -> DVec3 {
-        match self.take_one(name, &[ParamType::Vector3]).map(|p| p.values.value) {
-            Some(Values::Triples(values)) => values[0].into(),
-            _ => default,
+            _ => default.into(),
         }
     }
 
@@ -207,28 +221,28 @@ impl<'a> Params<'a> {
     }
 
     pub fn floats(&mut self, name: &'static str) -> Option<Vec<f64>> {
-        match self.take(name, &[ParamType::Float]).map(|p| p.values.value) {
+        match self.take_of(name, &[ParamType::Float]).map(|p| p.values.value) {
             Some(Values::Numbers(values)) => Some(values),
             _ => None,
         }
     }
 
     pub fn integers(&mut self, name: &'static str) -> Option<Vec<i32>> {
-        match self.take(name, &[ParamType::Integer]).map(|p| p.values.value) {
+        match self.take_of(name, &[ParamType::Integer]).map(|p| p.values.value) {
             Some(Values::Integers(values)) => Some(values),
             _ => None,
         }
     }
 
     pub fn triples(&mut self, name: &'static str, ty: ParamType) -> Option<Vec<[f64; 3]>> {
-        match self.take(name, &[ty]).map(|p| p.values.value) {
+        match self.take_of(name, &[ty]).map(|p| p.values.value) {
             Some(Values::Triples(values)) => Some(values),
             _ => None,
         }
     }
 
     pub fn pairs(&mut self, name: &'static str) -> Option<Vec<[f64; 2]>> {
-        match self.take(name, &[ParamType::Point2]).map(|p| p.values.value) {
+        match self.take_of(name, &[ParamType::Point2]).map(|p| p.values.value) {
             Some(Values::Pairs(values)) => Some(values),
             _ => None,
         }
@@ -274,12 +288,12 @@ impl<'a> Params<'a> {
     }
 
     /// The number of samples within each camera sample, limited to `MOST_NESTED`.
-    pub fn nested_samples(&mut self, name: &'static str, default: i32) -> i32 {
-        let count = self.integer(name, default);
+    pub fn nested_samples(&mut self, key: &Key<i32>) -> i32 {
+        let count = self.take(key);
         if count > MOST_NESTED {
-            let message = format!("{name} is limited to {MOST_NESTED}");
+            let message = format!("{} is limited to {MOST_NESTED}", key.name);
             let help = "to take more, increase the samples per pixel";
-            self.note(name, &message, help);
+            self.note(key.name, &message, help);
         }
         count.min(MOST_NESTED)
     }

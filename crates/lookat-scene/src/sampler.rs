@@ -2,6 +2,7 @@
 
 use crate::overrides::Overrides;
 use crate::params::Params;
+use crate::schema::{Effect, Key, Keys, Kind, Range, names};
 
 /// The sampler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,51 +75,74 @@ fn grid(samples: u32, jitter: bool) -> [u32; 2] {
     [across, samples.div_ceil(across)]
 }
 
-pub(crate) const NAMES: &[&str] =
-    &["halton", "sobol", "random", "stratified", "02sequence", "lowdiscrepancy", "maxmindist"];
+const fn samples(name: &'static str, default: i32, meaning: &'static str) -> Key<i32> {
+    Key::integer(name, default, meaning).within(Range::at_least(1.0))
+}
+
+const PIXEL_SAMPLES: Key<i32> = samples("pixelsamples", 16, "the number of samples in each pixel");
+const FEW_PIXEL_SAMPLES: Key<i32> = Key { default: 4, ..PIXEL_SAMPLES };
+const PIXEL_CENTER: Key<bool> =
+    Key::bool("samplepixelcenter", false, "true sends all camera rays through the pixel center");
+const JITTER: Key<bool> =
+    Key::bool("jitter", true, "true takes a random point of each cell, false its center");
+const X_SAMPLES: Key<i32> = samples("xsamples", 4, "the number of cells along x in each pixel");
+const Y_SAMPLES: Key<i32> = samples("ysamples", 4, "the number of cells along y in each pixel");
+/// Here all dimensions are stratified.
+const DIMENSIONS: Key<i32> =
+    Key::integer("dimensions", 4, "the number of stratified dimensions").effect(Effect::NoEffect);
+
+const SUBSTITUTED: Keys = &[&PIXEL_SAMPLES, &DIMENSIONS];
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new(
+        "Sampler",
+        "halton",
+        "the Halton sequence, scrambled in each pixel",
+        &[&[&PIXEL_SAMPLES, &PIXEL_CENTER]],
+    ),
+    Kind::new("Sampler", "sobol", "the Sobol' sequence, scrambled in each pixel", &[&[&PIXEL_SAMPLES]]),
+    Kind::new("Sampler", "random", "independent samples", &[&[&FEW_PIXEL_SAMPLES]]),
+    Kind::new(
+        "Sampler",
+        "stratified",
+        "one sample in each cell of a grid",
+        &[&[&X_SAMPLES, &Y_SAMPLES, &JITTER, &DIMENSIONS]],
+    ),
+    Kind::new("Sampler", "02sequence", "a (0, 2)-sequence", &[SUBSTITUTED]).instead("sobol"),
+    Kind::new("Sampler", "lowdiscrepancy", "another name of 02sequence", &[SUBSTITUTED]).instead("sobol"),
+    Kind::new("Sampler", "maxmindist", "points with a maximized minimum distance", &[SUBSTITUTED])
+        .instead("sobol"),
+];
 
 pub(crate) fn sampler(params: &mut Params, overrides: &Overrides) -> Option<Sampler> {
     let (kind, samples) = match params.kind() {
-        "random" => (SamplerKind::Random, pixel_samples(params, 4)),
+        "random" => (SamplerKind::Random, params.take(&FEW_PIXEL_SAMPLES)),
         "halton" => {
-            let pixel_center = params.bool("samplepixelcenter", false);
-            (SamplerKind::Halton { pixel_center }, pixel_samples(params, 16))
+            let pixel_center = params.take(&PIXEL_CENTER);
+            (SamplerKind::Halton { pixel_center }, params.take(&PIXEL_SAMPLES))
         }
-        "sobol" => (SamplerKind::Sobol, pixel_samples(params, 16)),
+        "sobol" => (SamplerKind::Sobol, params.take(&PIXEL_SAMPLES)),
         "02sequence" | "lowdiscrepancy" | "maxmindist" => {
             let message = format!("lookat renders Sampler \"{}\" with \"sobol\"", params.kind());
             params.replaced(message, "the picture is the same apart from its noise");
-            // The number of stratified dimensions in pbrt-v3. lookat stratifies all dimensions.
-            params.integer("dimensions", 4);
-            (SamplerKind::Sobol, pixel_samples(params, 16))
+            params.take(&DIMENSIONS);
+            (SamplerKind::Sobol, params.take(&PIXEL_SAMPLES))
         }
         "stratified" => stratified(params),
-        _ => return params.unknown_kind(NAMES),
+        _ => return params.unknown_kind(&names(KINDS)),
     };
-    params.finish().then(|| overridden(Sampler { kind, samples_per_pixel: samples }, overrides))
+    params.finish().then(|| overridden(Sampler { kind, samples_per_pixel: samples as u32 }, overrides))
 }
 
-fn pixel_samples(params: &mut Params, default: i32) -> u32 {
-    positive(params, "pixelsamples", default)
-}
-
-fn positive(params: &mut Params, name: &'static str, default: i32) -> u32 {
-    let count = params.integer(name, default);
-    if count < 1 {
-        params.reject(name, format!("{name} must be at least 1"), None);
-    }
-    count.max(1) as u32
-}
-
-fn stratified(params: &mut Params) -> (SamplerKind, u32) {
-    let jitter = params.bool("jitter", true);
-    let cells = [positive(params, "xsamples", 4), positive(params, "ysamples", 4)];
-    params.integer("dimensions", 4);
-    let samples = cells[0].checked_mul(cells[1]).filter(|samples| *samples <= i32::MAX as u32);
+fn stratified(params: &mut Params) -> (SamplerKind, i32) {
+    let jitter = params.take(&JITTER);
+    let [across, down] = [&X_SAMPLES, &Y_SAMPLES].map(|key| params.take(key));
+    params.take(&DIMENSIONS);
+    let samples = across.checked_mul(down);
     if samples.is_none() {
         params.reject("xsamples", "xsamples times ysamples must be at most 2147483647", None);
     }
-    (SamplerKind::Stratified { cells, jitter }, samples.unwrap_or(1))
+    (SamplerKind::Stratified { cells: [across as u32, down as u32], jitter }, samples.unwrap_or(1))
 }
 
 /// The sampler with the caller's number of samples.

@@ -14,6 +14,7 @@ use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::picture::Pictures;
 use crate::report::Report;
+use crate::schema::names;
 use crate::texture::{Texture, TextureParams, Textures};
 use crate::transform::Transform;
 use crate::{camera, cutout, film, filter, integrator, light, material, sampler, shape, texture};
@@ -30,51 +31,51 @@ pub struct Kind {
 }
 
 /// A directive, its type names, and their constructor.
-type Table<'a> = (&'static str, &'static [&'static str], &'a dyn Fn(&mut TextureParams));
+type Table<'a> = (&'static str, Vec<&'static str>, &'a dyn Fn(&mut TextureParams));
 
 /// All types.
 pub fn kinds() -> Vec<Kind> {
     let here = Transform::IDENTITY;
     let tables: [Table; 11] = [
-        ("Camera", camera::NAMES, &|params| {
+        ("Camera", names(camera::KINDS), &|params| {
             camera::camera(params, here, &square_film());
         }),
-        ("Film", film::NAMES, &|params| {
+        ("Film", names(film::KINDS), &|params| {
             film::film(params, &Overrides::default());
         }),
-        ("PixelFilter", filter::NAMES, &|params| {
+        ("PixelFilter", names(filter::KINDS), &|params| {
             filter::filter(params);
         }),
-        ("Sampler", sampler::NAMES, &|params| {
+        ("Sampler", names(sampler::KINDS), &|params| {
             sampler::sampler(params, &Overrides::default());
         }),
-        ("Integrator", integrator::NAMES, &|params| {
+        ("Integrator", names(integrator::KINDS), &|params| {
             integrator::integrator(params);
         }),
-        ("Shape", shape::NAMES, &|params| {
+        ("Shape", shape::NAMES.to_vec(), &|params| {
             if ["trianglemesh", "plymesh"].contains(&params.kind()) {
                 cutout::cutout(params);
             }
             shape::shape(params, here);
         }),
-        ("Material", material::NAMES, &|params| {
+        ("Material", material::NAMES.to_vec(), &|params| {
             material::material(params, &Names::default());
         }),
-        ("LightSource", light::NAMES, &|params| {
+        ("LightSource", light::NAMES.to_vec(), &|params| {
             light::light(params, here, &mut Pictures::default());
         }),
-        ("AreaLightSource", light::AREA_NAMES, &|params| {
+        ("AreaLightSource", light::AREA_NAMES.to_vec(), &|params| {
             light::emission(params);
         }),
-        ("Texture", texture::NAMES, &|params| {
+        ("Texture", texture::NAMES.to_vec(), &|params| {
             let _: Option<Texture<f64>> = texture::texture(params, here, &mut Pictures::default());
         }),
-        ("Texture", texture::NAMES, &|params| {
+        ("Texture", texture::NAMES.to_vec(), &|params| {
             let _: Option<Texture<Vec3>> = texture::texture(params, here, &mut Pictures::default());
         }),
     ];
     let of_table = |(directive, names, make): Table| {
-        names.iter().map(move |name| kind(directive, name, make)).collect::<Vec<_>>()
+        names.into_iter().map(|name| kind(directive, name, make)).collect::<Vec<_>>()
     };
     tables.into_iter().flat_map(of_table).collect()
 }

@@ -42,6 +42,8 @@ pub enum Command {
     Stability(Stability),
     /// Show the size, features and cost of a scene
     Inspect(Inspect),
+    /// Explain a directive, a type or a parameter of the format
+    Explain(Explain),
     /// Measure the speed of lookat on this machine
     Bench(Bench),
 }
@@ -112,6 +114,21 @@ pub struct Render {
     pub memory: Memory,
     #[command(flatten)]
     pub report: Report,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Without arguments, it lists all types.")]
+pub struct Explain {
+    /// A directive, such as Camera
+    pub directive: Option<String>,
+    /// One of its types, such as perspective
+    #[arg(value_name = "TYPE")]
+    pub kind: Option<String>,
+    /// One of the parameters, such as fov
+    pub parameter: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -5,6 +5,7 @@ mod bench;
 mod chart;
 mod check;
 mod compare;
+mod explain;
 mod inspect;
 mod interrupt;
 mod metric;
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
         args::Command::Chart(arguments) => chart::chart(&arguments),
         args::Command::Stability(arguments) => stability::stability(&arguments),
         args::Command::Inspect(arguments) => inspect::inspect(&arguments),
+        args::Command::Explain(arguments) => explain::explain(&arguments),
         args::Command::Bench(arguments) => bench::bench(&arguments),
     }
 }

@@ -18,7 +18,10 @@ pub struct Hyperboloid {
 }
 
 pub(super) fn hyperboloid(params: &mut Params, limits: &Limits) -> Hyperboloid {
-    let (p1, p2) = (params.point("p1", DVec3::ZERO), params.point("p2", DVec3::ONE));
+    let (p1, p2) = (
+        params.triple("p1", lookat_syntax::ParamType::Point3, [0.0; 3]),
+        params.triple("p2", lookat_syntax::ParamType::Point3, [1.0; 3]),
+    );
     limits.check(params, "p1", &p1.to_array());
     limits.check(params, "p2", &p2.to_array());
     let given = if params.was_taken("p2") { "p2" } else { "p1" };

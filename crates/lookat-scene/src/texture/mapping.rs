@@ -95,7 +95,7 @@ fn pair(params: &mut Params, names: [&'static str; 2], default: f64) -> DVec2 {
 }
 
 fn axis(params: &mut Params, name: &'static str, default: DVec3) -> DVec3 {
-    let axis = params.vector(name, default);
+    let axis = params.triple(name, lookat_syntax::ParamType::Vector3, default.into());
     params.check_range(name, &axis.to_array());
     axis
 }

@@ -1,0 +1,160 @@
+//! The schema of the format: the types of each directive and their parameters, as the constructors read them.
+
+mod key;
+mod range;
+mod value;
+
+use lookat_syntax::ParamType;
+
+use crate::{camera, film, filter, integrator, sampler};
+
+pub(crate) use key::{Described, Key};
+pub(crate) use range::Range;
+pub(crate) use value::{Color, Edges, Floats, Given, Integers, Name, Value};
+
+/// Parameters that several types share.
+pub(crate) type Keys = &'static [&'static (dyn Described + Sync)];
+
+/// A type of a directive, such as `Camera "perspective"`.
+#[derive(Clone, Copy)]
+pub struct Kind {
+    /// The directive, such as `Camera`.
+    pub directive: &'static str,
+    /// The name of the type.
+    pub name: &'static str,
+    /// What it is, in a sentence without a period.
+    pub meaning: &'static str,
+    /// What lookat renders instead; empty for a type that it renders.
+    pub instead: &'static str,
+    keys: &'static [Keys],
+}
+
+impl Kind {
+    /// A type that lookat renders. Its parameters are lists, so that types can share some.
+    pub(crate) const fn new(
+        directive: &'static str,
+        name: &'static str,
+        meaning: &'static str,
+        keys: &'static [Keys],
+    ) -> Kind {
+        Kind { directive, name, meaning, instead: "", keys }
+    }
+
+    /// A type that lookat does not render, and what it renders instead.
+    pub(crate) const fn instead(self, instead: &'static str) -> Kind {
+        Kind { instead, ..self }
+    }
+
+    /// The parameters, in the order of the documentation.
+    pub fn parameters(&self) -> impl Iterator<Item = Parameter> {
+        self.keys.iter().flat_map(|keys| keys.iter()).map(|key| key.parameter())
+    }
+}
+
+/// A parameter of a type.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// The name, such as `fov`.
+    pub name: &'static str,
+    /// The type of its values. All color types are interchangeable.
+    pub ty: ParamType,
+    /// How many values it takes.
+    pub count: Count,
+    /// True if it can name a texture instead.
+    pub is_textured: bool,
+    /// The default in words.
+    pub default: String,
+    /// The range in words, such as "above 0 and below 180". Empty if every value is right.
+    pub range: String,
+    /// The unit of the values.
+    pub unit: Unit,
+    /// What it is, in a sentence without a period.
+    pub meaning: &'static str,
+    /// What lookat does with it.
+    pub effect: Effect,
+}
+
+/// The number of values of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Count {
+    /// One value.
+    One,
+    /// A fixed number of values.
+    Exactly(usize),
+    /// A list of any length.
+    List,
+}
+
+/// The unit of a value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit {
+    /// A pure number, a color or a text.
+    None,
+    /// Degrees.
+    Degrees,
+    /// Pixels of the picture.
+    Pixels,
+    /// Lengths in camera space.
+    CameraSpace,
+    /// Lengths in the space of the current transformation.
+    ObjectSpace,
+    /// Lengths in world space.
+    WorldSpace,
+}
+
+impl Unit {
+    /// Its name. Empty for a pure number.
+    pub fn name(self) -> &'static str {
+        match self {
+            Unit::None => "",
+            Unit::Degrees => "degrees",
+            Unit::Pixels => "pixels",
+            Unit::CameraSpace => "units of camera space",
+            Unit::ObjectSpace => "units of object space",
+            Unit::WorldSpace => "units of world space",
+        }
+    }
+}
+
+/// Every type, by directive.
+pub fn kinds() -> impl Iterator<Item = &'static Kind> {
+    [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS].into_iter().flatten()
+}
+
+/// The names of types, as a scene writes them.
+pub(crate) fn names(kinds: &[Kind]) -> Vec<&'static str> {
+    kinds.iter().map(|kind| kind.name).collect()
+}
+
+/// What lookat does with a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Effect {
+    /// It renders the parameter as pbrt-v3 does.
+    Rendered,
+    /// It checks the value, but the picture cannot depend on it.
+    NoEffect,
+    /// It ignores the parameter, unlike pbrt-v3.
+    NotRendered,
+    /// The parameter is lookat's own: pbrt-v3 does not have it.
+    Own,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn constructors_read_what_the_schema_lists() {
+        let known = crate::kinds();
+        for kind in kinds() {
+            let listed: Vec<Parameter> = kind.parameters().collect();
+            let is_read = |parameter: &&Parameter| kind.instead.is_empty() || parameter.effect != Effect::NotRendered;
+            let mut listed: Vec<&str> = listed.iter().filter(is_read).map(|parameter| parameter.name).collect();
+            let found = known.iter().find(|found| (found.directive, found.name) == (kind.directive, kind.name));
+            let mut read = found.unwrap().parameters.clone();
+            listed.sort();
+            read.sort();
+            assert_eq!(read, listed, "{} \"{}\"", kind.directive, kind.name);
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The types of a parameter's value: how to take it, and the words for its default.
+
+use glam::{DVec3, Vec3};
+use lookat_syntax::Text;
+
+use super::range::number;
+use super::{Count, Key, Range, Unit};
+use crate::params::Params;
+
+/// A type of value: what a constructor gets for a key.
+pub(crate) trait Value: Copy + 'static {
+    /// What the constructor gets.
+    type Taken;
+    const COUNT: Count = Count::One;
+    const IS_TEXTURED: bool = false;
+
+    fn take(key: &Key<Self>, params: &mut Params) -> Self::Taken;
+
+    /// The default in words.
+    fn words(self) -> String;
+
+    /// The range in words.
+    fn range(self, range: Range) -> String {
+        range.words()
+    }
+}
+
+impl Value for f64 {
+    type Taken = f64;
+
+    /// An angle that looks like radians gets a message.
+    fn take(key: &Key<f64>, params: &mut Params) -> f64 {
+        let value = match key.unit {
+            Unit::Degrees => params.angle(key.name, key.default),
+            _ => params.float(key.name, key.default),
+        };
+        if params.check_within(key, value) { value } else { key.default }
+    }
+
+    fn words(self) -> String {
+        number(self)
+    }
+}
+
+impl Value for i32 {
+    type Taken = i32;
+
+    fn take(key: &Key<i32>, params: &mut Params) -> i32 {
+        let value = params.integer(key.name, key.default);
+        if params.check_within(key, value) { value } else { key.default }
+    }
+
+    fn words(self) -> String {
+        self.to_string()
+    }
+}
+
+impl Value for bool {
+    type Taken = bool;
+
+    fn take(key: &Key<bool>, params: &mut Params) -> bool {
+        params.bool(key.name, key.default)
+    }
+
+    fn words(self) -> String {
+        self.to_string()
+    }
+}
+
+/// A closed list of strings. The first is the default.
+impl Value for &'static [&'static str] {
+    type Taken = &'static str;
+
+    fn take(key: &Key<Self>, params: &mut Params) -> &'static str {
+        params.choice(key.name, key.default)
+    }
+
+    fn words(self) -> String {
+        format!("\"{}\"", self[0])
+    }
+
+    fn range(self, _: Range) -> String {
+        self.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// A point or a direction.
+impl Value for [f64; 3] {
+    type Taken = DVec3;
+
+    fn take(key: &Key<Self>, params: &mut Params) -> DVec3 {
+        params.triple(key.name, key.ty, key.default)
+    }
+
+    fn words(self) -> String {
+        self.map(number).join(" ")
+    }
+}
+
+/// A color; the default is a gray.
+#[derive(Clone, Copy)]
+pub(crate) struct Color(pub f32);
+
+impl Value for Color {
+    type Taken = Vec3;
+
+    fn take(key: &Key<Self>, params: &mut Params) -> Vec3 {
+        params.spectrum(key.name, Vec3::splat(key.default.0))
+    }
+
+    fn words(self) -> String {
+        self.0.to_string()
+    }
+}
+
+/// The four edges of a window, if given.
+#[derive(Clone, Copy)]
+pub(crate) struct Edges;
+
+impl Value for Edges {
+    type Taken = Option<[f64; 4]>;
+    const COUNT: Count = Count::Exactly(4);
+
+    fn take(key: &Key<Edges>, params: &mut Params) -> Option<[f64; 4]> {
+        let edges: Result<[f64; 4], Vec<f64>> = params.floats(key.name)?.try_into();
+        if let Err(other) = &edges {
+            let message = format!("{} takes 4 values, not {}", key.name, other.len());
+            params.reject(key.name, message, Some("write the edges as xmin xmax ymin ymax"));
+        }
+        edges.ok()
+    }
+
+    fn words(self) -> String {
+        "none".into()
+    }
+}
+
+/// Values without a default: the constructor gets `None`.
+macro_rules! optional {
+    ($($(#[$doc:meta])* $name:ident: $taken:ty, $count:expr, $take:ident;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy)]
+        pub(crate) struct $name;
+
+        impl Value for $name {
+            type Taken = Option<$taken>;
+            const COUNT: Count = $count;
+
+            fn take(key: &Key<Self>, params: &mut Params) -> Option<$taken> {
+                params.$take(key.name)
+            }
+
+            fn words(self) -> String {
+                "none".into()
+            }
+        }
+    )*};
+}
+
+optional! {
+    /// A number, if given.
+    Given: f64, Count::One, float_if_given;
+    /// A string, if given.
+    Name: Text, Count::One, string;
+    /// A list of numbers, if given.
+    Floats: Vec<f64>, Count::List, floats;
+    /// A list of whole numbers, if given.
+    Integers: Vec<i32>, Count::List, integers;
+}
