@@ -4,7 +4,7 @@ use glam::DVec2;
 use lookat_syntax::ParamType;
 
 use crate::params::Params;
-use crate::schema::{Edges, Effect, Key, Keys, Kind, Name, Range, Unit, names};
+use crate::schema::{Edges, Effect, Key, Keys, Kind, Name, Range, Unit, Value, names};
 use crate::{Film, Transform};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
@@ -119,15 +119,28 @@ const TELECENTRIC: Key<bool> = Key::bool(
 
 const COMMON: Keys =
     &[&FRAME_ASPECT_RATIO, &SCREEN_WINDOW, &LENS_RADIUS, &FOCAL_DISTANCE, &SHUTTER_OPEN, &SHUTTER_CLOSE];
+
+const fn of_realistic<T: Value>(key: Key<T>) -> Key<T> {
+    key.effect(Effect::NotRendered)
+}
+
 const LENS_FILE: Key<Name> =
-    Key::new("lensfile", ParamType::String, Name, "the file that describes the lenses")
-        .effect(Effect::NotRendered);
+    of_realistic(Key::new("lensfile", ParamType::String, Name, "the file that describes the lenses"));
+const APERTURE_DIAMETER: Key<f64> =
+    of_realistic(Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters"));
+const FOCUS_DISTANCE: Key<f64> = of_realistic(
+    Key::float("focusdistance", 10.0, "the distance to the plane of focus").unit(Unit::CameraSpace),
+);
+const SIMPLE_WEIGHTING: Key<bool> =
+    of_realistic(Key::bool("simpleweighting", true, "true weights rays as if the film were small"));
+const REALISTIC: Keys =
+    &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("Camera", "perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON]),
     Kind::new("Camera", "orthographic", "parallel rays along +z", &[COMMON, &[&TELECENTRIC]]),
     Kind::new("Camera", "environment", "all directions around a point", &[COMMON]),
-    Kind::new("Camera", "realistic", "lenses from a file", &[&[&LENS_FILE]])
+    Kind::new("Camera", "realistic", "lenses from a file", &[REALISTIC])
         .instead("perspective, fov 90, default window, without a lens"),
 ];
 
@@ -166,7 +179,7 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
 fn perspective(params: &mut Params) -> Projection {
     let (fov, half) = (params.take(&FOV), params.take(&HALF_FOV));
     // As in pbrt-v3, a positive halffov replaces fov.
-    if half <= 0.0 && params.was_taken("halffov") {
+    if half <= 0.0 && params.was_taken("halffov") && params.usable() {
         params.warn("halffov", "halffov is not above 0: fov is used, as in pbrt-v3", "delete halffov or fov");
     }
     Projection::Perspective { fov: if half > 0.0 { 2.0 * half } else { fov } }
