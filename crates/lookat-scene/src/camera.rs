@@ -4,7 +4,7 @@ use glam::DVec2;
 use lookat_syntax::ParamType;
 
 use crate::params::Params;
-use crate::schema::{Edges, Effect, Key, Keys, Kind, Name, Range, Unit, Value, names};
+use crate::schema::{DefaultValue, Edges, Effect, Key, Keys, Kind, Name, Range, Unit, names};
 use crate::{Film, Transform};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
@@ -120,12 +120,11 @@ const TELECENTRIC: Key<bool> = Key::bool(
 const COMMON: Keys =
     &[&FRAME_ASPECT_RATIO, &SCREEN_WINDOW, &LENS_RADIUS, &FOCAL_DISTANCE, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
-const fn of_realistic<T: Value>(key: Key<T>) -> Key<T> {
+const fn of_realistic<T: DefaultValue>(key: Key<T>) -> Key<T> {
     key.effect(Effect::NotRendered)
 }
 
-const LENS_FILE: Key<Name> =
-    of_realistic(Key::new("lensfile", ParamType::String, Name, "the file that describes the lenses"));
+const LENS_FILE: Key<Name> = of_realistic(Key::string("lensfile", "the file that describes the lenses"));
 const APERTURE_DIAMETER: Key<f64> =
     of_realistic(Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters"));
 const FOCUS_DISTANCE: Key<f64> = of_realistic(

@@ -87,8 +87,7 @@ const MAX_SAMPLE_LUMINANCE: Key<f64> = Key::float(
 const DIAGONAL: Key<f64> =
     Key::float("diagonal", 35.0, "the diagonal of the sensor in millimeters").effect(Effect::NoEffect);
 const FILE_NAME: Key<Name> =
-    Key::new("filename", ParamType::String, Name, "the picture file, relative to the working folder")
-        .default_words("\"pbrt.exr\"");
+    Key::string("filename", "the picture file, relative to the working folder").default_words("\"pbrt.exr\"");
 
 pub(crate) const KINDS: &[Kind] = &[Kind::new(
     "Film",

@@ -10,7 +10,9 @@ use crate::{camera, film, filter, integrator, sampler};
 
 pub(crate) use key::{Described, Key};
 pub(crate) use range::Range;
-pub(crate) use value::{Color, Edges, Floats, Given, Integers, Name, Value};
+pub(crate) use value::{
+    Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, Integers, Name, Textured, Value,
+};
 
 /// Parameters that several types share.
 pub(crate) type Keys = &'static [&'static (dyn Described + Sync)];

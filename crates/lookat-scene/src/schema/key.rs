@@ -2,7 +2,7 @@
 
 use lookat_syntax::ParamType;
 
-use super::value::Value;
+use super::value::{Color, ColorTexture, DefaultValue, FloatTexture, Name};
 use super::{Effect, Parameter, Range, Unit};
 
 /// A parameter with the type of its value. A constructor reads it with [`Params::take`](crate::params::Params::take).
@@ -19,7 +19,7 @@ pub(crate) struct Key<T> {
     pub default_words: &'static str,
 }
 
-impl<T: Value> Key<T> {
+impl<T: DefaultValue> Key<T> {
     pub const fn new(name: &'static str, ty: ParamType, default: T, meaning: &'static str) -> Key<T> {
         let (range, unit, effect) = (Range::ALL, Unit::None, Effect::Rendered);
         Key { name, ty, default, range, unit, meaning, effect, default_words: "" }
@@ -56,6 +56,36 @@ impl Key<i32> {
     }
 }
 
+impl Key<Color> {
+    pub const fn color(name: &'static str, default: f32, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Rgb, Color(default), meaning)
+    }
+}
+
+impl Key<FloatTexture> {
+    pub const fn float_texture(name: &'static str, default: f64, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Float, FloatTexture(default), meaning)
+    }
+}
+
+impl Key<ColorTexture> {
+    pub const fn color_texture(name: &'static str, default: f32, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Rgb, ColorTexture(default), meaning)
+    }
+}
+
+impl Key<Name> {
+    pub const fn string(name: &'static str, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::String, Name, meaning)
+    }
+}
+
+impl Key<[f64; 3]> {
+    pub const fn point(name: &'static str, default: [f64; 3], meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Point3, default, meaning)
+    }
+}
+
 impl Key<bool> {
     pub const fn bool(name: &'static str, default: bool, meaning: &'static str) -> Self {
         Key::new(name, ParamType::Bool, default, meaning)
@@ -74,7 +104,7 @@ pub(crate) trait Described {
     fn parameter(&self) -> Parameter;
 }
 
-impl<T: Value> Described for Key<T> {
+impl<T: DefaultValue> Described for Key<T> {
     fn parameter(&self) -> Parameter {
         let default = match self.default_words {
             "" => self.default.words(),

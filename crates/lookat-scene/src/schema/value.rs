@@ -6,15 +6,12 @@ use lookat_syntax::Text;
 use super::range::number;
 use super::{Count, Key, Range, Unit};
 use crate::params::Params;
+use crate::texture::{Texture, TextureParams};
 
-/// A type of value: what a constructor gets for a key.
-pub(crate) trait Value: Copy + 'static {
-    /// What the constructor gets.
-    type Taken;
+/// A default, as `lookat explain` shows it.
+pub(crate) trait DefaultValue: Copy + 'static {
     const COUNT: Count = Count::One;
     const IS_TEXTURED: bool = false;
-
-    fn take(key: &Key<Self>, params: &mut Params) -> Self::Taken;
 
     /// The default in words.
     fn words(self) -> String;
@@ -22,6 +19,28 @@ pub(crate) trait Value: Copy + 'static {
     /// The range in words.
     fn range(self, range: Range) -> String {
         range.words()
+    }
+}
+
+/// A type of value: what a constructor gets for a key.
+pub(crate) trait Value: DefaultValue {
+    /// What the constructor gets.
+    type Taken;
+
+    fn take(key: &Key<Self>, params: &mut Params) -> Self::Taken;
+}
+
+/// A type of value that can name a texture instead.
+pub(crate) trait Textured: DefaultValue {
+    /// What the constructor gets.
+    type Taken;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Self::Taken;
+}
+
+impl DefaultValue for f64 {
+    fn words(self) -> String {
+        number(self)
     }
 }
 
@@ -36,9 +55,11 @@ impl Value for f64 {
         };
         if params.check_within(key, value) { value } else { key.default }
     }
+}
 
+impl DefaultValue for i32 {
     fn words(self) -> String {
-        number(self)
+        self.to_string()
     }
 }
 
@@ -49,7 +70,9 @@ impl Value for i32 {
         let value = params.integer(key.name, key.default);
         if params.check_within(key, value) { value } else { key.default }
     }
+}
 
+impl DefaultValue for bool {
     fn words(self) -> String {
         self.to_string()
     }
@@ -61,20 +84,10 @@ impl Value for bool {
     fn take(key: &Key<bool>, params: &mut Params) -> bool {
         params.bool(key.name, key.default)
     }
-
-    fn words(self) -> String {
-        self.to_string()
-    }
 }
 
 /// A closed list of strings. The first is the default.
-impl Value for &'static [&'static str] {
-    type Taken = &'static str;
-
-    fn take(key: &Key<Self>, params: &mut Params) -> &'static str {
-        params.choice(key.name, key.default)
-    }
-
+impl DefaultValue for &'static [&'static str] {
     fn words(self) -> String {
         format!("\"{}\"", self[0])
     }
@@ -84,16 +97,26 @@ impl Value for &'static [&'static str] {
     }
 }
 
+impl Value for &'static [&'static str] {
+    type Taken = &'static str;
+
+    fn take(key: &Key<Self>, params: &mut Params) -> &'static str {
+        params.choice(key.name, key.default)
+    }
+}
+
 /// A point or a direction.
+impl DefaultValue for [f64; 3] {
+    fn words(self) -> String {
+        self.map(number).join(" ")
+    }
+}
+
 impl Value for [f64; 3] {
     type Taken = DVec3;
 
     fn take(key: &Key<Self>, params: &mut Params) -> DVec3 {
         params.triple(key.name, key.ty, key.default)
-    }
-
-    fn words(self) -> String {
-        self.map(number).join(" ")
     }
 }
 
@@ -101,15 +124,57 @@ impl Value for [f64; 3] {
 #[derive(Clone, Copy)]
 pub(crate) struct Color(pub f32);
 
+impl DefaultValue for Color {
+    fn words(self) -> String {
+        self.0.to_string()
+    }
+}
+
 impl Value for Color {
     type Taken = Vec3;
 
     fn take(key: &Key<Self>, params: &mut Params) -> Vec3 {
         params.spectrum(key.name, Vec3::splat(key.default.0))
     }
+}
+
+/// A number or the name of a float texture.
+#[derive(Clone, Copy)]
+pub(crate) struct FloatTexture(pub f64);
+
+impl DefaultValue for FloatTexture {
+    const IS_TEXTURED: bool = true;
+
+    fn words(self) -> String {
+        number(self.0)
+    }
+}
+
+impl Textured for FloatTexture {
+    type Taken = Texture<f64>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<f64> {
+        params.float_texture(key.name, key.default.0)
+    }
+}
+
+/// A color or the name of a spectrum texture; the default is a gray.
+#[derive(Clone, Copy)]
+pub(crate) struct ColorTexture(pub f32);
+
+impl DefaultValue for ColorTexture {
+    const IS_TEXTURED: bool = true;
 
     fn words(self) -> String {
         self.0.to_string()
+    }
+}
+
+impl Textured for ColorTexture {
+    type Taken = Texture<Vec3>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<Vec3> {
+        params.spectrum_texture(key.name, Vec3::splat(key.default.0))
     }
 }
 
@@ -117,9 +182,16 @@ impl Value for Color {
 #[derive(Clone, Copy)]
 pub(crate) struct Edges;
 
+impl DefaultValue for Edges {
+    const COUNT: Count = Count::Exactly(4);
+
+    fn words(self) -> String {
+        "none".into()
+    }
+}
+
 impl Value for Edges {
     type Taken = Option<[f64; 4]>;
-    const COUNT: Count = Count::Exactly(4);
 
     fn take(key: &Key<Edges>, params: &mut Params) -> Option<[f64; 4]> {
         let edges: Result<[f64; 4], Vec<f64>> = params.floats(key.name)?.try_into();
@@ -128,10 +200,6 @@ impl Value for Edges {
             params.reject(key.name, message, Some("write the edges as xmin xmax ymin ymax"));
         }
         edges.ok()
-    }
-
-    fn words(self) -> String {
-        "none".into()
     }
 }
 
@@ -142,16 +210,19 @@ macro_rules! optional {
         #[derive(Clone, Copy)]
         pub(crate) struct $name;
 
-        impl Value for $name {
-            type Taken = Option<$taken>;
+        impl DefaultValue for $name {
             const COUNT: Count = $count;
-
-            fn take(key: &Key<Self>, params: &mut Params) -> Option<$taken> {
-                params.$take(key.name)
-            }
 
             fn words(self) -> String {
                 "none".into()
+            }
+        }
+
+        impl Value for $name {
+            type Taken = Option<$taken>;
+
+            fn take(key: &Key<Self>, params: &mut Params) -> Option<$taken> {
+                params.$take(key.name)
             }
         }
     )*};

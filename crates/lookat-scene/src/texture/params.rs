@@ -9,6 +9,7 @@ use super::Texture;
 use crate::elsewhere::Kind;
 use crate::names::Names;
 use crate::params::Params;
+use crate::schema::{Key, Textured};
 
 /// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
 #[derive(Default)]
@@ -26,6 +27,11 @@ pub(crate) struct TextureParams<'t, 'p> {
 impl<'t, 'p> TextureParams<'t, 'p> {
     pub fn new(params: &'t mut Params<'p>, textures: &'t Textures) -> Self {
         TextureParams { params, textures }
+    }
+
+    /// Takes a parameter that can name a texture.
+    pub fn take_texture<T: Textured>(&mut self, key: &Key<T>) -> T::Taken {
+        T::take(key, self)
     }
 
     /// A color or a named texture.
