@@ -53,12 +53,9 @@ fn a_parameter_is_explained_alone() {
 fn unknown_names_get_the_nearest() {
     for (words, advice) in [
         (&["Camra"][..], "there is no directive \"Camra\": did you mean Camera?"),
-        (&["Camera", "perspektive"], "there is no Camera \"perspektive\": did you mean perspective?"),
+        (&["Camera", "perspektive"], "Camera has no type \"perspektive\": did you mean perspective?"),
         (&["Camera", "perspective", "fow"], "did you mean fov?"),
-        (
-            &["Camera", "environment", "fov"],
-            "there is no parameter of Camera \"environment\" \"fov\": choose from",
-        ),
+        (&["Camera", "environment", "fov"], "Camera \"environment\" has no parameter \"fov\": choose from"),
     ] {
         let run = explain(words);
         assert!(run.status == 2 && run.out.is_empty() && run.err.contains(advice), "{}", run.err);

@@ -18,18 +18,18 @@ fn run(arguments: &Explain) -> Result<(), String> {
     let mut found: Vec<&Kind> = kinds().collect();
     if let Some(directive) = &arguments.directive {
         found.retain(|kind| kind.directive == directive);
-        check(&found, "directive", directive, kinds().map(|kind| kind.directive))?;
+        check(&found, "there is no directive", directive, kinds().map(|kind| kind.directive))?;
     }
     if let (Some(directive), Some(name)) = (&arguments.directive, &arguments.kind) {
         let names: Vec<&str> = found.iter().map(|kind| kind.name).collect();
         found.retain(|kind| kind.name == name);
-        check(&found, directive, name, names)?;
+        check(&found, &format!("{directive} has no type"), name, names)?;
     }
     if let ([kind], Some(name)) = (&found[..], &arguments.parameter) {
         let mut parameters: Vec<Parameter> = kind.parameters().collect();
         let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
         parameters.retain(|parameter| parameter.name == name);
-        check(&parameters, &format!("parameter of {}", title(kind)), name, names)?;
+        check(&parameters, &format!("{} has no parameter", title(kind)), name, names)?;
         return match arguments.json {
             true => crate::print_json(&as_json(&parameters[0])),
             false => crate::print(&paragraph(&parameters[0])),
@@ -44,10 +44,10 @@ fn run(arguments: &Explain) -> Result<(), String> {
     })
 }
 
-/// Fails if nothing has this name, and suggests one.
+/// Fails if nothing is found, and suggests a known name. `lacks` is the beginning of the message.
 fn check<'n, T>(
     found: &[T],
-    what: &str,
+    lacks: &str,
     name: &str,
     known: impl IntoIterator<Item = &'n str>,
 ) -> Result<(), String> {
@@ -60,7 +60,7 @@ fn check<'n, T>(
         Some(near) => format!("did you mean {near}?"),
         None => format!("choose from {}", known.join(", ")),
     };
-    Err(format!("there is no {what} \"{name}\": {advice}"))
+    Err(format!("{lacks} \"{name}\": {advice}"))
 }
 
 fn title(kind: &Kind) -> String {
