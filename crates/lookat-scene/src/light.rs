@@ -1,8 +1,12 @@
 //! `LightSource` and `AreaLightSource`: the lights.
 
+mod area;
+mod distant;
 mod goniometric;
 mod infinite;
+mod point;
 mod projection;
+mod spot;
 
 use std::sync::Arc;
 
@@ -10,14 +14,19 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
 use lookat_syntax::Text;
 
+use crate::Transform;
 use crate::color::LUMINANCE;
 use crate::params::Params;
 use crate::picture::{Pictures, Settings};
-use crate::{Emission, Transform};
+use crate::schema::{Color, Key, Kind, Name, Unit, names};
 
+pub(crate) use area::{AREA_KINDS, emission};
+use distant::distant;
 use goniometric::goniometric;
 use infinite::infinite;
+use point::point;
 use projection::projection;
+use spot::spot;
 
 /// A light without a shape.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,10 +135,37 @@ impl Light {
     }
 }
 
-const N_SAMPLES: crate::schema::Key<i32> =
-    crate::schema::Key::integer("nsamples", 1, "light samples at each surface, for direct lighting");
+const SCALE: Key<Color> = Key::color("scale", 1.0, "a factor of the light");
+const INTENSITY: Key<Color> = Key::color("I", 1.0, "the radiant intensity");
+const RADIANCE: Key<Color> = Key::color("L", 1.0, "the radiance");
+const MAP_NAME: Key<Name> = Key::string("mapname", "the picture file");
+const FROM: Key<[f64; 3]> =
+    Key::point("from", [0.0; 3], "the start of the light's axis").unit(Unit::ObjectSpace);
+const TO: Key<[f64; 3]> = Key::point("to", [0.0, 0.0, 1.0], "the end of the light's axis, not equal to from")
+    .unit(Unit::ObjectSpace);
+const N_SAMPLES: Key<i32> = Key::integer(
+    "nsamples",
+    1,
+    "the light samples at each surface, for directlighting; below 1 counts as 1, over 65536 as 65536",
+);
+const SAMPLES: Key<i32> =
+    Key { name: "samples", meaning: "an old name of nsamples, which replaces it", ..N_SAMPLES }
+        .default_words("nsamples");
 
-pub(crate) const NAMES: &[&str] = &["point", "spot", "goniometric", "projection", "distant", "infinite"];
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("LightSource", "point", "a point that shines equally in all directions", &[point::KEYS]),
+    Kind::new("LightSource", "spot", "a point that shines within a cone", &[spot::KEYS]),
+    Kind::new(
+        "LightSource",
+        "goniometric",
+        "a point whose intensity depends on the direction by a picture",
+        &[goniometric::KEYS],
+    ),
+    Kind::new("LightSource", "projection", "a slide projector", &[projection::KEYS]),
+    Kind::new("LightSource", "distant", "parallel light from far away", &[distant::KEYS]),
+    Kind::new("LightSource", "infinite", "light from everywhere, or an environment map", &[infinite::KEYS]),
+    Kind::new("LightSource", "exinfinite", "another name of infinite", &[infinite::KEYS]),
+];
 
 /// pbrt-v3's MakeLight.
 pub(crate) fn light(
@@ -149,31 +185,16 @@ pub(crate) fn light(
             params.reject("", "LightSource has no type for shapes", Some(help));
             return None;
         }
-        _ => return params.unknown_kind(NAMES),
+        _ => return params.unknown_kind(&names(KINDS)),
     };
     let is_usable = params.finish();
     light.filter(|_| is_usable)
 }
 
-fn point(params: &mut Params, world_from_light: Transform) -> Light {
-    let intensity = scaled(params, "I");
-    let from = point_in_range(params, "from", DVec3::ZERO);
-    // pbrt-v3 adds `from` in world space, without the current transformation (lights/point.cpp).
-    Light::Point { position: world_from_light.point(DVec3::ZERO) + from, intensity }
-}
-
-fn distant(params: &mut Params, world_from_light: Transform) -> Option<Light> {
-    let radiance = scaled(params, "L");
-    let to_light = point_in_range(params, "from", DVec3::ZERO) - point_in_range(params, "to", DVec3::Z);
-    let Some(direction) = world_from_light.vector(to_light).try_normalize() else {
-        return same_points(params);
-    };
-    Some(Light::Distant { direction, radiance })
-}
-
-fn point_in_range(params: &mut Params, name: &'static str, default: DVec3) -> DVec3 {
-    let point = params.triple(name, lookat_syntax::ParamType::Point3, default.into());
-    params.check_range(name, &point.to_array());
+/// A point in the range of computation.
+fn point_in_range(params: &mut Params, key: &Key<[f64; 3]>) -> DVec3 {
+    let point = params.take(key);
+    params.check_range(key.name, &point.to_array());
     point
 }
 
@@ -186,50 +207,9 @@ fn same_points<T>(params: &mut Params) -> Option<T> {
     None
 }
 
-fn spot(params: &mut Params, world_from_light: Transform) -> Option<Light> {
-    let intensity = scaled(params, "I");
-    let cone = params.angle("coneangle", 30.0);
-    let delta = params.angle("conedeltaangle", 5.0);
-    if !(cone > 0.0 && cone <= 180.0) {
-        params.reject("coneangle", "coneangle must be above 0 and at most 180 degrees", None);
-    } else if !(0.0..=cone).contains(&delta) {
-        let start = (cone - delta).abs();
-        let message = match start < cone {
-            true => format!(
-                "conedeltaangle is out of range: the falloff starts at {start} degrees, as in pbrt-v3"
-            ),
-            false => {
-                "conedeltaangle is out of range: the light has no falloff inside its cone, as in pbrt-v3"
-                    .into()
-            }
-        };
-        params.warn("conedeltaangle", &message, "write a conedeltaangle from 0 to coneangle");
-    }
-    let from = point_in_range(params, "from", DVec3::ZERO);
-    let to = point_in_range(params, "to", DVec3::Z);
-    let Some(axis) = (to - from).try_normalize() else { return same_points(params) };
-    // pbrt-v3's CreateSpotLight. A non-uniform scale makes the choice of the frame visible, so this is pbrt's frame.
-    let (x, y) = coordinate_system(axis);
-    let axes_from_frame = DMat3::from_cols(x, y, axis);
-    Some(Light::Spot {
-        position: world_from_light.point(from),
-        light_from_world: axes_from_frame.transpose() * DMat3::from_mat4(world_from_light.inv),
-        intensity,
-        cos_total_width: cone.to_radians().cos(),
-        cos_falloff_start: (cone - delta).to_radians().cos(),
-    })
-}
-
-/// Two unit vectors that form a frame with the unit vector `v` (pbrt-v3's CoordinateSystem).
-fn coordinate_system(v: DVec3) -> (DVec3, DVec3) {
-    let x = if v.x.abs() > v.y.abs() { DVec3::new(-v.z, 0.0, v.x) } else { DVec3::new(0.0, v.z, -v.y) }
-        .normalize();
-    (x, v.cross(x))
-}
-
 /// The picture name of a light. An empty name is none, as in pbrt-v3.
 fn map_name(params: &mut Params) -> Option<Text> {
-    params.string("mapname").filter(|file| !file.value.is_empty())
+    params.take(&MAP_NAME).filter(|file| !file.value.is_empty())
 }
 
 /// How infinite and goniometric lights look without a picture.
@@ -246,7 +226,7 @@ fn shown(
     let settings =
         Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
     let instead = format!("renders this light without the picture, {without}");
-    params.dispensable(|params| pictures.colors.get(params, "mapname", file, settings, &instead))
+    params.dispensable(|params| pictures.colors.get(params, MAP_NAME.name, file, settings, &instead))
 }
 
 fn no_map(params: &mut Params, what_it_does: &str) {
@@ -254,9 +234,10 @@ fn no_map(params: &mut Params, what_it_does: &str) {
     params.warn("mapname", &message, "add \"string mapname\" with the name of a picture");
 }
 
-fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
-    let [color, scale] = [name, "scale"].map(|name| {
-        let color = params.spectrum(name, Vec3::ONE);
+/// A color times `scale`.
+fn scaled(params: &mut Params, key: &Key<Color>) -> Vec3 {
+    let [color, scale] = [key, &SCALE].map(|key| {
+        let (name, color) = (key.name, params.take(key));
         // Spectra outside the sRGB gamut have negative components.
         if color.min_element() < 0.0 && (params.was_rgb(name) || color.dot(LUMINANCE.as_vec3()) < 0.0) {
             params.warn(
@@ -270,26 +251,8 @@ fn scaled(params: &mut Params, name: &'static str) -> Vec3 {
     color * scale
 }
 
-/// The number of light samples. `samples` is an old name, which has precedence in pbrt-v3.
+/// The number of light samples. `samples` has precedence, as in pbrt-v3.
 fn samples(params: &mut Params) -> u32 {
-    let samples = params.nested_samples(&crate::schema::Key { default: 1, ..N_SAMPLES });
-    params.nested_samples(&crate::schema::Key { name: "samples", default: samples, ..N_SAMPLES }).max(1)
-        as u32
-}
-
-pub(crate) const AREA_NAMES: &[&str] = &["diffuse", "area"];
-
-/// pbrt-v3's CreateDiffuseAreaLight.
-pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
-    // As in pbrt-v3, an empty type ends the emission of the following shapes.
-    if params.kind().is_empty() {
-        return None;
-    }
-    if !AREA_NAMES.contains(&params.kind()) {
-        return params.unknown_kind(AREA_NAMES);
-    }
-    let radiance = scaled(params, "L");
-    let two_sided = params.bool("twosided", false);
-    let samples = samples(params);
-    params.finish().then_some(Emission { radiance, two_sided, samples })
+    let samples = params.nested_samples(&N_SAMPLES);
+    params.nested_samples(&Key { default: samples, ..SAMPLES }).max(1) as u32
 }

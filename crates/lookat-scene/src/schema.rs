@@ -6,7 +6,7 @@ mod value;
 
 use lookat_syntax::ParamType;
 
-use crate::{camera, film, filter, integrator, sampler};
+use crate::{camera, film, filter, integrator, light, sampler, texture};
 
 pub(crate) use key::{Described, Key};
 pub(crate) use range::Range;
@@ -120,7 +120,9 @@ impl Unit {
 
 /// Every type, by directive.
 pub fn kinds() -> impl Iterator<Item = &'static Kind> {
-    [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS].into_iter().flatten()
+    let options = [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS];
+    let world = [light::KINDS, light::AREA_KINDS, texture::KINDS];
+    options.into_iter().chain(world).flatten()
 }
 
 /// The names of types, as a scene writes them.

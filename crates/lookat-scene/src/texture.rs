@@ -31,6 +31,7 @@ pub(crate) use self::params::{TextureParams, Textures};
 pub(crate) use self::value::Parameter;
 use crate::params::Params;
 use crate::picture::Pictures;
+use crate::schema::{Color, DefaultValue, Effect, Key, Kind, Name, names};
 use crate::transform::Transform;
 
 /// A value for each point of a surface: a number (`f64`) or a color (`Vec3`, linear RGB).
@@ -144,20 +145,50 @@ impl<T: Value> Texture<T> {
     }
 }
 
-pub(crate) const NAMES: &[&str] = &[
-    "constant",
-    "scale",
-    "mix",
-    "bilerp",
-    "imagemap",
-    "uv",
-    "checkerboard",
-    "dots",
-    "fbm",
-    "wrinkled",
-    "marble",
-    "windy",
-    "ptex",
+const VALUE: Key<Color> = Key::color("value", 1.0, "the value; a number in a float texture");
+
+const fn of_ptex<T: DefaultValue>(key: Key<T>) -> Key<T> {
+    key.effect(Effect::NotRendered)
+}
+
+const PTEX_FILE: Key<Name> = of_ptex(Key::string("filename", "the Ptex file"));
+const PTEX_GAMMA: Key<f64> = of_ptex(Key::float("gamma", 2.2, "the exponent of the values of the file"));
+
+pub(crate) const KINDS: &[Kind] = &[
+    Kind::new("Texture", "constant", "one value everywhere", &[&[&VALUE]]),
+    Kind::new("Texture", "scale", "the product of two textures", &[scale::KEYS]),
+    Kind::new("Texture", "mix", "a blend of two textures", &[mix::KEYS]),
+    Kind::new(
+        "Texture",
+        "bilerp",
+        "bilinear interpolation between the corners of the unit square",
+        &[bilerp::KEYS, mapping::KEYS],
+    ),
+    Kind::new("Texture", "imagemap", "a picture", &[imagemap::KEYS, mapping::KEYS]),
+    Kind::new(
+        "Texture",
+        "uv",
+        "the fractions of the texture coordinates as red and green, for spectrum textures",
+        &[mapping::KEYS],
+    ),
+    Kind::new(
+        "Texture",
+        "checkerboard",
+        "two alternating textures in unit squares or cubes",
+        &[checkerboard::KEYS, mapping::KEYS],
+    ),
+    Kind::new("Texture", "dots", "round dots at random places", &[dots::KEYS, mapping::KEYS]),
+    Kind::new("Texture", "fbm", "a sum of noise, like clouds", &[octaves::KEYS]),
+    Kind::new("Texture", "wrinkled", "a sum of absolute values of noise, with creases", &[octaves::KEYS]),
+    Kind::new(
+        "Texture",
+        "marble",
+        "layers of marble along y, for spectrum textures",
+        &[octaves::KEYS, marble::KEYS],
+    ),
+    Kind::new("Texture", "windy", "the height of waves in the wind", &[]),
+    Kind::new("Texture", "ptex", "a Ptex file", &[&[&PTEX_FILE, &PTEX_GAMMA]])
+        .instead("the default of each parameter that names it"),
 ];
 
 /// The most nested textures. Each level can double the work, so a short file could take forever.
@@ -170,7 +201,7 @@ pub(crate) fn texture<T: Parameter>(
     pictures: &mut Pictures,
 ) -> Option<Texture<T>> {
     let texture = match params.kind() {
-        "constant" => Texture::Constant(T::value(params, "value", 1.0)),
+        "constant" => Texture::Constant(T::value(params, &VALUE)),
         "scale" => scale::scale(params),
         "mix" => mix::mix(params),
         "imagemap" => imagemap::imagemap(params, ctm, pictures)?,
@@ -207,8 +238,9 @@ fn colors<T: Parameter>(
 }
 
 fn not_rendered<T>(params: &mut Params) -> Option<T> {
-    if !NAMES.contains(&params.kind()) {
-        return params.unknown_kind(NAMES);
+    let names = names(KINDS);
+    if !names.contains(&params.kind()) {
+        return params.unknown_kind(&names);
     }
     let message = format!(
         "lookat does not support Texture \"{}\": parameters that name it keep their default",

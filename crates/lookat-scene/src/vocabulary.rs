@@ -61,16 +61,16 @@ pub fn kinds() -> Vec<Kind> {
         ("Material", material::NAMES.to_vec(), &|params| {
             material::material(params, &Names::default());
         }),
-        ("LightSource", light::NAMES.to_vec(), &|params| {
+        ("LightSource", names(light::KINDS), &|params| {
             light::light(params, here, &mut Pictures::default());
         }),
-        ("AreaLightSource", light::AREA_NAMES.to_vec(), &|params| {
+        ("AreaLightSource", names(light::AREA_KINDS), &|params| {
             light::emission(params);
         }),
-        ("Texture", texture::NAMES.to_vec(), &|params| {
+        ("Texture", names(texture::KINDS), &|params| {
             let _: Option<Texture<f64>> = texture::texture(params, here, &mut Pictures::default());
         }),
-        ("Texture", texture::NAMES.to_vec(), &|params| {
+        ("Texture", names(texture::KINDS), &|params| {
             let _: Option<Texture<Vec3>> = texture::texture(params, here, &mut Pictures::default());
         }),
     ];

@@ -1,15 +1,20 @@
 //! `LightSource "goniometric"`: a point light with a map of its intensity by direction.
-//!
-//! - `I`: radiant intensity where the map is 1, color, default 1
-//! - `mapname`: map of all directions, default 1 everywhere
-//! - `scale`: a factor, color, default 1
 
 use glam::{DMat3, DVec3};
 
-use super::{Light, UNIFORM, map_name, no_map, scaled, shown};
+use super::{INTENSITY, Light, MAP_NAME, SCALE, UNIFORM, map_name, no_map, scaled, shown};
 use crate::Transform;
 use crate::params::Params;
 use crate::picture::Pictures;
+use crate::schema::{Color, Key, Keys, Name};
+
+const WHERE_ONE: Key<Color> = Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
+const ALL_DIRECTIONS: Key<Name> = Key {
+    meaning: "the picture of all directions: the first row is +y, the last -y, the columns go from +x through +z",
+    ..MAP_NAME
+};
+
+pub(super) const KEYS: Keys = &[&WHERE_ONE, &ALL_DIRECTIONS, &SCALE];
 
 /// pbrt-v3's CreateGoniometricLight.
 pub(super) fn goniometric(
@@ -17,7 +22,7 @@ pub(super) fn goniometric(
     world_from_light: Transform,
     pictures: &mut Pictures,
 ) -> Option<Light> {
-    let intensity = scaled(params, "I");
+    let intensity = scaled(params, &WHERE_ONE);
     let position = world_from_light.point(DVec3::ZERO);
     let Some(file) = map_name(params) else {
         no_map(params, "it has equal intensity in all directions");

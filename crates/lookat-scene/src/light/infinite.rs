@@ -1,17 +1,23 @@
 //! `LightSource "infinite"`: light from all directions.
-//!
-//! - `L`: radiance, or the factor on the map, color, default 1
-//! - `mapname`: environment map, default none
-//! - `nsamples`, or `samples`: light samples per camera sample, default 1
-//! - `scale`: a factor, color, default 1
 
 use glam::{DMat3, DVec3};
 
-use super::{Light, UNIFORM, map_name, samples, scaled, shown};
+use super::{
+    Light, MAP_NAME, N_SAMPLES, RADIANCE, SAMPLES, SCALE, UNIFORM, map_name, samples, scaled, shown,
+};
 use crate::Transform;
 use crate::color::LARGEST;
 use crate::params::Params;
 use crate::picture::Pictures;
+use crate::schema::{Color, Key, Keys, Name};
+
+const FACTOR: Key<Color> = Key { meaning: "the radiance, or the factor of the environment map", ..RADIANCE };
+const ENVIRONMENT: Key<Name> = Key {
+    meaning: "the environment map: the first row is +z, the last -z, the columns go from +x through +y",
+    ..MAP_NAME
+};
+
+pub(super) const KEYS: Keys = &[&FACTOR, &ENVIRONMENT, &N_SAMPLES, &SAMPLES, &SCALE];
 
 /// pbrt-v3's CreateInfiniteLight. An empty `mapname` is none.
 pub(super) fn infinite(
@@ -19,7 +25,7 @@ pub(super) fn infinite(
     world_from_light: Transform,
     pictures: &mut Pictures,
 ) -> Option<Light> {
-    let radiance = scaled(params, "L");
+    let radiance = scaled(params, &FACTOR);
     let samples = samples(params);
     warn_scaled(params, &world_from_light);
     let Some(map) = map_name(params).and_then(|file| shown(params, &file, pictures, UNIFORM)) else {

@@ -1,16 +1,21 @@
 //! `LightSource "projection"`: a slide projector.
-//!
-//! - `I`: radiant intensity where the map is 1, color, default 1
-//! - `fov`: angle of the shorter side of the picture, in degrees, default 45
-//! - `mapname`: the picture, default a white square
-//! - `scale`: a factor, color, default 1
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::{Light, map_name, no_map, scaled, shown};
+use super::{INTENSITY, Light, MAP_NAME, SCALE, map_name, no_map, scaled, shown};
 use crate::Transform;
 use crate::params::Params;
 use crate::picture::Pictures;
+use crate::schema::{Color, Key, Keys, Name, Range, Unit};
+
+const WHERE_ONE: Key<Color> = Key { meaning: "the radiant intensity where the picture is 1", ..INTENSITY };
+const FOV: Key<f64> = Key::float("fov", 45.0, "the angle of the shorter side of the picture")
+    .within(Range::between(0.0, 180.0))
+    .unit(Unit::Degrees);
+const SLIDE: Key<Name> = Key { meaning: "the picture, with its first row at the smallest y", ..MAP_NAME }
+    .default_words("a white square");
+
+pub(super) const KEYS: Keys = &[&WHERE_ONE, &FOV, &SLIDE, &SCALE];
 
 /// pbrt-v3's CreateProjectionLight.
 pub(super) fn projection(
@@ -18,11 +23,8 @@ pub(super) fn projection(
     world_from_light: Transform,
     pictures: &mut Pictures,
 ) -> Option<Light> {
-    let intensity = scaled(params, "I");
-    let fov = params.angle("fov", 45.0);
-    if !(fov > 0.0 && fov < 180.0) {
-        params.reject("fov", "fov must be above 0 and below 180 degrees", None);
-    }
+    let intensity = scaled(params, &WHERE_ONE);
+    let fov = params.take(&FOV);
     let map = match map_name(params) {
         Some(file) => shown(params, &file, pictures, "as a white square"),
         None => {

@@ -1,13 +1,8 @@
 //! `Texture "checkerboard"`: two alternating textures in unit squares or cubes.
-//!
-//! - `dimension`: 2 (default) or 3
-//! - `tex1`: number, color or texture of even cells (by the sum of the cell coordinates), default 1
-//! - `tex2`: number, color or texture of odd cells, default 0
-//! - in two dimensions: `aamode`, `closedform` (default: the mean over the texture footprint) or
-//!   `none`, and the parameters of [`Mapping`]
 
 use super::mapping::{Mapping, mapping};
 use super::{Parameter, Texture, TextureParams, Value, Varying};
+use crate::schema::{ColorTexture, Key, Keys, Range};
 use crate::transform::Transform;
 
 /// Two alternating textures.
@@ -36,20 +31,32 @@ pub enum Cells {
     },
 }
 
+const DIMENSION: Key<i32> =
+    Key::integer("dimension", 2, "2 for squares of the texture coordinates, 3 for cubes in space")
+        .within(Range::from_to(2.0, 3.0));
+const TEX1: Key<ColorTexture> = Key::color_texture(
+    "tex1",
+    1.0,
+    "the value of cells with an even sum of coordinates; a number or float texture in a float texture",
+);
+const TEX2: Key<ColorTexture> = Key::color_texture(
+    "tex2",
+    0.0,
+    "the value of cells with an odd sum of coordinates; a number or float texture in a float texture",
+);
+const AA_MODE: Key<&[&str]> =
+    Key::choice("aamode", &["closedform", "none"], "whether squares are averaged over the texture footprint");
+
+pub(super) const KEYS: Keys = &[&DIMENSION, &TEX1, &TEX2, &AA_MODE];
+
 pub(super) fn checkerboard<T: Parameter>(params: &mut TextureParams, ctm: Transform) -> Texture<T> {
-    let dimension = params.integer("dimension", 2);
-    let textures = [T::texture(params, "tex1", 1.0), T::texture(params, "tex2", 0.0)];
+    let dimension = params.take(&DIMENSION);
+    let textures = [&TEX1, &TEX2].map(|key| T::texture(params, key));
     let cells = match dimension {
-        2 => {
-            let filtered = params.choice("aamode", &["closedform", "none"]) == "closedform";
-            Cells::Plane { mapping: mapping(params, ctm), filtered }
-        }
         3 => Cells::Space { texture_from_world: ctm },
-        other => {
-            let message = format!("a checkerboard cannot have {other} dimensions");
-            params.reject("dimension", message, Some("use 2 or 3"));
-            params.ignore_rest();
-            Cells::Space { texture_from_world: ctm }
+        _ => {
+            let filtered = params.take(&AA_MODE) == "closedform";
+            Cells::Plane { mapping: mapping(params, ctm), filtered }
         }
     };
     match textures {

@@ -1,13 +1,10 @@
 //! `Texture "dots"`: round dots in about two of five unit squares.
 //!
-//! - `inside`: number, color or texture around the dots, default 1
-//! - `outside`: number, color or texture of the dots, default 0
-//! - the parameters of [`Mapping`]
-//!
-//! pbrt-v3 swaps these names, and lookat follows pbrt-v3.
+//! pbrt-v3 swaps the names `inside` and `outside`, and lookat follows pbrt-v3.
 
 use super::mapping::{Mapping, mapping};
 use super::{Parameter, Texture, TextureParams, Value, Varying};
+use crate::schema::{ColorTexture, Key, Keys};
 use crate::transform::Transform;
 
 /// Dots at random places.
@@ -21,9 +18,22 @@ pub struct Dots<T: Value> {
     pub around: Texture<T>,
 }
 
+const INSIDE: Key<ColorTexture> = Key::color_texture(
+    "inside",
+    1.0,
+    "the value around the dots, as in pbrt-v3; a number or float texture in a float texture",
+);
+const OUTSIDE: Key<ColorTexture> = Key::color_texture(
+    "outside",
+    0.0,
+    "the value of the dots, as in pbrt-v3; a number or float texture in a float texture",
+);
+
+pub(super) const KEYS: Keys = &[&INSIDE, &OUTSIDE];
+
 pub(super) fn dots<T: Parameter>(params: &mut TextureParams, ctm: Transform) -> Texture<T> {
-    let around = T::texture(params, "inside", 1.0);
-    let dots = T::texture(params, "outside", 0.0);
+    let around = T::texture(params, &INSIDE);
+    let dots = T::texture(params, &OUTSIDE);
     let mapping = mapping(params, ctm);
     match (&dots, &around) {
         (Texture::Constant(a), Texture::Constant(b)) if a == b => Texture::Constant(*a),

@@ -1,6 +1,4 @@
 //! `Texture "fbm"`: a sum of noise, like clouds, about -1..1 (fractional Brownian motion).
-//!
-//! - `octaves`, default 8, and `roughness`, default 0.5: see [`Octaves`](super::Octaves)
 
 use super::octaves::octaves;
 use super::{Texture, Value, Varying};

@@ -1,12 +1,4 @@
 //! `Texture "imagemap"`: a picture.
-//!
-//! - `filename`: the picture, as exr, pfm, png, tga, jpg or hdr
-//! - `wrap`: the values outside the picture: `repeat` (default), `black` or `clamp`
-//! - `trilinear`: isotropic trilinear filter; default false, for an elliptical filter (EWA)
-//! - `maxanisotropy`: the largest ratio of the axes of the ellipse, default 8
-//! - `scale`: the factor on the values, default 1
-//! - `gamma`: convert from sRGB to linear; default true for png, tga and jpg
-//! - the parameters of [`Mapping`]
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,6 +10,7 @@ use super::{Mapping, Parameter, Texture, Value, Varying, mapping};
 use crate::Transform;
 use crate::params::Params;
 use crate::picture::{Pictures, Settings};
+use crate::schema::{Key, Keys, Name, Range};
 
 /// A picture on a surface.
 #[derive(Debug, Clone)]
@@ -46,6 +39,25 @@ pub enum ImageFilter {
 /// The largest ratio of the axes. Longer ellipses take too long.
 const MOST_ANISOTROPY: f64 = 1000.0;
 
+const FILE_NAME: Key<Name> =
+    Key::string("filename", "the picture, as exr, pfm, png, tga, jpg or hdr").default_words("none: required");
+const WRAP: Key<&[&str]> =
+    Key::choice("wrap", &["repeat", "black", "clamp"], "how the picture continues outside its edges");
+const TRILINEAR: Key<bool> =
+    Key::bool("trilinear", false, "true filters isotropically, false along an ellipse (EWA)");
+const MAX_ANISOTROPY: Key<f64> = Key::float(
+    "maxanisotropy",
+    8.0,
+    "the largest ratio of the axes of the ellipse; over 1000 counts as 1000",
+)
+.within(Range::above(0.0));
+const SCALE: Key<f64> = Key::float("scale", 1.0, "the factor of the values");
+const GAMMA: Key<bool> =
+    Key::bool("gamma", false, "true if the values of the file are sRGB, false if linear")
+        .default_words("true for png, tga and jpg, otherwise false");
+
+pub(super) const KEYS: Keys = &[&FILE_NAME, &WRAP, &TRILINEAR, &MAX_ANISOTROPY, &SCALE, &GAMMA];
+
 /// pbrt-v3's CreateImageFloatTexture and CreateImageSpectrumTexture.
 pub(super) fn imagemap<T: Parameter>(
     params: &mut Params,
@@ -54,9 +66,9 @@ pub(super) fn imagemap<T: Parameter>(
 ) -> Option<Texture<T>> {
     let filter = filter(params);
     let wrap = wrap(params);
-    let scale = params.float("scale", 1.0) as f32;
-    let file = params.string("filename");
-    let gamma = params.bool("gamma", file.as_ref().is_some_and(is_encoded));
+    let scale = params.take(&SCALE) as f32;
+    let file = params.take(&FILE_NAME);
+    let gamma = params.take(&Key { default: file.as_ref().is_some_and(is_encoded), ..GAMMA });
     let mapping = mapping::mapping(params, world_from_texture);
     if matches!(mapping, Mapping::Spherical { .. } | Mapping::Cylindrical { .. }) {
         let message = "pbrt-v3 shows the mean of the whole picture along the seam of this mapping";
@@ -85,21 +97,19 @@ fn is_encoded(file: &Text) -> bool {
 }
 
 fn filter(params: &mut Params) -> ImageFilter {
-    let max_anisotropy = params.float("maxanisotropy", 8.0);
-    if max_anisotropy <= 0.0 {
-        params.reject("maxanisotropy", "maxanisotropy must be above 0", None);
-    } else if max_anisotropy > MOST_ANISOTROPY {
+    let max_anisotropy = params.take(&MAX_ANISOTROPY);
+    if max_anisotropy > MOST_ANISOTROPY {
         let message = format!("maxanisotropy {max_anisotropy} is limited to {MOST_ANISOTROPY}");
         params.note("maxanisotropy", &message, "more makes no visible difference; the default is 8");
     }
-    match params.bool("trilinear", false) {
+    match params.take(&TRILINEAR) {
         true => ImageFilter::Trilinear,
         false => ImageFilter::Ellipse { max_anisotropy: max_anisotropy.min(MOST_ANISOTROPY) },
     }
 }
 
 fn wrap(params: &mut Params) -> Wrap {
-    match params.choice("wrap", &["repeat", "black", "clamp"]) {
+    match params.take(&WRAP) {
         "black" => Wrap::Black,
         "clamp" => Wrap::Clamp,
         _ => Wrap::Repeat,

@@ -1,15 +1,12 @@
 //! Mappings from surface points to the texture coordinates s and t (PBR 10.2).
 //!
-//! - `mapping`: `uv` (default), `spherical`, `cylindrical` or `planar`
-//! - for `uv`: `uscale`, `vscale`, factors on the surface coordinates, default 1; `udelta`, `vdelta`, added to
-//!   them, default 0
-//! - for `planar`: `v1`, `v2`, world directions, default 1 0 0 and 0 1 0; `udelta`, `vdelta`, default 0
-//!
 //! The poles of `spherical` and the axis of `cylindrical` are the z axis of the space where the texture is defined.
 
 use glam::{DVec2, DVec3};
+use lookat_syntax::ParamType;
 
 use crate::params::Params;
+use crate::schema::{Key, Keys, Value};
 use crate::transform::Transform;
 
 /// A texture coordinate mapping.
@@ -43,59 +40,81 @@ pub enum Mapping {
     },
 }
 
-const NAMES: &[&str] = &["uv", "spherical", "cylindrical", "planar"];
+const MAPPING: Key<&[&str]> = Key::choice(
+    "mapping",
+    &["uv", "spherical", "cylindrical", "planar"],
+    "the texture coordinates: of the surface, around the z axis where the texture is defined, or on a plane",
+);
+const U_SCALE: Key<f64> = Key::float("uscale", 1.0, "for uv, the factor of u");
+const V_SCALE: Key<f64> = Key::float("vscale", 1.0, "for uv, the factor of v");
+const U_DELTA: Key<f64> = Key::float("udelta", 0.0, "for uv and planar, the offset of s");
+const V_DELTA: Key<f64> = Key::float("vdelta", 0.0, "for uv and planar, the offset of t");
+const V1: Key<[f64; 3]> =
+    Key::new("v1", ParamType::Vector3, [1.0, 0.0, 0.0], "for planar, the direction of s in world space");
+const V2: Key<[f64; 3]> =
+    Key::new("v2", ParamType::Vector3, [0.0, 1.0, 0.0], "for planar, the direction of t in world space");
+
+pub(super) const KEYS: Keys = &[&MAPPING, &U_SCALE, &V_SCALE, &U_DELTA, &V_DELTA, &V1, &V2];
 
 /// Takes the mapping parameters of 2D textures. Call it after taking the other parameters.
 pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Mapping {
     let texture_from_world = world_from_texture.inverse();
-    let name = params.choice("mapping", NAMES);
+    let name = params.take(&MAPPING);
     if !params.usable() || params.may_lack("mapping") {
         // An unknown mapping may have any parameters.
         params.ignore_rest();
     }
     match name {
-        "spherical" => {
-            idle(params, &["uscale", "vscale", "udelta", "vdelta"], "spherical");
-            Mapping::Spherical { texture_from_world }
-        }
-        "cylindrical" => {
-            idle(params, &["uscale", "vscale", "udelta", "vdelta"], "cylindrical");
-            Mapping::Cylindrical { texture_from_world }
-        }
         "planar" => {
-            idle(params, &["uscale", "vscale"], "planar");
-            let axes = [axis(params, "v1", DVec3::X), axis(params, "v2", DVec3::Y)];
-            Mapping::Planar { axes, offset: offset(params) }
+            idle(params, &[&U_SCALE, &V_SCALE], name, SCALING);
+            let axes = [axis(params, &V1), axis(params, &V2)];
+            Mapping::Planar { axes, offset: pair(params, [&U_DELTA, &V_DELTA]) }
         }
-        _ => Mapping::Uv { scale: pair(params, ["uscale", "vscale"], 1.0), offset: offset(params) },
+        "spherical" | "cylindrical" => {
+            idle(params, &[&U_SCALE, &V_SCALE, &U_DELTA, &V_DELTA], name, SCALING);
+            idle(params, &[&V1, &V2], name, DIRECTIONS);
+            match name {
+                "spherical" => Mapping::Spherical { texture_from_world },
+                _ => Mapping::Cylindrical { texture_from_world },
+            }
+        }
+        _ => {
+            idle(params, &[&V1, &V2], name, DIRECTIONS);
+            Mapping::Uv {
+                scale: pair(params, [&U_SCALE, &V_SCALE]),
+                offset: pair(params, [&U_DELTA, &V_DELTA]),
+            }
+        }
     }
 }
+
+const SCALING: &str = "to scale this mapping, use the current transformation, or v1 and v2 of \"planar\"";
+const DIRECTIONS: &str = "v1 and v2 are directions of the mapping \"planar\"";
 
 /// Warns about parameters of other mappings.
-fn idle(params: &mut Params, names: &[&'static str], mapping: &str) {
-    for name in names.iter().filter(|name| params.given(name)).copied().collect::<Vec<_>>() {
-        params.float(name, 0.0);
-        let message = format!("{name} does not apply to the mapping \"{mapping}\": it is ignored");
-        let help = "to scale this mapping, use the current transformation, or v1 and v2 of \"planar\"";
-        params.warn(name, &message, help);
+fn idle<T: Value>(params: &mut Params, keys: &[&Key<T>], mapping: &str, help: &str) {
+    for key in keys {
+        params.take(key);
+        if params.was_taken(key.name) {
+            let message = format!("{} does not apply to the mapping \"{mapping}\": it is ignored", key.name);
+            params.warn(key.name, &message, help);
+        }
     }
 }
 
-fn offset(params: &mut Params) -> DVec2 {
-    pair(params, ["udelta", "vdelta"], 0.0)
+fn pair(params: &mut Params, keys: [&Key<f64>; 2]) -> DVec2 {
+    keys.map(|key| number(params, key)).into()
 }
 
-fn pair(params: &mut Params, names: [&'static str; 2], default: f64) -> DVec2 {
-    let pair = names.map(|name| {
-        let value = params.float(name, default);
-        params.check_range(name, &[value]);
-        value
-    });
-    pair.into()
+/// A number in the range of computation.
+pub(super) fn number(params: &mut Params, key: &Key<f64>) -> f64 {
+    let value = params.take(key);
+    params.check_range(key.name, &[value]);
+    value
 }
 
-fn axis(params: &mut Params, name: &'static str, default: DVec3) -> DVec3 {
-    let axis = params.triple(name, lookat_syntax::ParamType::Vector3, default.into());
-    params.check_range(name, &axis.to_array());
+fn axis(params: &mut Params, key: &Key<[f64; 3]>) -> DVec3 {
+    let axis = params.take(key);
+    params.check_range(key.name, &axis.to_array());
     axis
 }

@@ -1,12 +1,10 @@
 //! `Texture "marble"`: marble layers along y, perturbed by noise. It has color values only.
-//!
-//! - `octaves`, default 8, and `roughness`, default 0.5: see [`Octaves`]
-//! - `scale`: factor on the position, default 1
-//! - `variation`: factor on the noise that moves the layers, default 0.2
 
+use super::mapping::number;
 use super::octaves::{Octaves, octaves};
 use super::{Value, Varying};
 use crate::params::Params;
+use crate::schema::{Key, Keys};
 use crate::transform::Transform;
 
 /// Layers of marble.
@@ -20,12 +18,13 @@ pub struct Marble {
     pub variation: f64,
 }
 
+const SCALE: Key<f64> = Key::float("scale", 1.0, "the factor of the position");
+const VARIATION: Key<f64> = Key::float("variation", 0.2, "the factor of the noise that moves the layers");
+
+pub(super) const KEYS: Keys = &[&SCALE, &VARIATION];
+
 pub(super) fn marble<T: Value>(params: &mut Params, ctm: Transform) -> Varying<T> {
     let octaves = octaves(params, ctm);
-    let [scale, variation] = [("scale", 1.0), ("variation", 0.2)].map(|(name, default)| {
-        let value = params.float(name, default);
-        params.check_range(name, &[value]);
-        value
-    });
+    let [scale, variation] = [&SCALE, &VARIATION].map(|key| number(params, key));
     Varying::Marble(Marble { octaves, scale, variation })
 }

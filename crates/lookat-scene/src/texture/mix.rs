@@ -1,14 +1,25 @@
 //! `Texture "mix"`: a blend of two textures.
-//!
-//! - `tex1`: number, color or texture, default 0
-//! - `tex2`: number, color or texture, default 1
-//! - `amount`: weight of the second, number or float texture, default 0.5
 
 use super::{Parameter, Texture, TextureParams, Varying};
+use crate::schema::{ColorTexture, FloatTexture, Key, Keys};
+
+const TEX1: Key<ColorTexture> = Key::color_texture(
+    "tex1",
+    0.0,
+    "the value where amount is 0; a number or float texture in a float texture",
+);
+const TEX2: Key<ColorTexture> = Key::color_texture(
+    "tex2",
+    1.0,
+    "the value where amount is 1; a number or float texture in a float texture",
+);
+const AMOUNT: Key<FloatTexture> = Key::float_texture("amount", 0.5, "the share of tex2");
+
+pub(super) const KEYS: Keys = &[&TEX1, &TEX2, &AMOUNT];
 
 pub(super) fn mix<T: Parameter>(params: &mut TextureParams) -> Texture<T> {
-    let textures = [T::texture(params, "tex1", 0.0), T::texture(params, "tex2", 1.0)];
-    let amount = params.float_texture("amount", 0.5);
+    let textures = [&TEX1, &TEX2].map(|key| T::texture(params, key));
+    let amount = params.take_texture(&AMOUNT);
     match (&textures, &amount) {
         ([Texture::Constant(a), Texture::Constant(b)], Texture::Constant(amount)) => {
             Texture::Constant(T::mix(*a, *b, *amount))

@@ -1,12 +1,10 @@
 //! Octaves of noise: the common part of `fbm`, `wrinkled` and `marble`.
 //!
-//! - `octaves`: the number of octaves, default 8
-//! - `roughness`: the ratio of amplitudes of successive octaves, default 0.5
-//!
 //! For 3D textures, pbrt-v3 transforms world positions by the current transformation itself. For spherical and
 //! cylindrical mappings it uses the inverse.
 
 use crate::params::Params;
+use crate::schema::{Key, Keys, Range};
 use crate::transform::Transform;
 
 /// A sum of noise in space.
@@ -24,21 +22,21 @@ pub struct Octaves {
 /// of any position.
 const MOST: i32 = 64;
 
-/// The largest roughness, which keeps the sum of all octaves finite.
-const LARGEST_ROUGHNESS: f64 = 1e4;
+const OCTAVES: Key<i32> = Key::integer("octaves", 8, "the most octaves of noise; over 64 counts as 64")
+    .within(Range::at_least(0.0));
+/// The largest roughness keeps the sum of all octaves finite.
+const ROUGHNESS: Key<f64> =
+    Key::float("roughness", 0.5, "the ratio of amplitudes of successive octaves, usually from 0 to 1")
+        .within(Range::from_to(-1e4, 1e4));
+
+pub(super) const KEYS: Keys = &[&OCTAVES, &ROUGHNESS];
 
 pub(super) fn octaves(params: &mut Params, ctm: Transform) -> Octaves {
-    let count = params.integer("octaves", 8);
-    if count < 0 {
-        params.reject("octaves", format!("octaves must be at least 0, not {count}"), None);
-    } else if count > MOST {
+    let count = params.take(&OCTAVES);
+    if count > MOST {
         let help = "each octave has half the size of the previous one: more than 8 to 12 are rarely visible";
         params.note("octaves", &format!("octaves {count} is limited to {MOST}"), help);
     }
-    let roughness = params.float("roughness", 0.5);
-    if roughness.abs() > LARGEST_ROUGHNESS {
-        let message = format!("the roughness {roughness:e} is above {LARGEST_ROUGHNESS:e}");
-        params.reject("roughness", message, Some("the usual range is 0 to 1"));
-    }
-    Octaves { texture_from_world: ctm, count: count.clamp(0, MOST) as u32, roughness }
+    let roughness = params.take(&ROUGHNESS);
+    Octaves { texture_from_world: ctm, count: count.min(MOST) as u32, roughness }
 }

@@ -1,6 +1,4 @@
 //! `Texture "uv"`: the fractional part of s as red and of t as green. It has color values only.
-//!
-//! - the parameters of [`Mapping`](super::Mapping)
 
 use super::mapping::mapping;
 use super::{Value, Varying};

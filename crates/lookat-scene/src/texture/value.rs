@@ -10,6 +10,7 @@ use super::{Texture, TextureParams};
 use crate::color::LUMINANCE;
 use crate::params::Params;
 use crate::picture::{Cache, FromColor, Pictures};
+use crate::schema::{Color, ColorTexture, Key};
 
 /// A number or a color.
 pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + 'static {
@@ -74,11 +75,11 @@ pub(crate) trait Parameter: Value<Texel: FromColor> {
     /// The value type in Texture directives.
     const TYPE: &'static str;
 
-    /// The parameter or its default.
-    fn value(params: &mut Params, name: &'static str, default: f64) -> Self;
+    /// Takes a color. A float texture takes a number.
+    fn value(params: &mut Params, key: &Key<Color>) -> Self;
 
-    /// The parameter as a texture, or its default.
-    fn texture(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<Self>;
+    /// Takes a color or a texture. A float texture takes a number or a float texture.
+    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Self>;
 
     /// The cache of pictures with these values.
     fn cache(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
@@ -87,12 +88,12 @@ pub(crate) trait Parameter: Value<Texel: FromColor> {
 impl Parameter for f64 {
     const TYPE: &'static str = "float";
 
-    fn value(params: &mut Params, name: &'static str, default: f64) -> f64 {
-        params.float(name, default)
+    fn value(params: &mut Params, key: &Key<Color>) -> f64 {
+        params.float(key.name, key.default.0.into())
     }
 
-    fn texture(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<f64> {
-        params.float_texture(name, default)
+    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<f64> {
+        params.float_texture(key.name, key.default.0.into())
     }
 
     fn cache(pictures: &mut Pictures) -> &mut Cache<f32> {
@@ -103,12 +104,12 @@ impl Parameter for f64 {
 impl Parameter for Vec3 {
     const TYPE: &'static str = "spectrum";
 
-    fn value(params: &mut Params, name: &'static str, default: f64) -> Vec3 {
-        params.spectrum(name, Vec3::gray(default))
+    fn value(params: &mut Params, key: &Key<Color>) -> Vec3 {
+        params.take(key)
     }
 
-    fn texture(params: &mut TextureParams, name: &'static str, default: f64) -> Texture<Vec3> {
-        params.spectrum_texture(name, Vec3::gray(default))
+    fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Vec3> {
+        params.take_texture(key)
     }
 
     fn cache(pictures: &mut Pictures) -> &mut Cache<Vec3> {

@@ -1,6 +1,4 @@
 //! `Texture "wrinkled"`: turbulence, a sum of absolute noise values with creases at 0.
-//!
-//! - `octaves`, default 8, and `roughness`, default 0.5: see [`Octaves`](super::Octaves)
 
 use super::octaves::octaves;
 use super::{Texture, Value, Varying};

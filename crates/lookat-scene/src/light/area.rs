@@ -1,0 +1,37 @@
+//! `AreaLightSource`: the emission of the following shapes.
+
+use super::{N_SAMPLES, RADIANCE, SAMPLES, SCALE, samples, scaled};
+use crate::Emission;
+use crate::params::Params;
+use crate::schema::{Key, Keys, Kind, names};
+
+const TWO_SIDED: Key<bool> =
+    Key::bool("twosided", false, "true emits on both sides of the surface, false on the side of the normal");
+
+const KEYS: Keys = &[&RADIANCE, &SCALE, &TWO_SIDED, &N_SAMPLES, &SAMPLES];
+
+pub(crate) const AREA_KINDS: &[Kind] = &[
+    Kind::new(
+        "AreaLightSource",
+        "diffuse",
+        "equal radiance in all directions of each surface point",
+        &[KEYS],
+    ),
+    Kind::new("AreaLightSource", "area", "an old name of diffuse", &[KEYS]),
+];
+
+/// pbrt-v3's CreateDiffuseAreaLight.
+pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
+    // As in pbrt-v3, an empty type ends the emission of the following shapes.
+    if params.kind().is_empty() {
+        return None;
+    }
+    let names = names(AREA_KINDS);
+    if !names.contains(&params.kind()) {
+        return params.unknown_kind(&names);
+    }
+    let radiance = scaled(params, &RADIANCE);
+    let two_sided = params.take(&TWO_SIDED);
+    let samples = samples(params);
+    params.finish().then_some(Emission { radiance, two_sided, samples })
+}
