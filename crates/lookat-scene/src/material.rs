@@ -1,6 +1,8 @@
 //! `Material`: the scattering of surfaces.
 
 mod glass;
+mod keys;
+mod kinds;
 mod matte;
 mod metal;
 mod mirror;
@@ -19,9 +21,9 @@ use std::rc::Rc;
 use glam::Vec3;
 
 use crate::names::Names;
+use crate::schema::names;
 use crate::state::MaterialInstance;
-use crate::texture::Texture;
-use crate::texture::TextureParams;
+use crate::texture::{Texture, TextureParams};
 
 pub use glass::Glass;
 pub use matte::Matte;
@@ -35,6 +37,10 @@ pub use substrate::Substrate;
 pub use textures::AnyTexture;
 pub use translucent::Translucent;
 pub use uber::Uber;
+
+pub(crate) use kinds::KINDS;
+
+use keys::{bump, index_of_refraction, share};
 
 /// A material.
 #[derive(Debug, Clone)]
@@ -89,25 +95,6 @@ impl Material {
     }
 }
 
-pub(crate) const NAMES: &[&str] = &[
-    "matte",
-    "plastic",
-    "translucent",
-    "glass",
-    "mirror",
-    "hair",
-    "disney",
-    "mix",
-    "metal",
-    "substrate",
-    "uber",
-    "subsurface",
-    "kdsubsurface",
-    "fourier",
-    "none",
-    "",
-];
-
 /// The named materials.
 pub(crate) type Named = Names<Rc<MaterialInstance>>;
 
@@ -133,7 +120,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
             params.finish();
             return Material::new(MaterialKind::None, None);
         }
-        kind if NAMES.contains(&kind) => {
+        kind if names(KINDS).contains(&kind) => {
             let kind = stand_in::stand_in(params);
             // pbrt-v3's hair has no bump map.
             let bump = if params.kind() == "hair" { None } else { bump(params) };
@@ -141,7 +128,7 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
             return Material::new(kind, bump);
         }
         _ => {
-            params.unknown_kind::<()>(NAMES);
+            params.unknown_kind::<()>(&names(KINDS));
             let kind = MaterialKind::Matte(matte::matte(params));
             let bump = bump(params);
             params.ignore_rest();
@@ -151,46 +138,4 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
     let bump = bump(params);
     params.finish();
     Material::new(kind, bump)
-}
-
-fn bump(params: &mut TextureParams) -> Option<Texture<f64>> {
-    // A constant height of 0 has no effect.
-    params.float_texture_if_given("bumpmap").filter(|bump| bump.constant() != Some(0.0))
-}
-
-/// A reflectance or transmittance. Negative values count as 0, as in pbrt-v3.
-fn share(params: &mut TextureParams, name: &'static str, default: f32) -> Texture<Vec3> {
-    let share = params.spectrum_texture(name, Vec3::splat(default));
-    let Texture::Constant(color) = share else { return share };
-    // A spectrum with values up to 1 may give a color above 1.
-    if color.max_element() > 1.0 && params.was_rgb(name) {
-        params.warn(
-            name,
-            &format!("{name} is above 1: the surface reflects more light than it receives"),
-            "use colors from 0 to 1: divide by 255 if yours go to 255",
-        );
-    }
-    // It may also give negative components.
-    if color.min_element() < 0.0 && params.was_rgb(name) {
-        params.warn(
-            name,
-            &format!("{name} is negative: it is used as 0, as in pbrt-v3"),
-            "use colors from 0 to 1",
-        );
-    }
-    Texture::Constant(color.max(Vec3::ZERO))
-}
-
-/// The index of refraction by either name. `eta` has precedence, as in pbrt-v3.
-fn index_of_refraction(params: &mut TextureParams) -> Texture<f64> {
-    let index = params.float_texture("index", 1.5);
-    let eta = params.float_texture_if_given("eta").unwrap_or(index);
-    let name = if params.was_taken("eta") { "eta" } else { "index" };
-    match eta {
-        Texture::Constant(eta) if eta <= 0.0 => {
-            params.reject(name, "the index of refraction must be above 0", None);
-            Texture::Constant(1.5)
-        }
-        eta => eta,
-    }
 }

@@ -6,12 +6,13 @@ mod value;
 
 use lookat_syntax::ParamType;
 
-use crate::{camera, film, filter, integrator, light, sampler, texture};
+use crate::{camera, film, filter, integrator, light, material, sampler, texture};
 
 pub(crate) use key::{Described, Key};
 pub(crate) use range::Range;
 pub(crate) use value::{
-    Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, Integers, Name, Textured, Value,
+    Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,
+    Textured, Value,
 };
 
 /// Parameters that several types share.
@@ -121,7 +122,7 @@ impl Unit {
 /// Every type, by directive.
 pub fn kinds() -> impl Iterator<Item = &'static Kind> {
     let options = [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS];
-    let world = [light::KINDS, light::AREA_KINDS, texture::KINDS];
+    let world = [material::KINDS, light::KINDS, light::AREA_KINDS, texture::KINDS];
     options.into_iter().chain(world).flatten()
 }
 

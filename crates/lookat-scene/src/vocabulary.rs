@@ -58,7 +58,7 @@ pub fn kinds() -> Vec<Kind> {
             }
             shape::shape(params, here);
         }),
-        ("Material", material::NAMES.to_vec(), &|params| {
+        ("Material", names(material::KINDS), &|params| {
             material::material(params, &Names::default());
         }),
         ("LightSource", names(light::KINDS), &|params| {

@@ -2,7 +2,10 @@
 
 use glam::Vec3;
 
+use super::keys::{ETA, INDEX};
+use super::roughness::{self, REMAP};
 use super::{Roughness, index_of_refraction, share};
+use crate::schema::{ColorTexture, FloatTexture, Key, Keys};
 use crate::texture::{Texture, TextureParams};
 
 /// Smooth or rough glass.
@@ -19,9 +22,17 @@ pub struct Glass {
     pub eta: Texture<f64>,
 }
 
+const KR: Key<ColorTexture> = Key::color_texture("Kr", 1.0, "the factor of reflection");
+const KT: Key<ColorTexture> = Key::color_texture("Kt", 1.0, "the factor of refraction");
+const ROUGHNESS_U: Key<FloatTexture> = roughness::along_u(0.0);
+const ROUGHNESS_V: Key<FloatTexture> = roughness::along_v(0.0);
+
+pub(super) const KEYS: Keys = &[&KR, &KT, &ETA, &INDEX, &ROUGHNESS_U, &ROUGHNESS_V, &REMAP];
+
 pub(super) fn glass(params: &mut TextureParams) -> Glass {
-    let [kr, kt] = ["Kr", "Kt"].map(|name| share(params, name, 1.0));
-    let (roughness, eta) = (Roughness::of_two(params, 0.0), index_of_refraction(params));
+    let [kr, kt] = [&KR, &KT].map(|key| share(params, key));
+    let (roughness, eta) =
+        (Roughness::of_two(params, [&ROUGHNESS_U, &ROUGHNESS_V]), index_of_refraction(params));
     let is_smooth = |width: &Texture<f64>| width.constant() == Some(0.0);
     if eta.constant() == Some(1.0)
         && !(is_smooth(&roughness.u) && roughness.v.as_ref().is_some_and(is_smooth))

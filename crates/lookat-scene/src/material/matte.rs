@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::share;
+use crate::schema::{ColorTexture, FloatTexture, Key, Keys, Unit};
 use crate::texture::{Texture, TextureParams};
 
 /// A diffuse surface.
@@ -15,9 +16,19 @@ pub struct Matte {
     pub sigma: Texture<f64>,
 }
 
+const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
+const SIGMA: Key<FloatTexture> = Key::float_texture(
+    "sigma",
+    0.0,
+    "the standard deviation of the facet angle (Oren-Nayar), clamped to 0 to 90; 0 is Lambertian",
+)
+.unit(Unit::Degrees);
+
+pub(super) const KEYS: Keys = &[&KD, &SIGMA];
+
 pub(super) fn matte(params: &mut TextureParams) -> Matte {
-    let kd = share(params, "Kd", 0.5);
-    let sigma = params.float_texture("sigma", 0.0);
+    let kd = share(params, &KD);
+    let sigma = params.take_texture(&SIGMA);
     if let Texture::Constant(degrees) = sigma
         && !(0.0..=90.0).contains(&degrees)
     {

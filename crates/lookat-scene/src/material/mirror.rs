@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::share;
+use crate::schema::{ColorTexture, Key, Keys};
 use crate::texture::{Texture, TextureParams};
 
 /// A perfect mirror.
@@ -12,6 +13,10 @@ pub struct Mirror {
     pub kr: Texture<Vec3>,
 }
 
+const KR: Key<ColorTexture> = Key::color_texture("Kr", 0.9, "the reflectance");
+
+pub(super) const KEYS: Keys = &[&KR];
+
 pub(super) fn mirror(params: &mut TextureParams) -> Mirror {
-    Mirror { kr: share(params, "Kr", 0.9) }
+    Mirror { kr: share(params, &KR) }
 }

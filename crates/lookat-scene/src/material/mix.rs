@@ -7,6 +7,7 @@ use lookat_syntax::Diagnostic;
 
 use super::{Material, MaterialKind, Named, share};
 use crate::elsewhere::Kind;
+use crate::schema::{ColorTexture, Key, Keys, Name};
 use crate::texture::{Texture, TextureParams};
 
 /// A blend of two materials.
@@ -23,9 +24,19 @@ pub struct Mix {
 /// The most materials in nested mixes. Each level can double the work, so a short file could take forever.
 const MOST: u32 = 100;
 
+const fn part_key(name: &'static str, meaning: &'static str) -> Key<Name> {
+    Key::string(name, meaning).default_words("required")
+}
+
+const FIRST: Key<Name> = part_key("namedmaterial1", "the name of the first material, whose bump map is used");
+const SECOND: Key<Name> = part_key("namedmaterial2", "the name of the second material");
+const AMOUNT: Key<ColorTexture> = Key::color_texture("amount", 0.5, "the share of the first material");
+
+pub(super) const KEYS: Keys = &[&FIRST, &SECOND, &AMOUNT];
+
 pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
-    let materials = ["namedmaterial1", "namedmaterial2"].map(|name| part(params, name, named));
-    let amount = share(params, "amount", 0.5);
+    let materials = [&FIRST, &SECOND].map(|key| part(params, key, named));
+    let amount = share(params, &AMOUNT);
     let count = materials.iter().map(|part| count(part)).sum();
     if count > MOST {
         let help = "use fewer materials; a material named by two parameters counts twice, with all its parts";
@@ -45,8 +56,9 @@ pub(super) fn count(material: &Material) -> u32 {
 }
 
 /// One of the two materials. After an error it is matte, as in pbrt-v3.
-fn part(params: &mut TextureParams, parameter: &'static str, named: &Named) -> Arc<Material> {
-    let Some(name) = params.string(parameter) else {
+fn part(params: &mut TextureParams, key: &Key<Name>, named: &Named) -> Arc<Material> {
+    let Some(name) = params.take(key) else {
+        let parameter = key.name;
         let help = "write the name of a material that MakeNamedMaterial defines";
         params.missing(parameter, &format!("a mix of materials needs {parameter}"), help);
         return Arc::new(Material::DEFAULT);

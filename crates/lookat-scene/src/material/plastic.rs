@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 
+use super::roughness::{self, REMAP};
 use super::{Roughness, share};
+use crate::schema::{ColorTexture, FloatTexture, Key, Keys};
 use crate::texture::{Texture, TextureParams};
 
 /// A diffuse base under a rough dielectric coating of index 1.5.
@@ -16,10 +18,16 @@ pub struct Plastic {
     pub roughness: Roughness,
 }
 
+const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.25, "the diffuse reflectance");
+const KS: Key<ColorTexture> = Key::color_texture("Ks", 0.25, "the factor of glossy reflection");
+const ROUGHNESS: Key<FloatTexture> = roughness::isotropic(0.1);
+
+pub(super) const KEYS: Keys = &[&KD, &KS, &ROUGHNESS, &REMAP];
+
 pub(super) fn plastic(params: &mut TextureParams) -> Plastic {
     Plastic {
-        kd: share(params, "Kd", 0.25),
-        ks: share(params, "Ks", 0.25),
-        roughness: Roughness::isotropic(params, 0.1),
+        kd: share(params, &KD),
+        ks: share(params, &KS),
+        roughness: Roughness::isotropic(params, &ROUGHNESS),
     }
 }

@@ -1,20 +1,22 @@
 //! Stand-ins for unsupported materials: the nearest supported material with the same mean color.
 
 mod diffusion;
-mod disney;
-mod fourier;
+pub(super) mod disney;
+pub(super) mod fourier;
+pub(super) mod hair;
 mod media;
-mod subsurface;
+pub(super) mod subsurface;
 
 use glam::Vec3;
 
 use super::{MaterialKind, Matte, Roughness, Uber, share};
+use crate::schema::{ColorTexture, FloatTexture, Key};
 use crate::texture::{Texture, TextureParams, Value};
 
 pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
     let (replacement, material) = match params.kind() {
         "disney" => disney::disney(params),
-        "hair" => ("\"matte\" with the same color", matte(hair_color(params))),
+        "hair" => ("\"matte\" with the same color", matte(hair::color(params))),
         "kdsubsurface" => ("\"uber\" with the same Kd and index", subsurface::of_color(params)),
         "subsurface" => (
             "\"uber\" with the same index and the diffuse color of the coefficients",
@@ -28,41 +30,16 @@ pub(super) fn stand_in(params: &mut TextureParams) -> MaterialKind {
     material
 }
 
-/// The color of a mass of hair by its absorption, and the other way round, after Chiang et al. 2016 (HairBSDF in
-/// materials/hair.cpp).
-fn hair_color(params: &mut TextureParams) -> Texture<Vec3> {
-    let color = share(params, "color", 0.0);
-    let absorption = hair_absorption(params);
-    let beta = constant(params, "beta_n", 0.3);
-    if params.was_taken("color") && !params.was_taken("sigma_a") {
-        return color;
-    }
-    let of_beta = polynomial([0.245, 5.574, -10.73, 2.532, -0.215, 5.969], beta) as f32;
-    Texture::Constant(absorption.map(|channel| (-channel.sqrt() * of_beta).exp()))
-}
-
-/// The absorption inside a hair, by default of brown hair.
-fn hair_absorption(params: &mut TextureParams) -> Vec3 {
-    const EUMELANIN: Vec3 = Vec3::new(0.419, 0.697, 1.37);
-    const PHEOMELANIN: Vec3 = Vec3::new(0.187, 0.4, 1.05);
-    const BROWN: f64 = 1.3;
-    let [eumelanin, pheomelanin] = [("eumelanin", BROWN), ("pheomelanin", 0.0)]
-        .map(|(name, default)| constant(params, name, default).max(0.0) as f32);
-    let is_red = params.was_taken("pheomelanin") && !params.was_taken("eumelanin");
-    let eumelanin = if is_red { 0.0 } else { eumelanin };
-    constant_color(params, "sigma_a", eumelanin * EUMELANIN + pheomelanin * PHEOMELANIN)
-}
-
 /// A number. Warns of a texture, and returns the default.
-fn constant(params: &mut TextureParams, name: &'static str, default: f64) -> f64 {
-    let texture = params.float_texture(name, default);
-    constant_or(params, name, texture, default)
+fn constant(params: &mut TextureParams, key: &Key<FloatTexture>) -> f64 {
+    let texture = params.take_texture(key);
+    constant_or(params, key.name, texture, key.default.0)
 }
 
 /// A color of 0 or more. Warns of a texture, and returns the default.
-fn constant_color(params: &mut TextureParams, name: &'static str, default: Vec3) -> Vec3 {
-    let texture = params.spectrum_texture(name, default);
-    constant_or(params, name, texture, default).max(Vec3::ZERO)
+fn constant_color(params: &mut TextureParams, key: &Key<ColorTexture>) -> Vec3 {
+    let texture = params.take_texture(key);
+    constant_or(params, key.name, texture, key.default.0).max(Vec3::ZERO)
 }
 
 fn constant_or<T: Value>(params: &mut TextureParams, name: &str, texture: Texture<T>, default: T) -> T {

@@ -2,7 +2,9 @@
 
 use glam::Vec3;
 
+use super::roughness::{self, REMAP};
 use super::{Roughness, share};
+use crate::schema::{ColorTexture, FloatTexture, Key, Keys};
 use crate::texture::{Texture, TextureParams};
 
 /// A thin surface of index 1.5 that reflects and transmits.
@@ -20,12 +22,21 @@ pub struct Translucent {
     pub roughness: Roughness,
 }
 
+const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.25, "the factor of diffuse scattering");
+const KS: Key<ColorTexture> = Key::color_texture("Ks", 0.25, "the factor of glossy scattering");
+const REFLECT: Key<ColorTexture> = Key::color_texture("reflect", 0.5, "the share of both that is reflected");
+const TRANSMIT: Key<ColorTexture> =
+    Key::color_texture("transmit", 0.5, "the share of both that is transmitted");
+const ROUGHNESS: Key<FloatTexture> = roughness::isotropic(0.1);
+
+pub(super) const KEYS: Keys = &[&KD, &KS, &REFLECT, &TRANSMIT, &ROUGHNESS, &REMAP];
+
 pub(super) fn translucent(params: &mut TextureParams) -> Translucent {
     Translucent {
-        kd: share(params, "Kd", 0.25),
-        ks: share(params, "Ks", 0.25),
-        reflect: share(params, "reflect", 0.5),
-        transmit: share(params, "transmit", 0.5),
-        roughness: Roughness::isotropic(params, 0.1),
+        kd: share(params, &KD),
+        ks: share(params, &KS),
+        reflect: share(params, &REFLECT),
+        transmit: share(params, &TRANSMIT),
+        roughness: Roughness::isotropic(params, &ROUGHNESS),
     }
 }

@@ -9,6 +9,7 @@ use super::Resolver;
 use crate::cutout::cutout;
 use crate::elsewhere::Kind;
 use crate::params::Params;
+use crate::schema::names;
 use crate::state::MaterialInstance;
 use crate::texture::TextureParams;
 use crate::undefined::undefined;
@@ -19,7 +20,7 @@ impl Resolver<'_> {
         let params = &mut Params::new(keyword, entity.clone(), &self.files, &mut self.report);
         let params = &mut TextureParams::new(params, &self.definitions.textures);
         if self.definitions.materials.get(params.kind()).is_some()
-            && !material::NAMES.contains(&params.kind())
+            && !names(material::KINDS).contains(&params.kind())
         {
             let help = format!("to use the named material, write NamedMaterial \"{}\"", params.kind());
             let message = format!("there is no material of type \"{}\"", params.kind());

@@ -1,8 +1,9 @@
 //! Parameters as typed constants.
 
+use glam::Vec3;
 use lookat_syntax::ParamType;
 
-use super::value::{Color, ColorTexture, DefaultValue, FloatTexture, Name};
+use super::value::{Color, ColorTexture, DefaultValue, FloatTexture, GivenTexture, Name};
 use super::{Effect, Parameter, Range, Unit};
 
 /// A parameter with the type of its value. A constructor reads it with [`Params::take`](crate::params::Params::take).
@@ -68,9 +69,15 @@ impl Key<FloatTexture> {
     }
 }
 
+impl Key<GivenTexture> {
+    pub const fn given_texture(name: &'static str, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Float, GivenTexture, meaning)
+    }
+}
+
 impl Key<ColorTexture> {
     pub const fn color_texture(name: &'static str, default: f32, meaning: &'static str) -> Self {
-        Key::new(name, ParamType::Rgb, ColorTexture(default), meaning)
+        Key::new(name, ParamType::Rgb, ColorTexture(Vec3::splat(default)), meaning)
     }
 }
 

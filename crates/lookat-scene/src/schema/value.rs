@@ -154,19 +154,48 @@ impl Textured for FloatTexture {
     type Taken = Texture<f64>;
 
     fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<f64> {
-        params.float_texture(key.name, key.default.0)
+        let texture = params.float_texture(key.name, key.default.0);
+        match texture.constant() {
+            Some(value) if !params.check_within(key, value) => Texture::Constant(key.default.0),
+            _ => texture,
+        }
     }
 }
 
-/// A color or the name of a spectrum texture; the default is a gray.
+/// A number or the name of a float texture, if given.
 #[derive(Clone, Copy)]
-pub(crate) struct ColorTexture(pub f32);
+pub(crate) struct GivenTexture;
+
+impl DefaultValue for GivenTexture {
+    const IS_TEXTURED: bool = true;
+
+    fn words(self) -> String {
+        "none".into()
+    }
+}
+
+impl Textured for GivenTexture {
+    type Taken = Option<Texture<f64>>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Option<Texture<f64>> {
+        let texture = params.float_texture_if_given(key.name)?;
+        let is_within = texture.constant().is_none_or(|value| params.check_within(key, value));
+        is_within.then_some(texture)
+    }
+}
+
+/// A color or the name of a spectrum texture.
+#[derive(Clone, Copy)]
+pub(crate) struct ColorTexture(pub Vec3);
 
 impl DefaultValue for ColorTexture {
     const IS_TEXTURED: bool = true;
 
     fn words(self) -> String {
-        self.0.to_string()
+        match self.0.to_array() {
+            [gray, green, blue] if gray == green && gray == blue => gray.to_string(),
+            channels => channels.map(|channel| channel.to_string()).join(" "),
+        }
     }
 }
 
@@ -174,7 +203,7 @@ impl Textured for ColorTexture {
     type Taken = Texture<Vec3>;
 
     fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<Vec3> {
-        params.spectrum_texture(key.name, Vec3::splat(key.default.0))
+        params.spectrum_texture(key.name, key.default.0)
     }
 }
 

@@ -5,7 +5,12 @@ use glam::Vec3;
 
 use super::{gray, matte};
 use crate::material::{MaterialKind, Roughness, Translucent};
+use crate::schema::{Key, Keys, Name};
 use crate::texture::{Texture, TextureParams};
+
+const FILE: Key<Name> = Key::string("bsdffile", "the file of the scattering table").default_words("required");
+
+pub(in crate::material) const KEYS: Keys = &[&FILE];
 
 /// Shares of diffuse light.
 #[derive(Debug, PartialEq)]
@@ -15,7 +20,7 @@ struct Albedo {
 }
 
 pub(super) fn fourier(params: &mut TextureParams) -> (&'static str, MaterialKind) {
-    let file = params.string("bsdffile").and_then(|name| params.file_if_readable(&name));
+    let file = params.take(&FILE).and_then(|name| params.file_if_readable(&name));
     let Some(albedo) = file.and_then(|(_, bytes)| albedo(&bytes)) else {
         return ("gray \"matte\"", matte(gray(0.5)));
     };

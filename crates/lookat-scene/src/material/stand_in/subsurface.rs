@@ -2,32 +2,61 @@
 //! of a half space of the medium.
 
 use glam::Vec3;
-use lookat_syntax::{Diagnostic, nearest};
+use lookat_syntax::{Diagnostic, ParamType, nearest};
 
 use super::diffusion::{diffuse_transmittance, reflectance};
 use super::media::{MEDIA, Medium};
 use super::{MaterialKind, Roughness, constant_color, glossy, gray, share};
+use crate::material::roughness::{self, REMAP};
+use crate::schema::{ColorTexture, Effect, FloatTexture, Key, Keys, Name, Range};
 use crate::texture::{Texture, TextureParams};
+
+const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
+const MEAN_FREE_PATH: Key<ColorTexture> =
+    Key::color_texture("mfp", 1.0, "the mean free path of light inside").effect(Effect::NotRendered);
+const NAME: Key<Name> = Key::string("name", "the name of a measured medium, which gives the coefficients");
+const SIGMA_A: Key<ColorTexture> =
+    coefficient("sigma_a", [0.0011, 0.0024, 0.014], "the absorption coefficient, per millimeter");
+const SIGMA_S: Key<ColorTexture> =
+    coefficient("sigma_s", [2.55, 3.21, 3.77], "the scattering coefficient, per millimeter");
+const G: Key<f64> = Key::float("g", 0.0, "the asymmetry of scattering, clamped to -1 (back) to 1 (forward)");
+/// A factor of both coefficients leaves the reflectance of a half space as it is.
+const SCALE: Key<f64> = Key::float("scale", 1.0, "a factor of the coefficients").effect(Effect::NotRendered);
+const ETA: Key<f64> = Key::float("eta", 1.33, "the index of refraction").within(Range::above(0.0));
+const KR: Key<ColorTexture> = Key::color_texture("Kr", 1.0, "the factor of reflection at the surface");
+const KT: Key<ColorTexture> = Key::color_texture("Kt", 1.0, "the factor of light that enters");
+const ROUGHNESS_U: Key<FloatTexture> = roughness::along_u(0.0);
+const ROUGHNESS_V: Key<FloatTexture> = roughness::along_v(0.0);
+
+const fn coefficient(name: &'static str, default: [f32; 3], meaning: &'static str) -> Key<ColorTexture> {
+    Key::new(name, ParamType::Rgb, ColorTexture(Vec3::from_array(default)), meaning)
+}
+
+const G_OF_COLOR: Key<f64> = G.effect(Effect::NotRendered);
+
+pub(in crate::material) const COLOR: Keys = &[&KD, &MEAN_FREE_PATH, &G_OF_COLOR, &SCALE];
+pub(in crate::material) const COEFFICIENTS: Keys = &[&NAME, &SIGMA_A, &SIGMA_S, &G, &SCALE];
+pub(in crate::material) const SURFACE: Keys = &[&ETA, &KR, &KT, &ROUGHNESS_U, &ROUGHNESS_V, &REMAP];
 
 /// `kdsubsurface`: `Kd` is the reflectance.
 pub(super) fn of_color(params: &mut TextureParams) -> MaterialKind {
-    let kd = share(params, "Kd", 0.5);
-    let eta = index(params);
+    let kd = share(params, &KD);
+    let eta = params.take(&ETA);
     under_gloss(params, kd, eta)
 }
 
 /// `subsurface`: the coefficients, or a named medium, give the reflectance.
 pub(super) fn of_coefficients(params: &mut TextureParams) -> MaterialKind {
     let medium = named_medium(params);
-    let g = if medium.is_some() { 0.0 } else { params.float("g", 0.0).clamp(-1.0, 1.0) };
-    let [absorption, scattering] = medium
-        .map(|medium| [medium.absorption, medium.scattering])
-        .unwrap_or([[0.0011, 0.0024, 0.014], [2.55, 3.21, 3.77]]);
-    let absorption = constant_color(params, "sigma_a", Vec3::from_array(absorption));
-    let scattering = constant_color(params, "sigma_s", Vec3::from_array(scattering));
-    // A scale of both coefficients leaves the reflectance as it is.
-    params.float("scale", 1.0);
-    let eta = index(params);
+    let g = if medium.is_some() { 0.0 } else { params.take(&G).clamp(-1.0, 1.0) };
+    let of_medium = |key: Key<ColorTexture>, of: fn(&Medium) -> [f32; 3]| match medium {
+        Some(medium) => Key { default: ColorTexture(of(medium).into()), ..key },
+        None => key,
+    };
+    let absorption = constant_color(params, &of_medium(SIGMA_A, |medium| medium.absorption));
+    let scattering = constant_color(params, &of_medium(SIGMA_S, |medium| medium.scattering));
+    params.take(&SCALE);
+    let eta = params.take(&ETA);
     let channel =
         |a: f32, s: f32| if s > 0.0 { reflectance((s / (a + s)).into(), g, eta) as f32 } else { 0.0 };
     let [a, s] = [absorption.to_array(), scattering.to_array()];
@@ -36,7 +65,7 @@ pub(super) fn of_coefficients(params: &mut TextureParams) -> MaterialKind {
 }
 
 fn named_medium(params: &mut TextureParams) -> Option<&'static Medium> {
-    let name = params.string("name").filter(|name| !name.value.is_empty())?;
+    let name = params.take(&NAME).filter(|name| !name.value.is_empty())?;
     let medium = MEDIA.iter().find(|medium| medium.name == name.value);
     if medium.is_none() {
         let message =
@@ -52,19 +81,10 @@ fn named_medium(params: &mut TextureParams) -> Option<&'static Medium> {
     medium
 }
 
-fn index(params: &mut TextureParams) -> f64 {
-    let eta = params.float("eta", 1.33);
-    if eta > 0.0 {
-        return eta;
-    }
-    params.reject("eta", "the index of refraction must be above 0", None);
-    1.33
-}
-
 /// The diffuse color, as light leaves it through the surface, under the surface's own reflection.
 fn under_gloss(params: &mut TextureParams, color: Texture<Vec3>, eta: f64) -> MaterialKind {
-    let [kr, kt] = ["Kr", "Kt"].map(|name| share(params, name, 1.0));
-    let roughness = Roughness::of_two(params, 0.0);
+    let [kr, kt] = [&KR, &KT].map(|key| share(params, key));
+    let roughness = Roughness::of_two(params, [&ROUGHNESS_U, &ROUGHNESS_V]);
     let is_zero = |width: &Texture<f64>| width.constant() == Some(0.0);
     let is_smooth = is_zero(&roughness.u) && roughness.v.as_ref().is_some_and(is_zero);
     let factor = Texture::product([gray(diffuse_transmittance(eta) as f32), kt]);
