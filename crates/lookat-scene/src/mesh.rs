@@ -3,7 +3,9 @@
 use glam::DVec3;
 use lookat_syntax::{Diagnostic, ParamType};
 
+use crate::cutout::CUTOUT;
 use crate::params::Params;
+use crate::schema::{Effect, Integers, Key, Kind, Name, Pairs, Triples, Unit};
 use crate::transform::LARGEST;
 use crate::{Transform, ply};
 
@@ -72,19 +74,53 @@ impl Mesh {
     }
 }
 
+pub(crate) const INDICES: Key<Integers> = Key::new(
+    "indices",
+    ParamType::Integer,
+    Integers,
+    "three vertices for each triangle, from 0 to the number of vertices - 1",
+)
+.required();
+pub(crate) const POSITIONS: Key<Triples> =
+    Key::new("P", ParamType::Point3, Triples, "the vertices").required().unit(Unit::ObjectSpace);
+const NORMALS: Key<Triples> =
+    Key::new("N", ParamType::Normal, Triples, "a shading normal for each vertex, of any length");
+const TANGENTS: Key<Triples> =
+    Key::new("S", ParamType::Vector3, Triples, "the direction along u for each vertex, of any length");
+const UV: Key<Pairs> = texture_coordinate("uv", "the texture coordinates of each vertex, also as float");
+const ST: Key<Pairs> = texture_coordinate("st", "another name of uv");
+const FACE_INDICES: Key<Integers> =
+    Key::new("faceIndices", ParamType::Integer, Integers, "the Ptex face of each triangle")
+        .effect(Effect::NoEffect);
+const FILE_NAME: Key<Name> = Key::string("filename", "the PLY file").required();
+
+const fn texture_coordinate(name: &'static str, meaning: &'static str) -> Key<Pairs> {
+    Key::new(name, ParamType::Point2, Pairs, meaning)
+        .default_words("(0, 0), (1, 0), (1, 1) for each triangle")
+}
+
+pub(crate) const TRIANGLE_MESH: Kind = Kind::new(
+    "Shape",
+    "trianglemesh",
+    "triangles with shared vertices",
+    &[&[&INDICES, &POSITIONS, &NORMALS, &TANGENTS, &UV, &ST], CUTOUT, &[&FACE_INDICES]],
+);
+pub(crate) const PLY_MESH: Kind =
+    Kind::new("Shape", "plymesh", "triangles and quads from a PLY file", &[&[&FILE_NAME], CUTOUT]);
+
 /// pbrt-v3's CreateTriangleMeshShape.
 pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
-    let indices = params.integers("indices");
-    let positions = params.triples("P", ParamType::Point3);
+    let indices = params.take(&INDICES);
+    let positions = params.take(&POSITIONS);
     let (uv, uvs) = texture_coordinates(params);
     let mut mesh = Mesh {
-        normals: params.triples("N", ParamType::Normal).unwrap_or_default(),
-        tangents: params.triples("S", ParamType::Vector3).unwrap_or_default(),
+        normals: params.take(&NORMALS).unwrap_or_default(),
+        tangents: params.take(&TANGENTS).unwrap_or_default(),
         uvs,
         ..Mesh::default()
     };
     // Only Ptex uses face indices, and lookat does not support Ptex.
-    params.integers("faceIndices");
+    params.take(&FACE_INDICES);
     match (indices, positions) {
         (Some(indices), Some(positions)) => {
             (mesh.indices, mesh.positions) = (indices, positions);
@@ -103,7 +139,7 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
 
 /// pbrt-v3's CreatePLYMesh.
 pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
-    let Some(name) = params.string("filename") else {
+    let Some(name) = params.take(&FILE_NAME) else {
         params.missing("filename", "a plymesh needs a file", "add \"string filename\" \"mesh.ply\"");
         return None;
     };
@@ -189,11 +225,12 @@ pub(crate) fn grid(columns: usize, rows: usize) -> Vec<i32> {
 /// The texture coordinates and their parameter name. There are two names and two types, tried in the order of
 /// pbrt-v3.
 fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
-    const NAMES: [&str; 2] = ["uv", "st"];
-    let pairs = NAMES.map(|name| Some((name, params.pairs(name)?)));
+    let keys = [&UV, &ST];
+    let pairs = keys.map(|key| Some((key.name, params.take(key)?)));
     // A name that also has pairs is reported like any name given with two types.
-    let floats =
-        NAMES.map(|name| if params.was_taken(name) { None } else { Some((name, params.floats(name)?)) });
+    let floats = keys.map(
+        |Key { name, .. }| if params.was_taken(name) { None } else { Some((*name, params.floats(name)?)) },
+    );
     let mut given = pairs.iter().flatten().map(|it| it.0).chain(floats.iter().flatten().map(|it| it.0));
     let name = given.next().unwrap_or("uv");
     if let Some(other) = given.next() {

@@ -202,17 +202,6 @@ impl<'a> Params<'a> {
         known[0]
     }
 
-    /// A required integer. `meaning` completes the sentence "\"integer name\" is ...".
-    pub fn needed_integer(&mut self, name: &'static str, meaning: &str) -> Option<i32> {
-        let value = self.integer(name, 0);
-        if self.was_taken(name) {
-            return Some(value);
-        }
-        let message = format!("a {} needs {name}", self.kind());
-        self.missing(name, &message, &format!("\"integer {name}\" is {meaning}"));
-        None
-    }
-
     /// Reports lengths and coordinates outside the range of computation.
     pub fn check_range(&mut self, name: &'static str, values: &[f64]) {
         if let Some(beyond) = values.iter().find(|value| value.abs() > LARGEST) {

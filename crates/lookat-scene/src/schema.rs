@@ -1,19 +1,24 @@
 //! The schema of the format: the types of each directive and their parameters, as the constructors read them.
 
 mod key;
+mod needed;
 mod range;
 mod value;
 
 use lookat_syntax::ParamType;
 
-use crate::{camera, film, filter, integrator, light, material, sampler, texture};
+use crate::{camera, film, filter, integrator, light, material, sampler, shape, texture};
 
 pub(crate) use key::{Described, Key};
+pub(crate) use needed::Needed;
 pub(crate) use range::Range;
 pub(crate) use value::{
     Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,
-    Textured, Value,
+    Pairs, Textured, Triples, Value,
 };
+
+/// The default of a parameter without which a constructor fails, in words.
+pub const REQUIRED: &str = "required";
 
 /// Parameters that several types share.
 pub(crate) type Keys = &'static [&'static (dyn Described + Sync)];
@@ -65,7 +70,7 @@ pub struct Parameter {
     pub count: Count,
     /// True if it can name a texture instead.
     pub is_textured: bool,
-    /// The default in words.
+    /// The default in words, or [`REQUIRED`].
     pub default: String,
     /// The range in words, such as "above 0 and below 180". Empty if every value is right.
     pub range: String,
@@ -122,7 +127,7 @@ impl Unit {
 /// Every type, by directive.
 pub fn kinds() -> impl Iterator<Item = &'static Kind> {
     let options = [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS];
-    let world = [material::KINDS, light::KINDS, light::AREA_KINDS, texture::KINDS];
+    let world = [shape::KINDS, material::KINDS, light::KINDS, light::AREA_KINDS, texture::KINDS];
     options.into_iter().chain(world).flatten()
 }
 

@@ -18,8 +18,9 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::Transform;
-use crate::mesh::{Mesh, ply_mesh, triangle_mesh};
+use crate::mesh::{self, Mesh, ply_mesh, triangle_mesh};
 use crate::params::Params;
+use crate::schema::{Kind, names};
 use limits::{Limits, sweep};
 
 pub use cone::Cone;
@@ -104,30 +105,30 @@ impl Quadric {
     }
 }
 
-pub(crate) const NAMES: &[&str] = &[
-    "sphere",
-    "trianglemesh",
-    "plymesh",
-    "disk",
-    "cylinder",
-    "cone",
-    "paraboloid",
-    "hyperboloid",
-    "curve",
-    "heightfield",
-    "loopsubdiv",
-    "nurbs",
+pub(crate) const KINDS: &[Kind] = &[
+    sphere::KIND,
+    mesh::TRIANGLE_MESH,
+    mesh::PLY_MESH,
+    disk::KIND,
+    cylinder::KIND,
+    cone::KIND,
+    paraboloid::KIND,
+    hyperboloid::KIND,
+    curve::KIND,
+    heightfield::KIND,
+    loop_subdivision::KIND,
+    nurbs::KIND,
 ];
 
 /// pbrt-v3's MakeShapes. The remaining parameters belong to the material or are unknown.
 pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option<Shape> {
     match params.kind() {
-        "trianglemesh" => triangle_mesh(params, world_from_object).map(mesh),
-        "plymesh" => ply_mesh(params, world_from_object).map(mesh),
+        "trianglemesh" => triangle_mesh(params, world_from_object).map(triangles),
+        "plymesh" => ply_mesh(params, world_from_object).map(triangles),
         "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Box::new(curve))),
-        "heightfield" => heightfield::heightfield(params, world_from_object).map(mesh),
-        "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(mesh),
-        "nurbs" => nurbs::nurbs(params, world_from_object).map(mesh),
+        "heightfield" => heightfield::heightfield(params, world_from_object).map(triangles),
+        "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(triangles),
+        "nurbs" => nurbs::nurbs(params, world_from_object).map(triangles),
         _ => quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
     }
 }
@@ -142,7 +143,7 @@ fn quadric(params: &mut Params, world_from_object: Transform) -> Option<Quadric>
         "paraboloid" => QuadricForm::Paraboloid(paraboloid::paraboloid(params, &limits)),
         "hyperboloid" => QuadricForm::Hyperboloid(hyperboloid::hyperboloid(params, &limits)),
         _ => {
-            params.unknown_kind::<()>(NAMES);
+            params.unknown_kind::<()>(&names(KINDS));
             params.ignore_rest();
             return None;
         }
@@ -151,6 +152,6 @@ fn quadric(params: &mut Params, world_from_object: Transform) -> Option<Quadric>
     params.usable().then_some(Quadric { form, phi_max, world_from_object })
 }
 
-fn mesh(mesh: Mesh) -> Shape {
+fn triangles(mesh: Mesh) -> Shape {
     Shape::TriangleMesh(Arc::new(mesh))
 }

@@ -52,7 +52,7 @@ pub fn kinds() -> Vec<Kind> {
         ("Integrator", names(integrator::KINDS), &|params| {
             integrator::integrator(params);
         }),
-        ("Shape", shape::NAMES.to_vec(), &|params| {
+        ("Shape", names(shape::KINDS), &|params| {
             if ["trianglemesh", "plymesh"].contains(&params.kind()) {
                 cutout::cutout(params);
             }

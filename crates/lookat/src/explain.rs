@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use lookat_scene::schema::{Count, Effect, Kind, Parameter, kinds};
+use lookat_scene::schema::{Count, Effect, Kind, Parameter, REQUIRED, kinds};
 use lookat_scene::syntax::nearest;
 use serde_json::{Value, json};
 
@@ -98,7 +98,10 @@ fn paragraph(parameter: &Parameter) -> String {
         Count::Exactly(count) => _ = write!(text, ", {count} values"),
         Count::List => text += ", a list",
     }
-    _ = write!(text, ", default {default}");
+    text += &match default.as_str() {
+        REQUIRED => ", required".into(),
+        _ => format!(", default {default}"),
+    };
     if !range.is_empty() {
         _ = write!(text, ", {range}");
     }

@@ -4,7 +4,7 @@ use glam::Vec3;
 use lookat_syntax::ParamType;
 
 use super::value::{Color, ColorTexture, DefaultValue, FloatTexture, GivenTexture, Name};
-use super::{Effect, Parameter, Range, Unit};
+use super::{Effect, Needed, Parameter, REQUIRED, Range, Unit};
 
 /// A parameter with the type of its value. A constructor reads it with [`Params::take`](crate::params::Params::take).
 #[derive(Clone, Copy)]
@@ -40,6 +40,11 @@ impl<T: DefaultValue> Key<T> {
         Key { default_words, ..self }
     }
 
+    /// Words the default of a parameter without which the constructor fails.
+    pub const fn required(self) -> Key<T> {
+        self.default_words(REQUIRED)
+    }
+
     pub const fn effect(self, effect: Effect) -> Key<T> {
         Key { effect, ..self }
     }
@@ -54,6 +59,12 @@ impl Key<f64> {
 impl Key<i32> {
     pub const fn integer(name: &'static str, default: i32, meaning: &'static str) -> Self {
         Key::new(name, ParamType::Integer, default, meaning)
+    }
+}
+
+impl Key<Needed> {
+    pub const fn needed(name: &'static str, meaning: &'static str) -> Self {
+        Key::new(name, ParamType::Integer, Needed, meaning)
     }
 }
 

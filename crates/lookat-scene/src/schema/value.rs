@@ -234,7 +234,7 @@ impl Value for Edges {
 
 /// Values without a default: the constructor gets `None`.
 macro_rules! optional {
-    ($($(#[$doc:meta])* $name:ident: $taken:ty, $count:expr, $take:ident;)*) => {$(
+    ($($(#[$doc:meta])* $name:ident: $taken:ty, $count:expr, $take:ident $($field:ident)?;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy)]
         pub(crate) struct $name;
@@ -251,7 +251,7 @@ macro_rules! optional {
             type Taken = Option<$taken>;
 
             fn take(key: &Key<Self>, params: &mut Params) -> Option<$taken> {
-                params.$take(key.name)
+                params.$take(key.name $(, key.$field)?)
             }
         }
     )*};
@@ -266,4 +266,8 @@ optional! {
     Floats: Vec<f64>, Count::List, floats;
     /// A list of whole numbers, if given.
     Integers: Vec<i32>, Count::List, integers;
+    /// A list of points in a plane, if given.
+    Pairs: Vec<[f64; 2]>, Count::List, pairs;
+    /// A list of points, directions or normals, if given.
+    Triples: Vec<[f64; 3]>, Count::List, triples ty;
 }

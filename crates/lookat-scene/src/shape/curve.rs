@@ -5,6 +5,7 @@ use lookat_syntax::ParamType;
 
 use crate::Transform;
 use crate::params::Params;
+use crate::schema::{Effect, Key, Kind, Range, Triples, Unit};
 use crate::transform::LARGEST;
 
 /// A curve, in object space.
@@ -34,20 +35,57 @@ pub enum CurveKind {
     Ribbon(Vec<DVec3>),
 }
 
+const POINTS: Key<Triples> = Key::new(
+    "P",
+    ParamType::Point3,
+    Triples,
+    "control points: for bezier degree + 1, plus degree for each further segment; for bspline at least degree + 1",
+)
+.required()
+.unit(Unit::ObjectSpace);
+const BASIS: Key<&[&str]> =
+    Key::choice("basis", &["bezier", "bspline"], "Bézier segments or a uniform B-spline");
+const DEGREE: Key<i32> =
+    Key::integer("degree", 3, "the degree of the polynomials").within(Range::from_to(2.0, 3.0));
+const TYPE: Key<&[&str]> = Key::choice(
+    "type",
+    &["flat", "cylinder", "ribbon"],
+    "a ribbon that faces the ray, the same shaded as a cylinder, or a ribbon with normals N",
+);
+const NORMALS: Key<Triples> =
+    Key::new("N", ParamType::Normal, Triples, "a ribbon's normals at both ends of each segment");
+const WIDTH: Key<f64> = width("width", "the width");
+const WIDTH_0: Key<f64> = width("width0", "the width at the start").default_words("width");
+const WIDTH_1: Key<f64> = width("width1", "the width at the end").default_words("width");
+const SPLIT_DEPTH: Key<i32> =
+    Key::integer("splitdepth", 3, "each segment has 2^splitdepth boxes; over 5 counts as 5")
+        .within(Range::at_least(0.0))
+        .effect(Effect::NoEffect);
+
+const fn width(name: &'static str, meaning: &'static str) -> Key<f64> {
+    Key::float(name, 1.0, meaning).within(Range::at_least(0.0)).unit(Unit::ObjectSpace)
+}
+
+pub(super) const KIND: Kind = Kind::new(
+    "Shape",
+    "curve",
+    "a curve with a width, for hair and grass",
+    &[&[&POINTS, &BASIS, &DEGREE, &TYPE, &NORMALS, &WIDTH, &WIDTH_0, &WIDTH_1, &SPLIT_DEPTH]],
+);
+
 /// The largest `split_depth`. More boxes do not make a segment faster.
 const MOST_SPLITS: i32 = 5;
 
 /// pbrt-v3's CreateCurveShape.
 pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option<Curve> {
-    let points = params.triples("P", ParamType::Point3);
-    let bspline = params.choice("basis", &["bezier", "bspline"]) == "bspline";
-    let degree = params.integer("degree", 3);
-    let kind = params.choice("type", &["flat", "cylinder", "ribbon"]);
-    let normals = params.triples("N", ParamType::Normal);
+    let degree = params.take(&DEGREE);
+    let is_degree_known = params.usable();
+    let bspline = params.take(&BASIS) == "bspline";
+    let kind = params.take(&TYPE);
+    let (points, normals) = (params.take(&POINTS), params.take(&NORMALS));
     let widths = widths(params);
     let split_depth = split_depth(params);
-    if !matches!(degree, 2 | 3) {
-        params.reject("degree", "the degree of a curve must be 2 or 3", None);
+    if !is_degree_known {
         return None;
     }
     let Some(points) = points else {
@@ -73,14 +111,11 @@ pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option
 }
 
 fn widths(params: &mut Params) -> [f64; 2] {
-    let width = params.float("width", 1.0);
-    let widths = [params.float("width0", width), params.float("width1", width)];
-    for (name, width) in [("width0", widths[0]), ("width1", widths[1])] {
-        let name = if params.was_taken(name) { name } else { "width" };
-        if width < 0.0 && params.usable() {
-            params.reject(name, "the width of a curve must be at least 0", None);
-        }
-    }
+    // Between two other widths, it has no meaning.
+    let is_used = !(params.given("width0") && params.given("width1"));
+    let range = if is_used { WIDTH.range } else { Range::ALL };
+    let default = params.take(&Key { range, ..WIDTH });
+    let widths = [WIDTH_0, WIDTH_1].map(|key| params.take(&Key { default, ..key }));
     if widths == [0.0; 2] {
         let name = if params.was_taken("width") { "width" } else { "width1" };
         params.reject(name, "a curve of width 0 is invisible", None);
@@ -90,11 +125,8 @@ fn widths(params: &mut Params) -> [f64; 2] {
 
 fn split_depth(params: &mut Params) -> u32 {
     // Old files use a float.
-    let old = params.float("splitdepth", 3.0);
-    let depth = params.integer("splitdepth", old as i32);
-    if depth < 0 {
-        params.reject("splitdepth", "splitdepth must be at least 0", None);
-    }
+    let default = params.float(SPLIT_DEPTH.name, SPLIT_DEPTH.default.into()) as i32;
+    let depth = params.take(&Key { default, ..SPLIT_DEPTH });
     depth.clamp(0, MOST_SPLITS) as u32
 }
 

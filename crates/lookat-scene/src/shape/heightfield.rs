@@ -1,13 +1,28 @@
 //! `Shape "heightfield"`: heights over a grid of the unit square.
 
+use lookat_syntax::ParamType;
+
 use crate::Transform;
 use crate::mesh::{Mesh, finish, grid};
 use crate::params::Params;
+use crate::schema::{Floats, Key, Kind, Needed, Range};
+
+const NU: Key<Needed> = Key::needed("nu", "the number of heights along u").within(Range::at_least(2.0));
+const NV: Key<Needed> = Key::needed("nv", "the number of heights along v").within(Range::at_least(2.0));
+const HEIGHTS: Key<Floats> =
+    Key::new("Pz", ParamType::Float, Floats, "nu times nv heights, in rows along x").required();
+
+pub(super) const KIND: Kind = Kind::new(
+    "Shape",
+    "heightfield",
+    "flat triangles over a grid of the unit square",
+    &[&[&NU, &NV, &HEIGHTS]],
+);
 
 /// pbrt-v3's CreateHeightfield: `Pz` has `nv` rows along y, each with `nu` heights along x.
 pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
-    let size = [count(params, "nu"), count(params, "nv")];
-    let Some(heights) = params.floats("Pz") else {
+    let size = [&NU, &NV].map(|key| params.take(key));
+    let Some(heights) = params.take(&HEIGHTS) else {
         params.missing(
             "Pz",
             "a heightfield needs heights",
@@ -15,7 +30,7 @@ pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> 
         );
         return None;
     };
-    let [nu, nv] = size.map(Option::unwrap_or_default);
+    let [nu, nv] = size.map(|count| count.unwrap_or_default() as usize);
     if nu.checked_mul(nv) != Some(heights.len()) && params.usable() {
         let message = format!("nu times nv is {nu} times {nv}, but there are {} heights", heights.len());
         params.reject("Pz", message, None);
@@ -30,16 +45,6 @@ pub(crate) fn heightfield(params: &mut Params, world_from_object: Transform) -> 
     let positions = uvs.iter().zip(heights).map(|([x, y], z)| [*x, *y, z]).collect();
     let mesh = Mesh { positions, indices: grid(nu, nv), uvs, ..Mesh::default() };
     finish(params, mesh, world_from_object)
-}
-
-/// The number of heights along one side.
-fn count(params: &mut Params, name: &'static str) -> Option<usize> {
-    let meaning = format!("the number of heights along {}", &name[1..]);
-    let count = params.needed_integer(name, &meaning)?;
-    if count < 2 {
-        params.reject(name, format!("a heightfield needs at least 2 heights along {}", &name[1..]), None);
-    }
-    usize::try_from(count).ok()
 }
 
 /// The position of a point along its side, from 0 to 1.

@@ -2,8 +2,9 @@
 
 use glam::{DVec2, DVec3};
 
-use super::limits::Limits;
+use super::limits::{Limits, PHI_MAX};
 use crate::params::Params;
+use crate::schema::{Key, Kind, Unit};
 
 /// A line segment rotated about the z axis. If both ends have the same angle about the axis, it is a cone or a part
 /// of one. If it is parallel to the axis, it is a cylinder.
@@ -17,11 +18,16 @@ pub struct Hyperboloid {
     pub p2: DVec3,
 }
 
+const P1: Key<[f64; 3]> =
+    Key::point("p1", [0.0; 3], "one end of the segment, with v = 0").unit(Unit::ObjectSpace);
+const P2: Key<[f64; 3]> =
+    Key::point("p2", [1.0; 3], "the other end, with v = 1, at another z").unit(Unit::ObjectSpace);
+
+pub(super) const KIND: Kind =
+    Kind::new("Shape", "hyperboloid", "a line segment rotated about the z axis", &[&[&P1, &P2, &PHI_MAX]]);
+
 pub(super) fn hyperboloid(params: &mut Params, limits: &Limits) -> Hyperboloid {
-    let (p1, p2) = (
-        params.triple("p1", lookat_syntax::ParamType::Point3, [0.0; 3]),
-        params.triple("p2", lookat_syntax::ParamType::Point3, [1.0; 3]),
-    );
+    let (p1, p2) = (params.take(&P1), params.take(&P2));
     limits.check(params, "p1", &p1.to_array());
     limits.check(params, "p2", &p2.to_array());
     let given = if params.was_taken("p2") { "p2" } else { "p1" };

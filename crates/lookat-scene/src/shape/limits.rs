@@ -4,7 +4,25 @@ use glam::DMat3;
 
 use crate::Transform;
 use crate::params::Params;
+use crate::schema::{Key, Range, Unit};
 use crate::transform::LARGEST;
+
+pub(super) const fn radius(meaning: &'static str) -> Key<f64> {
+    Key::float("radius", 1.0, meaning).within(Range::above(0.0)).unit(Unit::ObjectSpace)
+}
+
+pub(super) const fn z_min(default: f64) -> Key<f64> {
+    Key::float("zmin", default, "the lowest z; zmin and zmax may be swapped").unit(Unit::ObjectSpace)
+}
+
+pub(super) const fn z_max(default: f64) -> Key<f64> {
+    Key::float("zmax", default, "the highest z, different from zmin").unit(Unit::ObjectSpace)
+}
+
+pub(super) const PHI_MAX: Key<f64> =
+    Key::float("phimax", 360.0, "the angle of the sweep around the z axis; over 360 counts as 360")
+        .within(Range::above(0.0))
+        .unit(Unit::Degrees);
 
 /// The valid lengths of a shape under its transformation.
 pub(super) struct Limits {
@@ -17,18 +35,13 @@ impl Limits {
         Limits { largest: LARGEST / linear.iter().fold(1.0_f64, |max, x| max.max(x.abs())) }
     }
 
-    /// A length above 0. `what` names it in messages, such as "the radius of a sphere".
-    pub fn length(&self, params: &mut Params, name: &'static str, default: f64, what: &str) -> f64 {
-        let length = params.float(name, default);
-        if length <= 0.0 {
-            params.reject(name, format!("{what} must be above 0"), None);
-        } else if !(LARGEST.recip()..=self.largest).contains(&length) {
-            let (least, largest) = (LARGEST.recip(), self.largest);
-            params.reject(
-                name,
-                format!("{what} must be from {least:.1e} to {largest:.1e} under this transformation"),
-                None,
-            );
+    /// A length above 0.
+    pub fn length(&self, params: &mut Params, key: &Key<f64>) -> f64 {
+        let length = params.take(key);
+        let (least, largest) = (LARGEST.recip(), self.largest);
+        if !(least..=largest).contains(&length) {
+            let range = format!("from {least:.1e} to {largest:.1e} under this transformation");
+            params.reject(key.name, format!("{} must be {range}", key.name), None);
         }
         length
     }
@@ -45,8 +58,8 @@ impl Limits {
     }
 
     /// `zmin` and `zmax` in ascending order, as in pbrt-v3. Equal values are an error.
-    pub fn heights(&self, params: &mut Params, default: [f64; 2]) -> [f64; 2] {
-        let (z0, z1) = (params.float("zmin", default[0]), params.float("zmax", default[1]));
+    pub fn heights(&self, params: &mut Params, keys: [Key<f64>; 2]) -> [f64; 2] {
+        let [z0, z1] = keys.map(|key| params.take(&key));
         self.check(params, "zmin", &[z0]);
         self.check(params, "zmax", &[z1]);
         if z0 == z1 {
@@ -67,10 +80,8 @@ pub(super) fn given(params: &Params) -> &'static str {
 
 /// `phimax`, in radians.
 pub(super) fn sweep(params: &mut Params) -> f64 {
-    let phi_max = params.angle("phimax", 360.0);
-    if phi_max <= 0.0 {
-        params.reject("phimax", "phimax must be above 0 degrees", None);
-    } else if phi_max > 360.0 {
+    let phi_max = params.take(&PHI_MAX);
+    if phi_max > 360.0 {
         params.note("phimax", "phimax above 360 degrees is used as 360, as in pbrt-v3", "360 is a full turn");
     }
     phi_max.min(360.0).to_radians()

@@ -4,25 +4,43 @@ mod rules;
 mod topology;
 
 use glam::DVec3;
-use lookat_syntax::{Diagnostic, ParamType};
+use lookat_syntax::Diagnostic;
 
 use crate::Transform;
-use crate::mesh::{Mesh, check_indices, finish};
+use crate::mesh::{INDICES, Mesh, POSITIONS, check_indices, finish};
 use crate::params::Params;
+use crate::schema::{Effect, Key, Kind, Name, Range};
 use topology::{Fault, Topology};
 
 /// Measured bytes for each subdivided triangle: the mesh, its adjacency, and the previous level.
 const TRIANGLE_BYTES: u64 = 80;
 
+const N_LEVELS: Key<i32> = levels("nlevels", "how often each triangle becomes four");
+const LEVELS: Key<i32> = levels("levels", "another name of nlevels, with precedence");
+const SCHEME: Key<Name> =
+    Key::string("scheme", "the subdivision scheme").default_words("\"loop\"").effect(Effect::NoEffect);
+
+const fn levels(name: &'static str, meaning: &'static str) -> Key<i32> {
+    Key::integer(name, 3, meaning).within(Range::at_least(0.0))
+}
+
+pub(super) const KIND: Kind = Kind::new(
+    "Shape",
+    "loopsubdiv",
+    "a Loop subdivision surface",
+    &[&[&N_LEVELS, &LEVELS, &INDICES, &POSITIONS, &SCHEME]],
+);
+
 /// pbrt-v3's CreateLoopSubdiv.
 pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
-    let nlevels = params.integer("nlevels", 3);
     // The name in old files has precedence.
-    let levels = params.integer("levels", nlevels);
-    let indices = params.integers("indices");
-    let positions = params.triples("P", ParamType::Point3);
+    let range = if params.given("levels") { Range::ALL } else { N_LEVELS.range };
+    let default = params.take(&Key { range, ..N_LEVELS });
+    let levels = params.take(&Key { default, ..LEVELS });
+    let indices = params.take(&INDICES);
+    let positions = params.take(&POSITIONS);
     // The only scheme is "loop".
-    params.string("scheme");
+    params.take(&SCHEME);
     let control = match (indices, positions) {
         (Some(indices), Some(positions)) => Mesh { indices, positions, ..Mesh::default() },
         (None, _) => {
@@ -37,10 +55,11 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
         }
     };
     check_indices(params, &control);
-    let levels = check_levels(params, levels, control.triangles() as u64);
     if !params.usable() {
         return None;
     }
+    let levels = levels as u32;
+    check_levels(params, levels, control.triangles() as u64)?;
     let faces = (0..control.triangles()).map(|index| control.triangle(index).map(|v| v as u32)).collect();
     match Topology::new(faces, control.positions.len()) {
         Ok(topology) => {
@@ -54,12 +73,8 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
     }
 }
 
-fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
+fn check_levels(params: &mut Params, levels: u32, faces: u64) -> Option<()> {
     let name = if params.was_taken("levels") { "levels" } else { "nlevels" };
-    let Ok(levels) = u32::try_from(levels) else {
-        params.reject(name, format!("{name} must be at least 0"), None);
-        return 0;
-    };
     let triangles = |levels: u32| faces.saturating_mul(4_u64.saturating_pow(levels));
     let bytes = |levels: u32| triangles(levels).saturating_mul(TRIANGLE_BYTES);
     let memory = params.memory();
@@ -78,7 +93,7 @@ fn check_levels(params: &mut Params, levels: i32, faces: u64) -> u32 {
         let help = fewer.map(|fewer| format!("{name} can be at most {fewer}"));
         params.reject(name, message, help.as_deref());
     }
-    levels
+    params.usable().then_some(())
 }
 
 /// Reports a control mesh that is not an orientable manifold. pbrt-v3 fails on these in various ways.

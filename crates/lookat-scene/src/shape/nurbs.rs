@@ -8,24 +8,82 @@ use lookat_syntax::{Diagnostic, ParamType};
 use crate::Transform;
 use crate::mesh::{Mesh, finish, grid};
 use crate::params::Params;
+use crate::schema::{Floats, Given, Key, Kind, Needed, Range, Triples, Unit};
 use surface::{Spline, Surface};
 
 /// The points along each side, as in pbrt-v3.
 const DICED: usize = 30;
 /// The highest order. Usual surfaces have 3 to 6.
-const HIGHEST_ORDER: i32 = 64;
+const HIGHEST_ORDER: f64 = 64.0;
 
-/// The parameter names of one direction.
-struct Names {
-    count: &'static str,
-    order: &'static str,
-    knots: &'static str,
-    from: &'static str,
-    to: &'static str,
+/// The parameters of one direction.
+struct Direction {
+    count: Key<Needed>,
+    order: Key<Needed>,
+    knots: Key<Floats>,
+    from: Key<Given>,
+    to: Key<Given>,
 }
 
-const U: Names = Names { count: "nu", order: "uorder", knots: "uknots", from: "u0", to: "u1" };
-const V: Names = Names { count: "nv", order: "vorder", knots: "vknots", from: "v0", to: "v1" };
+macro_rules! direction {
+    ($u:literal) => {
+        Direction {
+            count: Key::needed(
+                concat!("n", $u),
+                concat!("the number of control points along ", $u, ", at least ", $u, "order"),
+            ),
+            order: Key::needed(concat!($u, "order"), concat!("the degree along ", $u, " plus 1"))
+                .within(Range::from_to(2.0, HIGHEST_ORDER)),
+            knots: Key::new(
+                concat!($u, "knots"),
+                ParamType::Float,
+                Floats,
+                concat!("n", $u, " + ", $u, "order knots that never decrease"),
+            )
+            .required(),
+            from: Key::new(
+                concat!($u, "0"),
+                ParamType::Float,
+                Given,
+                concat!("where the surface starts along ", $u, ", less than ", $u, "1"),
+            )
+            .default_words(concat!("knot number ", $u, "order")),
+            to: Key::new(
+                concat!($u, "1"),
+                ParamType::Float,
+                Given,
+                concat!("where the surface ends along ", $u),
+            )
+            .default_words(concat!("knot number n", $u, " + 1")),
+        }
+    };
+}
+
+const U: Direction = direction!("u");
+const V: Direction = direction!("v");
+
+const POINTS: Key<Triples> =
+    Key::new("P", ParamType::Point3, Triples, "nu times nv control points, in rows along u")
+        .default_words("none; a nurbs needs P or Pw")
+        .unit(Unit::ObjectSpace);
+const WEIGHTED_POINTS: Key<Floats> = Key::new(
+    "Pw",
+    ParamType::Float,
+    Floats,
+    "x, y and z times the weight, and the weight, of each control point; P has precedence",
+)
+.default_words("none; a nurbs needs P or Pw");
+
+pub(super) const KIND: Kind = Kind::new(
+    "Shape",
+    "nurbs",
+    "a rational B-spline surface, diced into 30 by 30 points",
+    &[
+        &[&U.count, &U.order, &U.knots, &U.from, &U.to],
+        &[&V.count, &V.order, &V.knots, &V.from, &V.to],
+        &[&POINTS, &WEIGHTED_POINTS],
+    ],
+);
 
 /// pbrt-v3's CreateNURBS.
 pub(crate) fn nurbs(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
@@ -72,37 +130,34 @@ fn share(at: usize) -> f64 {
 }
 
 /// Reads one direction of the surface.
-fn spline(params: &mut Params, names: &Names) -> Option<Spline> {
-    let points = params.needed_integer(names.count, "the number of control points in this direction");
-    let order = params.needed_integer(names.order, "the degree plus 1");
-    let knots = params.floats(names.knots);
-    let domain = [params.given(names.from), params.given(names.to)];
-    let (from, to) = (params.float(names.from, 0.0), params.float(names.to, 0.0));
+fn spline(params: &mut Params, keys: &Direction) -> Option<Spline> {
+    let (points, order) = (params.take(&keys.count), params.take(&keys.order));
+    let knots = params.take(&keys.knots);
+    let (from, to) = (params.take(&keys.from), params.take(&keys.to));
     if knots.is_none() {
-        let help =
-            format!("add \"float {}\" [...] with {} + {} knots", names.knots, names.count, names.order);
-        params.missing(names.knots, &format!("a nurbs needs {}", names.knots), &help);
+        let help = format!(
+            "add \"float {}\" [...] with {} + {} knots",
+            keys.knots.name, keys.count.name, keys.order.name
+        );
+        params.missing(keys.knots.name, &format!("a nurbs needs {}", keys.knots.name), &help);
     }
     let (points, order, knots) = (points?, order?, knots?);
-    check_counts(params, names, points, order, knots.len())?;
+    check_counts(params, keys, points, order, knots.len())?;
     let (order, points) = (order as usize, points as usize);
     let (least, most) = (knots[order - 1], knots[points]);
-    let from = if domain[0] { from } else { least };
-    let to = if domain[1] { to } else { most };
+    let (from, to) = (from.unwrap_or(least), to.unwrap_or(most));
     let spline = Spline { order, points, knots, from, to };
-    check(params, names, &spline, [least, most]);
+    check(params, keys, &spline, [least, most]);
     params.usable().then_some(spline)
 }
 
 /// Checks the numbers of points and knots for the order.
-fn check_counts(params: &mut Params, names: &Names, points: i32, order: i32, knots: usize) -> Option<()> {
+fn check_counts(params: &mut Params, keys: &Direction, points: i32, order: i32, knots: usize) -> Option<()> {
     let needed = i64::from(points) + i64::from(order);
-    let (name, message) = if !(2..=HIGHEST_ORDER).contains(&order) {
-        (names.order, format!("the order must be from 2 to {HIGHEST_ORDER}"))
-    } else if points < order {
-        (names.count, format!("{} must be at least {}, {order}", names.count, names.order))
+    let (name, message) = if points < order {
+        (keys.count.name, format!("{} must be at least {}, {order}", keys.count.name, keys.order.name))
     } else if knots as i64 != needed {
-        (names.knots, format!("{points} points of order {order} need {needed} knots, not {knots}"))
+        (keys.knots.name, format!("{points} points of order {order} need {needed} knots, not {knots}"))
     } else {
         return Some(());
     };
@@ -110,12 +165,12 @@ fn check_counts(params: &mut Params, names: &Names, points: i32, order: i32, kno
     None
 }
 
-fn check(params: &mut Params, names: &Names, spline: &Spline, [least, most]: [f64; 2]) {
+fn check(params: &mut Params, keys: &Direction, spline: &Spline, [least, most]: [f64; 2]) {
     let knots = &spline.knots;
-    params.check_range(names.knots, knots);
+    params.check_range(keys.knots.name, knots);
     if let Some(at) = (1..knots.len()).find(|at| knots[*at] < knots[*at - 1]) {
         let message = format!("knot {} follows {}: knots must not decrease", knots[at], knots[at - 1]);
-        params.error(Diagnostic::error(params.value_place(names.knots, at), message));
+        params.error(Diagnostic::error(params.value_place(keys.knots.name, at), message));
         return;
     }
     if least >= most {
@@ -124,19 +179,19 @@ fn check(params: &mut Params, names: &Names, spline: &Spline, [least, most]: [f6
             spline.order,
             spline.points + 1
         );
-        params.reject(names.knots, message, None);
+        params.reject(keys.knots.name, message, None);
         return;
     }
-    for (name, value) in [(names.from, spline.from), (names.to, spline.to)] {
+    for (name, value) in [(keys.from.name, spline.from), (keys.to.name, spline.to)] {
         if !(least..=most).contains(&value) {
             params.reject(name, format!("{name} must be from {least} to {most}, within the knots"), None);
         }
     }
     if spline.from >= spline.to {
-        let name = if params.was_taken(names.to) { names.to } else { names.from };
+        let name = if params.was_taken(keys.to.name) { keys.to.name } else { keys.from.name };
         params.reject(
             name,
-            format!("{} {} is not below {} {}", names.from, spline.from, names.to, spline.to),
+            format!("{} {} is not below {} {}", keys.from.name, spline.from, keys.to.name, spline.to),
             None,
         );
     }
@@ -144,7 +199,7 @@ fn check(params: &mut Params, names: &Names, spline: &Spline, [least, most]: [f6
 
 /// Homogeneous control points. The points of `P` have weight 1.
 fn control_points(params: &mut Params) -> Option<Vec<DVec4>> {
-    let (plain, weighted) = (params.triples("P", ParamType::Point3), params.floats("Pw"));
+    let (plain, weighted) = (params.take(&POINTS), params.take(&WEIGHTED_POINTS));
     match (plain, weighted) {
         (Some(plain), weighted) => {
             if weighted.is_some() {

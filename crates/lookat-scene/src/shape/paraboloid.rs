@@ -1,7 +1,8 @@
 //! `Shape "paraboloid"`.
 
-use super::limits::{Limits, given};
+use super::limits::{Limits, PHI_MAX, given, radius, z_max, z_min};
 use crate::params::Params;
+use crate::schema::{Key, Kind};
 
 /// A paraboloid around the z axis with its vertex at the origin, open at the top.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,9 +15,20 @@ pub struct Paraboloid {
     pub z_max: f64,
 }
 
+const RADIUS: Key<f64> = radius("the radius at zmax");
+const Z_MIN: Key<f64> = z_min(0.0);
+const Z_MAX: Key<f64> = z_max(1.0);
+
+pub(super) const KIND: Kind = Kind::new(
+    "Shape",
+    "paraboloid",
+    "a paraboloid around the z axis with its vertex at the origin, open at the top",
+    &[&[&RADIUS, &Z_MIN, &Z_MAX, &PHI_MAX]],
+);
+
 pub(super) fn paraboloid(params: &mut Params, limits: &Limits) -> Paraboloid {
-    let radius = limits.length(params, "radius", 1.0, "the radius of a paraboloid");
-    let [z_min, z_max] = limits.heights(params, [0.0, 1.0]);
+    let radius = limits.length(params, &RADIUS);
+    let [z_min, z_max] = limits.heights(params, [Z_MIN, Z_MAX]);
     if z_min < z_max && z_max <= 0.0 {
         let help = "its vertex is at z = 0 and it opens upward: to turn it over, use Scale 1 1 -1";
         params.reject(given(params), "the paraboloid is empty between zmin and zmax", Some(help));

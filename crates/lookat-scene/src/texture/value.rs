@@ -93,7 +93,7 @@ impl Parameter for f64 {
     }
 
     fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<f64> {
-        params.float_texture(key.name, key.default.0.into())
+        params.float_texture(key.name, key.default.0.x.into())
     }
 
     fn cache(pictures: &mut Pictures) -> &mut Cache<f32> {
