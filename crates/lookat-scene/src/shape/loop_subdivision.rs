@@ -16,7 +16,8 @@ use topology::{Fault, Topology};
 const TRIANGLE_BYTES: u64 = 80;
 
 const N_LEVELS: Key<i32> = levels("nlevels", "how often each triangle becomes four");
-const LEVELS: Key<i32> = levels("levels", "another name of nlevels, with precedence");
+const LEVELS: Key<i32> =
+    levels("levels", "another name of nlevels, with precedence").default_words("nlevels");
 const SCHEME: Key<Name> =
     Key::string("scheme", "the subdivision scheme").default_words("\"loop\"").effect(Effect::NoEffect);
 
