@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+#[allow(dead_code)]
 mod folder;
 
 use folder::{Folder, Run};
