@@ -93,7 +93,8 @@ impl DefaultValue for &'static [&'static str] {
     }
 
     fn range(self, _: Range) -> String {
-        self.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
+        let words: Vec<String> = self.iter().map(|word| format!("\"{word}\"")).collect();
+        format!("one of {}", words.join(", "))
     }
 }
 

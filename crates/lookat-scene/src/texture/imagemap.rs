@@ -40,7 +40,7 @@ pub enum ImageFilter {
 const MOST_ANISOTROPY: f64 = 1000.0;
 
 const FILE_NAME: Key<Name> =
-    Key::string("filename", "the picture, as exr, pfm, png, tga, jpg or hdr").default_words("none: required");
+    Key::string("filename", "the picture, as exr, pfm, png, tga, jpg or hdr").required();
 const WRAP: Key<&[&str]> =
     Key::choice("wrap", &["repeat", "black", "clamp"], "how the picture continues outside its edges");
 const TRILINEAR: Key<bool> =
