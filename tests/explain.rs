@@ -54,8 +54,8 @@ fn a_parameter_is_explained_alone() {
 fn unknown_names_get_the_nearest() {
     for (words, advice) in [
         (&["Camra"][..], "there is no directive \"Camra\": did you mean Camera?"),
-        (&["Camera", "perspektive"], "Camera has no type \"perspektive\": did you mean perspective?"),
-        (&["Camera", "perspective", "fow"], "did you mean fov?"),
+        (&["Camera", "perspectiv"], "Camera has no type \"perspectiv\": did you mean perspective?"),
+        (&["Camera", "perspective", "fv"], "did you mean fov?"),
         (&["Camera", "environment", "fov"], "Camera \"environment\" has no parameter \"fov\": choose from"),
     ] {
         let run = explain(words);
