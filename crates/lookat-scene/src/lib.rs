@@ -59,6 +59,7 @@ mod state;
 mod texture;
 mod transform;
 mod undefined;
+#[cfg(test)]
 mod vocabulary;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
@@ -90,4 +91,3 @@ pub use texture::{
     Varying,
 };
 pub use transform::{LookAtFault, Transform};
-pub use vocabulary::{Kind, kinds};

@@ -152,12 +152,14 @@ pub enum Effect {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vocabulary;
 
     #[test]
     fn constructors_read_what_the_schema_lists() {
-        let known = crate::kinds();
+        let known = vocabulary::kinds();
         for kind in kinds() {
-            let is_kind = |found: &&crate::Kind| (found.directive, found.name) == (kind.directive, kind.name);
+            let is_kind =
+                |found: &&vocabulary::Kind| (found.directive, found.name) == (kind.directive, kind.name);
             let read = &known.iter().find(is_kind).unwrap().parameters;
             let listed: Vec<Parameter> = kind.parameters().collect();
             let what = format!("{} \"{}\"", kind.directive, kind.name);

@@ -1,4 +1,4 @@
-//! All types and parameters, collected from the constructors.
+//! The types, with the parameters that their constructors read: what the schema is tested against.
 
 use std::io;
 use std::path::Path;
