@@ -133,7 +133,7 @@ fn focal_not_positive(_: &Effort) -> Found {
             let options =
                 format!("Camera \"{kind}\" \"float lensradius\" [5]\n  \"float focaldistance\" [{distance}]");
             let at = format!("[{distance}]");
-            expect(&mut found, &Trouble::error(&options, "with a lens, focaldistance must be above 0", &at));
+            expect(&mut found, &Trouble::error(&options, "focaldistance must be above 0", &at));
         }
     }
     found
