@@ -40,6 +40,6 @@ pub(crate) const KINDS: &[Kind] = &[
     .instead("uber with the same Kd and index"),
     of("fourier", "measured or simulated scattering from a file", &[stand_in::fourier::KEYS, BUMP])
         .instead("matte or translucent of the same mean color"),
-    of("none", "no surface: rays pass", &[]),
+    of("none", "no surface: camera rays and paths pass, shadow rays only with volpath, bdpt and mlt", &[]),
     of("", "the same as none", &[]),
 ];

@@ -24,12 +24,9 @@ pub struct Mix {
 /// The most materials in nested mixes. Each level can double the work, so a short file could take forever.
 const MOST: u32 = 100;
 
-const fn part_key(name: &'static str, meaning: &'static str) -> Key<Name> {
-    Key::string(name, meaning).default_words("required")
-}
-
-const FIRST: Key<Name> = part_key("namedmaterial1", "the name of the first material, whose bump map is used");
-const SECOND: Key<Name> = part_key("namedmaterial2", "the name of the second material");
+const FIRST: Key<Name> =
+    Key::string("namedmaterial1", "the name of the first material, whose bump map is used").required();
+const SECOND: Key<Name> = Key::string("namedmaterial2", "the name of the second material").required();
 const AMOUNT: Key<ColorTexture> = Key::color_texture("amount", 0.5, "the share of the first material");
 
 pub(super) const KEYS: Keys = &[&FIRST, &SECOND, &AMOUNT];

@@ -21,11 +21,11 @@ pub(super) const REMAP: Key<bool> = Key::bool(
     "true converts roughness from 0 to 1 to the width of the microfacet distribution, false takes it as the width",
 );
 
-const ALONG_U: &str = "the roughness along the texture coordinate u; 0 is smooth";
-const ALONG_V: &str = "the roughness along the texture coordinate v; 0 is smooth";
+const ALONG_U: &str = "the roughness along the texture coordinate u, usually 0 to 1";
+const ALONG_V: &str = "the roughness along the texture coordinate v, usually 0 to 1";
 
 pub(super) const fn isotropic(default: f64) -> Key<FloatTexture> {
-    Key::float_texture("roughness", default, "the roughness of the glossy reflection; 0 is smooth")
+    Key::float_texture("roughness", default, "the roughness, usually 0 to 1")
 }
 
 pub(super) const fn along_u(default: f64) -> Key<FloatTexture> {

@@ -8,7 +8,8 @@ use crate::material::{MaterialKind, Roughness, Translucent};
 use crate::schema::{Key, Keys, Name};
 use crate::texture::{Texture, TextureParams};
 
-const FILE: Key<Name> = Key::string("bsdffile", "the file of the scattering table").default_words("required");
+const FILE: Key<Name> =
+    Key::string("bsdffile", "the file of the scattering table; without it, the surface is gray");
 
 pub(in crate::material) const KEYS: Keys = &[&FILE];
 

@@ -4,11 +4,11 @@
 use glam::Vec3;
 
 use super::{constant, constant_color, polynomial, share};
-use crate::schema::{ColorTexture, Effect, FloatTexture, Key, Keys};
+use crate::schema::{ColorTexture, Effect, FloatTexture, Key, Keys, Unit};
 use crate::texture::{Texture, TextureParams};
 
 const SIGMA_A: Key<ColorTexture> =
-    Key::color_texture("sigma_a", 0.0, "the absorption coefficient inside a hair, per hair radius")
+    Key::color_texture("sigma_a", 0.0, "the absorption coefficient inside a hair")
         .default_words("from color or the pigments");
 const COLOR: Key<ColorTexture> =
     Key::color_texture("color", 0.0, "the color of a mass of hair").default_words("none");
@@ -22,9 +22,9 @@ const BETA_M: Key<FloatTexture> =
     Key::float_texture("beta_m", 0.3, "the roughness along a hair").effect(Effect::NotRendered);
 const ETA: Key<FloatTexture> =
     Key::float_texture("eta", 1.55, "the index of refraction inside a hair").effect(Effect::NotRendered);
-const ALPHA: Key<FloatTexture> =
-    Key::float_texture("alpha", 2.0, "the angle of the scales of a hair in degrees")
-        .effect(Effect::NotRendered);
+const ALPHA: Key<FloatTexture> = Key::float_texture("alpha", 2.0, "the angle of the scales of a hair")
+    .unit(Unit::Degrees)
+    .effect(Effect::NotRendered);
 
 pub(in crate::material) const KEYS: Keys =
     &[&SIGMA_A, &COLOR, &EUMELANIN, &PHEOMELANIN, &BETA_N, &BETA_M, &ETA, &ALPHA];
