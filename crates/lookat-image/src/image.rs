@@ -95,7 +95,7 @@ pub struct Image {
     /// A JSON text that goes along in EXR and PNG, under the name "lookat"; TGA and PFM have no place for it.
     /// It is not parsed here.
     pub metadata: Option<String>,
-    /// The names that [`PictureFile::open_layer`] takes for the EXR file from which this was read; none for other
+    /// The names that [`PictureFile::open_layer`](crate::PictureFile::open_layer) takes for the EXR file from which this was read; none for other
     /// pictures. They are not written.
     pub layers: Vec<String>,
     /// Of the file from which this was read.
