@@ -3,11 +3,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-
-#[path = "../../tests/promises.rs"]
-#[allow(dead_code)]
-mod promises;
+use lookat_fuzz::promises::round_trip;
 
 fuzz_target!(|data: &[u8]| {
-    promises::round_trip(data);
+    round_trip(data);
 });

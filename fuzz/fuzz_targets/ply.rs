@@ -3,10 +3,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use lookat_fuzz::check_file;
 
-#[path = "../one_file.rs"]
-mod one_file;
-
-fuzz_target!(|data: &[u8]| {
-    one_file::load(r#"WorldBegin Shape "plymesh" "string filename" "mesh.ply" WorldEnd"#, data);
-});
+fuzz_target!(|data: &[u8]| check_file(
+    r#"WorldBegin Shape "plymesh" "string filename" "mesh.ply" WorldEnd"#,
+    data
+));

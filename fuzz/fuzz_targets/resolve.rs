@@ -10,11 +10,7 @@ use std::io::{Error, ErrorKind};
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use lookat_scene::Overrides;
-
-#[path = "../../tests/promises.rs"]
-#[allow(dead_code)]
-mod promises;
+use lookat_fuzz::check_scene;
 
 /// Enough for files that include each other, few enough to stay fast.
 const MOST_READS: usize = 10;
@@ -34,6 +30,5 @@ fuzz_target!(|data: &[u8]| {
             _ => Err(Error::from(ErrorKind::NotFound)),
         }
     };
-    let overrides = Overrides { max_memory: Some(1 << 28), ..Overrides::default() };
-    promises::check(&lookat_scene::load(Path::new("scene.pbrt"), &read, &overrides));
+    check_scene(&read);
 });

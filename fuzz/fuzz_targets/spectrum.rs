@@ -3,10 +3,9 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
+use lookat_fuzz::check_file;
 
-#[path = "../one_file.rs"]
-mod one_file;
-
-fuzz_target!(|data: &[u8]| {
-    one_file::load(r#"WorldBegin LightSource "point" "spectrum I" "lamp.spd" WorldEnd"#, data);
-});
+fuzz_target!(|data: &[u8]| check_file(
+    r#"WorldBegin LightSource "point" "spectrum I" "lamp.spd" WorldEnd"#,
+    data
+));
