@@ -9,6 +9,8 @@ use lookat_scene::Overrides;
 use lookat_scene::syntax::Severity;
 use serde_json::Value;
 
+#[path = "cli/explain.rs"]
+mod explain;
 mod folder;
 #[path = "cli/memory.rs"]
 mod memory;

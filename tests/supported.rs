@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lookat_scene::schema::{Count, Effect, Kind, Parameter, Unit, kinds};
+use lookat_scene::schema::{Count, Kind, Parameter, Unit, kinds};
 
 /// The table of a directive begins after `<!-- Camera -->`, and ends here.
 const END: &str = "<!-- end -->";
@@ -101,11 +101,9 @@ fn range(parameter: &Parameter) -> String {
     }
 }
 
-fn effect(parameter: &Parameter) -> &'static str {
-    match parameter.effect {
-        Effect::Rendered => "",
-        Effect::NoEffect => " (no effect on the picture)",
-        Effect::NotRendered => " (lookat ignores it)",
-        Effect::Own => " (not in pbrt-v3)",
+fn effect(parameter: &Parameter) -> String {
+    match parameter.effect.words() {
+        "" => String::new(),
+        words => format!(" ({words})"),
     }
 }

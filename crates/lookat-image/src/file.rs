@@ -1,4 +1,4 @@
-//! Files that appear under their names whole or not at all.
+//! Opens files, and writes files that appear under their names whole or not at all.
 
 use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Read, Write};

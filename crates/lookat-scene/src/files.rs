@@ -206,10 +206,11 @@ impl<'a> Files<'a> {
         if there == *path {
             return None;
         }
-        let shown = |path: &Path| path.display().to_string().escape_debug().to_string();
         let message = match self.access.content(&there) {
-            Ok(_) => format!("pbrt-v3 reads {} here, and lookat reads {}", shown(&there), shown(path)),
-            Err(_) => format!("pbrt-v3 does not find this file: it looks for {}", shown(&there)),
+            Ok(_) => {
+                format!("pbrt-v3 reads {} here, and lookat reads {}", shown_path(&there), shown_path(path))
+            }
+            Err(_) => format!("pbrt-v3 does not find this file: it looks for {}", shown_path(&there)),
         };
         let warning = Diagnostic::warning(name.span, message);
         Some(match self.name_from_scene(path, name.span) {
@@ -252,7 +253,7 @@ impl<'a> Files<'a> {
         if name.value.is_empty() {
             return Diagnostic::error(name.span, "the name of the file is empty");
         }
-        let shown = path.display().to_string().escape_debug().to_string();
+        let shown = shown_path(path);
         let diagnostic = Diagnostic::error(name.span, format!("cannot {verb} {shown}: {}", io_reason(error)));
         if name.value.contains(char::is_control) {
             return diagnostic.help("\\ starts an escape in a string: write / or \\\\ instead");
@@ -272,7 +273,7 @@ impl<'a> Files<'a> {
             }
             None => {
                 if let Some(folder) = self.missing_folder(path) {
-                    let folder = folder.display().to_string().escape_debug().to_string();
+                    let folder = shown_path(folder);
                     return Diagnostic::error(name.span, format!("there is no folder {folder}"))
                         .note(format!("needed for {shown}"))
                         .help("copy the folder to this path, or correct the names of the files in it");
@@ -287,7 +288,7 @@ impl<'a> Files<'a> {
                 diagnostic.help(match also == *path {
                     true => rule.to_owned(),
                     false => {
-                        format!("{rule}: {} does not exist either", also.display().to_string().escape_debug())
+                        format!("{rule}: {} does not exist either", shown_path(&also))
                     }
                 })
             }
@@ -335,6 +336,11 @@ impl<'a> Files<'a> {
 /// The start of a Git LFS pointer, which replaces a file in a repository.
 pub(crate) const LFS_POINTER: &[u8] = b"version https://git-lfs";
 pub(crate) const LFS_REASON: &str = "this is a Git LFS pointer: `git lfs pull` fetches the file";
+
+/// A path as messages show it.
+pub(crate) fn shown_path(path: &Path) -> String {
+    path.display().to_string().escape_debug().to_string()
+}
 
 fn parent(path: &Path) -> PathBuf {
     path.parent().unwrap_or(Path::new("")).to_owned()

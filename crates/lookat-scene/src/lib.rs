@@ -59,8 +59,6 @@ mod state;
 mod texture;
 mod transform;
 mod undefined;
-#[cfg(test)]
-mod vocabulary;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use color::LUMINANCE;

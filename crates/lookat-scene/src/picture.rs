@@ -9,7 +9,7 @@ use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::color::{LARGEST, LUMINANCE};
-use crate::files::Bytes;
+use crate::files::{Bytes, shown_path};
 use crate::params::Params;
 
 /// The settings for decoding a picture.
@@ -142,7 +142,7 @@ impl<T: FromColor> Cache<T> {
         settings: &Settings,
     ) -> Made<T> {
         // Escaped for messages.
-        let shown = PathBuf::from(path.display().to_string().escape_debug().to_string());
+        let shown = PathBuf::from(shown_path(path));
         let memory = params.memory();
         let unreadable = |error: ImageError| (error.to_string(), help(&error));
         let file = PictureFile::of_bytes(&shown, &bytes, memory).map_err(unreadable)?;

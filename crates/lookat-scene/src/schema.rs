@@ -3,6 +3,8 @@
 mod key;
 mod needed;
 mod range;
+#[cfg(test)]
+mod tests;
 mod value;
 
 use lookat_syntax::ParamType;
@@ -149,32 +151,14 @@ pub enum Effect {
     Own,
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::vocabulary;
-
-    #[test]
-    fn constructors_read_what_the_schema_lists() {
-        let known = vocabulary::kinds();
-        for kind in kinds() {
-            let is_kind =
-                |found: &&vocabulary::Kind| (found.directive, found.name) == (kind.directive, kind.name);
-            let read = &known.iter().find(is_kind).unwrap().parameters;
-            let listed: Vec<Parameter> = kind.parameters().collect();
-            let what = format!("{} \"{}\"", kind.directive, kind.name);
-            for parameter in &listed {
-                let is_read = read.contains(&parameter.name);
-                assert!(
-                    is_read || parameter.effect == Effect::NotRendered,
-                    "{what} does not read {}",
-                    parameter.name
-                );
-            }
-            // What stands in for a type may read more.
-            let is_listed = |name: &&str| listed.iter().any(|parameter| parameter.name == *name);
-            let more: Vec<&&str> = read.iter().filter(|name| !is_listed(name)).collect();
-            assert!(more.is_empty() || !kind.instead.is_empty(), "{what} also reads {more:?}");
+impl Effect {
+    /// What to add to the meaning of a parameter. Empty for one that lookat renders.
+    pub fn words(self) -> &'static str {
+        match self {
+            Effect::Rendered => "",
+            Effect::NoEffect => "no effect on the picture",
+            Effect::NotRendered => "lookat ignores it",
+            Effect::Own => "not in pbrt-v3",
         }
     }
 }

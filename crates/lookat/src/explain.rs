@@ -108,11 +108,9 @@ fn paragraph(parameter: &Parameter) -> String {
     if !unit.name().is_empty() {
         _ = write!(text, ", in {}", unit.name());
     }
-    let effect = match parameter.effect {
-        Effect::Rendered => "",
-        Effect::NoEffect => "; no effect on the picture",
-        Effect::NotRendered => "; lookat ignores it",
-        Effect::Own => "; not in pbrt-v3",
+    let effect = match parameter.effect.words() {
+        "" => String::new(),
+        words => format!("; {words}"),
     };
     format!("  {text}\n      {meaning}{effect}\n")
 }

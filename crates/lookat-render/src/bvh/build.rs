@@ -47,7 +47,7 @@ pub(crate) struct Tree {
     pub blocks: Vec<u8>,
 }
 
-/// Builds the tree over some elements. They are sorted so that those of one block are neighbors.
+/// Builds the tree over some elements. Sorts them so that the elements of a block are neighbors.
 pub(crate) fn build(references: &mut [Reference]) -> Tree {
     // That many take more than a hundred gigabytes.
     assert!(references.len() < Child::MOST, "more than {} triangles and shapes", Child::MOST);

@@ -61,8 +61,7 @@ impl Roughness {
         both: &Key<FloatTexture>,
         v: &Key<GivenTexture>,
     ) -> Self {
-        let both = taken(params, both);
-        let [u, v] = [&GIVEN_U, v].map(|key| given(params, key));
+        let (both, [u, v]) = of_three(params, both, v);
         let is_isotropic = u.is_none() && v.is_none();
         let v = v.unwrap_or_else(|| both.clone());
         Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap: params.take(&REMAP) }
@@ -74,10 +73,19 @@ impl Roughness {
         both: &Key<FloatTexture>,
         v: &Key<GivenTexture>,
     ) -> Self {
-        let both = taken(params, both);
-        let [u, v] = [&GIVEN_U, v].map(|key| given(params, key));
+        let (both, [u, v]) = of_three(params, both, v);
         Roughness { u: u.unwrap_or(both), v, remap: params.take(&REMAP) }
     }
+}
+
+/// `roughness`, and `uroughness` and `vroughness` if they are given.
+fn of_three(
+    params: &mut TextureParams,
+    both: &Key<FloatTexture>,
+    v: &Key<GivenTexture>,
+) -> (Texture<f64>, [Option<Texture<f64>>; 2]) {
+    let both = taken(params, both);
+    (both, [&GIVEN_U, v].map(|key| given(params, key)))
 }
 
 fn given(params: &mut TextureParams, key: &Key<GivenTexture>) -> Option<Texture<f64>> {

@@ -117,7 +117,7 @@ impl Key<&'static [&'static str]> {
     }
 }
 
-/// What the schema tells about a parameter, whatever the type of its value.
+/// The description of a parameter, for every type of value.
 pub(crate) trait Described {
     fn parameter(&self) -> Parameter;
 }

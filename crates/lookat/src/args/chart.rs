@@ -67,7 +67,7 @@ fn after_help() -> String {
     format!(
         "Methods:\n{list}\nEach method renders the scene several times with 1, 2, 4, ... samples per pixel; adaptive begins with 8; \
          target-error begins with 64, and its target error is 12.5 % at the first point and 1.4 times smaller at each further point. adaptive and target-error have at least three points, \
-         whatever --spp is. \
+         even with a small --spp. \
          The results are written to DIR: chart.svg, chart.png, chart.csv, chart.json.\n\n\
          Exit status: 0 success; 1 the scene has errors; 2 wrong usage or another failure; 130 interrupted, with a chart of the measurements so far"
     )

@@ -1,11 +1,6 @@
 //! `lookat explain`.
 
-use serde_json::Value;
-
-#[allow(dead_code)]
-mod folder;
-
-use folder::{Folder, Run};
+use super::{Folder, Run, Value};
 
 fn explain(words: &[&str]) -> Run {
     Folder::empty().run(&[&["explain"], words].concat())

@@ -1,0 +1,62 @@
+//! Reads the files that parameters name.
+
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use lookat_syntax::{Diagnostic, Severity, Text};
+
+use super::Params;
+use crate::files::Bytes;
+
+impl Params<'_> {
+    /// The bytes of a file named by a parameter. Reports an unreadable file and returns `None`.
+    pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Bytes)> {
+        self.read(name).map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()
+    }
+
+    /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
+    pub fn file_if_readable(&mut self, name: &Text) -> Option<(PathBuf, Bytes)> {
+        let read = self.read(name);
+        read.map_err(|(path, error)| {
+            let unreadable = self.files.unreadable("read", name, &path, &error);
+            self.push(Diagnostic { severity: Severity::Warning, ..unreadable });
+        })
+        .ok()
+    }
+
+    fn read(&mut self, name: &Text) -> Result<(PathBuf, Bytes), (PathBuf, io::Error)> {
+        self.files.read_named(&name.value, name.span).inspect(|(path, _)| self.warn_of_path(name, path))
+    }
+
+    /// Opens a file named by a parameter. Reports a file that it cannot open and returns `None`.
+    pub fn open(&mut self, name: &Text) -> Option<(PathBuf, Box<dyn Read>)> {
+        let opened = self.files.open_named(&name.value, name.span);
+        let (path, file) = opened.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
+        self.warn_of_path(name, &path);
+        Some((path, file))
+    }
+
+    /// Warns of a name that leads to `path` here and not in pbrt-v3.
+    pub fn warn_of_path(&mut self, name: &Text, path: &Path) {
+        self.report.extend(self.files.not_found_by_pbrt(name, path));
+    }
+
+    /// The same, of a file that is not read.
+    pub fn warn_of_unread_path(&mut self, name: &Text) {
+        if let Ok((path, _)) = self.files.open_named(&name.value, name.span) {
+            self.warn_of_path(name, &path);
+        }
+    }
+
+    /// Reports an unreadable file.
+    pub fn unreadable(&mut self, name: &Text, path: &Path, error: &io::Error) {
+        let unreadable = self.files.unreadable("read", name, path, error);
+        // Empty names are separate mistakes.
+        if name.value.is_empty() { self.error(unreadable) } else { self.error_surely(unreadable) }
+    }
+
+    /// The first path that [`Params::file`] tries. It is equal for names of the same file.
+    pub fn first_path(&self, name: &Text) -> PathBuf {
+        self.files.beside(&name.value, name.span)
+    }
+}

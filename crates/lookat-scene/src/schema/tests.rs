@@ -1,0 +1,83 @@
+//! Constructors read what the schema lists.
+
+use std::io;
+use std::path::Path;
+
+use glam::Vec3;
+use lookat_image::MemoryBudget;
+use lookat_syntax::{Entity, FileId, Span, Text};
+
+use super::{Effect, Kind, Parameter, kinds};
+use crate::files::{Access, Files};
+use crate::film::{Film, PixelBounds};
+use crate::names::Names;
+use crate::overrides::Overrides;
+use crate::params::Params;
+use crate::picture::Pictures;
+use crate::report::Report;
+use crate::texture::{TextureParams, Textures, texture};
+use crate::transform::Transform;
+use crate::{camera, cutout, film, filter, integrator, light, material, sampler, shape};
+
+/// The parameters that the constructor of a type reads, when none is given.
+fn read(kind: &Kind) -> Vec<&'static str> {
+    let missing = |_: &Path| Err(io::ErrorKind::NotFound.into());
+    let files = Files::new(Path::new(""), Access::Read(&missing), MemoryBudget::new(0));
+    let mut report = Report::default();
+    let span = Span { file: FileId(0), start: 0, end: 0 };
+    let entity = Entity { name: Text { value: kind.name.into(), span }, params: Vec::new() };
+    let params = &mut Params::new(kind.directive, entity, &files, &mut report);
+    construct(kind, &mut TextureParams::new(params, &Textures::default()));
+    params.asked()
+}
+
+fn construct(kind: &Kind, params: &mut TextureParams) {
+    let (here, pictures) = (Transform::IDENTITY, &mut Pictures::default());
+    match kind.directive {
+        "Camera" => drop(camera::camera(params, here, &square_film())),
+        "Film" => drop(film::film(params, &Overrides::default())),
+        "PixelFilter" => drop(filter::filter(params)),
+        "Sampler" => drop(sampler::sampler(params, &Overrides::default())),
+        "Integrator" => drop(integrator::integrator(params)),
+        "Shape" => {
+            if ["trianglemesh", "plymesh"].contains(&kind.name) {
+                cutout::cutout(params);
+            }
+            shape::shape(params, here);
+        }
+        "Material" => drop(material::material(params, &Names::default())),
+        "LightSource" => drop(light::light(params, here, pictures)),
+        "AreaLightSource" => drop(light::emission(params)),
+        "Texture" => {
+            texture::<f64>(params, here, pictures);
+            texture::<Vec3>(params, here, pictures);
+        }
+        other => panic!("no constructor for {other}"),
+    }
+}
+
+fn square_film() -> Film {
+    let crop = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
+    let max_sample_luminance = f64::INFINITY;
+    Film { resolution: [1, 1], crop, scale: 1.0, max_sample_luminance, file: "x.exr".into() }
+}
+
+#[test]
+fn constructors_read_what_the_schema_lists() {
+    for kind in kinds() {
+        let (read, listed): (_, Vec<Parameter>) = (read(kind), kind.parameters().collect());
+        let what = format!("{} \"{}\"", kind.directive, kind.name);
+        for parameter in &listed {
+            let is_read = read.contains(&parameter.name);
+            assert!(
+                is_read || parameter.effect == Effect::NotRendered,
+                "{what} does not read {}",
+                parameter.name
+            );
+        }
+        // What stands in for a type may read more.
+        let is_listed = |name: &&str| listed.iter().any(|parameter| parameter.name == *name);
+        let more: Vec<&&str> = read.iter().filter(|name| !is_listed(name)).collect();
+        assert!(more.is_empty() || !kind.instead.is_empty(), "{what} also reads {more:?}");
+    }
+}
