@@ -52,9 +52,9 @@ fn check_spans(diagnostics: &[Diagnostic], sizes: &[usize]) {
 
 /// A scene is one that can be rendered.
 pub fn check_scene(scene: &Scene) {
-    check_camera(&scene.camera);
-    check_film(&scene.film);
-    let filter = &scene.filter;
+    check_camera(&scene.view.camera);
+    check_film(&scene.view.film);
+    let filter = &scene.view.filter;
     assert!(filter.radius.min_element() > 0.0 && filter.radius.is_finite(), "{filter:?}");
     assert!(
         match filter.kind {
@@ -65,17 +65,17 @@ pub fn check_scene(scene: &Scene) {
         },
         "{filter:?}"
     );
-    assert!(scene.sampler.samples_per_pixel > 0);
-    if let Integrator::Path { roulette_threshold, .. } = scene.integrator {
+    assert!(scene.view.sampler.samples_per_pixel > 0);
+    if let Integrator::Path { roulette_threshold, .. } = scene.view.integrator {
         assert!(roulette_threshold.is_finite());
     }
-    scene.primitives.iter().for_each(check_primitive);
-    for instance in &scene.instances {
+    scene.world.primitives.iter().for_each(check_primitive);
+    for instance in &scene.world.instances {
         check_transform(&instance.world_from_object);
         assert!(!instance.object.primitives.is_empty());
         instance.object.primitives.iter().for_each(check_primitive);
     }
-    scene.lights.iter().for_each(check_light);
+    scene.world.lights.iter().for_each(check_light);
 }
 
 fn check_transform(transform: &Transform) {

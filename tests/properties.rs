@@ -237,19 +237,20 @@ fn load(files: &BTreeMap<PathBuf, Vec<u8>>, scene: &Path, overrides: &Overrides)
 
 /// Bounds what a scene may ask for and no test can wait for, or no number can hold.
 fn tame(scene: &mut Scene) {
-    match &mut scene.integrator {
+    match &mut scene.view.integrator {
         Integrator::DirectLighting { max_depth, .. } | Integrator::Path { max_depth, .. } => {
             *max_depth = (*max_depth).min(8);
         }
         Integrator::AmbientOcclusion { samples, .. } => *samples = (*samples).min(4),
     }
-    for light in &mut scene.lights {
+    let world = Arc::make_mut(&mut scene.world);
+    for light in &mut world.lights {
         if let Light::Infinite { samples, .. } = light {
             *samples = (*samples).min(4);
         }
     }
-    let of_objects = scene.instances.iter_mut().flat_map(|i| &mut Arc::make_mut(&mut i.object).primitives);
-    for primitive in scene.primitives.iter_mut().chain(of_objects) {
+    let of_objects = world.instances.iter_mut().flat_map(|i| &mut Arc::make_mut(&mut i.object).primitives);
+    for primitive in world.primitives.iter_mut().chain(of_objects) {
         primitive.emission.iter_mut().for_each(|emission| emission.samples = emission.samples.min(4));
         // Surfaces that give back a billion times the light go beyond any number in a few bounces.
         tame_material(Arc::make_mut(&mut primitive.material));

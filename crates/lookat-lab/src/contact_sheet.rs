@@ -80,7 +80,7 @@ fn is_whole(path: &Path) -> bool {
 
 /// Renders a scene to fit its cell.
 fn show(name: &str, spp: u32) -> Shown {
-    let size = scene(name, &Overrides::default(), &|text| text).film.resolution;
+    let size = scene(name, &Overrides::default(), &|text| text).view.film.resolution;
     let scale = (f64::from(CELL[0]) / f64::from(size[0])).min(f64::from(CELL[1]) / f64::from(size[1]));
     let resolution = size.map(|length| (f64::from(length) * scale).round().max(1.0) as u32);
     let overrides =

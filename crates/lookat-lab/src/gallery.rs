@@ -55,7 +55,7 @@ pub fn run(options: &Options) {
 /// What differs from the scene: scenes of the tests are small and noisy, so they are larger here, with more samples.
 fn overrides(name: &str, spp: Option<u32>) -> Overrides {
     let mut overrides = Overrides { samples_per_pixel: spp, ..Overrides::default() };
-    let film = scene(name, &overrides, &|text| text).film;
+    let film = scene(name, &overrides, &|text| text).view.film;
     if film.resolution[0] < 400 {
         overrides.samples_per_pixel = spp.or(Some(144));
         overrides.resolution = Some(film.resolution.map(|length| 2 * length));

@@ -42,7 +42,7 @@ fn camera_rays(probe: &Probe) -> Vec<Ray> {
 
 /// From where camera rays meet the field, to a light above it.
 fn shadow_rays(probe: &Probe) -> Vec<Ray> {
-    let light = DVec3::new(0.2, 0.3, 1.0) - probe.eye();
+    let light = DVec3::new(0.2, 0.3, 1.0) - probe.origin();
     let leave = |ray: &Ray| {
         let hit = probe.nearest(ray)?;
         let to_light = light - probe.point(ray, &hit).p;
@@ -79,5 +79,5 @@ fn trace(
 #[divan::bench(sample_count = 20)]
 fn build(bencher: Bencher) {
     let triangles = 2 * (FIELD - 1) * (FIELD - 1);
-    bencher.counter(ItemsCount::new(triangles)).bench_local(|| Probe::new(black_box(&SCENE)).eye());
+    bencher.counter(ItemsCount::new(triangles)).bench_local(|| Probe::new(black_box(&SCENE)).origin());
 }

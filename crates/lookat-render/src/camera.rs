@@ -10,15 +10,17 @@ use lookat_scene::{Camera, Film, Lens, Projection};
 use crate::ray::Ray;
 use crate::warp::square_to_disk;
 
-/// A camera, prepared to make rays. Its rays are relative to the eye.
+/// A camera, prepared to make rays, which are relative to an origin.
 #[derive(Debug)]
 pub(crate) struct CameraRays {
     world_from_camera: DMat3,
+    /// The eye, relative to the origin.
+    eye: DVec3,
     /// The middle of the film in pixels; its place in camera space, on the plane z = 1 of a perspective camera and
     /// relative to the eye of an orthographic one; and the steps to the next pixel. Counted from the middle, no digits
     /// cancel where rays run along the axis.
     film_middle: DVec2,
-    origin: DVec2,
+    start: DVec2,
     step: DVec2,
     /// The eye in camera space.
     middle: DVec2,
@@ -27,27 +29,28 @@ pub(crate) struct CameraRays {
 }
 
 impl CameraRays {
-    /// The point in the world that rays are relative to: the position of a perspective camera, the middle of the window
+    /// The eye in the world: the position of a perspective camera, the middle of the window
     /// of an orthographic one.
     pub fn eye(camera: &Camera) -> DVec3 {
         camera.world_from_camera.point(eye_in_camera(camera).extend(0.0))
     }
 
-    pub fn new(camera: &Camera, film: &Film) -> Self {
+    pub fn new(camera: &Camera, film: &Film, origin: DVec3) -> Self {
         let screen = &camera.screen;
         let middle = eye_in_camera(camera);
         let scale = match camera.projection {
             Projection::Perspective { fov } => tan_half(fov),
             Projection::Orthographic { .. } | Projection::Environment => 1.0,
         };
-        let origin = ((screen.min + screen.max) * 0.5 - middle) * scale;
+        let start = ((screen.min + screen.max) * 0.5 - middle) * scale;
         // Raster space has y down.
         let extent = DVec2::new(screen.max.x - screen.min.x, screen.min.y - screen.max.y) * scale;
         let resolution = DVec2::new(f64::from(film.resolution[0]), f64::from(film.resolution[1]));
         CameraRays {
             world_from_camera: DMat3::from_mat4(camera.world_from_camera.m),
+            eye: CameraRays::eye(camera) - origin,
             film_middle: resolution * 0.5,
-            origin,
+            start,
             step: extent / resolution,
             middle,
             projection: camera.projection,
@@ -70,7 +73,7 @@ impl CameraRays {
     /// The origin of that ray, and its direction, of any length.
     #[inline(always)]
     fn line(&self, film: DVec2, u: DVec2) -> (DVec3, DVec3) {
-        let p = self.origin + self.step * (film - self.film_middle);
+        let p = self.start + self.step * (film - self.film_middle);
         let (o, d) = match (self.projection, self.lens) {
             (Projection::Environment, _) => (DVec3::ZERO, around(film / (self.film_middle * 2.0))),
             (Projection::Perspective { .. }, None) => (DVec3::ZERO, p.extend(1.0)),
@@ -84,7 +87,7 @@ impl CameraRays {
                 through_lens(-self.middle, (p + self.middle) / lens.focal_distance, lens, u)
             }
         };
-        (self.world_from_camera * o, self.world_from_camera * d)
+        (self.eye + self.world_from_camera * o, self.world_from_camera * d)
     }
 }
 
@@ -247,12 +250,12 @@ mod tests {
             camera(Projection::Orthographic { telecentric: true }, lens),
         ];
         for camera in cases {
-            let rays = CameraRays::new(&camera, &film());
+            let rays = CameraRays::new(&camera, &film(), DVec3::ZERO);
             for (x, y) in [(0.0, 0.0), (100.0, 60.0), (200.0, 0.0), (37.25, 111.5)] {
                 let (film, u) = (DVec2::new(x, y), DVec2::new(0.2, 0.9));
                 let ray = rays.ray(film, u);
                 let (o, d) = book(&camera, film, u);
-                assert!((ray.o + CameraRays::eye(&camera) - o).length() < 1e-13, "{camera:?} {film}");
+                assert!((ray.o - o).length() < 1e-13, "{camera:?} {film}");
                 assert!((ray.d - d).length() < 1e-12, "{camera:?} {film}: {} {d}", ray.d);
             }
         }
@@ -263,7 +266,7 @@ mod tests {
         let screen = ScreenWindow { min: DVec2::splat(-1.0), max: DVec2::splat(1.0) };
         let projection = Projection::Perspective { fov: 179.9 };
         let camera = Camera { world_from_camera: Transform::IDENTITY, projection, screen, lens: None };
-        let ray = CameraRays::new(&camera, &film()).ray(DVec2::new(100.0625, 60.0), DVec2::ZERO);
+        let ray = CameraRays::new(&camera, &film(), DVec3::ZERO).ray(DVec2::new(100.0625, 60.0), DVec2::ZERO);
         // From tan(89.95 degrees), computed with 60 digits.
         let expected = 1145.915299373488 * 0.0625 / 100.0;
         assert!((ray.d.x / ray.d.z / expected - 1.0).abs() < 1e-15, "{}", ray.d.x / ray.d.z);
@@ -274,7 +277,8 @@ mod tests {
         for focal_distance in [1e-300, 1e-30, 1.0, 1e30, 1e300] {
             let lens = Some(Lens { radius: 1.0, focal_distance });
             let camera = camera(Projection::Perspective { fov: 60.0 }, lens);
-            let ray = CameraRays::new(&camera, &film()).ray(DVec2::new(3.0, 4.0), DVec2::new(0.9, 0.3));
+            let ray = CameraRays::new(&camera, &film(), DVec3::ZERO)
+                .ray(DVec2::new(3.0, 4.0), DVec2::new(0.9, 0.3));
             assert!((ray.d.length() - 1.0).abs() < 1e-14, "{focal_distance}");
         }
     }

@@ -6,6 +6,7 @@
 mod bezier;
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use lookat_scene::{Curve, CurveKind, Transform};
@@ -15,15 +16,15 @@ use crate::ray::Ray;
 
 /// All curves of a scene.
 #[derive(Default)]
-pub(crate) struct Curves<'s> {
-    curves: Vec<PlacedCurve<'s>>,
+pub(crate) struct Curves {
+    curves: Vec<PlacedCurve>,
     pieces: Vec<Piece>,
 }
 
 /// A curve in its place. Its own space is that of the object, about its first point.
-struct PlacedCurve<'s> {
-    curve: &'s Curve,
-    /// The origin of the own space: in the object, and relative to the eye.
+struct PlacedCurve {
+    curve: Arc<Curve>,
+    /// The origin of the own space: in the object, and relative to the origin of the world.
     origin: DVec3,
     anchor: DVec3,
     object_from_world: DMat3,
@@ -52,12 +53,12 @@ pub(crate) struct Meeting {
     pub uv: DVec2,
 }
 
-impl<'s> Curves<'s> {
+impl Curves {
     /// Takes a curve in. Gives the number of each of its pieces, with two corners of the box around it and the largest
     /// coordinate that they were computed from.
-    pub fn add(&mut self, curve: &'s Curve, eye: DVec3) -> Vec<(u32, [DVec3; 2], f64)> {
+    pub fn add(&mut self, curve: &Arc<Curve>, world_origin: DVec3) -> Vec<(u32, [DVec3; 2], f64)> {
         let number = self.curves.len() as u32;
-        let placed = PlacedCurve::new(curve, eye);
+        let placed = PlacedCurve::new(curve, world_origin);
         let (parts, magnitude) = (1 << curve.split_depth, placed.magnitude());
         let mut added = Vec::new();
         for (segment, points) in curve.segments.iter().enumerate() {
@@ -144,16 +145,16 @@ impl<'s> Curves<'s> {
     }
 }
 
-impl<'s> PlacedCurve<'s> {
-    fn new(curve: &'s Curve, eye: DVec3) -> Self {
+impl PlacedCurve {
+    fn new(curve: &Arc<Curve>, world_origin: DVec3) -> Self {
         let Transform { m, inv } = curve.world_from_object;
         let (world_from_object, object_from_world) = (DMat3::from_mat4(m), DMat3::from_mat4(inv));
         let origin = curve.segments[0][0];
-        let anchor = world_from_object * origin + (m.w_axis.truncate() - eye);
-        PlacedCurve { curve, origin, anchor, object_from_world, world_from_object }
+        let anchor = world_from_object * origin + (m.w_axis.truncate() - world_origin);
+        PlacedCurve { curve: curve.clone(), origin, anchor, object_from_world, world_from_object }
     }
 
-    /// The box around a piece, relative to the eye: all that is within half a width of it, in object space.
+    /// The box around a piece, relative to the origin of the world: all that is within half a width of it, in object space.
     fn corners(&self, piece: &Piece) -> [DVec3; 2] {
         let rows = self.world_from_object.transpose();
         let round = DVec3::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length());

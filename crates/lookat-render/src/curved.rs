@@ -20,7 +20,7 @@ use segment::TurnedSegment;
 pub(crate) use sphere::Sphere;
 use sweep::Sweep;
 
-/// A curved shape in its place, relative to the eye.
+/// A curved shape in its place, relative to the origin.
 ///
 /// Its own space is object space, moved along z to the middle of the form, and scaled by a power of two that brings the
 /// size of the form to about one, so that products of its measures are finite.
@@ -56,7 +56,7 @@ enum Form {
 }
 
 impl Curved {
-    pub fn new(quadric: &Quadric, eye: DVec3) -> Self {
+    pub fn new(quadric: &Quadric, origin: DVec3) -> Self {
         let Transform { m, inv } = quadric.world_from_object;
         let (low, high, radius) = quadric.extent();
         let middle = low + 0.5 * (high - low);
@@ -68,7 +68,7 @@ impl Curved {
         let world_from_own = DMat3::from_mat4(m) * unit;
         Curved {
             form: Form::new(quadric, middle, unit, world_from_own),
-            center: m.w_axis.truncate() - eye + m.z_axis.truncate() * middle,
+            center: m.w_axis.truncate() - origin + m.z_axis.truncate() * middle,
             own_from_world: DMat3::from_mat4(inv) * unit.recip(),
             world_from_own,
             radius: radius / unit,

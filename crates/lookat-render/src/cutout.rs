@@ -33,8 +33,8 @@ fn point(mesh: &Mesh, index: usize, weights: [f64; 3]) -> TexturePoint {
     let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]));
     TexturePoint {
         p: corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2],
-        // Positions of the mesh are not relative to the eye.
-        eye: DVec3::ZERO,
+        // Positions of the mesh are not relative to an origin.
+        origin: DVec3::ZERO,
         uv: parametric::flat(mesh, index, weights).uv,
         footprint: Footprint::default(),
     }

@@ -43,8 +43,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::Precision;
-    use crate::prepare::Traceable;
+    use crate::prepare::Prepared;
     use crate::testing::{noise, scene};
 
     /// Shapes of all kinds that glow, at many places; and one that does not, in front of some.
@@ -65,7 +64,7 @@ mod tests {
     fn whatever_glows_may_be_met() {
         for copies in [1, 2, 5] {
             let scene = glowing(copies);
-            let traceable = Traceable::new(&scene, Precision::Mixed);
+            let traceable = Prepared::new(&scene).traceable;
             let (mut found, mut passed) = (0, 0);
             for i in 0..20_000 {
                 let vector = |k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));

@@ -4,15 +4,14 @@ use std::sync::Arc;
 
 use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, Scene};
 
-use crate::arithmetic::{Precision, Simd};
+use crate::arithmetic::Simd;
 use crate::bsdf::{lambert, most_lobes};
 use crate::bvh::Node;
-use crate::camera::CameraRays;
 use crate::filter::FilterSampler;
 use crate::integrator::lanes::Lanes;
 use crate::integrator::{Draw, direct, path};
 use crate::light::LightTable;
-use crate::prepare::{Group, Other, Traceable};
+use crate::prepare::{Group, Other, Prepared, Traceable};
 use crate::render::{Settings, film_bytes};
 use crate::triangle::block::Block;
 
@@ -109,16 +108,16 @@ pub fn simd() -> &'static str {
 
 /// Prepares a scene as rendering does, and returns the features that it uses.
 pub fn inspect(scene: &Scene) -> Inspection {
-    let traceable = Traceable::new(scene, Precision::default());
-    let lights = LightTable::new(scene, &traceable);
-    let lanes = Lanes::new(scene, &traceable, &lights);
-    let materials = surfaces(&traceable);
-    let (choice, draws, depth) = integration(&scene.integrator, &lights, materials.specular > 0);
-    let asks_materials = !matches!(scene.integrator, Integrator::AmbientOcclusion { .. });
+    let prepared = Prepared::new(scene);
+    let (view, Prepared { traceable, lights, .. }) = (&scene.view, &prepared);
+    let lanes = Lanes::new(view, traceable, lights);
+    let materials = surfaces(traceable);
+    let (choice, draws, depth) = integration(&view.integrator, lights, materials.specular > 0);
+    let asks_materials = !matches!(view.integrator, Integrator::AmbientOcclusion { .. });
     Inspection {
-        film_bytes: film_bytes(&scene.film, &Settings::default()),
-        has_lens: CameraRays::new(&scene.camera, &scene.film).has_lens(),
-        has_filter_table: FilterSampler::new(&scene.filter).has_tables(),
+        film_bytes: film_bytes(&view.film, &Settings::default()),
+        has_lens: view.camera.lens.is_some(),
+        has_filter_table: FilterSampler::new(&view.filter).has_tables(),
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts,
@@ -175,7 +174,7 @@ fn elements(group: &Group) -> Elements {
 fn surfaces(traceable: &Traceable) -> Surfaces {
     let mut materials: Vec<&Material> = Vec::new();
     let mut known = std::collections::HashSet::new();
-    for primitive in &traceable.primitives {
+    for primitive in traceable.primitives() {
         if known.insert(Arc::as_ptr(&primitive.material)) {
             materials.push(&primitive.material);
         }

@@ -10,7 +10,7 @@ use crate::ray::Ray;
 /// A copy of an object.
 pub(crate) struct PlacedInstance {
     pub object: usize,
-    /// Takes eye-relative world positions to the object: a matrix and an offset.
+    /// Takes world positions to the object: a matrix and an offset.
     object_from_world: DMat3,
     offset: DVec3,
     world_from_object: DMat3,
@@ -18,19 +18,19 @@ pub(crate) struct PlacedInstance {
 }
 
 impl PlacedInstance {
-    /// The copy of the object of a number, in a scene that is seen from `eye`.
-    pub fn new(object: usize, world_from_object: &Transform, eye: DVec3) -> Self {
+    /// The copy of the object of a number, in a world of that origin.
+    pub fn new(object: usize, world_from_object: &Transform, world_origin: DVec3) -> Self {
         let (m, inv) = (world_from_object.m, world_from_object.inv);
         PlacedInstance {
             object,
             object_from_world: DMat3::from_mat4(inv),
-            offset: inv.transform_point3(eye),
+            offset: inv.transform_point3(world_origin),
             world_from_object: DMat3::from_mat4(m),
-            origin: m.w_axis.truncate() - eye,
+            origin: m.w_axis.truncate() - world_origin,
         }
     }
 
-    /// An eye-relative position in the space of the object.
+    /// A position of the world in the space of the object.
     pub fn to_object(&self, p: DVec3) -> DVec3 {
         self.object_from_world * p + self.offset
     }
@@ -83,13 +83,19 @@ impl PlacedInstance {
     /// A box around the copy of an object with a box.
     pub fn bounds(&self, object: Bounds) -> Bounds {
         let (low, high) = object.corners();
+        let [min, max] = self.corners([low, high]);
+        Bounds::padded(min, max, self.magnitude(low.abs().max(high.abs()).max_element()))
+    }
+
+    /// The corners of that box, but for rounding.
+    pub fn corners(&self, object: [DVec3; 2]) -> [DVec3; 2] {
         let corner = |at: usize| {
-            let pick = |axis: usize| if at >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            let pick = |axis: usize| object[at >> axis & 1][axis];
             self.to_world(DVec3::new(pick(0), pick(1), pick(2)))
         };
-        let points: Vec<DVec3> = (0..8).map(corner).collect();
+        let points: [DVec3; 8] = std::array::from_fn(corner);
         let min = points.iter().fold(DVec3::INFINITY, |min, p| min.min(*p));
         let max = points.iter().fold(DVec3::NEG_INFINITY, |max, p| max.max(*p));
-        Bounds::padded(min, max, self.magnitude(low.abs().max(high.abs()).max_element()))
+        [min, max]
     }
 }

@@ -30,9 +30,9 @@ pub(crate) struct FirstHit<'h> {
 }
 
 /// Traces rays and counts them.
-pub(crate) struct Tracer<'t, 's> {
-    scene: &'t Traceable<'s>,
-    lights: &'t LightTable<'s>,
+pub(crate) struct Tracer<'s> {
+    scene: &'s Traceable,
+    lights: &'s LightTable,
     pub rays: u64,
     /// How many bundles of rays are traced one by one, after one that did not stay together.
     apart: u32,
@@ -45,12 +45,12 @@ pub(crate) struct Tracer<'t, 's> {
 /// Bundles of rays are not tried again for longer.
 const LONGEST_APART: u32 = 63;
 
-impl<'t, 's> Tracer<'t, 's> {
-    pub fn new(scene: &'t Traceable<'s>, lights: &'t LightTable<'s>) -> Self {
+impl<'s> Tracer<'s> {
+    pub fn new(scene: &'s Traceable, lights: &'s LightTable) -> Self {
         Tracer { scene, lights, rays: 0, apart: 0, apart_left: 0, forms: Box::new(Forms::new()) }
     }
 
-    pub fn lights(&self) -> &'t LightTable<'s> {
+    pub fn lights(&self) -> &'s LightTable {
         self.lights
     }
 

@@ -66,7 +66,7 @@ pub use integrator::Draw;
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::Scene;
-pub use prepare::preparation_bytes;
+pub use prepare::{Prepared, preparation_bytes};
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
 pub use render::{

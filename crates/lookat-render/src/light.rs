@@ -12,8 +12,10 @@ mod receiver;
 mod sphere;
 mod surface;
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec2, DVec3, Vec3};
-use lookat_scene::{DirectStrategy, Integrator, Light, Scene};
+use lookat_scene::{DirectStrategy, Light, Primitive, World};
 
 use crate::bsdf::Domain;
 use crate::prepare::Traceable;
@@ -27,9 +29,9 @@ pub(crate) use receiver::Receiver;
 use surface::{SurfaceForm, SurfaceLight};
 
 /// All lights of a scene.
-pub(crate) struct LightTable<'s> {
+pub(crate) struct LightTable {
     /// Skies last, and of these last those that are everywhere alike.
-    lights: Vec<SceneLight<'s>>,
+    lights: Vec<SceneLight>,
     /// The number of the first sky.
     first_sky: usize,
     /// How many are not everywhere alike: all that there is to sample from a surface without a [`Lune`].
@@ -40,16 +42,15 @@ pub(crate) struct LightTable<'s> {
     /// The light that a primitive is, or none.
     of_primitive: Vec<Option<usize>>,
     has_surfaces: bool,
-    /// Whether each is sampled once, however often it asks to be.
-    is_each_once: bool,
     /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
     /// World position of the origin.
-    eye: DVec3,
+    origin: DVec3,
+    source: Arc<World>,
 }
 
-/// A light, relative to the eye.
-enum SceneLight<'s> {
+/// A light, relative to the origin.
+enum SceneLight {
     Point {
         position: DVec3,
         intensity: Vec3,
@@ -69,10 +70,10 @@ enum SceneLight<'s> {
         radiance: Vec3,
         samples: u32,
     },
-    Environment(Box<Environment<'s>>),
-    Goniometric(Goniometric<'s>),
-    Projection(Projection<'s>),
-    Surface(SurfaceLight<'s>),
+    Environment(Box<Environment>),
+    Goniometric(Goniometric),
+    Projection(Projection),
+    Surface(SurfaceLight),
 }
 
 /// Light that may reach a point from one direction.
@@ -97,20 +98,20 @@ struct PointLight {
     intensity: Vec3,
 }
 
-impl<'s> LightTable<'s> {
-    /// The lights of a scene, in the coordinates of its traceable form.
-    pub fn new(scene: &'s Scene, traceable: &Traceable) -> Self {
-        let eye = traceable.eye;
-        let all = scene.lights.iter().map(|light| SceneLight::new(light, eye));
+impl LightTable {
+    /// The lights of a world, in the coordinates of its traceable form.
+    pub fn new(source: &Arc<World>, traceable: &Traceable) -> Self {
+        let origin = traceable.origin;
+        let all = source.lights.iter().map(|light| SceneLight::new(light, origin));
         let (mut skies, mut lights): (Vec<SceneLight>, Vec<SceneLight>) = all.partition(SceneLight::is_sky);
-        let mut of_primitive = vec![None; scene.primitives.len()];
-        for (number, primitive) in scene.primitives.iter().enumerate() {
+        let mut of_primitive = vec![None; source.primitives.len()];
+        for (number, primitive) in source.primitives.iter().enumerate() {
             if let Some(light) = SurfaceLight::new(number as u32, primitive, traceable) {
                 of_primitive[number] = Some(lights.len());
                 lights.push(SceneLight::Surface(light));
             }
         }
-        let background = scene.lights.iter().fold(Vec3::ZERO, |sum, light| match light {
+        let background = source.lights.iter().fold(Vec3::ZERO, |sum, light| match light {
             Light::Infinite { radiance, .. } => sum + *radiance,
             _ => sum,
         });
@@ -125,14 +126,11 @@ impl<'s> LightTable<'s> {
             lights,
             first_sky,
             uneven,
-            is_each_once: matches!(
-                scene.integrator,
-                Integrator::DirectLighting { strategy: DirectStrategy::EachOnce, .. }
-            ),
             has_surfaces: of_primitive.iter().any(Option::is_some),
             of_primitive,
             background,
-            eye,
+            origin,
+            source: source.clone(),
         }
     }
 
@@ -151,15 +149,15 @@ impl<'s> LightTable<'s> {
             SceneLight::Environment(_) => "infinite with a picture",
             SceneLight::Goniometric(_) => "goniometric",
             SceneLight::Projection(_) => "projection",
-            SceneLight::Surface(SurfaceLight { form: SurfaceForm::Mesh { .. }, .. }) => "mesh",
+            SceneLight::Surface(SurfaceLight { form: SurfaceForm::Mesh(_), .. }) => "mesh",
             SceneLight::Surface(SurfaceLight { form: SurfaceForm::Curved(_), .. }) => "quadric",
         })
     }
 
     /// How many samples of direct light there are of a light, where all are sampled.
-    pub fn samples(&self, light: usize) -> u32 {
+    pub fn samples(&self, light: usize, strategy: DirectStrategy) -> u32 {
         match &self.lights[light] {
-            _ if self.is_each_once => 1,
+            _ if strategy == DirectStrategy::EachOnce => 1,
             SceneLight::Infinite { samples, .. } => *samples,
             SceneLight::Environment(environment) => environment.samples,
             SceneLight::Surface(surface) => surface.samples,
@@ -217,7 +215,7 @@ impl<'s> LightTable<'s> {
                 let EnvironmentSample { wi, radiance, pdf } = environment.sample(lune, u)?;
                 Some(LightSample { li: radiance, pdf: Some(pdf), shadow: from.leave(wi) })
             }
-            SceneLight::Surface(surface) => surface.sample(self.eye, from, u),
+            SceneLight::Surface(surface) => surface.sample(self.primitive(surface), self.origin, from, u),
             light @ (SceneLight::Point { .. }
             | SceneLight::Spot { .. }
             | SceneLight::Goniometric(_)
@@ -249,6 +247,11 @@ impl<'s> LightTable<'s> {
             _ => None,
         };
         self.lights[self.first_sky..].iter().map(color).sum()
+    }
+
+    /// The shape that is a light.
+    fn primitive(&self, light: &SurfaceLight) -> &Primitive {
+        &self.source.primitives[light.number as usize]
     }
 
     /// The first light that is a sky; they are the last.
@@ -286,7 +289,7 @@ impl<'s> LightTable<'s> {
     }
 }
 
-impl<'s> SceneLight<'s> {
+impl SceneLight {
     fn is_delta(&self) -> bool {
         !self.is_sky() && !matches!(self, SceneLight::Surface(_))
     }
@@ -338,11 +341,13 @@ impl<'s> SceneLight<'s> {
         above + lune.map_or(0.0, Lune::share)
     }
 
-    fn new(light: &'s Light, eye: DVec3) -> Self {
+    fn new(light: &Light, origin: DVec3) -> Self {
         match *light {
-            Light::Point { position, intensity } => SceneLight::Point { position: position - eye, intensity },
+            Light::Point { position, intensity } => {
+                SceneLight::Point { position: position - origin, intensity }
+            }
             Light::Spot { position, light_from_world, intensity, cos_total_width, cos_falloff_start } => {
-                let position = position - eye;
+                let position = position - origin;
                 SceneLight::Spot { position, light_from_world, intensity, cos_total_width, cos_falloff_start }
             }
             Light::Distant { direction, radiance } => SceneLight::Distant { direction, radiance },
@@ -352,12 +357,17 @@ impl<'s> SceneLight<'s> {
                 SceneLight::Environment(Box::new(Environment::new(map, scale, spaces, samples)))
             }
             Light::Goniometric { position, light_from_world, intensity, ref map } => {
-                let position = position - eye;
-                SceneLight::Goniometric(Goniometric { position, light_from_world, intensity, map })
+                let position = position - origin;
+                SceneLight::Goniometric(Goniometric {
+                    position,
+                    light_from_world,
+                    intensity,
+                    map: map.clone(),
+                })
             }
             Light::Projection { position, light_from_world, intensity, ref map, half_size } => {
-                let position = position - eye;
-                let map = map.as_deref();
+                let position = position - origin;
+                let map = map.clone();
                 SceneLight::Projection(Projection { position, light_from_world, intensity, map, half_size })
             }
         }

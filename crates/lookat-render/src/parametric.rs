@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-/// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the eye-relative world, or the space
+/// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the world, or the space
 /// of an object.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Parametric {

@@ -5,14 +5,14 @@ use lookat_scene::Scene;
 
 use crate::arithmetic::Precision;
 use crate::camera::CameraRays;
-use crate::prepare::Traceable;
+use crate::prepare::Prepared;
 use crate::ray::{Hit, Ray};
 use crate::surface::Surface;
 use crate::trace::BUNDLE;
 
-/// A scene in which rays can be traced. All positions are relative to [`Probe::eye`].
-pub struct Probe<'s> {
-    traceable: Traceable<'s>,
+/// A scene in which rays can be traced. All positions are relative to [`Probe::origin`].
+pub struct Probe {
+    prepared: Prepared,
     camera: CameraRays,
 }
 
@@ -27,25 +27,24 @@ pub struct Point {
     pub ns: DVec3,
 }
 
-impl<'s> Probe<'s> {
+impl Probe {
     /// Prepares the scene as rendering does.
-    pub fn new(scene: &'s Scene) -> Self {
-        Probe {
-            traceable: Traceable::new(scene, Precision::Mixed),
-            camera: CameraRays::new(&scene.camera, &scene.film),
-        }
+    pub fn new(scene: &Scene) -> Self {
+        let prepared = Prepared::new(scene);
+        let camera = prepared.camera(&scene.view);
+        Probe { prepared, camera }
     }
 
     /// The same scene, intersected with other numbers.
     #[must_use]
     pub fn with_precision(mut self, precision: Precision) -> Self {
-        self.traceable.precision = precision;
+        self.prepared.traceable.precision = precision;
         self
     }
 
     /// The world position that all others are relative to.
-    pub fn eye(&self) -> DVec3 {
-        self.traceable.eye
+    pub fn origin(&self) -> DVec3 {
+        self.prepared.traceable.origin
     }
 
     /// The camera ray through `film`, in pixels from the top left corner, and the point of the lens that `u`, in 0..1,
@@ -56,32 +55,32 @@ impl<'s> Probe<'s> {
 
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
-        self.traceable.nearest(ray)
+        self.prepared.traceable.nearest(ray)
     }
 
     /// The nearest hits of several rays, which are found faster together where they run side by side.
     pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
-        self.traceable.nearest_of(rays).0
+        self.prepared.traceable.nearest_of(rays).0
     }
 
     /// The same without trees: by asking everything in turn.
     pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
-        self.traceable.nearest_by_all(ray)
+        self.prepared.traceable.nearest_by_all(ray)
     }
 
     /// Whether anything is in the way of a ray that ends at its `t_max`.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.traceable.occluded(ray)
+        self.prepared.traceable.occluded(ray)
     }
 
     /// The point that a ray has hit.
     pub fn point(&self, ray: &Ray, hit: &Hit) -> Point {
-        let Surface { p, n, ns, .. } = Surface::new(&self.traceable, ray, hit);
+        let Surface { p, n, ns, .. } = Surface::new(&self.prepared.traceable, ray, hit);
         Point { p, n, ns }
     }
 
     /// The ray that leaves that point in direction `d`, of length one.
     pub fn leave(&self, ray: &Ray, hit: &Hit, d: DVec3) -> Ray {
-        Surface::new(&self.traceable, ray, hit).leave(d)
+        Surface::new(&self.prepared.traceable, ray, hit).leave(d)
     }
 }

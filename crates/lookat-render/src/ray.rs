@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// A ray in the eye-relative world, or in the space of an object.
+/// A ray in the world, or in the space of an object.
 #[derive(Debug, Clone, Copy)]
 pub struct Ray {
     /// Origin.

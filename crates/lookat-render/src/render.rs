@@ -14,18 +14,17 @@ use std::time::{Duration, Instant};
 
 use glam::Vec3;
 use lookat_image::{Image, PixelError};
-use lookat_scene::{Film, Integrator, Scene};
+use lookat_scene::{Film, Integrator, Scene, View};
 
 use crate::arithmetic::Precision;
 use crate::film::{Pixel, Spread, Tile, develop};
 use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
-use crate::light::LightTable;
-use crate::prepare::Traceable;
+use crate::prepare::Prepared;
 use crate::sampler::SampleStream;
 use crate::threads::{self, threads};
 use control::Control;
 pub use forecast::TimeLeft;
-use sample::{Context, Prepared};
+use sample::Context;
 
 /// How to render, apart from what the scene says.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -162,7 +161,35 @@ pub fn render(
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Rendered {
     let control = Control::new(progress, settings.time);
-    let run = || run(scene, settings, &control);
+    on_threads(settings, || {
+        let started = Instant::now();
+        let mut prepared = Prepared::new(scene);
+        let preparation = started.elapsed();
+        prepared.traceable.precision = settings.precision;
+        Rendered { preparation, ..run(&prepared, &scene.view, settings, &control) }
+    })
+}
+
+impl Prepared {
+    /// Renders a view of the world as [`render`] does, with the same pixels, and prepares only what has to move with the
+    /// camera: nothing, unless it has left its cell.
+    pub fn render(
+        &mut self,
+        view: &View,
+        settings: &Settings,
+        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Rendered {
+        let control = Control::new(progress, settings.time);
+        on_threads(settings, || {
+            let preparation = self.look(&view.camera);
+            self.traceable.precision = settings.precision;
+            Rendered { preparation, ..run(self, view, settings, &control) }
+        })
+    }
+}
+
+/// Runs on the threads that the settings ask for.
+fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R {
     let pool = if settings.threads > 0 { threads::pool(settings.threads) } else { None };
     match pool {
         Some(pool) => pool.install(run),
@@ -170,26 +197,22 @@ pub fn render(
     }
 }
 
-fn run(scene: &Scene, settings: &Settings, control: &Control) -> Rendered {
-    let started = Instant::now();
-    let traceable = Traceable::new(scene, settings.precision);
-    let lights = LightTable::new(scene, &traceable);
-    let prepared = Prepared { scene, lights, traceable, preparation: started.elapsed() };
+fn run(prepared: &Prepared, view: &View, settings: &Settings, control: &Control) -> Rendered {
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
-    match scene.integrator {
+    match view.integrator {
         Integrator::DirectLighting { strategy, max_depth } => {
-            render_tiles(&prepared, settings, control, |tracer, first, stream| {
+            render_tiles(prepared, view, settings, control, |tracer, first, stream| {
                 direct::li(tracer, first, stream, strategy, max_depth)
             })
         }
         Integrator::Path { max_depth, roulette_threshold, light_choice } => {
             let path = path::Settings { max_depth, roulette_threshold, light_choice };
-            render_tiles(&prepared, settings, control, |tracer, first, stream| {
+            render_tiles(prepared, view, settings, control, |tracer, first, stream| {
                 path::li(tracer, first, stream, &path)
             })
         }
         Integrator::AmbientOcclusion { cosine, samples } => {
-            render_tiles(&prepared, settings, control, |tracer, first, stream| {
+            render_tiles(prepared, view, settings, control, |tracer, first, stream| {
                 ambient::li(tracer, first, stream, cosine, samples)
             })
         }
@@ -197,13 +220,19 @@ fn run(scene: &Scene, settings: &Settings, control: &Control) -> Rendered {
 }
 
 /// Samples all tiles, in the way that the settings ask for, and develops them.
-fn render_tiles<F>(prepared: &Prepared, settings: &Settings, control: &Control, li: F) -> Rendered
+fn render_tiles<F>(
+    prepared: &Prepared,
+    view: &View,
+    settings: &Settings,
+    control: &Control,
+    li: F,
+) -> Rendered
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
     let is_open = settings.target_error.is_some() || settings.time.is_some();
-    let nominal = if is_open { target::FIRST } else { prepared.scene.sampler.samples_per_pixel };
-    let context = Context::new(prepared, nominal, control, li);
+    let nominal = if is_open { target::FIRST } else { view.sampler.samples_per_pixel };
+    let context = Context::new(prepared, view, nominal, control, li);
     let (tiles, target) = match &settings.target_error {
         Some(target) => {
             let (tiles, reached) = target::render(&context, settings, target);
@@ -212,7 +241,7 @@ where
         None if settings.adaptive => (adaptive::render(&context, settings), None),
         None => (passes::render(&context, settings), None),
     };
-    let image = develop(&tiles, &prepared.scene.film, context.filter.weight());
+    let image = develop(&tiles, &view.film, context.filter.weight());
     let counts = || tiles.iter().flat_map(|tile: &Tile| tile.pixels.iter().map(|pixel| pixel.count()));
     let statistics = Statistics {
         samples: counts().map(u64::from).sum(),
@@ -225,7 +254,7 @@ where
     Rendered {
         image,
         statistics,
-        preparation: prepared.preparation,
+        preparation: Duration::ZERO,
         complete: !control.is_interrupted() || statistics.samples == control.total(),
     }
 }

@@ -49,7 +49,7 @@ pub(crate) fn point(
         Some(camera_ray) if material.needs.footprint => footprint(surface, &coordinates.flat, camera_ray),
         _ => Footprint::default(),
     };
-    let at = TexturePoint { p: surface.p, eye: scene.eye, uv: coordinates.flat.uv, footprint };
+    let at = TexturePoint { p: surface.p, origin: scene.origin, uv: coordinates.flat.uv, footprint };
     let (ns, dpdu) = match &material.bump {
         Some(bump) => bumped(&at, bump, surface, &coordinates),
         None => (surface.ns, coordinates.shading.dpdu),

@@ -11,7 +11,7 @@ use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::triangle::corners;
 
-/// A point of a surface, relative to the eye. Normals have length one.
+/// A point of a surface, relative to the origin. Normals have length one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Surface<'s> {
     /// Position.
@@ -42,8 +42,8 @@ impl<'s> Surface<'s> {
 
     /// The surface at a hit of `ray`.
     #[inline]
-    pub fn new(scene: &Traceable<'s>, ray: &Ray, hit: &Hit) -> Self {
-        let primitive = scene.primitives[hit.element.primitive as usize];
+    pub fn new(scene: &'s Traceable, ray: &Ray, hit: &Hit) -> Self {
+        let primitive = scene.primitive(hit.element.primitive);
         match &primitive.shape {
             Shape::TriangleMesh(mesh) if hit.element.instance == ElementId::WORLD => {
                 let [b0, b1] = hit.barycentric;
@@ -56,7 +56,7 @@ impl<'s> Surface<'s> {
 
     /// Out of line, so that triangles of the world, the most of all, are copied nowhere.
     #[inline(never)]
-    fn of_any(scene: &Traceable<'s>, primitive: &'s Primitive, ray: &Ray, hit: &Hit) -> Self {
+    fn of_any(scene: &Traceable, primitive: &'s Primitive, ray: &Ray, hit: &Hit) -> Self {
         let instance = scene.instance(hit.element.instance);
         let mut surface = Surface::local(scene, primitive, instance, ray, hit);
         if let Some(instance) = instance {
@@ -71,7 +71,7 @@ impl<'s> Surface<'s> {
 
     /// The surface in the space of its object, or in the world if it has none.
     fn local(
-        scene: &Traceable<'s>,
+        scene: &Traceable,
         primitive: &'s Primitive,
         instance: Option<&PlacedInstance>,
         ray: &Ray,

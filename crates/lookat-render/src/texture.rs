@@ -15,10 +15,10 @@ use self::noise::PointInSpace;
 /// Where a texture is asked.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct TexturePoint {
-    /// Position, relative to `eye`.
+    /// Position, relative to `origin`.
     pub p: DVec3,
-    /// World position of the eye, which positions are relative to.
-    pub eye: DVec3,
+    /// World position that positions are relative to.
+    pub origin: DVec3,
     /// Coordinates of the surface.
     pub uv: DVec2,
     /// How position and coordinates change from one camera ray to its neighbors; 0 where there are none.
@@ -62,9 +62,9 @@ impl TexturePoint {
         }
     }
 
-    /// The point in another space. The eye is taken there apart, so that neighboring points keep their distance.
+    /// The point in another space. The origin is taken there apart, so that neighboring points keep their distance.
     fn within(&self, space_from_world: &Transform) -> DVec3 {
-        space_from_world.vector(self.p) + space_from_world.point(self.eye)
+        space_from_world.vector(self.p) + space_from_world.point(self.origin)
     }
 
     fn bilerp<T: Value>(&self, bilerp: &Bilerp<T>) -> T {
@@ -98,7 +98,7 @@ mod tests {
         );
         let loaded = load(Path::new("x.pbrt"), &|_| Ok(scene.clone().into()), &Overrides::default());
         let scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
-        match &scene.primitives[0].material.kind {
+        match &scene.world.primitives[0].material.kind {
             MaterialKind::Matte(matte) => matte.kd.clone(),
             other => panic!("{other:?}"),
         }

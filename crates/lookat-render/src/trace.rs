@@ -76,7 +76,7 @@ macro_rules! search_with {
 #[cfg(target_arch = "x86_64")]
 use search_with;
 
-impl Traceable<'_> {
+impl Traceable {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         let mut found = None;
@@ -374,7 +374,7 @@ impl Traceable<'_> {
     fn is_there(&self, hit: &Hit, is_shadow: bool) -> bool {
         let Hit { element, barycentric, .. } = *hit;
         !self.has_cutouts
-            || cutout::is_there(self.primitives[element.primitive as usize], element, barycentric, is_shadow)
+            || cutout::is_there(self.primitive(element.primitive), element, barycentric, is_shadow)
     }
 }
 

@@ -52,9 +52,9 @@ pub(crate) struct Triangle {
 }
 
 impl Triangle {
-    /// Triangle `index` of the mesh that a primitive is, relative to `eye`.
-    pub fn new(mesh: &Mesh, index: usize, primitive: u32, eye: DVec3) -> Self {
-        let (corners, first) = sorted(corners(mesh, index, eye));
+    /// Triangle `index` of the mesh that a primitive is, relative to `origin`.
+    pub fn new(mesh: &Mesh, index: usize, primitive: u32, origin: DVec3) -> Self {
+        let (corners, first) = sorted(corners(mesh, index, origin));
         Triangle { corners, primitive, index: index as u32, first }
     }
 
@@ -205,9 +205,9 @@ pub(crate) fn holds_end(ray: &Ray, corners: &[DVec3; 3]) -> bool {
     volume_from(ray.end(), corners, (ray.d * ray.t_max).abs()) == 0.0
 }
 
-/// The corners of a triangle relative to the eye.
-pub(crate) fn corners(mesh: &Mesh, index: usize, eye: DVec3) -> [DVec3; 3] {
-    mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]) - eye)
+/// The corners of a triangle relative to the origin.
+pub(crate) fn corners(mesh: &Mesh, index: usize, origin: DVec3) -> [DVec3; 3] {
+    mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]) - origin)
 }
 
 /// Sorts the corners of a triangle, and tells where the first two went. Sums then round alike for all triangles with the

@@ -205,7 +205,7 @@ mod tests {
             Material \"matte\" Shape \"sphere\" \"float radius\" 3 WorldEnd"
         );
         let read = |_: &Path| Ok(text.clone().into_bytes());
-        load(Path::new("a.pbrt"), &read, &Overrides::default()).scene.unwrap().primitives.len()
+        load(Path::new("a.pbrt"), &read, &Overrides::default()).scene.unwrap().world.primitives.len()
     }
 
     #[test]

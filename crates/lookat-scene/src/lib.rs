@@ -18,7 +18,7 @@
 //!     WorldEnd
 //! "#;
 //! let loaded = lookat_scene::load(Path::new("demo.pbrt"), &|_| Ok(text.into()), &Default::default());
-//! assert_eq!(loaded.scene.unwrap().film.resolution, [64, 48]);
+//! assert_eq!(loaded.scene.unwrap().view.film.resolution, [64, 48]);
 //! assert_eq!(loaded.diagnostics[0].help.as_deref(), Some("did you mean \"radius\"?"));
 //! assert_eq!(loaded.sources.location(loaded.diagnostics[0].span()).line, 8);
 //! ```
@@ -79,7 +79,7 @@ pub use memory::Memory;
 pub use mesh::Mesh;
 pub use overrides::Overrides;
 pub use sampler::{Sampler, SamplerKind};
-pub use scene::{Emission, Instance, Object, Primitive, Scene};
+pub use scene::{Emission, Instance, Object, Primitive, Scene, View, World};
 pub use shape::{
     Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
 };

@@ -1,4 +1,4 @@
-//! Memory of the arrays of a scene.
+//! Memory of the arrays of a world.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -7,10 +7,10 @@ use lookat_image::{MipMap, Texel};
 
 use crate::texture::{Checkerboard, Dots};
 use crate::{
-    AnyTexture, Light, Material, MaterialKind, Object, Primitive, Scene, Shape, Texture, Value, Varying,
+    AnyTexture, Light, Material, MaterialKind, Object, Primitive, Shape, Texture, Value, Varying, World,
 };
 
-/// The memory of the arrays of a scene. Shared arrays count once.
+/// The memory of the arrays of a world. Shared arrays count once.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Memory {
     /// Bytes of the meshes.
@@ -21,7 +21,7 @@ pub struct Memory {
     pub picture_bytes: usize,
 }
 
-impl Scene {
+impl World {
     /// The objects with instances in the world, each once.
     pub fn objects(&self) -> Vec<&Arc<Object>> {
         let mut objects: Vec<&Arc<Object>> = Vec::new();
@@ -40,7 +40,7 @@ impl Scene {
         self.primitives.iter().chain(of_objects)
     }
 
-    /// The memory of the arrays of the scene.
+    /// The memory of the arrays of the world.
     pub fn memory(&self) -> Memory {
         let mut found = Found::default();
         self.shapes().for_each(|primitive| found.primitive(primitive));
@@ -138,7 +138,7 @@ mod tests {
             Some(_) => Ok(pfm()),
             None => Ok(text.clone().into()),
         };
-        load(Path::new("x"), &read, &Overrides::default()).scene.unwrap().memory()
+        load(Path::new("x"), &read, &Overrides::default()).scene.unwrap().world.memory()
     }
 
     /// A gray picture of 2 x 2 pixels.

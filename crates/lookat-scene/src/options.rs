@@ -3,16 +3,16 @@
 
 use lookat_syntax::{Diagnostic, Entity, EntityKind, Severity, Span, Spanned, Text};
 
-use crate::Transform;
 use crate::camera::{self, Camera};
 use crate::files::Files;
-use crate::film::{self, Film};
+use crate::film;
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
 use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::report::Report;
 use crate::sampler::{self, Sampler, SamplerKind};
+use crate::{Transform, View};
 
 /// The last option of each kind, as written.
 #[derive(Default)]
@@ -32,11 +32,7 @@ struct Given {
 
 /// The resolved options.
 pub(crate) struct Settled {
-    pub camera: Camera,
-    pub film: Film,
-    pub filter: Filter,
-    pub sampler: Sampler,
-    pub integrator: Integrator,
+    pub view: View,
     /// True if the integrator ignores surfaces without a material.
     pub passes_boundaries: bool,
     /// The type of an Integrator that `path` replaces.
@@ -107,15 +103,14 @@ impl Options {
         };
         let params = &mut Params::new("Camera", entity(given, "perspective"), files, report);
         let camera = camera::camera(params, world_from_camera, &film);
-        Settled {
+        let view = View {
             camera: camera.unwrap_or_else(|| Camera::pbrt_default(world_from_camera, &film)),
             film,
             filter: filter.unwrap_or(Filter::BOX),
             sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),
             integrator: integrator.unwrap_or(Integrator::PBRT_DEFAULT),
-            passes_boundaries,
-            substituted,
-        }
+        };
+        Settled { view, passes_boundaries, substituted }
     }
 
     fn warn_missing(&self, world_begin: Span, report: &mut Report) {

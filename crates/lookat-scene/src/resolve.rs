@@ -24,7 +24,7 @@ use crate::picture::Pictures;
 use crate::report::Report;
 use crate::state::{Definitions, GraphicsState, Open, Saved};
 use crate::transform::Transform;
-use crate::{Instance, Light, Object, Primitive, Scene, light};
+use crate::{Instance, Light, Object, Primitive, Scene, World, light};
 pub(crate) use block::home_block;
 use doubts::is_scaled;
 use transformation::{matrix, rotate, scale};
@@ -251,16 +251,8 @@ impl<'a> Resolver<'a> {
         let is_scene = (!self.report.has_errors() || self.overrides.keep_going) && misfit.is_none();
         let scene = is_scene.then(|| self.settled.take()).flatten();
         let diagnostics = self.report.finish(&self.files.sources);
-        let scene = scene.map(|settled| Scene {
-            camera: settled.camera,
-            film: settled.film,
-            filter: settled.filter,
-            sampler: settled.sampler,
-            integrator: settled.integrator,
-            primitives: self.primitives,
-            instances: self.instances,
-            lights: self.lights,
-        });
+        let world = World { primitives: self.primitives, instances: self.instances, lights: self.lights };
+        let scene = scene.map(|settled| Scene { view: settled.view, world: Arc::new(world) });
         let (sources, inputs, memory) = self.files.into_parts();
         Loaded { sources, inputs, memory, scene, diagnostics, can_keep_going, misfit }
     }

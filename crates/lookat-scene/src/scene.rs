@@ -2,13 +2,24 @@
 
 use std::sync::Arc;
 
+use lookat_syntax::Span;
+
 use crate::{Camera, Cutout, Film, Filter, Integrator, Light, Material, Sampler, Shape, Transform};
 
-/// A scene, ready to render. Lengths are in world units, except for quadrics and curves, which are in object space.
-/// Angles are in radians unless a field says degrees. Colors are linear RGB; transformations are `f64`. Nothing is
-/// left to look up, and nothing can fail.
+/// A scene, ready to render: a view of a world. Lengths are in world units, except for quadrics and curves, which are in
+/// object space. Angles are in radians unless a field says degrees. Colors are linear RGB; transformations are `f64`.
+/// Nothing is left to look up, and nothing can fail.
 #[derive(Debug, Clone)]
 pub struct Scene {
+    /// How the world is seen.
+    pub view: View,
+    /// What is seen. Views share it.
+    pub world: Arc<World>,
+}
+
+/// The directives before `WorldBegin`: how a picture is taken.
+#[derive(Debug, Clone)]
+pub struct View {
     /// The camera.
     pub camera: Camera,
     /// The size and the file of the picture.
@@ -19,6 +30,11 @@ pub struct Scene {
     pub sampler: Sampler,
     /// The light transport algorithm.
     pub integrator: Integrator,
+}
+
+/// The directives after `WorldBegin`: shapes and lights.
+#[derive(Debug, Clone, Default)]
+pub struct World {
     /// The shapes of the world.
     pub primitives: Vec<Primitive>,
     /// The object instances of the world.
@@ -32,6 +48,8 @@ pub struct Scene {
 pub struct Primitive {
     /// The shape.
     pub shape: Shape,
+    /// The Shape directive that made it. `None` for a shape made in code.
+    pub span: Option<Span>,
     /// True under `ReverseOrientation`: normals are flipped.
     pub reverse_orientation: bool,
     /// True if the transformation from object space swaps handedness.

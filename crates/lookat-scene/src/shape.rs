@@ -39,7 +39,7 @@ pub enum Shape {
     /// Triangles.
     TriangleMesh(Arc<Mesh>),
     /// A curve with a width.
-    Curve(Box<Curve>),
+    Curve(Arc<Curve>),
 }
 
 impl Shape {
@@ -125,7 +125,7 @@ pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option
     match params.kind() {
         "trianglemesh" => triangle_mesh(params, world_from_object).map(triangles),
         "plymesh" => ply_mesh(params, world_from_object).map(triangles),
-        "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Box::new(curve))),
+        "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Arc::new(curve))),
         "heightfield" => heightfield::heightfield(params, world_from_object).map(triangles),
         "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(triangles),
         "nurbs" => nurbs::nurbs(params, world_from_object).map(triangles),

@@ -56,7 +56,7 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let Some(scene) = loaded.scene else { return Ok(report::failure(&loaded)) };
     // Check before minutes of rendering, not after.
     let memory = &loaded.memory;
-    let errors = scene.film.crop.area() * (PICTURE_BYTES + METHOD_BYTES * methods.len() as u64);
+    let errors = scene.view.film.crop.area() * (PICTURE_BYTES + METHOD_BYTES * methods.len() as u64);
     let refused = |shortage| format!("measuring errors: {}", way_out(shortage));
     memory.reserve(errors).map_err(refused)?.keep();
     drop(charge_memory(&scene, &Settings { error_layers: true, ..Settings::default() }, memory)?);
@@ -107,7 +107,7 @@ fn header(arguments: &Chart, scene: &Scene, parse: f64) -> Header {
     let name = if arguments.scene == Path::new("-") { Path::new("standard input") } else { &arguments.scene };
     Header {
         scene: name.display().to_string(),
-        size: [scene.film.crop.width(), scene.film.crop.height()],
+        size: [scene.view.film.crop.width(), scene.view.film.crop.height()],
         threads: lookat_render::threads(),
         seed: arguments.seed,
         parse,
@@ -248,7 +248,7 @@ fn read(file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Fitted, Str
 }
 
 fn fit(file: &Path, image: &Image, scene: &Scene) -> Result<Fitted, String> {
-    fitted(image, &scene.film).map_err(|fault| format!("{}: the picture {fault}", file.display()))
+    fitted(image, &scene.view.film).map_err(|fault| format!("{}: the picture {fault}", file.display()))
 }
 
 fn read_reference(

@@ -40,7 +40,7 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
     let name = arguments.scene.display().to_string();
     if let Some(Err(shortage)) =
-        loaded.scene.as_ref().map(|scene| loaded.memory.reserve(preparation_bytes(scene)))
+        loaded.scene.as_ref().map(|scene| loaded.memory.reserve(preparation_bytes(&scene.world)))
     {
         return crate::exit_code(Err(format!("the shapes and lights are too large: {}", way_out(shortage))));
     }
@@ -61,7 +61,7 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
 
 impl<'s> Found<'s> {
     fn new(scene: &'s Scene) -> Self {
-        Found { scene, inspection: lookat_render::inspect(scene), memory: scene.memory() }
+        Found { scene, inspection: lookat_render::inspect(scene), memory: scene.world.memory() }
     }
 
     /// The BVHs of the world and of all objects.
@@ -82,7 +82,7 @@ impl<'s> Found<'s> {
     /// The features that the scene does not use.
     fn not_paid_for(&self) -> Vec<&'static str> {
         let it = &self.inspection;
-        let is_path = matches!(self.scene.integrator, Integrator::Path { .. });
+        let is_path = matches!(self.scene.view.integrator, Integrator::Path { .. });
         let has = |draw: &str| it.draws.iter().any(|drawn| drawn.of == draw);
         let mut absent = vec![
             (!it.has_lens, "lens samples"),
@@ -116,18 +116,18 @@ impl<'s> Found<'s> {
             })
         };
         let draws = |draw: &Draw| json!({ "of": draw.of, "numbers": draw.numbers, "from": draw.surfaces.start, "to": draw.surfaces.end });
-        let samples = scene.sampler.samples_per_pixel;
+        let samples = scene.view.sampler.samples_per_pixel;
         json!({
             "film": {
-                "resolution": scene.film.resolution,
-                "crop": [scene.film.crop.width(), scene.film.crop.height()],
+                "resolution": scene.view.film.resolution,
+                "crop": [scene.view.film.crop.width(), scene.view.film.crop.height()],
                 "samples_per_pixel": samples,
-                "samples": scene.film.crop.area() * u64::from(samples),
+                "samples": scene.view.film.crop.area() * u64::from(samples),
                 "filter": filter_name(scene), "has_table": it.has_filter_table,
             },
             "camera": {
                 "projection": projection_name(scene), "has_lens": it.has_lens,
-                "lens": scene.camera.lens.map(|lens| json!({
+                "lens": scene.view.camera.lens.map(|lens| json!({
                     "radius": lens.radius, "focal_distance": lens.focal_distance,
                 })),
             },
@@ -157,7 +157,7 @@ impl<'s> Found<'s> {
 }
 
 fn filter_name(scene: &Scene) -> &'static str {
-    match scene.filter.kind {
+    match scene.view.filter.kind {
         FilterKind::Box => "box",
         FilterKind::Triangle => "triangle",
         FilterKind::Gaussian { .. } => "gaussian",
@@ -167,7 +167,7 @@ fn filter_name(scene: &Scene) -> &'static str {
 }
 
 fn projection_name(scene: &Scene) -> &'static str {
-    match scene.camera.projection {
+    match scene.view.camera.projection {
         Projection::Perspective { .. } => "perspective",
         Projection::Orthographic { .. } => "orthographic",
         Projection::Environment => "environment",
@@ -175,7 +175,7 @@ fn projection_name(scene: &Scene) -> &'static str {
 }
 
 fn integrator_name(scene: &Scene) -> &'static str {
-    match scene.integrator {
+    match scene.view.integrator {
         Integrator::DirectLighting { .. } => "directlighting",
         Integrator::Path { .. } => "path",
         Integrator::AmbientOcclusion { .. } => "ambientocclusion",

@@ -137,12 +137,12 @@ fn picture(
     scene: &Scene,
     loaded: &Loaded,
 ) -> Result<(JsonPicture, Result<(), String>), String> {
-    let film = &scene.film.file;
+    let film = &scene.view.film.file;
     // A draft replaces no finished picture.
     let film = if arguments.quick { marked(film, "quick") } else { film.clone() };
     let file = arguments.output.clone().unwrap_or(film);
     // Check before hours of rendering, not after.
-    let crop = scene.film.crop;
+    let crop = scene.view.film.crop;
     check_output(&file, [crop.width(), crop.height()])?;
     check_inputs(&file, &loaded.inputs)?;
     let partial = marked(&file, "partial");
@@ -215,7 +215,7 @@ fn picture(
 
 /// Charges the memory to render the scene. Fails if there is not enough.
 pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<Charge, String> {
-    let (film, rest) = (film_bytes(&scene.film, settings), preparation_bytes(scene));
+    let (film, rest) = (film_bytes(&scene.view.film, settings), preparation_bytes(&scene.world));
     let refused = |shortage| {
         let ([film, rest], shortage) = ([film, rest].map(byte_words), way_out(shortage));
         format!(
@@ -236,7 +236,7 @@ fn check_error_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<
             file.display()
         ));
     }
-    if arguments.target_error.is_none() && scene.sampler.samples_per_pixel < 2 {
+    if arguments.target_error.is_none() && scene.view.sampler.samples_per_pixel < 2 {
         return Err(
             "--error-layers needs at least 2 samples per pixel, preferably 16 or more; increase --spp".into(),
         );
@@ -246,7 +246,7 @@ fn check_error_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<
 
 /// Warns if error layers change the sampler of the scene.
 pub fn note_jitter(scene: &Scene, loaded: &Loaded) {
-    if scene.sampler.jittered() != scene.sampler {
+    if scene.view.sampler.jittered() != scene.view.sampler {
         let file = loaded.sources.files[0].path.display();
         crate::say(&format!(
             "{file}: error layers need jittered samples, so \"bool jitter\" \"false\" is ignored"
@@ -263,7 +263,7 @@ fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
         (None, None) if arguments.error_layers => return note_jitter(scene, loaded),
         (None, None) => return,
     };
-    let is_kept = match scene.sampler.kind {
+    let is_kept = match scene.view.sampler.kind {
         SamplerKind::Sobol => true,
         SamplerKind::Random => arguments.target_error.is_none(),
         SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } => false,

@@ -77,9 +77,10 @@ fn scene(eye: DVec3, meshes: Vec<Mesh>) -> Scene {
         eye.x, eye.y, eye.z
     );
     let mut scene = text_scene::scene(&text);
-    let one = scene.primitives.remove(0);
+    let world = Arc::make_mut(&mut scene.world);
+    let one = world.primitives.remove(0);
     let shapes = meshes.into_iter().map(|mesh| Shape::TriangleMesh(Arc::new(mesh)));
-    scene.primitives = shapes.map(|shape| lookat_scene::Primitive { shape, ..one.clone() }).collect();
+    world.primitives = shapes.map(|shape| lookat_scene::Primitive { shape, ..one.clone() }).collect();
     scene
 }
 
@@ -138,7 +139,7 @@ mod tests {
         let read =
             |path: &Path| Ok(if path.extension().is_some() { file.to_vec() } else { text.clone().into() });
         let scene = lookat_scene::load(Path::new("x"), &read, &Default::default()).scene.unwrap();
-        match &scene.primitives[0].shape {
+        match &scene.world.primitives[0].shape {
             Shape::TriangleMesh(mesh) => (**mesh).clone(),
             other => panic!("{other:?}"),
         }
@@ -168,14 +169,14 @@ mod tests {
     fn a_closed_mesh_has_no_holes() {
         use lookat_render::{Probe, Ray};
         let mut scene = scene(DVec3::new(0.0, 0.0, -9.0), vec![body()]);
-        scene.film.resolution = [8, 8];
+        scene.view.film.resolution = [8, 8];
         let probe = Probe::new(&scene);
         // From the middle to all sides.
         for at in 0..1000 {
             let angle = f64::from(at) * 2.4;
             let z = (f64::from(at) + 0.5) / 500.0 - 1.0;
             let d = DVec3::new(angle.cos(), angle.sin(), 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
-            assert!(probe.nearest(&Ray::new(-probe.eye(), d)).is_some(), "{d}");
+            assert!(probe.nearest(&Ray::new(-probe.origin(), d)).is_some(), "{d}");
         }
     }
 }

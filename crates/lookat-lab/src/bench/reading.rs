@@ -67,7 +67,7 @@ fn seconds(file: &File, triangles: usize) -> f64 {
         Ok(Box::new(Cursor::new(bytes.clone())))
     };
     let (seconds, loaded) = timed(|| load_opened(Path::new("scene"), &open, &Default::default()));
-    let memory = loaded.scene.map_or(0, |scene| scene.memory().meshes);
+    let memory = loaded.scene.map_or(0, |scene| scene.world.memory().meshes);
     assert!(memory >= triangles * 12, "{}: {:?}", file.name, loaded.diagnostics);
     seconds
 }

@@ -71,7 +71,7 @@ fn rays(name: &str, scene: &Scene, rounds: usize) -> Vec<Row> {
 }
 
 fn triangles(scene: &Scene) -> usize {
-    let meshes = scene.primitives.iter().filter_map(|primitive| match &primitive.shape {
+    let meshes = scene.world.primitives.iter().filter_map(|primitive| match &primitive.shape {
         lookat_scene::Shape::TriangleMesh(mesh) => Some(mesh.triangles()),
         _ => None,
     });

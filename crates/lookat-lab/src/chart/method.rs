@@ -144,7 +144,7 @@ impl Way {
     /// How the scene says that it is rendered, on so many threads; 0 is one for each processor.
     pub fn of(scene: &Scene, threads: usize) -> Way {
         let settings = Settings { threads, ..Settings::default() };
-        Way { sampler: scene.sampler.kind, integrator: scene.integrator, settings }
+        Way { sampler: scene.view.sampler.kind, integrator: scene.view.integrator, settings }
     }
 }
 

@@ -55,7 +55,7 @@ impl Runner {
             pixels: rendered.image.rgb()?,
             seconds: (seconds - preparation).max(0.0),
             preparation,
-            samples: rendered.statistics.samples as f64 / self.scene.film.crop.area() as f64,
+            samples: rendered.statistics.samples as f64 / self.scene.view.film.crop.area() as f64,
         })
     }
 
@@ -73,8 +73,8 @@ impl Runner {
 
     /// Renders, and says how many seconds that took in all. `None` if `watch` breaks.
     fn run(&mut self, way: &Way, samples: u32, watch: Watch) -> Option<(Rendered, f64)> {
-        self.scene.sampler = Sampler { kind: way.sampler, samples_per_pixel: 1 }.with_samples(samples);
-        self.scene.integrator = way.integrator;
+        self.scene.view.sampler = Sampler { kind: way.sampler, samples_per_pixel: 1 }.with_samples(samples);
+        self.scene.view.integrator = way.integrator;
         let started = Instant::now();
         let rendered = lookat_render::render(&self.scene, &way.settings, &|progress| {
             watch(progress.done as f64 / progress.total.max(1) as f64)

@@ -315,7 +315,7 @@ mod tests {
     fn pictures_are_as_they_are_said_to_be() {
         for known in [edges(12), tinted(12), lens(12), wall(12), plain(12), fireflies(12)] {
             let mut scene = known.scene;
-            scene.sampler = Sampler { kind: lookat_scene::SamplerKind::Sobol, samples_per_pixel: 4096 };
+            scene.view.sampler = Sampler { kind: lookat_scene::SamplerKind::Sobol, samples_per_pixel: 4096 };
             let image =
                 lookat_render::render(&scene, &Default::default(), &|_| ControlFlow::Continue(())).image;
             let (mut sum, mut most) = (0.0, 0.0_f64);

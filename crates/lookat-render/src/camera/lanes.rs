@@ -40,7 +40,7 @@ impl CameraRays {
     /// Origins and directions of the rays that [`CameraRays::ray`] gives, to the bit; not of an environment.
     #[inline(always)]
     pub fn rays<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
-        let (start, step, middle) = (self.origin, self.step, self.film_middle);
+        let (start, step, middle) = (self.start, self.step, self.film_middle);
         let [x, y] = film;
         let p = [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)];
         let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
@@ -66,7 +66,10 @@ impl CameraRays {
                 through_lens(center, [x / focal, y / focal], lens, u)
             }
         };
-        (o.by(&self.world_from_camera), d.by(&self.world_from_camera).normalize())
+        (
+            Vec3x8::splat(simd, self.eye) + o.by(&self.world_from_camera),
+            d.by(&self.world_from_camera).normalize(),
+        )
     }
 }
 

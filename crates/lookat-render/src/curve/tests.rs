@@ -41,7 +41,7 @@ fn random_ray(case: u32) -> Ray {
 /// The first place where the curve, seen along a ray and taken for many short ones, is as near as half its width.
 fn by_steps(curve: &Curve, ray: &Ray) -> Option<f64> {
     const STEPS: u32 = 4000;
-    let view = PlacedCurve::new(curve, DVec3::ZERO).view(ray, DVec3::X);
+    let view = PlacedCurve::new(&Arc::new(curve.clone()), DVec3::ZERO).view(ray, DVec3::X);
     let mut least: Option<f64> = None;
     for (segment, points) in curve.segments.iter().enumerate() {
         let seen = points.map(|p| view.see(p - curve.segments[0][0]));
@@ -66,7 +66,7 @@ fn meetings_are_those_of_many_short_steps() {
     for transform in [Transform::IDENTITY, stretch] {
         let curve = curve(CurveKind::Flat, transform);
         let mut curves = Curves::default();
-        curves.add(&curve, DVec3::ZERO);
+        curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
         let (mut hits, mut other) = (0, 0);
         for case in 0..1500 {
             let ray = random_ray(case);
@@ -91,7 +91,7 @@ fn boxes_hold_all_meetings() {
         Transform::translate(DVec3::X * 0.3) * turn * Transform::scale(DVec3::new(2.0, 0.3, -1.0)).unwrap();
     let curve = curve(CurveKind::Cylinder, transform);
     let mut curves = Curves::default();
-    let boxes = curves.add(&curve, DVec3::ZERO);
+    let boxes = curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
     let mut hits = 0;
     for case in 0..4000 {
         let ray = random_ray(case);
@@ -109,7 +109,7 @@ fn boxes_hold_all_meetings() {
 fn u_runs_along_and_v_across() {
     let curve = straight(0.5, 3.0);
     let mut curves = Curves::default();
-    curves.add(&curve, DVec3::ZERO);
+    curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
     // pbrt-v3's figures: seen along +z, v grows with y.
     let ray = Ray::new(DVec3::new(0.75, 0.125, -2.0), DVec3::Z);
     let (piece, meeting) = nearest(&curves, &ray, None).unwrap();
@@ -125,7 +125,7 @@ fn u_runs_along_and_v_across() {
 fn a_straight_curve_is_a_rectangle() {
     let curve = straight(0.5, 3.0);
     let mut curves = Curves::default();
-    curves.add(&curve, DVec3::ZERO);
+    curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
     let met = |x, y| nearest(&curves, &Ray::new(DVec3::new(x, y, -2.0), DVec3::Z), None).is_some();
     for inside in 0..1000 {
         let share = f64::from(inside) / 999.0;
@@ -142,7 +142,7 @@ fn a_ray_does_not_meet_the_straight_curve_that_it_leaves() {
     for length in [1.0, 100.0] {
         let curve = straight(0.1, length);
         let mut curves = Curves::default();
-        curves.add(&curve, DVec3::ZERO);
+        curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
         for case in 0..2000 {
             let k = f64::from(case) * 0.618;
             let aim = DVec3::new(length * (k * 1.7).fract(), 0.099 * ((k * 2.9).fract() - 0.5), 0.0);
@@ -164,7 +164,7 @@ fn a_ray_meets_the_far_side_of_a_bend_that_it_leaves() {
     let world_from_object = Transform::IDENTITY;
     let curve = Curve { segments: vec![points], kind, widths: [0.1; 2], split_depth: 3, world_from_object };
     let mut curves = Curves::default();
-    curves.add(&curve, DVec3::ZERO);
+    curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
     let ray = Ray::new(DVec3::new(1.0, 0.0, -1.0), DVec3::Z);
     let (piece, first) = nearest(&curves, &ray, None).unwrap();
     let (_, second) = nearest(&curves, &Ray::new(ray.at(first.t), DVec3::Z), Some(piece)).unwrap();
@@ -176,7 +176,7 @@ fn a_ribbon_is_seen_as_it_is_turned() {
     let mut curve = straight(0.5, 3.0);
     curve.kind = CurveKind::Ribbon(vec![DVec3::Z, DVec3::Y]);
     let mut curves = Curves::default();
-    curves.add(&curve, DVec3::ZERO);
+    curves.add(&Arc::new(curve.clone()), DVec3::ZERO);
     // Half of the width is seen where it is turned by 60 degrees.
     for (y, expected) in [(0.124, true), (0.126, false)] {
         let ray = Ray::new(DVec3::new(2.0, y, -2.0), DVec3::Z);

@@ -38,7 +38,7 @@ pub(crate) fn li(
 }
 
 /// The nearest surface that has a material.
-fn first_material<'s>(tracer: &mut Tracer<'_, 's>, first: &FirstHit) -> Option<Surface<'s>> {
+fn first_material<'s>(tracer: &mut Tracer<'s>, first: &FirstHit) -> Option<Surface<'s>> {
     let (mut ray, mut found) = (*first.ray, first.hit.copied());
     for _ in 0..MAX_PASSED {
         let surface = tracer.surface(&ray, &found?);

@@ -75,9 +75,10 @@ pub(crate) fn draws(
     let eligible = table.eligible(None);
     let extended = (0..eligible).filter(|light| !table.is_delta(*light));
     let (samples, scattered): (u32, u32) = match strategy {
-        DirectStrategy::All | DirectStrategy::EachOnce => {
-            (total(extended.map(|light| table.samples(light))), total(directions(table, eligible)))
-        }
+        DirectStrategy::All | DirectStrategy::EachOnce => (
+            total(extended.map(|light| table.samples(light, strategy))),
+            total(directions(table, strategy, eligible)),
+        ),
         DirectStrategy::One => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };
     let mut draws = Vec::new();
@@ -111,26 +112,30 @@ fn from_lights(
         return light + by_directions(tracer, vertex, stream, u32::from(table.has_extended()));
     }
     let eligible = table.eligible(lune);
-    let samples = Samples { lights: LightSamples::Each, directions: total(directions(table, eligible)) };
+    let samples = Samples {
+        lights: LightSamples::Each(strategy),
+        directions: total(directions(table, strategy, eligible)),
+    };
     let vertex = &vertex(samples);
     let mut radiance = Vec3::ZERO;
     for light in 0..eligible {
-        let count = table.samples(light);
+        let count = table.samples(light, strategy);
         for k in 0..count {
             // Where nothing about a light is left to chance, no numbers are.
             let u = if table.is_delta(light) { DVec2::ZERO } else { stream.nested_2d(count, k) };
             radiance += sampled_light(tracer, vertex, (light, f64::from(count)), u);
         }
     }
-    directions(table, eligible)
+    directions(table, strategy, eligible)
         .fold(radiance, |sum, count| sum + by_directions(tracer, vertex, stream, count))
 }
 
 /// How many directions from the BSDF look for all lights, pattern by pattern, where the first so many lights are eligible
 /// for samples: as many as the most that a light asks for, and those that the others ask for.
-fn directions(table: &LightTable, eligible: usize) -> impl Iterator<Item = u32> {
-    let most = (0..table.len()).map(|light| table.samples(light)).max().filter(|_| table.has_extended());
-    most.into_iter().chain((eligible..table.len()).map(|light| table.samples(light)))
+fn directions(table: &LightTable, strategy: DirectStrategy, eligible: usize) -> impl Iterator<Item = u32> {
+    let samples = move |light| table.samples(light, strategy);
+    let most = (0..table.len()).map(samples).max().filter(|_| table.has_extended());
+    most.into_iter().chain((eligible..table.len()).map(samples))
 }
 
 fn total(counts: impl Iterator<Item = u32>) -> u32 {

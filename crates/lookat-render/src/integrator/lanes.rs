@@ -3,7 +3,7 @@
 pub(super) mod world;
 
 use fearless_simd::Level;
-use lookat_scene::{Projection, Scene};
+use lookat_scene::{Projection, View};
 
 use super::{direct, path};
 use crate::arithmetic::Precision;
@@ -26,14 +26,16 @@ pub(crate) enum LanesIntegrator<'s> {
 
 impl<'s> Lanes<'s> {
     /// `None` of scenes that have other things than these serve for, and of processors that have too little.
-    pub fn new(scene: &Scene, traceable: &'s Traceable<'s>, lights: &'s LightTable<'s>) -> Option<Self> {
-        let is_environment = matches!(scene.camera.projection, Projection::Environment);
+    pub fn new(view: &View, traceable: &'s Traceable, lights: &'s LightTable) -> Option<Self> {
+        let is_environment = matches!(view.camera.projection, Projection::Environment);
         if is_environment || traceable.precision != Precision::Mixed {
             return None;
         }
         let level = level()?;
-        let direct = || Some(LanesIntegrator::Direct(direct::lanes::Lanes::new(scene, traceable, lights)?));
-        let path = || Some(LanesIntegrator::Path(path::lanes::Lanes::new(scene, traceable, lights)?));
+        let direct =
+            || Some(LanesIntegrator::Direct(direct::lanes::Lanes::new(&view.integrator, traceable, lights)?));
+        let path =
+            || Some(LanesIntegrator::Path(path::lanes::Lanes::new(&view.integrator, traceable, lights)?));
         Some(Lanes { level, integrator: direct().or_else(path)? })
     }
 

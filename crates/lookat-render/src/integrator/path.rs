@@ -141,9 +141,8 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::Precision;
-    use crate::camera::{CameraRay, CameraRays};
-    use crate::prepare::Traceable;
+    use crate::camera::CameraRay;
+    use crate::prepare::Prepared;
     use crate::testing::scene;
 
     /// A floor under a sky is lit, but not by way of a surface without a material; nor does that hide the sky from the camera.
@@ -164,15 +163,15 @@ mod tests {
                 if down { 0 } else { 2 },
                 quad(0.0),
             ));
-            let traceable = Traceable::new(&scene, Precision::Mixed);
-            let lights = LightTable::new(&scene, &traceable);
-            let camera = CameraRays::new(&scene.camera, &scene.film);
+            let prepared = Prepared::new(&scene);
+            let Prepared { traceable, lights, .. } = &prepared;
+            let camera = prepared.camera(&scene.view);
             let film = DVec2::new(641.0, 361.0);
             let camera_ray = &CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
             let settings =
                 Settings { max_depth: 5, roulette_threshold: 0.0, light_choice: LightChoice::Spatial };
             let (mut tracer, mut sum) = (Tracer::new(&traceable, &lights), Vec3::ZERO);
-            let (mut stream, ray) = (SampleStream::new(&scene.sampler, 0, [0, 0]), camera_ray.ray());
+            let (mut stream, ray) = (SampleStream::new(&scene.view.sampler, 0, [0, 0]), camera_ray.ray());
             let hit = tracer.nearest(&ray);
             let first = FirstHit { camera_ray, ray: &ray, hit: hit.as_ref() };
             for index in 0..64 {
@@ -191,14 +190,14 @@ mod tests {
             Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"sphere\" AreaLightSource \"diffuse\" Translate .5 0 .5
             Shape \"sphere\" \"float radius\" .1 Translate -1 0 0 Shape \"sphere\" \"float radius\" .1 WorldEnd",
         );
-        let traceable = Traceable::new(&scene, Precision::Mixed);
-        let lights = LightTable::new(&scene, &traceable);
-        let camera = CameraRays::new(&scene.camera, &scene.film);
+        let prepared = Prepared::new(&scene);
+        let Prepared { traceable, lights, .. } = &prepared;
+        let camera = prepared.camera(&scene.view);
         for max_depth in [5, 9] {
             let film = DVec2::new(700.0, 300.0);
             let camera_ray = CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
             let settings = Settings { max_depth, roulette_threshold: 0.0, light_choice: LightChoice::Power };
-            let mut stream = SampleStream::new(&scene.sampler, 0, [0, 0]);
+            let mut stream = SampleStream::new(&scene.view.sampler, 0, [0, 0]);
             let mut tracer = Tracer::new(&traceable, &lights);
             let ray = camera_ray.ray();
             let hit = tracer.nearest(&ray);

@@ -3,7 +3,7 @@
 pub(super) mod lanes;
 
 use glam::{DVec2, DVec3, Vec3};
-use lookat_scene::LightChoice;
+use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::Tracer;
 use crate::bsdf::{Bsdf, BsdfSample, Part};
@@ -24,8 +24,8 @@ pub(super) struct Samples {
 pub(super) enum LightSamples {
     /// One, chosen at random.
     One(LightChoice),
-    /// As many of each light as it asks for.
-    Each,
+    /// All of them, as often as the strategy says.
+    Each(DirectStrategy),
 }
 
 impl Samples {
@@ -59,7 +59,7 @@ impl Sampling<'_> {
     fn samples_of(&self, lights: &LightTable, light: usize) -> f64 {
         match self.samples.lights {
             LightSamples::One(choice) => lights.probability(choice, self.receiver, self.lune, light),
-            LightSamples::Each => f64::from(lights.samples(light)),
+            LightSamples::Each(strategy) => f64::from(lights.samples(light, strategy)),
         }
     }
 }

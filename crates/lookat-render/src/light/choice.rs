@@ -19,7 +19,7 @@ const MOST: f64 = 1e300;
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
 const MANY: usize = 32;
 
-impl LightTable<'_> {
+impl LightTable {
     /// A light for a point of a surface with that [`Lune`], and its probability; by one number, whether there is a choice or
     /// not.
     pub fn choose(
@@ -156,7 +156,7 @@ pub(super) fn radius(traceable: &Traceable) -> f64 {
     if radius.is_finite() { radius } else { 1.0 }
 }
 
-impl SceneLight<'_> {
+impl SceneLight {
     /// About the irradiance that its samples are for, were nothing in the way.
     fn estimate(&self, at: &Receiver, lune: Option<&Lune>) -> f64 {
         match self {
@@ -199,10 +199,10 @@ mod tests {
 
     use glam::{DMat3, DVec2, DVec3, Vec3};
     use lookat_image::{MipMap, Wrap};
-    use lookat_scene::{Integrator, Light, Overrides, SamplerKind, load};
+    use lookat_scene::{DirectStrategy, Integrator, Light, Overrides, SamplerKind, load};
 
     use super::*;
-    use crate::Precision;
+    use crate::Prepared;
     use crate::bsdf::Domain;
     use crate::render::{Settings, render};
 
@@ -223,9 +223,9 @@ mod tests {
         let sky =
             Light::Environment { map, scale, world_from_light: turned, light_from_world: turned, samples };
         if with_sky {
-            scene.lights.push(sky);
+            Arc::make_mut(&mut scene.world).lights.push(sky);
         }
-        check(&LightTable::new(&scene, &Traceable::new(&scene, Precision::Mixed)));
+        check(&Prepared::new(&scene).lights);
     }
 
     fn lune(degrees: f64, is_two_sided: bool) -> Option<Lune> {
@@ -356,10 +356,11 @@ mod tests {
                 r#"Film "image" Camera "perspective" Integrator "{integrator}" WorldBegin
                 AreaLightSource "diffuse" "integer nsamples" 8 Shape "sphere" WorldEnd"#
             ));
-            assert_eq!(
-                LightTable::new(&scene, &Traceable::new(&scene, Precision::Mixed)).samples(0),
-                samples
-            );
+            let strategy = match scene.view.integrator {
+                Integrator::DirectLighting { strategy, .. } => strategy,
+                _ => DirectStrategy::All,
+            };
+            assert_eq!(Prepared::new(&scene).lights.samples(0, strategy), samples);
         }
     }
 
@@ -387,7 +388,7 @@ mod tests {
         };
         // The mean of all pictures, its variance, and that of pixels.
         let mut looked_at = |light_choice| -> (f64, f64, f64) {
-            scene.integrator = Integrator::Path { max_depth: 1, roulette_threshold: 1.0, light_choice };
+            scene.view.integrator = Integrator::Path { max_depth: 1, roulette_threshold: 1.0, light_choice };
             let picture = |seed| -> Vec<f64> {
                 let settings = Settings { seed, ..Settings::default() };
                 let rendered = render(&scene, &settings, &|_| ControlFlow::Continue(()));

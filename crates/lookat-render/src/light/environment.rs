@@ -3,6 +3,7 @@
 mod table;
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
@@ -11,8 +12,8 @@ use super::lune::Lune;
 use table::{DirectionTable, TableSample};
 
 /// An infinite light with a picture.
-pub(super) struct Environment<'s> {
-    map: &'s MipMap<Vec3>,
+pub(super) struct Environment {
+    map: Arc<MipMap<Vec3>>,
     /// Factor of the picture.
     scale: Vec3,
     world_from_light: DMat3,
@@ -33,12 +34,12 @@ pub(super) struct EnvironmentSample {
     pub pdf: f64,
 }
 
-impl<'s> Environment<'s> {
+impl Environment {
     /// `spaces`: from light space to the world, and its inverse.
-    pub fn new(map: &'s MipMap<Vec3>, scale: Vec3, spaces: [DMat3; 2], samples: u32) -> Self {
+    pub fn new(map: &Arc<MipMap<Vec3>>, scale: Vec3, spaces: [DMat3; 2], samples: u32) -> Self {
         let [world_from_light, light_from_world] = spaces;
         Environment {
-            map,
+            map: map.clone(),
             scale,
             world_from_light,
             light_from_world,
@@ -147,7 +148,7 @@ mod tests {
         texels[5 * 32 + 7] = Vec3::new(300.0, 200.0, 100.0);
         let map = MipMap::new(32, 16, texels, Wrap::Repeat);
         let spaces = [world_from_light, world_from_light.inverse()];
-        check(&Environment::new(&map, Vec3::new(1.0, 0.5, 2.0), spaces, 1))
+        check(&Environment::new(&Arc::new(map), Vec3::new(1.0, 0.5, 2.0), spaces, 1))
     }
 
     fn grid(side: u32) -> impl Iterator<Item = DVec2> {
@@ -221,7 +222,7 @@ mod tests {
         let lune = Lune::new(&Domain { n, ns: DVec3::Z, is_two_sided: false, is_diffuse: false }).unwrap();
         // A number and a size with which sums are rounded.
         let even = MipMap::new(63, 31, vec![Vec3::splat(0.2); 63 * 31], Wrap::Repeat);
-        let light = Environment::new(&even, Vec3::ONE, [SKEWED, SKEWED.inverse()], 1);
+        let light = Environment::new(&Arc::new(even), Vec3::ONE, [SKEWED, SKEWED.inverse()], 1);
         assert!(light.is_even() && light.sample(None, DVec2::splat(0.5)).is_none());
         let share = |light: &Environment| {
             let (mut inside, side) = (0, 200);
@@ -258,7 +259,7 @@ mod tests {
     #[test]
     fn darkness_is_not_sampled() {
         let map = MipMap::new(4, 2, vec![Vec3::ZERO; 8], Wrap::Repeat);
-        let light = Environment::new(&map, Vec3::ONE, [DMat3::IDENTITY; 2], 1);
+        let light = Environment::new(&Arc::new(map), Vec3::ONE, [DMat3::IDENTITY; 2], 1);
         assert!(light.sample(None, DVec2::splat(0.5)).is_none());
         assert_eq!((light.evaluate(None, DVec3::X).1, light.brightness()), (0.0, 0.0));
     }

@@ -1,19 +1,21 @@
 //! Light from a point, in each direction as a picture has it.
 
+use std::sync::Arc;
+
 use glam::{DMat3, DVec3, Vec3};
 use lookat_image::MipMap;
 
 use super::environment::place;
 
-/// Relative to the eye.
-pub(super) struct Goniometric<'s> {
+/// Relative to the origin.
+pub(super) struct Goniometric {
     pub position: DVec3,
     pub light_from_world: DMat3,
     pub intensity: Vec3,
-    pub map: &'s MipMap<Vec3>,
+    pub map: Arc<MipMap<Vec3>>,
 }
 
-impl Goniometric<'_> {
+impl Goniometric {
     /// The value of the picture in direction `d` from the light. In pbrt-v3 such pictures have y as their axis.
     pub fn factor(&self, d: DVec3) -> Vec3 {
         let d = self.light_from_world * d;
@@ -41,7 +43,7 @@ mod tests {
             position: DVec3::ZERO,
             light_from_world: DMat3::IDENTITY,
             intensity: Vec3::ONE,
-            map: &map,
+            map: Arc::new(map),
         };
         // The center of column 1 in row 1: longitude 135 degrees, 67.5 degrees from +y.
         let (sin, cos) = 67.5_f64.to_radians().sin_cos();

@@ -4,7 +4,7 @@ pub(super) mod plain;
 pub(super) mod sample;
 
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
 pub(crate) use self::plain::PlainLight;
 pub(crate) use self::sample::LightSamples;
@@ -21,7 +21,7 @@ pub(crate) enum SampledLight<'s> {
     Other,
 }
 
-impl LightTable<'_> {
+impl LightTable {
     /// All lights but skies that are everywhere alike; `None` where any is not plain.
     pub fn plain_lights(&self) -> Option<Vec<PlainLight>> {
         self.lights[..self.uneven].iter().map(SceneLight::as_plain).collect()
@@ -29,7 +29,16 @@ impl LightTable<'_> {
 
     /// All lights but skies that are everywhere alike.
     pub fn sampled_lights(&self) -> Vec<SampledLight<'_>> {
-        self.lights[..self.uneven].iter().map(|light| light.as_sampled(self.eye)).collect()
+        self.lights[..self.uneven].iter().map(|light| self.as_sampled(light)).collect()
+    }
+
+    fn as_sampled<'s>(&'s self, light: &'s SceneLight) -> SampledLight<'s> {
+        match light {
+            SceneLight::Surface(surface) => surface
+                .lamp(self.primitive(surface), self.origin)
+                .map_or(SampledLight::Other, SampledLight::Lamp),
+            _ => light.as_plain().map_or(SampledLight::Other, SampledLight::Plain),
+        }
     }
 }
 
@@ -38,15 +47,6 @@ impl LightTable<'_> {
 pub(crate) fn weights<S: Simd>(is_sky: mask64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f32x8<S> {
     let ratio = b / a;
     to_f32(1.0 / (1.0 + is_sky.select(ratio, ratio * ratio)))
-}
-
-impl SceneLight<'_> {
-    fn as_sampled(&self, eye: DVec3) -> SampledLight<'_> {
-        match self {
-            SceneLight::Surface(surface) => surface.lamp(eye).map_or(SampledLight::Other, SampledLight::Lamp),
-            _ => self.as_plain().map_or(SampledLight::Other, SampledLight::Plain),
-        }
-    }
 }
 
 impl SampledLight<'_> {

@@ -14,10 +14,10 @@ pub(super) struct MeshAreas {
 
 impl MeshAreas {
     /// The areas, and the center of gravity of the mesh.
-    pub fn new(mesh: &Mesh, eye: DVec3) -> (Self, DVec3) {
+    pub fn new(mesh: &Mesh, origin: DVec3) -> (Self, DVec3) {
         let (mut total, mut moment) = (0.0, DVec3::ZERO);
         let sums = (0..mesh.triangles()).map(|index| {
-            let [a, b, c] = corners(mesh, index, eye);
+            let [a, b, c] = corners(mesh, index, origin);
             let area = 0.5 * (b - a).cross(c - a).length();
             total += area;
             moment += (a + b + c) / 3.0 * area;

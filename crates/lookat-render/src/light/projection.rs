@@ -1,16 +1,17 @@
 //! Light from a point, as a projector of slides.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 
-/// Relative to the eye.
-pub(super) struct Projection<'s> {
+/// Relative to the origin.
+pub(super) struct Projection {
     pub position: DVec3,
     pub light_from_world: DMat3,
     pub intensity: Vec3,
-    pub map: Option<&'s MipMap<Vec3>>,
+    pub map: Option<Arc<MipMap<Vec3>>>,
     /// Half of the picture at z = 1 in light space.
     pub half_size: DVec2,
 }
@@ -18,7 +19,7 @@ pub(super) struct Projection<'s> {
 /// What is lit has at least this z in light space, for directions of length one in the world, as in pbrt-v3.
 const NEAR: f64 = 1e-3;
 
-impl Projection<'_> {
+impl Projection {
     /// The value of the picture in direction `d`, of length one, from the light; `None` outside of it.
     pub fn factor(&self, d: DVec3) -> Option<Vec3> {
         let d = self.light_from_world * d;
@@ -27,12 +28,12 @@ impl Projection<'_> {
             return None;
         }
         let st = (place + 1.0) * 0.5;
-        Some(self.map.map_or(Vec3::ONE, |map| map.bilinear(st)))
+        Some(self.map.as_ref().map_or(Vec3::ONE, |map| map.bilinear(st)))
     }
 
     /// The mean intensity over the picture.
     pub fn mean(&self) -> Vec3 {
-        self.intensity * self.map.map_or(Vec3::ONE, MipMap::mean)
+        self.intensity * self.map.as_ref().map_or(Vec3::ONE, |map| map.mean())
     }
 
     /// That of the cone around the picture, as pbrt-v3 has it.
@@ -55,7 +56,7 @@ mod tests {
             position: DVec3::ZERO,
             light_from_world: DMat3::IDENTITY,
             intensity: Vec3::splat(2.0),
-            map: Some(&map),
+            map: Some(Arc::new(map)),
             half_size: DVec2::new(0.8, 0.4),
         };
         // The first texel is at the left and at the bottom.

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::bsdf::Domain;
 
-/// A point of a surface, relative to the eye, and the directions that it scatters light from.
+/// A point of a surface, relative to the origin, and the directions that it scatters light from.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Receiver {
     pub p: DVec3,

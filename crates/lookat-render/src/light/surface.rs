@@ -22,10 +22,10 @@ use crate::surface::{Surface, on_triangle, reach};
 use crate::triangle::corners;
 
 /// A shape of the world that emits.
-pub(super) struct SurfaceLight<'s> {
-    number: u32,
-    primitive: &'s Primitive,
-    pub form: SurfaceForm<'s>,
+pub(super) struct SurfaceLight {
+    /// The primitive of the world.
+    pub number: u32,
+    pub form: SurfaceForm,
     /// The middle, and how far from it there is something.
     pub center: DVec3,
     pub radius: f64,
@@ -36,23 +36,23 @@ pub(super) struct SurfaceLight<'s> {
     pub samples: u32,
 }
 
-pub(super) enum SurfaceForm<'s> {
+pub(super) enum SurfaceForm {
     Curved(Box<Curved>),
-    Mesh { areas: MeshAreas, mesh: &'s Mesh },
+    Mesh(MeshAreas),
 }
 
-impl<'s> SurfaceLight<'s> {
+impl SurfaceLight {
     /// The light that a shape of the world is, if it emits and has an area.
-    pub fn new(number: u32, primitive: &'s Primitive, traceable: &Traceable) -> Option<Self> {
+    pub fn new(number: u32, primitive: &Primitive, traceable: &Traceable) -> Option<Self> {
         let emission = primitive.emission?;
-        let (eye, two_sided) = (traceable.eye, emission.two_sided);
+        let (origin, two_sided) = (traceable.origin, emission.two_sided);
         let (form, center, radius, area, facing) = match (&primitive.shape, traceable.curved(number)) {
             (Shape::TriangleMesh(mesh), _) => {
-                let (areas, center) = MeshAreas::new(mesh, eye);
-                let (area, radius) = (areas.total(), mesh_radius(mesh, eye, center));
-                let patches = triangles(number, primitive, (mesh, &areas), eye);
+                let (areas, center) = MeshAreas::new(mesh, origin);
+                let (area, radius) = (areas.total(), mesh_radius(mesh, origin, center));
+                let patches = triangles(number, primitive, (mesh, &areas), origin);
                 let facing = Facing::new(patches, center, two_sided);
-                (SurfaceForm::Mesh { areas, mesh }, center, radius, area, facing)
+                (SurfaceForm::Mesh(areas), center, radius, area, facing)
             }
             (Shape::Quadric(_), Some(shape)) => {
                 let (center, radius) = (shape.center, shape.half_extent().length());
@@ -64,8 +64,7 @@ impl<'s> SurfaceLight<'s> {
             (Shape::Quadric(_), None) | (Shape::Curve(_), _) => return None,
         };
         let (brightness, samples) = (strength(emission.radiance), emission.samples);
-        let light =
-            SurfaceLight { number, primitive, form, center, radius, area, facing, brightness, samples };
+        let light = SurfaceLight { number, form, center, radius, area, facing, brightness, samples };
         (area > 0.0).then_some(light)
     }
 
@@ -82,31 +81,37 @@ impl<'s> SurfaceLight<'s> {
         self.brightness * solid_angle * at.cosine(wi, spread)
     }
 
-    /// A direction from a point of a surface to the light. `eye`: the world position of the origin.
-    pub fn sample(&self, eye: DVec3, from: &Surface, u: DVec2) -> Option<LightSample> {
+    /// A direction from a point of a surface to the light, which is this primitive. `origin`: the world position of the origin.
+    pub fn sample(
+        &self,
+        primitive: &Primitive,
+        origin: DVec3,
+        from: &Surface,
+        u: DVec2,
+    ) -> Option<LightSample> {
         match &self.form {
             SurfaceForm::Curved(shape) => match VisibleCone::new(shape, from.p) {
-                Some(cone) => self.sample_cone(shape, &cone, from, u),
+                Some(cone) => self.sample_cone(primitive, (shape, &cone), from, u),
                 None => {
-                    let sample = self.sample_point(from, &self.on_curved(shape, u))?;
+                    let sample = self.sample_point(from, &self.on_curved(primitive, shape, u))?;
                     // Another part of the same shape may be in front.
                     (!shape.hides_end_of(&sample.shadow)).then_some(sample)
                 }
             },
-            SurfaceForm::Mesh { areas, mesh } => {
+            SurfaceForm::Mesh(areas) => {
+                let Shape::TriangleMesh(mesh) = &primitive.shape else { return None };
                 let (index, barycentric) = areas.sample(u);
                 let element = element(self.number, index);
                 // No light comes out of a hole, as none is seen there.
-                let is_there =
-                    cutout::is_there(self.primitive, element, [barycentric[0], barycentric[1]], false);
+                let is_there = cutout::is_there(primitive, element, [barycentric[0], barycentric[1]], false);
                 is_there
                     .then(|| {
                         on_triangle(
-                            self.primitive,
+                            primitive,
                             mesh,
                             element,
                             Hit::NO_PLACE,
-                            corners(mesh, index, eye),
+                            corners(mesh, index, origin),
                             barycentric,
                         )
                     })
@@ -118,13 +123,13 @@ impl<'s> SurfaceLight<'s> {
     /// A direction in which a whole sphere is seen from outside.
     fn sample_cone(
         &self,
-        shape: &Curved,
-        cone: &VisibleCone,
+        primitive: &Primitive,
+        (shape, cone): (&Curved, &VisibleCone),
         from: &Surface,
         u: DVec2,
     ) -> Option<LightSample> {
-        let emission = self.primitive.emission?;
-        if self.primitive.reverse_orientation && !emission.two_sided {
+        let emission = primitive.emission?;
+        if primitive.reverse_orientation && !emission.two_sided {
             return None;
         }
         let (wi, distance) = cone.sample(u);
@@ -149,18 +154,18 @@ impl<'s> SurfaceLight<'s> {
     }
 
     /// A point of a curved shape.
-    fn on_curved(&self, shape: &Curved, u: DVec2) -> Surface<'s> {
+    fn on_curved<'s>(&self, primitive: &'s Primitive, shape: &Curved, u: DVec2) -> Surface<'s> {
         let (p, n) = shape.placed(shape.sample(u));
         Surface {
             p,
             magnitude: shape.magnitude(),
             n,
             ns: n,
-            emitting: flipped(n, self.primitive.reverse_orientation),
+            emitting: flipped(n, primitive.reverse_orientation),
             element: self.element(),
             place: Hit::NO_PLACE,
             barycentric: [0.0; 2],
-            primitive: self.primitive,
+            primitive,
         }
     }
 
@@ -168,7 +173,7 @@ impl<'s> SurfaceLight<'s> {
     pub fn pdf(&self, p: DVec3, d: DVec3, on_light: &Surface) -> Option<f64> {
         let cone = match &self.form {
             SurfaceForm::Curved(shape) => VisibleCone::new(shape, p),
-            SurfaceForm::Mesh { .. } => None,
+            SurfaceForm::Mesh(_) => None,
         };
         match cone {
             Some(cone) => Some(cone.pdf()),
@@ -182,7 +187,7 @@ impl<'s> SurfaceLight<'s> {
     fn point_pdf(&self, on_light: &Surface, d: DVec3, squared_distance: f64) -> Option<f64> {
         let area = match &self.form {
             SurfaceForm::Curved(shape) => shape.stretch(on_light.p),
-            SurfaceForm::Mesh { .. } => self.area,
+            SurfaceForm::Mesh(_) => self.area,
         };
         on_light.pdf_from(d, squared_distance, area)
     }
@@ -203,10 +208,10 @@ fn triangles(
     number: u32,
     primitive: &Primitive,
     (mesh, areas): (&Mesh, &MeshAreas),
-    eye: DVec3,
+    origin: DVec3,
 ) -> impl Iterator<Item = Patch> + Clone {
     (0..mesh.triangles()).map(move |index| {
-        let (element, corners) = (element(number, index), corners(mesh, index, eye));
+        let (element, corners) = (element(number, index), corners(mesh, index, origin));
         let middle = on_triangle(primitive, mesh, element, Hit::NO_PLACE, corners, [1.0 / 3.0; 3]);
         // Normals of the file decide, at each point.
         let side = |vertex: usize| DVec3::from(mesh.normals[vertex]).dot(middle.n);
@@ -220,8 +225,8 @@ fn triangles(
 }
 
 /// How far from a place there are vertices.
-fn mesh_radius(mesh: &Mesh, eye: DVec3, center: DVec3) -> f64 {
-    let squared = |p: &[f64; 3]| (DVec3::from(*p) - eye).distance_squared(center);
+fn mesh_radius(mesh: &Mesh, origin: DVec3, center: DVec3) -> f64 {
+    let squared = |p: &[f64; 3]| (DVec3::from(*p) - origin).distance_squared(center);
     mesh.positions.iter().map(squared).fold(0.0, f64::max).sqrt()
 }
 

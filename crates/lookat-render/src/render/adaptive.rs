@@ -36,9 +36,8 @@ pub(super) fn render<F>(context: &Context<F>, settings: &Settings) -> Vec<Tile>
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
-    let scene = context.prepared.scene;
-    let crop = scene.film.crop;
-    let sampler = super::passes::sampler(scene, settings);
+    let crop = context.view.film.crop;
+    let sampler = super::passes::sampler(context.view, settings);
     let pattern = Pattern { sampler, seed: settings.seed, is_watched: true };
     let mut parts: Vec<Part> = tiles(crop, false).into_iter().map(Part::new).collect();
     context.control.expect(crop.area() * u64::from(sampler.samples_per_pixel));
@@ -105,7 +104,7 @@ impl Part {
     {
         let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
         let Tile { bounds, pixels, .. } = &mut self.tile;
-        let goals = indices(*bounds, context.prepared.scene.film.crop).map(|at| goals[at]);
+        let goals = indices(*bounds, context.view.film.crop).map(|at| goals[at]);
         let job = |((place, pixel), goal): (([u32; 2], &Pixel), u32)| Job {
             pattern: *pattern,
             place,
@@ -164,7 +163,7 @@ mod tests {
 
     fn picture(seed: u64, adaptive: bool, samples: u32) -> Rendered {
         let mut scene = lamp();
-        scene.sampler = scene.sampler.with_samples(samples);
+        scene.view.sampler = scene.view.sampler.with_samples(samples);
         render(&scene, &Settings { seed, adaptive, ..Settings::default() }, &|_| ControlFlow::Continue(()))
     }
 

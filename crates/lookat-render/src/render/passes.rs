@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::Vec3;
-use lookat_scene::{Sampler, SamplerKind, Scene};
+use lookat_scene::{Sampler, SamplerKind, View};
 use rayon::prelude::*;
 
 use super::Settings;
@@ -23,11 +23,11 @@ struct Pass {
 }
 
 /// The pattern of a picture, with as many samples as there may be.
-pub(super) fn sampler(scene: &Scene, settings: &Settings) -> Sampler {
+pub(super) fn sampler(view: &View, settings: &Settings) -> Sampler {
     if settings.time.is_none() && !settings.adaptive {
-        return scene.sampler;
+        return view.sampler;
     }
-    let kind = match scene.sampler.kind {
+    let kind = match view.sampler.kind {
         SamplerKind::Random => SamplerKind::Random,
         SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } | SamplerKind::Sobol => {
             SamplerKind::Sobol
@@ -35,7 +35,7 @@ pub(super) fn sampler(scene: &Scene, settings: &Settings) -> Sampler {
     };
     let samples_per_pixel = match settings.time {
         Some(_) => settings.max_samples.unwrap_or(MOST).clamp(1, MOST),
-        None => scene.sampler.samples_per_pixel,
+        None => view.sampler.samples_per_pixel,
     };
     Sampler { kind, samples_per_pixel }
 }
@@ -80,10 +80,10 @@ pub(super) fn render<F>(context: &Context<F>, settings: &Settings) -> Vec<Tile>
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
-    let scene = context.prepared.scene;
-    let sampler = sampler(scene, settings);
-    let mut tiles = tiles(scene.film.crop, has_spreads(settings));
-    context.control.expect(scene.film.crop.area() * u64::from(sampler.samples_per_pixel));
+    let crop = context.view.film.crop;
+    let sampler = sampler(context.view, settings);
+    let mut tiles = tiles(crop, has_spreads(settings));
+    context.control.expect(crop.area() * u64::from(sampler.samples_per_pixel));
     for pass in passes(sampler, settings) {
         tiles.par_iter_mut().for_each(|tile| render_tile(context, tile, &pass));
         if context.control.is_stopped() {

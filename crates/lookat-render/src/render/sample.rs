@@ -2,10 +2,9 @@
 
 use std::array::from_fn;
 use std::ops::Range;
-use std::time::Duration;
 
 use glam::{DVec2, Vec3};
-use lookat_scene::{Sampler, Scene};
+use lookat_scene::{Sampler, View};
 
 use super::control::{Control, Meter};
 use crate::camera::{CameraRay, CameraRays};
@@ -13,23 +12,14 @@ use crate::film::{Pixel, limited};
 use crate::filter::FilterSampler;
 use crate::integrator::lanes::Lanes;
 use crate::integrator::{FirstHit, Tracer};
-use crate::light::LightTable;
-use crate::prepare::Traceable;
+use crate::prepare::Prepared;
 use crate::sampler::SampleStream;
 use crate::trace::BUNDLE;
 
-/// The scene, and what is made of it once.
-pub(super) struct Prepared<'s> {
-    pub scene: &'s Scene,
-    pub traceable: Traceable<'s>,
-    pub lights: LightTable<'s>,
-    /// What making it took.
-    pub preparation: Duration,
-}
-
 /// What every sample needs.
 pub(super) struct Context<'a, F> {
-    pub prepared: &'a Prepared<'a>,
+    pub prepared: &'a Prepared,
+    pub view: &'a View,
     pub control: &'a Control<'a>,
     pub filter: FilterSampler,
     pub(super) camera: CameraRays,
@@ -44,20 +34,26 @@ pub(super) struct Context<'a, F> {
 impl<'a, F> Context<'a, F> {
     /// `nominal_samples`: those of a pixel that textures are filtered for. They have to be known in advance, so that all
     /// samples of a pixel have one mean.
-    pub fn new(prepared: &'a Prepared<'a>, nominal_samples: u32, control: &'a Control<'a>, li: F) -> Self {
-        let scene = prepared.scene;
+    pub fn new(
+        prepared: &'a Prepared,
+        view: &'a View,
+        nominal_samples: u32,
+        control: &'a Control<'a>,
+        li: F,
+    ) -> Self {
         Context {
             prepared,
+            view,
             control,
-            filter: FilterSampler::new(&scene.filter),
-            camera: CameraRays::new(&scene.camera, &scene.film),
+            filter: FilterSampler::new(&view.filter),
+            camera: prepared.camera(view),
             spacing: f64::from(nominal_samples).sqrt().recip(),
             li,
-            lanes: Lanes::new(scene, &prepared.traceable, &prepared.lights),
+            lanes: Lanes::new(view, &prepared.traceable, &prepared.lights),
         }
     }
 
-    pub fn tracer(&self) -> Tracer<'a, 'a> {
+    pub fn tracer(&self) -> Tracer<'a> {
         Tracer::new(&self.prepared.traceable, &self.prepared.lights)
     }
 }
@@ -210,7 +206,7 @@ where
             samples.rejected += 1;
             radiance = Vec3::ZERO;
         }
-        let radiance = limited(radiance, &self.prepared.scene.film);
+        let radiance = limited(radiance, &self.view.film);
         samples.sum.add(radiance, negative);
         if pattern.is_watched {
             samples.squares += radiance.as_dvec3().length_squared();

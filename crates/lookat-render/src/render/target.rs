@@ -66,7 +66,7 @@ pub(super) fn render<F>(
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
-    let crop = context.prepared.scene.film.crop;
+    let crop = context.view.film.crop;
     let has_lobes = context.filter.weight() != 1.0;
     let mut parts: Vec<Part> =
         tiles(crop, false).into_iter().map(|tile| Part::new(tile, has_lobes)).collect();

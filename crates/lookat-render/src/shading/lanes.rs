@@ -1,7 +1,7 @@
 //! Surfaces where rays have hit them side by side, and their lobes.
 
 use fearless_simd::{Simd, mask64x8, prelude::*};
-use lookat_scene::{Material, Primitive, Scene, Shape};
+use lookat_scene::{Material, Primitive, Shape};
 
 use super::point;
 use crate::bsdf::lambert;
@@ -63,10 +63,10 @@ pub(crate) struct ListShading<'s> {
 impl<'s> ListShading<'s> {
     /// `None` where any has normals of its own, or other lobes than [`Coat`] has.
     pub fn new(traceable: &'s Traceable, list: &List<'s>) -> Option<Self> {
-        let primitives = || list.elements.iter().map(|element| element.id.primitive as usize);
-        let materials = || primitives().map(|primitive| &*traceable.primitives[primitive].material);
+        let primitives = || list.elements.iter().map(|element| traceable.primitive(element.id.primitive));
+        let materials = || primitives().map(|primitive| &*primitive.material);
         let elements = list.elements.iter().map(|element| {
-            let primitive = traceable.primitives[element.id.primitive as usize];
+            let primitive = traceable.primitive(element.id.primitive);
             let sheet = Sheet::new(element, primitive).filter(|_| Coat::serves(&primitive.material))?;
             Some((sheet, coat(&primitive.material)))
         });
@@ -115,7 +115,7 @@ impl<'s> ListShading<'s> {
 
 /// What the primitives of a world with a tree are made of.
 pub(crate) struct TreeShading<'s> {
-    scene: &'s Traceable<'s>,
+    scene: &'s Traceable,
     primitives: Vec<(Turned, Option<Coat>)>,
     pub is_lambert: bool,
     pub has_textures: bool,
@@ -125,8 +125,8 @@ pub(crate) struct TreeShading<'s> {
 
 impl<'s> TreeShading<'s> {
     /// `None` where any has other lobes than [`Coat`] has.
-    pub fn new(scene: &Scene, traceable: &'s Traceable<'s>) -> Option<Self> {
-        let materials = || scene.primitives.iter().map(|primitive| &*primitive.material);
+    pub fn new(traceable: &'s Traceable) -> Option<Self> {
+        let materials = || traceable.source.primitives.iter().map(|primitive| &*primitive.material);
         if !materials().all(Coat::serves) {
             return None;
         }
@@ -137,10 +137,10 @@ impl<'s> TreeShading<'s> {
             |primitive: &Primitive| primitive.material.bump.is_some() || has_normals(&primitive.shape);
         Some(TreeShading {
             scene: traceable,
-            primitives: scene.primitives.iter().map(of).collect(),
+            primitives: traceable.source.primitives.iter().map(of).collect(),
             is_lambert: materials().all(|material| lambert(&material.kind).is_some()),
             has_textures: materials().any(|material| material.needs.coordinates),
-            has_normals: scene.primitives.iter().any(is_bent),
+            has_normals: traceable.source.primitives.iter().any(is_bent),
         })
     }
 
@@ -159,7 +159,7 @@ impl<'s> TreeShading<'s> {
         let mut elements = [ElementId::NONE; LANES];
         for lane in those(is_hit) {
             elements[lane] = tree.element(hits.element[lane]);
-            if let Shape::TriangleMesh(mesh) = &self.scene.primitives[elements[lane].primitive as usize].shape
+            if let Shape::TriangleMesh(mesh) = &self.scene.primitive(elements[lane].primitive).shape
                 && !mesh.normals.is_empty()
             {
                 for vertex in mesh.triangle(elements[lane].index as usize) {
@@ -172,7 +172,7 @@ impl<'s> TreeShading<'s> {
         for lane in those(is_hit) {
             let (element, place) = (elements[lane], tree.place(hits.element[lane]));
             primitives[lane] = element.primitive;
-            match &self.scene.primitives[element.primitive as usize].shape {
+            match &self.scene.primitive(element.primitive).shape {
                 Shape::TriangleMesh(mesh) if place != Hit::NO_PLACE => {
                     let corners = self.scene.world.triangle(place).in_order();
                     let (turned, _) = self.primitives[element.primitive as usize];

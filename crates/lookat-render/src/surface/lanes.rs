@@ -12,7 +12,7 @@ use crate::trace::lanes::{Element, Hits, Rays, Shape};
 use crate::triangle::Triangle;
 use crate::triangle::lanes::BoxedTriangle;
 
-/// Points of surfaces, relative to the eye; as [`super::Surface`].
+/// Points of surfaces, relative to the origin; as [`super::Surface`].
 #[derive(Clone, Copy)]
 pub(crate) struct Surfaces<S: Simd> {
     pub p: Vec3x8<S>,

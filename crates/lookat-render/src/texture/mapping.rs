@@ -13,8 +13,8 @@ pub(crate) fn coordinates(mapping: &Mapping, at: &TexturePoint) -> DVec2 {
         Mapping::Uv { scale, offset } => at.uv * *scale + *offset,
         Mapping::Spherical { texture_from_world } => spherical(at.within(texture_from_world)),
         Mapping::Cylindrical { texture_from_world } => cylindrical(at.within(texture_from_world)),
-        // The eye apart, so that neighboring points keep their distance however far away it is.
-        Mapping::Planar { axes, offset } => along(axes, at.p) + (along(axes, at.eye) + *offset),
+        // The origin apart, so that neighboring points keep their distance however far away it is.
+        Mapping::Planar { axes, offset } => along(axes, at.p) + (along(axes, at.origin) + *offset),
     })
 }
 
@@ -99,7 +99,7 @@ mod tests {
     fn at(p: DVec3) -> TexturePoint {
         let dp = [DVec3::new(1e-3, 2e-3, -1e-3), DVec3::new(0.0, -1e-3, 2e-3)];
         let duv = [DVec2::new(0.1, 0.2), DVec2::new(0.3, 0.4)];
-        TexturePoint { p, eye: DVec3::ZERO, uv: DVec2::new(0.25, 0.5), footprint: Footprint { dp, duv } }
+        TexturePoint { p, origin: DVec3::ZERO, uv: DVec2::new(0.25, 0.5), footprint: Footprint { dp, duv } }
     }
 
     fn mappings() -> [Mapping; 4] {
@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// Far from the origin, with an eye nearby, places are as near at hand.
+    /// Far from the origin, with an origin of coordinates nearby, places are as near at hand.
     #[test]
     fn the_eye_is_apart() {
         let far = DVec3::new(1e8, -3e8, 2e8);
@@ -154,7 +154,7 @@ mod tests {
                 same => same,
             };
             let near = |p| place(&mapping, &at(p)).0;
-            let there = |p| place(&moved, &TexturePoint { eye: far, ..at(p) }).0;
+            let there = |p| place(&moved, &TexturePoint { origin: far, ..at(p) }).0;
             let (a, b) = (DVec3::new(0.4, -0.7, 0.5), DVec3::new(0.4, -0.7, 0.5 + 1e-7));
             assert!(((near(a) - near(b)) - (there(a) - there(b))).length() < 1e-7);
         }
@@ -170,7 +170,7 @@ mod tests {
             for p in [DVec3::ZERO, DVec3::splat(1e200), DVec3::new(1e-300, 0.0, 0.0)] {
                 let uv = DVec2::splat(1e300);
                 let footprint = Footprint { dp: [DVec3::ZERO, DVec3::splat(1e300)], duv: [uv, -uv] };
-                let at = TexturePoint { p, uv, footprint, eye: DVec3::ZERO };
+                let at = TexturePoint { p, uv, footprint, origin: DVec3::ZERO };
                 assert!(coordinates(&mapping, &at).is_finite());
                 assert!(changes(&mapping, &at).iter().all(|change| change.is_finite()));
             }

@@ -14,7 +14,7 @@ pub(super) const MOST_LEAVES: u32 = 8;
 /// What is no block of triangles counts as so many leaves.
 pub(super) const OTHER: u32 = 4;
 
-impl Traceable<'_> {
+impl Traceable {
     /// The nearest hits of several rays that go down the tree together, as far as they run side by side; and whether they
     /// did all the way.
     pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> ([Option<Hit>; BUNDLE], bool) {
@@ -84,7 +84,7 @@ mod tests {
             \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"float uv\" [0 0 1 0 1 1 0 1] \"integer indices\" [0 1 2 0 2 3]";
         for shapes in ["", spheres, cutout] {
             let scene = scene(shapes);
-            let traceable = Traceable::new(&scene, Precision::Mixed);
+            let traceable = crate::Prepared::new(&scene).traceable;
             let (mut met, mut stayed) = (0, [0; 2]);
             for case in 0..4000 {
                 let rays = bundle(case);

@@ -46,7 +46,7 @@ impl Forms {
     }
 }
 
-impl Traceable<'_> {
+impl Traceable {
     /// As [`Traceable::find`], in `f32` and `f64`.
     pub(crate) fn find_formed(&self, ray: &Ray, form: Form, found: &mut Option<Hit>) {
         let hit = found.insert(nothing(ray));

@@ -12,7 +12,7 @@ pub(crate) use list::MOST;
 pub(crate) use list::{Element, List, Shape};
 pub(crate) use tree::{Found, Tree};
 
-/// Rays, relative to the eye.
+/// Rays, relative to the origin.
 #[derive(Clone, Copy)]
 pub(crate) struct Rays<S: Simd> {
     pub o: Vec3x8<S>,

@@ -80,7 +80,7 @@ mod tests {
         let scene = format!("WorldBegin\n{directive}\nShape \"sphere\"\nWorldEnd");
         let read = |_: &Path| Ok(scene.clone().into_bytes());
         let loaded = crate::load(Path::new("a.pbrt"), &read, &Default::default());
-        loaded.scene.unwrap().primitives[0].material.kind.clone()
+        loaded.scene.unwrap().world.primitives[0].material.kind.clone()
     }
 
     #[track_caller]

@@ -64,14 +64,14 @@ impl Resolver<'_> {
 
     fn warn_dark(&mut self, end: Span) {
         let Some(settled) = &self.settled else { return };
-        if matches!(settled.integrator, Integrator::AmbientOcclusion { .. }) {
+        if matches!(settled.view.integrator, Integrator::AmbientOcclusion { .. }) {
             return;
         }
         // An object without an instance is not in the world.
         let copied = self.instances.iter().flat_map(|instance| &instance.object.primitives);
         let emits = |primitive: &Primitive| primitive.emission.filter(|_| !primitive.shape.is_invisible());
         let emissions: Vec<Emission> = self.primitives.iter().chain(copied).filter_map(emits).collect();
-        let shows_emission_alone = matches!(settled.integrator, Integrator::Path { max_depth: 0, .. });
+        let shows_emission_alone = matches!(settled.view.integrator, Integrator::Path { max_depth: 0, .. });
         let (message, help) = if self.lights.is_empty() && emissions.is_empty() {
             let help = "add a light: LightSource \"infinite\" lights a scene from all sides";
             ("the scene has no lights: the picture is black", help)
@@ -123,7 +123,7 @@ impl Resolver<'_> {
     /// Warns of a scale before Camera: pbrt-v3 then passes the BSDF of the first surface a direction that is not
     /// normalized.
     fn warn_scaled_camera(&mut self) {
-        let is_path = |settled: &Settled| matches!(settled.integrator, Integrator::Path { .. });
+        let is_path = |settled: &Settled| matches!(settled.view.integrator, Integrator::Path { .. });
         if !self.settled.as_ref().is_some_and(is_path) {
             return;
         }

@@ -164,6 +164,7 @@ impl Resolver<'_> {
         }
         let primitive = Primitive {
             shape,
+            span: Some(name.span),
             reverse_orientation: self.state.reverse_orientation,
             mirrored: self.state.ctm.swaps_handedness(),
             material,

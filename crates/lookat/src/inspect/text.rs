@@ -27,7 +27,7 @@ impl Found<'_> {
     }
 
     fn film(&self) -> String {
-        let (film, samples) = (&self.scene.film, self.scene.sampler.samples_per_pixel);
+        let (film, samples) = (&self.scene.view.film, self.scene.view.sampler.samples_per_pixel);
         let [width, height] = film.resolution;
         let size = format!("{} x {}", film.crop.width(), film.crop.height());
         let whole = if film.crop.area() == u64::from(width) * u64::from(height) {
@@ -41,7 +41,7 @@ impl Found<'_> {
     }
 
     fn camera(&self) -> String {
-        let lens = match self.scene.camera.lens {
+        let lens = match self.scene.view.camera.lens {
             Some(lens) => {
                 format!("thin lens of radius {}, focused at distance {}", lens.radius, lens.focal_distance)
             }

@@ -123,7 +123,10 @@ pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &
             true => {
                 "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov"
             }
-            false if scene.lights.is_empty() && scene.shapes().any(|shape| shape.emission.is_some()) => {
+            false
+                if scene.world.lights.is_empty()
+                    && scene.world.shapes().any(|shape| shape.emission.is_some()) =>
+            {
                 "the picture is all black: no visible surface receives light; area lights emit on the side of their normals only: check \"bool twosided\" and ReverseOrientation"
             }
             false => "the picture is all black: no visible surface receives light",

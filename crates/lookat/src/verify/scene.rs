@@ -140,7 +140,7 @@ fn update(target: &Path, outcome: &mut Outcome) -> Result<(), String> {
 }
 
 fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget) -> Result<Rendered, String> {
-    let samples_per_pixel = scene.sampler.samples_per_pixel;
+    let samples_per_pixel = scene.view.sampler.samples_per_pixel;
     let settings = Settings {
         seed: arguments.seed,
         // Always, so that limits hold for the picture from which people read them.

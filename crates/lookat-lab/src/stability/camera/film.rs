@@ -61,7 +61,7 @@ fn off_center(effort: &Effort) -> Found {
                 f64::from(dx).hypot(f64::from(dy))
             };
             let o = probe.camera_ray(DVec2::new(x, y), DVec2::splat(0.5)).o;
-            let eye = probe.eye();
+            let eye = probe.origin();
             tallies[0].error(off([TwoFloat::new_add(o.x, eye.x), TwoFloat::new_add(o.y, eye.y)]));
             let p = by::point(&narrow, [film.x, film.y, 0.0]);
             tallies[1].error(off([f64::from(p[0]).into(), f64::from(p[1]).into()]));
@@ -106,7 +106,7 @@ fn against(
 ) -> Found {
     let probe = Probe::new(scene);
     let tallies = tally(effort.rays, seed, |random, tallies: &mut [Tally; 1]| {
-        let film = anywhere(random, scene.film.resolution);
+        let film = anywhere(random, scene.view.film.resolution);
         tallies[0].error(angle(probe.camera_ray(film, DVec2::splat(0.5)).d, truth(film)));
     });
     let mut found = Found::default();

@@ -208,7 +208,7 @@ fn telecentric(effort: &Effort) -> Found {
             // Points of the lens that lie opposite.
             let u = square(random);
             let rays = [u, DVec2::ONE - u].map(|u| probe.camera_ray(film, u));
-            let eye = probe.eye();
+            let eye = probe.origin();
             tallies[0].error(off_center(rays.map(|ray| (ray.o + eye, ray.d)), pixel, depth));
             let lens = [rays[0], rays[1]].map(|ray| (ray.o + eye).truncate() - pixel);
             tallies[1].error(off_center(lens.map(|lens| single_ray(DVec2::ZERO, pixel, lens)), pixel, depth));

@@ -71,7 +71,7 @@ fn up_near_view(effort: &Effort) -> Found {
 fn own_side(points: [DVec3; 3]) -> Option<DVec3> {
     let options = format!("{}\nCamera \"perspective\" {}", look_at(points), film([64, 64]));
     let scene = load(&text(&options)).scene?;
-    Some(scene.camera.world_from_camera.m.x_axis.truncate())
+    Some(scene.view.camera.world_from_camera.m.x_axis.truncate())
 }
 
 fn side<T: num_traits::Float>(world_from_camera: &by::Matrix<T>) -> [T; 3] {

@@ -199,7 +199,7 @@ fn numbers(_: &Effort) -> Found {
     ];
     for (number, value) in exact {
         let scene = scene(&text(&format!("Translate {number} 0 0\nCamera \"perspective\"")));
-        let read = -scene.camera.world_from_camera.m.w_axis.x;
+        let read = -scene.view.camera.world_from_camera.m.w_axis.x;
         found.check(read == value, || format!("{number} is read as {read:?}, not {value:?}"));
     }
     found

@@ -165,7 +165,7 @@ mod tests {
     fn hits_lie_in_their_boxes() {
         let (text, boxes) = blocks();
         let scene = scene(&text);
-        assert_eq!(scene.primitives.len(), boxes.len());
+        assert_eq!(scene.world.primitives.len(), boxes.len());
         let probe = Probe::new(&scene);
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut hits = 0;

@@ -99,7 +99,9 @@ pub(super) fn mixed() -> Vec<([u32; 2], f64)> {
 
 /// The scene with another sampler.
 pub(super) fn sampled(scene: &Scene, kind: SamplerKind, samples: u32) -> Scene {
-    Scene { sampler: Sampler { kind, samples_per_pixel: 1 }.with_samples(samples), ..scene.clone() }
+    let mut scene = scene.clone();
+    scene.view.sampler = Sampler { kind, samples_per_pixel: 1 }.with_samples(samples);
+    scene
 }
 
 #[cfg(test)]

@@ -211,7 +211,7 @@ mod tests {
             let (eye, center) = (DVec3::new(1.0, 2.0, 30.0), DVec3::new(5.0, 6.0, 7.0));
             let scene = scene(&body.text(eye, center, 2.0));
             let probe = Probe::new(&scene);
-            assert_eq!(probe.eye(), eye);
+            assert_eq!(probe.origin(), eye);
             let mut random = Pcg64Mcg::seed_from_u64(4);
             for _ in 0..1000 {
                 // From inside there is one way out, beyond it nothing.

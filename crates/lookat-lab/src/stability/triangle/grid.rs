@@ -96,7 +96,7 @@ impl Grid {
         let film = DVec2::new(x + 0.5, self.cells as f64 - y + 0.5);
         let ray: Ray = probe.camera_ray(film, DVec2::splat(0.5));
         tallies[0].answer(probe.nearest(&ray).is_some());
-        let (o, d) = (probe.eye() + ray.o, ray.d);
+        let (o, d) = (probe.origin() + ray.o, ray.d);
         let around = self.around(x, y);
         let double: Vec<_> = around.iter().map(|face| face.map(|i| self.positions[i].to_array())).collect();
         let hit = |tally: &mut Tally, t: Option<f64>| tally.answer(t.is_some());
@@ -125,7 +125,7 @@ mod tests {
         let scene = grid.scene();
         let probe = Probe::new(&scene);
         let ray = probe.camera_ray(DVec2::new(3.5, 10.0 - 7.0 + 0.5), DVec2::splat(0.5));
-        assert_eq!((probe.eye() + ray.o, ray.d), (DVec3::new(3.0, 7.0, -10.0), DVec3::Z));
+        assert_eq!((probe.origin() + ray.o, ray.d), (DVec3::new(3.0, 7.0, -10.0), DVec3::Z));
         let hit = probe.nearest(&ray).unwrap();
         assert!((hit.t - 10.0 - grid.positions[7 * 11 + 3].z).abs() < 1e-14);
         assert_eq!(grid.around(3.0, 7.0).len(), 8);

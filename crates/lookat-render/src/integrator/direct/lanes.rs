@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
-use lookat_scene::{DirectStrategy, Integrator, Scene};
+use lookat_scene::{DirectStrategy, Integrator};
 
 use crate::bsdf::lanes::Bsdfs;
 use crate::camera::lanes::Views;
@@ -30,19 +30,19 @@ pub(crate) struct Lanes<'s> {
 
 impl<'s> Lanes<'s> {
     /// `None` of scenes that have anything else.
-    pub fn new(scene: &Scene, traceable: &'s Traceable<'s>, lights: &LightTable) -> Option<Self> {
-        let Integrator::DirectLighting { strategy, .. } = scene.integrator else { return None };
+    pub fn new(integrator: &Integrator, traceable: &'s Traceable, lights: &LightTable) -> Option<Self> {
+        let Integrator::DirectLighting { strategy, .. } = *integrator else { return None };
         if strategy == DirectStrategy::One || !traceable.emitters.is_empty() {
             return None;
         }
         let sampled = lights.plain_lights()?;
-        let world = World::new(scene, traceable)?;
+        let world = World::new(traceable)?;
         // Where normals differ, skies are sampled in another way from each point.
         if lights.has_skies() && world.has_normals() {
             return None;
         }
         let mut directions = 0;
-        for count in super::directions(lights, sampled.len()) {
+        for count in super::directions(lights, strategy, sampled.len()) {
             if count > 1 {
                 return None;
             }

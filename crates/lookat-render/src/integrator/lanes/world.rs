@@ -3,7 +3,6 @@
 use std::array::from_fn;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use lookat_scene::Scene;
 
 use crate::camera::lanes::Views;
 use crate::integrator::Tracer;
@@ -23,13 +22,13 @@ pub(in crate::integrator) enum World<'s> {
 
 impl<'s> World<'s> {
     /// `None` of one that has copies of objects, or holes, or other than plain materials.
-    pub fn new(scene: &Scene, traceable: &'s Traceable<'s>) -> Option<Self> {
+    pub fn new(traceable: &'s Traceable) -> Option<Self> {
         let small = || {
             let list = List::new(traceable)?;
             let shading = ListShading::new(traceable, &list)?;
             Some(World::List(list, shading))
         };
-        let tree = || Some(World::Tree(Tree::new(traceable)?, TreeShading::new(scene, traceable)?));
+        let tree = || Some(World::Tree(Tree::new(traceable)?, TreeShading::new(traceable)?));
         small().or_else(tree)
     }
 
@@ -152,7 +151,7 @@ impl<'s> World<'s> {
     /// The surface that one of the rays has hit.
     pub fn surface<S: Simd>(
         &self,
-        tracer: &Tracer<'_, 's>,
+        tracer: &Tracer<'s>,
         rays: &Rays<S>,
         hits: &Hits<S>,
         lane: usize,

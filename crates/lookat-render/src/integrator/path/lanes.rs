@@ -4,7 +4,7 @@ mod wave;
 
 use fearless_simd::{Simd, mask64x8};
 use glam::Vec3;
-use lookat_scene::{Integrator, Scene};
+use lookat_scene::Integrator;
 
 use super::{FIRST_ROULETTE, roulette};
 use crate::bsdf::lanes::Bsdfs;
@@ -31,11 +31,11 @@ pub(crate) struct Lanes<'s> {
 
 impl<'s> Lanes<'s> {
     /// `None` of scenes that have anything else.
-    pub fn new(scene: &Scene, traceable: &'s Traceable<'s>, lights: &'s LightTable<'s>) -> Option<Self> {
-        let Integrator::Path { max_depth, roulette_threshold, light_choice } = scene.integrator else {
+    pub fn new(integrator: &Integrator, traceable: &'s Traceable, lights: &'s LightTable) -> Option<Self> {
+        let Integrator::Path { max_depth, roulette_threshold, light_choice } = *integrator else {
             return None;
         };
-        let world = World::new(scene, traceable)?;
+        let world = World::new(traceable)?;
         let lighting = Lighting::new(lights, light_choice, world.has_normals())?;
         Some(Lanes { world, lighting, max_depth, roulette_threshold })
     }

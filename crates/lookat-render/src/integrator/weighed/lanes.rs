@@ -17,7 +17,7 @@ use crate::trace::lanes::{Hits, Rays};
 
 /// The light of a scene, in which one light is chosen at each surface.
 pub(in crate::integrator) struct Lighting<'s> {
-    table: &'s LightTable<'s>,
+    table: &'s LightTable,
     /// Those that are sampled: the first ones.
     sampled: Vec<SampledLight<'s>>,
     choice: LightChoice,
@@ -47,7 +47,7 @@ pub(in crate::integrator) struct Directions<S: Simd> {
 impl<'s> Lighting<'s> {
     /// `None` of skies where shading normals may differ from geometric ones: they are sampled in another way from each point
     /// there.
-    pub fn new(table: &'s LightTable<'s>, choice: LightChoice, has_normals: bool) -> Option<Self> {
+    pub fn new(table: &'s LightTable, choice: LightChoice, has_normals: bool) -> Option<Self> {
         if has_normals && table.has_skies() {
             return None;
         }

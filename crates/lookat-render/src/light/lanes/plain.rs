@@ -24,7 +24,7 @@ pub(crate) struct Cone {
     cos_falloff_start: f64,
 }
 
-impl SceneLight<'_> {
+impl SceneLight {
     pub(super) fn as_plain(&self) -> Option<PlainLight> {
         match *self {
             SceneLight::Distant { direction, radiance } => Some(PlainLight::Distant { direction, radiance }),

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec3, Vec3};
-use lookat_scene::Mesh;
+use lookat_scene::{Mesh, Primitive, Shape};
 
 use super::{SurfaceForm, SurfaceLight, element};
 use crate::circle::lanes::at_turn;
@@ -37,7 +37,7 @@ pub(crate) struct MeshLamp<'s> {
     areas: &'s MeshAreas,
     mesh: &'s Mesh,
     area: f64,
-    eye: DVec3,
+    origin: DVec3,
     turned: Turned,
     two_sided: bool,
     /// That of its first triangle.
@@ -45,15 +45,15 @@ pub(crate) struct MeshLamp<'s> {
     radiance: Vec3,
 }
 
-impl SurfaceLight<'_> {
-    /// `None` of shapes that are sampled one by one. `eye`: the world position of the origin.
-    pub fn lamp(&self, eye: DVec3) -> Option<Lamp<'_>> {
-        let emission = self.primitive.emission?;
+impl SurfaceLight {
+    /// `None` of shapes that are sampled one by one. `origin`: the world position of the origin.
+    pub fn lamp<'s>(&'s self, primitive: &'s Primitive, origin: DVec3) -> Option<Lamp<'s>> {
+        let emission = primitive.emission?;
         let label = label(element(self.number, 0));
         match &self.form {
             SurfaceForm::Curved(shape) => {
                 let sphere = shape.as_sphere().filter(|sphere| sphere.is_whole())?;
-                let is_dark = self.primitive.reverse_orientation && !emission.two_sided;
+                let is_dark = primitive.reverse_orientation && !emission.two_sided;
                 Some(Lamp::Sphere(Ball {
                     center: shape.center,
                     radius: sphere.world_radius?,
@@ -62,13 +62,14 @@ impl SurfaceLight<'_> {
                     radiance: if is_dark { Vec3::ZERO } else { emission.radiance },
                 }))
             }
-            SurfaceForm::Mesh { areas, mesh } => {
-                self.primitive.cutout.is_none().then_some(Lamp::Mesh(MeshLamp {
+            SurfaceForm::Mesh(areas) => {
+                let Shape::TriangleMesh(mesh) = &primitive.shape else { return None };
+                primitive.cutout.is_none().then_some(Lamp::Mesh(MeshLamp {
                     areas,
                     mesh,
                     area: self.area,
-                    eye,
-                    turned: Turned::new(self.primitive),
+                    origin,
+                    turned: Turned::new(primitive),
                     two_sided: emission.two_sided,
                     label,
                     radiance: emission.radiance,
@@ -130,7 +131,7 @@ impl MeshLamp<'_> {
         for lane in 0..LANES {
             let (index, sums) = self.areas.at(at[lane]);
             [before[lane], own[lane]] = sums;
-            triangles.put(lane, corners(self.mesh, index, self.eye), self.mesh, index, self.turned);
+            triangles.put(lane, corners(self.mesh, index, self.origin), self.mesh, index, self.turned);
             target[lane] = self.label + index as f64;
         }
         let (before, own): (f64x8<S>, f64x8<S>) = (before.simd_into(simd), own.simd_into(simd));

@@ -9,23 +9,19 @@ use lookat_image::{MipMap, Wrap};
 use lookat_scene::{Integrator, Light, Scene};
 
 use super::*;
-use crate::arithmetic::Precision;
 use crate::lanes::level;
-use crate::light::LightTable;
-use crate::prepare::Traceable;
+use crate::prepare::Prepared;
 use crate::render::control::Control;
-use crate::render::sample::{Pattern, Prepared, Samples};
+use crate::render::sample::{Pattern, Samples};
 use crate::testing::{noise, scene};
 use crate::trace::lanes::MOST;
 
 /// What some pixels of a scene get, and the number of rays: one by one, or side by side on a processor of some level.
 fn pixels(scene: &Scene, level: Option<Level>) -> (Vec<String>, u64) {
-    let traceable = Traceable::new(scene, Precision::Mixed);
-    let lights = LightTable::new(scene, &traceable);
-    let prepared = Prepared { scene, traceable, lights, preparation: Default::default() };
+    let prepared = Prepared::new(scene);
     let progress = |_| ControlFlow::Continue(());
     let control = Control::new(&progress, None);
-    let li = |tracer: &mut Tracer, first: &FirstHit, stream: &mut SampleStream| match scene.integrator {
+    let li = |tracer: &mut Tracer, first: &FirstHit, stream: &mut SampleStream| match scene.view.integrator {
         Integrator::DirectLighting { strategy, max_depth } => {
             direct::li(tracer, first, stream, strategy, max_depth)
         }
@@ -35,7 +31,7 @@ fn pixels(scene: &Scene, level: Option<Level>) -> (Vec<String>, u64) {
         }
         Integrator::AmbientOcclusion { .. } => panic!(),
     };
-    let mut context = Context::new(&prepared, 16, &control, li);
+    let mut context = Context::new(&prepared, &scene.view, 16, &control, li);
     match (&mut context.lanes, level) {
         (Some(lanes), Some(level)) => lanes.level = level,
         (lanes, _) => {
@@ -43,12 +39,12 @@ fn pixels(scene: &Scene, level: Option<Level>) -> (Vec<String>, u64) {
         }
     }
     let (mut tracer, mut meter) = (context.tracer(), Meter::new(&control));
-    let pattern = Pattern { sampler: scene.sampler, seed: 5, is_watched: true };
+    let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
     let job = |at: u32| Job {
         pattern: Pattern { seed: u64::from(at % 2), ..pattern },
         place: [at % 8 * 4, at / 8 * 4],
         // All, none, or from the middle on.
-        indices: at % 8 * 4..scene.sampler.samples_per_pixel,
+        indices: at % 8 * 4..scene.view.sampler.samples_per_pixel,
         samples: Samples::after(Default::default()),
     };
     let mut jobs: Vec<Job> = (0..48).map(job).collect();
@@ -266,9 +262,8 @@ fn path_scene(case: usize) -> String {
 /// Of a scene that is served: whether it has a tree, and whether all is diffuse.
 fn kind(text: &str) -> Option<[bool; 2]> {
     let scene = scene(text);
-    let traceable = Traceable::new(&scene, Precision::Mixed);
-    let lights = LightTable::new(&scene, &traceable);
-    Lanes::new(&scene, &traceable, &lights).map(|lanes| [lanes.asks_tree(), lanes.is_lambert()])
+    let Prepared { traceable, lights, .. } = &Prepared::new(&scene);
+    Lanes::new(&scene.view, traceable, lights).map(|lanes| [lanes.asks_tree(), lanes.is_lambert()])
 }
 
 /// Of a scene with these in its world.
@@ -361,7 +356,7 @@ fn check(text: &str, sky: Option<Light>) -> u64 {
     #[cfg(target_arch = "x86_64")]
     levels.extend(level.as_avx2().map(Level::Avx2));
     let mut scene = scene(text);
-    scene.lights.extend(sky);
+    Arc::make_mut(&mut scene.world).lights.extend(sky);
     let (sums, rays) = pixels(&scene, None);
     for level in &levels {
         let (own, own_rays) = pixels(&scene, Some(*level));

@@ -43,7 +43,7 @@ impl<'s> List<'s> {
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
         let count = world.triangles().take(MOST + 1).count() + SPHERE * world.others.len();
-        if count > MOST || scene.has_cutouts || scene.primitives.len() > MOST_PRIMITIVES {
+        if count > MOST || scene.has_cutouts || scene.primitives().len() > MOST_PRIMITIVES {
             return None;
         }
         let triangle = |(place, triangle): (u32, &'s Triangle)| {
@@ -127,7 +127,7 @@ impl<'s> List<'s> {
 
 impl<'s> Element<'s> {
     fn new(scene: &Traceable, id: ElementId, place: u32, shape: Shape<'s>) -> Self {
-        let emits = scene.primitives[id.primitive as usize].emission.is_some();
+        let emits = scene.primitive(id.primitive).emission.is_some();
         Element { id, place, label: label(id), emits, shape }
     }
 

@@ -9,7 +9,7 @@ use crate::ray::{ElementId, Hit, Ray};
 
 /// A world with its tree. Its elements are numbered: triangles by their place, others from 2^32 on, by their names.
 pub(crate) struct Tree<'s> {
-    pub scene: &'s Traceable<'s>,
+    pub scene: &'s Traceable,
 }
 
 /// Hits of rays one by one, as numbers.
@@ -40,9 +40,9 @@ impl Found {
 
 impl<'s> Tree<'s> {
     /// `None` of worlds with holes or copies of objects, and of too many primitives.
-    pub fn new(scene: &'s Traceable<'s>) -> Option<Self> {
+    pub fn new(scene: &'s Traceable) -> Option<Self> {
         let has_instances = scene.world.others.iter().any(|other| matches!(other, Other::Instance { .. }));
-        let are_few = scene.primitives.len() <= MOST_PRIMITIVES;
+        let are_few = scene.primitives().len() <= MOST_PRIMITIVES;
         (!has_instances && !scene.has_cutouts && are_few).then_some(Tree { scene })
     }
 

@@ -1,0 +1,104 @@
+//! Where the origin of coordinates lies.
+
+use glam::DVec3;
+use lookat_scene::{Object, Primitive, Shape, World};
+
+use crate::curved::Curved;
+use crate::instance::PlacedInstance;
+use crate::triangle::corners;
+
+/// The places where the origin may lie: multiples of the side of a cell.
+///
+/// Cells are small enough that `f32` tells neighbors apart, and large enough that a camera seldom leaves one: as large as 1024
+/// of the smaller shapes, but at most an eighth of the world.
+pub(super) struct Lattice {
+    /// A power of two, or 0 for a world without extent.
+    cell: f64,
+}
+
+/// The side of a cell in sizes of shapes.
+const CELL: f64 = 1024.0;
+/// This share of the shapes is smaller than the size that counts.
+const SMALLER: usize = 10;
+/// A cell has at most this share of the size of the world.
+const OF_WORLD: f64 = 1.0 / 8.0;
+/// About as many shapes are measured at most: a few tell how large they are.
+const MEASURED: usize = 1 << 12;
+
+/// A box along the axes.
+type Corners = [DVec3; 2];
+
+impl Lattice {
+    pub fn new(world: &World) -> Lattice {
+        let mut boxes = boxes(&world.primitives, stride(&world.primitives));
+        let every = world.instances.len().div_ceil(MEASURED).max(1);
+        boxes.extend(world.instances.iter().step_by(every).map(|instance| {
+            let placed = PlacedInstance::new(0, &instance.world_from_object, DVec3::ZERO);
+            placed.corners(of_object(&instance.object))
+        }));
+        let [low, high] = around(boxes.iter().copied());
+        let mut sizes: Vec<f64> = boxes.iter().map(|[low, high]| (high - low).max_element()).collect();
+        sizes.retain(|size| *size > 0.0);
+        let at = sizes.len() / SMALLER;
+        let small = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(at, f64::total_cmp).1 };
+        let side = (CELL * small).min(OF_WORLD * (high - low).max_element());
+        let is_normal = side.is_normal() && side > 0.0;
+        Lattice { cell: if is_normal { side.log2().floor().exp2() } else { 0.0 } }
+    }
+
+    /// The origin for an eye: the nearest place of the lattice, or the eye itself where the lattice is too fine for it.
+    pub fn origin(&self, eye: DVec3) -> DVec3 {
+        let origin = (eye / self.cell).round() * self.cell;
+        if origin.is_finite() { origin } else { eye }
+    }
+}
+
+/// How many triangles a shape has; a quadric or a curve counts as one.
+fn elements(primitive: &Primitive) -> usize {
+    match &primitive.shape {
+        Shape::TriangleMesh(mesh) => mesh.triangles(),
+        Shape::Quadric(_) | Shape::Curve(_) => 1,
+    }
+}
+
+/// The box around an element.
+fn corners_of(primitive: &Primitive, index: usize) -> Corners {
+    match &primitive.shape {
+        Shape::TriangleMesh(mesh) => around(corners(mesh, index, DVec3::ZERO).map(|p| [p; 2])),
+        Shape::Quadric(quadric) => {
+            let shape = Curved::new(quadric, DVec3::ZERO);
+            [shape.center - shape.half_extent(), shape.center + shape.half_extent()]
+        }
+        Shape::Curve(curve) => {
+            around(curve.segments.iter().flatten().map(|p| [curve.world_from_object.point(*p); 2]))
+        }
+    }
+}
+
+/// The boxes around every so many of the elements.
+fn boxes(primitives: &[Primitive], stride: usize) -> Vec<Corners> {
+    let mut boxes = Vec::new();
+    let mut number: usize = 0;
+    for primitive in primitives {
+        let count = elements(primitive);
+        let first = number.next_multiple_of(stride) - number;
+        boxes.extend((first..count).step_by(stride).map(|index| corners_of(primitive, index)));
+        number += count;
+    }
+    boxes
+}
+
+/// A box around an object, in its own space.
+fn of_object(object: &Object) -> Corners {
+    around(boxes(&object.primitives, stride(&object.primitives)))
+}
+
+fn around(boxes: impl IntoIterator<Item = Corners>) -> Corners {
+    let nothing = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+    boxes.into_iter().fold(nothing, |[low, high], corners| [low.min(corners[0]), high.max(corners[1])])
+}
+
+/// The distance of boxes to measure, so that they are not too many.
+fn stride(primitives: &[Primitive]) -> usize {
+    primitives.iter().map(elements).sum::<usize>().div_ceil(MEASURED).max(1)
+}

@@ -1,0 +1,166 @@
+//! A world that rays are traced in: everything relative to an origin, in trees.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::DVec3;
+use lookat_scene::{Object, Primitive, World};
+
+use super::elements::Builder;
+use crate::arithmetic::{Precision, Simd};
+use crate::bounds::Bounds;
+use crate::bvh::Bvh;
+use crate::curve::Curves;
+use crate::curved::Curved;
+use crate::emitters::Emitters;
+use crate::instance::PlacedInstance;
+use crate::ray::Hit;
+use crate::triangle::Triangle;
+use crate::triangle::block::{Block, of_place, place};
+
+/// A world that rays can be traced in. Positions are relative to the origin.
+pub(crate) struct Traceable {
+    /// The world position that coordinates are relative to.
+    pub origin: DVec3,
+    pub source: Arc<World>,
+    /// The primitives of objects: the object, and which of its primitives.
+    of_objects: Vec<(Arc<Object>, u32)>,
+    pub(crate) curved: Vec<Curved>,
+    /// Which of the curved shapes a primitive is, or [`NOT_CURVED`].
+    curved_of: Vec<u32>,
+    /// Curves; the index of an element names the piece.
+    pub curves: Curves,
+    pub(crate) world: Group,
+    pub(crate) objects: Vec<Group>,
+    pub(crate) instances: Vec<PlacedInstance>,
+    pub emitters: Emitters,
+    /// Whether any mesh may have holes.
+    pub(crate) has_cutouts: bool,
+    /// Whether the world has only triangles and spheres, which are cheap to test: rays that go down its tree together test more.
+    pub(crate) is_cheap: bool,
+    pub(crate) precision: Precision,
+    pub(crate) simd: Simd,
+}
+
+/// Elements with their tree.
+pub(crate) struct Group {
+    pub bvh: Bvh,
+    pub blocks: Vec<Block>,
+    pub others: Vec<Other>,
+}
+
+impl Group {
+    /// The triangle at a place, see [`Hit::place`].
+    #[inline(always)]
+    pub fn triangle(&self, place: u32) -> &Triangle {
+        let (block, lane) = of_place(place);
+        self.blocks[block].triangle(lane)
+    }
+
+    /// All triangles, each with its place.
+    pub fn triangles(&self) -> impl Iterator<Item = (u32, &Triangle)> {
+        self.blocks
+            .iter()
+            .enumerate()
+            .flat_map(|(number, block)| (0..).map(move |lane| place(number, lane)).zip(block.triangles()))
+    }
+}
+
+pub(super) const NOT_CURVED: u32 = u32::MAX;
+
+/// An element that is no triangle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Other {
+    Curved { primitive: u32, shape: u32 },
+    Curve { primitive: u32, piece: u32 },
+    Instance { instance: u32 },
+}
+
+impl Traceable {
+    pub fn new(source: &Arc<World>, origin: DVec3) -> Self {
+        let mut builder = Builder::default();
+        let mut world = builder.elements(&source.primitives, origin);
+        let mut of_objects = Vec::new();
+        // Each object is prepared once, in its own space, however many copies there are.
+        let mut objects: Vec<Group> = Vec::new();
+        let mut known: HashMap<*const Object, (usize, bool)> = HashMap::new();
+        let mut instances = Vec::new();
+        for instance in &source.instances {
+            let (object, glows) = *known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| {
+                let primitives = &instance.object.primitives;
+                of_objects.extend((0..primitives.len() as u32).map(|index| (instance.object.clone(), index)));
+                let elements = builder.elements(primitives, DVec3::ZERO);
+                let glows = !elements.emitters.is_empty();
+                objects.push(elements.group());
+                (objects.len() - 1, glows)
+            });
+            let placed = PlacedInstance::new(object, &instance.world_from_object, origin);
+            let bounds = placed.bounds(objects[object].bvh.bounds());
+            world.push(bounds, Other::Instance { instance: instances.len() as u32 });
+            if glows {
+                world.emitters.push(bounds);
+            }
+            instances.push(placed);
+        }
+        let emitters = Emitters::new(std::mem::take(&mut world.emitters));
+        let world = world.group();
+        let Builder { curved, curved_of, curves } = builder;
+        let is_sphere = |shape: u32| curved[shape as usize].as_sphere().is_some();
+        let is_cheap = world
+            .others
+            .iter()
+            .all(|other| matches!(other, Other::Curved { shape, .. } if is_sphere(*shape)));
+        let has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
+        Traceable {
+            origin,
+            source: source.clone(),
+            of_objects,
+            curved,
+            curved_of,
+            curves,
+            world,
+            objects,
+            instances,
+            emitters,
+            has_cutouts,
+            is_cheap,
+            precision: Precision::default(),
+            simd: Simd::best(),
+        }
+    }
+
+    /// The primitive of a number: first come those of the world, then those of objects.
+    #[inline]
+    pub fn primitive(&self, number: u32) -> &Primitive {
+        let number = number as usize;
+        let world = &self.source.primitives;
+        world.get(number).unwrap_or_else(|| {
+            let (object, index) = &self.of_objects[number - world.len()];
+            &object.primitives[*index as usize]
+        })
+    }
+
+    /// All primitives, in the order of their numbers.
+    pub fn primitives(&self) -> impl ExactSizeIterator<Item = &Primitive> {
+        (0..self.curved_of.len() as u32).map(|number| self.primitive(number))
+    }
+
+    /// A box around everything.
+    pub fn bounds(&self) -> Bounds {
+        self.world.bvh.bounds()
+    }
+
+    /// Whether what is hit emits light.
+    pub fn emits(&self, hit: &Hit) -> bool {
+        self.primitive(hit.element.primitive).emission.is_some()
+    }
+
+    /// The curved shape that a primitive is.
+    pub fn curved(&self, primitive: u32) -> Option<&Curved> {
+        self.curved.get(self.curved_of[primitive as usize] as usize)
+    }
+
+    pub fn instance(&self, instance: u32) -> Option<&PlacedInstance> {
+        self.instances.get(instance as usize)
+    }
+}
