@@ -15,7 +15,7 @@ use crate::warp::square_to_disk;
 pub(crate) struct CameraRays {
     world_from_camera: DMat3,
     /// The eye, relative to the origin.
-    eye: DVec3,
+    pub eye: DVec3,
     /// The middle of the film in pixels; its place in camera space, on the plane z = 1 of a perspective camera and
     /// relative to the eye of an orthographic one; and the steps to the next pixel. Counted from the middle, no digits
     /// cancel where rays run along the axis.

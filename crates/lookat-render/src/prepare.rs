@@ -32,8 +32,8 @@ pub(crate) use traceable::{Group, Other, Traceable};
 /// assert_eq!(rendered.image.rgb().unwrap()[0], [2.0; 3]);
 /// ```
 ///
-/// Coordinates are relative to an origin: the eye, rounded to a lattice whose cells are about as large as what there is to
-/// see. A view from another cell prepares the world again. So each view has the same pixels as when it is rendered alone.
+/// Coordinates are relative to an origin: the eye, rounded to a lattice whose cells are about as large as the
+/// world. A view from another cell prepares the world again. So each view has the same pixels as when it is rendered alone.
 pub struct Prepared {
     world: Arc<World>,
     lattice: Lattice,
@@ -98,4 +98,56 @@ pub fn preparation_bytes(world: &World) -> u64 {
     world.shapes().map(of_shape).sum::<u64>()
         + INSTANCE * world.instances.len() as u64
         + TABLE * world.lights.iter().filter(has_table).count() as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use lookat_scene::Transform;
+
+    use super::*;
+    use crate::render::{Settings, render};
+    use crate::testing::scene;
+
+    /// From each place, a view of a prepared world is to the bit that of the scene alone, whatever was seen before.
+    #[test]
+    fn views_do_not_depend_on_those_before() {
+        let mut scene = scene(
+            r#"Film "image" "integer xresolution" 24 "integer yresolution" 16
+            Camera "perspective" "float fov" 6 "float lensradius" .1 "float focaldistance" 60
+            Sampler "halton" "integer pixelsamples" 4 Integrator "path" WorldBegin
+            LightSource "infinite" "rgb L" [.4 .4 .4] LightSource "point" "point from" [1 3 1]
+            ObjectBegin "o" Material "plastic" Shape "sphere" "float radius" .4 ObjectEnd
+            AttributeBegin Translate .8 .4 0 ObjectInstance "o" AttributeEnd
+            AttributeBegin AreaLightSource "diffuse" Translate -1 1 0 Shape "disk" "float radius" .3 AttributeEnd
+            Texture "t" "color" "checkerboard" "string mapping" "planar" "rgb tex1" [1 .2 .2]
+            Material "matte" "texture Kd" "t"
+            Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-4 0 -4 -4 0 4 4 0 4 4 0 -4]
+            Translate 0 .2 1 Shape "curve" "point P" [-1 0 0 0 1 0 0 0 0 1 1 0] "float width" .1 WorldEnd"#,
+        );
+        let mut prepared = Prepared::new(&scene);
+        let (mut moves, mut origin) = (0, prepared.traceable.origin);
+        for number in 0..24 {
+            // There and back.
+            let (sin, cos) = (0.15 * (if number < 12 { number } else { 23 - number }) as f64).sin_cos();
+            let eye = DVec3::new(60.0 * sin, 20.0, -60.0 * cos);
+            scene.view.camera.world_from_camera =
+                Transform::look_at(eye, DVec3::ZERO, DVec3::Y).unwrap().inverse();
+            let settings = Settings { seed: number, ..Settings::default() };
+            let progress = |_| ControlFlow::Continue(());
+            let seen = prepared.render(&scene.view, &settings, &progress);
+            let alone = render(&scene, &settings, &progress);
+            assert_eq!(seen.image.rgb(), alone.image.rgb(), "{number}");
+            moves += u32::from(origin != prepared.traceable.origin);
+            origin = prepared.traceable.origin;
+        }
+        // The last view lies in the cell of the first.
+        assert!((5..23).contains(&moves), "{moves}");
+        let before = prepared.traceable.world.blocks.as_ptr();
+        scene.view.camera.world_from_camera =
+            Transform::look_at(DVec3::new(0.01, 20.0, -60.0), DVec3::ZERO, DVec3::Y).unwrap().inverse();
+        prepared.look(&scene.view.camera);
+        assert_eq!(prepared.traceable.world.blocks.as_ptr(), before);
+    }
 }

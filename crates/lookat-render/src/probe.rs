@@ -42,6 +42,11 @@ impl Probe {
         self
     }
 
+    /// The eye: the position of a perspective camera, the middle of the window of an orthographic one.
+    pub fn eye(&self) -> DVec3 {
+        self.camera.eye
+    }
+
     /// The world position that all others are relative to.
     pub fn origin(&self) -> DVec3 {
         self.prepared.traceable.origin

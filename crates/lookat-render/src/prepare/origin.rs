@@ -9,8 +9,8 @@ use crate::triangle::corners;
 
 /// The places where the origin may lie: multiples of the side of a cell.
 ///
-/// Cells are small enough that `f32` tells neighbors apart, and large enough that a camera seldom leaves one: as large as 1024
-/// of the smaller shapes, but at most an eighth of the world.
+/// Cells are small enough that `f32` tells neighbors apart, and large enough that a camera seldom leaves one: as large as 4
+/// worlds, but at most 1024 of the smaller shapes.
 pub(super) struct Lattice {
     /// A power of two, or 0 for a world without extent.
     cell: f64,
@@ -20,8 +20,8 @@ pub(super) struct Lattice {
 const CELL: f64 = 1024.0;
 /// This share of the shapes is smaller than the size that counts.
 const SMALLER: usize = 10;
-/// A cell has at most this share of the size of the world.
-const OF_WORLD: f64 = 1.0 / 8.0;
+/// The most that it is in sizes of the world.
+const WORLDS: f64 = 4.0;
 /// About as many shapes are measured at most: a few tell how large they are.
 const MEASURED: usize = 1 << 12;
 
@@ -41,7 +41,7 @@ impl Lattice {
         sizes.retain(|size| *size > 0.0);
         let at = sizes.len() / SMALLER;
         let small = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(at, f64::total_cmp).1 };
-        let side = (CELL * small).min(OF_WORLD * (high - low).max_element());
+        let side = (CELL * small).min(WORLDS * (high - low).max_element());
         let is_normal = side.is_normal() && side > 0.0;
         Lattice { cell: if is_normal { side.log2().floor().exp2() } else { 0.0 } }
     }
@@ -101,4 +101,57 @@ fn around(boxes: impl IntoIterator<Item = Corners>) -> Corners {
 /// The distance of boxes to measure, so that they are not too many.
 fn stride(primitives: &[Primitive]) -> usize {
     primitives.iter().map(elements).sum::<usize>().div_ceil(MEASURED).max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::scene;
+
+    fn lattice(world: &str) -> Lattice {
+        Lattice::new(
+            &scene(&format!(
+                "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
+                LightSource \"infinite\" {world} WorldEnd"
+            ))
+            .world,
+        )
+    }
+
+    const GROUND: &str = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+        \"point P\" [-1e6 0 -1e6 -1e6 0 1e6 1e6 0 1e6 1e6 0 -1e6]";
+    const BALL: &str = "Shape \"sphere\"";
+
+    #[test]
+    fn cells_are_about_as_large_as_what_there_is_to_see() {
+        assert_eq!(lattice(BALL).cell, 8.0);
+        assert_eq!(lattice(GROUND).cell, 4_194_304.0);
+        // 1024 times the ball, as ground is large whatever stands on it.
+        assert_eq!(lattice(&format!("{GROUND} {BALL}")).cell, 2048.0);
+        assert_eq!(lattice(&format!("Translate 1e8 0 0 {BALL}")).cell, 8.0);
+        let placed = format!("ObjectBegin \"a\" {BALL} ObjectEnd Scale 8 8 8 ObjectInstance \"a\"");
+        assert_eq!(lattice(&placed).cell, 64.0);
+        let curve = "Shape \"curve\" \"point P\" [0 0 0 0 0 1 0 0 2 0 0 4]";
+        assert_eq!(lattice(curve).cell, 16.0);
+    }
+
+    #[test]
+    fn shapes_are_measured_far_into_long_lists() {
+        let long = format!("{GROUND} {}", "Translate 2 0 0 Shape \"sphere\" ".repeat(3 * MEASURED));
+        assert_eq!(lattice(&long).cell, 2048.0);
+    }
+
+    #[test]
+    fn the_origin_is_near_the_eye() {
+        let lattice = lattice(BALL);
+        let eye = DVec3::new(3.1, -700.2, 1e9 + 0.1);
+        let origin = lattice.origin(eye);
+        assert!((eye - origin).abs().max_element() <= 4.0 && origin != eye);
+        assert_eq!(lattice.origin(origin + 3.9), origin);
+        // Where there is nothing, or it is too small for the eye, coordinates are relative to the eye.
+        for cell in [0.0, 1e-300] {
+            assert_eq!(Lattice { cell }.origin(eye * 1e20), eye * 1e20);
+        }
+        assert_eq!(Lattice::new(&World::default()).origin(eye), eye);
+    }
 }

@@ -94,14 +94,14 @@ pub(super) fn ground(effort: &Effort) -> Found {
         let (sin, cos) = (horizon * (1.0 + away)).sin_cos();
         let d = DVec3::new(cos * turn.cos(), -sin, cos * turn.sin());
         // The subtraction of the eye is exact here.
-        ask(tallies, probe.nearest(&Ray::new(DVec3::ZERO, d)).map(|hit| hit.t), DVec3::Y * up, d, PLANET);
+        ask(tallies, probe.nearest(&Ray::new(probe.eye(), d)).map(|hit| hit.t), DVec3::Y * up, d, PLANET);
     });
     let [exact] = tally(effort.rays, 201, |random, [exact]: &mut [Tally; 1]| {
         let (sin, cos) = (horizon + 1e-6 + 0.5 * random.random::<f64>().powi(4)).sin_cos();
         let d = DVec3::new(cos, -sin, 0.0);
         let truth = Truth::new(DVec3::Y * up, d, PLANET).nearest();
         if let Some(t) = truth {
-            let error = probe.nearest(&Ray::new(DVec3::ZERO, d)).map(|hit| (hit.t - t).abs() / t);
+            let error = probe.nearest(&Ray::new(probe.eye(), d)).map(|hit| (hit.t - t).abs() / t);
             exact.error(error.unwrap_or(f64::NAN));
         }
     });
@@ -148,7 +148,7 @@ pub(super) fn far_from_origin(effort: &Effort) -> Found {
             let across = direction(random).cross(o).normalize();
             let d = (across * (1.2 * random.random::<f64>().sqrt()) - o).normalize();
             let Some(hits) = Truth::new(o, d, 1.0).hits else { return };
-            tallies[0].answer(probe.nearest(&Ray::new(DVec3::ZERO, d)).is_some() == hits);
+            tallies[0].answer(probe.nearest(&Ray::new(probe.eye(), d)).is_some() == hits);
             let rounded = (eye.as_vec3() - center.as_vec3()).to_array();
             let d = single(d);
             let answers =

@@ -68,7 +68,7 @@ fn lookat(effort: &Effort, seed: u64, body: &bodies::Convex, place: Place) -> Ta
             let scene = scene(&body.text(eye, center, size));
             let probe = Probe::new(&scene);
             let [tally] = tally(rays, seed, |random, [tally]| {
-                tally_one(random, &probe, center - eye, size, body.is_ball, tally);
+                tally_one(random, &probe, center - probe.origin(), size, body.is_ball, tally);
             });
             tally
         })
@@ -211,15 +211,15 @@ mod tests {
             let (eye, center) = (DVec3::new(1.0, 2.0, 30.0), DVec3::new(5.0, 6.0, 7.0));
             let scene = scene(&body.text(eye, center, 2.0));
             let probe = Probe::new(&scene);
-            assert_eq!(probe.origin(), eye);
+            assert_eq!(probe.origin() + probe.eye(), eye);
             let mut random = Pcg64Mcg::seed_from_u64(4);
             for _ in 0..1000 {
                 // From inside there is one way out, beyond it nothing.
-                let o = center - eye + in_cube(&mut random) * 0.2;
+                let o = center - probe.origin() + in_cube(&mut random) * 0.2;
                 let ray = Ray::new(o, direction(&mut random));
                 let hit = probe.nearest(&ray).expect("a closed body");
                 let p = ray.at(hit.t * 1.000_001);
-                assert!((0.5..2.1).contains(&(p + eye - center).length()), "{number}");
+                assert!((0.5..2.1).contains(&(p + probe.origin() - center).length()), "{number}");
                 assert!(probe.nearest(&Ray::new(p, ray.d)).is_none(), "{number}");
             }
         }

@@ -31,7 +31,7 @@ pub(super) fn horizon(effort: &Effort) -> Found {
             let (o, d) = downward(random, half);
             if on_ground(o, d, half) {
                 // Positions for lookat are relative to the eye.
-                tallies[0].answer(probe.nearest(&Ray::new(o - DVec3::Y, d)).is_some());
+                tallies[0].answer(probe.nearest(&Ray::new(probe.eye() + (o - DVec3::Y), d)).is_some());
                 let ray = [o.to_array(), d.to_array()];
                 ask_double(tallies, ray, &triangles, |tally, t| tally.answer(t.is_some()));
             }
@@ -62,7 +62,7 @@ pub(super) fn seam(effort: &Effort) -> Found {
             let o = DVec3::new(number(-1.0, 1.0), 1.0, number(-1.0, 1.0));
             let beside = 10_f64.powf(number(-17.0, -5.0)).copysign(number(-1.0, 1.0));
             let d = (DVec3::new(0.5 + beside, 0.0, number(2.0, 50.0)) - o).normalize();
-            tallies[0].answer(probe.nearest(&Ray::new(o - DVec3::Y, d)).is_some());
+            tallies[0].answer(probe.nearest(&Ray::new(probe.eye() + (o - DVec3::Y), d)).is_some());
             let ray = [o.to_array(), d.to_array()];
             ask_double(tallies, ray, &triangles, |tally, t| tally.answer(t.is_some()));
         };
@@ -108,7 +108,7 @@ pub(super) fn small(effort: &Effort) -> Found {
             let triangle = poses[pose];
             let d = inside(random, triangle).normalize();
             if is_clear(d, triangle) {
-                tallies[0].answer(probes[pose].nearest(&Ray::new(DVec3::ZERO, d)).is_some());
+                tallies[0].answer(probes[pose].nearest(&Ray::new(probes[pose].eye(), d)).is_some());
                 let corners = [triangle.map(|corner| corner.to_array())];
                 ask_double(tallies, [[0.0; 3], d.to_array()], &corners, |tally, t| tally.answer(t.is_some()));
             }

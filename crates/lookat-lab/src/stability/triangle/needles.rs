@@ -33,7 +33,10 @@ pub(super) fn needles(effort: &Effort) -> Found {
             let d = inside(random, triangle).normalize();
             if is_clear(d, triangle) {
                 let judge = judge(d, triangle);
-                judge(&mut tallies[0], probes[pose].nearest(&Ray::new(DVec3::ZERO, d)).map(|hit| hit.t));
+                judge(
+                    &mut tallies[0],
+                    probes[pose].nearest(&Ray::new(probes[pose].eye(), d)).map(|hit| hit.t),
+                );
                 let corners = [triangle.map(|corner| corner.to_array())];
                 ask_double(tallies, [[0.0; 3], d.to_array()], &corners, judge);
             }
