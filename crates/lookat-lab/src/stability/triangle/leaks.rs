@@ -46,10 +46,10 @@ fn run(effort: &Effort, seed: u64, places: &[Place]) -> Found {
         let attempt = |random: &mut Pcg64Mcg, tallies: &mut [Tally; COUNT + 1]| {
             let shot = Shot::new(random, mesh.faces.len());
             let (o, d) = shot.ray(place, mesh.around_center(shot.face, place.center));
-            let hit = plain.nearest(&Ray::new(o, d)).is_some();
+            let hit = plain.nearest(&Ray::new(plain.eye() + o, d)).is_some();
             // The rays of the same shot at the stretched copy.
             let d = (stretch * d).normalize();
-            let hit_of_instance = instance.nearest(&Ray::new(stretch * o, d)).is_some();
+            let hit_of_instance = instance.nearest(&Ray::new(instance.eye() + stretch * o, d)).is_some();
             tallies[0].answer(hit);
             tallies[0].answer(hit_of_instance);
             tallies[COUNT].answer(hit_of_instance);
@@ -187,10 +187,10 @@ mod tests {
             let [a, b, c] = mesh.around_center(face, place.center);
             let o = DVec3::new(0.05, -0.1, 0.02);
             let away = (a + b + c) / 3.0 - o;
-            let hit = plain.nearest(&Ray::new(o, away.normalize())).unwrap();
+            let hit = plain.nearest(&Ray::new(plain.eye() + o, away.normalize())).unwrap();
             assert!((hit.t - away.length()).abs() < 1e-14);
             let stretched = stretch() * away;
-            let hit = instance.nearest(&Ray::new(stretch() * o, stretched.normalize())).unwrap();
+            let hit = instance.nearest(&Ray::new(instance.eye() + stretch() * o, stretched.normalize())).unwrap();
             assert!((hit.t - stretched.length()).abs() < 1e-14);
             let ray = [(place.center + o).to_array(), away.to_array()];
             for (name, formula) in DOUBLE {
