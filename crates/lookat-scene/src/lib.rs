@@ -26,13 +26,16 @@
 //! A scene guarantees to the renderer: indices are in range, transformations are invertible, lengths are positive
 //! where they must be, and all numbers are finite, except an unlimited `max_sample_luminance`.
 
+mod advice;
 mod angle;
 mod camera;
 mod cie;
 mod color;
 mod cutout;
-mod elsewhere;
+mod draft;
+mod facts;
 mod files;
+mod fill;
 mod film;
 mod filter;
 mod integrator;
@@ -42,6 +45,7 @@ mod loaded;
 mod material;
 mod memory;
 mod mesh;
+mod mesh_file;
 mod names;
 mod options;
 mod overrides;
@@ -56,6 +60,7 @@ pub mod schema;
 mod shape;
 mod sources;
 mod state;
+mod symbols;
 mod texture;
 mod transform;
 mod undefined;
@@ -84,6 +89,7 @@ pub use shape::{
     Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
 };
 pub use sources::{Location, Source, Sources};
+pub use symbols::{Symbol, SymbolKind};
 pub use texture::{
     Bilerp, Cells, Checkerboard, Dots, ImageFilter, ImageMap, Mapping, Marble, Node, Octaves, Texture, Value,
     Varying,

@@ -215,18 +215,13 @@ fn map_name(params: &mut Params) -> Option<Text> {
 /// How infinite and goniometric lights look without a picture.
 const UNIFORM: &str = "uniform in all directions";
 
-/// The picture of a light, with the values of the file in any format. After an error, the light has no picture, as in
-/// pbrt-v3. `without`: how the light looks without a picture.
-fn shown(
-    params: &mut Params,
-    file: &Text,
-    pictures: &mut Pictures,
-    without: &str,
-) -> Option<Arc<MipMap<Vec3>>> {
+/// A handle for the picture of a light, with the values of the file in any format. `without`: how the light looks
+/// without a picture.
+fn shown(params: &Params, file: &Text, pictures: &mut Pictures, without: &str) -> Arc<MipMap<Vec3>> {
     let settings =
         Settings { wrap: Wrap::Repeat, gamma: false, scale: 1.0, bottom_up: false, not_negative: true };
     let instead = format!("renders this light without the picture, {without}");
-    params.dispensable(|params| pictures.colors.get(params, MAP_NAME.name, file, settings, &instead))
+    pictures.colors.handle(params, &MAP_NAME, file, settings, &instead)
 }
 
 fn no_map(params: &mut Params, what_it_does: &str) {

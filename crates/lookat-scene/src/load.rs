@@ -10,10 +10,14 @@ use lookat_syntax::{
     Diagnostic, Directive, FileId, Param, Span, Statement, Text, number_bytes, parse_within,
 };
 
+use crate::Scene;
+use crate::advice::{Evidence, advise};
+use crate::facts::Block;
 use crate::files::{Access, Files, Open, Read, other_format};
 use crate::loaded::Loaded;
 use crate::overrides::Overrides;
-use crate::resolve::{Block, Resolver, home_block};
+use crate::resolve::{Resolver, home_block};
+use crate::symbols::SymbolKind;
 
 /// The most included files. A scene with more includes files in a loop.
 const MAX_INCLUDES: usize = 10_000;
@@ -54,7 +58,8 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
                 return nothing(loader.resolver.files.without_texts(), diagnostics);
             }
             loader.file(file, Vec::new());
-            loader.resolver.finish(file)
+            loader.resolver.finish(file);
+            conclude(loader.resolver, file, overrides)
         }
         Err(error) => {
             let file = loader.resolver.files.add(path.to_owned(), Arc::default(), None);
@@ -75,6 +80,32 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
     }
 }
 
+/// Loads meshes and pictures, runs the advice, and returns the scene.
+fn conclude(resolver: Resolver, file: FileId, overrides: &Overrides) -> Loaded {
+    let Resolver { files, mut report, facts, settled, draft, .. } = resolver;
+    let built = draft.load(overrides.fast, &files, &mut report);
+    let symbols = std::mem::take(&mut report.symbols);
+    let evidence = Evidence {
+        facts: &facts,
+        symbols: &symbols,
+        settled: settled.as_ref(),
+        built: &built,
+        sources: &files.sources,
+        end: files.sources.end(file),
+        accept_part: overrides.accept_part,
+    };
+    advise(&evidence, &mut report);
+    report.symbols = symbols;
+    let misfit = report.misfit.take();
+    let can_keep_going = settled.is_some() && !report.is_v4(&files.sources) && misfit.is_none();
+    let is_whole = (!report.has_errors() || overrides.keep_going) && misfit.is_none() && !overrides.fast;
+    let scene = settled.filter(|_| is_whole);
+    let scene = scene.map(|settled| Scene { view: settled.view, world: Arc::new(built.world) });
+    let (diagnostics, symbols) = report.finish(&files.sources);
+    let (sources, inputs, memory) = files.into_parts();
+    Loaded { sources, inputs, memory, scene, diagnostics, symbols, can_keep_going, misfit }
+}
+
 /// The memory left for the statements of a text, besides its numbers.
 fn room(memory: &MemoryBudget, text: &[u8]) -> u64 {
     // Each `0 ` becomes eight bytes. Counting the numbers takes longer and is rarely needed.
@@ -86,7 +117,16 @@ fn room(memory: &MemoryBudget, text: &[u8]) -> u64 {
 /// The result for a file that is not a scene.
 fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
     let (sources, inputs, memory) = files.into_parts();
-    Loaded { sources, inputs, memory, scene: None, diagnostics, can_keep_going: false, misfit: None }
+    Loaded {
+        sources,
+        inputs,
+        memory,
+        scene: None,
+        diagnostics,
+        symbols: Vec::new(),
+        can_keep_going: false,
+        misfit: None,
+    }
 }
 
 struct Loader<'a> {
@@ -179,6 +219,7 @@ impl Loader<'_> {
             Err((path, error)) => {
                 let error = self.resolver.files.unreadable("include", &name, &path, &error);
                 self.resolver.report.push(error);
+                self.resolver.report.symbols.use_undefined(SymbolKind::Include, &name);
                 self.resolver.report.incomplete = true;
                 return;
             }
@@ -201,7 +242,10 @@ impl Loader<'_> {
             return;
         }
         let length = text.len();
+        let shown = path.display().to_string();
         let file = self.resolver.files.add(path, text, Some(at));
+        let start = Span { file, start: 0, end: 0 };
+        self.resolver.report.symbols.include(shown, start, name.span);
         let directives = self.file(file, rest);
         if is_repeated {
             self.repeated += length + directives * DIRECTIVE_BYTES;

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use lookat_image::MemoryBudget;
 use lookat_syntax::Diagnostic;
 
-use crate::{Scene, Sources};
+use crate::{Scene, Sources, Symbol};
 
 /// The result of [`load`](crate::load()).
 #[derive(Debug)]
@@ -15,11 +15,14 @@ pub struct Loaded {
     pub sources: Sources,
     /// All files read: scene text, pictures, meshes and spectra.
     pub inputs: BTreeSet<PathBuf>,
-    /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, or if no scene could be
-    /// built at all.
+    /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, with `fast`, or if no scene
+    /// could be built at all.
     pub scene: Option<Scene>,
     /// The problems, in reading order.
     pub diagnostics: Vec<Diagnostic>,
+    /// Materials, textures, objects, media, coordinate systems and included files, in the order of their definition or,
+    /// if undefined, of their first use.
+    pub symbols: Vec<Symbol>,
     /// The memory budget that is left after reading.
     pub memory: MemoryBudget,
     /// True if `keep_going` would give a scene.

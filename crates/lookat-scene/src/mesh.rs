@@ -3,11 +3,11 @@
 use glam::DVec3;
 use lookat_syntax::{Diagnostic, ParamType};
 
+use crate::Transform;
 use crate::cutout::CUTOUT;
-use crate::params::Params;
+use crate::params::{FileParam, Params};
 use crate::schema::{Effect, Integers, Key, Kind, Name, Pairs, Triples, Unit};
 use crate::transform::LARGEST;
-use crate::{Transform, ply};
 
 /// Triangles with shared vertices. Arrays other than `positions` and `indices` are empty if the mesh has no such
 /// data.
@@ -137,49 +137,13 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
     finish(params, mesh, world_from_object)
 }
 
-/// pbrt-v3's CreatePLYMesh.
-pub(crate) fn ply_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
-    let Some(name) = params.take(&FILE_NAME) else {
+/// pbrt-v3's CreatePLYMesh: a handle for the file.
+pub(crate) fn ply_file(params: &mut Params) -> Option<FileParam> {
+    let name = params.take(&FILE_NAME);
+    if name.is_none() {
         params.missing("filename", "a plymesh needs a file", "add \"string filename\" \"mesh.ply\"");
-        return None;
-    };
-    let (path, file) = params.open(&name)?;
-    let mesh = match ply::read(file, params.memory()) {
-        Ok(Ok(mesh)) => mesh,
-        Err(error) => {
-            params.unreadable(&name, &path, &error);
-            return None;
-        }
-        Ok(Err(error)) => {
-            params.error(Diagnostic::error(name.span, format!("{}: {error}", path.display())));
-            return None;
-        }
-    };
-    if mesh.other_faces > 0 {
-        let message = format!(
-            "{} has faces that do not have 3 or 4 corners; number of skipped faces: {}{}",
-            name.value,
-            mesh.other_faces,
-            if mesh.indices.is_empty() { ", and no face remains" } else { "" }
-        );
-        params.warn("filename", &message, "split them into triangles; pbrt-v3 skips them, too");
     }
-    if mesh.goes_on {
-        let message = format!("{} contains more data than its header declares", name.value);
-        params.warn(
-            "filename",
-            &message,
-            "the rest is ignored, as in pbrt-v3; check the counts in the header",
-        );
-    }
-    let mesh = Mesh {
-        positions: mesh.positions,
-        indices: mesh.indices,
-        normals: mesh.normals,
-        uvs: mesh.uvs,
-        ..Mesh::default()
-    };
-    finish(params, mesh, world_from_object)
+    name.map(|name| params.file_param(&FILE_NAME, &name))
 }
 
 /// Transforms a mesh to world space. Reports coordinates out of range and triangles without an area.

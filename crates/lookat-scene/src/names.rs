@@ -2,33 +2,74 @@
 
 use std::collections::HashMap;
 
-/// The names defined in the current block and the blocks around it.
+use lookat_syntax::Text;
+
+use crate::report::Report;
+use crate::symbols::{SymbolId, SymbolKind};
+use crate::undefined::undefined;
+
+/// The names of one kind that are defined in the current block and the blocks around it, or everywhere if the kind has no
+/// scopes.
 ///
 /// The end of a block undoes its definitions one by one. Copying all names for each block, as pbrt-v3 does, takes
 /// time and memory proportional to names times blocks.
 pub(crate) struct Names<T> {
-    known: HashMap<String, T>,
+    kind: SymbolKind,
+    known: HashMap<String, Named<T>>,
     /// The values that definitions replaced.
-    replaced: Vec<(String, Option<T>)>,
+    replaced: Vec<(String, Option<Named<T>>)>,
 }
 
-impl<T> Default for Names<T> {
-    fn default() -> Self {
-        Names { known: HashMap::new(), replaced: Vec::new() }
-    }
+struct Named<T> {
+    value: T,
+    /// `None` for a name that pbrt-v3 defines itself.
+    symbol: Option<SymbolId>,
 }
 
 impl<T> Names<T> {
+    pub fn new(kind: SymbolKind) -> Self {
+        Names { kind, known: HashMap::new(), replaced: Vec::new() }
+    }
+
+    pub fn kind(&self) -> SymbolKind {
+        self.kind
+    }
+
     pub fn get(&self, name: &str) -> Option<&T> {
-        self.known.get(name)
+        self.known.get(name).map(|named| &named.value)
     }
 
-    pub fn keys(&self) -> impl Iterator<Item = &String> {
-        self.known.keys()
+    /// The value of a name, and one more use of it. Reports an undefined name.
+    pub fn find(&self, name: &Text, report: &mut Report) -> Option<&T> {
+        match self.known.get(&name.value) {
+            Some(Named { value, symbol }) => {
+                symbol.iter().for_each(|symbol| report.symbols.use_at(*symbol, name.span));
+                Some(value)
+            }
+            None => {
+                undefined(report, self.kind, name, self.known.keys());
+                None
+            }
+        }
     }
 
-    pub fn define(&mut self, name: String, value: T) {
-        let before = self.known.insert(name.clone(), value);
+    pub fn define(&mut self, name: &Text, value: T, report: &mut Report) -> SymbolId {
+        let symbol = report.symbols.define(self.kind, name);
+        self.insert(name.value.clone(), value, Some(symbol));
+        symbol
+    }
+
+    /// Defines a name that has no symbol.
+    pub fn define_builtin(&mut self, name: &str, value: T) {
+        self.insert(name.into(), value, None);
+    }
+
+    fn insert(&mut self, name: String, value: T, symbol: Option<SymbolId>) {
+        if !self.kind.is_scoped() {
+            self.known.insert(name, Named { value, symbol });
+            return;
+        }
+        let before = self.known.insert(name.clone(), Named { value, symbol });
         self.replaced.push((name, before));
     }
 

@@ -1,9 +1,10 @@
 //! The directives before `WorldBegin`. They are resolved together, because `Camera` needs the `Film` and either may
 //! come first.
 
-use lookat_syntax::{Diagnostic, Entity, EntityKind, Severity, Span, Spanned, Text};
+use lookat_syntax::{Entity, EntityKind, Severity, Span, Spanned, Text};
 
 use crate::camera::{self, Camera};
+use crate::facts::Facts;
 use crate::files::Files;
 use crate::film;
 use crate::filter::{self, Filter};
@@ -40,15 +41,14 @@ pub(crate) struct Settled {
 }
 
 impl Options {
-    /// Stores an option. The last one of a kind counts.
+    /// Stores an option. The last one of a kind counts. Returns the place of the one before.
     pub fn set(
         &mut self,
         kind: EntityKind,
         entity: Entity,
         at: Span,
         world_from_camera: Transform,
-        report: &mut Report,
-    ) {
+    ) -> Option<Span> {
         let given = Given { entity, at };
         let before = match kind {
             EntityKind::Camera => self.camera.replace((given, world_from_camera)).map(|(given, _)| given),
@@ -58,12 +58,7 @@ impl Options {
             EntityKind::Integrator => self.integrator.replace(given),
             _ => self.accelerator.replace(given),
         };
-        if let Some(before) = before {
-            let warning =
-                Diagnostic::warning(at, format!("a second {}: the last one is used", kind.keyword()))
-                    .related(before.at, "this one is ignored");
-            report.push(warning);
-        }
+        before.map(|before| before.at)
     }
 
     pub fn camera_is_set(&self) -> bool {
@@ -77,10 +72,11 @@ impl Options {
         overrides: &Overrides,
         files: &Files,
         report: &mut Report,
+        facts: &mut Facts,
     ) -> Settled {
         // An unreadable directive may be the missing one.
         if !report.has_errors_before(world_begin) && !report.incomplete {
-            self.warn_missing(world_begin, report);
+            facts.missing_options = self.missing();
         }
         let entity = |given: Option<Given>, default: &str| match given {
             Some(given) => given.entity,
@@ -113,32 +109,15 @@ impl Options {
         Settled { view, passes_boundaries, substituted }
     }
 
-    fn warn_missing(&self, world_begin: Span, report: &mut Report) {
-        let missing = [
-            (
-                self.camera.is_none(),
-                "Camera",
-                "a perspective camera at the origin that looks along +z, fov 90",
-            ),
-            (self.film.is_none(), "Film", "1280 x 720 pixels, written to pbrt.exr"),
-            (self.sampler.is_none(), "Sampler", "halton with 16 samples"),
-            (self.integrator.is_none(), "Integrator", "path with maxdepth 5"),
+    /// The kinds of options that are usually given and are not.
+    fn missing(&self) -> Vec<EntityKind> {
+        let given = [
+            (EntityKind::Camera, self.camera.is_some()),
+            (EntityKind::Film, self.film.is_some()),
+            (EntityKind::Sampler, self.sampler.is_some()),
+            (EntityKind::Integrator, self.integrator.is_some()),
         ];
-        let missing: Vec<_> = missing.iter().filter(|(missing, ..)| *missing).collect();
-        if missing.is_empty() {
-            return;
-        }
-        let names: Vec<_> = missing.iter().map(|(_, name, _)| *name).collect();
-        let defaults: Vec<_> = missing.iter().map(|(.., default)| *default).collect();
-        // A scene needs its own view and size. It can use the default sampler and integrator of pbrt-v3.
-        let severity = match self.camera.is_none() || self.film.is_none() {
-            true => Severity::Warning,
-            false => Severity::Note,
-        };
-        let remark =
-            Diagnostic::warning(world_begin, format!("no {} before WorldBegin", names.join(", no ")))
-                .help(format!("the default applies: {}", defaults.join("; ")));
-        report.push(Diagnostic { severity, ..remark });
+        given.into_iter().filter(|(_, is_given)| !is_given).map(|(kind, _)| kind).collect()
     }
 }
 

@@ -18,4 +18,6 @@ pub struct Overrides {
     pub max_memory: Option<u64>,
     /// Accept a file that other scenes include: its missing parts are a warning instead of an error.
     pub accept_part: bool,
+    /// Check without loading: read the headers of meshes alone, and no picture. Gives no scene.
+    pub fast: bool,
 }

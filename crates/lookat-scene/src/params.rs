@@ -8,6 +8,8 @@ mod files;
 mod other_versions;
 mod values;
 
+pub(crate) use files::FileParam;
+
 use lookat_image::{Charge, MemoryBudget};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
@@ -229,14 +231,6 @@ impl<'a> Params<'a> {
         self.failed = true;
         self.say_unknown_kind(known, Severity::Error);
         None
-    }
-
-    /// Reads optional parts: rejecting one does not reject the directive.
-    pub fn dispensable<T>(&mut self, read: impl FnOnce(&mut Self) -> T) -> T {
-        let failed = self.failed;
-        let value = read(self);
-        self.failed = failed;
-        value
     }
 
     /// True if nothing was rejected so far.

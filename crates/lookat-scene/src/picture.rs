@@ -1,4 +1,4 @@
-//! The pictures of lights and textures. Each is decoded once for each settings.
+//! The pictures of lights and textures: handles while the scene is read, then decoded, each once for each settings.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,10 @@ use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::color::{LARGEST, LUMINANCE};
-use crate::files::{Bytes, shown_path};
-use crate::params::Params;
+use crate::files::{Bytes, Files, shown_path};
+use crate::params::{FileParam, Params};
+use crate::report::Report;
+use crate::schema::{self, Name};
 
 /// The settings for decoding a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,11 +37,47 @@ pub(crate) struct Pictures {
     pub numbers: Cache<f32>,
 }
 
+impl Pictures {
+    /// True if the scene names no picture.
+    pub fn is_empty(&self) -> bool {
+        self.colors.handles.is_empty() && self.numbers.handles.is_empty()
+    }
+
+    /// Reads the pictures of all handles.
+    pub fn load(&mut self, files: &Files, report: &mut Report) {
+        self.colors.load(files, report);
+        self.numbers.load(files, report);
+    }
+
+    /// Reports missing files. Reads nothing.
+    pub fn check(&self, files: &Files, report: &mut Report) {
+        let of_colors = self.colors.handles.iter().map(|handle| &handle.file);
+        for file in of_colors.chain(self.numbers.handles.iter().map(|handle| &handle.file)) {
+            Params::of_file(file, files, report).check_file(&file.name);
+        }
+    }
+}
+
 /// Pictures with one texel type.
 pub(crate) struct Cache<T> {
+    handles: Vec<Handle<T>>,
+    stand_ins: HashMap<Key, Arc<MipMap<T>>>,
     /// The file found for the first path tried.
     found: HashMap<PathBuf, PathBuf>,
     known: HashMap<Key, Made<T>>,
+    /// What replaces the stand-in at an address. `None` after an error.
+    loaded: HashMap<usize, Option<Arc<MipMap<T>>>>,
+}
+
+/// A picture to be read from a file.
+struct Handle<T> {
+    file: FileParam,
+    parameter: &'static str,
+    settings: Settings,
+    /// What pbrt-v3 does with a picture that it does not read.
+    instead: String,
+    /// The map in place of the picture.
+    stand_in: Arc<MipMap<T>>,
 }
 
 /// A picture, or an error message and help.
@@ -58,7 +96,13 @@ struct Key {
 
 impl<T> Default for Cache<T> {
     fn default() -> Self {
-        Cache { found: HashMap::new(), known: HashMap::new() }
+        Cache {
+            handles: Vec::new(),
+            stand_ins: HashMap::new(),
+            found: HashMap::new(),
+            known: HashMap::new(),
+            loaded: HashMap::new(),
+        }
     }
 }
 
@@ -88,10 +132,54 @@ fn settle(value: f32, settings: &Settings) -> f32 {
     if scaled.is_nan() { 0.0 } else { scaled.clamp(least, LARGEST) }
 }
 
+impl Key {
+    fn new(path: PathBuf, settings: &Settings) -> Self {
+        let Settings { wrap, gamma, scale, bottom_up, not_negative } = *settings;
+        Key { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() }
+    }
+}
+
 impl<T: FromColor> Cache<T> {
-    /// The picture named by the parameter `name`. Reports an error and returns `None` without one. `instead`: what
-    /// pbrt-v3 does with a picture that it does not read.
-    pub fn get(
+    /// A stand-in for the picture in `file`, named by the parameter `key`: gray, as in pbrt-v3 without the picture.
+    /// `instead`: what pbrt-v3 does with a picture that it does not read.
+    pub fn handle(
+        &mut self,
+        params: &Params,
+        key: &schema::Key<Name>,
+        file: &Text,
+        settings: Settings,
+        instead: &str,
+    ) -> Arc<MipMap<T>> {
+        let stand_in =
+            self.stand_ins.entry(Key::new(params.first_path(file), &settings)).or_insert_with(|| {
+                let gray = T::from_color(Vec3::splat(0.5), &settings);
+                Arc::new(MipMap::new(1, 1, vec![gray], settings.wrap))
+            });
+        self.handles.push(Handle {
+            file: params.file_param(key, file),
+            parameter: key.name,
+            settings,
+            instead: instead.into(),
+            stand_in: stand_in.clone(),
+        });
+        stand_in.clone()
+    }
+
+    fn load(&mut self, files: &Files, report: &mut Report) {
+        for Handle { file, parameter, settings, instead, stand_in } in std::mem::take(&mut self.handles) {
+            let params = &mut Params::of_file(&file, files, report);
+            let picture = self.get(params, parameter, &file.name, settings, &instead);
+            self.loaded.insert(Arc::as_ptr(&stand_in).addr(), picture);
+        }
+    }
+
+    /// The picture for a stand-in. `None` after an error.
+    pub fn loaded(&self, stand_in: &Arc<MipMap<T>>) -> Option<Arc<MipMap<T>>> {
+        self.loaded.get(&Arc::as_ptr(stand_in).addr()).cloned().flatten()
+    }
+
+    /// The picture named by the parameter `name`. Reports an error and returns `None` without one.
+    fn get(
         &mut self,
         params: &mut Params,
         name: &'static str,
@@ -111,8 +199,7 @@ impl<T: FromColor> Cache<T> {
                 (path, Some(bytes))
             }
         };
-        let Settings { wrap, gamma, scale, bottom_up, not_negative } = settings;
-        let key = Key { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() };
+        let key = Key::new(path, &settings);
         if !self.known.contains_key(&key) {
             let bytes = match bytes {
                 Some(bytes) => bytes,

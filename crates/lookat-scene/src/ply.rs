@@ -39,6 +39,16 @@ pub struct PlyMesh {
     pub goes_on: bool,
 }
 
+impl PlyMesh {
+    /// The bytes of the arrays.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&self.positions[..])
+            + size_of_val(&self.indices[..])
+            + size_of_val(&self.normals[..])
+            + size_of_val(&self.uvs[..])
+    }
+}
+
 /// The reason why a PLY file is unreadable, as a message. It counts vertices, faces and bytes from 0, as in the file,
 /// and lines from 1.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -61,17 +71,38 @@ impl std::error::Error for PlyError {}
 /// # Errors
 ///
 /// The errors of `file`.
-pub fn read(mut file: impl Read, memory: &MemoryBudget) -> io::Result<Result<PlyMesh, PlyError>> {
-    let mut magic = Vec::new();
-    file.by_ref().take(2).read_to_end(&mut magic)?;
-    let zipped = magic == [0x1f, 0x8b];
-    let file = io::Cursor::new(magic).chain(file);
-    if zipped {
+pub fn read(file: impl Read, memory: &MemoryBudget) -> io::Result<Result<PlyMesh, PlyError>> {
+    let (file, is_zipped) = opened(file)?;
+    if is_zipped {
         return Ok(read_zipped(file, INFLATED_LIMIT, memory));
     }
     let mut stream = Stream::new(file);
     let mesh = read_stream(&mut stream, memory);
     stream.error().map_or(Ok(mesh), Err)
+}
+
+/// Reads the header of a PLY file and nothing after it.
+///
+/// # Errors
+///
+/// The errors of `file`.
+pub fn check_header(file: impl Read) -> io::Result<Result<(), PlyError>> {
+    let (file, is_zipped) = opened(file)?;
+    if is_zipped {
+        let mut stream = Stream::new(MultiGzDecoder::new(file).take(INFLATED_LIMIT));
+        return Ok(header::parse(&mut stream).map(drop));
+    }
+    let mut stream = Stream::new(file);
+    let header = header::parse(&mut stream).map(drop);
+    stream.error().map_or(Ok(header), Err)
+}
+
+/// The file from its start, and true if it is compressed.
+fn opened(mut file: impl Read) -> io::Result<(impl Read, bool)> {
+    let mut magic = Vec::new();
+    file.by_ref().take(2).read_to_end(&mut magic)?;
+    let is_zipped = magic == [0x1f, 0x8b];
+    Ok((io::Cursor::new(magic).chain(file), is_zipped))
 }
 
 /// Reads gzip data. Ignores the declared size, which may be wrong.

@@ -4,8 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use lookat_syntax::{Diagnostic, Label, Severity, Span, Text};
 
-use crate::elsewhere::{Elsewhere, Kind};
 use crate::sources::Sources;
+use crate::symbols::{Symbol, SymbolKind, Symbols};
+use crate::undefined::{Undefined, explain};
 
 /// Diagnostics so far.
 #[derive(Debug, Default)]
@@ -15,7 +16,9 @@ pub(crate) struct Report {
     known: HashMap<Problem, usize>,
     /// Places of all diagnostics together.
     places: usize,
-    elsewhere: Elsewhere,
+    /// Definitions and uses so far.
+    pub symbols: Symbols,
+    undefined: Vec<Undefined>,
     /// Places of pbrt-v4 features.
     v4_marks: Vec<Span>,
     /// True if an included file is missing. Its definitions are then missing too, which is not another error.
@@ -44,15 +47,11 @@ impl Report {
         diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 
-    /// Stores the place of a definition.
-    pub fn define(&mut self, kind: Kind, name: &Text) {
-        self.elsewhere.define(kind, name);
-    }
-
     /// Adds the error for an undefined name. `finish` adds definitions in other places.
-    pub fn undefined(&mut self, kind: Kind, name: &Text, error: Diagnostic) {
+    pub fn undefined(&mut self, kind: SymbolKind, name: &Text, error: Diagnostic) {
         self.places += 1;
-        self.elsewhere.undefined(kind, name, self.diagnostics.len());
+        let (diagnostic, symbols) = (self.diagnostics.len(), self.symbols.all().len());
+        self.undefined.push(Undefined { kind, name: name.value.clone(), diagnostic, symbols });
         self.diagnostics.push(error);
     }
 
@@ -91,17 +90,17 @@ impl Report {
         self.diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error)
     }
 
-    /// Returns all diagnostics in the order in which the scene is read. A place that an Include repeats counts once.
-    pub fn finish(mut self, sources: &Sources) -> Vec<Diagnostic> {
-        std::mem::take(&mut self.elsewhere).explain(&mut self.diagnostics);
+    /// Returns all diagnostics in the order in which the scene is read, and the symbols. A place that an Include repeats
+    /// counts once.
+    pub fn finish(mut self, sources: &Sources) -> (Vec<Diagnostic>, Vec<Symbol>) {
+        explain(&self.undefined, self.symbols.all(), &mut self.diagnostics);
         // Explanations can make two problems equal, so merge them again.
         self.known.clear();
         std::mem::take(&mut self.diagnostics).into_iter().for_each(|diagnostic| self.push(diagnostic));
-        self.diagnostics.sort_by_cached_key(|diagnostic| sources.reading_order(diagnostic.span()));
         for diagnostic in self.diagnostics.iter_mut().filter(|diagnostic| !diagnostic.places.is_empty()) {
-            diagnostic.places =
-                in_reading_order(std::mem::take(&mut diagnostic.places), Some(diagnostic.span()), sources);
+            order_places(diagnostic, sources);
         }
+        self.diagnostics.sort_by_cached_key(|diagnostic| sources.reading_order(diagnostic.span()));
         let v4_places = self.v4_places(sources);
         if let [first, _, ..] = v4_places[..] {
             // Report one problem instead of one for each feature.
@@ -110,7 +109,7 @@ impl Report {
             self.diagnostics.retain(|diagnostic| !replaced.contains(&diagnostic.span()));
             self.diagnostics.insert(0, v4_scene(&v4_places, sources));
         }
-        self.diagnostics
+        (self.diagnostics, self.symbols.into_all())
     }
 
     pub fn has_errors(&self) -> bool {
@@ -162,6 +161,18 @@ fn v4_scene(marks: &[Span], sources: &Sources) -> Diagnostic {
     Diagnostic::error(first, "this is a pbrt-v4 scene; lookat reads the pbrt-v3 format")
         .note(format!("the first of {count} pbrt-v4 features{others}"))
         .help("pbrt-v4 changed directives, types and parameters: use a pbrt-v3 version of the scene")
+}
+
+/// Sorts the places of a problem. Its place is the first in its file, unless its fix belongs to another one.
+fn order_places(diagnostic: &mut Diagnostic, sources: &Sources) {
+    let mut places: Vec<Span> = diagnostic.all_places().collect();
+    if diagnostic.fix.is_none() {
+        let at = diagnostic.span();
+        let of_file = places.iter().filter(|place| place.file == at.file);
+        diagnostic.labels[0].span = *of_file.min_by_key(|place| place.start).unwrap_or(&at);
+    }
+    places.retain(|place| *place != diagnostic.span());
+    diagnostic.places = in_reading_order(places, Some(diagnostic.span()), sources);
 }
 
 /// Sorts places in the order in which the scene is read, and removes `left_out`. A place in a file that is included

@@ -18,8 +18,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::Transform;
-use crate::mesh::{self, Mesh, ply_mesh, triangle_mesh};
-use crate::params::Params;
+use crate::mesh::{self, Mesh, ply_file, triangle_mesh};
+use crate::params::{FileParam, Params};
 use crate::schema::{Kind, names};
 use limits::{Limits, sweep};
 
@@ -83,6 +83,20 @@ pub enum QuadricForm {
     Hyperboloid(Hyperboloid),
 }
 
+impl QuadricForm {
+    /// The type name in scene files.
+    pub(crate) fn name(&self) -> &'static str {
+        match self {
+            QuadricForm::Sphere(_) => "sphere",
+            QuadricForm::Disk(_) => "disk",
+            QuadricForm::Cylinder(_) => "cylinder",
+            QuadricForm::Cone(_) => "cone",
+            QuadricForm::Paraboloid(_) => "paraboloid",
+            QuadricForm::Hyperboloid(_) => "hyperboloid",
+        }
+    }
+}
+
 impl Quadric {
     /// The lowest and highest z, and the largest distance from the axis, in object space, for a full sweep.
     pub fn extent(&self) -> (f64, f64, f64) {
@@ -120,17 +134,25 @@ pub(crate) const KINDS: &[Kind] = &[
     nurbs::KIND,
 ];
 
+/// What a Shape directive makes.
+pub(crate) enum Geometry {
+    Shape(Shape),
+    /// A mesh to be read from a file.
+    PlyFile(FileParam),
+}
+
 /// pbrt-v3's MakeShapes. The remaining parameters belong to the material or are unknown.
-pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option<Shape> {
-    match params.kind() {
+pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option<Geometry> {
+    let shape = match params.kind() {
+        "plymesh" => return ply_file(params).map(Geometry::PlyFile),
         "trianglemesh" => triangle_mesh(params, world_from_object).map(triangles),
-        "plymesh" => ply_mesh(params, world_from_object).map(triangles),
         "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Arc::new(curve))),
         "heightfield" => heightfield::heightfield(params, world_from_object).map(triangles),
         "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(triangles),
         "nurbs" => nurbs::nurbs(params, world_from_object).map(triangles),
         _ => quadric(params, world_from_object).map(|quadric| Shape::Quadric(Box::new(quadric))),
-    }
+    };
+    shape.map(Geometry::Shape)
 }
 
 fn quadric(params: &mut Params, world_from_object: Transform) -> Option<Quadric> {

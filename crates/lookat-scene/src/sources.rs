@@ -90,6 +90,12 @@ impl Sources {
         Location { path: &source.path, line, column }
     }
 
+    /// The end of a file.
+    pub(crate) fn end(&self, file: FileId) -> Span {
+        let end = self.file(file).text.len() as u32;
+        Span { file, start: end, end }
+    }
+
     /// The bytes of a span.
     pub(crate) fn text(&self, span: Span) -> &[u8] {
         self.file(span.file).text.get(span.start as usize..span.end as usize).unwrap_or_default()

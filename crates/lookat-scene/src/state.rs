@@ -1,12 +1,15 @@
 //! The graphics state: the globals of pbrt-v3's api.cpp.
 
+use std::collections::HashMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use lookat_syntax::{Entity, Param, ParamType, Span, Spanned};
+use lookat_syntax::{Entity, Param, ParamType, Span, Spanned, Text};
 
+use crate::facts::Opened;
 use crate::names::Names;
 use crate::params::class;
+use crate::symbols::SymbolKind;
 use crate::texture::Textures;
 use crate::{Emission, Material, Transform};
 
@@ -23,14 +26,27 @@ pub(crate) struct GraphicsState {
     pub emission: Option<Spanned<Emission>>,
 }
 
-/// The named definitions.
-#[derive(Default)]
+/// The named definitions. The end of a block undoes those of materials and textures.
 pub(crate) struct Definitions {
     pub materials: Names<Rc<MaterialInstance>>,
     pub textures: Textures,
+    /// The index of each object in the draft.
+    pub objects: Names<usize>,
+    pub media: Names<()>,
+    pub coordinate_systems: Names<Transform>,
 }
 
 impl Definitions {
+    pub fn new() -> Self {
+        Definitions {
+            materials: Names::new(SymbolKind::Material),
+            textures: Textures::default(),
+            objects: Names::new(SymbolKind::Object),
+            media: Names::new(SymbolKind::Medium),
+            coordinate_systems: Names::new(SymbolKind::CoordinateSystem),
+        }
+    }
+
     fn counts(&self) -> [usize; 3] {
         let Textures { float, spectrum } = &self.textures;
         [self.materials.definitions(), float.definitions(), spectrum.definitions()]
@@ -99,6 +115,16 @@ impl GraphicsState {
     }
 }
 
+/// The open blocks.
+#[derive(Default)]
+pub(crate) struct Blocks {
+    pub open: Vec<Open>,
+    /// The first AttributeEnd in the open object that closes a block around the object.
+    pub crossed: Option<Span>,
+    /// Unmatched end directives, counted so that each is reported once.
+    pub forgiven: HashMap<&'static str, usize>,
+}
+
 /// An open block and the state that its end restores.
 pub(crate) enum Open {
     Attribute {
@@ -112,7 +138,7 @@ pub(crate) enum Open {
     /// An object. It has no name if it is nested, which is an error.
     Object {
         saved: Box<Saved>,
-        name: Option<String>,
+        name: Option<Text>,
         at: Span,
     },
 }
@@ -127,6 +153,11 @@ impl Open {
         }
     }
 
+    /// The directive that closes the block.
+    pub fn end(&self) -> &'static str {
+        self.keywords().1
+    }
+
     /// The saved state, if the block saves all of it.
     pub fn saved(&mut self) -> Option<&mut Box<Saved>> {
         match self {
@@ -139,5 +170,14 @@ impl Open {
         match self {
             Open::Attribute { at, .. } | Open::Transform { at, .. } | Open::Object { at, .. } => *at,
         }
+    }
+
+    /// Its keywords and place.
+    pub fn opened(&self) -> Opened {
+        Opened { keywords: self.keywords(), at: self.at() }
+    }
+
+    pub fn is_object(&self) -> bool {
+        matches!(self, Open::Object { .. })
     }
 }

@@ -44,7 +44,7 @@ pub enum Texture<T: Value> {
 }
 
 /// A texture that varies, with properties of it and of the textures below it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Node<T: Value> {
     /// The texture.
     pub texture: Varying<T>,

@@ -28,9 +28,7 @@ pub(super) fn goniometric(
         no_map(params, "it has equal intensity in all directions");
         return Some(Light::Point { position, intensity });
     };
-    let Some(map) = shown(params, &file, pictures, UNIFORM) else {
-        return Some(Light::Point { position, intensity });
-    };
+    let map = shown(params, &file, pictures, UNIFORM);
     let light_from_world = DMat3::from_mat4(world_from_light.inv);
     Some(Light::Goniometric { position, light_from_world, intensity, map })
 }

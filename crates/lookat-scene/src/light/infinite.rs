@@ -28,11 +28,11 @@ pub(super) fn infinite(
     let radiance = scaled(params, &FACTOR);
     let samples = samples(params);
     warn_scaled(params, &world_from_light);
-    let Some(map) = map_name(params).and_then(|file| shown(params, &file, pictures, UNIFORM)) else {
+    let Some(file) = map_name(params) else {
         return Some(Light::Infinite { radiance, samples });
     };
     Some(Light::Environment {
-        map,
+        map: shown(params, &file, pictures, UNIFORM),
         scale: radiance.clamp(-glam::Vec3::splat(LARGEST), glam::Vec3::splat(LARGEST)),
         world_from_light: DMat3::from_mat4(world_from_light.m),
         light_from_world: DMat3::from_mat4(world_from_light.inv),

@@ -26,22 +26,19 @@ pub(super) fn projection(
     let intensity = scaled(params, &WHERE_ONE);
     let fov = params.take(&FOV);
     let map = match map_name(params) {
-        Some(file) => shown(params, &file, pictures, "as a white square"),
+        Some(file) => Some(shown(params, &file, pictures, "as a white square")),
         None => {
             no_map(params, "it projects a white square");
             None
         }
     };
-    let aspect = map.as_ref().map_or(1.0, |map| {
-        let [width, height] = map.picture_size().map(|side| side as f64);
-        width / height
-    });
     let half_size = (fov.to_radians() / 2.0).tan();
     Some(Light::Projection {
         position: world_from_light.point(DVec3::ZERO),
         light_from_world: DMat3::from_mat4(world_from_light.inv),
         intensity,
         map,
-        half_size: half_size * DVec2::new(aspect.max(1.0), aspect.recip().max(1.0)),
+        // The loaded picture stretches it.
+        half_size: DVec2::splat(half_size),
     })
 }

@@ -6,7 +6,6 @@ use glam::Vec3;
 use lookat_syntax::Diagnostic;
 
 use super::{Material, MaterialKind, Named, share};
-use crate::elsewhere::Kind;
 use crate::schema::{ColorTexture, Key, Keys, Name};
 use crate::texture::{Texture, TextureParams};
 
@@ -60,14 +59,13 @@ fn part(params: &mut TextureParams, key: &Key<Name>, named: &Named) -> Arc<Mater
         params.missing(parameter, &format!("a mix of materials needs {parameter}"), help);
         return Arc::new(Material::DEFAULT);
     };
-    match named.get(&name.value).map(|instance| instance.material.clone()) {
-        Some(material) if !matches!(material.kind, MaterialKind::None) => return material,
-        Some(_) => {
-            let message = format!("\"{}\" is not a surface: a mix cannot contain it", name.value);
-            let help = "for holes, use \"uber\" with an opacity, or an alpha texture of the shape";
-            params.error(Diagnostic::error(name.span, message).help(help));
-        }
-        None => params.undefined(Kind::Material, &name, named.keys()),
+    let material = params.find(named, &name).map(|instance| instance.material.clone());
+    let material = material.unwrap_or_else(|| Arc::new(Material::DEFAULT));
+    if !matches!(material.kind, MaterialKind::None) {
+        return material;
     }
+    let message = format!("\"{}\" is not a surface: a mix cannot contain it", name.value);
+    let help = "for holes, use \"uber\" with an opacity, or an alpha texture of the shape";
+    params.error(Diagnostic::error(name.span, message).help(help));
     Arc::new(Material::DEFAULT)
 }

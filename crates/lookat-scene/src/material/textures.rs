@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::{MaterialKind, Roughness};
+use super::{MaterialKind, Metal, Roughness, Uber};
 use crate::texture::Texture;
 
 /// A texture of numbers or of colors.
@@ -14,28 +14,64 @@ pub enum AnyTexture<'t> {
     Color(&'t Texture<Vec3>),
 }
 
+/// The textures of a material, without textures of the parts of a mix: colors, then numbers.
+macro_rules! textures {
+    ($kind:expr $(, $mutable:tt)?) => {{
+        let (colors, number, roughness) = match $kind {
+            MaterialKind::Matte(it) => (vec![&$($mutable)? it.kd], Some(&$($mutable)? it.sigma), None),
+            MaterialKind::Plastic(it) => {
+                (vec![&$($mutable)? it.kd, &$($mutable)? it.ks], None, Some(&$($mutable)? it.roughness))
+            }
+            MaterialKind::Translucent(it) => (
+                vec![
+                    &$($mutable)? it.kd,
+                    &$($mutable)? it.ks,
+                    &$($mutable)? it.reflect,
+                    &$($mutable)? it.transmit,
+                ],
+                None,
+                Some(&$($mutable)? it.roughness),
+            ),
+            MaterialKind::Glass(it) => (
+                vec![&$($mutable)? it.kr, &$($mutable)? it.kt],
+                Some(&$($mutable)? it.eta),
+                Some(&$($mutable)? it.roughness),
+            ),
+            MaterialKind::Mirror(it) => (vec![&$($mutable)? it.kr], None, None),
+            MaterialKind::Metal(it) => {
+                let Metal { eta, k, roughness, .. } = &$($mutable)? **it;
+                (vec![eta, k], None, Some(roughness))
+            }
+            MaterialKind::Substrate(it) => {
+                (vec![&$($mutable)? it.kd, &$($mutable)? it.ks], None, Some(&$($mutable)? it.roughness))
+            }
+            MaterialKind::Uber(it) => {
+                let Uber { kd, ks, kr, kt, opacity, eta, roughness, .. } = &$($mutable)? **it;
+                (vec![kd, ks, kr, kt, opacity], Some(eta), Some(roughness))
+            }
+            MaterialKind::Mix(it) => (vec![&$($mutable)? it.amount], None, None),
+            MaterialKind::None => (vec![], None, None),
+        };
+        let mut numbers: Vec<_> = number.into_iter().collect();
+        if let Some(roughness) = roughness {
+            numbers.push(&$($mutable)? roughness.u);
+            numbers.extend(&$($mutable)? roughness.v);
+        }
+        (colors, numbers)
+    }};
+}
+
 impl MaterialKind {
     /// The textures of this material, without textures of the parts of a mix.
     pub fn textures(&self) -> Vec<AnyTexture<'_>> {
-        let (colors, number): (Vec<&Texture<Vec3>>, _) = match self {
-            MaterialKind::Matte(matte) => (vec![&matte.kd], Some(&matte.sigma)),
-            MaterialKind::Plastic(plastic) => (vec![&plastic.kd, &plastic.ks], None),
-            MaterialKind::Translucent(this) => {
-                (vec![&this.kd, &this.ks, &this.reflect, &this.transmit], None)
-            }
-            MaterialKind::Glass(glass) => (vec![&glass.kr, &glass.kt], Some(&glass.eta)),
-            MaterialKind::Mirror(mirror) => (vec![&mirror.kr], None),
-            MaterialKind::Metal(metal) => (vec![&metal.eta, &metal.k], None),
-            MaterialKind::Substrate(substrate) => (vec![&substrate.kd, &substrate.ks], None),
-            MaterialKind::Uber(uber) => {
-                (vec![&uber.kd, &uber.ks, &uber.kr, &uber.kt, &uber.opacity], Some(&uber.eta))
-            }
-            MaterialKind::Mix(mix) => (vec![&mix.amount], None),
-            MaterialKind::None => (vec![], None),
-        };
-        let widths = self.roughness().into_iter().flat_map(|it| std::iter::once(&it.u).chain(&it.v));
-        let numbers = number.into_iter().chain(widths).map(AnyTexture::Number);
+        let (colors, numbers): (Vec<_>, Vec<_>) = textures!(self);
+        let numbers = numbers.into_iter().map(AnyTexture::Number);
         colors.into_iter().map(AnyTexture::Color).chain(numbers).collect()
+    }
+
+    /// The same, to change: colors, then numbers.
+    pub(crate) fn textures_mut(&mut self) -> (Vec<&mut Texture<Vec3>>, Vec<&mut Texture<f64>>) {
+        textures!(self, mut)
     }
 
     /// The roughness, if the material has one.

@@ -7,28 +7,39 @@ use lookat_syntax::{
 
 use super::other_versions::is_of_v4;
 use super::{Params, class};
-use crate::elsewhere::Kind;
-use crate::undefined::undefined;
+use crate::names::Names;
+use crate::symbols::SymbolKind;
 
 impl Params<'_> {
-    /// Reports an undefined name.
-    pub fn undefined<'n>(&mut self, kind: Kind, name: &Text, known: impl Iterator<Item = &'n String>) {
-        self.failed = true;
-        undefined(self.report, kind, name, known);
+    /// The value of a name. Reports an undefined name.
+    pub fn find<'n, T>(&mut self, names: &'n Names<T>, name: &Text) -> Option<&'n T> {
+        let found = names.find(name, self.report);
+        self.failed |= found.is_none();
+        found
     }
 
-    /// Reports a texture of the wrong value type. Stays silent if a missing file may define the right one.
-    pub fn other_texture(&mut self, kind: Kind, name: &Text) {
+    /// A named texture. Reports a texture of the `other` value type, unless a missing file may define the right one.
+    pub fn find_texture<'n, T, U>(
+        &mut self,
+        names: &'n Names<T>,
+        other: &Names<U>,
+        name: &Text,
+    ) -> Option<&'n T> {
+        if names.get(&name.value).is_some() || other.get(&name.value).is_none() {
+            return self.find(names, name);
+        }
         self.failed = true;
-        let [has, needs] = match kind {
-            Kind::FloatTexture => ["spectrum", "float"],
-            _ => ["float", "spectrum"],
-        };
+        other.find(name, self.report);
         if !self.report.incomplete {
-            let message = format!("there is no {} \"{}\"", kind.name(), name.value);
+            let (has, needs) = match names.kind() {
+                SymbolKind::FloatTexture => ("spectrum", "float"),
+                _ => ("float", "spectrum"),
+            };
+            let message = format!("there is no {} \"{}\"", names.kind().name(), name.value);
             let help = format!("this texture has {has} values; this parameter needs a {needs} texture");
             self.report.push(Diagnostic::error(name.span, message).help(help));
         }
+        None
     }
 
     /// Reports a required parameter as missing, or as declared with a wrong type.

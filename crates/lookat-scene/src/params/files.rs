@@ -3,10 +3,48 @@
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use lookat_syntax::{Diagnostic, Severity, Text};
+use lookat_syntax::{Diagnostic, Entity, ParamType, Severity, Span, Text};
 
 use super::Params;
-use crate::files::Bytes;
+use crate::files::{Bytes, Files};
+use crate::report::Report;
+use crate::schema::{Key, Name};
+
+/// A file that a parameter names, and what messages about it need.
+pub(crate) struct FileParam {
+    /// The name of the file.
+    pub name: Text,
+    keyword: &'static str,
+    kind: Text,
+    parameter: &'static str,
+    /// The place of the value.
+    place: Span,
+    /// True if a part of the directive is unreadable.
+    partial: bool,
+}
+
+impl<'a> Params<'a> {
+    /// A handle for a file, to read it later.
+    pub fn file_param(&self, key: &Key<Name>, name: &Text) -> FileParam {
+        FileParam {
+            name: name.clone(),
+            keyword: self.keyword,
+            kind: self.kind.clone(),
+            parameter: key.name,
+            place: self.place(key.name),
+            partial: self.report.partial,
+        }
+    }
+
+    /// The parameters of a directive of which only a file is left to read.
+    pub fn of_file(file: &FileParam, files: &'a Files<'a>, report: &'a mut Report) -> Self {
+        report.partial = file.partial;
+        let entity = Entity { name: file.kind.clone(), params: Vec::new() };
+        let mut params = Params::new(file.keyword, entity, files, report);
+        params.places.push((file.parameter, file.place, ParamType::String));
+        params
+    }
+}
 
 impl Params<'_> {
     /// The bytes of a file named by a parameter. Reports an unreadable file and returns `None`.
@@ -58,5 +96,10 @@ impl Params<'_> {
     /// The first path that [`Params::file`] tries. It is equal for names of the same file.
     pub fn first_path(&self, name: &Text) -> PathBuf {
         self.files.beside(&name.value, name.span)
+    }
+
+    /// Reports a file that cannot be opened. Reads nothing.
+    pub fn check_file(&mut self, name: &Text) {
+        self.open(name);
     }
 }

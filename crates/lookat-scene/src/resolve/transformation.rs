@@ -1,16 +1,11 @@
 //! Directives that change the current transformation.
 
 use glam::{DMat4, DVec3, DVec4};
-use lookat_syntax::{Diagnostic, Span, Text};
+use lookat_syntax::{Diagnostic, Span};
 
-use super::{Block, Resolver};
-use crate::angle;
-use crate::elsewhere::Kind;
+use super::Resolver;
+use crate::facts::Block;
 use crate::transform::{LARGEST, LookAtFault, Transform};
-use crate::undefined::undefined;
-
-/// The most rotations for which doubtful ones are reported. Among more, some look doubtful by chance.
-const MANY_ROTATIONS: usize = 20;
 
 impl Resolver<'_> {
     pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
@@ -19,7 +14,7 @@ impl Resolver<'_> {
 
     pub(super) fn replace(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
         if self.block == Block::Options && self.options.camera_is_set() {
-            self.idle_transform.get_or_insert(at);
+            self.facts.idle_transform.get_or_insert(at);
         }
         let ctm = in_range(ctm, at)?;
         // Transformations of the end time only add motion.
@@ -29,35 +24,17 @@ impl Resolver<'_> {
         Ok(())
     }
 
-    /// Warns if the angle looks like radians or like the last number.
-    pub(super) fn doubt_rotation(&mut self, angle: f64, [x, y, z]: [f64; 3], span: Span) {
-        self.rotations += 1;
-        if let Some((severity, message, help)) = angle::doubt("the angle of Rotate", angle) {
-            let doubt = Diagnostic::warning(span, message).help(help);
-            self.doubted_rotations.push(Diagnostic { severity, ..doubt });
-        }
-        let is_axis = [angle, x, y].iter().all(|number| [-1.0, 0.0, 1.0].contains(number));
-        if is_axis && (10.0..=720.0).contains(&z.abs()) {
-            let message = format!("the angle of Rotate is {angle}: did you write the angle last?");
-            let warning = Diagnostic::warning(span, message).help("write the angle first, then the axis");
-            self.report.push(warning.fix(span, format!("Rotate {z} {angle} {x} {y}")));
-        }
-    }
-
-    /// Reports doubtful rotations, unless there are so many rotations that some look doubtful by chance.
-    pub(super) fn tell_doubted_rotations(&mut self) {
-        if self.rotations < MANY_ROTATIONS * self.doubted_rotations.len() {
-            self.report.extend(std::mem::take(&mut self.doubted_rotations));
+    /// Notes that something uses the current transformation before `WorldBegin`.
+    pub(super) fn use_transform(&mut self) {
+        if self.block == Block::Options {
+            self.facts.idle_transform = None;
         }
     }
 
     pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
         let [eye, look, up] = [0, 3, 6].map(|at| DVec3::new(points[at], points[at + 1], points[at + 2]));
         if self.block == Block::World {
-            let warning =
-                Diagnostic::warning(span, "LookAt inside the world block moves shapes, not the camera")
-                    .help("to place the camera, move LookAt before Camera");
-            self.report.push(warning);
+            self.facts.look_ats.push(span);
         }
         match Transform::look_at(eye, look, up) {
             Ok(transform) => self.concat(transform, span),
@@ -79,23 +56,6 @@ impl Resolver<'_> {
                 Err(Box::new(Diagnostic::error(span, message).help(help)))
             }
         }
-    }
-
-    pub(super) fn coord_sys_transform(&mut self, name: Text) {
-        match self.coordinate_systems.get(&name.value) {
-            // Applies to both times.
-            Some(transform) => self.state.ctm = *transform,
-            None => {
-                undefined(&mut self.report, Kind::CoordinateSystem, &name, self.coordinate_systems.keys())
-            }
-        }
-    }
-
-    pub(super) fn motion(&mut self, at: Span, keyword: &str) {
-        let message = format!(
-            "{keyword}: lookat does not render motion; it uses the transformations at the start time"
-        );
-        self.report.unsupported(at, message);
     }
 }
 

@@ -7,13 +7,12 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
 
 use super::Resolver;
 use crate::cutout::cutout;
-use crate::elsewhere::Kind;
 use crate::params::Params;
 use crate::schema::names;
 use crate::state::MaterialInstance;
+use crate::symbols::SymbolKind;
 use crate::texture::TextureParams;
-use crate::undefined::undefined;
-use crate::{Emission, Material, MaterialKind, Primitive, light, material, shape, texture};
+use crate::{Material, MaterialKind, Primitive, light, material, shape, texture};
 
 impl Resolver<'_> {
     pub(super) fn material(&mut self, entity: Entity, keyword: &'static str) -> MaterialInstance {
@@ -52,84 +51,51 @@ impl Resolver<'_> {
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
         let instance = self.material(Entity { name: kind, params }, "Material");
         if self.definitions.materials.get(&name.value).is_some() {
-            self.note_again("material", &name.value, name.span);
+            self.facts.redefined.push((SymbolKind::Material, name.value.clone(), name.span));
         }
-        self.report.define(Kind::Material, &name);
-        self.definitions.materials.define(name.value.clone(), Rc::new(instance));
+        self.definitions.materials.define(&name, Rc::new(instance), &mut self.report);
         error.map_or(Ok(()), |error| Err(Box::new(error)))
     }
 
-    pub(super) fn named_material(&mut self, name: Text) {
-        match self.definitions.materials.get(&name.value) {
-            Some(instance) => self.state.material = instance.clone(),
-            None => undefined(&mut self.report, Kind::Material, &name, self.definitions.materials.keys()),
-        }
-    }
-
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {
-        self.texture_again(&name, &value);
-        self.define_texture(name.clone(), &value, entity);
-        // A texture may use its own predecessor of the same name.
-        if let Some(kind) = Kind::of_texture(&value.value) {
-            self.report.define(kind, &name);
+        let (textures, pictures) = (&self.definitions.textures, &mut self.draft.pictures);
+        let is_float = value.value == "float";
+        let known = match is_float {
+            true => textures.float.get(&name.value).is_some(),
+            false => textures.spectrum.get(&name.value).is_some(),
+        };
+        if known {
+            self.facts.redefined.push((textures.spectrum.kind(), name.value.clone(), name.span));
         }
-    }
-
-    fn define_texture(&mut self, name: Text, value: &Text, entity: Entity) {
         let params = &mut Params::new("Texture", entity, &self.files, &mut self.report);
-        let params = &mut TextureParams::new(params, &self.definitions.textures);
-        match value.value.as_str() {
-            "float" => {
-                let made = texture::texture(params, self.state.ctm, &mut self.pictures);
-                self.definitions.textures.float.define(name.value, made);
-            }
-            "spectrum" | "color" => {
-                let made = texture::texture(params, self.state.ctm, &mut self.pictures);
-                self.definitions.textures.spectrum.define(name.value, made);
-            }
+        let params = &mut TextureParams::new(params, textures);
+        // A texture may use its own predecessor of the same name.
+        let (float, spectrum) = match value.value.as_str() {
+            "float" => (Some(texture::texture(params, self.state.ctm, pictures)), None),
+            "spectrum" | "color" => (None, Some(texture::texture(params, self.state.ctm, pictures))),
             other => {
                 let error = Diagnostic::error(value.span, format!("unknown texture value type \"{other}\""))
                     .help("the value types are \"float\" and \"spectrum\" (also spelled \"color\")");
                 params.error(error);
                 // Define the name even after an error.
-                let textures = &mut self.definitions.textures;
-                textures.float.define(name.value.clone(), None);
-                textures.spectrum.define(name.value, None);
+                (Some(None), Some(None))
             }
-        }
-    }
-
-    /// Adds a note if a texture of this name and value type is already defined.
-    fn texture_again(&mut self, name: &Text, value: &Text) {
-        let textures = &self.definitions.textures;
-        let known = match value.value.as_str() {
-            "float" => textures.float.get(&name.value).is_some(),
-            _ => textures.spectrum.get(&name.value).is_some(),
         };
-        if known {
-            self.note_again("texture", &name.value, name.span);
+        let textures = &mut self.definitions.textures;
+        if let Some(made) = float {
+            textures.float.define(&name, made, &mut self.report);
         }
-    }
-
-    /// Checks one side of a MediumInterface.
-    pub(super) fn medium(&mut self, name: Text) {
-        if self.media.contains(&name.value) {
-            let message = "lookat does not render participating media: it renders empty space instead";
-            self.report.unsupported(name.span, message.into());
-        } else if !name.value.is_empty() {
-            undefined(&mut self.report, Kind::Medium, &name, self.media.iter());
+        if let Some(made) = spectrum {
+            textures.spectrum.define(&name, made, &mut self.report);
         }
     }
 
     pub(super) fn light_source(&mut self, entity: Entity) {
-        if self.object.is_some() {
-            let message = "a LightSource is not part of an object: it shines once, from where it is defined, and ObjectInstance does not copy it";
-            let warning = Diagnostic::warning(entity.name.span, message);
-            self.report.push(warning.help("move it before ObjectBegin; pbrt-v3 renders the same picture"));
+        if self.draft.open.is_some() {
+            self.facts.lights_in_objects.push(entity.name.span);
         }
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
-        let light = light::light(params, self.state.ctm, &mut self.pictures);
-        self.lights.extend(light);
+        self.draft.lights.extend(light::light(params, self.state.ctm, &mut self.draft.pictures));
     }
 
     pub(super) fn shape(&mut self, entity: Entity) {
@@ -139,42 +105,36 @@ impl Resolver<'_> {
             "trianglemesh" | "plymesh" => cutout(&mut TextureParams::new(params, &self.definitions.textures)),
             _ => None,
         };
-        let shape = shape::shape(params, self.state.ctm);
+        let geometry = shape::shape(params, self.state.ctm);
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
-        params.finish();
-        // Omit an incomplete shape.
-        let Some(shape) = shape.filter(|_| !self.report.partial) else { return };
-        if let Some(emission) = self.state.emission.as_ref().filter(|_| !shape.is_empty()) {
-            self.idle_emissions.remove(&emission.span);
-        }
+        let is_complete = params.finish();
+        let Some(shape) =
+            geometry.map(|geometry| self.draft.shape(geometry, self.state.ctm)).filter(|_| is_complete)
+        else {
+            return;
+        };
         let material = self.material_for_shape(overriding);
-        let emission = self.emission(&name);
-        let is_boundary = matches!(material.kind, MaterialKind::None) && emission.is_none();
+        let is_boundary = matches!(material.kind, MaterialKind::None) && self.state.emission.is_none();
         if is_boundary && self.settled.as_ref().is_some_and(|settled| settled.passes_boundaries) {
-            self.passed.get_or_insert(name.span);
+            self.facts.passed.get_or_insert(name.span);
             return;
         }
-        if matches!(material.kind, MaterialKind::None)
-            && self.settled.as_ref().is_some_and(|settled| settled.passes_boundaries)
-        {
-            let message = "pbrt-v3 lets shadow rays pass this emissive surface without a material, and finds its light by light samples only";
-            let help = "write Material \"matte\" \"rgb Kd\" [0 0 0]: lookat and pbrt-v3 then agree";
-            self.report.push(Diagnostic::warning(name.span, message).help(help));
+        if cutout.as_ref().is_some_and(|cutout| cutout.shadow_alpha.is_some()) {
+            self.facts.shadow_alpha.get_or_insert(name.span);
         }
-        let primitive = Primitive {
+        let slot = self.draft.add(Primitive {
             shape,
             span: Some(name.span),
             reverse_orientation: self.state.reverse_orientation,
             mirrored: self.state.ctm.swaps_handedness(),
             material,
             cutout,
-            emission,
-        };
-        self.warn_of_departures(&name, &primitive);
-        match &mut self.object {
-            Some(object) => object.primitives.push(primitive),
-            None => self.primitives.push(primitive),
+            emission: self.state.emission.as_ref().map(|emission| emission.value),
+        });
+        let emission = self.state.emission.as_ref();
+        if let Some(slots) = emission.and_then(|emission| self.facts.emissions.get_mut(&emission.span)) {
+            slots.push(slot);
         }
     }
 
@@ -192,19 +152,5 @@ impl Resolver<'_> {
         entity.params.retain(|param| !overriding.iter().any(|over| over.name.value == param.name.value));
         entity.params.extend(overriding);
         self.material(entity, "Material").material
-    }
-
-    pub(super) fn emission(&mut self, shape: &Text) -> Option<Emission> {
-        let emission = self.state.emission.as_ref()?.value;
-        if self.object.is_some() {
-            let message =
-                "an emissive shape inside an object is visible but lights nothing: move it out of the object";
-            self.report.unsupported(shape.span, message.into());
-        } else if shape.value == "curve" {
-            let message =
-                "an emissive curve is visible but lights nothing: use a mesh or a quadric as a light";
-            self.report.unsupported(shape.span, message.into());
-        }
-        Some(emission)
     }
 }

@@ -15,6 +15,7 @@ use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::picture::Pictures;
 use crate::report::Report;
+use crate::symbols::SymbolKind;
 use crate::texture::{TextureParams, Textures, texture};
 use crate::transform::Transform;
 use crate::{camera, cutout, film, filter, integrator, light, material, sampler, shape};
@@ -43,9 +44,9 @@ fn construct(kind: &Kind, params: &mut TextureParams) {
             if ["trianglemesh", "plymesh"].contains(&kind.name) {
                 cutout::cutout(params);
             }
-            shape::shape(params, here);
+            drop(shape::shape(params, here));
         }
-        "Material" => drop(material::material(params, &Names::default())),
+        "Material" => drop(material::material(params, &Names::new(SymbolKind::Material))),
         "LightSource" => drop(light::light(params, here, pictures)),
         "AreaLightSource" => drop(light::emission(params)),
         "Texture" => {

@@ -81,13 +81,14 @@ pub(super) fn imagemap<T: Parameter>(
         return None;
     };
     let settings = Settings { wrap, gamma, scale, bottom_up: true, not_negative: false };
-    let map =
-        T::cache(pictures).get(params, "filename", &file, settings, "shows gray instead of this picture");
-    let Some(map) = map.filter(|_| params.usable()) else {
-        params.finish();
-        return None;
-    };
-    Some(Texture::varying(Varying::ImageMap(Box::new(ImageMap { map, mapping, filter }))))
+    let instead = "shows gray instead of this picture";
+    let map = T::pictures_mut(pictures).handle(params, &FILE_NAME, &file, settings, instead);
+    let texture = Texture::varying(Varying::ImageMap(Box::new(ImageMap { map, mapping, filter })));
+    if params.usable() {
+        return Some(texture);
+    }
+    params.finish();
+    None
 }
 
 /// True if the format stores sRGB values, as in pbrt-v3, which does not read jpg.

@@ -6,16 +6,24 @@ use glam::Vec3;
 use lookat_syntax::ParamType;
 
 use super::Texture;
-use crate::elsewhere::Kind;
 use crate::names::Names;
 use crate::params::Params;
 use crate::schema::{Key, Textured};
+use crate::symbols::SymbolKind;
 
 /// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
-#[derive(Default)]
 pub(crate) struct Textures {
     pub float: Names<Option<Texture<f64>>>,
     pub spectrum: Names<Option<Texture<Vec3>>>,
+}
+
+impl Default for Textures {
+    fn default() -> Self {
+        Textures {
+            float: Names::new(SymbolKind::FloatTexture),
+            spectrum: Names::new(SymbolKind::SpectrumTexture),
+        }
+    }
 }
 
 /// Parameters with the textures in scope (pbrt-v3's TextureParams).
@@ -41,13 +49,7 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         };
         self.ask(name, ParamType::Rgb);
         let Textures { float, spectrum } = self.textures;
-        let known = spectrum.get(&texture.value);
-        if known.is_none() {
-            match float.get(&texture.value) {
-                Some(_) => self.params.other_texture(Kind::SpectrumTexture, &texture),
-                None => self.params.undefined(Kind::SpectrumTexture, &texture, spectrum.keys()),
-            }
-        }
+        let known = self.params.find_texture(spectrum, float, &texture);
         known.cloned().flatten().unwrap_or(Texture::Constant(default))
     }
 
@@ -63,13 +65,7 @@ impl<'t, 'p> TextureParams<'t, 'p> {
         };
         self.ask(name, ParamType::Float);
         let Textures { float, spectrum } = self.textures;
-        let known = float.get(&texture.value);
-        if known.is_none() {
-            match spectrum.get(&texture.value) {
-                Some(_) => self.params.other_texture(Kind::FloatTexture, &texture),
-                None => self.params.undefined(Kind::FloatTexture, &texture, float.keys()),
-            }
-        }
+        let known = self.params.find_texture(float, spectrum, &texture);
         known.cloned().flatten()
     }
 }

@@ -6,8 +6,9 @@ use std::ops::Mul;
 use glam::Vec3;
 use lookat_image::Texel;
 
-use super::{Texture, TextureParams};
+use super::{Node, Texture, TextureParams};
 use crate::color::LUMINANCE;
+use crate::fill::{Fill, Shared};
 use crate::params::Params;
 use crate::picture::{Cache, FromColor, Pictures};
 use crate::schema::{Color, ColorTexture, Key};
@@ -81,8 +82,14 @@ pub(crate) trait Parameter: Value<Texel: FromColor> {
     /// Takes a color or a texture. A float texture takes a number or a float texture.
     fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<Self>;
 
-    /// The cache of pictures with these values.
-    fn cache(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
+    /// The pictures with these values.
+    fn pictures(pictures: &Pictures) -> &Cache<Self::Texel>;
+
+    /// The same, to add to them.
+    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
+
+    /// The textures with these values whose pictures are loaded.
+    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<Self>>;
 }
 
 impl Parameter for f64 {
@@ -96,8 +103,16 @@ impl Parameter for f64 {
         params.float_texture(key.name, key.default.0.x.into())
     }
 
-    fn cache(pictures: &mut Pictures) -> &mut Cache<f32> {
+    fn pictures(pictures: &Pictures) -> &Cache<f32> {
+        &pictures.numbers
+    }
+
+    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<f32> {
         &mut pictures.numbers
+    }
+
+    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<f64>> {
+        fill.numbers()
     }
 }
 
@@ -112,7 +127,15 @@ impl Parameter for Vec3 {
         params.take_texture(key)
     }
 
-    fn cache(pictures: &mut Pictures) -> &mut Cache<Vec3> {
+    fn pictures(pictures: &Pictures) -> &Cache<Vec3> {
+        &pictures.colors
+    }
+
+    fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<Vec3> {
         &mut pictures.colors
+    }
+
+    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<Vec3>> {
+        fill.colors()
     }
 }

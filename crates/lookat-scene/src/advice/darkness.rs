@@ -1,0 +1,31 @@
+//! Scenes whose picture is black.
+
+use super::{Evidence, warn};
+use crate::report::Report;
+use crate::{Emission, Integrator, Light, Primitive};
+
+pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
+    let Some(integrator) = evidence.integrator() else { return };
+    if matches!(integrator, Integrator::AmbientOcclusion { .. }) {
+        return;
+    }
+    let world = &evidence.built.world;
+    // An object without an instance is not in the world.
+    let copied = world.instances.iter().flat_map(|instance| &instance.object.primitives);
+    let emits = |primitive: &Primitive| primitive.emission.filter(|_| !primitive.shape.is_invisible());
+    let emissions: Vec<Emission> = world.primitives.iter().chain(copied).filter_map(emits).collect();
+    let shows_emission_alone = matches!(integrator, Integrator::Path { max_depth: 0, .. });
+    let (message, help) = if world.lights.is_empty() && emissions.is_empty() {
+        let help = "add a light: LightSource \"infinite\" lights a scene from all sides";
+        ("the scene has no lights: the picture is black", help)
+    } else if world.lights.iter().all(Light::is_black) && emissions.iter().all(Emission::is_black) {
+        let help = "give them a color and a scale above 0";
+        ("all lights of the scene are black: the picture is black", help)
+    } else if shows_emission_alone && emissions.is_empty() && world.lights.iter().all(Light::is_delta) {
+        let help = "write \"integer maxdepth\" 1 or more, so that surfaces are lit";
+        ("maxdepth 0 shows lights alone, and no light of the scene is visible: the picture is black", help)
+    } else {
+        return;
+    };
+    warn(report, evidence.facts.world_begin.unwrap_or(evidence.end), message, help);
+}

@@ -1,0 +1,86 @@
+//! What happened while a scene was interpreted. The passes of `advice` turn these facts into messages.
+
+use std::collections::HashMap;
+
+use lookat_syntax::{EntityKind, Span};
+
+use crate::Transform;
+use crate::draft::Slot;
+use crate::symbols::{SymbolId, SymbolKind};
+
+/// Facts in the order in which the scene is read.
+#[derive(Debug, Default)]
+pub(crate) struct Facts {
+    /// `WorldBegin`.
+    pub world_begin: Option<Span>,
+    /// The end of a scene without `WorldEnd`.
+    pub missing_end: Option<Span>,
+    /// The first directive of a file that other scenes include, and the block that it is a part of.
+    pub part: Option<(Block, Span)>,
+    /// World directives before `WorldBegin`: keyword and place.
+    pub early: Vec<(&'static str, Span)>,
+    /// Directives after `WorldEnd`.
+    pub after_end: Vec<Span>,
+    /// Blocks without an end.
+    pub unclosed: Vec<Opened>,
+    /// Ends of an outer block.
+    pub crossed: Vec<Crossed>,
+    /// Options that a later one replaces: kind, place of the later one, place of the first.
+    pub replaced_options: Vec<(EntityKind, Span, Span)>,
+    /// Options that are left to their defaults.
+    pub missing_options: Vec<EntityKind>,
+    /// The last Camera and its transformation.
+    pub camera: Option<(Span, Transform)>,
+    /// A transformation after `Camera` that nothing has used.
+    pub idle_transform: Option<Span>,
+    /// `Rotate` directives.
+    pub rotations: Vec<Rotation>,
+    /// `LookAt` directives in the world.
+    pub look_ats: Vec<Span>,
+    /// Directives of motion: keyword and place.
+    pub motion: Vec<(&'static str, Span)>,
+    /// Names that are defined again while a definition is in scope.
+    pub redefined: Vec<(SymbolKind, String, Span)>,
+    /// Objects with shapes: the place of `ObjectBegin`, and the name.
+    pub objects: Vec<(Span, SymbolId)>,
+    /// LightSources inside objects.
+    pub lights_in_objects: Vec<Span>,
+    /// AreaLightSources that are not black, each with the shapes that emit its light.
+    pub emissions: HashMap<Span, Vec<Slot>>,
+    /// The first shape without a material, which rays pass through.
+    pub passed: Option<Span>,
+    /// The first shape with `shadowalpha`.
+    pub shadow_alpha: Option<Span>,
+}
+
+/// The block of a directive.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Block {
+    Options,
+    World,
+    /// The file after `WorldEnd`.
+    Ended,
+}
+
+/// The start of a block: the keywords of its start and end, and its place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Opened {
+    pub keywords: (&'static str, &'static str),
+    pub at: Span,
+}
+
+/// An end that closes a block although `inner` is still open inside the block.
+#[derive(Debug)]
+pub(crate) struct Crossed {
+    pub keyword: &'static str,
+    pub at: Span,
+    pub inner: Opened,
+}
+
+/// The numbers of a `Rotate`: the angle in degrees and the axis.
+#[derive(Debug)]
+pub(crate) struct Rotation {
+    pub angle: f64,
+    pub axis: [f64; 3],
+    pub at: Span,
+}

@@ -1,0 +1,140 @@
+//! The named things of a scene: where each is defined and used.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+use lookat_syntax::{Span, Text};
+
+/// The kinds of named things. Each kind has its own names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum SymbolKind {
+    /// A material of `MakeNamedMaterial`.
+    Material,
+    /// A `Texture` with float values.
+    FloatTexture,
+    /// A `Texture` with spectrum values.
+    SpectrumTexture,
+    /// An object of `ObjectBegin`.
+    Object,
+    /// A medium of `MakeNamedMedium`.
+    Medium,
+    /// A transformation of `CoordinateSystem`.
+    CoordinateSystem,
+    /// A file of `Include`.
+    Include,
+}
+
+impl SymbolKind {
+    /// The kind in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            SymbolKind::Material => "named material",
+            SymbolKind::FloatTexture => "float texture",
+            SymbolKind::SpectrumTexture => "spectrum texture",
+            SymbolKind::Object => "object",
+            SymbolKind::Medium => "medium",
+            SymbolKind::CoordinateSystem => "coordinate system",
+            SymbolKind::Include => "included file",
+        }
+    }
+
+    /// The directive that defines this kind, or includes the file.
+    pub fn definer(self) -> &'static str {
+        match self {
+            SymbolKind::Material => "MakeNamedMaterial",
+            SymbolKind::FloatTexture | SymbolKind::SpectrumTexture => "Texture",
+            SymbolKind::Object => "ObjectBegin",
+            SymbolKind::Medium => "MakeNamedMedium",
+            SymbolKind::CoordinateSystem => "CoordinateSystem",
+            SymbolKind::Include => "Include",
+        }
+    }
+
+    /// True if a definition lasts until the end of its block.
+    pub fn is_scoped(self) -> bool {
+        matches!(self, SymbolKind::Material | SymbolKind::FloatTexture | SymbolKind::SpectrumTexture)
+    }
+}
+
+/// A named thing. A name that is defined again is another symbol. The coordinate systems `camera` and `world`, which
+/// pbrt-v3 defines itself, are no symbols.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Symbol {
+    /// What it is.
+    pub kind: SymbolKind,
+    /// Its name as written; the path of an included file.
+    pub name: String,
+    /// The name in its definition; the start of an included file. `None` if the name is undefined where it is used, or
+    /// the file is unreadable.
+    pub definition: Option<Span>,
+    /// The names that refer to this definition, in reading order.
+    pub uses: Vec<Span>,
+}
+
+/// The number of a symbol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct SymbolId(usize);
+
+/// The symbols so far.
+#[derive(Debug, Default)]
+pub(crate) struct Symbols {
+    list: Vec<Symbol>,
+    /// Undefined names and included files.
+    global: HashMap<(SymbolKind, String), SymbolId>,
+}
+
+impl Symbols {
+    /// Adds a definition.
+    pub fn define(&mut self, kind: SymbolKind, name: &Text) -> SymbolId {
+        self.add(Symbol { kind, name: name.value.clone(), definition: Some(name.span), uses: Vec::new() })
+    }
+
+    /// Adds a use of a definition.
+    pub fn use_at(&mut self, symbol: SymbolId, at: Span) {
+        self.list[symbol.0].uses.push(at);
+    }
+
+    /// Adds a use of a name without a definition.
+    pub fn use_undefined(&mut self, kind: SymbolKind, name: &Text) {
+        let symbol = self.global(kind, name.value.clone());
+        self.use_at(symbol, name.span);
+    }
+
+    /// Adds an `Include` at `name`, of a file that begins at `start`.
+    pub fn include(&mut self, path: String, start: Span, name: Span) {
+        let symbol = self.global(SymbolKind::Include, path);
+        self.list[symbol.0].definition.get_or_insert(start);
+        self.use_at(symbol, name);
+    }
+
+    /// All symbols in the order of their definition, or of the first use of an undefined name.
+    pub fn all(&self) -> &[Symbol] {
+        &self.list
+    }
+
+    pub fn get(&self, symbol: SymbolId) -> &Symbol {
+        &self.list[symbol.0]
+    }
+
+    pub fn into_all(self) -> Vec<Symbol> {
+        self.list
+    }
+
+    fn add(&mut self, symbol: Symbol) -> SymbolId {
+        self.list.push(symbol);
+        SymbolId(self.list.len() - 1)
+    }
+
+    /// The symbol that stands for all uses of a name.
+    fn global(&mut self, kind: SymbolKind, name: String) -> SymbolId {
+        match self.global.entry((kind, name)) {
+            Entry::Occupied(known) => *known.get(),
+            Entry::Vacant(new) => {
+                let name = new.key().1.clone();
+                let symbol = SymbolId(self.list.len());
+                self.list.push(Symbol { kind, name, definition: None, uses: Vec::new() });
+                *new.insert(symbol)
+            }
+        }
+    }
+}
