@@ -22,6 +22,37 @@ fn a_diagnostic_shows_the_line_and_the_way_out() {
     assert!(!run.err.contains('\u{1b}'), "no colors into a pipe");
 }
 
+/// A file is missing at any speed. What is in it is not read with `--fast`.
+#[test]
+fn a_fast_check_reads_no_contents_of_meshes_and_pictures() {
+    let folder = Folder::new();
+    let cut = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0";
+    folder.write("cut.ply", cut);
+    folder.write("cut.png", "\u{89}PNG");
+    let world = |more: &str| FINE.replace("WorldEnd", &format!("{more}\nWorldEnd"));
+    let mesh = "Shape \"plymesh\" \"string filename\" \"cut.ply\"";
+    let light = "LightSource \"infinite\" \"string mapname\" \"cut.png\"";
+    let texture = "Texture \"t\" \"spectrum\" \"imagemap\" \"string filename\" \"cut.png\"";
+    for (more, error) in [(mesh, "the file ends inside vertex 1"), (light, "cut.png"), (texture, "cut.png")] {
+        folder.write("cut.pbrt", &world(more));
+        let run = folder.run(&["check", "cut.pbrt"]);
+        assert!(run.status == 1 && run.err.contains(error), "{}", run.err);
+        let run = folder.run(&["check", "--fast", "cut.pbrt"]);
+        let fine = "cut.pbrt: fine; --fast skipped the contents of 1 mesh or picture\n";
+        assert_eq!((run.status, &run.err[..]), (0, fine));
+        assert_eq!(folder.run(&["check", "--fast", "--quiet", "cut.pbrt"]).err, "");
+        assert_eq!(json_lines(&folder.run(&["check", "--fast", "--json", "cut.pbrt"]))[0]["unread"], 1);
+        folder.write("cut.pbrt", &world(&more.replace("cut.p", "gone.p")));
+        let run = folder.run(&["check", "--fast", "cut.pbrt"]);
+        assert!(run.status == 1 && run.err.contains("cannot read gone.p"), "{}", run.err);
+    }
+    folder.write("cut.ply", &cut.replace("format", "farmat"));
+    folder.write("cut.pbrt", &world(mesh));
+    assert_eq!(folder.run(&["check", "--fast", "cut.pbrt"]).status, 1, "the header is read");
+    assert_eq!(folder.run(&["check", "--fast", "fine.pbrt"]).err, "fine.pbrt: fine\n");
+}
+
 /// A note is information: it is counted apart and fails nothing.
 #[test]
 fn notes_never_fail() {

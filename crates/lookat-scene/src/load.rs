@@ -99,11 +99,12 @@ fn conclude(resolver: Resolver, file: FileId, overrides: &Overrides) -> Loaded {
     let misfit = report.misfit.take();
     let can_keep_going = settled.is_some() && !report.is_v4(&files.sources) && misfit.is_none();
     let is_whole = (!report.has_errors() || overrides.keep_going) && misfit.is_none() && !overrides.fast;
+    let unread = built.unread;
     let scene = settled.filter(|_| is_whole);
     let scene = scene.map(|settled| Scene { view: settled.view, world: Arc::new(built.world) });
     let (diagnostics, symbols) = report.finish(&files.sources);
     let (sources, inputs, memory) = files.into_parts();
-    Loaded { sources, inputs, memory, scene, diagnostics, symbols, can_keep_going, misfit }
+    Loaded { sources, inputs, memory, scene, diagnostics, symbols, unread, can_keep_going, misfit }
 }
 
 /// The memory left for the statements of a text, besides its numbers.
@@ -124,6 +125,7 @@ fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
         scene: None,
         diagnostics,
         symbols: Vec::new(),
+        unread: 0,
         can_keep_going: false,
         misfit: None,
     }

@@ -25,6 +25,9 @@ pub struct Loaded {
     pub symbols: Vec<Symbol>,
     /// The memory budget that is left after reading.
     pub memory: MemoryBudget,
+    /// With [`fast`](crate::Overrides::fast), the number of uses of mesh and picture files whose contents were not read;
+    /// otherwise 0.
+    pub unread: usize,
     /// True if `keep_going` would give a scene.
     pub can_keep_going: bool,
     /// The reason why the resolution or crop window in [`Overrides`](crate::Overrides) does not fit the scene.

@@ -18,6 +18,7 @@ pub struct Overrides {
     pub max_memory: Option<u64>,
     /// Accept a file that other scenes include: its missing parts are a warning instead of an error.
     pub accept_part: bool,
-    /// Check without loading: read the headers of meshes alone, and no picture. Gives no scene.
+    /// Only check: open the files of meshes and pictures, but read no more than the headers of meshes. Gives no scene.
+    /// Default: false.
     pub fast: bool,
 }

@@ -38,9 +38,9 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
-    /// True if the scene names no picture.
-    pub fn is_empty(&self) -> bool {
-        self.colors.handles.is_empty() && self.numbers.handles.is_empty()
+    /// The number of handles.
+    pub fn len(&self) -> usize {
+        self.colors.handles.len() + self.numbers.handles.len()
     }
 
     /// Reads the pictures of all handles.

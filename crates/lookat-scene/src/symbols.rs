@@ -138,3 +138,81 @@ impl Symbols {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::ErrorKind;
+    use std::path::Path;
+
+    use crate::{Loaded, Overrides, SymbolKind, load};
+
+    const HEAD: &str =
+        "Camera \"perspective\" Film \"image\" Sampler \"sobol\" Integrator \"path\" WorldBegin\n";
+
+    fn loaded(files: &[(&str, &str)]) -> Loaded {
+        let read = |path: &Path| match files.iter().find(|(name, _)| Path::new(name) == path) {
+            Some((_, text)) => Ok(text.as_bytes().to_vec()),
+            None => Err(ErrorKind::NotFound.into()),
+        };
+        load(Path::new("a.pbrt"), &read, &Overrides::default())
+    }
+
+    /// Each symbol as its kind, name, and the lines of its definition (0 for none) and its uses.
+    fn symbols(files: &[(&str, &str)]) -> Vec<(SymbolKind, String, usize, Vec<usize>)> {
+        let Loaded { symbols, sources, .. } = loaded(files);
+        let line = |span| sources.location(span).line;
+        let lines = |symbol: crate::Symbol| {
+            let uses = symbol.uses.iter().map(|at| line(*at)).collect();
+            (symbol.kind, symbol.name, symbol.definition.map_or(0, line), uses)
+        };
+        symbols.into_iter().map(lines).collect()
+    }
+
+    #[test]
+    fn every_kind_has_its_definition_and_uses() {
+        let world = "MakeNamedMaterial \"m\" \"string type\" \"matte\"
+            Texture \"t\" \"float\" \"constant\" Texture \"t\" \"color\" \"constant\"
+            MakeNamedMedium \"fog\" CoordinateSystem \"here\"
+            ObjectBegin \"o\" Shape \"sphere\" ObjectEnd
+            NamedMaterial \"m\" Material \"matte\" \"texture Kd\" \"t\" \"texture sigma\" \"t\"
+            MediumInterface \"fog\" \"\" CoordSysTransform \"here\" CoordSysTransform \"camera\"
+            ObjectInstance \"o\" ObjectInstance \"o\"
+            Material \"mix\" \"string namedmaterial1\" \"m\" \"string namedmaterial2\" \"m\" WorldEnd";
+        let found = symbols(&[("a.pbrt", &format!("{HEAD}{world}"))]);
+        let expected = [
+            (SymbolKind::Material, "m", 2, vec![6, 9, 9]),
+            (SymbolKind::FloatTexture, "t", 3, vec![6]),
+            (SymbolKind::SpectrumTexture, "t", 3, vec![6]),
+            (SymbolKind::Medium, "fog", 4, vec![7]),
+            (SymbolKind::CoordinateSystem, "here", 4, vec![7]),
+            (SymbolKind::Object, "o", 5, vec![8, 8]),
+        ];
+        assert_eq!(
+            found,
+            expected.map(|(kind, name, definition, uses)| (kind, name.into(), definition, uses))
+        );
+    }
+
+    #[test]
+    fn a_use_belongs_to_the_definition_in_scope() {
+        let define = "MakeNamedMaterial \"m\" \"string type\" \"matte\"";
+        let world = format!(
+            "{define}\nAttributeBegin {define}\nNamedMaterial \"m\" AttributeEnd\nNamedMaterial \"m\"
+            NamedMaterial \"n\" NamedMaterial \"n\" WorldEnd"
+        );
+        let found = symbols(&[("a.pbrt", &format!("{HEAD}{world}"))]);
+        let material = |name: &str, line, uses| (SymbolKind::Material, name.to_owned(), line, uses);
+        let expected = [material("m", 2, vec![5]), material("m", 3, vec![4]), material("n", 0, vec![6, 6])];
+        assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_file_included_twice_is_one_symbol() {
+        let scene = format!("{HEAD}Include \"b.pbrt\"\nInclude \"b.pbrt\"\nInclude \"gone.pbrt\"\nWorldEnd");
+        let files = [("a.pbrt", &scene[..]), ("b.pbrt", "Shape \"sphere\"")];
+        let include = |name: &str, line, uses| (SymbolKind::Include, name.to_owned(), line, uses);
+        assert_eq!(symbols(&files), [include("b.pbrt", 1, vec![2, 3]), include("gone.pbrt", 0, vec![4])]);
+        let loaded = loaded(&files);
+        assert_eq!(loaded.symbols[0].definition.map(|start| start.file.0), Some(1));
+    }
+}

@@ -183,6 +183,9 @@ pub struct Check {
     /// Show errors only
     #[arg(short, long)]
     pub quiet: bool,
+    /// Read only the headers of meshes, and no pictures
+    #[arg(long)]
+    pub fast: bool,
     #[command(flatten)]
     pub memory: Memory,
     #[command(flatten)]

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use lookat_scene::Overrides;
+use lookat_scene::{Loaded, Overrides};
 use serde::Serialize;
 
 use crate::args::Check;
@@ -13,12 +13,18 @@ use crate::source::load_scene;
 struct JsonResult<'a> {
     scene: String,
     diagnostics: Vec<JsonDiagnostic<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unread: Option<usize>,
 }
 
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
-    let overrides =
-        Overrides { accept_part: true, max_memory: arguments.memory.limit(), ..Overrides::default() };
+    let overrides = Overrides {
+        accept_part: true,
+        fast: arguments.fast,
+        max_memory: arguments.memory.limit(),
+        ..Overrides::default()
+    };
     let (mut status, mut lost) = (0, false);
     for path in &arguments.files {
         let loaded = load_scene(path, &overrides, arguments.report);
@@ -27,13 +33,27 @@ pub fn check(arguments: &Check) -> ExitCode {
         }
         if arguments.report.json {
             let scene = path.display().to_string();
-            lost |= crate::print_json(&JsonResult { scene, diagnostics: report::json(&loaded) }).is_err();
+            let unread = arguments.fast.then_some(loaded.unread);
+            let result = JsonResult { scene, diagnostics: report::json(&loaded), unread };
+            lost |= crate::print_json(&result).is_err();
         } else {
             report::print(&loaded, arguments.quiet);
-            if loaded.diagnostics.is_empty() && !arguments.quiet {
-                crate::say(&format!("{}: fine", loaded.sources.files[0].path.display()));
+            let remarks = if arguments.quiet { Vec::new() } else { remarks(&loaded) };
+            if !remarks.is_empty() {
+                crate::say(&format!("{}: {}", loaded.sources.files[0].path.display(), remarks.join("; ")));
             }
         }
     }
     ExitCode::from(if lost { crate::lost() } else { status })
+}
+
+/// What to say about a scene after its diagnostics.
+fn remarks(loaded: &Loaded) -> Vec<String> {
+    let fine = loaded.diagnostics.is_empty().then(|| "fine".to_owned());
+    let skipped = match loaded.unread {
+        0 => None,
+        1 => Some("--fast skipped the contents of 1 mesh or picture".to_owned()),
+        count => Some(format!("--fast skipped the contents of {count} meshes or pictures")),
+    };
+    fine.into_iter().chain(skipped).collect()
 }
