@@ -12,7 +12,9 @@ fn the_page_has_the_tables_of_the_schema() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/supported.md");
     let page = std::fs::read_to_string(&file).unwrap();
     let mut made = page.clone();
-    let mut directives: Vec<&str> = kinds().map(|kind| kind.directive).collect();
+    // The types and parameters of MakeNamedMaterial are those of Material.
+    let kinds = kinds().filter(|kind| kind.directive != "MakeNamedMaterial");
+    let mut directives: Vec<&str> = kinds.map(|kind| kind.directive).collect();
     directives.dedup();
     assert!(directives.len() >= 10, "{directives:?}");
     for directive in directives {

@@ -57,3 +57,30 @@ fn unknown_names_get_the_nearest() {
         assert!(run.status == 2 && run.out.is_empty() && run.err.contains(advice), "{}", run.err);
     }
 }
+
+#[test]
+fn words_of_other_programs_lead_to_parameters() {
+    let lens = explain(&["Camera", "perspective", "aperture"]).out;
+    assert!(
+        lens.starts_with("\"aperture\" is \"lensradius\" in pbrt: lensradius is half the diameter"),
+        "{lens}"
+    );
+    assert!(
+        lens.contains("  \"float lensradius\", default 0") && lens.contains("elsewhere: aperture"),
+        "{lens}"
+    );
+    let albedo = explain(&["MakeNamedMaterial", "matte", "albedo"]).out;
+    assert!(albedo.starts_with("\"albedo\" is \"Kd\" in pbrt\n  \"rgb Kd\""), "{albedo}");
+    let size = explain(&["Film", "image", "resolution"]);
+    assert!(
+        size.status == 2 && size.err.contains("has no parameter \"resolution\": write \"integer xres"),
+        "{}",
+        size.err
+    );
+}
+
+#[test]
+fn what_is_not_rendered_is_explained_too() {
+    assert!(explain(&["Accelerator", "bvh"]).out.contains("\"string splitmethod\", default \"sah\""));
+    assert!(explain(&["MakeNamedMedium"]).out.contains("not supported: lookat renders empty space"));
+}

@@ -26,6 +26,7 @@
 //! A scene guarantees to the renderer: indices are in range, transformations are invertible, lengths are positive
 //! where they must be, and all numbers are finite, except an unlimited `max_sample_luminance`.
 
+mod accelerator;
 mod advice;
 mod angle;
 mod camera;
@@ -43,6 +44,7 @@ mod light;
 mod load;
 mod loaded;
 mod material;
+mod medium;
 mod memory;
 mod mesh;
 mod mesh_file;

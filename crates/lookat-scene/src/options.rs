@@ -1,8 +1,9 @@
 //! The directives before `WorldBegin`. They are resolved together, because `Camera` needs the `Film` and either may
 //! come first.
 
-use lookat_syntax::{Entity, EntityKind, Severity, Span, Spanned, Text};
+use lookat_syntax::{Entity, EntityKind, Span, Spanned, Text};
 
+use crate::accelerator;
 use crate::camera::{self, Camera};
 use crate::facts::Facts;
 use crate::files::Files;
@@ -92,7 +93,9 @@ impl Options {
         let passes_boundaries = integrator::passes_boundaries(params.kind());
         let substituted = Some(params.kind_text()).filter(|kind| integrator::is_substituted(&kind.value));
         let integrator = integrator::integrator(params);
-        accelerator(self.accelerator, files, report);
+        if let Some(given) = self.accelerator {
+            accelerator::accelerator(&mut Params::new("Accelerator", given.entity, files, report));
+        }
         let (given, world_from_camera) = match self.camera {
             Some((given, world_from_camera)) => (Some(given), world_from_camera),
             None => (None, Transform::IDENTITY),
@@ -118,15 +121,6 @@ impl Options {
             (EntityKind::Integrator, self.integrator.is_some()),
         ];
         given.into_iter().filter(|(_, is_given)| !is_given).map(|(kind, _)| kind).collect()
-    }
-}
-
-/// lookat has one accelerator, so a wrong name is only a warning.
-fn accelerator(given: Option<Given>, files: &Files, report: &mut Report) {
-    let Some(given) = given else { return };
-    let params = &mut Params::new("Accelerator", given.entity, files, report);
-    if !["bvh", "kdtree"].contains(&params.kind()) {
-        params.say_unknown_kind(&["bvh", "kdtree"], Severity::Warning);
     }
 }
 

@@ -3,17 +3,22 @@
 mod key;
 mod needed;
 mod range;
+mod synonyms;
 #[cfg(test)]
 mod tests;
 mod value;
 
 use lookat_syntax::ParamType;
 
-use crate::{camera, film, filter, integrator, light, material, sampler, shape, texture};
+use crate::{
+    accelerator, camera, film, filter, integrator, light, material, medium, sampler, shape, texture,
+};
 
 pub(crate) use key::{Described, Key};
 pub(crate) use needed::Needed;
 pub(crate) use range::Range;
+pub(crate) use synonyms::type_synonym;
+pub use synonyms::{Synonym, parameter_synonyms};
 pub(crate) use value::{
     Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,
     Pairs, Textured, Triples, Value,
@@ -57,7 +62,11 @@ impl Kind {
 
     /// The parameters, in the order of the documentation.
     pub fn parameters(&self) -> impl Iterator<Item = Parameter> {
-        self.keys.iter().flat_map(|keys| keys.iter()).map(|key| key.parameter())
+        let keys = self.keys.iter().flat_map(|keys| keys.iter());
+        keys.map(|key| key.parameter()).map(|parameter| Parameter {
+            synonyms: synonyms::words_for(self.directive, self.name, parameter.name),
+            ..parameter
+        })
     }
 }
 
@@ -82,6 +91,8 @@ pub struct Parameter {
     pub meaning: &'static str,
     /// What lookat does with it.
     pub effect: Effect,
+    /// Words of other programs for it, in lower case and without `_` and `-`.
+    pub synonyms: Vec<&'static str>,
 }
 
 /// The number of values of a parameter.
@@ -129,9 +140,21 @@ impl Unit {
 /// Every type, by directive.
 pub fn kinds() -> impl Iterator<Item = &'static Kind> {
     let options = [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS];
-    let world = [shape::KINDS, material::KINDS, light::KINDS, light::AREA_KINDS, texture::KINDS];
-    options.into_iter().chain(world).flatten()
+    let surfaces = [accelerator::KINDS, shape::KINDS, material::KINDS, NAMED_MATERIALS];
+    let others = [light::KINDS, light::AREA_KINDS, texture::KINDS, medium::KINDS];
+    options.into_iter().chain(surfaces).chain(others).flatten()
 }
+
+/// The types of materials with a name, which a parameter of MakeNamedMaterial gives.
+const NAMED_MATERIALS: &[Kind] = &{
+    let mut kinds = [material::KINDS[0]; material::KINDS.len()];
+    let mut index = 0;
+    while index < kinds.len() {
+        kinds[index] = Kind { directive: "MakeNamedMaterial", ..material::KINDS[index] };
+        index += 1;
+    }
+    kinds
+};
 
 /// The names of types, as a scene writes them.
 pub(crate) fn names(kinds: &[Kind]) -> Vec<&'static str> {

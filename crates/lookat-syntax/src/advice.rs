@@ -1,7 +1,7 @@
 //! Help for grammar mistakes that are more than a misspelling.
 
 use crate::Directive;
-use crate::synonyms::directive_synonym;
+use crate::synonyms::directive_advice;
 use crate::token::{Input, is_unseen};
 
 /// Directives that pbrt-v4 added.
@@ -14,10 +14,7 @@ pub(crate) fn advice(word: Input) -> Option<String> {
         Some(code) => Some(format!(
             "pbrt does not treat the character U+{code:04X} as white space: replace it by a space, or delete it"
         )),
-        None => directive_synonym(&text)
-            .map(|synonym| synonym.advice)
-            .or_else(|| foreign(word))
-            .map(str::to_owned),
+        None => directive_advice(&text).or_else(|| foreign(word)).map(str::to_owned),
     }
 }
 

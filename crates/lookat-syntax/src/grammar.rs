@@ -4,11 +4,12 @@
 use nom::bytes::complete::take_while1;
 
 use crate::advice::{V4_DIRECTIVES, advice, quoted_after, surplus};
+use crate::synonyms::directive_advice;
 use crate::token::{Fault, Input, Parsing, blank, found, is_blank, number, quoted, shown, word};
 use crate::words::{ends_list, is_declaration, is_keyword, unclosed};
 use crate::{
     ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, Text,
-    directive_synonym, nearest,
+    nearest,
 };
 
 /// The result of [`parse`].
@@ -318,7 +319,7 @@ impl<'a> Reader<'a> {
         if self.unknown > MAX_UNKNOWN {
             return fault.help("further unknown directives are not reported; is this a pbrt-v3 scene?");
         }
-        if directive_synonym(&name).is_none()
+        if directive_advice(&name).is_none()
             && let Some(known) = nearest(&name, Directive::KEYWORDS)
         {
             return fault.help(format!("did you mean `{known}`?")).replace_with(known);

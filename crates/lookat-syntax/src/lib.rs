@@ -37,5 +37,4 @@ pub use grammar::{Parsed, number_bytes, parse, parse_within};
 pub use nearest::{begun, nearest, same_digits};
 pub use param::{Param, ParamType, Values};
 pub use span::{FileId, Span, Spanned, Text};
-pub use synonyms::{Synonym, directive_synonym, parameter_synonyms, type_synonym};
 pub use token::{shown, value_span};

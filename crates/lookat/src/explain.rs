@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use lookat_scene::schema::{Count, Effect, Kind, Parameter, REQUIRED, kinds};
+use lookat_scene::schema::{Count, Effect, Kind, Parameter, REQUIRED, Synonym, kinds, parameter_synonyms};
 use lookat_scene::syntax::nearest;
 use serde_json::{Value, json};
 
@@ -26,13 +26,10 @@ fn run(arguments: &Explain) -> Result<(), String> {
         check(&found, &format!("{directive} has no type"), name, names)?;
     }
     if let ([kind], Some(name)) = (&found[..], &arguments.parameter) {
-        let mut parameters: Vec<Parameter> = kind.parameters().collect();
-        let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
-        parameters.retain(|parameter| parameter.name == name);
-        check(&parameters, &format!("{} has no parameter", title(kind)), name, names)?;
+        let (parameter, remark) = find(kind, name)?;
         return match arguments.json {
-            true => crate::print_json(&as_json(&parameters[0])),
-            false => crate::print(&paragraph(&parameters[0])),
+            true => crate::print_json(&as_json(&parameter)),
+            false => crate::print(&format!("{remark}{}", paragraph(&parameter))),
         };
     }
     if arguments.json {
@@ -42,6 +39,26 @@ fn run(arguments: &Explain) -> Result<(), String> {
         [kind] => whole(kind),
         _ => overview(&found),
     })
+}
+
+/// A parameter by its name, or by a word of other programs and then with a line about that word.
+fn find(kind: &Kind, name: &str) -> Result<(Parameter, String), String> {
+    let mut parameters: Vec<Parameter> = kind.parameters().collect();
+    let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
+    let lacks = format!("{} has no parameter", title(kind));
+    let is_known = |synonym: &Synonym| synonym.name.is_empty() || names.contains(&synonym.name);
+    let synonym = parameter_synonyms(kind.directive, kind.name, name).find(is_known);
+    let (wanted, remark) = match synonym.filter(|_| !names.contains(&name)) {
+        None => (name, String::new()),
+        Some(Synonym { name: "", advice, .. }) => return Err(format!("{lacks} \"{name}\": {advice}")),
+        Some(Synonym { name: own, advice: "", .. }) => (own, format!("\"{name}\" is \"{own}\" in pbrt\n")),
+        Some(Synonym { name: own, advice, .. }) => {
+            (own, format!("\"{name}\" is \"{own}\" in pbrt: {advice}\n"))
+        }
+    };
+    parameters.retain(|parameter| parameter.name == wanted);
+    check(&parameters, &lacks, name, names)?;
+    Ok((parameters.swap_remove(0), remark))
 }
 
 /// Fails if nothing is found, and suggests a known name. `lacks` is the beginning of the message.
@@ -112,7 +129,11 @@ fn paragraph(parameter: &Parameter) -> String {
         "" => String::new(),
         words => format!("; {words}"),
     };
-    format!("  {text}\n      {meaning}{effect}\n")
+    let synonyms = match &parameter.synonyms[..] {
+        [] => String::new(),
+        words => format!("      elsewhere: {}\n", words.join(", ")),
+    };
+    format!("  {text}\n      {meaning}{effect}\n{synonyms}")
 }
 
 fn kind_as_json(kind: &Kind) -> Value {
@@ -148,5 +169,6 @@ fn as_json(parameter: &Parameter) -> Value {
         "unit": (!parameter.unit.name().is_empty()).then_some(parameter.unit.name()),
         "meaning": parameter.meaning,
         "effect": effect,
+        "synonyms": parameter.synonyms,
     })
 }

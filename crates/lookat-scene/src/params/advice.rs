@@ -1,13 +1,13 @@
 //! Messages about wrong parameters and types.
 
 use lookat_syntax::{
-    Diagnostic, Param, ParamType, Severity, Synonym, Text, Values, begun, nearest, parameter_synonyms,
-    same_digits, shown, type_synonym,
+    Diagnostic, Param, ParamType, Severity, Text, Values, begun, nearest, same_digits, shown,
 };
 
 use super::other_versions::is_of_v4;
 use super::{Params, class};
 use crate::names::Names;
+use crate::schema::{Synonym, parameter_synonyms, type_synonym};
 use crate::symbols::SymbolKind;
 
 impl Params<'_> {

@@ -138,6 +138,7 @@ impl<T: DefaultValue> Described for Key<T> {
             unit: self.unit,
             meaning: self.meaning,
             effect: self.effect,
+            synonyms: Vec::new(),
         }
     }
 }

@@ -46,7 +46,10 @@ fn construct(kind: &Kind, params: &mut TextureParams) {
             }
             drop(shape::shape(params, here));
         }
-        "Material" => drop(material::material(params, &Names::new(SymbolKind::Material))),
+        "Accelerator" | "MakeNamedMedium" => {}
+        "Material" | "MakeNamedMaterial" => {
+            drop(material::material(params, &Names::new(SymbolKind::Material)))
+        }
         "LightSource" => drop(light::light(params, here, pictures)),
         "AreaLightSource" => drop(light::emission(params)),
         "Texture" => {
