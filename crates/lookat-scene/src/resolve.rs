@@ -1,6 +1,7 @@
 //! The interpreter: each directive changes the state, as in api.cpp of pbrt-v3, or adds to the scene.
 
 mod block;
+mod object;
 mod transformation;
 mod world;
 
