@@ -6,7 +6,7 @@ use lookat_syntax::{Diagnostic, ParamType};
 use crate::Transform;
 use crate::cutout::CUTOUT;
 use crate::params::{FileParam, Params};
-use crate::schema::{Effect, Integers, Key, Kind, Name, Pairs, Triples, Unit};
+use crate::schema::{Effect, Floats, Integers, Key, Kind, Name, Pairs, Triples, Unit};
 use crate::transform::LARGEST;
 
 /// Triangles with shared vertices. Arrays other than `positions` and `indices` are empty if the mesh has no such
@@ -192,9 +192,13 @@ fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
     let keys = [&UV, &ST];
     let pairs = keys.map(|key| Some((key.name, params.take(key)?)));
     // A name that also has pairs is reported like any name given with two types.
-    let floats = keys.map(
-        |Key { name, .. }| if params.was_taken(name) { None } else { Some((*name, params.floats(name)?)) },
-    );
+    let floats = keys.map(|Key { name, meaning, .. }| {
+        if params.was_taken(name) {
+            None
+        } else {
+            Some((*name, params.take(&Key::new(name, ParamType::Float, Floats, meaning))?))
+        }
+    });
     let mut given = pairs.iter().flatten().map(|it| it.0).chain(floats.iter().flatten().map(|it| it.0));
     let name = given.next().unwrap_or("uv");
     if let Some(other) = given.next() {

@@ -6,9 +6,12 @@ use std::collections::HashSet;
 mod advice;
 mod files;
 mod other_versions;
+mod take;
+mod textures;
 mod values;
 
 pub(crate) use files::FileParam;
+pub(crate) use textures::{TextureParams, Textures};
 
 use lookat_image::{Charge, MemoryBudget};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
@@ -98,7 +101,7 @@ impl<'a> Params<'a> {
     }
 
     /// Registers a parameter name with a type.
-    pub fn ask(&mut self, name: &'static str, ty: ParamType) {
+    fn ask(&mut self, name: &'static str, ty: ParamType) {
         if !self.asked.contains(&(name, ty)) {
             self.asked.push((name, ty));
         }

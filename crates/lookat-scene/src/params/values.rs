@@ -35,32 +35,32 @@ impl Params<'_> {
         None
     }
 
-    pub fn float(&mut self, name: &'static str, default: f64) -> f64 {
+    pub(super) fn float(&mut self, name: &'static str, default: f64) -> f64 {
         self.float_if_given(name).unwrap_or(default)
     }
 
-    pub fn float_if_given(&mut self, name: &'static str) -> Option<f64> {
+    pub(super) fn float_if_given(&mut self, name: &'static str) -> Option<f64> {
         match self.take_one(name, &[ParamType::Float]).map(|p| p.values.value) {
             Some(Values::Numbers(values)) => Some(values[0]),
             _ => None,
         }
     }
 
-    pub fn integer(&mut self, name: &'static str, default: i32) -> i32 {
+    pub(super) fn integer(&mut self, name: &'static str, default: i32) -> i32 {
         match self.take_one(name, &[ParamType::Integer]).map(|p| p.values.value) {
             Some(Values::Integers(values)) => values[0],
             _ => default,
         }
     }
 
-    pub fn bool(&mut self, name: &'static str, default: bool) -> bool {
+    pub(super) fn bool(&mut self, name: &'static str, default: bool) -> bool {
         match self.take_one(name, &[ParamType::Bool]).map(|p| p.values.value) {
             Some(Values::Bools(values)) => values[0],
             _ => default,
         }
     }
 
-    pub fn string(&mut self, name: &'static str) -> Option<Text> {
+    pub(super) fn string(&mut self, name: &'static str) -> Option<Text> {
         match self.take_one(name, &[ParamType::String]).map(|p| p.values.value) {
             Some(Values::Strings(mut values)) => values.pop(),
             _ => None,
@@ -68,7 +68,7 @@ impl Params<'_> {
     }
 
     /// One point or direction.
-    pub fn triple(&mut self, name: &'static str, ty: ParamType, default: [f64; 3]) -> DVec3 {
+    pub(super) fn triple(&mut self, name: &'static str, ty: ParamType, default: [f64; 3]) -> DVec3 {
         match self.take_one(name, &[ty]).map(|p| p.values.value) {
             Some(Values::Triples(values)) => values[0].into(),
             _ => default.into(),
@@ -76,7 +76,7 @@ impl Params<'_> {
     }
 
     /// A string from a closed list. The first is the default, which also replaces an unknown string, as in pbrt-v3.
-    pub fn choice<'k>(&mut self, name: &'static str, known: &[&'k str]) -> &'k str {
+    pub(super) fn choice<'k>(&mut self, name: &'static str, known: &[&'k str]) -> &'k str {
         let Some(given) = self.string(name) else { return known[0] };
         if let Some(found) = known.iter().find(|known| **known == given.value) {
             return found;
@@ -92,28 +92,28 @@ impl Params<'_> {
         }
     }
 
-    pub fn floats(&mut self, name: &'static str) -> Option<Vec<f64>> {
+    pub(super) fn floats(&mut self, name: &'static str) -> Option<Vec<f64>> {
         match self.take_of(name, &[ParamType::Float]).map(|p| p.values.value) {
             Some(Values::Numbers(values)) => Some(values),
             _ => None,
         }
     }
 
-    pub fn integers(&mut self, name: &'static str) -> Option<Vec<i32>> {
+    pub(super) fn integers(&mut self, name: &'static str) -> Option<Vec<i32>> {
         match self.take_of(name, &[ParamType::Integer]).map(|p| p.values.value) {
             Some(Values::Integers(values)) => Some(values),
             _ => None,
         }
     }
 
-    pub fn triples(&mut self, name: &'static str, ty: ParamType) -> Option<Vec<[f64; 3]>> {
+    pub(super) fn triples(&mut self, name: &'static str, ty: ParamType) -> Option<Vec<[f64; 3]>> {
         match self.take_of(name, &[ty]).map(|p| p.values.value) {
             Some(Values::Triples(values)) => Some(values),
             _ => None,
         }
     }
 
-    pub fn pairs(&mut self, name: &'static str) -> Option<Vec<[f64; 2]>> {
+    pub(super) fn pairs(&mut self, name: &'static str) -> Option<Vec<[f64; 2]>> {
         match self.take_of(name, &[ParamType::Point2]).map(|p| p.values.value) {
             Some(Values::Pairs(values)) => Some(values),
             _ => None,
@@ -121,7 +121,7 @@ impl Params<'_> {
     }
 
     /// A color: `rgb`, `xyz`, `blackbody` or `spectrum`.
-    pub fn spectrum(&mut self, name: &'static str, default: Vec3) -> Vec3 {
+    pub(super) fn spectrum(&mut self, name: &'static str, default: Vec3) -> Vec3 {
         let Some(param) = self.take_one(name, SPECTRUM_TYPES) else { return default };
         let color = color::from_param(&param, self.files, self.report);
         if let (Values::Pairs(pairs), Ok(color)) = (&param.values.value, &color) {
@@ -151,7 +151,7 @@ impl Params<'_> {
     }
 
     /// An angle in degrees.
-    pub fn angle(&mut self, name: &'static str, default: f64) -> f64 {
+    pub(super) fn angle(&mut self, name: &'static str, default: f64) -> f64 {
         let given = self.float(name, default);
         if let Some((severity, message, help)) = angle::doubt(name, given) {
             self.remark(severity, name, &message, &help);
@@ -171,7 +171,7 @@ impl Params<'_> {
     }
 
     /// The texture name of a parameter of type texture.
-    pub fn texture(&mut self, name: &'static str) -> Option<Text> {
+    pub(super) fn texture(&mut self, name: &'static str) -> Option<Text> {
         match self.take_one(name, &[ParamType::Texture]).map(|p| p.values.value) {
             Some(Values::Strings(mut values)) => values.pop(),
             _ => None,

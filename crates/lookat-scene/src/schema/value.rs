@@ -1,10 +1,9 @@
-//! The types of a parameter's value: how to take it, and the words for its default.
+//! The types of a parameter's value, and the words for its default.
 
-use glam::{DVec3, Vec3};
-use lookat_syntax::Text;
+use glam::Vec3;
 
 use super::range::number;
-use super::{Count, Key, Range, Unit};
+use super::{Count, Key, Range};
 use crate::params::Params;
 use crate::texture::{Texture, TextureParams};
 
@@ -44,45 +43,15 @@ impl DefaultValue for f64 {
     }
 }
 
-impl Value for f64 {
-    type Taken = f64;
-
-    /// An angle that looks like radians gets a message.
-    fn take(key: &Key<f64>, params: &mut Params) -> f64 {
-        let value = match key.unit {
-            Unit::Degrees => params.angle(key.name, key.default),
-            _ => params.float(key.name, key.default),
-        };
-        if params.check_within(key, value) { value } else { key.default }
-    }
-}
-
 impl DefaultValue for i32 {
     fn words(self) -> String {
         self.to_string()
     }
 }
 
-impl Value for i32 {
-    type Taken = i32;
-
-    fn take(key: &Key<i32>, params: &mut Params) -> i32 {
-        let value = params.integer(key.name, key.default);
-        if params.check_within(key, value) { value } else { key.default }
-    }
-}
-
 impl DefaultValue for bool {
     fn words(self) -> String {
         self.to_string()
-    }
-}
-
-impl Value for bool {
-    type Taken = bool;
-
-    fn take(key: &Key<bool>, params: &mut Params) -> bool {
-        params.bool(key.name, key.default)
     }
 }
 
@@ -98,26 +67,10 @@ impl DefaultValue for &'static [&'static str] {
     }
 }
 
-impl Value for &'static [&'static str] {
-    type Taken = &'static str;
-
-    fn take(key: &Key<Self>, params: &mut Params) -> &'static str {
-        params.choice(key.name, key.default)
-    }
-}
-
 /// A point or a direction.
 impl DefaultValue for [f64; 3] {
     fn words(self) -> String {
         self.map(number).join(" ")
-    }
-}
-
-impl Value for [f64; 3] {
-    type Taken = DVec3;
-
-    fn take(key: &Key<Self>, params: &mut Params) -> DVec3 {
-        params.triple(key.name, key.ty, key.default)
     }
 }
 
@@ -128,14 +81,6 @@ pub(crate) struct Color(pub f32);
 impl DefaultValue for Color {
     fn words(self) -> String {
         self.0.to_string()
-    }
-}
-
-impl Value for Color {
-    type Taken = Vec3;
-
-    fn take(key: &Key<Self>, params: &mut Params) -> Vec3 {
-        params.spectrum(key.name, Vec3::splat(key.default.0))
     }
 }
 
@@ -220,22 +165,9 @@ impl DefaultValue for Edges {
     }
 }
 
-impl Value for Edges {
-    type Taken = Option<[f64; 4]>;
-
-    fn take(key: &Key<Edges>, params: &mut Params) -> Option<[f64; 4]> {
-        let edges: Result<[f64; 4], Vec<f64>> = params.floats(key.name)?.try_into();
-        if let Err(other) = &edges {
-            let message = format!("{} takes 4 values, not {}", key.name, other.len());
-            params.reject(key.name, message, Some("write the edges as xmin xmax ymin ymax"));
-        }
-        edges.ok()
-    }
-}
-
 /// Values without a default: the constructor gets `None`.
 macro_rules! optional {
-    ($($(#[$doc:meta])* $name:ident: $taken:ty, $count:expr, $take:ident $($field:ident)?;)*) => {$(
+    ($($(#[$doc:meta])* $name:ident, $count:expr;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy)]
         pub(crate) struct $name;
@@ -247,28 +179,20 @@ macro_rules! optional {
                 "none".into()
             }
         }
-
-        impl Value for $name {
-            type Taken = Option<$taken>;
-
-            fn take(key: &Key<Self>, params: &mut Params) -> Option<$taken> {
-                params.$take(key.name $(, key.$field)?)
-            }
-        }
     )*};
 }
 
 optional! {
     /// A number, if given.
-    Given: f64, Count::One, float_if_given;
+    Given, Count::One;
     /// A string, if given.
-    Name: Text, Count::One, string;
+    Name, Count::One;
     /// A list of numbers, if given.
-    Floats: Vec<f64>, Count::List, floats;
+    Floats, Count::List;
     /// A list of whole numbers, if given.
-    Integers: Vec<i32>, Count::List, integers;
+    Integers, Count::List;
     /// A list of points in a plane, if given.
-    Pairs: Vec<[f64; 2]>, Count::List, pairs;
+    Pairs, Count::List;
     /// A list of points, directions or normals, if given.
-    Triples: Vec<[f64; 3]>, Count::List, triples ty;
+    Triples, Count::List;
 }

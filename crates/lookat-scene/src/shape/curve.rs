@@ -125,7 +125,8 @@ fn widths(params: &mut Params) -> [f64; 2] {
 
 fn split_depth(params: &mut Params) -> u32 {
     // Old files use a float.
-    let default = params.float(SPLIT_DEPTH.name, SPLIT_DEPTH.default.into()) as i32;
+    let Key { name, default, meaning, .. } = SPLIT_DEPTH;
+    let default = params.take(&Key::float(name, default.into(), meaning)) as i32;
     let depth = params.take(&Key { default, ..SPLIT_DEPTH });
     depth.clamp(0, MOST_SPLITS) as u32
 }

@@ -96,7 +96,7 @@ impl Parameter for f64 {
     const TYPE: &'static str = "float";
 
     fn value(params: &mut Params, key: &Key<Color>) -> f64 {
-        params.float(key.name, key.default.0.into())
+        params.take(&Key::float(key.name, key.default.0.into(), key.meaning))
     }
 
     fn texture(params: &mut TextureParams, key: &Key<ColorTexture>) -> Texture<f64> {

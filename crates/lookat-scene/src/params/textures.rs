@@ -5,11 +5,11 @@ use std::ops::{Deref, DerefMut};
 use glam::Vec3;
 use lookat_syntax::ParamType;
 
-use super::Texture;
+use super::Params;
 use crate::names::Names;
-use crate::params::Params;
 use crate::schema::{Key, Textured};
 use crate::symbols::SymbolKind;
+use crate::texture::Texture;
 
 /// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
 pub(crate) struct Textures {
