@@ -47,6 +47,8 @@ fn tables(directive: &str) -> String {
     let mut rows: Vec<(Parameter, Vec<&Kind>)> = Vec::new();
     for kind in &kinds {
         for parameter in kind.parameters() {
+            // `lookat explain` shows them.
+            let parameter = Parameter { synonyms: Vec::new(), ..parameter };
             match rows.iter_mut().find(|(known, _)| *known == parameter) {
                 Some((_, types)) => types.push(kind),
                 None => rows.push((parameter, vec![kind])),
