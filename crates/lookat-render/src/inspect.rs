@@ -115,7 +115,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     let (choice, draws, depth) = integration(&view.integrator, lights, materials.specular > 0);
     let asks_materials = !matches!(view.integrator, Integrator::AmbientOcclusion { .. });
     Inspection {
-        film_bytes: film_bytes(&view.film, &Settings::default()),
+        film_bytes: film_bytes(view, &Settings::default()),
         has_lens: view.camera.lens.is_some(),
         has_filter_table: FilterSampler::new(&view.filter).has_tables(),
         world: elements(&traceable.world),

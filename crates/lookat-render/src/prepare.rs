@@ -8,9 +8,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use lookat_scene::{Camera, Light, Primitive, Scene, Shape, View, World};
+use lookat_scene::{Camera, Integrator, Light, Primitive, Scene, Shape, View, World};
 
 use crate::camera::CameraRays;
+use crate::film::Scale;
 use crate::light::LightTable;
 use origin::Lattice;
 pub(crate) use traceable::{Group, Other, Traceable};
@@ -65,6 +66,17 @@ impl Prepared {
         CameraRays::new(&view.camera, &view.film, self.traceable.origin)
     }
 
+    /// The scale of the samples of a view.
+    pub(crate) fn scale(&self, view: &View) -> Scale {
+        Scale::new(match view.integrator {
+            // A share of directions.
+            Integrator::AmbientOcclusion { .. } => 1.0,
+            Integrator::Path { .. } | Integrator::DirectLighting { .. } => {
+                brightness(&self.world, self.lattice.small)
+            }
+        })
+    }
+
     /// The world.
     pub fn world(&self) -> &Arc<World> {
         &self.world
@@ -75,6 +87,25 @@ fn relative_to(world: &Arc<World>, origin: DVec3) -> (Traceable, LightTable) {
     let traceable = Traceable::new(world, origin);
     let lights = LightTable::new(world, &traceable);
     (traceable, lights)
+}
+
+/// The brightness that light may have in a world whose smaller shapes have this size: of what emits, and of what is as close to
+/// a light without extent as these are large. 1 in a world without light.
+fn brightness(world: &World, small: f64) -> f64 {
+    let close = if small > 0.0 { small * small } else { 1.0 };
+    let of_light = |light: &Light| match light {
+        Light::Point { intensity, .. }
+        | Light::Spot { intensity, .. }
+        | Light::Goniometric { intensity, .. }
+        | Light::Projection { intensity, .. } => intensity.as_dvec3() / close,
+        Light::Distant { radiance, .. } | Light::Infinite { radiance, .. } => radiance.as_dvec3(),
+        Light::Environment { map, scale, .. } => (*scale * map.mean()).as_dvec3(),
+    };
+    let emitted = world.shapes().filter_map(|primitive| primitive.emission);
+    let lights =
+        world.lights.iter().map(of_light).chain(emitted.map(|emission| emission.radiance.as_dvec3()));
+    let brightest = lights.map(|light| light.abs().max_element()).fold(0.0, f64::max);
+    if brightest > 0.0 && brightest.is_finite() { brightest } else { 1.0 }
 }
 
 /// About the most bytes that preparing a world takes: trees while they are built, and tables of lights. By measurement.
@@ -135,7 +166,7 @@ mod tests {
             scene.view.camera.world_from_camera =
                 Transform::look_at(eye, DVec3::ZERO, DVec3::Y).unwrap().inverse();
             let settings = Settings { seed: number, ..Settings::default() };
-            let progress = |_| ControlFlow::Continue(());
+            let progress = |_: crate::Progress| ControlFlow::Continue(());
             let seen = prepared.render(&scene.view, &settings, &progress);
             let alone = render(&scene, &settings, &progress);
             assert_eq!(seen.image.rgb(), alone.image.rgb(), "{number}");

@@ -2,9 +2,10 @@
 
 mod adaptive;
 mod control;
+mod fixed;
 mod forecast;
 mod lanes;
-mod passes;
+mod rounds;
 mod sample;
 mod stop;
 mod target;
@@ -13,18 +14,22 @@ use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use lookat_image::{Image, PixelError};
-use lookat_scene::{Film, Integrator, Scene, View};
+use lookat_image::Image;
+use lookat_scene::{Integrator, Scene, View};
 
 use crate::arithmetic::Precision;
-use crate::film::{Pixel, Spread, Tile, develop};
+use crate::film::{Film, pixel_bytes};
+use crate::filter::FilterSampler;
 use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
 use crate::prepare::Prepared;
 use crate::sampler::SampleStream;
 use crate::threads::{self, threads};
+use adaptive::Adaptive;
 use control::Control;
+use fixed::Fixed;
 pub use forecast::TimeLeft;
 use sample::Context;
+use target::Target;
 
 /// How to render, apart from what the scene says.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -74,8 +79,8 @@ pub struct TargetError {
 pub const DARK: f64 = 0.05;
 
 /// How far a rendering is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Progress {
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'f> {
     /// Camera samples done.
     pub done: u64,
     /// Camera samples in all; with a target error what is guessed so far, with a time the most.
@@ -85,6 +90,15 @@ pub struct Progress {
     pub left: Option<[u64; 2]>,
     /// Pixels that have reached the target error so far, after whole rounds; 0 without one.
     pub pixels_done: u64,
+    film: &'f Film<'f>,
+}
+
+impl Progress<'_> {
+    /// The picture so far, without error layers: linear RGB, with the film's crop window as data window. Pixels without
+    /// samples are black.
+    pub fn snapshot(&self) -> Image {
+        self.film.develop(false)
+    }
 }
 
 /// What [`render`] gives.
@@ -132,7 +146,7 @@ pub struct Reached {
 }
 
 /// Pixels with a target error take so many bytes more, about, until they are done.
-const TARGET_BYTES: usize = 300;
+const TARGET_BYTES: usize = 370;
 
 /// Pixels take so many bytes more while samples go where the noise is: squares, variances, sums of neighbors, and sample
 /// counts; and then for each of up to 16 threads the levels of a class.
@@ -141,16 +155,14 @@ const LEVEL_BYTES: usize = 8;
 
 /// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become. Writing the picture
 /// as EXR copies it, but the sums are gone then, which take more.
-pub fn film_bytes(film: &Film, settings: &Settings) -> u64 {
-    let errors = match (settings.target_error, settings.error_layers) {
-        (Some(_), _) => TARGET_BYTES,
-        (None, true) => size_of::<Spread>() + 3 * size_of::<PixelError>(),
-        (None, false) if settings.adaptive => {
-            ADAPTIVE_BYTES + LEVEL_BYTES * settings.threads.max(threads()).min(16)
-        }
-        (None, false) => 0,
+pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
+    let has_lobes = FilterSampler::new(&view.filter).weight() != 1.0;
+    let policy = match settings.target_error {
+        Some(_) => TARGET_BYTES,
+        None if settings.adaptive => ADAPTIVE_BYTES + LEVEL_BYTES * settings.threads.max(threads()).min(16),
+        None => 0,
     };
-    film.crop.area() * (size_of::<Pixel>() + size_of::<[f32; 3]>() + errors) as u64
+    view.film.crop.area() * (pixel_bytes(has_lobes, settings.error_layers) + policy) as u64
 }
 
 /// Renders a scene. `progress` is called from any thread every now and then; when it breaks, the rendering ends soon and
@@ -160,14 +172,20 @@ pub fn render(
     settings: &Settings,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Rendered {
-    let control = Control::new(progress, settings.time);
+    let deadline = settings.deadline();
     on_threads(settings, || {
         let started = Instant::now();
         let mut prepared = Prepared::new(scene);
         let preparation = started.elapsed();
         prepared.traceable.precision = settings.precision;
-        Rendered { preparation, ..run(&prepared, &scene.view, settings, &control) }
+        Rendered { preparation, ..run(&prepared, &scene.view, settings, deadline, progress) }
     })
+}
+
+impl Settings {
+    fn deadline(&self) -> Option<Instant> {
+        self.time.and_then(|time| Instant::now().checked_add(time))
+    }
 }
 
 impl Prepared {
@@ -179,11 +197,11 @@ impl Prepared {
         settings: &Settings,
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Rendered {
-        let control = Control::new(progress, settings.time);
+        let deadline = settings.deadline();
         on_threads(settings, || {
             let preparation = self.look(&view.camera);
             self.traceable.precision = settings.precision;
-            Rendered { preparation, ..run(self, view, settings, &control) }
+            Rendered { preparation, ..run(self, view, settings, deadline, progress) }
         })
     }
 }
@@ -197,34 +215,45 @@ fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R
     }
 }
 
-fn run(prepared: &Prepared, view: &View, settings: &Settings, control: &Control) -> Rendered {
+fn run(
+    prepared: &Prepared,
+    view: &View,
+    settings: &Settings,
+    deadline: Option<Instant>,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Rendered {
+    let filter = FilterSampler::new(&view.filter);
+    let has_spreads = settings.target_error.is_some() || fixed::has_spreads(settings);
+    let film = Film::new(&view.film, &filter, prepared.scale(view), has_spreads);
+    let control = Control::new(progress, deadline, &film);
+    let all = (&filter, &film, &control);
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
     match view.integrator {
         Integrator::DirectLighting { strategy, max_depth } => {
-            render_tiles(prepared, view, settings, control, |tracer, first, stream| {
+            sample(prepared, view, settings, all, |tracer, first, stream| {
                 direct::li(tracer, first, stream, strategy, max_depth)
             })
         }
         Integrator::Path { max_depth, roulette_threshold, light_choice } => {
             let path = path::Settings { max_depth, roulette_threshold, light_choice };
-            render_tiles(prepared, view, settings, control, |tracer, first, stream| {
+            sample(prepared, view, settings, all, |tracer, first, stream| {
                 path::li(tracer, first, stream, &path)
             })
         }
         Integrator::AmbientOcclusion { cosine, samples } => {
-            render_tiles(prepared, view, settings, control, |tracer, first, stream| {
+            sample(prepared, view, settings, all, |tracer, first, stream| {
                 ambient::li(tracer, first, stream, cosine, samples)
             })
         }
     }
 }
 
-/// Samples all tiles, in the way that the settings ask for, and develops them.
-fn render_tiles<F>(
+/// Samples the film, in the way that the settings ask for, and develops it.
+fn sample<F>(
     prepared: &Prepared,
     view: &View,
     settings: &Settings,
-    control: &Control,
+    all: (&FilterSampler, &Film, &Control),
     li: F,
 ) -> Rendered
 where
@@ -232,17 +261,26 @@ where
 {
     let is_open = settings.target_error.is_some() || settings.time.is_some();
     let nominal = if is_open { target::FIRST } else { view.sampler.samples_per_pixel };
-    let context = Context::new(prepared, view, nominal, control, li);
-    let (tiles, target) = match &settings.target_error {
-        Some(target) => {
-            let (tiles, reached) = target::render(&context, settings, target);
-            (tiles, Some(reached))
+    let context = Context::new(prepared, view, nominal, all, li);
+    let (film, control, seed) = (context.film, context.control, settings.seed);
+    let target = match &settings.target_error {
+        Some(error) => {
+            let mut target = Target::new(settings, error);
+            let parts = rounds::render(&context, seed, &mut target);
+            Some(target.reached(film, &parts))
         }
-        None if settings.adaptive => (adaptive::render(&context, settings), None),
-        None => (passes::render(&context, settings), None),
+        None if settings.adaptive => {
+            rounds::render(&context, seed, &mut Adaptive::new(view, settings));
+            None
+        }
+        None => {
+            rounds::render(&context, seed, &mut Fixed::new(view, settings));
+            None
+        }
     };
-    let image = develop(&tiles, &view.film, context.filter.weight());
-    let counts = || tiles.iter().flat_map(|tile: &Tile| tile.pixels.iter().map(|pixel| pixel.count()));
+    let image = film.develop(settings.error_layers);
+    let tiles = film.lock();
+    let counts = || tiles.iter().flat_map(|tile| tile.pixels().map(|pixel| pixel.all.count));
     let statistics = Statistics {
         samples: counts().map(u64::from).sum(),
         rays: control.rays(),
@@ -256,5 +294,47 @@ where
         statistics,
         preparation: Duration::ZERO,
         complete: !control.is_interrupted() || statistics.samples == control.total(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::testing::scene;
+
+    /// From any thread, at any time; the last one is the picture.
+    #[test]
+    fn snapshots_grow_into_the_picture() {
+        let scene = scene(
+            r#"Film "image" "integer xresolution" 40 "integer yresolution" 30 PixelFilter "mitchell"
+            Camera "perspective" Sampler "sobol" "integer pixelsamples" 64 Integrator "path" WorldBegin
+            LightSource "infinite" Translate 0 0 3 Shape "sphere" WorldEnd"#,
+        );
+        let plain = Settings { seed: 1, ..Settings::default() };
+        let target = Some(TargetError { relative: 0.1, confidence: 0.9 });
+        for settings in [
+            plain,
+            Settings { error_layers: true, ..plain },
+            Settings { adaptive: true, ..plain },
+            Settings { target_error: target, ..plain },
+        ] {
+            let snapshots = Mutex::new(Vec::new());
+            let rendered = render(&scene, &settings, &|progress: Progress| {
+                let share = progress.done as f64 / progress.total.max(1) as f64;
+                snapshots.lock().unwrap().push((share, progress.snapshot().rgb().unwrap()));
+                ControlFlow::Continue(())
+            });
+            let picture = rendered.image.rgb().unwrap();
+            let snapshots = snapshots.into_inner().unwrap();
+            let error = |snapshot: &Vec<[f32; 3]>| -> f32 {
+                snapshot.iter().zip(&picture).map(|(a, b)| (a[0] - b[0]).abs()).sum::<f32>() / 1200.0
+            };
+            assert!(snapshots.len() > 8, "{settings:?}");
+            let first = snapshots.iter().map(|(_, snapshot)| error(snapshot)).fold(0.0, f32::max);
+            let last = snapshots.iter().map(|(_, snapshot)| error(snapshot)).fold(f32::INFINITY, f32::min);
+            assert!(first > 0.3 && last < 0.05, "{settings:?}: {first} {last}");
+        }
     }
 }

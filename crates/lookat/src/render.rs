@@ -215,7 +215,7 @@ fn picture(
 
 /// Charges the memory to render the scene. Fails if there is not enough.
 pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) -> Result<Charge, String> {
-    let (film, rest) = (film_bytes(&scene.view.film, settings), preparation_bytes(&scene.world));
+    let (film, rest) = (film_bytes(&scene.view, settings), preparation_bytes(&scene.world));
     let refused = |shortage| {
         let ([film, rest], shortage) = ([film, rest].map(byte_words), way_out(shortage));
         format!(

@@ -14,6 +14,8 @@ use crate::triangle::corners;
 pub(super) struct Lattice {
     /// A power of two, or 0 for a world without extent.
     cell: f64,
+    /// The size of the smaller shapes, or 0.
+    pub small: f64,
 }
 
 /// The side of a cell in sizes of shapes.
@@ -43,7 +45,7 @@ impl Lattice {
         let small = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(at, f64::total_cmp).1 };
         let side = (CELL * small).min(WORLDS * (high - low).max_element());
         let is_normal = side.is_normal() && side > 0.0;
-        Lattice { cell: if is_normal { side.log2().floor().exp2() } else { 0.0 } }
+        Lattice { cell: if is_normal { side.log2().floor().exp2() } else { 0.0 }, small }
     }
 
     /// The origin for an eye: the nearest place of the lattice, or the eye itself where the lattice is too fine for it.
@@ -150,7 +152,7 @@ mod tests {
         assert_eq!(lattice.origin(origin + 3.9), origin);
         // Where there is nothing, or it is too small for the eye, coordinates are relative to the eye.
         for cell in [0.0, 1e-300] {
-            assert_eq!(Lattice { cell }.origin(eye * 1e20), eye * 1e20);
+            assert_eq!(Lattice { cell, small: 0.0 }.origin(eye * 1e20), eye * 1e20);
         }
         assert_eq!(Lattice::new(&World::default()).origin(eye), eye);
     }

@@ -7,17 +7,14 @@
 
 mod allotment;
 
-use glam::Vec3;
-use lookat_scene::PixelBounds;
-use rayon::prelude::*;
+use lookat_scene::{PixelBounds, View};
 
 use super::Settings;
-use super::control::Meter;
-use super::passes::doubled;
-use super::sample::{Context, Job, Pattern, Samples};
-use crate::film::{Pixel, Tile, indices, places, tiles};
-use crate::integrator::{FirstHit, Tracer};
-use crate::sampler::SampleStream;
+use super::control::Control;
+use super::fixed::{doubled, sampler};
+use super::rounds::Policy;
+use super::sample::{Job, Pattern};
+use crate::film::{Film, Tile, indices, places};
 use allotment::{LEAST, allotted};
 
 /// Samples of every pixel, at least, before their noise is asked for.
@@ -25,38 +22,67 @@ const FEWEST: u32 = 4;
 /// Samples of every pixel before their noise is asked for, where it is not known how many there will be.
 const FIRST: u32 = 16;
 
-/// A tile, and for each of its pixels the sum of the squared lengths of its samples.
-struct Part {
-    tile: Tile,
-    squares: Vec<f64>,
+/// The scene's samples per pixel, or the most where there is a time, as their mean.
+pub(super) struct Adaptive {
+    crop: PixelBounds,
+    pattern: Pattern,
+    passes: std::vec::IntoIter<Pass>,
+    /// The variance of the samples of each pixel, row by row, once it is asked for.
+    variances: Option<Vec<f64>>,
+    /// How many samples each pixel is to have, row by row; none before the first pass.
+    goals: Vec<u32>,
 }
 
-/// Renders all pixels, with the scene's samples per pixel, or the most where there is a time, as their mean.
-pub(super) fn render<F>(context: &Context<F>, settings: &Settings) -> Vec<Tile>
-where
-    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
-{
-    let crop = context.view.film.crop;
-    let sampler = super::passes::sampler(context.view, settings);
-    let pattern = Pattern { sampler, seed: settings.seed, is_watched: true };
-    let mut parts: Vec<Part> = tiles(crop, false).into_iter().map(Part::new).collect();
-    context.control.expect(crop.area() * u64::from(sampler.samples_per_pixel));
-    let mut variances = None;
-    // How many samples each pixel is to have, row by row.
-    let mut goals = vec![0; crop.area() as usize];
-    for Pass { mean, is_alike } in passes(sampler.samples_per_pixel, settings.time.is_some()) {
-        if is_alike {
-            goals.fill(mean);
-        } else {
-            let variances = variances.get_or_insert_with(|| variances_of(&parts, crop));
-            goals = allotted(variances, crop.width() as usize, &goals, mean);
-        }
-        parts.par_iter_mut().for_each(|part| part.sample(context, &pattern, &goals));
-        if context.control.is_stopped() {
-            break;
+impl Adaptive {
+    pub fn new(view: &View, settings: &Settings) -> Adaptive {
+        let sampler = sampler(view, settings);
+        let passes: Vec<Pass> = passes(sampler.samples_per_pixel, settings.time.is_some()).collect();
+        Adaptive {
+            crop: view.film.crop,
+            pattern: Pattern { sampler, seed: settings.seed, is_watched: true },
+            passes: passes.into_iter(),
+            variances: None,
+            goals: Vec::new(),
         }
     }
-    parts.into_iter().map(|part| part.tile).collect()
+}
+
+impl Policy for Adaptive {
+    /// For each pixel the sum of the squared lengths of its samples.
+    type State = Vec<f64>;
+
+    fn begin(&self, tile: &Tile) -> Vec<f64> {
+        vec![0.0; tile.bounds.area() as usize]
+    }
+
+    fn next(&mut self, film: &Film, states: &mut [Vec<f64>], control: &Control) -> bool {
+        let crop = self.crop;
+        if self.goals.is_empty() {
+            control.expect(crop.area() * u64::from(self.pattern.sampler.samples_per_pixel));
+            self.goals = vec![0; crop.area() as usize];
+        }
+        let Some(Pass { mean, is_alike }) = self.passes.next() else { return false };
+        if is_alike {
+            self.goals.fill(mean);
+        } else {
+            let variances = self.variances.get_or_insert_with(|| variances(film, states));
+            self.goals = allotted(variances, crop.width() as usize, &self.goals, mean);
+        }
+        true
+    }
+
+    fn jobs(&self, tile: &Tile, _squares: &mut Vec<f64>) -> Vec<Job> {
+        let goals = indices(tile.bounds, self.crop).map(|at| self.goals[at]);
+        let job = |(at, (place, goal))| Job::new(self.pattern, place, tile.count(at)..goal);
+        places(tile.bounds).zip(goals).enumerate().map(job).collect()
+    }
+
+    fn add(&self, jobs: &[Job], _film: &Film, tile: &mut Tile, squares: &mut Vec<f64>) {
+        for (at, (Job { samples, .. }, squares)) in jobs.iter().zip(squares).enumerate() {
+            tile.add(at, &samples.pixel);
+            *squares += samples.squares;
+        }
+    }
 }
 
 /// The samples per pixel on average after a pass over the picture, and whether all pixels have as many.
@@ -80,47 +106,14 @@ fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
 }
 
 /// The variance of the samples of each pixel, row by row.
-fn variances_of(parts: &[Part], picture: PixelBounds) -> Vec<f64> {
-    let mut variances = vec![0.0; picture.area() as usize];
-    for part in parts {
-        let pixels = part.tile.pixels.iter().zip(&part.squares);
-        for (at, (pixel, squares)) in indices(part.tile.bounds, picture).zip(pixels) {
-            variances[at] = pixel.variance(*squares);
+fn variances(film: &Film, states: &[Vec<f64>]) -> Vec<f64> {
+    let mut variances = vec![0.0; film.crop().area() as usize];
+    for (tile, squares) in film.lock().iter().zip(states) {
+        for ((at, pixel), squares) in indices(tile.bounds, film.crop()).zip(tile.pixels()).zip(squares) {
+            variances[at] = pixel.variance(*squares, film.scale);
         }
     }
     variances
-}
-
-impl Part {
-    fn new(tile: Tile) -> Part {
-        let area = tile.pixels.len();
-        Part { tile, squares: vec![0.0; area] }
-    }
-
-    /// Brings all pixels to their goals.
-    fn sample<F>(&mut self, context: &Context<F>, pattern: &Pattern, goals: &[u32])
-    where
-        F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
-    {
-        let (mut tracer, mut meter) = (context.tracer(), Meter::new(context.control));
-        let Tile { bounds, pixels, .. } = &mut self.tile;
-        let goals = indices(*bounds, context.view.film.crop).map(|at| goals[at]);
-        let job = |((place, pixel), goal): (([u32; 2], &Pixel), u32)| Job {
-            pattern: *pattern,
-            place,
-            indices: pixel.count()..goal,
-            samples: Samples::after(*pixel),
-        };
-        let mut jobs: Vec<Job> = places(*bounds).zip(&*pixels).zip(goals).map(job).collect();
-        if !context.control.is_stopped() {
-            context.sample_all(&mut tracer, &mut meter, &mut jobs);
-        }
-        for ((pixel, squares), Job { samples, .. }) in pixels.iter_mut().zip(&mut self.squares).zip(&jobs) {
-            *pixel = samples.sum;
-            *squares += samples.squares;
-        }
-        context.control.add(tracer.rays, jobs.iter().map(|job| job.samples.rejected).sum());
-    }
 }
 
 #[cfg(test)]

@@ -3,13 +3,15 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::Progress;
+use crate::film::Film;
 
 /// The state that all threads of a rendering share.
 pub(super) struct Control<'p> {
     progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    film: &'p Film<'p>,
     /// `None` without a time limit, and for a time limit beyond the range of the clock.
     deadline: Option<Instant>,
     stopped: AtomicBool,
@@ -24,14 +26,16 @@ pub(super) struct Control<'p> {
 }
 
 impl<'p> Control<'p> {
-    /// A rendering that begins now and stops after `time`, if given.
+    /// A rendering of a film that stops at the deadline, if there is one.
     pub fn new(
         progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
-        time: Option<Duration>,
+        deadline: Option<Instant>,
+        film: &'p Film<'p>,
     ) -> Control<'p> {
         Control {
             progress,
-            deadline: time.and_then(|time| Instant::now().checked_add(time)),
+            film,
+            deadline,
             stopped: AtomicBool::new(false),
             interrupted: AtomicBool::new(false),
             done: AtomicU64::new(0),
@@ -59,10 +63,11 @@ impl<'p> Control<'p> {
         self.pixels_done.store(pixels, Ordering::Relaxed);
     }
 
-    fn progress(&self, done: u64) -> Progress {
+    fn progress(&self, done: u64) -> Progress<'_> {
         let bounds = *self.bounds.lock().unwrap_or_else(PoisonError::into_inner);
         let left = bounds.map(|bounds| bounds.map(|total| total.saturating_sub(done)));
-        Progress { done, total: self.total(), left, pixels_done: self.pixels_done.load(Ordering::Relaxed) }
+        let pixels_done = self.pixels_done.load(Ordering::Relaxed);
+        Progress { done, total: self.total(), left, pixels_done, film: self.film }
     }
 
     /// Counts finished samples, then checks the deadline and calls the progress callback.

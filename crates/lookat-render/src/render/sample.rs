@@ -8,7 +8,7 @@ use lookat_scene::{Sampler, View};
 
 use super::control::{Control, Meter};
 use crate::camera::{CameraRay, CameraRays};
-use crate::film::{Pixel, limited};
+use crate::film::{Film, Pixel};
 use crate::filter::FilterSampler;
 use crate::integrator::lanes::Lanes;
 use crate::integrator::{FirstHit, Tracer};
@@ -18,10 +18,10 @@ use crate::trace::BUNDLE;
 
 /// What every sample needs.
 pub(super) struct Context<'a, F> {
-    pub prepared: &'a Prepared,
-    pub view: &'a View,
+    prepared: &'a Prepared,
+    pub film: &'a Film<'a>,
     pub control: &'a Control<'a>,
-    pub filter: FilterSampler,
+    pub(super) filter: &'a FilterSampler,
     pub(super) camera: CameraRays,
     /// The distance of samples on the film, in pixels.
     pub(super) spacing: f64,
@@ -36,16 +36,16 @@ impl<'a, F> Context<'a, F> {
     /// samples of a pixel have one mean.
     pub fn new(
         prepared: &'a Prepared,
-        view: &'a View,
+        view: &View,
         nominal_samples: u32,
-        control: &'a Control<'a>,
+        (filter, film, control): (&'a FilterSampler, &'a Film<'a>, &'a Control<'a>),
         li: F,
     ) -> Self {
         Context {
             prepared,
-            view,
+            film,
             control,
-            filter: FilterSampler::new(&view.filter),
+            filter,
             camera: prepared.camera(view),
             spacing: f64::from(nominal_samples).sqrt().recip(),
             li,
@@ -74,27 +74,26 @@ pub(super) struct Job {
     pub place: [u32; 2],
     /// Which of the pattern.
     pub indices: Range<u32>,
-    /// What there was before, and what has been added.
+    /// What has become of them.
     pub samples: Samples,
 }
 
+impl Job {
+    pub fn new(pattern: Pattern, place: [u32; 2], indices: Range<u32>) -> Job {
+        Job { pattern, place, indices, samples: Samples::default() }
+    }
+}
+
 /// What samples have shown.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Samples {
-    pub sum: Pixel,
+    pub pixel: Pixel,
     /// Only of patterns that are watched.
     pub seen: Seen,
-    /// The sum of their squared lengths, those before left out; likewise.
+    /// The sum of their squared lengths; likewise.
     pub squares: f64,
     /// How many were infinite or not a number.
     pub rejected: u64,
-}
-
-impl Samples {
-    /// To be added to those of a pixel so far.
-    pub fn after(sum: Pixel) -> Samples {
-        Samples { sum, seen: Seen::NOTHING, squares: 0.0, rejected: 0 }
-    }
 }
 
 /// Bounds of samples.
@@ -102,6 +101,12 @@ impl Samples {
 pub(super) struct Seen {
     pub least: Vec3,
     pub most: Vec3,
+}
+
+impl Default for Seen {
+    fn default() -> Self {
+        Seen::NOTHING
+    }
 }
 
 impl Seen {
@@ -206,8 +211,8 @@ where
             samples.rejected += 1;
             radiance = Vec3::ZERO;
         }
-        let radiance = limited(radiance, &self.view.film);
-        samples.sum.add(radiance, negative);
+        let radiance = self.film.limited(radiance);
+        samples.pixel.add(radiance, negative, self.film.scale);
         if pattern.is_watched {
             samples.squares += radiance.as_dvec3().length_squared();
             samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });

@@ -190,7 +190,8 @@ mod tests {
             let hit = plain.nearest(&Ray::new(plain.eye() + o, away.normalize())).unwrap();
             assert!((hit.t - away.length()).abs() < 1e-14);
             let stretched = stretch() * away;
-            let hit = instance.nearest(&Ray::new(instance.eye() + stretch() * o, stretched.normalize())).unwrap();
+            let hit =
+                instance.nearest(&Ray::new(instance.eye() + stretch() * o, stretched.normalize())).unwrap();
             assert!((hit.t - stretched.length()).abs() < 1e-14);
             let ray = [(place.center + o).to_array(), away.to_array()];
             for (name, formula) in DOUBLE {

@@ -9,6 +9,8 @@ use lookat_image::{MipMap, Wrap};
 use lookat_scene::{Integrator, Light, Scene};
 
 use super::*;
+use crate::Progress;
+use crate::film::Film;
 use crate::lanes::level;
 use crate::prepare::Prepared;
 use crate::render::control::Control;
@@ -19,8 +21,10 @@ use crate::trace::lanes::MOST;
 /// What some pixels of a scene get, and the number of rays: one by one, or side by side on a processor of some level.
 fn pixels(scene: &Scene, level: Option<Level>) -> (Vec<String>, u64) {
     let prepared = Prepared::new(scene);
-    let progress = |_| ControlFlow::Continue(());
-    let control = Control::new(&progress, None);
+    let progress = |_: Progress| ControlFlow::Continue(());
+    let filter = FilterSampler::new(&scene.view.filter);
+    let film = Film::new(&scene.view.film, &filter, prepared.scale(&scene.view), false);
+    let control = Control::new(&progress, None, &film);
     let li = |tracer: &mut Tracer, first: &FirstHit, stream: &mut SampleStream| match scene.view.integrator {
         Integrator::DirectLighting { strategy, max_depth } => {
             direct::li(tracer, first, stream, strategy, max_depth)
@@ -31,7 +35,7 @@ fn pixels(scene: &Scene, level: Option<Level>) -> (Vec<String>, u64) {
         }
         Integrator::AmbientOcclusion { .. } => panic!(),
     };
-    let mut context = Context::new(&prepared, &scene.view, 16, &control, li);
+    let mut context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control), li);
     match (&mut context.lanes, level) {
         (Some(lanes), Some(level)) => lanes.level = level,
         (lanes, _) => {
@@ -45,7 +49,7 @@ fn pixels(scene: &Scene, level: Option<Level>) -> (Vec<String>, u64) {
         place: [at % 8 * 4, at / 8 * 4],
         // All, none, or from the middle on.
         indices: at % 8 * 4..scene.view.sampler.samples_per_pixel,
-        samples: Samples::after(Default::default()),
+        samples: Samples::default(),
     };
     let mut jobs: Vec<Job> = (0..48).map(job).collect();
     context.sample_all(&mut tracer, &mut meter, &mut jobs);

@@ -1,0 +1,335 @@
+//! Exact sums of samples: in fixed point, so that partial sums give the same bits in any order.
+
+use std::array::from_fn;
+use std::ops::AddAssign;
+
+use glam::{DVec3, Vec3};
+
+/// The unit of fixed-point sums. A sample is exact if it is brighter than 2^-42 of the scene's brightness, and counts as at
+/// most 2^31 times as bright as that. 2^30 such samples are no overflow.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scale {
+    /// A power of two, as are the others.
+    brightness: f64,
+    per_unit: f64,
+}
+
+/// Bits after the point of a sample, in units of the brightness: 31 before it, 30 for the count, and a sign.
+const FRACTION: i32 = 126 - 31 - 30;
+/// The brightest sample, in units of the brightness.
+const MOST: f64 = (1_u64 << 31) as f64;
+/// Bits after the point of a square. Larger squares than 2^37 are all alike.
+const SQUARE_FRACTION: i32 = 90;
+
+impl Scale {
+    /// For samples of about this brightness: more than 0 and finite.
+    pub fn new(brightness: f64) -> Scale {
+        // Powers of two between which no product below leaves `f64`.
+        let brightness = brightness.log2().round().clamp(-400.0, 400.0).exp2();
+        Scale { brightness, per_unit: 2_f64.powi(FRACTION) / brightness }
+    }
+
+    #[inline(always)]
+    fn fixed(self, x: f32) -> i128 {
+        // Two halves that `i64` holds: a conversion to `i128` is slow.
+        const HALF: f64 = (1_u64 << 48) as f64;
+        let most = MOST * self.brightness;
+        let units = f64::from(x).clamp(-most, most) * self.per_unit;
+        let high = (units * (1.0 / HALF)) as i64;
+        let low = (units - high as f64 * HALF) as i64;
+        (i128::from(high) << 48) + i128::from(low)
+    }
+
+    fn value(self, fixed: i128) -> f64 {
+        fixed as f64 / self.per_unit
+    }
+
+    /// A product of two radiances.
+    fn fixed_square(self, x: f64) -> i128 {
+        (x / self.brightness / self.brightness * 2_f64.powi(SQUARE_FRACTION)) as i128
+    }
+
+    fn square(self, fixed: i128) -> f64 {
+        fixed as f64 * 2_f64.powi(-SQUARE_FRACTION) * self.brightness * self.brightness
+    }
+}
+
+/// The sum of samples, and their number.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Sum {
+    radiance: [i128; 3],
+    pub count: u32,
+}
+
+impl Sum {
+    /// Adds a sample.
+    #[inline(always)]
+    pub fn add(&mut self, radiance: Vec3, scale: Scale) {
+        for (sum, x) in self.radiance.iter_mut().zip(radiance.to_array()) {
+            *sum += scale.fixed(x);
+        }
+        self.count += 1;
+    }
+
+    pub fn radiance(&self, scale: Scale) -> DVec3 {
+        self.radiance.map(|sum| scale.value(sum)).into()
+    }
+}
+
+impl AddAssign for Sum {
+    fn add_assign(&mut self, other: Self) {
+        self.radiance.iter_mut().zip(other.radiance).for_each(|(sum, x)| *sum += x);
+        self.count += other.count;
+    }
+}
+
+/// The samples of a pixel: all, and those where the filter is negative among them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Pixel {
+    pub all: Sum,
+    pub negative: Sum,
+}
+
+impl Pixel {
+    /// Adds a sample.
+    #[inline(always)]
+    pub fn add(&mut self, radiance: Vec3, is_negative: bool, scale: Scale) {
+        self.all.add(radiance, scale);
+        if is_negative {
+            self.negative.add(radiance, scale);
+        }
+    }
+
+    /// The sum of the samples, those where the filter is negative subtracted.
+    pub fn signed(&self, scale: Scale) -> DVec3 {
+        self.all.radiance(scale) - 2.0 * self.negative.radiance(scale)
+    }
+
+    /// The number of samples, likewise.
+    pub fn signs(&self) -> f64 {
+        f64::from(self.all.count) - 2.0 * f64::from(self.negative.count)
+    }
+
+    /// The filtered value. `weight` is the integral of the filter's absolute value over its integral.
+    ///
+    /// The plain estimate is `weight * signed / count`. For a filter that is partly negative it is noisy even where the
+    /// picture is flat; so the noise of the weights alone, which is known, is taken out of it, scaled by the mean. Where
+    /// the filter is nowhere negative the mean is left.
+    pub fn value(&self, weight: f64, scale: Scale) -> DVec3 {
+        if self.all.count == 0 {
+            return DVec3::ZERO;
+        }
+        let count = f64::from(self.all.count);
+        let mean_weight = weight * self.signs() / count;
+        self.signed(scale) * (weight / count) - self.all.radiance(scale) / count * (mean_weight - 1.0)
+    }
+
+    /// The variance of the samples, added up over the channels; `squares` is the sum of their squared lengths. 0 where there
+    /// are less than two.
+    pub fn variance(&self, squares: f64, scale: Scale) -> f64 {
+        if self.all.count < 2 {
+            return 0.0;
+        }
+        let count = f64::from(self.all.count);
+        // Rounding may leave less than nothing.
+        ((squares - self.all.radiance(scale).length_squared() / count) / (count - 1.0)).max(0.0)
+    }
+}
+
+impl AddAssign for Pixel {
+    fn add_assign(&mut self, other: Self) {
+        self.all += other.all;
+        self.negative += other.negative;
+    }
+}
+
+/// How far the replicates of a pixel lie apart: independent estimates of its value, of nearly equal numbers of samples.
+/// Sums over replicates r of the signed sum S, the signed count Z and the count n of their samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Spread {
+    /// S S / n, S Z / n and Z Z / n.
+    squares: [i128; 3],
+    products: [i128; 3],
+    signs: i128,
+    pub replicates: u32,
+}
+
+impl Spread {
+    /// Adds a replicate of `count` samples, with their signed sum and their signed count.
+    pub fn add(&mut self, signed: DVec3, signs: f64, count: u32, scale: Scale) {
+        let count = f64::from(count);
+        let channels = signed.to_array();
+        let square = |x: f64| scale.fixed_square(x * x / count);
+        self.merge(&Spread {
+            squares: channels.map(square),
+            products: channels.map(|x| scale.fixed_square(x * scale.brightness * signs / count)),
+            signs: ((signs * signs / count) * 2_f64.powi(SIGN_FRACTION)) as i128,
+            replicates: 1,
+        });
+    }
+
+    /// Adds other replicates of the pixel.
+    pub fn merge(&mut self, other: &Spread) {
+        let add = |sums: &mut [i128; 3], more: [i128; 3]| {
+            *sums = from_fn(|channel| sums[channel].saturating_add(more[channel]));
+        };
+        add(&mut self.squares, other.squares);
+        add(&mut self.products, other.products);
+        self.signs += other.signs;
+        self.replicates += other.replicates;
+    }
+
+    /// The standard error of [`Pixel::value`] of all replicates together; infinite for less than two.
+    ///
+    /// That value is not linear in the replicates where the filter is partly negative. This is the error of its tangent where
+    /// the mean of the weights is 1, as it is expected to be (the delta method): S - M Z times the weight, with the mean M of
+    /// all samples.
+    pub fn standard_error(&self, pixel: &Pixel, weight: f64, scale: Scale) -> Vec3 {
+        if self.replicates < 2 {
+            return Vec3::INFINITY;
+        }
+        let count = f64::from(pixel.all.count);
+        let (mean, signed) = (pixel.all.radiance(scale) / count, pixel.signed(scale));
+        let signs = self.signs as f64 * 2_f64.powi(-SIGN_FRACTION);
+        let error = |channel: usize| {
+            let mean = mean[channel];
+            let product = scale.square(self.products[channel]) / scale.brightness;
+            let squares = scale.square(self.squares[channel]) - 2.0 * mean * product + mean * mean * signs;
+            let left = signed[channel] - mean * pixel.signs();
+            // Rounding may leave less than nothing.
+            let variance =
+                (squares - left * left / count).max(0.0) / (f64::from(self.replicates - 1) * count);
+            (weight * variance.sqrt()) as f32
+        };
+        let errors = Vec3::from_array(from_fn(error));
+        // What is too large for a number is not known.
+        Vec3::select(errors.is_finite_mask(), errors, Vec3::INFINITY)
+    }
+}
+
+/// Bits after the point of a sum of signs: at most 2^30 before it.
+const SIGN_FRACTION: i32 = 64;
+
+#[cfg(test)]
+mod tests {
+    use rand::seq::SliceRandom;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    use super::*;
+
+    const SCALE: fn() -> Scale = || Scale::new(1.0);
+
+    #[test]
+    fn sums_are_exact() {
+        for brightness in [1e-30, 1.0, 3e20] {
+            let scale = Scale::new(brightness);
+            let unit = scale.brightness as f32;
+            let mut sum = Sum::default();
+            // Of these, `f64` loses the small ones.
+            let samples = [1e-9, 1.0, 1e9, -1.0, -1e9].map(|x| x * unit);
+            samples.iter().for_each(|x| sum.add(Vec3::splat(*x), scale));
+            assert_eq!(sum.radiance(scale), DVec3::splat(f64::from(samples[0])), "{brightness}");
+        }
+    }
+
+    #[test]
+    fn the_brightest_samples_do_not_overflow() {
+        let scale = Scale::new(1.0);
+        let (most, mut sum) = (scale.fixed(f32::MAX), Sum::default());
+        assert!(most.checked_mul(1 << 30).is_some());
+        sum.add(Vec3::splat(f32::MAX), scale);
+        assert_eq!(sum.radiance(scale), DVec3::splat(MOST));
+    }
+
+    fn pixels(random: &mut Pcg64Mcg, count: usize) -> Vec<Pixel> {
+        let mut pixel = || {
+            let mut pixel = Pixel::default();
+            for _ in 0..4 {
+                // Over 12 powers of ten, as fireflies and shadows are.
+                let radiance = Vec3::splat(10_f32.powf(random.random::<f32>() * 12.0 - 6.0));
+                pixel.add(radiance, random.random::<f64>() < 0.2, SCALE());
+            }
+            pixel
+        };
+        (0..count).map(|_| pixel()).collect()
+    }
+
+    /// Samples, and replicates with their spread: any split, merged in any order, gives the same bits.
+    #[test]
+    fn partial_sums_merge_in_any_order() {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        for _ in 0..200 {
+            let mut replicates = pixels(&mut random, 16);
+            let total = |parts: &[Pixel]| {
+                let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
+                for part in parts {
+                    pixel += *part;
+                    spread.add(part.signed(SCALE()), part.signs(), part.all.count, SCALE());
+                }
+                (pixel, spread)
+            };
+            let expected = total(&replicates);
+            replicates.shuffle(&mut random);
+            let split = random.random_range(0..=16);
+            let (mut pixel, mut spread) = total(&replicates[split..]);
+            let (first, others) = total(&replicates[..split]);
+            pixel += first;
+            spread.merge(&others);
+            assert_eq!((pixel, spread), expected);
+        }
+    }
+
+    #[test]
+    fn a_flat_picture_is_flat_under_any_filter() {
+        let mut pixel = Pixel::default();
+        for negative in [false, true, false, true, false, false, true, false] {
+            pixel.add(Vec3::splat(0.75), negative, SCALE());
+        }
+        assert!((pixel.value(1.3, SCALE()) - DVec3::splat(0.75)).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_spread_is_that_of_the_replicates() {
+        let error = |values: &[Vec3]| {
+            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
+            for value in values {
+                pixel.add(*value, false, SCALE());
+                spread.add(value.as_dvec3(), 1.0, 1, SCALE());
+            }
+            spread.standard_error(&pixel, 1.0, SCALE())
+        };
+        assert_eq!(error(&[Vec3::new(1.0, 5.0, 0.0)]), Vec3::INFINITY);
+        // The variance of 1, 2 and 6 is 7.
+        let found = error(&[Vec3::new(1.0, 5.0, 0.0), Vec3::new(2.0, 5.0, 0.0), Vec3::new(6.0, 5.0, 0.0)]);
+        assert!((found - Vec3::new((7.0_f32 / 3.0).sqrt(), 0.0, 0.0)).length() < 1e-6);
+    }
+
+    /// Under a filter with negative lobes: over many pixels of random samples, the mean squared error of the values is the
+    /// mean of the squared standard errors.
+    #[test]
+    fn the_spread_tells_the_error_under_negative_lobes() {
+        // A fifth of the samples is negative.
+        let weight = 1.0 / (0.8 - 0.2);
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let mut sums = [0.0; 2];
+        for _ in 0..20_000 {
+            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
+            for _ in 0..16 {
+                let mut replicate = Pixel::default();
+                for _ in 0..4 {
+                    let (negative, value) = (random.random::<f64>() < 0.2, random.random::<f32>());
+                    let value = Vec3::splat(3.0 + if negative { 2.0 * value } else { value });
+                    replicate.add(value, negative, SCALE());
+                }
+                spread.add(replicate.signed(SCALE()), replicate.signs(), 4, SCALE());
+                pixel += replicate;
+            }
+            // The mean is 3.5 times 0.8 minus 4 times 0.2, over 0.6.
+            sums[0] += (pixel.value(weight, SCALE()).x - 2.0 / 0.6).powi(2);
+            sums[1] += f64::from(spread.standard_error(&pixel, weight, SCALE()).x).powi(2);
+        }
+        let ratio = sums[0] / sums[1];
+        assert!((0.95..1.05).contains(&ratio), "{ratio}");
+    }
+}

@@ -1,0 +1,120 @@
+//! The same number of samples for every pixel.
+
+use std::ops::Range;
+
+use lookat_scene::{Sampler, SamplerKind, View};
+
+use super::Settings;
+use super::control::Control;
+use super::rounds::Policy;
+use super::sample::{Job, Pattern};
+use crate::film::{Film, REPLICATES, Tile, places};
+use crate::sampler::replicate_seed;
+
+/// The most samples of a pixel where nothing else limits them.
+const MOST: u32 = 1 << 30;
+
+/// Samples that are taken of every pixel before the next pass begins.
+struct Pass {
+    pattern: Pattern,
+    samples: Range<u32>,
+}
+
+/// The pattern of a picture, with as many samples as there may be.
+pub(super) fn sampler(view: &View, settings: &Settings) -> Sampler {
+    if settings.time.is_none() && !settings.adaptive {
+        return view.sampler;
+    }
+    let kind = match view.sampler.kind {
+        SamplerKind::Random => SamplerKind::Random,
+        SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } | SamplerKind::Sobol => {
+            SamplerKind::Sobol
+        }
+    };
+    let samples_per_pixel = match settings.time {
+        Some(_) => settings.max_samples.unwrap_or(MOST).clamp(1, MOST),
+        None => view.sampler.samples_per_pixel,
+    };
+    Sampler { kind, samples_per_pixel }
+}
+
+/// Error layers need replicates, and these need a number of samples.
+pub(super) fn has_spreads(settings: &Settings) -> bool {
+    settings.error_layers && settings.time.is_none()
+}
+
+/// Passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole picture. With
+/// error layers each pass is a replicate.
+pub(super) struct Fixed {
+    passes: std::vec::IntoIter<Pass>,
+    pass: Option<Pass>,
+    samples_per_pixel: u32,
+}
+
+impl Fixed {
+    pub fn new(view: &View, settings: &Settings) -> Fixed {
+        let sampler = sampler(view, settings);
+        let samples_per_pixel = sampler.samples_per_pixel;
+        Fixed { passes: passes(sampler, settings).into_iter(), pass: None, samples_per_pixel }
+    }
+}
+
+fn passes(sampler: Sampler, settings: &Settings) -> Vec<Pass> {
+    let samples = sampler.samples_per_pixel;
+    if has_spreads(settings) {
+        let count = samples.min(REPLICATES);
+        let replicate = |i: u32| {
+            // Patterns without jitter are all the same, and show no error.
+            let sampler = sampler.jittered().with_samples(samples / count + u32::from(i < samples % count));
+            let pattern = Pattern { sampler, seed: replicate_seed(settings.seed, i), is_watched: false };
+            Pass { pattern, samples: 0..sampler.samples_per_pixel }
+        };
+        return (0..count).map(replicate).collect();
+    }
+    let mut from = 0;
+    let pass = |to| {
+        let samples = from..to;
+        from = to;
+        Pass { pattern: Pattern { sampler, seed: settings.seed, is_watched: false }, samples }
+    };
+    doubled(1, samples).map(pass).collect()
+}
+
+/// `from`, twice as many, and so on, to `to`; nothing if that is less.
+pub(super) fn doubled(from: u32, to: u32) -> impl Iterator<Item = u32> {
+    let ends = std::iter::successors(Some(from), |end| end.checked_mul(2));
+    ends.take_while(move |end| *end < to).chain((from <= to).then_some(to))
+}
+
+impl Policy for Fixed {
+    type State = ();
+
+    fn begin(&self, _tile: &Tile) {}
+
+    fn next(&mut self, film: &Film, _states: &mut [()], control: &Control) -> bool {
+        if self.pass.is_none() {
+            control.expect(film.crop().area() * u64::from(self.samples_per_pixel));
+        }
+        self.pass = self.passes.next();
+        self.pass.is_some()
+    }
+
+    fn jobs(&self, tile: &Tile, _state: &mut ()) -> Vec<Job> {
+        let job = |place| self.pass.as_ref().map(|pass| Job::new(pass.pattern, place, pass.samples.clone()));
+        places(tile.bounds).filter_map(job).collect()
+    }
+
+    fn add(&self, jobs: &[Job], film: &Film, tile: &mut Tile, _state: &mut ()) {
+        for (at, Job { samples, indices, .. }) in jobs.iter().enumerate() {
+            let replicate = &samples.pixel;
+            if let Some(spread) = tile.spread_mut(at) {
+                // Half a replicate is none.
+                if replicate.all.count < indices.end {
+                    continue;
+                }
+                spread.add(replicate.signed(film.scale), replicate.signs(), replicate.all.count, film.scale);
+            }
+            tile.add(at, replicate);
+        }
+    }
+}
