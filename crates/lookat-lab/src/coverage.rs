@@ -7,7 +7,7 @@ mod rules;
 use std::ops::ControlFlow;
 
 use glam::DVec3;
-use lookat_render::{DARK, Reached, Settings, TargetError};
+use lookat_render::{DARK, Reached, Settings, Stop, TargetError};
 use lookat_scene::LUMINANCE;
 
 use crate::interval::interval_at;
@@ -40,13 +40,13 @@ pub struct Judged {
 
 /// Renders a picture to a target error, and holds each pixel against the truth.
 pub fn judge(known: &Known, target: &Target, seed: u64) -> (Vec<Judged>, Reached) {
-    let settings = Settings {
-        seed,
+    let stop = Stop::Error {
+        target: TargetError { relative: target.relative, confidence: target.confidence },
+        max_samples: target.max_samples,
+        limit: None,
         error_layers: true,
-        target_error: Some(TargetError { relative: target.relative, confidence: target.confidence }),
-        max_samples: Some(target.max_samples),
-        ..Settings::default()
     };
+    let settings = Settings { seed, stop, ..Settings::default() };
     let rendered = lookat_render::render(&known.scene, &settings, &|_| ControlFlow::Continue(()));
     let errors_of = rendered.image.errors().unwrap_or_default();
     let rgb = rendered.image.rgb().unwrap_or_default();

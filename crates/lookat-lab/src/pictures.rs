@@ -24,7 +24,11 @@ pub fn scene(name: &str, overrides: &Overrides, edit: &dyn Fn(String) -> String)
 
 /// The picture of a scene, with error layers.
 pub fn render(scene: &Scene, seed: u64) -> Image {
-    let settings = lookat_render::Settings { seed, error_layers: true, ..Default::default() };
+    let settings = lookat_render::Settings {
+        seed,
+        stop: lookat_render::Stop::Samples { error_layers: true },
+        ..Default::default()
+    };
     lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
 }
 

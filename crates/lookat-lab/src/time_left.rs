@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::time::Instant;
 
 use clap::Args;
-use lookat_render::{Settings, TargetError, TimeLeft, render};
+use lookat_render::{Settings, Stop, TargetError, TimeLeft, render};
 
 /// What to run.
 #[derive(Debug, Args)]
@@ -47,8 +47,13 @@ pub fn run(options: &Options) {
 fn row(path: &std::path::Path, relative: f64) -> [usize; 3] {
     let scene =
         lookat_scene::load(path, &|path| std::fs::read(path), &Default::default()).scene.expect("a scene");
-    let target_error = (relative > 0.0).then_some(TargetError { relative, confidence: 0.95 });
-    let settings = Settings { target_error, ..Settings::default() };
+    let target = TargetError { relative, confidence: 0.95 };
+    let (max_samples, limit) = (Stop::MOST_WITH_ERROR, None);
+    let stop = match relative > 0.0 {
+        true => Stop::Error { target, max_samples, limit, error_layers: false },
+        false => Stop::default(),
+    };
+    let settings = Settings { stop, ..Settings::default() };
     let state = Mutex::new((None::<Instant>, TimeLeft::new(), 1.0, Vec::new()));
     let rendered = render(&scene, &settings, &|progress| {
         let mut state = state.lock().expect("a lock");

@@ -70,7 +70,7 @@ pub use prepare::{Prepared, preparation_bytes};
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
 pub use render::{
-    DARK, Progress, Reached, Rendered, Settings, Statistics, TargetError, TimeLeft, film_bytes, render,
+    DARK, Progress, Reached, Rendered, Settings, Statistics, Stop, TargetError, TimeLeft, film_bytes, render,
 };
 pub use threads::{start_threads, threads};
 pub use trace::BUNDLE;

@@ -7,6 +7,7 @@ mod forecast;
 mod lanes;
 mod rounds;
 mod sample;
+mod settings;
 mod stop;
 mod target;
 
@@ -17,62 +18,19 @@ use glam::Vec3;
 use lookat_image::Image;
 use lookat_scene::{Integrator, Scene, View};
 
-use crate::arithmetic::Precision;
-use crate::film::{Film, pixel_bytes};
+use crate::film::Film;
 use crate::filter::FilterSampler;
 use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
 use crate::prepare::Prepared;
 use crate::sampler::SampleStream;
-use crate::threads::{self, threads};
+use crate::threads;
 use adaptive::Adaptive;
 use control::Control;
 use fixed::Fixed;
 pub use forecast::TimeLeft;
 use sample::Context;
+pub use settings::{Settings, Stop, TargetError, film_bytes};
 use target::Target;
-
-/// How to render, apart from what the scene says.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Settings {
-    /// Chooses the random numbers. The same scene, seed and version give the same picture. Default 0.
-    pub seed: u64,
-    /// Threads of its own, or as many of them as the system gives. 0, the default, uses those of the process: see
-    /// [`crate::start_threads`]. They do not change the picture.
-    pub threads: usize,
-    /// Whether to estimate the error of each pixel, and to give it as the layers of [`lookat_image::PixelError`].
-    /// The samples of a pixel are then split into independent replicates, each a pattern of its own, because samples of
-    /// one pattern do not tell how large its error is. Smaller patterns are noisier, so the picture is another one, and
-    /// up to a few times noisier in smooth scenes. Default false. It goes with a target error, but not with a time alone
-    /// or with `adaptive`, which leave it out.
-    pub error_layers: bool,
-    /// What intersections are computed with.
-    pub precision: Precision,
-    /// Sample each pixel until its error is so small, in place of the scene's number of samples; always by Sobol's
-    /// sequence. Pixels then depend on their neighbors, and on the mean of the picture. Default none.
-    pub target_error: Option<TargetError>,
-    /// End after so long, counted from the call of [`render`]. Without a target error, samples are taken up to then,
-    /// however many the scene asks for; Halton and stratified samples, whose number has to be known, are then replaced by
-    /// Sobol's. Such a picture is another one each time. Default none.
-    pub time: Option<Duration>,
-    /// The most samples of a pixel with a target error or a time. Default 65,536 with a target error, at least 64 there;
-    /// without one 2^30.
-    pub max_samples: Option<u32>,
-    /// Give more samples to pixels among noisy neighbors, and fewer to others, so that the mean squared error of the
-    /// picture is small; what the scene asks for, or `max_samples` with a time, is then the mean. A pixel has at least
-    /// half of it. By Sobol's sequence, unless the scene's samples are random. Default false; a target error leaves it
-    /// out.
-    pub adaptive: bool,
-}
-
-/// How exact each pixel is to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TargetError {
-    /// The error of each of red, green and blue over the luminance of the pixel, more than 0. Pixels darker than
-    /// [`DARK`] of the picture count as if they were that bright: nothing is exact relative to black.
-    pub relative: f64,
-    /// The probability with which a pixel is as exact as that, between 0 and 1.
-    pub confidence: f64,
-}
 
 /// The luminance below which errors are not judged relative to the pixel, as a share of the brightness of the picture,
 /// which is the square of the mean of the roots of its pixels' luminances.
@@ -145,26 +103,6 @@ pub struct Reached {
     pub outliers: u64,
 }
 
-/// Pixels with a target error take so many bytes more, about, until they are done.
-const TARGET_BYTES: usize = 370;
-
-/// Pixels take so many bytes more while samples go where the noise is: squares, variances, sums of neighbors, and sample
-/// counts; and then for each of up to 16 threads the levels of a class.
-const ADAPTIVE_BYTES: usize = 44;
-const LEVEL_BYTES: usize = 8;
-
-/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become. Writing the picture
-/// as EXR copies it, but the sums are gone then, which take more.
-pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
-    let has_lobes = FilterSampler::new(&view.filter).weight() != 1.0;
-    let policy = match settings.target_error {
-        Some(_) => TARGET_BYTES,
-        None if settings.adaptive => ADAPTIVE_BYTES + LEVEL_BYTES * settings.threads.max(threads()).min(16),
-        None => 0,
-    };
-    view.film.crop.area() * (pixel_bytes(has_lobes, settings.error_layers) + policy) as u64
-}
-
 /// Renders a scene. `progress` is called from any thread every now and then; when it breaks, the rendering ends soon and
 /// gives what there is: every pixel with the samples that it has so far.
 pub fn render(
@@ -172,7 +110,7 @@ pub fn render(
     settings: &Settings,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Rendered {
-    let deadline = settings.deadline();
+    let deadline = settings.stop.deadline();
     on_threads(settings, || {
         let started = Instant::now();
         let mut prepared = Prepared::new(scene);
@@ -180,12 +118,6 @@ pub fn render(
         prepared.traceable.precision = settings.precision;
         Rendered { preparation, ..run(&prepared, &scene.view, settings, deadline, progress) }
     })
-}
-
-impl Settings {
-    fn deadline(&self) -> Option<Instant> {
-        self.time.and_then(|time| Instant::now().checked_add(time))
-    }
 }
 
 impl Prepared {
@@ -197,7 +129,7 @@ impl Prepared {
         settings: &Settings,
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Rendered {
-        let deadline = settings.deadline();
+        let deadline = settings.stop.deadline();
         on_threads(settings, || {
             let preparation = self.look(&view.camera);
             self.traceable.precision = settings.precision;
@@ -223,8 +155,7 @@ fn run(
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Rendered {
     let filter = FilterSampler::new(&view.filter);
-    let has_spreads = settings.target_error.is_some() || fixed::has_spreads(settings);
-    let film = Film::new(&view.film, &filter, prepared.scale(view), has_spreads);
+    let film = Film::new(&view.film, &filter, prepared.scale(view), settings.stop.has_spreads());
     let control = Control::new(progress, deadline, &film);
     let all = (&filter, &film, &control);
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
@@ -259,26 +190,26 @@ fn sample<F>(
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
-    let is_open = settings.target_error.is_some() || settings.time.is_some();
-    let nominal = if is_open { target::FIRST } else { view.sampler.samples_per_pixel };
-    let context = Context::new(prepared, view, nominal, all, li);
-    let (film, control, seed) = (context.film, context.control, settings.seed);
-    let target = match &settings.target_error {
-        Some(error) => {
-            let mut target = Target::new(settings, error);
+    let Settings { seed, stop, .. } = *settings;
+    let context = Context::new(prepared, view, stop.nominal_samples(view), all, li);
+    let (film, control, sampler) = (context.film, context.control, stop.sampler(view));
+    let target = match stop {
+        Stop::Error { target, limit, .. } => {
+            let mut target = Target::new(sampler, seed, &target, limit.is_some());
             let parts = rounds::render(&context, seed, &mut target);
             Some(target.reached(film, &parts))
         }
-        None if settings.adaptive => {
-            rounds::render(&context, seed, &mut Adaptive::new(view, settings));
+        Stop::Adaptive | Stop::Time { adaptive: true, .. } => {
+            let is_open = matches!(stop, Stop::Time { .. });
+            rounds::render(&context, seed, &mut Adaptive::new(view.film.crop, sampler, seed, is_open));
             None
         }
-        None => {
-            rounds::render(&context, seed, &mut Fixed::new(view, settings));
+        Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => {
+            rounds::render(&context, seed, &mut Fixed::new(sampler, seed, stop.has_spreads()));
             None
         }
     };
-    let image = film.develop(settings.error_layers);
+    let image = film.develop(stop.has_error_layers());
     let tiles = film.lock();
     let counts = || tiles.iter().flat_map(|tile| tile.pixels().map(|pixel| pixel.all.count));
     let statistics = Statistics {
@@ -312,14 +243,15 @@ mod tests {
             Camera "perspective" Sampler "sobol" "integer pixelsamples" 64 Integrator "path" WorldBegin
             LightSource "infinite" Translate 0 0 3 Shape "sphere" WorldEnd"#,
         );
-        let plain = Settings { seed: 1, ..Settings::default() };
-        let target = Some(TargetError { relative: 0.1, confidence: 0.9 });
-        for settings in [
-            plain,
-            Settings { error_layers: true, ..plain },
-            Settings { adaptive: true, ..plain },
-            Settings { target_error: target, ..plain },
+        let target = TargetError { relative: 0.1, confidence: 0.9 };
+        for stop in [
+            Stop::default(),
+            Stop::Samples { error_layers: true },
+            Stop::Adaptive,
+            Stop::Time { limit: Duration::from_secs(3600), max_samples: 64, adaptive: false },
+            Stop::Error { target, max_samples: 1024, limit: None, error_layers: false },
         ] {
+            let settings = Settings { stop, ..Settings::default() };
             let snapshots = Mutex::new(Vec::new());
             let rendered = render(&scene, &settings, &|progress: Progress| {
                 let share = progress.done as f64 / progress.total.max(1) as f64;

@@ -13,7 +13,7 @@ use lookat_lab::chart::{
     Origin, Plan, Reference, Results, Runner, as_csv, as_json, draw, fitted, named, plan,
 };
 use lookat_lab::plot::significant;
-use lookat_render::Settings;
+use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::nearest;
 use lookat_scene::{Overrides, Scene};
 
@@ -59,7 +59,11 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let errors = scene.view.film.crop.area() * (PICTURE_BYTES + METHOD_BYTES * methods.len() as u64);
     let refused = |shortage| format!("measuring errors: {}", way_out(shortage));
     memory.reserve(errors).map_err(refused)?.keep();
-    drop(charge_memory(&scene, &Settings { error_layers: true, ..Settings::default() }, memory)?);
+    drop(charge_memory(
+        &scene,
+        &Settings { stop: Stop::Samples { error_layers: true }, ..Settings::default() },
+        memory,
+    )?);
     let reference = arguments.reference.as_deref();
     let reference = reference.map(|file| read_reference(file, &scene, arguments, memory)).transpose()?;
     let others = arguments.point.iter().map(|other| Ok((other, read(&other.image, &scene, memory)?)));

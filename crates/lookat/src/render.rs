@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use lookat_image::{Charge, Format, MemoryBudget, byte_words};
-use lookat_render::{Settings, Statistics, TargetError, film_bytes, preparation_bytes};
+use lookat_render::{Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes};
 use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
 
 use crate::args::{Render, way_out};
@@ -117,17 +117,28 @@ fn check_arguments(arguments: &Render) -> Result<(), String> {
 /// The render settings of the arguments.
 fn settings(arguments: &Render, file: &Path) -> Settings {
     let confidence = arguments.confidence.unwrap_or(CONFIDENCE);
-    let target = arguments.target_error.map(|relative| TargetError { relative, confidence });
-    Settings {
-        seed: arguments.seed,
-        // A picture with a target error always has error layers.
-        error_layers: arguments.error_layers
-            || target.is_some() && Format::from_path(file) == Some(Format::Exr),
-        target_error: target,
-        time: arguments.time,
-        max_samples: arguments.spp,
-        adaptive: arguments.adaptive,
-        ..Settings::default()
+    let Render { time, spp, adaptive, error_layers, .. } = *arguments;
+    let stop = match (arguments.target_error, time) {
+        (Some(relative), limit) => Stop::Error {
+            target: TargetError { relative, confidence },
+            max_samples: spp.unwrap_or(Stop::MOST_WITH_ERROR),
+            limit,
+            // Always, if the file can hold them.
+            error_layers: error_layers || Format::from_path(file) == Some(Format::Exr),
+        },
+        (None, Some(limit)) => {
+            Stop::Time { limit, max_samples: spp.unwrap_or(Stop::MOST_WITH_TIME), adaptive }
+        }
+        (None, None) if adaptive => Stop::Adaptive,
+        (None, None) => Stop::Samples { error_layers },
+    };
+    Settings { seed: arguments.seed, stop, ..Settings::default() }
+}
+
+fn target_error(settings: &Settings) -> Option<TargetError> {
+    match settings.stop {
+        Stop::Error { target, .. } => Some(target),
+        Stop::Samples { .. } | Stop::Adaptive | Stop::Time { .. } => None,
     }
 }
 
@@ -195,7 +206,7 @@ fn picture(
         rejected_samples: rejected,
         complete: rendered.complete,
         black: colors.iter().all(|channel| channel.samples.iter().all(|sample| *sample == 0.0)),
-        target: settings.target_error.zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
+        target: target_error(&settings).zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
     if arguments.quiet && !picture.complete {
         crate::say(&format!("interrupted; the partial picture is in {}", picture.file));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lookat_render::{Precision, Settings};
+use lookat_render::{Precision, Settings, Stop};
 use lookat_scene::Scene;
 
 use super::rendering::render;
@@ -108,7 +108,11 @@ const FEATURES: &[Feature] = &[
             ),
         ],
     ),
-    Feature { name: "error layers", changes: &[], settings: |settings| settings.error_layers = true },
+    Feature {
+        name: "error layers",
+        changes: &[],
+        settings: |settings| settings.stop = Stop::Samples { error_layers: true },
+    },
     Feature { name: "f64 alone", changes: &[], settings: |settings| settings.precision = Precision::Double },
 ];
 

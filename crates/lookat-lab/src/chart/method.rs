@@ -1,6 +1,6 @@
 //! The methods that can be charted.
 
-use lookat_render::{Precision, Settings, TargetError};
+use lookat_render::{Precision, Settings, Stop, TargetError};
 use lookat_scene::{DirectStrategy, Integrator, LightChoice, SamplerKind, Scene};
 
 /// What methods may change: all else is the scene's.
@@ -95,8 +95,8 @@ pub const METHODS: &[Method] = &[
         first: FIRST_OF_TARGET,
         choose: |way, samples| {
             way.sampler = SamplerKind::Sobol;
-            way.settings.target_error = Some(target(samples));
-            way.settings.max_samples = Some(samples.saturating_mul(4));
+            let (target, max_samples) = (target(samples), samples.saturating_mul(4));
+            way.settings.stop = Stop::Error { target, max_samples, limit: None, error_layers: false };
         },
     },
     Method {
@@ -105,7 +105,7 @@ pub const METHODS: &[Method] = &[
         first: FIRST_OF_ADAPTIVE,
         choose: |way, _| {
             way.sampler = SamplerKind::Sobol;
-            way.settings.adaptive = true;
+            way.settings.stop = Stop::Adaptive;
         },
     },
     Method {

@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use lookat_render::Rendered;
+use lookat_render::{Rendered, Stop};
 use lookat_scene::{Sampler, Scene};
 
 use super::method::{Method, Way};
@@ -64,7 +64,7 @@ impl Runner {
         let mut way = self.way;
         way.sampler = lookat_scene::SamplerKind::Sobol;
         way.settings.seed = seed;
-        way.settings.error_layers = true;
+        way.settings.stop = Stop::Samples { error_layers: true };
         let (rendered, seconds) = self.run(&way, samples, watch)?;
         let noise = noise(&rendered.image.errors()?);
         let origin = Origin::Rendered { samples, seed, seconds };

@@ -7,11 +7,10 @@
 
 mod allotment;
 
-use lookat_scene::{PixelBounds, View};
+use lookat_scene::{PixelBounds, Sampler};
 
-use super::Settings;
 use super::control::Control;
-use super::fixed::{doubled, sampler};
+use super::fixed::doubled;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern};
 use crate::film::{Film, Tile, indices, places};
@@ -34,17 +33,22 @@ pub(super) struct Adaptive {
 }
 
 impl Adaptive {
-    pub fn new(view: &View, settings: &Settings) -> Adaptive {
-        let sampler = sampler(view, settings);
-        let passes: Vec<Pass> = passes(sampler.samples_per_pixel, settings.time.is_some()).collect();
+    pub fn new(crop: PixelBounds, sampler: Sampler, seed: u64, is_open: bool) -> Adaptive {
+        let passes: Vec<Pass> = passes(sampler.samples_per_pixel, is_open).collect();
         Adaptive {
-            crop: view.film.crop,
-            pattern: Pattern { sampler, seed: settings.seed, is_watched: true },
+            crop,
+            pattern: Pattern { sampler, seed, is_watched: true },
             passes: passes.into_iter(),
             variances: None,
             goals: Vec::new(),
         }
     }
+}
+
+/// Bytes of a pixel beside the film: squares, variances, sums of neighbors, and sample counts; and for each of up to 16 threads
+/// the levels of a class.
+pub(super) fn pixel_bytes(threads: usize) -> usize {
+    44 + 8 * threads.min(16)
 }
 
 impl Policy for Adaptive {
@@ -123,7 +127,7 @@ mod tests {
     use lookat_scene::Scene;
 
     use super::*;
-    use crate::render::{Rendered, render};
+    use crate::render::{Rendered, Settings, Stop, render};
     use crate::testing::scene;
 
     #[test]
@@ -157,7 +161,8 @@ mod tests {
     fn picture(seed: u64, adaptive: bool, samples: u32) -> Rendered {
         let mut scene = lamp();
         scene.view.sampler = scene.view.sampler.with_samples(samples);
-        render(&scene, &Settings { seed, adaptive, ..Settings::default() }, &|_| ControlFlow::Continue(()))
+        let stop = if adaptive { Stop::Adaptive } else { Stop::default() };
+        render(&scene, &Settings { seed, stop, ..Settings::default() }, &|_| ControlFlow::Continue(()))
     }
 
     /// Over 50 pictures: with as many samples the errors are smaller, and nothing is darker or brighter.

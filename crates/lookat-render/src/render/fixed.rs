@@ -2,45 +2,18 @@
 
 use std::ops::Range;
 
-use lookat_scene::{Sampler, SamplerKind, View};
+use lookat_scene::Sampler;
 
-use super::Settings;
 use super::control::Control;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern};
 use crate::film::{Film, REPLICATES, Tile, places};
 use crate::sampler::replicate_seed;
 
-/// The most samples of a pixel where nothing else limits them.
-const MOST: u32 = 1 << 30;
-
 /// Samples that are taken of every pixel before the next pass begins.
 struct Pass {
     pattern: Pattern,
     samples: Range<u32>,
-}
-
-/// The pattern of a picture, with as many samples as there may be.
-pub(super) fn sampler(view: &View, settings: &Settings) -> Sampler {
-    if settings.time.is_none() && !settings.adaptive {
-        return view.sampler;
-    }
-    let kind = match view.sampler.kind {
-        SamplerKind::Random => SamplerKind::Random,
-        SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } | SamplerKind::Sobol => {
-            SamplerKind::Sobol
-        }
-    };
-    let samples_per_pixel = match settings.time {
-        Some(_) => settings.max_samples.unwrap_or(MOST).clamp(1, MOST),
-        None => view.sampler.samples_per_pixel,
-    };
-    Sampler { kind, samples_per_pixel }
-}
-
-/// Error layers need replicates, and these need a number of samples.
-pub(super) fn has_spreads(settings: &Settings) -> bool {
-    settings.error_layers && settings.time.is_none()
 }
 
 /// Passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole picture. With
@@ -52,32 +25,32 @@ pub(super) struct Fixed {
 }
 
 impl Fixed {
-    pub fn new(view: &View, settings: &Settings) -> Fixed {
-        let sampler = sampler(view, settings);
-        let samples_per_pixel = sampler.samples_per_pixel;
-        Fixed { passes: passes(sampler, settings).into_iter(), pass: None, samples_per_pixel }
+    pub fn new(sampler: Sampler, seed: u64, has_spreads: bool) -> Fixed {
+        let passes = if has_spreads { replicates(sampler, seed) } else { passes(sampler, seed) };
+        Fixed { passes: passes.into_iter(), pass: None, samples_per_pixel: sampler.samples_per_pixel }
     }
 }
 
-fn passes(sampler: Sampler, settings: &Settings) -> Vec<Pass> {
+fn replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {
     let samples = sampler.samples_per_pixel;
-    if has_spreads(settings) {
-        let count = samples.min(REPLICATES);
-        let replicate = |i: u32| {
-            // Patterns without jitter are all the same, and show no error.
-            let sampler = sampler.jittered().with_samples(samples / count + u32::from(i < samples % count));
-            let pattern = Pattern { sampler, seed: replicate_seed(settings.seed, i), is_watched: false };
-            Pass { pattern, samples: 0..sampler.samples_per_pixel }
-        };
-        return (0..count).map(replicate).collect();
-    }
+    let count = samples.min(REPLICATES);
+    let replicate = |i: u32| {
+        // Patterns without jitter are all the same, and show no error.
+        let sampler = sampler.jittered().with_samples(samples / count + u32::from(i < samples % count));
+        let pattern = Pattern { sampler, seed: replicate_seed(seed, i), is_watched: false };
+        Pass { pattern, samples: 0..sampler.samples_per_pixel }
+    };
+    (0..count).map(replicate).collect()
+}
+
+fn passes(sampler: Sampler, seed: u64) -> Vec<Pass> {
     let mut from = 0;
     let pass = |to| {
         let samples = from..to;
         from = to;
-        Pass { pattern: Pattern { sampler, seed: settings.seed, is_watched: false }, samples }
+        Pass { pattern: Pattern { sampler, seed, is_watched: false }, samples }
     };
-    doubled(1, samples).map(pass).collect()
+    doubled(1, sampler.samples_per_pixel).map(pass).collect()
 }
 
 /// `from`, twice as many, and so on, to `to`; nothing if that is less.

@@ -3,8 +3,9 @@
 use glam::{DVec3, Vec3};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::DARK;
 use super::sample::Seen;
-use super::{DARK, TargetError};
+use super::settings::TargetError;
 use crate::color::luminance;
 use crate::film::REPLICATES;
 

@@ -17,7 +17,7 @@ use super::control::Control;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern, Seen};
 use super::stop::{Brightness, Estimate, StopRule};
-use super::{Reached, Settings, TargetError};
+use super::{Reached, TargetError};
 use crate::color::luminance;
 use crate::film::{Film, Pixel, REPLICATES, Spread, Tile, tile_side};
 use crate::sampler::replicate_seed;
@@ -26,8 +26,8 @@ use forecast::{FirstRound, POWERS, left};
 /// Samples per pixel in the first round: 4 in each replicate.
 pub(super) const FIRST: u32 = 4 * REPLICATES;
 
-/// The default for the most samples of a pixel.
-const MOST: u32 = 1 << 16;
+/// Bytes of a pixel beside the film, about, until it is done.
+pub(super) const PIXEL_BYTES: usize = 370;
 
 /// A sample is an outlier if it is this many times as bright as the brightest pixel around it.
 const OUTLIER: f64 = 20.0;
@@ -83,13 +83,13 @@ pub(super) struct Target {
 }
 
 impl Target {
-    pub fn new(settings: &Settings, target: &TargetError) -> Target {
-        let most = settings.max_samples.unwrap_or(MOST).max(FIRST) / REPLICATES;
+    pub fn new(sampler: Sampler, seed: u64, target: &TargetError, has_limit: bool) -> Target {
+        let most = sampler.samples_per_pixel / REPLICATES;
         let rule = StopRule::new(target);
         Target {
-            seed: settings.seed,
+            seed,
             most,
-            has_preview: settings.time.is_some(),
+            has_preview: has_limit,
             first: FirstRound { rule, most, known: Mutex::default() },
             rule,
             round: Round::Start,

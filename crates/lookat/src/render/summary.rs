@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lookat_render::{Reached, Rendered, Settings, TargetError};
+use lookat_render::{Reached, Rendered, Settings, Stop, TargetError};
 use lookat_scene::Scene;
 use serde::Serialize;
 
@@ -83,10 +83,11 @@ impl Metadata {
 
     /// Adds the settings that determine the samples of each pixel.
     pub(super) fn with_settings(self, settings: &Settings) -> Metadata {
-        let target = settings.target_error;
+        let target = super::target_error(settings);
+        let adaptive = matches!(settings.stop, Stop::Adaptive | Stop::Time { adaptive: true, .. });
         let (relative, confidence) =
             (target.map(|target| target.relative), target.map(|target| target.confidence));
-        Metadata { adaptive: settings.adaptive, target_error: relative, confidence, ..self }
+        Metadata { adaptive, target_error: relative, confidence, ..self }
     }
 
     pub fn as_json(&self) -> Option<String> {

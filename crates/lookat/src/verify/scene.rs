@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use lookat_image::{AlignError, Aligned, Format, MemoryBudget, align};
-use lookat_render::Settings;
+use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::{Diagnostic, Severity};
 use lookat_scene::{Loaded, Overrides, Scene};
 use serde_json::json;
@@ -144,7 +144,7 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
     let settings = Settings {
         seed: arguments.seed,
         // Always, so that limits hold for the picture from which people read them.
-        error_layers: samples_per_pixel > 1,
+        stop: Stop::Samples { error_layers: samples_per_pixel > 1 },
         ..Settings::default()
     };
     // For good: the allocator keeps the film's memory for the threads that allocated it.

@@ -1,0 +1,150 @@
+//! How to render, apart from what the scene says.
+
+use std::time::{Duration, Instant};
+
+use lookat_scene::{Sampler, SamplerKind, View};
+
+use super::adaptive;
+use super::target;
+use crate::arithmetic::Precision;
+use crate::film::pixel_bytes;
+use crate::filter::FilterSampler;
+use crate::threads::threads;
+
+/// How to render, apart from what the scene says.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Settings {
+    /// Chooses the random numbers. The same scene, seed and version give the same picture. Default 0.
+    pub seed: u64,
+    /// Threads of its own, or as many of them as the system gives. 0, the default, uses those of the process: see
+    /// [`crate::start_threads`]. They do not change the picture.
+    pub threads: usize,
+    /// What intersections are computed with.
+    pub precision: Precision,
+    /// Which samples are taken, and when there are enough of them.
+    pub stop: Stop,
+}
+
+/// The stopping rule.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Stop {
+    /// Each pixel has the samples per pixel of the scene. The default, without error layers.
+    Samples {
+        /// Whether to estimate the error of each pixel, and to give it as the layers of [`lookat_image::PixelError`]. The samples
+        /// of a pixel are then split into independent replicates, each a pattern of its own, because samples of one
+        /// pattern do not tell how large its error is. Smaller patterns are noisier, so the picture is another one, and
+        /// up to a few times noisier in smooth scenes.
+        error_layers: bool,
+    },
+    /// Pixels have the samples per pixel of the scene in the mean: more of them among noisy neighbors, and fewer elsewhere but
+    /// at least half as many, so that the mean squared error of the picture is small. By Sobol's sequence, unless the
+    /// scene's samples are random.
+    Adaptive,
+    /// The time is up, counted from the call of [`render`](crate::render). By Sobol's sequence, unless the scene's samples are
+    /// random: other patterns need a number of samples. Such a picture is another one each time.
+    Time {
+        /// How long.
+        limit: Duration,
+        /// The most samples per pixel: at least 1.
+        max_samples: u32,
+        /// Whether samples go where the picture is noisy, as those of [`Stop::Adaptive`].
+        adaptive: bool,
+    },
+    /// The error of each pixel is small enough. By Sobol's sequence. Pixels depend on their neighbors, and on the mean of the
+    /// picture.
+    Error {
+        /// How small.
+        target: TargetError,
+        /// The most samples of a pixel: at least 64.
+        max_samples: u32,
+        /// Ends after so long in any case, counted from the call of [`render`](crate::render).
+        limit: Option<Duration>,
+        /// As of [`Stop::Samples`]; the picture is the same either way.
+        error_layers: bool,
+    },
+}
+
+/// How exact each pixel is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetError {
+    /// The error of each of red, green and blue over the luminance of the pixel, more than 0. Pixels darker than
+    /// [`DARK`](crate::DARK) of the picture count as if they were that bright: nothing is exact relative to black.
+    pub relative: f64,
+    /// The probability with which a pixel is as exact as that, between 0 and 1.
+    pub confidence: f64,
+}
+
+impl Default for Stop {
+    fn default() -> Self {
+        Stop::Samples { error_layers: false }
+    }
+}
+
+impl Stop {
+    /// The customary most samples per pixel with a time alone: none that matters.
+    pub const MOST_WITH_TIME: u32 = 1 << 30;
+    /// The customary most samples of a pixel with a target error.
+    pub const MOST_WITH_ERROR: u32 = 1 << 16;
+
+    /// When the rendering ends, if it begins now. `None` without a limit, and for one beyond the range of the clock.
+    pub(super) fn deadline(&self) -> Option<Instant> {
+        match *self {
+            Stop::Time { limit, .. } | Stop::Error { limit: Some(limit), .. } => {
+                Instant::now().checked_add(limit)
+            }
+            Stop::Samples { .. } | Stop::Adaptive | Stop::Error { limit: None, .. } => None,
+        }
+    }
+
+    /// Whether the film keeps the spread of replicates.
+    pub(super) fn has_spreads(&self) -> bool {
+        matches!(self, Stop::Samples { error_layers: true } | Stop::Error { .. })
+    }
+
+    /// Whether the picture has layers of its error.
+    pub(super) fn has_error_layers(&self) -> bool {
+        matches!(self, Stop::Samples { error_layers: true } | Stop::Error { error_layers: true, .. })
+    }
+
+    /// The pattern of a picture, with as many samples as there may be.
+    pub(super) fn sampler(&self, view: &View) -> Sampler {
+        let sampler = view.sampler;
+        let kind = match sampler.kind {
+            SamplerKind::Random => SamplerKind::Random,
+            SamplerKind::Stratified { .. } | SamplerKind::Halton { .. } | SamplerKind::Sobol => {
+                SamplerKind::Sobol
+            }
+        };
+        match *self {
+            Stop::Samples { .. } => sampler,
+            Stop::Adaptive => Sampler { kind, ..sampler },
+            Stop::Time { max_samples, .. } => {
+                Sampler { kind, samples_per_pixel: max_samples.clamp(1, Stop::MOST_WITH_TIME) }
+            }
+            Stop::Error { max_samples, .. } => {
+                Sampler { kind: SamplerKind::Sobol, samples_per_pixel: max_samples.max(target::FIRST) }
+            }
+        }
+    }
+
+    /// The samples of a pixel that textures are filtered for.
+    pub(super) fn nominal_samples(&self, view: &View) -> u32 {
+        match self {
+            Stop::Samples { .. } | Stop::Adaptive => view.sampler.samples_per_pixel,
+            Stop::Time { .. } | Stop::Error { .. } => target::FIRST,
+        }
+    }
+}
+
+/// Bytes of a film while it is rendered, about: the sums of each pixel, and the picture that they become. Writing the picture
+/// as EXR copies it, but the sums are gone then, which take more.
+pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
+    let has_lobes = FilterSampler::new(&view.filter).weight() != 1.0;
+    let threads = settings.threads.max(threads());
+    let policy = match settings.stop {
+        Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => 0,
+        Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::pixel_bytes(threads),
+        Stop::Error { .. } => target::PIXEL_BYTES,
+    };
+    view.film.crop.area() * (pixel_bytes(has_lobes, settings.stop.has_spreads()) + policy) as u64
+}
