@@ -89,10 +89,13 @@ fn relative_to(world: &Arc<World>, origin: DVec3) -> (Traceable, LightTable) {
     (traceable, lights)
 }
 
-/// The brightness that light may have in a world whose smaller shapes have this size: of what emits, and of what is as close to
-/// a light without extent as these are large. 1 in a world without light.
+/// The distance of a light without extent, in sizes of the smaller shapes, at which it is taken to shine on something.
+const CLOSE: f64 = 64.0;
+
+/// The brightness that light may have in a world whose smaller shapes have this size: of what emits, and of what is close to a
+/// light without extent. 1 in a world without light.
 fn brightness(world: &World, small: f64) -> f64 {
-    let close = if small > 0.0 { small * small } else { 1.0 };
+    let close = if small > 0.0 { (CLOSE * small).powi(2) } else { 1.0 };
     let of_light = |light: &Light| match light {
         Light::Point { intensity, .. }
         | Light::Spot { intensity, .. }

@@ -5,43 +5,60 @@ use std::ops::AddAssign;
 
 use glam::{DVec3, Vec3};
 
-/// The unit of fixed-point sums. A sample is exact if it is brighter than 2^-42 of the scene's brightness, and counts as at
+/// The unit of fixed-point sums. A sample is exact if it is brighter than 2^-28 of the scene's brightness, and counts as at
 /// most 2^31 times as bright as that. 2^30 such samples are no overflow.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scale {
-    /// A power of two, as are the others.
+    /// A power of two.
     brightness: f64,
-    per_unit: f64,
+    /// The brightest sample.
+    most: f64,
+    /// High units in a radiance of 1.
+    high: f64,
 }
 
-/// Bits after the point of a sample, in units of the brightness: 31 before it, 30 for the count, and a sign.
-const FRACTION: i32 = 126 - 31 - 30;
+/// Bits after the point of a high unit, in units of the brightness: what the 31 bits of a sample before the point, 30 for the
+/// count and a sign leave.
+const FRACTION: i32 = 1;
+/// Bits of a low unit beyond those of a high one: what the sum of `MAGIC` and a share of a high unit holds.
+const LOW: i32 = 51;
+const LOW_UNITS: f64 = (1_u64 << LOW) as f64;
 /// The brightest sample, in units of the brightness.
 const MOST: f64 = (1_u64 << 31) as f64;
+/// Samples until low units are carried over.
+const CARRY: u32 = 1 << 12;
 /// Bits after the point of a square. Larger squares than 2^37 are all alike.
 const SQUARE_FRACTION: i32 = 90;
+
+/// Added to a number below 2^51, it leaves the nearest integer in the lowest bits.
+const MAGIC: f64 = 1.5 * (1_u64 << 52) as f64;
+
+/// The nearest integer, as a float and as itself. Faster than `as`, which looks for what no `i64` holds.
+#[inline(always)]
+fn rounded(x: f64) -> (f64, i64) {
+    let sum = x + MAGIC;
+    (sum - MAGIC, sum.to_bits().wrapping_sub(MAGIC.to_bits()) as i64)
+}
 
 impl Scale {
     /// For samples of about this brightness: more than 0 and finite.
     pub fn new(brightness: f64) -> Scale {
         // Powers of two between which no product below leaves `f64`.
         let brightness = brightness.log2().round().clamp(-400.0, 400.0).exp2();
-        Scale { brightness, per_unit: 2_f64.powi(FRACTION) / brightness }
+        Scale { brightness, most: MOST * brightness, high: 2_f64.powi(FRACTION) / brightness }
     }
 
+    /// High and low units.
     #[inline(always)]
-    fn fixed(self, x: f32) -> i128 {
-        // Two halves that `i64` holds: a conversion to `i128` is slow.
-        const HALF: f64 = (1_u64 << 48) as f64;
-        let most = MOST * self.brightness;
-        let units = f64::from(x).clamp(-most, most) * self.per_unit;
-        let high = (units * (1.0 / HALF)) as i64;
-        let low = (units - high as f64 * HALF) as i64;
-        (i128::from(high) << 48) + i128::from(low)
+    fn fixed(self, x: f32) -> [i64; 2] {
+        let units = f64::from(x).clamp(-self.most, self.most) * self.high;
+        let (whole, high) = rounded(units);
+        [high, rounded((units - whole) * LOW_UNITS).1]
     }
 
-    fn value(self, fixed: i128) -> f64 {
-        fixed as f64 / self.per_unit
+    fn value(self, [high, low]: [i64; 2]) -> f64 {
+        let fixed = (i128::from(high) << LOW) + i128::from(low);
+        fixed as f64 / LOW_UNITS / self.high
     }
 
     /// A product of two radiances.
@@ -57,7 +74,9 @@ impl Scale {
 /// The sum of samples, and their number.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Sum {
-    radiance: [i128; 3],
+    /// Of each channel: units of [`Scale`].
+    high: [i64; 3],
+    low: [i64; 3],
     pub count: u32,
 }
 
@@ -65,21 +84,39 @@ impl Sum {
     /// Adds a sample.
     #[inline(always)]
     pub fn add(&mut self, radiance: Vec3, scale: Scale) {
-        for (sum, x) in self.radiance.iter_mut().zip(radiance.to_array()) {
-            *sum += scale.fixed(x);
+        let fixed = radiance.to_array().map(|x| scale.fixed(x));
+        for channel in 0..3 {
+            self.high[channel] += fixed[channel][0];
+            self.low[channel] += fixed[channel][1];
         }
         self.count += 1;
+        if self.count.is_multiple_of(CARRY) {
+            self.carry();
+        }
+    }
+
+    /// Makes high units of low ones. Equal sums then have equal bits.
+    fn carry(&mut self) {
+        for (high, low) in self.high.iter_mut().zip(&mut self.low) {
+            *high += *low >> LOW;
+            *low &= (1 << LOW) - 1;
+        }
     }
 
     pub fn radiance(&self, scale: Scale) -> DVec3 {
-        self.radiance.map(|sum| scale.value(sum)).into()
+        from_fn(|channel| scale.value([self.high[channel], self.low[channel]])).into()
     }
 }
 
 impl AddAssign for Sum {
-    fn add_assign(&mut self, other: Self) {
-        self.radiance.iter_mut().zip(other.radiance).for_each(|(sum, x)| *sum += x);
+    fn add_assign(&mut self, mut other: Self) {
+        other.carry();
+        for channel in 0..3 {
+            self.high[channel] += other.high[channel];
+            self.low[channel] += other.low[channel];
+        }
         self.count += other.count;
+        self.carry();
     }
 }
 
@@ -227,7 +264,7 @@ mod tests {
             let unit = scale.brightness as f32;
             let mut sum = Sum::default();
             // Of these, `f64` loses the small ones.
-            let samples = [1e-9, 1.0, 1e9, -1.0, -1e9].map(|x| x * unit);
+            let samples = [1e-8, 1.0, 1e9, -1.0, -1e9].map(|x| x * unit);
             samples.iter().for_each(|x| sum.add(Vec3::splat(*x), scale));
             assert_eq!(sum.radiance(scale), DVec3::splat(f64::from(samples[0])), "{brightness}");
         }
@@ -236,10 +273,13 @@ mod tests {
     #[test]
     fn the_brightest_samples_do_not_overflow() {
         let scale = Scale::new(1.0);
-        let (most, mut sum) = (scale.fixed(f32::MAX), Sum::default());
-        assert!(most.checked_mul(1 << 30).is_some());
-        sum.add(Vec3::splat(f32::MAX), scale);
-        assert_eq!(sum.radiance(scale), DVec3::splat(MOST));
+        assert!(scale.fixed(f32::MAX)[0].checked_mul(1 << 30).is_some());
+        for sample in [f32::MAX, 0.7, 1e-3] {
+            let mut sum = Sum::default();
+            (0..3 * CARRY + 5).for_each(|_| sum.add(Vec3::splat(sample), scale));
+            let expected = f64::from(sample).min(MOST) * f64::from(3 * CARRY + 5);
+            assert_eq!(sum.radiance(scale), DVec3::splat(expected), "{sample}");
+        }
     }
 
     fn pixels(random: &mut Pcg64Mcg, count: usize) -> Vec<Pixel> {
