@@ -5,32 +5,29 @@
 //! neighbors. The picture therefore does not depend on threads or on the order of tiles.
 
 mod forecast;
+mod judge;
 
-use std::ops::Deref;
 use std::sync::Mutex;
 
 use glam::Vec3;
-use lookat_scene::{PixelBounds, Sampler, SamplerKind};
+use lookat_scene::{Sampler, SamplerKind};
 use rayon::prelude::*;
 
 use super::control::Control;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern, Seen};
-use super::stop::{Brightness, Estimate, StopRule};
+use super::stop::{Brightness, StopRule};
 use super::{Reached, TargetError};
-use crate::color::luminance;
-use crate::film::{Film, Pixel, REPLICATES, Spread, Tile, tile_side};
+use crate::film::{Film, REPLICATES, Tile};
 use crate::sampler::replicate_seed;
 use forecast::{FirstRound, POWERS, left};
+use judge::{is_outlier, judge};
 
 /// Samples per pixel in the first round: 4 in each replicate.
 pub(super) const FIRST: u32 = 4 * REPLICATES;
 
 /// Bytes of a pixel beside the film, about, until it is done.
 pub(super) const PIXEL_BYTES: usize = 370;
-
-/// A sample is an outlier if it is this many times as bright as the brightest pixel around it.
-const OUTLIER: f64 = 20.0;
 
 /// What is known of the pixels of a tile.
 pub(super) struct Part {
@@ -221,123 +218,5 @@ impl Part {
     /// The unfinished pixels. Empty before the first round.
     fn active(&self) -> &[Active] {
         self.active.as_deref().unwrap_or_default()
-    }
-}
-
-impl Active {
-    fn new(at: usize) -> Active {
-        Active { at, count: 0, replicates: Default::default(), excess: f64::INFINITY }
-    }
-
-    /// The spread of the replicates, which gives the error of their mean.
-    fn spread(&self, film: &Film) -> Spread {
-        let mut spread = Spread::default();
-        for Replicate { signed, signs } in self.replicates {
-            spread.add(signed.as_dvec3(), f64::from(signs), self.count, film.scale);
-        }
-        spread
-    }
-
-    /// The error of the pixel over the target error, and the spread that tells it. `around` bounds the samples of the pixel
-    /// and its neighbors.
-    fn judge(&self, film: &Film, pixel: &Pixel, around: Seen, rule: &StopRule) -> (f64, Spread) {
-        if self.count == 0 {
-            return (f64::INFINITY, Spread::default());
-        }
-        let spread = self.spread(film);
-        let standard_error = film.error(pixel, &spread).standard_error.into();
-        let estimate = Estimate { value: film.value(pixel), standard_error, count: self.count, around };
-        (rule.excess(&estimate), spread)
-    }
-}
-
-/// Computes the errors of all unfinished pixels, and removes the finished pixels from the list.
-fn judge(film: &Film, parts: &mut [Part], rule: &StopRule) {
-    let mut tiles = film.lock();
-    let judge = |index: usize| -> Vec<(f64, Spread)> {
-        let pixels = parts[index].active().iter().map(|active| {
-            let around = around(&tiles, parts, (index, active.at));
-            let seen = around.fold(Seen::NOTHING, |all, (seen, _)| all.union(seen));
-            active.judge(film, &tiles[index].pixel(active.at), seen, rule)
-        });
-        pixels.collect()
-    };
-    let judged: Vec<_> = (0..parts.len()).into_par_iter().map(judge).collect();
-    for ((part, tile), judged) in parts.iter_mut().zip(&mut tiles).zip(judged) {
-        let Some(all_active) = &mut part.active else { continue };
-        for (active, (excess, spread)) in all_active.iter_mut().zip(judged) {
-            active.excess = excess;
-            tile.spread_mut(active.at).into_iter().for_each(|known| *known = spread);
-        }
-        all_active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
-        all_active.shrink_to_fit();
-    }
-}
-
-/// True if a sample of a pixel was much brighter than the pixels around.
-fn is_outlier(
-    film: &Film,
-    tiles: &[impl Deref<Target = Tile>],
-    parts: &[Part],
-    (index, at): (usize, usize),
-) -> bool {
-    let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
-    let brightest = around(tiles, parts, (index, at)).map(|(_, pixel)| bright(film.value(&pixel).as_vec3()));
-    bright(parts[index].seen[at].most) > OUTLIER * brightest.fold(0.0, f64::max)
-}
-
-/// A pixel of a tile, and its up to eight neighbors.
-fn around(
-    tiles: &[impl Deref<Target = Tile>],
-    parts: &[Part],
-    (index, at): (usize, usize),
-) -> impl Iterator<Item = (Seen, Pixel)> {
-    let bounds = tiles[index].bounds;
-    let (first, last) = (tiles[0].bounds, tiles[tiles.len() - 1].bounds);
-    let (x, y) = (bounds.x0 + at as u32 % bounds.width(), bounds.y0 + at as u32 / bounds.width());
-    let side = tile_side(PixelBounds { x1: last.x1, y1: last.y1, ..first });
-    let across = (last.x0 - first.x0) / side + 1;
-    let columns = x.saturating_sub(1).max(first.x0)..=(x + 1).min(last.x1 - 1);
-    let rows = y.saturating_sub(1).max(first.y0)..=(y + 1).min(last.y1 - 1);
-    rows.flat_map(move |y| columns.clone().map(move |x| (x, y))).map(move |(x, y)| {
-        let (column, row) = (x - first.x0, y - first.y0);
-        let index = (row / side * across + column / side) as usize;
-        let at = (row % side * tiles[index].bounds.width() + column % side) as usize;
-        (parts[index].seen[at], tiles[index].pixel(at))
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use lookat_scene::Filter;
-
-    use super::*;
-    use crate::film::{Scale, places};
-    use crate::filter::FilterSampler;
-    use crate::testing::scene;
-
-    /// `around` finds all neighbors of each pixel, also in other tiles.
-    #[test]
-    fn neighbors_are_found_across_tiles() {
-        let mut of =
-            scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd").view.film;
-        for (width, height) in [(35, 18), (3, 90), (2, 2)] {
-            of.crop = PixelBounds { x0: 5, y0: 7, x1: 5 + width, y1: 7 + height };
-            let film = Film::new(&of, &FilterSampler::new(&Filter::BOX), Scale::new(1.0), false);
-            let tiles = film.lock();
-            let number = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, 0.0);
-            let part = |tile: &Tile| {
-                let seen = places(tile.bounds).map(|at| Seen { least: number(at), most: number(at) });
-                Part { seen: seen.collect(), active: None }
-            };
-            let parts: Vec<Part> = tiles.iter().map(|tile| part(tile)).collect();
-            for (index, tile) in tiles.iter().enumerate() {
-                for (at, [x, y]) in places(tile.bounds).enumerate() {
-                    let found = around(&tiles, &parts, (index, at)).map(|(seen, _)| seen.least);
-                    let all = places(of.crop).filter(|[a, b]| a.abs_diff(x) <= 1 && b.abs_diff(y) <= 1);
-                    assert_eq!(found.collect::<Vec<_>>(), all.map(number).collect::<Vec<Vec3>>());
-                }
-            }
-        }
     }
 }
