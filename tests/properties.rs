@@ -253,12 +253,13 @@ fn tame(scene: &mut Scene) {
     for primitive in world.primitives.iter_mut().chain(of_objects) {
         primitive.emission.iter_mut().for_each(|emission| emission.samples = emission.samples.min(4));
         // Surfaces that give back a billion times the light go beyond any number in a few bounces.
-        tame_material(Arc::make_mut(&mut primitive.material));
+        tame_material(&mut primitive.material);
     }
 }
 
-fn tame_material(material: &mut Material) {
-    let shares: Vec<&mut Texture<Vec3>> = match &mut material.kind {
+fn tame_material(material: &mut Arc<Material>) {
+    let mut kind = material.kind().clone();
+    let shares: Vec<&mut Texture<Vec3>> = match &mut kind {
         MaterialKind::Matte(m) => vec![&mut m.kd],
         MaterialKind::Plastic(m) => vec![&mut m.kd, &mut m.ks],
         MaterialKind::Translucent(m) => vec![&mut m.kd, &mut m.ks, &mut m.reflect, &mut m.transmit],
@@ -267,7 +268,7 @@ fn tame_material(material: &mut Material) {
         MaterialKind::Substrate(m) => vec![&mut m.kd, &mut m.ks],
         MaterialKind::Uber(m) => vec![&mut m.kd, &mut m.ks, &mut m.kr, &mut m.kt, &mut m.opacity],
         MaterialKind::Mix(m) => {
-            m.materials.iter_mut().for_each(|part| tame_material(Arc::make_mut(part)));
+            m.materials.iter_mut().for_each(tame_material);
             vec![&mut m.amount]
         }
         MaterialKind::Metal(_) | MaterialKind::None => Vec::new(),
@@ -276,6 +277,7 @@ fn tame_material(material: &mut Material) {
         let color = share.constant().unwrap_or(Vec3::splat(0.5));
         *share = Texture::Constant(color.min(Vec3::ONE));
     }
+    *material = Arc::new(Material::new(kind, material.bump().cloned()));
 }
 
 fn check_render(mut scene: Scene) {

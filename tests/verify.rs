@@ -1,7 +1,6 @@
 //! `lookat verify`: the project's own scenes against their references, and the command itself.
 //!
-//! The references are renders by pbrt-v3 with 1,024 samples. `cargo run --release -p lookat-lab -- references` prints how far
-//! lookat is from them in plain figures.
+//! The references are renders by pbrt-v3 with 1,024 samples. `lookat verify pbrt-scenes` prints the differences.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -61,6 +61,7 @@ pub enum ImageError {
 }
 
 impl ImageError {
+    #[cfg(feature = "write")]
     pub(crate) fn writing(path: &Path, fault: Fault) -> Self {
         ImageError::Write { path: path.into(), reason: fault.reason() }
     }

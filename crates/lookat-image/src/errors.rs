@@ -46,6 +46,7 @@ impl Image {
 
 impl PixelError {
     /// Whether the error can be used, and rests on so many samples.
+    #[cfg(feature = "compare")]
     pub(crate) fn is_known(&self, samples: u32) -> bool {
         self.replicates >= 2 && self.samples >= samples && self.standard_error.iter().all(|e| e.is_finite())
     }

@@ -1,7 +1,7 @@
-//! Opens files, and writes files that appear under their names whole or not at all.
+//! Writes files that appear under their names whole or not at all.
 
 use std::fs::File;
-use std::io::{self, BufWriter, ErrorKind, Read, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -63,22 +63,6 @@ fn followed(path: &Path) -> io::Result<PathBuf> {
         at = at.parent().unwrap_or(Path::new("")).join(next);
     }
     Err(io::Error::other("its links form a circle"))
-}
-
-/// Opens a file for reading.
-///
-/// # Errors
-///
-/// As [`File::open`], and for a folder, a pipe or a device: opening a pipe waits for a writer, and some devices never end.
-pub fn open_file(path: &Path) -> io::Result<File> {
-    let found = std::fs::metadata(path)?;
-    if found.is_dir() {
-        return Err(ErrorKind::IsADirectory.into());
-    }
-    if !found.is_file() {
-        return Err(io::Error::other("it is a pipe or a device, not a file"));
-    }
-    File::open(path)
 }
 
 /// Writes a file that appears whole or not at all.

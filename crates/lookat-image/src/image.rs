@@ -162,6 +162,7 @@ impl Image {
     }
 
     /// What a format without channel names shows: R, G and B, or else one plane, Y or the only channel.
+    #[cfg(feature = "write")]
     pub(crate) fn visible_planes(&self) -> Result<Vec<&[f32]>, Fault> {
         if let Some(planes) = self.color_planes() {
             return Ok(planes.to_vec());

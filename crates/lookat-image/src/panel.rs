@@ -17,7 +17,7 @@ pub use self::exposure::suitable_exposure;
 use self::layout::Layout;
 pub use self::parts::box_means;
 pub use self::scale::difference_limit;
-use self::scale::{Scale, Tick};
+use self::scale::{ColorScale, Tick};
 use self::text::Font;
 use crate::error::Fault;
 use crate::{Aligned, Format, ImageError, write_file};
@@ -85,7 +85,7 @@ fn draw(pair: &Aligned, options: &PanelOptions) -> Canvas {
     let mut canvas = Canvas::new(full_width, full_height, BACKGROUND);
     let stops = options.exposure.unwrap_or_else(|| suitable_exposure(&pair.expected));
     let differences = parts::differences(&pair.actual, &pair.expected);
-    let scale = Scale::of(&differences);
+    let scale = ColorScale::of(&differences);
 
     let down = layout.zoom.down;
     let shown = |pixels| parts::shown(pixels, width, down, stops.exp2());
@@ -136,7 +136,7 @@ fn draw_captions(canvas: &mut Canvas, layout: &Layout, part: usize, stops: f64, 
 }
 
 /// The colors from end to end, and what they stand for.
-fn draw_scale(canvas: &mut Canvas, layout: &Layout, scale: Scale) {
+fn draw_scale(canvas: &mut Canvas, layout: &Layout, scale: ColorScale) {
     let (left, top, font) = (layout.left(1), layout.line(0), layout.text);
     let last = layout.column - 1;
     let height = font.height() * 5 / 8;

@@ -1,13 +1,14 @@
 //! Portable FloatMap files: three lines of text, then the numbers, bottom row first.
 
-use std::io::{BufRead, Read, Write};
+use std::io::{BufRead, Read};
 
 use crate::error::Fault;
 use crate::image::room;
 use crate::{Channel, Charge, Image, MemoryBudget, Precision, Window};
 
 /// Writes little-endian numbers: three for each pixel ("PF") or one ("Pf").
-pub(crate) fn write(image: &Image, out: &mut impl Write) -> Result<(), Fault> {
+#[cfg(feature = "write")]
+pub(crate) fn write(image: &Image, out: &mut impl std::io::Write) -> Result<(), Fault> {
     let planes = image.visible_planes()?;
     let Window { width, height, .. } = image.data_window;
     let kind = if planes.len() == 3 { "PF" } else { "Pf" };

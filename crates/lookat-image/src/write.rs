@@ -32,7 +32,7 @@ impl Image {
     fn write_as(&self, format: Format, path: &Path) -> Result<(), Fault> {
         self.check()?;
         replace(path, |out| match format {
-            Format::Exr => exr::write(self, out),
+            Format::Exr => exr::write::write(self, out),
             Format::Png => eightbit::write_png(self, out),
             Format::Pfm => pfm::write(self, out),
             Format::Tga => eightbit::write_tga(self, out),

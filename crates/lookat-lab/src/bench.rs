@@ -10,11 +10,11 @@ mod rendering;
 mod table;
 mod tracing;
 
-pub use table::{Cell, Machine, Row, Table};
+pub use table::{BenchRow, Cell, Machine, Table};
 
 /// What can be measured on its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Part {
+pub enum Suite {
     /// Single rays, and building trees.
     Tracing,
     /// Meshes from files.
@@ -25,27 +25,27 @@ pub enum Part {
     Features,
 }
 
-impl Part {
+impl Suite {
     /// All of them, in order.
-    pub const ALL: [Part; 4] = [Part::Tracing, Part::Reading, Part::Rendering, Part::Features];
+    pub const ALL: [Suite; 4] = [Suite::Tracing, Suite::Reading, Suite::Rendering, Suite::Features];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
         match self {
-            Part::Tracing => "tracing",
-            Part::Reading => "reading",
-            Part::Rendering => "rendering",
-            Part::Features => "features",
+            Suite::Tracing => "tracing",
+            Suite::Reading => "reading",
+            Suite::Rendering => "rendering",
+            Suite::Features => "features",
         }
     }
 
     /// Measures it in so many rounds, at least 1.
     pub fn measure(self, rounds: usize) -> Vec<Table> {
         match self {
-            Part::Tracing => tracing::tables(rounds),
-            Part::Reading => vec![reading::table(rounds)],
-            Part::Rendering => vec![rendering::table(rounds)],
-            Part::Features => vec![features::table(rounds)],
+            Suite::Tracing => tracing::tables(rounds),
+            Suite::Reading => vec![reading::table(rounds)],
+            Suite::Rendering => vec![rendering::table(rounds)],
+            Suite::Features => vec![features::table(rounds)],
         }
     }
 }

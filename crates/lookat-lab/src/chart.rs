@@ -31,7 +31,7 @@ pub use level::Level;
 pub use marker::Marker;
 pub use method::{DEFAULT, METHODS, Method, Way, named};
 pub use plan::{Cost, FEWEST_SEEDS, MOST_RUNGS, Plan, plan};
-pub use point::{Point, Row};
+pub use point::{Picture, Point};
 pub use reference::{Fitted, Origin, Reference, fitted};
 pub use results::{End, Measured, Results};
 pub use runner::{Rendering, Runner, Watch};

@@ -2,7 +2,6 @@
 //! takes each pixel for exact, and held against what they should be.
 
 mod known;
-mod rules;
 
 use std::ops::ControlFlow;
 
@@ -11,12 +10,11 @@ use lookat_render::{DARK, Reached, Settings, Stop, TargetError};
 use lookat_scene::LUMINANCE;
 
 use crate::interval::interval_at;
-pub use known::{Known, edges, fireflies, lens, plain, tinted, wall};
-pub use rules::{RULES, Rule, rule_pixels};
+pub use known::{Known, edges, fireflies, lens, plain};
 
 /// What was asked for.
 #[derive(Debug, Clone, Copy)]
-pub struct Target {
+pub struct Accuracy {
     /// The target error.
     pub relative: f64,
     /// Its probability.
@@ -34,12 +32,10 @@ pub struct Judged {
     pub error: f64,
     /// Camera samples.
     pub samples: u32,
-    /// As many independent samples would give the target error with its probability.
-    pub independent: f64,
 }
 
 /// Renders a picture to a target error, and holds each pixel against the truth.
-pub fn judge(known: &Known, target: &Target, seed: u64) -> (Vec<Judged>, Reached) {
+pub fn judge(known: &Known, target: &Accuracy, seed: u64) -> (Vec<Judged>, Reached) {
     let stop = Stop::Error {
         target: TargetError { relative: target.relative, confidence: target.confidence },
         max_samples: target.max_samples,
@@ -56,9 +52,7 @@ pub fn judge(known: &Known, target: &Target, seed: u64) -> (Vec<Judged>, Reached
         let allowed = target.relative * luminance(value).max(dark);
         let errors = [0, 1, 2].map(|c| (f64::from(found[c]) - value[c]) / allowed);
         let error = errors.into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-        let needed = known.deviations[at].map(|sigma| (1.96 * sigma / allowed).powi(2));
-        let independent = needed.into_iter().fold(1.0, f64::max);
-        Judged { value: value[1], error, samples: errors_of[at].samples, independent }
+        Judged { value: value[1], error, samples: errors_of[at].samples }
     };
     ((0..rgb.len()).map(judge).collect(), rendered.statistics.target.unwrap_or_default())
 }
@@ -81,12 +75,6 @@ pub struct Stratum {
     pub at_cap: u64,
     /// Those of the others that are as exact as promised.
     pub within: u64,
-    /// The mean signed error of the others, over what it may be.
-    pub bias: f64,
-    /// Mean samples of all.
-    pub samples: f64,
-    /// Mean number of independent samples that would do, no more than the cap.
-    pub independent: f64,
 }
 
 /// Bounds of strata, by the value of pixels: that of a pixel that an edge cuts is between 0 and 1.
@@ -98,19 +86,12 @@ impl Stratum {
         let mut stratum = Stratum::default();
         for pixel in pixels.iter().filter(|pixel| belongs(pixel)) {
             stratum.pixels += 1;
-            stratum.samples += f64::from(pixel.samples);
-            stratum.independent += pixel.independent.min(f64::from(cap));
             if pixel.samples >= cap {
                 stratum.at_cap += 1;
             } else {
                 stratum.within += u64::from(pixel.error.abs() <= 1.0);
-                stratum.bias += pixel.error;
             }
         }
-        let all = stratum.pixels.max(1) as f64;
-        stratum.samples /= all;
-        stratum.independent /= all;
-        stratum.bias /= stratum.promised().max(1) as f64;
         stratum
     }
 

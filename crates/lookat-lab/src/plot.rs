@@ -33,12 +33,15 @@ pub struct Plot {
     size: (u32, u32),
 }
 
+/// A format, whose errors can be kept.
+pub(crate) trait Backend: DrawingBackend<ErrorType: 'static> {}
+
+impl<T: DrawingBackend<ErrorType: 'static>> Backend for T {}
+
 /// What can be drawn in either format.
 pub(crate) trait Drawing {
     /// Draws; all lengths times `unit`.
-    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, unit: u32) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static;
+    fn draw<B: Backend>(&self, area: &DrawingArea<B, Shift>, unit: u32) -> Result<(), Box<dyn Error>>;
 }
 
 impl Plot {

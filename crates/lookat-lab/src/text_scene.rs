@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
+use glam::DVec3;
 use lookat_image::Image;
 use lookat_scene::{Loaded, Scene};
 
@@ -26,4 +27,23 @@ pub(crate) fn scene(text: &str) -> Scene {
 pub(crate) fn render(scene: &Scene, threads: usize) -> Image {
     let settings = lookat_render::Settings { threads, ..Default::default() };
     lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
+}
+
+/// The text of a mesh. Numbers are written so that they are read as they are.
+pub(crate) fn mesh(points: &[DVec3], faces: &[[usize; 3]]) -> String {
+    let points: Vec<String> = points.iter().map(|p| format!("{:?} {:?} {:?}", p.x, p.y, p.z)).collect();
+    let indices: Vec<String> = faces.iter().flatten().map(usize::to_string).collect();
+    let (points, indices) = (points.join("  "), indices.join(" "));
+    format!("Shape \"trianglemesh\" \"point P\" [{points}] \"integer indices\" [{indices}]\n")
+}
+
+/// The text of triangles that share no corners.
+pub(crate) fn triangles(points: &[DVec3]) -> String {
+    mesh(points, &(0..points.len() / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect::<Vec<_>>())
+}
+
+/// The text of quadrilaterals, four corners each.
+pub(crate) fn quads(points: &[DVec3]) -> String {
+    let faces = (0..points.len() / 4).map(|i| 4 * i).flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]);
+    mesh(points, &faces.collect::<Vec<_>>())
 }

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use glam::{DVec2, DVec3};
-use lookat_render::{Precision, Probe, Ray, Scene};
+use lookat_render::{Probe, Ray, Scene};
 
 /// Vertices of the field on each side.
 const FIELD: usize = 200;
@@ -51,24 +51,19 @@ fn shadow_rays(probe: &Probe) -> Vec<Ray> {
     camera_rays(probe).iter().filter_map(leave).collect()
 }
 
-#[divan::bench(args = [Precision::Mixed, Precision::Double, Precision::Single])]
-fn nearest(bencher: Bencher, precision: Precision) {
-    trace(bencher, precision, camera_rays, |probe, ray| probe.nearest(ray).is_some());
+#[divan::bench]
+fn nearest(bencher: Bencher) {
+    trace(bencher, camera_rays, |probe, ray| probe.nearest(ray).is_some());
 }
 
-#[divan::bench(args = [Precision::Mixed, Precision::Double, Precision::Single])]
-fn occluded(bencher: Bencher, precision: Precision) {
-    trace(bencher, precision, shadow_rays, |probe, ray| probe.occluded(ray));
+#[divan::bench]
+fn occluded(bencher: Bencher) {
+    trace(bencher, shadow_rays, |probe, ray| probe.occluded(ray));
 }
 
 /// Counts the rays that meet something.
-fn trace(
-    bencher: Bencher,
-    precision: Precision,
-    rays: fn(&Probe) -> Vec<Ray>,
-    meets: impl Fn(&Probe, &Ray) -> bool,
-) {
-    let probe = Probe::new(&SCENE).with_precision(precision);
+fn trace(bencher: Bencher, rays: fn(&Probe) -> Vec<Ray>, meets: impl Fn(&Probe, &Ray) -> bool) {
+    let probe = Probe::new(&SCENE);
     let rays = rays(&probe);
     bencher
         .counter(ItemsCount::new(rays.len()))

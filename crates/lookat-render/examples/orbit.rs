@@ -7,12 +7,11 @@
 
 use std::f64::consts::{PI, TAU};
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use glam::DVec3;
-use lookat_render::scene::{Mesh, Shape, Transform, load};
+use lookat_render::glam::DVec3;
+use lookat_render::scene::{Mesh, MeshFault, Shape, Transform, load_str};
 use lookat_render::{Prepared, Settings};
 
 /// The size of the grid that becomes the mesh: two triangles in each of its cells.
@@ -21,7 +20,7 @@ const ROWS: usize = 708;
 const VIEWS: usize = 360;
 
 /// A ball with bumps.
-fn ball() -> Mesh {
+fn ball() -> Result<Mesh, MeshFault> {
     let vertex = |i: usize| {
         let (row, column) = (i / (ROWS + 1), i % (ROWS + 1));
         let (theta, phi) = (PI * row as f64 / ROWS as f64, TAU * column as f64 / ROWS as f64);
@@ -34,11 +33,8 @@ fn ball() -> Mesh {
         let (b, c, d) = (a + 1, a + ROWS as i32 + 1, a + ROWS as i32 + 2);
         [a, c, b, b, c, d]
     };
-    Mesh {
-        positions: (0..(ROWS + 1) * (ROWS + 1)).map(vertex).collect(),
-        indices: (0..ROWS * ROWS).flat_map(cell).collect(),
-        ..Mesh::default()
-    }
+    let vertices = (0..(ROWS + 1) * (ROWS + 1)).map(vertex).collect();
+    Mesh::new(vertices, (0..ROWS * ROWS).flat_map(cell).collect())
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -50,9 +46,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         LightSource "distant" "point from" [1 1 2] LightSource "infinite" "rgb L" [.3 .3 .3]
         Shape "sphere"
         WorldEnd"#;
-    let loaded = load(Path::new("orbit.pbrt"), &|_| Ok(text.into()), &Default::default());
-    let mut scene = loaded.scene.ok_or("the scene has errors")?;
-    let mesh = ball();
+    let mut scene = load_str(text).scene.ok_or("the scene has errors")?;
+    let mesh = ball()?;
     println!("{} triangles", mesh.triangles());
     Arc::make_mut(&mut scene.world).primitives[0].shape = Shape::TriangleMesh(Arc::new(mesh));
 

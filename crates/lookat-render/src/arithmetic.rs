@@ -2,19 +2,6 @@
 
 use std::sync::LazyLock;
 
-/// The numbers that decide what a ray meets. All but [`Precision::Mixed`] are there to be measured against it.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Precision {
-    /// `f32`, eight at a time, leaves out what is not met for certain; `f64` decides about the rest. Some small worlds go without
-    /// `f32`, and are asked by eight rays at a time. The default.
-    #[default]
-    Mixed,
-    /// `f64` alone: the same picture, more slowly.
-    Double,
-    /// `f32` alone: it decides by textbook formulas for spheres and triangles, that lose geometry.
-    Single,
-}
-
 /// What the processor offers. Whoever has one may call the functions that ask for that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Simd {

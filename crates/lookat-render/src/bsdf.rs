@@ -127,13 +127,13 @@ impl<'l> Bsdf<'l> {
         let local_o = frame.to_local(wo);
         let n = flipped(n, n.dot(wo) < 0.0);
         // Twice, so that it is built where it is to be.
-        match lambert(&material.kind) {
+        match lambert(material.kind()) {
             Some(kd) => {
                 let scattering = Scattering::Lambert(at.value(kd).max(Vec3::ZERO));
                 Bsdf { frame, n, local_o, scattering }
             }
             None => {
-                let scattering = Scattering::of(&material.kind, at, local_o, &mut lobes.0);
+                let scattering = Scattering::of(material.kind(), at, local_o, &mut lobes.0);
                 Bsdf { frame, n, local_o, scattering }
             }
         }

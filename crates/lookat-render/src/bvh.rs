@@ -8,10 +8,12 @@ use arrayvec::ArrayVec;
 use crate::bounds::Bounds;
 use crate::prefetch::{LINE, prefetch};
 pub(crate) use build::{Reference, around, build};
+#[cfg(test)]
+pub(crate) use slabs::DoubleSlabs;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use slabs::avx2::WideSlabs;
 pub(crate) use slabs::lanes::{BoxRays, ManySlabs};
-pub(crate) use slabs::{DoubleSlabs, Slabs, within_box};
+pub(crate) use slabs::{Slabs, within_box};
 
 /// Children of a node, and triangles of a block: what one instruction computes.
 pub(crate) const WIDTH: usize = 8;

@@ -149,7 +149,7 @@ impl PlacedCurve {
     fn new(curve: &Arc<Curve>, world_origin: DVec3) -> Self {
         let Transform { m, inv } = curve.world_from_object;
         let (world_from_object, object_from_world) = (DMat3::from_mat4(m), DMat3::from_mat4(inv));
-        let origin = curve.segments[0][0];
+        let origin = curve.segments.first().map_or(DVec3::ZERO, |segment| segment[0]);
         let anchor = world_from_object * origin + (m.w_axis.truncate() - world_origin);
         PlacedCurve { curve: curve.clone(), origin, anchor, object_from_world, world_from_object }
     }
@@ -262,7 +262,8 @@ fn may_meet(seen: &[DVec3; 4], reach: f64, z_max: f64) -> bool {
 /// The normal of a ribbon at a place, turned evenly from one given normal to the next; as in pbrt-v3, which takes angles
 /// above 90 degrees for 90.
 fn ribbon_normal(normals: &[DVec3], segment: u32, u: f64) -> DVec3 {
-    let (from, to) = (normals[segment as usize], normals[segment as usize + 1]);
+    let normal = |at: u32| normals.get(at as usize).copied().unwrap_or(DVec3::Z);
+    let (from, to) = (normal(segment), normal(segment + 1));
     let angle = from.dot(to).clamp(0.0, 1.0).acos();
     if angle < 1e-6 {
         return from;

@@ -30,7 +30,7 @@ fn is_left(cutout: &Cutout, mesh: &Mesh, element: ElementId, [b0, b1]: [f64; 2],
 
 /// A point of a triangle. As in pbrt-v3, it is that of the object where it is part of one.
 fn point(mesh: &Mesh, index: usize, weights: [f64; 3]) -> TexturePoint {
-    let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]));
+    let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]));
     TexturePoint {
         p: corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2],
         // Positions of the mesh are not relative to an origin.

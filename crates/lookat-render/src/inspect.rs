@@ -180,14 +180,14 @@ fn surfaces(traceable: &Traceable) -> Surfaces {
         }
     }
     let count = |is: &dyn Fn(&Material) -> bool| materials.iter().filter(|material| is(material)).count();
-    let others = materials.iter().filter(|material| lambert(&material.kind).is_none());
+    let others = materials.iter().filter(|material| lambert(material.kind()).is_none());
     Surfaces {
-        kinds: materials.iter().map(|material| material.kind.name()).collect(),
-        lambert: count(&|material| lambert(&material.kind).is_some()),
+        kinds: materials.iter().map(|material| material.kind().name()).collect(),
+        lambert: count(&|material| lambert(material.kind()).is_some()),
         most_lobes: others.map(|material| most_lobes(material).all).max().unwrap_or(0),
         specular: count(&|material| most_lobes(material).specular > 0),
-        coordinates: count(&|material| material.needs.coordinates),
-        footprints: count(&|material| material.needs.footprint),
-        bumps: count(&|material| material.bump.is_some()),
+        coordinates: count(&|material| material.needs().coordinates),
+        footprints: count(&|material| material.needs().footprint),
+        bumps: count(&|material| material.bump().is_some()),
     }
 }

@@ -1,7 +1,8 @@
 //! Renders [`Scene`]s.
 //!
 //! ```
-//! use std::path::Path;
+//! use lookat_render::scene::load_str;
+//! use lookat_render::{Settings, render};
 //!
 //! let text = r#"
 //!     LookAt 0 0 -4  0 0 0  0 1 0
@@ -15,12 +16,23 @@
 //!     Shape "sphere"
 //!     WorldEnd
 //! "#;
-//! let scene = lookat_scene::load(Path::new("demo.pbrt"), &|_| Ok(text.into()), &Default::default()).scene.unwrap();
-//! let rendered = lookat_render::render(&scene, &Default::default(), &|_| std::ops::ControlFlow::Continue(()));
+//! let scene = load_str(text).scene.unwrap();
+//! let rendered = render(&scene, &Settings::default(), &|_| std::ops::ControlFlow::Continue(()));
 //! // Half of the light of a white sky comes back from a gray sphere.
 //! let middle = rendered.image.rgb().unwrap()[16 * 32 + 16];
 //! assert!((middle[0] - 0.5).abs() < 0.01);
 //! ```
+//!
+//! | to | use |
+//! |---|---|
+//! | render a picture | [`render()`], with [`Settings`] and their stopping rule [`Stop`] |
+//! | render many views of a world | [`Prepared`] |
+//! | show a picture that grows | [`Progress::snapshot`] |
+//! | trace rays of your own | [`Probe`] |
+//! | know what a scene takes | [`inspect()`], [`film_bytes`], [`preparation_bytes`] |
+//!
+//! The examples of this crate build a scene in code, render a file with progress, turn a camera around a mesh, and compare two
+//! pictures.
 
 mod arithmetic;
 mod bounds;
@@ -42,7 +54,6 @@ mod integrator;
 mod lanes;
 mod light;
 mod parametric;
-mod plain;
 mod prefetch;
 mod prepare;
 mod probe;
@@ -59,13 +70,12 @@ mod trace;
 mod triangle;
 mod warp;
 
-pub use arithmetic::Precision;
 pub use film::REPLICATES;
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::Draw;
 pub use lookat_image as image;
 pub use lookat_scene as scene;
-pub use lookat_scene::Scene;
+pub use lookat_scene::{Scene, glam};
 pub use prepare::{Prepared, preparation_bytes};
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
@@ -73,4 +83,3 @@ pub use render::{
     DARK, Progress, Reached, Rendered, Settings, Statistics, Stop, TargetError, TimeLeft, film_bytes, render,
 };
 pub use threads::{start_threads, threads};
-pub use trace::BUNDLE;

@@ -3,12 +3,10 @@
 use glam::{DVec2, DVec3};
 use lookat_scene::Scene;
 
-use crate::arithmetic::Precision;
 use crate::camera::CameraRays;
 use crate::prepare::Prepared;
 use crate::ray::{Hit, Ray};
 use crate::surface::Surface;
-use crate::trace::BUNDLE;
 
 /// A scene in which rays can be traced. All positions are relative to [`Probe::origin`].
 pub struct Probe {
@@ -35,13 +33,6 @@ impl Probe {
         Probe { prepared, camera }
     }
 
-    /// The same scene, intersected with other numbers.
-    #[must_use]
-    pub fn with_precision(mut self, precision: Precision) -> Self {
-        self.prepared.traceable.precision = precision;
-        self
-    }
-
     /// The eye: the position of a perspective camera, the middle of the window of an orthographic one.
     pub fn eye(&self) -> DVec3 {
         self.camera.eye
@@ -61,11 +52,6 @@ impl Probe {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
         self.prepared.traceable.nearest(ray)
-    }
-
-    /// The nearest hits of several rays, which are found faster together where they run side by side.
-    pub fn nearest_of(&self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
-        self.prepared.traceable.nearest_of(rays).0
     }
 
     /// The same without trees: by asking everything in turn.

@@ -113,9 +113,8 @@ pub fn render(
     let deadline = settings.stop.deadline();
     on_threads(settings, || {
         let started = Instant::now();
-        let mut prepared = Prepared::new(scene);
+        let prepared = Prepared::new(scene);
         let preparation = started.elapsed();
-        prepared.traceable.precision = settings.precision;
         Rendered { preparation, ..run(&prepared, &scene.view, settings, deadline, progress) }
     })
 }
@@ -132,7 +131,6 @@ impl Prepared {
         let deadline = settings.stop.deadline();
         on_threads(settings, || {
             let preparation = self.look(&view.camera);
-            self.traceable.precision = settings.precision;
             Rendered { preparation, ..run(self, view, settings, deadline, progress) }
         })
     }

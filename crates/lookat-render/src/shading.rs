@@ -27,7 +27,7 @@ pub(crate) fn bsdf<'l>(
 ) -> Bsdf<'l> {
     let material = &surface.primitive.material;
     // Apart, so that neither point is copied.
-    if !material.needs.coordinates {
+    if !material.needs().coordinates {
         let frame = Frame::from_z(surface.ns);
         return Bsdf::new(material, &TexturePoint::default(), (frame, surface.n), wo, lobes);
     }
@@ -46,11 +46,11 @@ pub(crate) fn point(
     let material = &surface.primitive.material;
     let coordinates = Coordinates::new(scene, surface, wo);
     let footprint = match camera_ray {
-        Some(camera_ray) if material.needs.footprint => footprint(surface, &coordinates.flat, camera_ray),
+        Some(camera_ray) if material.needs().footprint => footprint(surface, &coordinates.flat, camera_ray),
         _ => Footprint::default(),
     };
     let at = TexturePoint { p: surface.p, origin: scene.origin, uv: coordinates.flat.uv, footprint };
-    let (ns, dpdu) = match &material.bump {
+    let (ns, dpdu) = match material.bump() {
         Some(bump) => bumped(&at, bump, surface, &coordinates),
         None => (surface.ns, coordinates.shading.dpdu),
     };

@@ -37,7 +37,7 @@ pub(crate) struct Surface<'s> {
 impl<'s> Surface<'s> {
     /// Whether light passes straight through, as it has no material.
     pub fn is_passed(&self) -> bool {
-        matches!(self.primitive.material.kind, MaterialKind::None)
+        matches!(self.primitive.material.kind(), MaterialKind::None)
     }
 
     /// The surface at a hit of `ray`.
@@ -204,7 +204,7 @@ pub(crate) fn on_triangle<'s>(
         let [n0, n1, n2] = mesh.triangle(element.index as usize).map(|vertex| DVec3::from(normals[vertex]));
         (n0 * b0 + n1 * b1 + n2 * b2).try_normalize()
     };
-    let smooth = if mesh.normals.is_empty() { None } else { interpolated(&mesh.normals) };
+    let smooth = if mesh.normals().is_empty() { None } else { interpolated(mesh.normals()) };
     // The winding order as the mesh has it, before it was mirrored.
     let own = flipped(winding, primitive.mirrored);
     match smooth {
@@ -226,7 +226,7 @@ pub(crate) fn on_triangle<'s>(
         }
         None => {
             // With tangents, pbrt-v3 reverses once more.
-            let n = flipped(own, primitive.reverse_orientation && mesh.tangents.is_empty());
+            let n = flipped(own, primitive.reverse_orientation && mesh.tangents().is_empty());
             Surface {
                 p,
                 magnitude,

@@ -38,7 +38,7 @@ impl TexturePoint {
     pub fn value<T: Value>(&self, texture: &Texture<T>) -> T {
         match texture {
             Texture::Constant(value) => *value,
-            Texture::Varying(node) => self.varying(&node.texture),
+            Texture::Varying(node) => self.varying(node.texture()),
         }
     }
 
@@ -98,7 +98,7 @@ mod tests {
         );
         let loaded = load(Path::new("x.pbrt"), &|_| Ok(scene.clone().into()), &Overrides::default());
         let scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
-        match &scene.world.primitives[0].material.kind {
+        match &scene.world.primitives[0].material.kind() {
             MaterialKind::Matte(matte) => matte.kd.clone(),
             other => panic!("{other:?}"),
         }

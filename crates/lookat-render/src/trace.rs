@@ -8,16 +8,17 @@ mod tests;
 
 use std::array::from_fn;
 
-pub use bundle::BUNDLE;
+pub(crate) use bundle::BUNDLE;
 use bundle::{MOST_LEAVES, OTHER};
 pub(crate) use forms::{Form, Forms};
 
-use crate::arithmetic::{Precision, SimdKind};
+use crate::arithmetic::SimdKind;
+#[cfg(test)]
+use crate::bvh::DoubleSlabs;
 #[cfg(target_arch = "x86_64")]
 use crate::bvh::WideSlabs;
-use crate::bvh::{DoubleSlabs, Leaf, Node, Slabs, WIDTH};
+use crate::bvh::{Leaf, Node, Slabs, WIDTH};
 use crate::cutout;
-use crate::plain::{self, PlainRay};
 use crate::prepare::{Group, Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
 #[cfg(target_arch = "x86_64")]
@@ -64,13 +65,13 @@ struct Search {
 /// instructions of the function that they are in.
 #[cfg(target_arch = "x86_64")]
 macro_rules! search_with {
-    ($self:ident.search_by::<$any:ident, $single:tt, $n:tt>($queries:ident, $hits:ident, $rays:expr, $slabs:ident)) => {{
+    ($self:ident.search_by::<$any:ident, $n:tt>($queries:ident, $hits:ident, $rays:expr, $slabs:ident)) => {{
         let boxes = |node: &$crate::bvh::Node, t_max| $slabs.meet(node, t_max);
         let filter =
             |ray: &WideFilter, block: &$crate::triangle::block::Block, t_max| ray.may_meet(block, t_max);
         let surely =
             |ray: &WideFilter, block: &$crate::triangle::block::Block, t_max| ray.surely_meets(block, t_max);
-        $self.search_by::<$any, $single, $n, _>($queries, $hits, $rays, boxes, filter, surely)
+        $self.search_by::<$any, $n, _>($queries, $hits, $rays, boxes, filter, surely)
     }};
 }
 #[cfg(target_arch = "x86_64")]
@@ -115,16 +116,16 @@ impl Traceable {
     /// Looks for hits that `hit` yields to. With `ANY` the first will do; the target of the ray is left out.
     fn search<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
         let (queries, hits) = (&[query], std::array::from_mut(hit));
-        match self.precision {
-            Precision::Mixed => self.search_wide::<ANY, false, 1>(queries, hits).found,
-            Precision::Single => self.search_wide::<ANY, true, 1>(queries, hits).found,
-            Precision::Double => self.search_double::<ANY>(queries, hits).found,
+        #[cfg(test)]
+        if self.is_double {
+            return self.search_double::<ANY>(queries, hits).found;
         }
+        self.search_wide::<ANY, 1>(queries, hits).found
     }
 
-    /// By tests in `f32` that leave out what is not met. What is left is decided about in `f64`; or if `SINGLE` is set, to
-    /// be measured against that, in `f32` too. Several rays are of one group, and run the same way along each axis.
-    fn search_wide<const ANY: bool, const SINGLE: bool, const N: usize>(
+    /// By tests in `f32` that leave out what is not met. What is left is decided about in `f64`. Several rays are of one group, and
+    /// run the same way along each axis.
+    fn search_wide<const ANY: bool, const N: usize>(
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
@@ -133,41 +134,41 @@ impl Traceable {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Simd` says what the processor has.
             #[allow(unsafe_code)]
-            SimdKind::Avx512 => unsafe { self.search_avx512::<ANY, SINGLE, N>(queries, hits) },
+            SimdKind::Avx512 => unsafe { self.search_avx512::<ANY, N>(queries, hits) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
             #[allow(unsafe_code)]
-            SimdKind::Avx2 => unsafe { self.search_avx2::<ANY, SINGLE, N>(queries, hits) },
-            SimdKind::Portable => self.search_portable::<ANY, SINGLE, N>(queries, hits),
+            SimdKind::Avx2 => unsafe { self.search_avx2::<ANY, N>(queries, hits) },
+            SimdKind::Portable => self.search_portable::<ANY, N>(queries, hits),
         }
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn search_avx2<const ANY: bool, const SINGLE: bool, const N: usize>(
+    fn search_avx2<const ANY: bool, const N: usize>(
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
     ) -> Search {
         let slabs = WideSlabs::new(&slabs(queries));
         let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
-        search_with!(self.search_by::<ANY, SINGLE, N>(queries, hits, &rays, slabs))
+        search_with!(self.search_by::<ANY, N>(queries, hits, &rays, slabs))
     }
 
     /// The same, with the registers of AVX-512.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
-    fn search_avx512<const ANY: bool, const SINGLE: bool, const N: usize>(
+    fn search_avx512<const ANY: bool, const N: usize>(
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
     ) -> Search {
         let slabs = WideSlabs::new(&slabs(queries));
         let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
-        search_with!(self.search_by::<ANY, SINGLE, N>(queries, hits, &rays, slabs))
+        search_with!(self.search_by::<ANY, N>(queries, hits, &rays, slabs))
     }
 
-    fn search_portable<const ANY: bool, const SINGLE: bool, const N: usize>(
+    fn search_portable<const ANY: bool, const N: usize>(
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
@@ -178,12 +179,12 @@ impl Traceable {
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &FilterRay<f32>, block: &Block, t_max| ray.may_meet(block, t_max);
         let surely = |ray: &FilterRay<f32>, block: &Block, t_max| ray.surely_meets(block, t_max);
-        self.search_by::<ANY, SINGLE, N, _>(queries, hits, &rays, boxes, filter, surely)
+        self.search_by::<ANY, N, _>(queries, hits, &rays, boxes, filter, surely)
     }
 
     /// By the forms of each ray: which boxes of a node any of them may meet, and which triangles of a block one of them.
     #[inline(always)]
-    fn search_by<const ANY: bool, const SINGLE: bool, const N: usize, F>(
+    fn search_by<const ANY: bool, const N: usize, F>(
         &self,
         queries: &[Query; N],
         hits: &mut [Hit; N],
@@ -193,18 +194,13 @@ impl Traceable {
         surely: impl Fn(&F, &Block, f64) -> u32,
     ) -> Search {
         let filter = |k: usize, block: &Block, t_max| filter(&rays[k].filter, block, t_max);
-        let surely = |k: usize, block: &Block, t_max| match SINGLE {
-            true => 0,
-            false => surely(&rays[k].filter, block, t_max),
-        };
-        let decide = |k: usize, triangle: &Triangle| match SINGLE {
-            true => rays[k].plain.intersect(&triangle.corners),
-            false => rays[k].sheared.intersect(&triangle.corners),
-        };
+        let surely = |k: usize, block: &Block, t_max| surely(&rays[k].filter, block, t_max);
+        let decide = |k: usize, triangle: &Triangle| rays[k].sheared.intersect(&triangle.corners);
         self.search_with::<ANY, N>(queries, hits, boxes, filter, surely, decide)
     }
 
     /// All in `f64`.
+    #[cfg(test)]
     fn search_double<const ANY: bool>(&self, queries: &[Query; 1], hits: &mut [Hit; 1]) -> Search {
         let ray = queries[0].ray;
         let (sheared, slabs) = (ShearedRay::new(ray), DoubleSlabs::new(ray));
@@ -323,10 +319,7 @@ impl Traceable {
                     return false;
                 }
                 let (shape, leaving) = (&self.curved[shape as usize], element == ray.leaving);
-                let t = match self.precision {
-                    Precision::Single => plain::curved(shape, ray, hit.t, leaving),
-                    _ => shape.intersect(ray, hit.t, leaving),
-                };
+                let t = shape.intersect(ray, hit.t, leaving);
                 if ANY && t.is_some_and(|t| ray.may_end_at(t) && shape.is_met_at_end(ray, leaving)) {
                     return false;
                 }
@@ -378,18 +371,17 @@ impl Traceable {
     }
 }
 
-/// A ray as it is tested against triangles: by the filter, and in `f64` or `f32` alone.
+/// A ray as it is tested against triangles: by the filter, and in `f64`.
 struct RayForms<F> {
     filter: F,
     sheared: ShearedRay,
-    plain: PlainRay,
 }
 
 impl<F> RayForms<F> {
     #[inline(always)]
     fn new(ray: &Ray, filter: impl Fn(&Ray, &ShearedRay) -> F) -> Self {
         let sheared = ShearedRay::new(ray);
-        RayForms { filter: filter(ray, &sheared), sheared, plain: PlainRay::new(ray) }
+        RayForms { filter: filter(ray, &sheared), sheared }
     }
 }
 

@@ -207,7 +207,7 @@ pub(crate) fn holds_end(ray: &Ray, corners: &[DVec3; 3]) -> bool {
 
 /// The corners of a triangle relative to the origin.
 pub(crate) fn corners(mesh: &Mesh, index: usize, origin: DVec3) -> [DVec3; 3] {
-    mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]) - origin)
+    mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]) - origin)
 }
 
 /// Sorts the corners of a triangle, and tells where the first two went. Sums then round alike for all triangles with the

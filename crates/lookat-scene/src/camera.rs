@@ -61,12 +61,22 @@ pub struct Lens {
 }
 
 impl Camera {
-    /// The camera of pbrt-v3 without a Camera directive.
-    pub(crate) fn pbrt_default(world_from_camera: Transform, film: &Film) -> Self {
-        let projection = Projection::Perspective { fov: 90.0 };
+    /// A pinhole camera for a film, with square pixels and -1 to 1 on the screen along its shorter side. `camera_from_world` places
+    /// it, as [`Transform::look_at`] does.
+    pub fn new(camera_from_world: Transform, projection: Projection, film: &Film) -> Self {
         let screen = ScreenWindow::of_aspect(film_aspect(film));
-        Camera { world_from_camera, projection, screen, lens: None }
+        Camera { world_from_camera: camera_from_world.inverse(), projection, screen, lens: None }
     }
+
+    /// The same camera with a thin lens.
+    pub fn with_lens(self, lens: Lens) -> Self {
+        Camera { lens: Some(lens), ..self }
+    }
+}
+
+impl Projection {
+    /// That of pbrt-v3 without a Camera directive.
+    pub(crate) const PBRT_DEFAULT: Projection = Projection::Perspective { fov: 90.0 };
 }
 
 impl ScreenWindow {

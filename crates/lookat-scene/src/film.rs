@@ -39,6 +39,20 @@ pub struct PixelBounds {
     pub y1: u32,
 }
 
+impl Film {
+    /// A film of this width and height in pixels, with the defaults of pbrt-v3.
+    pub fn new(resolution: [u32; 2]) -> Film {
+        let [x1, y1] = resolution;
+        Film {
+            resolution,
+            crop: PixelBounds { x0: 0, y0: 0, x1, y1 },
+            scale: 1.0,
+            max_sample_luminance: f64::INFINITY,
+            file: "pbrt.exr".into(),
+        }
+    }
+}
+
 impl PixelBounds {
     /// Columns.
     pub fn width(self) -> u32 {

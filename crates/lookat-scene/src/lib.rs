@@ -23,6 +23,9 @@
 //! assert_eq!(loaded.sources.location(loaded.diagnostics[0].span()).line, 8);
 //! ```
 //!
+//! A scene can also be built in code: its parts are plain values, and constructors check what indices and lengths must keep.
+//! [`Scene::validate`] checks the rest.
+//!
 //! A scene guarantees to the renderer: indices are in range, transformations are invertible, lengths are positive
 //! where they must be, and all numbers are finite, except an unlimited `max_sample_luminance`.
 
@@ -66,6 +69,7 @@ mod symbols;
 mod texture;
 mod transform;
 mod undefined;
+mod validate;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use color::LUMINANCE;
@@ -73,9 +77,10 @@ pub use cutout::Cutout;
 pub use files::{Open, Read};
 pub use film::{Film, MAX_PIXELS, PixelBounds};
 pub use filter::{Filter, FilterKind};
+pub use glam;
 pub use integrator::{DirectStrategy, Integrator, LightChoice};
 pub use light::Light;
-pub use load::{load, load_opened};
+pub use load::{load, load_opened, load_str};
 pub use loaded::Loaded;
 pub use lookat_syntax as syntax;
 pub use material::{
@@ -83,7 +88,7 @@ pub use material::{
     Substrate, Translucent, Uber,
 };
 pub use memory::Memory;
-pub use mesh::Mesh;
+pub use mesh::{Mesh, MeshFault};
 pub use overrides::Overrides;
 pub use sampler::{Sampler, SamplerKind};
 pub use scene::{Emission, Instance, Object, Primitive, Scene, View, World};
@@ -97,3 +102,4 @@ pub use texture::{
     Varying,
 };
 pub use transform::{LookAtFault, Transform};
+pub use validate::Invalid;

@@ -35,6 +35,21 @@ pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
     load_through(Access::Read(read), path, overrides)
 }
 
+/// Loads a scene from its text alone: files that it names are missing.
+///
+/// ```
+/// let loaded = lookat_scene::load_str("Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd");
+/// assert_eq!(loaded.scene.unwrap().world.primitives.len(), 1);
+/// ```
+pub fn load_str(text: &str) -> Loaded {
+    const NAME: &str = "scene.pbrt";
+    let read = |path: &Path| match path == Path::new(NAME) {
+        true => Ok(text.into()),
+        false => Err(ErrorKind::NotFound.into()),
+    };
+    load(Path::new(NAME), &read, &Overrides::default())
+}
+
 /// Like [`load`], but opens files on disk. It streams PLY files, and lists folders to suggest a name for a missing
 /// file.
 pub fn load_opened(path: &Path, open: &Open, overrides: &Overrides) -> Loaded {

@@ -45,12 +45,9 @@ use keys::{bump, index_of_refraction, share};
 /// A material.
 #[derive(Debug, Clone)]
 pub struct Material {
-    /// Its scattering.
-    pub kind: MaterialKind,
-    /// The bump map: a displacement in world units that changes the shading normal (`bumpmap`).
-    pub bump: Option<Texture<f64>>,
-    /// The surface data that it needs.
-    pub needs: Needs,
+    pub(crate) kind: MaterialKind,
+    pub(crate) bump: Option<Texture<f64>>,
+    needs: Needs,
 }
 
 /// The scattering of a material. Reflectances are colors or textures; negative values count as 0.
@@ -89,9 +86,29 @@ impl Material {
         needs: Needs::NOTHING,
     };
 
-    fn new(kind: MaterialKind, bump: Option<Texture<f64>>) -> Self {
+    /// A material with this scattering, and a bump map if there is one: a displacement in world units that changes the shading
+    /// normal.
+    pub fn new(kind: MaterialKind, bump: Option<Texture<f64>>) -> Self {
         let needs = Needs::of(&kind, bump.as_ref());
         Material { kind, bump, needs }
+    }
+
+    /// Its scattering.
+    #[inline]
+    pub fn kind(&self) -> &MaterialKind {
+        &self.kind
+    }
+
+    /// The bump map (`bumpmap`).
+    #[inline]
+    pub fn bump(&self) -> Option<&Texture<f64>> {
+        self.bump.as_ref()
+    }
+
+    /// The surface data that it needs.
+    #[inline]
+    pub fn needs(&self) -> Needs {
+        self.needs
     }
 }
 

@@ -9,23 +9,121 @@ use crate::params::{FileParam, Params};
 use crate::schema::{Effect, Floats, Integers, Key, Kind, Name, Pairs, Triples, Unit};
 use crate::transform::LARGEST;
 
-/// Triangles with shared vertices. Arrays other than `positions` and `indices` are empty if the mesh has no such
+/// Triangles with shared vertices. Arrays other than those of positions and indices are empty if the mesh has no such
 /// data.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Mesh {
-    /// Vertex positions in world space, or in the space of the containing object. Finite (`P`).
-    pub positions: Vec<[f64; 3]>,
-    /// Three vertex indices for each triangle, from 0 to one less than the number of positions (`indices`).
-    pub indices: Vec<i32>,
-    /// A shading normal for each vertex, of any length (`N`).
-    pub normals: Vec<[f64; 3]>,
-    /// A shading tangent for each vertex, of any length (`S`).
-    pub tangents: Vec<[f64; 3]>,
-    /// Texture coordinates for each vertex (`uv` or `st`).
-    pub uvs: Vec<[f64; 2]>,
+    pub(crate) positions: Vec<[f64; 3]>,
+    pub(crate) indices: Vec<i32>,
+    pub(crate) normals: Vec<[f64; 3]>,
+    pub(crate) tangents: Vec<[f64; 3]>,
+    pub(crate) uvs: Vec<[f64; 2]>,
 }
 
+/// Why arrays are no [`Mesh`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeshFault {
+    /// The number of indices is no multiple of three.
+    OddIndices,
+    /// An index is negative, or not below the number of positions.
+    IndexOutOfRange,
+    /// An array has fewer or more values than there are positions.
+    WrongLength,
+    /// A number is infinite or not a number.
+    NotFinite,
+}
+
+impl std::fmt::Display for MeshFault {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(match self {
+            MeshFault::OddIndices => "the number of indices is no multiple of 3",
+            MeshFault::IndexOutOfRange => "an index is negative or not below the number of positions",
+            MeshFault::WrongLength => "an array does not have a value for each position",
+            MeshFault::NotFinite => "a number is not finite",
+        })
+    }
+}
+
+impl std::error::Error for MeshFault {}
+
 impl Mesh {
+    /// A mesh of these vertex positions, with three vertex indices for each triangle.
+    ///
+    /// # Errors
+    ///
+    /// See [`MeshFault`].
+    pub fn new(positions: Vec<[f64; 3]>, indices: Vec<i32>) -> Result<Mesh, MeshFault> {
+        let count = positions.len();
+        if !indices.len().is_multiple_of(3) {
+            return Err(MeshFault::OddIndices);
+        }
+        if !indices.iter().all(|index| usize::try_from(*index).is_ok_and(|index| index < count)) {
+            return Err(MeshFault::IndexOutOfRange);
+        }
+        check_array(&positions, count)?;
+        Ok(Mesh { positions, indices, ..Mesh::default() })
+    }
+
+    /// The mesh with a shading normal for each vertex, of any length.
+    ///
+    /// # Errors
+    ///
+    /// See [`MeshFault`].
+    pub fn with_normals(self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshFault> {
+        check_array(&normals, self.positions.len())?;
+        Ok(Mesh { normals, ..self })
+    }
+
+    /// The mesh with a shading tangent for each vertex, of any length.
+    ///
+    /// # Errors
+    ///
+    /// See [`MeshFault`].
+    pub fn with_tangents(self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshFault> {
+        check_array(&tangents, self.positions.len())?;
+        Ok(Mesh { tangents, ..self })
+    }
+
+    /// The mesh with texture coordinates for each vertex.
+    ///
+    /// # Errors
+    ///
+    /// See [`MeshFault`].
+    pub fn with_uvs(self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshFault> {
+        check_array(&uvs, self.positions.len())?;
+        Ok(Mesh { uvs, ..self })
+    }
+
+    /// Vertex positions in world space, or in the space of the containing object. Finite (`P`).
+    #[inline]
+    pub fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
+    }
+
+    /// Three vertex indices for each triangle, from 0 to one less than the number of positions (`indices`).
+    #[inline]
+    pub fn indices(&self) -> &[i32] {
+        &self.indices
+    }
+
+    /// A shading normal for each vertex, of any length (`N`), or none.
+    #[inline]
+    pub fn normals(&self) -> &[[f64; 3]] {
+        &self.normals
+    }
+
+    /// A shading tangent for each vertex, of any length (`S`), or none.
+    #[inline]
+    pub fn tangents(&self) -> &[[f64; 3]] {
+        &self.tangents
+    }
+
+    /// Texture coordinates for each vertex (`uv` or `st`), or none.
+    #[inline]
+    pub fn uvs(&self) -> &[[f64; 2]] {
+        &self.uvs
+    }
+
     /// The number of triangles.
     pub fn triangles(&self) -> usize {
         self.indices.len() / 3
@@ -72,6 +170,13 @@ impl Mesh {
         }
         self
     }
+}
+
+fn check_array<const N: usize>(values: &[[f64; N]], count: usize) -> Result<(), MeshFault> {
+    if values.len() != count {
+        return Err(MeshFault::WrongLength);
+    }
+    if values.as_flattened().iter().all(|x| x.is_finite()) { Ok(()) } else { Err(MeshFault::NotFinite) }
 }
 
 pub(crate) const INDICES: Key<Integers> = Key::new(

@@ -4,7 +4,7 @@
 use lookat_syntax::{Entity, EntityKind, Span, Spanned, Text};
 
 use crate::accelerator;
-use crate::camera::{self, Camera};
+use crate::camera::{self, Camera, Projection};
 use crate::facts::Facts;
 use crate::files::Files;
 use crate::film;
@@ -103,7 +103,8 @@ impl Options {
         let params = &mut Params::new("Camera", entity(given, "perspective"), files, report);
         let camera = camera::camera(params, world_from_camera, &film);
         let view = View {
-            camera: camera.unwrap_or_else(|| Camera::pbrt_default(world_from_camera, &film)),
+            camera: camera
+                .unwrap_or_else(|| Camera::new(world_from_camera.inverse(), Projection::PBRT_DEFAULT, &film)),
             film,
             filter: filter.unwrap_or(Filter::BOX),
             sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),

@@ -43,6 +43,52 @@ pub struct World {
     pub lights: Vec<Light>,
 }
 
+impl View {
+    /// A view by the box filter, the Halton sampler with 16 samples per pixel and path tracing up to depth 5: the defaults of
+    /// pbrt-v3.
+    pub fn new(camera: Camera, film: Film) -> View {
+        View {
+            camera,
+            film,
+            filter: Filter::BOX,
+            sampler: Sampler::PBRT_DEFAULT,
+            integrator: Integrator::PBRT_DEFAULT,
+        }
+    }
+}
+
+impl Scene {
+    /// A view of a world.
+    pub fn new(view: View, world: World) -> Scene {
+        Scene { view, world: Arc::new(world) }
+    }
+}
+
+impl Primitive {
+    /// A shape of a material: without holes, and dark.
+    pub fn new(shape: Shape, material: Arc<Material>) -> Primitive {
+        let mirrored = match &shape {
+            Shape::Quadric(quadric) => quadric.world_from_object.swaps_handedness(),
+            Shape::Curve(curve) => curve.world_from_object.swaps_handedness(),
+            Shape::TriangleMesh(_) => false,
+        };
+        Primitive {
+            shape,
+            span: None,
+            reverse_orientation: false,
+            mirrored,
+            material,
+            cutout: None,
+            emission: None,
+        }
+    }
+
+    /// The same shape as an area light.
+    pub fn with_emission(self, emission: Emission) -> Primitive {
+        Primitive { emission: Some(emission), ..self }
+    }
+}
+
 /// A shape with its material and emission. Its space is the world, or the object that contains it.
 #[derive(Debug, Clone)]
 pub struct Primitive {
@@ -74,6 +120,11 @@ pub struct Emission {
 }
 
 impl Emission {
+    /// That of a radiance, on the side of the normal.
+    pub fn new(radiance: glam::Vec3) -> Emission {
+        Emission { radiance, two_sided: false, samples: 1 }
+    }
+
     /// True if the radiance is zero.
     pub(crate) fn is_black(&self) -> bool {
         self.radiance == glam::Vec3::ZERO

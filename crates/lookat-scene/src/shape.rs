@@ -98,6 +98,12 @@ impl QuadricForm {
 }
 
 impl Quadric {
+    /// A whole sphere around the origin of object space.
+    pub fn sphere(radius: f64, world_from_object: Transform) -> Quadric {
+        let form = QuadricForm::Sphere(Sphere { radius, z_min: -radius, z_max: radius });
+        Quadric { form, phi_max: TAU, world_from_object }
+    }
+
     /// The lowest and highest z, and the largest distance from the axis, in object space, for a full sweep.
     pub fn extent(&self) -> (f64, f64, f64) {
         match self.form {

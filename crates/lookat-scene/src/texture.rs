@@ -45,12 +45,19 @@ pub enum Texture<T: Value> {
 /// A texture that varies, with properties of it and of the textures below it.
 #[derive(Debug, Clone)]
 pub struct Node<T: Value> {
-    /// The texture.
-    pub texture: Varying<T>,
+    pub(crate) texture: Varying<T>,
     /// True if the texture footprint changes its value.
     filtered: bool,
     /// The number of textures evaluated for one value.
     cost: u32,
+}
+
+impl<T: Value> Node<T> {
+    /// The texture.
+    #[inline]
+    pub fn texture(&self) -> &Varying<T> {
+        &self.texture
+    }
 }
 
 /// A texture that varies.
@@ -106,7 +113,7 @@ impl<T: Value> Texture<T> {
     }
 
     /// The number of textures evaluated for one value.
-    fn cost(&self) -> u32 {
+    pub(crate) fn cost(&self) -> u32 {
         match self {
             Texture::Constant(_) => 0,
             Texture::Varying(node) => node.cost,
@@ -121,7 +128,8 @@ impl<T: Value> Texture<T> {
         }
     }
 
-    fn varying(texture: Varying<T>) -> Self {
+    /// A texture that varies.
+    pub fn varying(texture: Varying<T>) -> Self {
         let of_two = |[a, b]: [&Self; 2]| {
             (a.is_filtered() || b.is_filtered(), a.cost().saturating_add(b.cost()).saturating_add(1))
         };

@@ -9,7 +9,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
-use lookat_lab::bench::Part;
+use lookat_lab::bench::Suite;
 
 use crate::metric::{Limit, Metric};
 pub use chart::{Chart, Other};
@@ -135,8 +135,8 @@ pub struct Explain {
 #[command(after_help = "Takes about a minute. Other running programs disturb the measurement.")]
 pub struct Bench {
     /// Measure only these parts: tracing, reading, rendering or features
-    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = part)]
-    pub only: Vec<Part>,
+    #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = suite)]
+    pub only: Vec<Suite>,
     /// Number of measurements; the output shows medians
     #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = whole(1_u16, 1000))]
     pub rounds: u16,
@@ -263,9 +263,9 @@ fn metric(text: &str) -> Result<Metric, String> {
     Metric::from_name(text).ok_or_else(|| format!("the metrics are {}", Metric::names()))
 }
 
-fn part(text: &str) -> Result<Part, String> {
-    let found = Part::ALL.into_iter().find(|part| part.name() == text);
-    found.ok_or_else(|| format!("the parts are {}", Part::ALL.map(Part::name).join(", ")))
+fn suite(text: &str) -> Result<Suite, String> {
+    let found = Suite::ALL.into_iter().find(|suite| suite.name() == text);
+    found.ok_or_else(|| format!("the parts are {}", Suite::ALL.map(Suite::name).join(", ")))
 }
 
 fn limit(text: &str) -> Result<Limit, String> {

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use lookat_lab::bench::{Cell, Machine, Part, Table};
+use lookat_lab::bench::{Cell, Machine, Suite, Table};
 use serde_json::{Value, json};
 
 use crate::args::Bench;
@@ -20,9 +20,9 @@ fn run(arguments: &Bench) -> Result<(), String> {
     if !json {
         crate::print(&head(&machine, *rounds))?;
     }
-    for part in Part::ALL.into_iter().filter(|part| only.is_empty() || only.contains(part)) {
-        crate::say(&format!("measuring {} ...", part.name()));
-        for table in part.measure((*rounds).into()) {
+    for suite in Suite::ALL.into_iter().filter(|suite| only.is_empty() || only.contains(suite)) {
+        crate::say(&format!("measuring {} ...", suite.name()));
+        for table in suite.measure((*rounds).into()) {
             if !json {
                 crate::print(&as_text(&table))?;
             }

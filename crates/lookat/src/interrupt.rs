@@ -102,6 +102,16 @@ fn on_signal(mut interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
 }
 
 #[cfg(not(unix))]
-fn on_signal(interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
-    ctrlc::set_handler(interrupt).map_err(io::Error::other)
+fn on_signal(mut interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
+    let asked = std::sync::Arc::new(AtomicBool::new(false));
+    signal_hook::flag::register(signal_hook::consts::SIGINT, asked.clone())?;
+    let watch = move || {
+        loop {
+            std::thread::sleep(TOGETHER / 2);
+            if asked.swap(false, Ordering::Relaxed) {
+                interrupt();
+            }
+        }
+    };
+    std::thread::Builder::new().spawn(watch).map(drop)
 }

@@ -32,7 +32,7 @@ fn run(arguments: &Stability) -> Result<bool, String> {
     let effort = Effort { rays: arguments.rays };
     let mut results = Vec::new();
     for case in cases {
-        let found = (case.run)(&effort);
+        let found = case.run(&effort);
         if !arguments.json {
             crate::print(&as_text(&case, &found))?;
         }
@@ -114,7 +114,7 @@ fn as_text(case: &Case, found: &Found) -> String {
             if case.limit.is_finite() { format!("limit {}", share(case.limit)) } else { "not judged".into() };
         let _ = writeln!(text, "    largest {}: {} ({limit})", case.error, share(worst));
     }
-    let places = places(found);
+    let places = found.places();
     if places.len() > 1 || found.rows.iter().any(|row| row.method != LOOKAT) {
         let errors = own.iter().any(|row| row.worst.is_some())
             && found.rows.iter().any(|row| row.method != LOOKAT && row.worst.is_some());
@@ -138,17 +138,6 @@ const SAMPLE: u64 = 1000;
 /// The most remarks printed for a case.
 const MOST_REMARKS: usize = 10;
 
-/// The sorted places on the axis. `None` stands for rows without a place.
-fn places(found: &Found) -> Vec<Option<f64>> {
-    let mut places: Vec<Option<f64>> = Vec::new();
-    for row in &found.rows {
-        if !places.contains(&row.at) {
-            places.push(row.at);
-        }
-    }
-    places
-}
-
 /// A table with a row per method and a column per place.
 fn matrix(
     text: &mut String,
@@ -158,7 +147,7 @@ fn matrix(
     places: &[Option<f64>],
     value: impl Fn(&Row) -> Option<f64>,
 ) {
-    let by = if case.axis.name().is_empty() { String::new() } else { format!(", by {}", case.axis.name()) };
+    let by = if case.axis.is_empty() { String::new() } else { format!(", by {}", case.axis) };
     let _ = writeln!(text, "    {title}{by}");
     let cells = |cell: &dyn Fn(&Option<f64>) -> String| {
         places.iter().map(|place| format!("{:>9}", cell(place))).collect::<String>()

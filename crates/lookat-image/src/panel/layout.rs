@@ -1,7 +1,5 @@
 //! The places of everything.
 
-use noto_sans_mono_bitmap::RasterHeight;
-
 use super::parts::{LEAST, Zoom};
 use super::text::Font;
 
@@ -24,9 +22,9 @@ impl Layout {
         let column = picture[0].max(LEAST);
         // A wide figure is made smaller to fit a page, and its letters too.
         let (title, text) = match column {
-            0..480 => (RasterHeight::Size20, RasterHeight::Size16),
-            480..900 => (RasterHeight::Size24, RasterHeight::Size20),
-            _ => (RasterHeight::Size32, RasterHeight::Size24),
+            0..480 => (20, 16),
+            480..900 => (24, 20),
+            _ => (32, 24),
         };
         Layout { zoom, picture, column, title: Font(title), text: Font(text) }
     }

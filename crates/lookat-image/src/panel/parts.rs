@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::canvas::Canvas;
 use super::colors::{NOT_FINITE_COLOR, difference_color};
-use super::scale::Scale;
+use super::scale::ColorScale;
 use crate::display::Encoded;
 
 /// The least width of a part, in pixels, to which pictures are magnified, and the most of its width and
@@ -62,7 +62,12 @@ pub fn box_means(pixels: &[[f32; 3]], width: usize, side: usize) -> Vec<[f32; 3]
 
 /// Differences in false color. A box of `down` x `down` pixels becomes the one of largest magnitude. Without
 /// a scale all are 0 or NaN.
-pub(super) fn false_color(differences: &[f32], width: usize, down: usize, scale: Option<Scale>) -> Canvas {
+pub(super) fn false_color(
+    differences: &[f32],
+    width: usize,
+    down: usize,
+    scale: Option<ColorScale>,
+) -> Canvas {
     let largest = |a: f32, b: f32| if b.is_nan() || b.abs() > a.abs() { b } else { a };
     let limit = scale.map_or(1.0, |scale| scale.limit);
     let pixels = boxes(differences, width, down, 0.0, largest)
@@ -172,6 +177,6 @@ mod tests {
         differences[14] = 1.0;
         let reduced = |scale| false_color(&differences, 5, 2, scale).pixels;
         let colors = [-1.0, f64::NAN, 0.25, 0.0, 0.0, 1.0].map(difference_color);
-        assert_eq!(reduced(Some(Scale { limit: 1.0, beyond: [false; 2] })), colors);
+        assert_eq!(reduced(Some(ColorScale { limit: 1.0, beyond: [false; 2] })), colors);
     }
 }

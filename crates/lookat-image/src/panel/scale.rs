@@ -11,19 +11,19 @@ const SLACK: f64 = 1.0 + 1e-6;
 
 /// The range of differences that has colors of its own: -limit..limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Scale {
+pub(super) struct ColorScale {
     /// 1, 2 or 5 times a power of ten.
     pub limit: f64,
     /// Whether some difference is below the range, and whether one is above it.
     pub beyond: [bool; 2],
 }
 
-impl Scale {
+impl ColorScale {
     /// The scale for these differences, of which those that are NaN do not count. `None` if all are 0.
-    pub fn of(differences: &[f32]) -> Option<Scale> {
+    pub fn of(differences: &[f32]) -> Option<ColorScale> {
         let limit = difference_limit(differences)?;
         let beyond = |sign: f64| differences.par_iter().any(|&x| sign * f64::from(x) > limit * SLACK);
-        Some(Scale { limit, beyond: [beyond(-1.0), beyond(1.0)] })
+        Some(ColorScale { limit, beyond: [beyond(-1.0), beyond(1.0)] })
     }
 
     /// The given number of ticks, odd and at least 3, from end to end.
@@ -107,26 +107,29 @@ mod tests {
             let many = (1..=995).map(|i| i as f32 / 1000.0);
             many.chain([few; 5]).chain([0.0; 9000]).chain([f32::NAN; 10]).collect::<Vec<_>>()
         };
-        let scale = |few| Scale::of(&differences(few)).unwrap();
-        assert_eq!(scale(3.0), Scale { limit: 1.0, beyond: [false, true] });
-        assert_eq!(scale(-3.0), Scale { limit: 1.0, beyond: [true, false] });
-        assert_eq!(scale(1.0), Scale { limit: 1.0, beyond: [false, false] });
+        let scale = |few| ColorScale::of(&differences(few)).unwrap();
+        assert_eq!(scale(3.0), ColorScale { limit: 1.0, beyond: [false, true] });
+        assert_eq!(scale(-3.0), ColorScale { limit: 1.0, beyond: [true, false] });
+        assert_eq!(scale(1.0), ColorScale { limit: 1.0, beyond: [false, false] });
         // Of few, it holds all.
-        assert_eq!(Scale::of(&[0.0, 0.001, -70.0]).unwrap(), Scale { limit: 100.0, beyond: [false; 2] });
-        assert_eq!(Scale::of(&[0.0, -0.0, f32::NAN]), None);
+        assert_eq!(
+            ColorScale::of(&[0.0, 0.001, -70.0]).unwrap(),
+            ColorScale { limit: 100.0, beyond: [false; 2] }
+        );
+        assert_eq!(ColorScale::of(&[0.0, -0.0, f32::NAN]), None);
     }
 
     #[test]
     fn ticks_are_short() {
         let texts = |limit, beyond, count| {
-            let ticks = Scale { limit, beyond }.ticks(count);
+            let ticks = ColorScale { limit, beyond }.ticks(count);
             ticks.into_iter().map(|tick| tick.text).collect::<Vec<_>>()
         };
         assert_eq!(texts(0.005, [false; 2], 5), ["-0.005", "-0.0025", "0", "0.0025", "0.005"]);
         assert_eq!(texts(1e-5, [true, false], 3), ["<= -1e-5", "0", "1e-5"]);
         assert_eq!(texts(20_000.0, [false, true], 3), ["-2e4", "0", ">= 2e4"]);
         let places: Vec<_> =
-            Scale { limit: 1.0, beyond: [false; 2] }.ticks(5).iter().map(|t| t.place).collect();
+            ColorScale { limit: 1.0, beyond: [false; 2] }.ticks(5).iter().map(|t| t.place).collect();
         assert_eq!(places, [0.0, 0.25, 0.5, 0.75, 1.0]);
     }
 }

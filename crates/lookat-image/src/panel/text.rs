@@ -1,37 +1,54 @@
 //! Letters. A character that the font lacks is shown as a question mark.
 
-use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
+use ab_glyph::{Font as _, FontRef, GlyphId, PxScale, ScaleFont, point};
 
 use super::canvas::Canvas;
 use super::colors::mix;
 
-const WEIGHT: FontWeight = FontWeight::Regular;
-
-/// All letters of a size are equally wide.
+/// A size: the height of a line, in pixels. All letters of a size are equally wide.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Font(pub RasterHeight);
+pub(super) struct Font(pub usize);
 
 impl Font {
     /// The height of a line, in pixels.
     pub fn height(self) -> usize {
-        self.0.val()
+        self.0
     }
 
     /// The width of a text, in pixels.
     pub fn width(self, text: &str) -> usize {
-        text.chars().count() * get_raster_width(WEIGHT, self.0)
+        text.chars().count() * self.advance()
+    }
+
+    fn advance(self) -> usize {
+        let font = letters();
+        font.as_scaled(self.scale()).h_advance(font.glyph_id('m')).round() as usize
+    }
+
+    fn scale(self) -> PxScale {
+        PxScale::from(self.0 as f32)
     }
 
     /// Draws one line of text with its upper left corner at a place.
     pub fn draw(self, canvas: &mut Canvas, [x, y]: [usize; 2], text: &str, color: [u8; 3]) {
-        let letters = text.chars().map(|c| get_raster(c, WEIGHT, self.0).or(get_raster('?', WEIGHT, self.0)));
-        for (i, letter) in letters.flatten().enumerate() {
-            for (dy, cover) in letter.rows().enumerate() {
-                let pixels = canvas.row(x + i * letter.width(), y + dy, letter.width());
-                for (pixel, &cover) in pixels.iter_mut().zip(cover) {
-                    *pixel = std::array::from_fn(|c| mix(pixel[c], color[c], f64::from(cover) / 255.0));
+        let font = letters();
+        let (advance, ascent) = (self.advance(), font.as_scaled(self.scale()).ascent());
+        for (i, letter) in text.chars().enumerate() {
+            let id = match font.glyph_id(letter) {
+                GlyphId(0) => font.glyph_id('?'),
+                id => id,
+            };
+            let glyph = id.with_scale_and_position(self.scale(), point(0.0, ascent));
+            let Some(outline) = font.outline_glyph(glyph) else { continue };
+            let corner = outline.px_bounds().min;
+            outline.draw(|dx, dy, cover| {
+                let [dx, dy] = [dx as f32 + corner.x, dy as f32 + corner.y].map(|d| d.max(0.0) as usize);
+                if let (true, [pixel]) =
+                    (dy < self.0, canvas.row(x + i * advance + dx, y + dy.min(self.0 - 1), 1))
+                {
+                    *pixel = std::array::from_fn(|c| mix(pixel[c], color[c], f64::from(cover)));
                 }
-            }
+            });
         }
     }
 
@@ -39,7 +56,7 @@ impl Font {
     pub fn fit(self, text: &str, width: usize) -> String {
         const DOTS: &str = "...";
         let letters: Vec<char> = text.chars().collect();
-        let room = width / get_raster_width(WEIGHT, self.0);
+        let room = width / self.advance();
         if letters.len() <= room {
             return text.into();
         }
@@ -49,14 +66,21 @@ impl Font {
     }
 }
 
+/// # Panics
+///
+/// If the font of the program is damaged; a test rules that out.
+fn letters() -> FontRef<'static> {
+    FontRef::try_from_slice(dejavu::sans_mono::regular()).expect("the font is whole")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const FONT: Font = Font(RasterHeight::Size16);
+    const FONT: Font = Font(16);
 
     fn drawn(text: &str) -> Canvas {
-        let mut canvas = Canvas::new(50, 16, [255; 3]);
+        let mut canvas = Canvas::new(58, 16, [255; 3]);
         FONT.draw(&mut canvas, [2, 0], text, [0; 3]);
         canvas
     }

@@ -10,26 +10,26 @@ use crate::text_scene;
 
 /// A closed surface around the origin, of `12 n^2` triangles: the faces of a cube, moved to `place` of their directions.
 pub(super) fn closed(n: usize, place: impl Fn(DVec3) -> DVec3) -> Mesh {
-    let mut mesh = Mesh::default();
+    let (mut positions, mut indices) = (Vec::new(), Vec::new());
     for face in 0..6 {
-        let first = mesh.positions.len();
+        let first = positions.len();
         for at in 0..(n + 1) * (n + 1) {
             let [u, v] = [at % (n + 1), at / (n + 1)].map(|i| 2.0 * i as f64 / n as f64 - 1.0);
             // The second three faces look the other way.
             let corner = if face < 3 { DVec3::new(u, v, 1.0) } else { DVec3::new(v, u, -1.0) };
             let turned =
                 [corner, DVec3::new(corner.z, corner.x, corner.y), DVec3::new(corner.y, corner.z, corner.x)];
-            mesh.positions.push(place(turned[face % 3].normalize()).into());
+            positions.push(place(turned[face % 3].normalize()).into());
         }
         let corner = |column: usize, row: usize| (first + row * (n + 1) + column) as i32;
         for at in 0..n * n {
             let (column, row) = (at % n, at / n);
             let [a, b] = [corner(column, row), corner(column + 1, row)];
             let [c, d] = [corner(column + 1, row + 1), corner(column, row + 1)];
-            mesh.indices.extend([a, b, c, a, c, d]);
+            indices.extend([a, b, c, a, c, d]);
         }
     }
-    mesh
+    Mesh::new(positions, indices).expect("a finite surface")
 }
 
 /// A sphere of a million triangles.
@@ -53,7 +53,7 @@ pub(super) fn body() -> Mesh {
 fn square(middle: DVec3, across: DVec3, up: DVec3) -> Mesh {
     let corner = |x: f64, y: f64| (middle + across * x + up * y).into();
     let positions = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    Mesh { positions, indices: vec![0, 1, 2, 0, 2, 3], ..Mesh::default() }
+    Mesh::new(positions, vec![0, 1, 2, 0, 2, 3]).expect("a finite square")
 }
 
 /// The body above a ground and before a wall.
@@ -87,11 +87,11 @@ fn scene(eye: DVec3, meshes: Vec<Mesh>) -> Scene {
 /// The mesh as a shape in a scene file.
 pub(super) fn as_text(mesh: &Mesh) -> String {
     let mut text = String::from("Shape \"trianglemesh\" \"integer indices\" [");
-    for corners in mesh.indices.chunks_exact(3) {
+    for corners in mesh.indices().chunks_exact(3) {
         let _ = writeln!(text, "{} {} {}", corners[0], corners[1], corners[2]);
     }
     text += "] \"point P\" [";
-    for [x, y, z] in &mesh.positions {
+    for [x, y, z] in mesh.positions() {
         let _ = writeln!(text, "{x:.7} {y:.7} {z:.7}");
     }
     text + "]"
@@ -100,25 +100,25 @@ pub(super) fn as_text(mesh: &Mesh) -> String {
 /// The mesh as a PLY file.
 pub(super) fn as_ply(mesh: &Mesh, binary: bool) -> Vec<u8> {
     let format = if binary { "binary_little_endian" } else { "ascii" };
-    let (vertices, faces) = (mesh.positions.len(), mesh.triangles());
+    let (vertices, faces) = (mesh.positions().len(), mesh.triangles());
     let mut header = format!("ply\nformat {format} 1.0\nelement vertex {vertices}\n");
     header += "property float x\nproperty float y\nproperty float z\n";
     let _ = write!(header, "element face {faces}\nproperty list uchar int vertex_indices\nend_header\n");
     if binary {
         let mut bytes = header.into_bytes();
-        for p in &mesh.positions {
+        for p in mesh.positions() {
             p.iter().for_each(|x| bytes.extend((*x as f32).to_le_bytes()));
         }
-        for corners in mesh.indices.chunks_exact(3) {
+        for corners in mesh.indices().chunks_exact(3) {
             bytes.push(3);
             corners.iter().for_each(|corner| bytes.extend(corner.to_le_bytes()));
         }
         return bytes;
     }
-    for [x, y, z] in &mesh.positions {
+    for [x, y, z] in mesh.positions() {
         let _ = writeln!(header, "{x:.7} {y:.7} {z:.7}");
     }
-    for corners in mesh.indices.chunks_exact(3) {
+    for corners in mesh.indices().chunks_exact(3) {
         let _ = writeln!(header, "3 {} {} {}", corners[0], corners[1], corners[2]);
     }
     header.into_bytes()
@@ -156,10 +156,10 @@ mod tests {
         ];
         assert_eq!(mesh.triangles(), 12 * 9);
         for found in files {
-            assert_eq!(found.indices, mesh.indices);
-            let pairs = found.positions.as_flattened().iter().zip(mesh.positions.as_flattened());
+            assert_eq!(found.indices(), mesh.indices());
+            let pairs = found.positions().as_flattened().iter().zip(mesh.positions().as_flattened());
             assert!(
-                found.positions.len() == mesh.positions.len()
+                found.positions().len() == mesh.positions().len()
                     && pairs.clone().all(|(a, b)| (a - b).abs() < 1e-6)
             );
         }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lookat_scene::load_opened;
 
 use super::meshes::{as_ply, as_text, sphere};
-use super::table::{Cell, Row, Table, in_turn, timed};
+use super::table::{BenchRow, Cell, Table, in_turn, timed};
 
 /// A file that is read.
 struct File {
@@ -32,7 +32,7 @@ pub(super) fn table(rounds: usize) -> Table {
             of(&|seconds| size / seconds),
             of(&|seconds| triangles as f64 / seconds / 1e6),
         ];
-        Row { name: file.name.into(), cells }
+        BenchRow { name: file.name.into(), cells }
     };
     Table {
         name: "reading",

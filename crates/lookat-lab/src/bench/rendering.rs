@@ -7,7 +7,7 @@ use std::path::Path;
 use lookat_render::{Rendered, Settings};
 use lookat_scene::{Overrides, Scene};
 
-use super::table::{Cell, Row, Table, in_turn, timed};
+use super::table::{BenchRow, Cell, Table, in_turn, timed};
 
 /// A scene, and the samples per pixel that it is rendered at; none for a draft.
 type Entry = (&'static str, &'static str, Option<u32>);
@@ -42,7 +42,7 @@ pub(super) fn table(rounds: usize) -> Table {
             of(&|[_, all]| rate(*all)),
         ];
         let how = samples.map_or("--quick, with reading".into(), |samples| format!("{samples} samples"));
-        Row { name: format!("{name}, {how}"), cells }
+        BenchRow { name: format!("{name}, {how}"), cells }
     };
     Table {
         name: "rendering",

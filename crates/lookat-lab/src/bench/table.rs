@@ -12,12 +12,12 @@ pub struct Table {
     /// The quantities, with units.
     pub columns: Vec<&'static str>,
     /// The things.
-    pub rows: Vec<Row>,
+    pub rows: Vec<BenchRow>,
 }
 
 /// A line of a table.
 #[derive(Debug, Clone)]
-pub struct Row {
+pub struct BenchRow {
     /// What it is about.
     pub name: String,
     /// As many as there are columns.
@@ -70,15 +70,11 @@ impl Machine {
     }
 }
 
-#[cfg(target_arch = "x86_64")]
+/// As Linux says it; elsewhere the architecture.
 fn processor() -> String {
-    let name = raw_cpuid::CpuId::new().get_processor_brand_string();
-    name.map_or("x86_64".into(), |name| name.as_str().trim().into())
-}
-
-#[cfg(not(target_arch = "x86_64"))]
-fn processor() -> String {
-    std::env::consts::ARCH.into()
+    let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = text.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    name.map_or(std::env::consts::ARCH, |(_, name)| name.trim()).into()
 }
 
 /// Measures things in turn, round by round; `measure` takes the number of one. For each thing the values of all rounds.

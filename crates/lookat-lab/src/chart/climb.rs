@@ -8,7 +8,7 @@ use super::estimate::median;
 use super::level::Differences;
 use super::method::Method;
 use super::plan::{FEWEST_RUNGS, FEWEST_SEEDS, MOST_RUNGS, Plan};
-use super::point::{Point, Row};
+use super::point::{Picture, Point};
 use super::reference::Reference;
 use super::results::{End, Measured};
 use super::runner::{Runner, Watch};
@@ -43,7 +43,7 @@ pub struct Climb<'a> {
 /// One rung, as far as it has come: what each method has.
 struct Rung {
     index: u32,
-    rows: Vec<Vec<Row>>,
+    rows: Vec<Vec<Picture>>,
     differences: Vec<Differences>,
     /// The wall time of each picture, with that of measuring it.
     seconds: Vec<Vec<f64>>,
@@ -102,7 +102,13 @@ impl Climb<'_> {
                 let started = Instant::now();
                 let samples = self.methods[method].first << rung.index;
                 let rendering = runner.render(self.methods[method], samples, seed, &watch_one)?;
-                rung.rows[method].push(Row::new(method, samples, seed, &rendering, &self.reference.pixels));
+                rung.rows[method].push(Picture::new(
+                    method,
+                    samples,
+                    seed,
+                    &rendering,
+                    &self.reference.pixels,
+                ));
                 rung.differences[method].add(&rendering.pixels, &self.reference.pixels);
                 rung.seconds[method].push(started.elapsed().as_secs_f64());
                 done += 1.0;

@@ -12,7 +12,7 @@ use plotters::prelude::*;
 
 use super::equal::round_numbers;
 use super::results::Results;
-use crate::plot::{Drawing, FONT, Plot, axis, plain, powers, range};
+use crate::plot::{Backend, Drawing, FONT, Plot, axis, plain, powers, range};
 use canvas::{Canvas, Look, Stroke};
 use label::Labels;
 
@@ -32,7 +32,7 @@ const SLOPE: Stroke = Stroke { color: GRAY, width: 1, dashes: Some([6, 4]) };
 const NOISE: Stroke = Stroke { color: GRAY, width: 1, dashes: Some([2, 3]) };
 
 /// What is drawn.
-struct Chart<'a> {
+struct TimeChart<'a> {
     results: &'a Results,
     title: &'a str,
     /// The root mean squared noise of the reference, where it is known.
@@ -61,14 +61,11 @@ pub fn draw(results: &Results, title: &str) -> Result<Option<Plot>, Box<dyn Erro
     errors.extend(noise.filter(|noise| *noise > 0.1 * least));
     let (Some(seconds), Some(errors)) = (range(&seconds, 1.4), range(&errors, 1.4)) else { return Ok(None) };
     let size = (SIZE.0, SIZE.1.max(legend::height(results) + 10));
-    Plot::new(&Chart { results, title, noise, seconds, errors }, size, UNIT).map(Some)
+    Plot::new(&TimeChart { results, title, noise, seconds, errors }, size, UNIT).map(Some)
 }
 
-impl Drawing for Chart<'_> {
-    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, unit: u32) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+impl Drawing for TimeChart<'_> {
+    fn draw<B: Backend>(&self, area: &DrawingArea<B, Shift>, unit: u32) -> Result<(), Box<dyn Error>> {
         area.fill(&WHITE)?;
         let (left, _) = area.split_horizontally((SIZE.0 - LIST) * unit);
         let font = |size: u32| (FONT, size * unit);
@@ -102,12 +99,9 @@ impl Drawing for Chart<'_> {
     }
 }
 
-impl Chart<'_> {
+impl TimeChart<'_> {
     /// The front, the line of slope -1/2, and the noise of the reference.
-    fn background<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn background<B: Backend>(&self, canvas: &Canvas<B>) -> Result<(), Box<dyn Error>> {
         let front: Vec<(f64, f64)> =
             self.results.front.iter().flat_map(|reign| reign.points.clone()).collect();
         canvas.line(&front, FRONT)?;
@@ -127,10 +121,7 @@ impl Chart<'_> {
     }
 
     /// Lines, error bars and points. Points that the noise of the reference rules are hollow.
-    fn methods<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn methods<B: Backend>(&self, canvas: &Canvas<B>) -> Result<(), Box<dyn Error>> {
         for (method, curve) in self.results.curves.iter().enumerate() {
             canvas.line(&curve.0, Look::of(method).stroke)?;
         }
@@ -147,10 +138,7 @@ impl Chart<'_> {
     }
 
     /// Other renderers, with their names where there is room.
-    fn others<B: DrawingBackend>(&self, canvas: &Canvas<B>, mut labels: Labels) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
+    fn others<B: Backend>(&self, canvas: &Canvas<B>, mut labels: Labels) -> Result<(), Box<dyn Error>> {
         let markers = || self.results.markers.iter().filter(|marker| marker.rmse > 0.0);
         let ours = self.results.curves.iter().flat_map(|curve| curve.0.iter().copied());
         for at in ours.chain(markers().map(|marker| (marker.seconds, marker.rmse))) {

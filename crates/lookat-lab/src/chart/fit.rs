@@ -18,7 +18,7 @@ pub struct Fit {
 }
 
 /// What one number of samples gave: the mean squared error for each seed.
-pub(super) struct Rung<'a> {
+pub(super) struct RungErrors<'a> {
     pub samples: f64,
     pub squares: &'a [f64],
 }
@@ -26,7 +26,7 @@ pub(super) struct Rung<'a> {
 /// Weighted least squares of the logarithm of the root of the mean square. The weights are the inverse variances of these
 /// logarithms, each variance averaged with the mean of all: eight seeds tell a variance only to within half of itself, and
 /// where it comes out small by chance it must not rule the line. `None` for less than three points or two seeds.
-pub(super) fn fit(rungs: &[Rung]) -> Option<Fit> {
+pub(super) fn fit(rungs: &[RungErrors]) -> Option<Fit> {
     let seeds = rungs.first()?.squares.len();
     if rungs.len() < 3 || seeds < 2 || rungs.iter().any(|rung| rung.squares.len() != seeds) {
         return None;
@@ -63,9 +63,10 @@ pub(super) fn fit(rungs: &[Rung]) -> Option<Fit> {
 }
 
 /// How each seed moves the logarithm of the root of the mean square, to first order.
-fn influences(rungs: &[Rung], means: &[f64]) -> Vec<Vec<f64>> {
-    let of_rung =
-        |(rung, mean): (&Rung, &f64)| rung.squares.iter().map(|square| 0.5 * (square / mean - 1.0)).collect();
+fn influences(rungs: &[RungErrors], means: &[f64]) -> Vec<Vec<f64>> {
+    let of_rung = |(rung, mean): (&RungErrors, &f64)| {
+        rung.squares.iter().map(|square| 0.5 * (square / mean - 1.0)).collect()
+    };
     rungs.iter().zip(means).map(of_rung).collect()
 }
 
@@ -92,8 +93,8 @@ mod tests {
     fn fitted(squares: &[Vec<f64>]) -> Option<Fit> {
         let rung = |(i, squares): (usize, &Vec<f64>)| (f64::from(1 << i), squares.clone());
         let rungs: Vec<_> = squares.iter().enumerate().map(rung).collect();
-        let rungs: Vec<Rung> =
-            rungs.iter().map(|(samples, squares)| Rung { samples: *samples, squares }).collect();
+        let rungs: Vec<RungErrors> =
+            rungs.iter().map(|(samples, squares)| RungErrors { samples: *samples, squares }).collect();
         fit(&rungs)
     }
 

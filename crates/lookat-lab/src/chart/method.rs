@@ -1,6 +1,6 @@
 //! The methods that can be charted.
 
-use lookat_render::{Precision, Settings, Stop, TargetError};
+use lookat_render::{Settings, Stop, TargetError};
 use lookat_scene::{DirectStrategy, Integrator, LightChoice, SamplerKind, Scene};
 
 /// What methods may change: all else is the scene's.
@@ -29,104 +29,52 @@ pub struct Method {
 
 /// All of them. Another one is another line here.
 pub const METHODS: &[Method] = &[
-    Method {
-        name: "random",
-        about: "independent samples",
-        first: 1,
-        choose: |way, _| way.sampler = SamplerKind::Random,
-    },
-    Method {
-        name: "stratified",
-        about: "one sample in each cell of a grid",
-        first: 1,
-        choose: |way, _| way.sampler = SamplerKind::Stratified { cells: [1, 1], jitter: true },
-    },
-    Method {
-        name: "halton",
-        about: "Halton sequence",
-        first: 1,
-        choose: |way, _| way.sampler = SamplerKind::Halton { pixel_center: false },
-    },
-    Method {
-        name: "sobol",
-        about: "Sobol sequence",
-        first: 1,
-        choose: |way, _| way.sampler = SamplerKind::Sobol,
-    },
-    Method {
-        name: "direct-one",
-        about: "direct lighting, one random light at each surface",
-        first: 1,
-        choose: |way, _| way.integrator = direct(way.integrator, DirectStrategy::One),
-    },
-    Method {
-        name: "direct-all",
-        about: "direct lighting, all lights at each surface",
-        first: 1,
-        choose: |way, _| way.integrator = direct(way.integrator, DirectStrategy::All),
-    },
-    Method {
-        name: "path",
-        about: "path tracing",
-        first: 1,
-        choose: |way, _| way.integrator = path(way.integrator, None),
-    },
-    Method {
-        name: "path-uniform",
-        about: "path tracing, lights chosen with equal probabilities",
-        first: 1,
-        choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Uniform)),
-    },
-    Method {
-        name: "path-power",
-        about: "path tracing, lights chosen by power",
-        first: 1,
-        choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Power)),
-    },
-    Method {
-        name: "path-spatial",
-        about: "path tracing, lights chosen by the light they send to the shaded point",
-        first: 1,
-        choose: |way, _| way.integrator = path(way.integrator, Some(LightChoice::Spatial)),
-    },
-    Method {
-        name: "target-error",
-        about: "Sobol sequence, with as many samples in each pixel as the target error needs",
-        first: FIRST_OF_TARGET,
-        choose: |way, samples| {
+    method("random", "independent samples", 1, |way, _| way.sampler = SamplerKind::Random),
+    method("stratified", "one sample in each cell of a grid", 1, |way, _| {
+        way.sampler = SamplerKind::Stratified { cells: [1, 1], jitter: true }
+    }),
+    method("halton", "Halton sequence", 1, |way, _| {
+        way.sampler = SamplerKind::Halton { pixel_center: false }
+    }),
+    method("sobol", "Sobol sequence", 1, |way, _| way.sampler = SamplerKind::Sobol),
+    method("direct-one", "direct lighting, one random light at each surface", 1, |way, _| {
+        way.integrator = direct(way.integrator, DirectStrategy::One)
+    }),
+    method("direct-all", "direct lighting, all lights at each surface", 1, |way, _| {
+        way.integrator = direct(way.integrator, DirectStrategy::All)
+    }),
+    method("path", "path tracing", 1, |way, _| way.integrator = path(way.integrator, None)),
+    method("path-uniform", "path tracing, lights chosen with equal probabilities", 1, |way, _| {
+        way.integrator = path(way.integrator, Some(LightChoice::Uniform))
+    }),
+    method("path-power", "path tracing, lights chosen by power", 1, |way, _| {
+        way.integrator = path(way.integrator, Some(LightChoice::Power))
+    }),
+    method(
+        "path-spatial",
+        "path tracing, lights chosen by the light they send to the shaded point",
+        1,
+        |way, _| way.integrator = path(way.integrator, Some(LightChoice::Spatial)),
+    ),
+    method(
+        "target-error",
+        "Sobol sequence, with as many samples in each pixel as the target error needs",
+        FIRST_OF_TARGET,
+        |way, samples| {
             way.sampler = SamplerKind::Sobol;
             let (target, max_samples) = (target(samples), samples.saturating_mul(4));
             way.settings.stop = Stop::Error { target, max_samples, limit: None, error_layers: false };
         },
-    },
-    Method {
-        name: "adaptive",
-        about: "Sobol sequence, with more samples in noisy pixels",
-        first: FIRST_OF_ADAPTIVE,
-        choose: |way, _| {
-            way.sampler = SamplerKind::Sobol;
-            way.settings.stop = Stop::Adaptive;
-        },
-    },
-    Method {
-        name: "mixed",
-        about: "f32 rejects misses, f64 decides the rest, as in lookat",
-        first: 1,
-        choose: |way, _| way.settings.precision = Precision::Mixed,
-    },
-    Method {
-        name: "double",
-        about: "f64 alone",
-        first: 1,
-        choose: |way, _| way.settings.precision = Precision::Double,
-    },
-    Method {
-        name: "single",
-        about: "f32 alone, with textbook formulas",
-        first: 1,
-        choose: |way, _| way.settings.precision = Precision::Single,
-    },
+    ),
+    method("adaptive", "Sobol sequence, with more samples in noisy pixels", FIRST_OF_ADAPTIVE, |way, _| {
+        way.sampler = SamplerKind::Sobol;
+        way.settings.stop = Stop::Adaptive;
+    }),
 ];
+
+const fn method(name: &'static str, about: &'static str, first: u32, choose: fn(&mut Way, u32)) -> Method {
+    Method { name, about, first, choose }
+}
 
 /// Every pixel takes as many before it is judged.
 const FIRST_OF_TARGET: u32 = 64;

@@ -8,7 +8,7 @@ use super::runner::Rendering;
 
 /// One picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
+pub struct Picture {
     /// Which of the methods.
     pub method: usize,
     /// Samples per pixel that were asked for.
@@ -50,16 +50,16 @@ pub struct Point {
     pub(super) squares: Vec<f64>,
 }
 
-impl Row {
+impl Picture {
     pub(super) fn new(
         method: usize,
         rung: u32,
         seed: u64,
         rendering: &Rendering,
         expected: &[[f32; 3]],
-    ) -> Row {
+    ) -> Picture {
         let means = means(&rendering.pixels, expected);
-        Row {
+        Picture {
             method,
             rung,
             samples: rendering.samples,
@@ -75,8 +75,8 @@ impl Row {
 
 impl Point {
     /// Of the rows of one method and number of samples.
-    pub(super) fn new(rows: &[Row], level: Level) -> Point {
-        let all = |value: fn(&Row) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
+    pub(super) fn new(rows: &[Picture], level: Level) -> Point {
+        let all = |value: fn(&Picture) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
         let squares = all(|row| row.rmse * row.rmse);
         Point {
             rung: rows[0].rung,

@@ -4,11 +4,11 @@ use std::iter::repeat;
 
 use super::equal::{Comparison, Curve, equal_errors, equal_times};
 use super::estimate::{Estimate, median};
-use super::fit::{Fit, Rung, fit};
+use super::fit::{Fit, RungErrors, fit};
 use super::front::{Entry, Reign, front};
 use super::marker::Marker;
 use super::method::Method;
-use super::point::{Point, Row};
+use super::point::{Picture, Point};
 use super::reference::Reference;
 
 /// A point tells its method's error if its square is so many times that of the reference's noise or of the level: that is
@@ -21,7 +21,7 @@ pub struct Measured {
     /// The methods, in the order in which they are shown.
     pub methods: Vec<&'static Method>,
     /// Each picture, by rung and method.
-    pub rows: Vec<Row>,
+    pub rows: Vec<Picture>,
     /// For each method its points, from few to many samples.
     pub points: Vec<Vec<Point>>,
     /// How far it came.
@@ -149,8 +149,8 @@ fn level_square(points: &[Point], noise_square: f64) -> Option<f64> {
 fn fit_above(points: &[Point], floor: f64) -> Option<Fit> {
     let is_whole = |point: &&Point| point.squares.len() == points[0].squares.len();
     let clear = points.iter().take_while(is_whole).take_while(|point| is_clear(point.square(), floor));
-    let rungs: Vec<Rung> =
-        clear.map(|point| Rung { samples: point.samples, squares: &point.squares }).collect();
+    let rungs: Vec<RungErrors> =
+        clear.map(|point| RungErrors { samples: point.samples, squares: &point.squares }).collect();
     fit(&rungs)
 }
 

@@ -8,24 +8,36 @@ mod messages;
 mod perspective;
 
 use glam::{DVec2, DVec3};
+use lookat_render::Probe;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::case::{Axis, Case, Family};
+use super::case::{Effort, Measure};
+use super::tally::{Tally, tally};
+use messages::refused;
 
-pub(super) fn cases() -> Vec<Case> {
-    [perspective::cases(), look_at::cases(), lens::cases(), film::cases(), messages::cases()].concat()
-}
-
-/// A case that measures nothing, or one to be completed.
-fn case(
-    id: &'static str,
-    name: &'static str,
-    claim: &'static str,
-    run: fn(&super::Effort) -> super::Found,
-) -> Case {
-    Case { id, name, family: Family::Camera, claim, axis: Axis::None, error: "", limit: 0.0, run }
-}
+pub(super) const MEASURES: &[(&str, Measure)] = &[
+    ("C1", perspective::tele),
+    ("C2", perspective::usual),
+    ("C3", perspective::wide),
+    ("C4", perspective::far_eye),
+    ("C5", lens::collapse),
+    ("C6", look_at::up_near_view),
+    ("C7", |_| refused("C7")),
+    ("C8", |_| refused("C8")),
+    ("C9", look_at::far_look),
+    ("C10", lens::focal_distance),
+    ("C11", |_| refused("C11")),
+    ("C12", lens::lens_radius),
+    ("C13", lens::telecentric),
+    ("C14", film::off_center),
+    ("C15", messages::screen_window),
+    ("C16", film::window),
+    ("C17", film::portrait),
+    ("C18", film::scaled),
+    ("C19", messages::numbers),
+    ("C20", |_| refused("C20")),
+];
 
 /// The text of a scene in which only the camera matters; `options` begin on its second line.
 fn text(options: &str) -> String {
@@ -45,6 +57,22 @@ fn film(resolution: [u32; 2]) -> String {
     format!(
         "Film \"image\" \"integer xresolution\" {width} \"integer yresolution\" {height} \"float cropwindow\" [.5 .51 .5 .51]"
     )
+}
+
+/// The largest error of the directions of a scene's camera at places of the film.
+fn directions(
+    effort: &Effort,
+    seed: u64,
+    options: &str,
+    place: impl Fn(&mut Pcg64Mcg) -> DVec2 + Sync,
+    error: impl Fn(DVec2, DVec3) -> f64 + Sync,
+) -> Tally {
+    let scene = crate::text_scene::scene(&text(options));
+    let probe = Probe::new(&scene);
+    tally(effort.rays, seed, |random, tally| {
+        let film = place(random);
+        tally.error(error(film, probe.camera_ray(film, DVec2::splat(0.5)).d));
+    })
 }
 
 /// Anywhere on the film.

@@ -1,112 +1,101 @@
-//! What a case is, and what it finds.
+//! A case and its results.
 
+use super::others;
 use super::tally::Tally;
 
 /// One question with a known answer.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy)]
 pub struct Case {
-    /// A letter and a number: C for cameras, S for spheres, T for triangles, P for eyes and lights in a plane, V for all else.
+    /// A letter and a number: C for cameras, S for spheres and quadrics, T for triangles, P for eyes and lights in a plane, V for
+    /// BVHs, secondary rays, samples and pictures.
     pub id: &'static str,
     /// A word or two, with hyphens.
     pub name: &'static str,
-    /// Which chapter it belongs to.
-    pub family: Family,
     /// What must hold, in one line.
     pub claim: &'static str,
-    /// What the rows go along.
-    pub axis: Axis,
-    /// What [`Row::worst`] is, with its unit; empty where nothing is measured.
+    /// The quantity and unit of [`Row::at`], empty if rows have no place.
+    pub axis: &'static str,
+    /// The quantity and unit of [`Row::worst`], empty if the case measures no error.
     pub error: &'static str,
-    /// The most that it may be for lookat; infinite where it is only measured, not judged.
+    /// The largest error that lookat may make. Infinite in a measurement without a limit.
     pub limit: f64,
-    /// Runs it.
-    pub run: fn(&Effort) -> Found,
+    pub(super) measure: Measure,
 }
 
-/// The chapters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Family {
-    /// Camera rays.
-    Camera,
-    /// Rays against spheres and other curved shapes.
-    Sphere,
-    /// Rays against triangles.
-    Triangle,
-    /// Eyes and lights in the plane of a triangle, or on a curved shape.
-    Coplanar,
-    /// Trees, secondary rays, samples, whole pictures.
-    Traversal,
-}
+/// Measures lookat.
+pub(super) type Measure = fn(&Effort) -> Found;
 
-/// What [`Row::at`] means.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Axis {
-    /// Rows have no place.
-    None,
-    /// A quantity with its unit; its chart is logarithmic.
-    Of(&'static str),
-}
-
-impl Axis {
-    /// The quantity; nothing where there is none.
-    pub fn name(self) -> &'static str {
-        match self {
-            Axis::None => "",
-            Axis::Of(name) => name,
-        }
+impl Case {
+    /// Measures lookat, and adds the numbers of the other methods.
+    pub fn run(&self, effort: &Effort) -> Found {
+        others::added(self.id, (self.measure)(effort))
     }
 }
 
-/// How much work a case may be.
+/// The work of a case.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Random rays for each row. Cases that ask a fixed number of questions take no notice.
+    /// Random rays for each row, above 0. Cases that ask a fixed number of questions ignore it.
     pub rays: u64,
 }
 
-/// The name of the method in use: the renderer's own code.
+/// The name of the tested method: the renderer's own code.
 pub const LOOKAT: &str = "lookat";
 
-/// What one method did at one place of the axis.
+/// The answers of one method at one place of the axis.
 #[derive(Debug, Clone)]
 pub struct Row {
-    /// [`LOOKAT`], or a formula that it is compared with.
+    /// [`LOOKAT`], a part of it, or another method.
     pub method: &'static str,
     /// The place on the axis.
     pub at: Option<f64>,
-    /// How many times it was tried.
+    /// The number of answers.
     pub tried: u64,
-    /// How many times the answer was wrong.
+    /// The number of wrong answers.
     pub failed: u64,
-    /// The largest error of answers that were not wrong; `None` where none was measured.
+    /// The largest error of the other answers; `None` if none was measured.
     pub worst: Option<f64>,
 }
 
-/// What a case has found.
+/// The results of a case.
 #[derive(Debug, Clone, Default)]
 pub struct Found {
     /// One for each method and place.
     pub rows: Vec<Row>,
-    /// What went wrong, in words, for those that do not count in numbers.
+    /// Failures and details in words.
     pub remarks: Vec<String>,
 }
 
 impl Found {
-    /// Adds the rows of all methods at a place.
-    pub(super) fn add(&mut self, at: Option<f64>, methods: &[&'static str], tallies: &[Tally]) {
-        self.rows.extend(methods.iter().zip(tallies).map(|(method, tally)| Row {
-            method,
-            at,
-            tried: tally.tried,
-            failed: tally.failed,
-            worst: tally.worst,
-        }));
+    /// Lookat's answers at one place.
+    pub(super) fn own(at: Option<f64>, tally: Tally) -> Found {
+        let mut found = Found::default();
+        found.add(LOOKAT, at, tally);
+        found
     }
 
-    /// Asks the renderer one question.
+    /// Lookat's answers at several places. `measure` gets a seed, which counts up from `seed`, and the place.
+    pub(super) fn sweep(
+        seed: u64,
+        places: impl IntoIterator<Item = f64>,
+        measure: impl Fn(u64, f64) -> Tally,
+    ) -> Found {
+        let mut found = Found::default();
+        for (seed, at) in (seed..).zip(places) {
+            found.add(LOOKAT, Some(at), measure(seed, at));
+        }
+        found
+    }
+
+    pub(super) fn add(&mut self, method: &'static str, at: Option<f64>, tally: Tally) {
+        let Tally { tried, failed, worst } = tally;
+        self.rows.push(Row { method, at, tried, failed, worst });
+    }
+
+    /// Asks lookat one question.
     pub(super) fn check(&mut self, holds: bool, otherwise: impl FnOnce() -> String) {
         if self.rows.is_empty() {
-            self.rows.push(Row { method: LOOKAT, at: None, tried: 0, failed: 0, worst: None });
+            self.add(LOOKAT, None, Tally::default());
         }
         self.rows[0].tried += 1;
         if !holds {
@@ -117,16 +106,15 @@ impl Found {
 
     /// All methods, in the order of their first rows.
     pub fn methods(&self) -> Vec<&'static str> {
-        let mut methods = Vec::new();
-        for row in &self.rows {
-            if !methods.contains(&row.method) {
-                methods.push(row.method);
-            }
-        }
-        methods
+        distinct(self.rows.iter().map(|row| row.method))
     }
 
-    /// Whether lookat was right each time, and as exact as `case` asks.
+    /// All places, in the order of their first rows. `None` stands for rows without a place.
+    pub fn places(&self) -> Vec<Option<f64>> {
+        distinct(self.rows.iter().map(|row| row.at))
+    }
+
+    /// True if lookat is right each time, and as exact as `case` demands.
     pub fn passes(&self, case: &Case) -> bool {
         let mut own = self.rows.iter().filter(|row| row.method == LOOKAT).peekable();
         own.peek().is_some()
@@ -134,4 +122,14 @@ impl Found {
                 row.tried > 0 && row.failed == 0 && row.worst.is_none_or(|worst| worst <= case.limit)
             })
     }
+}
+
+fn distinct<T: PartialEq>(items: impl Iterator<Item = T>) -> Vec<T> {
+    let mut distinct = Vec::new();
+    for item in items {
+        if !distinct.contains(&item) {
+            distinct.push(item);
+        }
+    }
+    distinct
 }

@@ -6,8 +6,8 @@ use std::ops::Range;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::case::{Axis, Case, Found, LOOKAT, Row};
-use crate::plot::{COLORS, Drawing, FONT, Plot, axis, number, powers, range};
+use super::case::{Case, Found, LOOKAT, Row};
+use crate::plot::{Backend, COLORS, Drawing, FONT, Plot, axis, number, powers, range};
 
 /// Width and height in pixels.
 const SIZE: (u32, u32) = (960, 520);
@@ -15,17 +15,15 @@ const SIZE: (u32, u32) = (960, 520);
 const LIST: u32 = 220;
 
 /// A case that can be drawn.
-struct Chart<'a> {
+struct CaseChart<'a> {
     case: &'a Case,
     found: &'a Found,
-    /// What is drawn to the right.
-    axis: &'a str,
     places: Range<f64>,
-    scale: Scale,
+    scale: ErrorScale,
 }
 
 /// What is drawn upwards.
-struct Scale {
+struct ErrorScale {
     label: String,
     range: Range<f64>,
     value: fn(&Row) -> Option<f64>,
@@ -37,26 +35,25 @@ struct Scale {
 ///
 /// Those of the drawing library; none is known.
 pub fn draw(case: &Case, found: &Found) -> Result<Option<Plot>, Box<dyn Error>> {
-    let Axis::Of(axis) = case.axis else { return Ok(None) };
     let places: Vec<f64> = found.rows.iter().filter_map(|row| row.at).collect();
     let Some(places) = range(&places, 1.3) else { return Ok(None) };
-    let chart = Chart { case, found, axis, places, scale: Scale::new(case, found) };
+    let chart = CaseChart { case, found, places, scale: ErrorScale::new(case, found) };
     Plot::new(&chart, SIZE, 1).map(Some)
 }
 
-impl Scale {
+impl ErrorScale {
     /// Errors where all have them, else the share of wrong answers.
-    fn new(case: &Case, found: &Found) -> Scale {
+    fn new(case: &Case, found: &Found) -> ErrorScale {
         let measured =
             |own: bool| found.rows.iter().any(|row| (row.method == LOOKAT) == own && row.worst.is_some());
         if measured(true) && measured(false) {
             let errors: Vec<f64> =
                 found.rows.iter().filter_map(|row| row.worst).filter(|e| *e > 0.0).collect();
             let range = range(&errors, 3.0).unwrap_or(0.1..1.0);
-            return Scale { label: case.error.into(), range, value: |row| row.worst };
+            return ErrorScale { label: case.error.into(), range, value: |row| row.worst };
         }
         let most = found.rows.iter().map(|row| row.tried).max().unwrap_or(1).max(10);
-        Scale {
+        ErrorScale {
             label: "fraction of wrong answers".into(),
             range: 0.3 / most as f64..1.5,
             value: |row| Some(row.failed as f64 / row.tried as f64),
@@ -64,12 +61,9 @@ impl Scale {
     }
 }
 
-impl Drawing for Chart<'_> {
-    fn draw<B: DrawingBackend>(&self, area: &DrawingArea<B, Shift>, _: u32) -> Result<(), Box<dyn Error>>
-    where
-        B::ErrorType: 'static,
-    {
-        let Chart { case, found, scale, .. } = self;
+impl Drawing for CaseChart<'_> {
+    fn draw<B: Backend>(&self, area: &DrawingArea<B, Shift>, _: u32) -> Result<(), Box<dyn Error>> {
+        let CaseChart { case, found, scale, .. } = self;
         area.fill(&WHITE)?;
         let (left, list) = area.split_horizontally(SIZE.0 - LIST);
         let floor = scale.range.start;
@@ -81,7 +75,7 @@ impl Drawing for Chart<'_> {
             .y_label_area_size(70)
             .build_cartesian_2d(axis(&self.places, powers(&self.places)), axis(&scale.range, upwards))?;
         let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(WHITE).label_style((FONT, 14)).x_desc(self.axis).y_desc(&scale.label);
+        mesh.light_line_style(WHITE).label_style((FONT, 14)).x_desc(case.axis).y_desc(&scale.label);
         mesh.x_label_formatter(&|x| number(*x));
         mesh.y_label_formatter(&|y| if *y <= floor { "0".into() } else { number(*y) }).draw()?;
         let methods = methods(found);

@@ -6,42 +6,30 @@ mod quadrics;
 
 use glam::{DMat3, DVec3};
 
-use super::case::{Axis, Case, Effort, Family, Found};
+use super::case::Measure;
 
-#[rustfmt::skip]
-pub(super) fn cases() -> Vec<Case> {
-    let case = |id, name, claim, axis, run: fn(&Effort) -> Found| {
-        Case { id, name, family: Family::Coplanar, claim, axis, error: "", limit: 0.0, run }
-    };
-    vec![
-        case("P1", "eye-in-plane", "an eye, a lens or a film in the plane of a triangle sees nothing of the triangle",
-            Axis::None, eyes::in_plane),
-        case("P2", "eye-in-plane-of-any-size", "nor does it in scenes of any size",
-            Axis::Of("size"), eyes::of_any_size),
-        case("P3", "far-eye-in-plane", "nor far from the origin, in a plane along two axes",
-            Axis::Of("distance from the origin"), eyes::far),
-        case("P4", "eye-in-slanted-plane", "in any other plane, an eye sees nothing of the triangle, or one side of it",
-            Axis::Of("distance from the origin"), eyes::slanted),
-        case("P5", "light-in-plane", "a floor does not hide a light in its plane",
-            Axis::Of("distance of the light / radius of the lit sphere"), lights::in_plane),
-        case("P6", "eye-on-quadric", "an eye on a curved shape does not see the point it is at",
-            Axis::None, quadrics::eye_on_shape),
-    ]
-}
+pub(super) const MEASURES: &[(&str, Measure)] = &[
+    ("P1", eyes::in_plane),
+    ("P2", eyes::of_any_size),
+    ("P3", eyes::far),
+    ("P4", eyes::slanted),
+    ("P5", lights::in_plane),
+    ("P6", quadrics::eye_on_shape),
+];
 
 /// A coordinate system for the objects of a scene. The tested plane is y = 0 in its coordinates.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct LocalFrame {
     origin: DVec3,
     axes: DMat3,
     size: f64,
 }
 
-impl Place {
+impl LocalFrame {
     /// Three coordinate systems, one for each plane along two axes of the world.
-    fn straight(origin: DVec3, size: f64) -> [Place; 3] {
+    fn straight(origin: DVec3, size: f64) -> [LocalFrame; 3] {
         let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
-        [[x, y, z], [y, z, x], [z, x, y]].map(|[x, y, z]| Place {
+        [[x, y, z], [y, z, x], [z, x, y]].map(|[x, y, z]| LocalFrame {
             origin,
             axes: DMat3::from_cols(x, y, z),
             size,
@@ -74,6 +62,6 @@ impl Place {
 
     fn mesh(&self, points: &[[f64; 3]], faces: &[[usize; 3]]) -> String {
         let points: Vec<DVec3> = points.iter().map(|p| self.point(*p)).collect();
-        super::triangle::mesh_text(&points, faces)
+        crate::text_scene::mesh(&points, faces)
     }
 }

@@ -25,7 +25,7 @@ pub(super) fn magnitude(random: &mut Pcg64Mcg, low: f64, high: f64) -> f64 {
 }
 
 /// A direction, all alike.
-pub(super) fn direction(random: &mut Pcg64Mcg) -> DVec3 {
+pub(crate) fn direction(random: &mut Pcg64Mcg) -> DVec3 {
     let z = between(random, -1.0, 1.0);
     let (sin, cos) = (std::f64::consts::TAU * random.random::<f64>()).sin_cos();
     let r = (1.0 - z * z).sqrt();
@@ -37,13 +37,11 @@ pub(super) fn in_cube(random: &mut Pcg64Mcg) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|_| between(random, -1.0, 1.0)))
 }
 
-/// Weights of the corners of a triangle, all alike.
-pub(super) fn in_triangle(random: &mut Pcg64Mcg) -> [f64; 3] {
-    let (mut u, mut v) = (random.random::<f64>(), random.random::<f64>());
-    if u + v > 1.0 {
-        (u, v) = (1.0 - u, 1.0 - v);
-    }
-    [u, v, 1.0 - u - v]
+/// A point of a triangle.
+pub(super) fn in_triangle(random: &mut Pcg64Mcg, [a, b, c]: [DVec3; 3]) -> DVec3 {
+    let (u, v) = (random.random::<f64>(), random.random::<f64>());
+    let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+    a + (b - a) * u + (c - a) * v
 }
 
 /// A direction on the side of the unit vector `n`; of three in ten the cosine with `n` is between ten to the powers of

@@ -19,14 +19,7 @@ pub fn as_csv(results: &[(Case, Found)]) -> String {
             // Names have no quotes and no line breaks.
             text += &format!(
                 "{},{},\"{}\",\"{}\",{at},{},{},{share:e},{low:e},{high:e},{worst},\"{}\",{:e},{passes}\n",
-                case.id,
-                case.name,
-                row.method,
-                case.axis.name(),
-                row.tried,
-                row.failed,
-                case.error,
-                case.limit
+                case.id, case.name, row.method, case.axis, row.tried, row.failed, case.error, case.limit
             );
         }
     }
@@ -43,7 +36,7 @@ pub fn as_json(results: &[(Case, Found)]) -> Value {
             })
         });
         json!({
-            "case": case.id, "name": case.name, "claim": case.claim, "axis": case.axis.name(),
+            "case": case.id, "name": case.name, "claim": case.claim, "axis": case.axis,
             "error": case.error, "limit": case.limit, "passes": found.passes(case),
             "rows": rows.collect::<Vec<_>>(), "remarks": found.remarks,
         })

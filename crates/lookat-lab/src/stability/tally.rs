@@ -39,22 +39,22 @@ impl Tally {
 /// Tries that share a stream of random numbers.
 const CHUNK: u64 = 4096;
 
-/// Calls `attempt` so often, with random numbers, to count for `N` methods. A `seed` of its own for each call of this.
-pub(super) fn tally<const N: usize>(
-    tries: u64,
-    seed: u64,
-    attempt: impl Fn(&mut Pcg64Mcg, &mut [Tally; N]) + Sync,
-) -> [Tally; N] {
+/// Calls `attempt` `tries` times with random numbers. Each call of this function needs a `seed` of its own.
+pub(super) fn tally(tries: u64, seed: u64, attempt: impl Fn(&mut Pcg64Mcg, &mut Tally) + Sync) -> Tally {
     let chunk = |index: u64| {
         let mut random = Pcg64Mcg::seed_from_u64(seed << 32 | index);
-        let mut tallies = [Tally::default(); N];
+        let mut tally = Tally::default();
         for _ in 0..CHUNK.min(tries - index * CHUNK) {
-            attempt(&mut random, &mut tallies);
+            attempt(&mut random, &mut tally);
         }
-        tallies
+        tally
     };
-    let join = |a: [Tally; N], b: [Tally; N]| std::array::from_fn(|i| a[i].join(b[i]));
-    (0..tries.div_ceil(CHUNK)).into_par_iter().map(chunk).reduce(|| [Tally::default(); N], join)
+    (0..tries.div_ceil(CHUNK)).into_par_iter().map(chunk).reduce(Tally::default, Tally::join)
+}
+
+/// Powers of ten, each the number nearest to its decimal.
+pub(super) fn decades(exponents: impl IntoIterator<Item = i32>) -> impl Iterator<Item = f64> {
+    exponents.into_iter().filter_map(|exponent| format!("1e{exponent}").parse().ok())
 }
 
 #[cfg(test)]
@@ -65,8 +65,7 @@ mod tests {
 
     #[test]
     fn counts_are_those_of_any_number_of_threads() {
-        let count =
-            || tally(10_000, 7, |random, [all]: &mut [Tally; 1]| all.error(random.random::<f64>()))[0];
+        let count = || tally(10_000, 7, |random, all| all.error(random.random::<f64>()));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         let (many, one) = (count(), pool.install(count));
         assert_eq!((many.tried, many.failed, many.worst), (10_000, 0, one.worst));

@@ -42,11 +42,11 @@ impl Coat {
 
     /// Whether a material has these lobes and no others, at whatever point.
     pub fn serves(material: &Material) -> bool {
-        match &material.kind {
+        match material.kind() {
             // Rays pass what is of no material.
             MaterialKind::None => false,
             MaterialKind::Matte(_) | MaterialKind::Plastic(_) => true,
-            kind => !material.needs.coordinates && Coat::at(kind, &TexturePoint::default()).is_some(),
+            kind => !material.needs().coordinates && Coat::at(kind, &TexturePoint::default()).is_some(),
         }
     }
 

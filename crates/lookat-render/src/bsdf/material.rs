@@ -27,11 +27,11 @@ pub(crate) struct MostLobes {
 
 /// The most lobes of a material: exact where it is everywhere alike, else a bound.
 pub(crate) fn most_lobes(material: &Material) -> MostLobes {
-    if material.needs.coordinates {
-        return bound(&material.kind);
+    if material.needs().coordinates {
+        return bound(material.kind());
     }
     let mut lobes = LobeList::new();
-    add_lobes(&material.kind, &TexturePoint::default(), &mut lobes);
+    add_lobes(material.kind(), &TexturePoint::default(), &mut lobes);
     MostLobes { all: lobes.len(), specular: lobes.iter().filter(|likely| likely.lobe.is_specular()).count() }
 }
 
@@ -48,7 +48,7 @@ fn bound(material: &MaterialKind) -> MostLobes {
         MaterialKind::Glass(_) => most(2, 1),
         MaterialKind::Uber(_) => most(5, 3),
         MaterialKind::Mix(mix) => {
-            let [a, b] = [0, 1].map(|part: usize| bound(&mix.materials[part].kind));
+            let [a, b] = [0, 1].map(|part: usize| bound(mix.materials[part].kind()));
             most(a.all + b.all, a.specular + b.specular)
         }
     }
@@ -193,7 +193,7 @@ impl Builder<'_> {
         for (material, share) in mix.materials.iter().zip(shares) {
             // What has no share costs nothing.
             if share != Vec3::ZERO {
-                self.add(&material.kind, weight * share);
+                self.add(material.kind(), weight * share);
             }
         }
     }

@@ -7,6 +7,7 @@ pub(super) mod lanes;
 use glam::{BVec3A, DVec3, Vec3A};
 
 use super::{Node, WIDTH};
+#[cfg(test)]
 use crate::bounds::round_down;
 use crate::ray::Ray;
 
@@ -87,6 +88,7 @@ impl Slabs {
 }
 
 /// The same in `f64`.
+#[cfg(test)]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct DoubleSlabs {
     o: [f64; 3],
@@ -96,6 +98,7 @@ pub(crate) struct DoubleSlabs {
 /// Covers the rounding of both ends of the test (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
 const PAD: f64 = 1.0 + 4.0 * f64::EPSILON;
 
+#[cfg(test)]
 impl DoubleSlabs {
     pub fn new(ray: &Ray) -> Self {
         DoubleSlabs { o: ray.o.to_array(), inverse: ray.d.recip().to_array() }

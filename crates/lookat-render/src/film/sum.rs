@@ -84,10 +84,10 @@ impl Sum {
     /// Adds a sample.
     #[inline(always)]
     pub fn add(&mut self, radiance: Vec3, scale: Scale) {
-        let fixed = radiance.to_array().map(|x| scale.fixed(x));
-        for channel in 0..3 {
-            self.high[channel] += fixed[channel][0];
-            self.low[channel] += fixed[channel][1];
+        for (channel, x) in radiance.to_array().into_iter().enumerate() {
+            let [high, low] = scale.fixed(x);
+            self.high[channel] += high;
+            self.low[channel] += low;
         }
         self.count += 1;
         if self.count.is_multiple_of(CARRY) {

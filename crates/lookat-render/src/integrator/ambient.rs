@@ -42,7 +42,7 @@ fn first_material<'s>(tracer: &mut Tracer<'s>, first: &FirstHit) -> Option<Surfa
     let (mut ray, mut found) = (*first.ray, first.hit.copied());
     for _ in 0..MAX_PASSED {
         let surface = tracer.surface(&ray, &found?);
-        if !matches!(surface.primitive.material.kind, MaterialKind::None) {
+        if !matches!(surface.primitive.material.kind(), MaterialKind::None) {
             return Some(surface);
         }
         ray = surface.leave(ray.d);

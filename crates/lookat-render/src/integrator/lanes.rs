@@ -6,7 +6,6 @@ use fearless_simd::Level;
 use lookat_scene::{Projection, View};
 
 use super::{direct, path};
-use crate::arithmetic::Precision;
 use crate::lanes::{level, name};
 use crate::light::LightTable;
 use crate::prepare::Traceable;
@@ -28,7 +27,7 @@ impl<'s> Lanes<'s> {
     /// `None` of scenes that have other things than these serve for, and of processors that have too little.
     pub fn new(view: &View, traceable: &'s Traceable, lights: &'s LightTable) -> Option<Self> {
         let is_environment = matches!(view.camera.projection, Projection::Environment);
-        if is_environment || traceable.precision != Precision::Mixed {
+        if is_environment {
             return None;
         }
         let level = level()?;

@@ -170,7 +170,7 @@ mod tests {
             let camera_ray = &CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
             let settings =
                 Settings { max_depth: 5, roulette_threshold: 0.0, light_choice: LightChoice::Spatial };
-            let (mut tracer, mut sum) = (Tracer::new(&traceable, &lights), Vec3::ZERO);
+            let (mut tracer, mut sum) = (Tracer::new(traceable, lights), Vec3::ZERO);
             let (mut stream, ray) = (SampleStream::new(&scene.view.sampler, 0, [0, 0]), camera_ray.ray());
             let hit = tracer.nearest(&ray);
             let first = FirstHit { camera_ray, ray: &ray, hit: hit.as_ref() };
@@ -198,12 +198,12 @@ mod tests {
             let camera_ray = CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
             let settings = Settings { max_depth, roulette_threshold: 0.0, light_choice: LightChoice::Power };
             let mut stream = SampleStream::new(&scene.view.sampler, 0, [0, 0]);
-            let mut tracer = Tracer::new(&traceable, &lights);
+            let mut tracer = Tracer::new(traceable, lights);
             let ray = camera_ray.ray();
             let hit = tracer.nearest(&ray);
             let first = FirstHit { camera_ray: &camera_ray, ray: &ray, hit: hit.as_ref() };
             li(&mut tracer, &first, &mut stream, &settings);
-            let draws = draws(max_depth, &lights);
+            let draws = draws(max_depth, lights);
             let at_each: u32 = draws.iter().map(|draw| draw.numbers).sum();
             // Those of roulette are taken also where it is not played, but for the last surface.
             let has_roulette = !roulette(max_depth).is_empty();

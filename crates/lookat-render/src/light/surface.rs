@@ -214,9 +214,9 @@ fn triangles(
         let (element, corners) = (element(number, index), corners(mesh, index, origin));
         let middle = on_triangle(primitive, mesh, element, Hit::NO_PLACE, corners, [1.0 / 3.0; 3]);
         // Normals of the file decide, at each point.
-        let side = |vertex: usize| DVec3::from(mesh.normals[vertex]).dot(middle.n);
+        let side = |vertex: usize| DVec3::from(mesh.normals()[vertex]).dot(middle.n);
         let sides = || mesh.triangle(index).map(side);
-        let is_same = mesh.normals.is_empty()
+        let is_same = mesh.normals().is_empty()
             || sides().iter().all(|side| *side > 0.0)
             || sides().iter().all(|side| *side < 0.0);
         let emitting = if is_same { middle.emitting } else { DVec3::ZERO };
@@ -227,7 +227,7 @@ fn triangles(
 /// How far from a place there are vertices.
 fn mesh_radius(mesh: &Mesh, origin: DVec3, center: DVec3) -> f64 {
     let squared = |p: &[f64; 3]| (DVec3::from(*p) - origin).distance_squared(center);
-    mesh.positions.iter().map(squared).fold(0.0, f64::max).sqrt()
+    mesh.positions().iter().map(squared).fold(0.0, f64::max).sqrt()
 }
 
 /// Patches of a curved shape.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use lookat_scene::{Object, Primitive, World};
 
 use super::elements::Builder;
-use crate::arithmetic::{Precision, Simd};
+use crate::arithmetic::Simd;
 use crate::bounds::Bounds;
 use crate::bvh::Bvh;
 use crate::curve::Curves;
@@ -38,7 +38,9 @@ pub(crate) struct Traceable {
     pub(crate) has_cutouts: bool,
     /// Whether the world has only triangles and spheres, which are cheap to test: rays that go down its tree together test more.
     pub(crate) is_cheap: bool,
-    pub(crate) precision: Precision,
+    /// Whether rays are traced without filters in `f32`.
+    #[cfg(test)]
+    pub is_double: bool,
     pub(crate) simd: Simd,
 }
 
@@ -124,7 +126,8 @@ impl Traceable {
             emitters,
             has_cutouts,
             is_cheap,
-            precision: Precision::default(),
+            #[cfg(test)]
+            is_double: false,
             simd: Simd::best(),
         }
     }

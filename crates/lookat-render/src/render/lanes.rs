@@ -88,7 +88,7 @@ where
         debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
         batch.streams.restart(sampler, &samples);
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        Taker { lanes, viewer, filter: &self.filter }.take(tracer, batch, &samples);
+        Taker { lanes, viewer, filter: self.filter }.take(tracer, batch, &samples);
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
             self.add(pattern, batch.wave.radiance[at], batch.negative[at], samples);

@@ -6,7 +6,6 @@ use lookat_scene::{Sampler, SamplerKind, View};
 
 use super::adaptive;
 use super::target;
-use crate::arithmetic::Precision;
 use crate::film::pixel_bytes;
 use crate::filter::FilterSampler;
 use crate::threads::threads;
@@ -19,8 +18,6 @@ pub struct Settings {
     /// Threads of its own, or as many of them as the system gives. 0, the default, uses those of the process: see
     /// [`crate::start_threads`]. They do not change the picture.
     pub threads: usize,
-    /// What intersections are computed with.
-    pub precision: Precision,
     /// Which samples are taken, and when there are enough of them.
     pub stop: Stop,
 }
@@ -40,7 +37,7 @@ pub enum Stop {
     /// at least half as many, so that the mean squared error of the picture is small. By Sobol's sequence, unless the
     /// scene's samples are random.
     Adaptive,
-    /// The time is up, counted from the call of [`render`](crate::render). By Sobol's sequence, unless the scene's samples are
+    /// The time is up, counted from the call of [`render`](crate::render()). By Sobol's sequence, unless the scene's samples are
     /// random: other patterns need a number of samples. Such a picture is another one each time.
     Time {
         /// How long.
@@ -57,7 +54,7 @@ pub enum Stop {
         target: TargetError,
         /// The most samples of a pixel: at least 64.
         max_samples: u32,
-        /// Ends after so long in any case, counted from the call of [`render`](crate::render).
+        /// Ends after so long in any case, counted from the call of [`render`](crate::render()).
         limit: Option<Duration>,
         /// As of [`Stop::Samples`]; the picture is the same either way.
         error_layers: bool,

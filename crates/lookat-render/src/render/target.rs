@@ -48,7 +48,7 @@ struct Active {
     excess: f64,
 }
 
-/// The signed sum and the signed count of the samples of a replicate, see [`Pixel`]. Single precision serves, as there may be
+/// The signed sum and the signed count of the samples of a replicate, see [`crate::film::Pixel`]. Single precision serves, as there may be
 /// many.
 #[derive(Clone, Copy, Default)]
 struct Replicate {

@@ -44,7 +44,7 @@ impl Coordinates {
         let [b0, b1] = surface.barycentric;
         let (index, weights) = (surface.element.index as usize, [b0, b1, 1.0 - b0 - b1]);
         let flat = flat(mesh, index, weights);
-        if mesh.normals.is_empty() && mesh.tangents.is_empty() {
+        if mesh.normals().is_empty() && mesh.tangents().is_empty() {
             return alike(flat);
         }
         let ns = instance.map_or(surface.ns, |instance| instance.normal_to_object(surface.ns));

@@ -41,7 +41,7 @@ impl<S: Simd> Shaded<S> {
         let surface = Surface::new(scene, ray, hit);
         let (at, frame) = point(scene, &surface, -ray.d, camera_ray);
         self.frames.put(lane, &frame);
-        if let Some(coat) = Coat::at(&surface.primitive.material.kind, &at) {
+        if let Some(coat) = Coat::at(surface.primitive.material.kind(), &at) {
             self.coats = Coats::splat(simd, &coat).or(bits(simd, 1 << lane), self.coats);
         }
     }
@@ -49,7 +49,7 @@ impl<S: Simd> Shaded<S> {
 
 /// That of a material everywhere; `None` of one with textures.
 fn coat(material: &Material) -> Option<Coat> {
-    if material.needs.coordinates { None } else { Coat::at(&material.kind, &TexturePoint::default()) }
+    if material.needs().coordinates { None } else { Coat::at(material.kind(), &TexturePoint::default()) }
 }
 
 /// What elements of a list are made of.
@@ -72,9 +72,9 @@ impl<'s> ListShading<'s> {
         });
         Some(ListShading {
             elements: elements.collect::<Option<Vec<_>>>()?,
-            is_lambert: materials().all(|material| lambert(&material.kind).is_some()),
-            has_textures: materials().any(|material| material.needs.coordinates),
-            has_bumps: materials().any(|material| material.bump.is_some()),
+            is_lambert: materials().all(|material| lambert(material.kind()).is_some()),
+            has_textures: materials().any(|material| material.needs().coordinates),
+            has_bumps: materials().any(|material| material.bump().is_some()),
         })
     }
 
@@ -132,14 +132,14 @@ impl<'s> TreeShading<'s> {
         }
         let of = |primitive: &Primitive| (Turned::new(primitive), coat(&primitive.material));
         let has_normals =
-            |shape: &Shape| matches!(shape, Shape::TriangleMesh(mesh) if !mesh.normals.is_empty());
+            |shape: &Shape| matches!(shape, Shape::TriangleMesh(mesh) if !mesh.normals().is_empty());
         let is_bent =
-            |primitive: &Primitive| primitive.material.bump.is_some() || has_normals(&primitive.shape);
+            |primitive: &Primitive| primitive.material.bump().is_some() || has_normals(&primitive.shape);
         Some(TreeShading {
             scene: traceable,
             primitives: traceable.source.primitives.iter().map(of).collect(),
-            is_lambert: materials().all(|material| lambert(&material.kind).is_some()),
-            has_textures: materials().any(|material| material.needs.coordinates),
+            is_lambert: materials().all(|material| lambert(material.kind()).is_some()),
+            has_textures: materials().any(|material| material.needs().coordinates),
             has_normals: traceable.source.primitives.iter().any(is_bent),
         })
     }
@@ -160,10 +160,10 @@ impl<'s> TreeShading<'s> {
         for lane in those(is_hit) {
             elements[lane] = tree.element(hits.element[lane]);
             if let Shape::TriangleMesh(mesh) = &self.scene.primitive(elements[lane].primitive).shape
-                && !mesh.normals.is_empty()
+                && !mesh.normals().is_empty()
             {
                 for vertex in mesh.triangle(elements[lane].index as usize) {
-                    prefetch(&mesh.normals[vertex], 0..1);
+                    prefetch(&mesh.normals()[vertex], 0..1);
                 }
             }
         }

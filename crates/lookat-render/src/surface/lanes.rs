@@ -91,7 +91,7 @@ impl<'s> Sheet<'s> {
                 let surface =
                     on_triangle(primitive, mesh, element.id, Hit::NO_PLACE, corners, [1.0, 0.0, 0.0]);
                 let form = Form::Flat { triangle, corners, n: surface.n };
-                mesh.normals.is_empty().then_some(Sheet { form, magnitude: surface.magnitude })
+                mesh.normals().is_empty().then_some(Sheet { form, magnitude: surface.magnitude })
             }
             (Shape::Sphere(curved), _) => {
                 let is_inward = primitive.reverse_orientation != primitive.mirrored;
@@ -136,7 +136,7 @@ impl Turned {
     pub fn new(primitive: &Primitive) -> Self {
         let Primitive { reverse_orientation, mirrored, .. } = *primitive;
         let has_tangents =
-            matches!(&primitive.shape, SceneShape::TriangleMesh(mesh) if !mesh.tangents.is_empty());
+            matches!(&primitive.shape, SceneShape::TriangleMesh(mesh) if !mesh.tangents().is_empty());
         Turned {
             is_n: mirrored != (reverse_orientation && !has_tangents),
             is_emitting: mirrored != reverse_orientation,
@@ -185,10 +185,10 @@ impl Triangles {
         for (own, corner) in self.corners.iter_mut().zip(corners) {
             (own[0][lane], own[1][lane], own[2][lane]) = corner.into();
         }
-        if !mesh.normals.is_empty() {
+        if !mesh.normals().is_empty() {
             self.has_normals |= 1 << lane;
             for (own, vertex) in self.normals.iter_mut().zip(mesh.triangle(index)) {
-                [own[0][lane], own[1][lane], own[2][lane]] = mesh.normals[vertex];
+                [own[0][lane], own[1][lane], own[2][lane]] = mesh.normals()[vertex];
             }
         }
         self.is_n |= u64::from(turned.is_n) << lane;

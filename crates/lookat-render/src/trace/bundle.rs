@@ -1,7 +1,6 @@
 //! Rays that are traced together. They share the way down the tree, and are tested one by one where it ends.
 
 use super::nothing;
-use crate::arithmetic::Precision;
 use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
 
@@ -22,9 +21,8 @@ impl Traceable {
         let queries = rays.each_ref().map(|ray| self.query(ray, false));
         let way = rays[0].d.is_negative_bitmask();
         let together = self.is_cheap
-            && self.precision == Precision::Mixed
             && rays.iter().all(|ray| ray.d.is_negative_bitmask() == way && ray.d.is_finite())
-            && self.search_wide::<false, false, _>(&queries, &mut hits).is_complete;
+            && self.search_wide::<false, _>(&queries, &mut hits).is_complete;
         if !together {
             for (query, hit) in queries.into_iter().zip(&mut hits) {
                 self.search::<false>(query, hit);

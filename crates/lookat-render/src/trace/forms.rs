@@ -9,7 +9,6 @@ use crate::arithmetic::SimdKind;
 use crate::bvh::ManySlabs;
 #[cfg(target_arch = "x86_64")]
 use crate::bvh::WideSlabs;
-use crate::plain::PlainRay;
 use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
 use crate::trace::lanes::Rays;
@@ -73,7 +72,7 @@ impl Traceable {
             SimdKind::Avx2 => unsafe { self.search_formed_avx2::<ANY>(queries, form, hits) },
             SimdKind::Portable => {
                 let _ = form;
-                self.search_wide::<ANY, false, 1>(queries, hits)
+                self.search_wide::<ANY, 1>(queries, hits)
             }
         }
     }
@@ -89,7 +88,7 @@ impl Traceable {
         let slabs = WideSlabs::of(&form.of.slabs, form.lane);
         let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
         let rays = &[form.forms(queries[0].ray, filter)];
-        search_with!(self.search_by::<ANY, false, 1>(queries, hits, rays, slabs))
+        search_with!(self.search_by::<ANY, 1>(queries, hits, rays, slabs))
     }
 
     /// The same, with the registers of AVX-512.
@@ -104,13 +103,13 @@ impl Traceable {
         let slabs = WideSlabs::of(&form.of.slabs, form.lane);
         let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
         let rays = &[form.forms(queries[0].ray, filter)];
-        search_with!(self.search_by::<ANY, false, 1>(queries, hits, rays, slabs))
+        search_with!(self.search_by::<ANY, 1>(queries, hits, rays, slabs))
     }
 }
 
 impl Form<'_> {
     #[inline(always)]
     fn forms<F>(&self, ray: &Ray, filter: F) -> RayForms<F> {
-        RayForms { filter, sheared: self.of.sheared.lane(ray.o, self.lane), plain: PlainRay::new(ray) }
+        RayForms { filter, sheared: self.of.sheared.lane(ray.o, self.lane) }
     }
 }

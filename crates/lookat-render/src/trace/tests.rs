@@ -1,6 +1,5 @@
 use glam::DVec3;
 
-use crate::Precision;
 use crate::prepare::Prepared;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::{Surface, reach};
@@ -20,9 +19,9 @@ fn single_shapes_are_met_in_instances() {
             ObjectBegin \"one\" {shape} ObjectEnd Translate .2 0 3 {placed} ObjectInstance \"one\"
             Translate 0 0 -1 ObjectInstance \"one\" WorldEnd"
         ));
-        for precision in [Precision::Mixed, Precision::Double] {
+        for is_double in [false, true] {
             let mut traceable = Prepared::new(&scene).traceable;
-            traceable.precision = precision;
+            traceable.is_double = is_double;
             let mut met = 0;
             for case in 0..2000 {
                 let d = DVec3::new(noise(case, 1.1), noise(case, 2.3), 2.0).normalize();
@@ -50,9 +49,9 @@ fn a_ray_leaves_one_triangle_of_many_with_its_place() {
         Translate 0 0 1 ObjectInstance \"a\" Translate 0 0 1 ObjectInstance \"a\"
         Translate 0 0 1 ObjectInstance \"b\" Translate 0 0 1 {triangle} WorldEnd"
     ));
-    for precision in [Precision::Mixed, Precision::Double] {
+    for is_double in [false, true] {
         let mut traceable = Prepared::new(&scene).traceable;
-        traceable.precision = precision;
+        traceable.is_double = is_double;
         for (start, d) in [(-1.0, DVec3::Z), (5.0, DVec3::NEG_Z)] {
             let mut ray = Ray::new(DVec3::new(0.1, 0.1, start), d);
             let mut met = Vec::new();
@@ -90,10 +89,9 @@ fn shadows_are_those_of_f64() {
         "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
         ObjectBegin \"a\" {mesh} ObjectEnd {mesh} {mesh} Translate 1 .2 .1 Scale 2 .5 1 Rotate 30 1 2 3 ObjectInstance \"a\" WorldEnd"
     ));
-    let mut mixed = Prepared::new(&scene).traceable;
-    mixed.precision = Precision::Mixed;
+    let mixed = Prepared::new(&scene).traceable;
     let mut double = Prepared::new(&scene).traceable;
-    double.precision = Precision::Double;
+    double.is_double = true;
     let vector = |i: usize, k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
     let surface = |i: usize| {
         let ray = Ray::new(vector(i, 6.1) * 3.0, (vector(i, 7.3) - vector(i, 6.1) * 3.0).normalize());

@@ -14,7 +14,7 @@ const LEAST_AREA: f64 = 1e-8;
 
 /// The flat triangle at the point with the given weights of its corners.
 pub(crate) fn flat(mesh: &Mesh, index: usize, weights: [f64; 3]) -> Parametric {
-    let [p0, p1, p2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions[vertex]));
+    let [p0, p1, p2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]));
     let uvs = coordinates(mesh, index);
     let uv = uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2];
     let (e0, e1) = (p0 - p2, p1 - p2);
@@ -36,10 +36,10 @@ pub(crate) fn smooth(
     flat: Parametric,
 ) -> Parametric {
     let tangent = || {
-        let [s0, s1, s2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.tangents[vertex]));
+        let [s0, s1, s2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.tangents()[vertex]));
         (s0 * b0 + s1 * b1 + s2 * b2).try_normalize()
     };
-    let given = if mesh.tangents.is_empty() { None } else { tangent() };
+    let given = if mesh.tangents().is_empty() { None } else { tangent() };
     let along = given.unwrap_or_else(|| flat.dpdu.normalize_or(DVec3::X));
     // pbrt-v3 knows the normal of the file here, before ReverseOrientation.
     let own = flipped(ns, reversed);
@@ -48,13 +48,13 @@ pub(crate) fn smooth(
         None => pbrt_frame(own),
     };
     let (dndu, dndv) =
-        if mesh.normals.is_empty() { (DVec3::ZERO, DVec3::ZERO) } else { bending(mesh, index) };
+        if mesh.normals().is_empty() { (DVec3::ZERO, DVec3::ZERO) } else { bending(mesh, index) };
     Parametric { uv: flat.uv, dpdu, dpdv: flipped(dpdv, reversed), dndu, dndv }
 }
 
 /// How the normals of the file change over a triangle.
 fn bending(mesh: &Mesh, index: usize) -> (DVec3, DVec3) {
-    let [n0, n1, n2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.normals[vertex]));
+    let [n0, n1, n2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.normals()[vertex]));
     let fallback = || match (n2 - n0).cross(n1 - n0) {
         DVec3::ZERO => (DVec3::ZERO, DVec3::ZERO),
         across => pbrt_frame(across),
@@ -63,10 +63,10 @@ fn bending(mesh: &Mesh, index: usize) -> (DVec3, DVec3) {
 }
 
 pub(crate) fn coordinates(mesh: &Mesh, index: usize) -> [DVec2; 3] {
-    if mesh.uvs.is_empty() {
+    if mesh.uvs().is_empty() {
         return DEFAULT;
     }
-    mesh.triangle(index).map(|vertex| DVec2::from(mesh.uvs[vertex]))
+    mesh.triangle(index).map(|vertex| DVec2::from(mesh.uvs()[vertex]))
 }
 
 /// Derivatives by u and v of what differs by `deltas` from the third corner to the first and second. `None` where the

@@ -7,10 +7,10 @@ use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
-use crate::plot::{COLORS, FONT};
+use crate::plot::{Backend, COLORS, FONT};
 
 /// Where things are drawn. Sizes and offsets are in units, places in seconds and error.
-pub(super) struct Canvas<'a, B: DrawingBackend> {
+pub(super) struct Canvas<'a, B: Backend> {
     pub area: &'a DrawingArea<B, Shift>,
     /// Pixels for each unit.
     pub unit: i32,
@@ -81,10 +81,7 @@ impl Look {
     }
 }
 
-impl<B: DrawingBackend> Canvas<'_, B>
-where
-    B::ErrorType: 'static,
-{
+impl<B: Backend> Canvas<'_, B> {
     /// A line through places.
     pub fn line(&self, places: &[(f64, f64)], stroke: Stroke) -> Result<(), Box<dyn Error>> {
         self.line_at(places.iter().map(|at| (self.place)(*at)).collect(), stroke)

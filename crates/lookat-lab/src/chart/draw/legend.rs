@@ -7,7 +7,7 @@ use plotters::prelude::*;
 use super::super::results::Results;
 use super::canvas::{Canvas, Look, Stroke};
 use super::{FRONT, GRAY, SLOPE};
-use crate::plot::significant;
+use crate::plot::{Backend, significant};
 
 /// Stretches of the front that are listed.
 const MOST_REIGNS: usize = 6;
@@ -28,14 +28,11 @@ pub(super) fn height(results: &Results) -> u32 {
 }
 
 /// Draws the list, from this column on.
-pub(super) fn draw<B: DrawingBackend>(
+pub(super) fn draw<B: Backend>(
     canvas: &Canvas<B>,
     results: &Results,
     left: i32,
-) -> Result<(), Box<dyn Error>>
-where
-    B::ErrorType: 'static,
-{
+) -> Result<(), Box<dyn Error>> {
     let unit = canvas.unit;
     let mut y = TOP * unit;
     // The middle of letters is lower than that of their box.

@@ -24,21 +24,21 @@ pub(super) fn tan_half(degrees: f64) -> TwoFloat {
 
 /// The axes of a camera in the world, of length one.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct View {
+pub(super) struct CameraAxes {
     pub right: Wide,
     pub up: Wide,
     pub forward: Wide,
 }
 
-impl View {
-    pub const CAMERA_SPACE: View = View {
+impl CameraAxes {
+    pub const CAMERA_SPACE: CameraAxes = CameraAxes {
         right: Wide([TwoFloat::from_f64(1.0), TwoFloat::from_f64(0.0), TwoFloat::from_f64(0.0)]),
         up: Wide([TwoFloat::from_f64(0.0), TwoFloat::from_f64(1.0), TwoFloat::from_f64(0.0)]),
         forward: Wide([TwoFloat::from_f64(0.0), TwoFloat::from_f64(0.0), TwoFloat::from_f64(1.0)]),
     };
 
     /// What `LookAt` means; `None` where `up` is parallel to the view.
-    pub fn new(eye: DVec3, look: DVec3, up: DVec3) -> Option<View> {
+    pub fn new(eye: DVec3, look: DVec3, up: DVec3) -> Option<CameraAxes> {
         let view = Wide::new(look).minus(Wide::new(eye));
         // Products of two numbers are exact, and so is the sign of their difference. The low parts are products of
         // their own, so that no digit is lost where `up` nearly meets the view.
@@ -50,7 +50,7 @@ impl View {
             return None;
         }
         let (right, forward) = (unit(side), unit(view));
-        Some(View { right, up: forward.cross(right), forward })
+        Some(CameraAxes { right, up: forward.cross(right), forward })
     }
 
     /// A vector with these components along the axes.
@@ -62,7 +62,7 @@ impl View {
 /// A perspective camera without a lens, with the default window: the angle counts along the shorter side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pinhole {
-    pub view: View,
+    pub view: CameraAxes,
     pub tan: TwoFloat,
     pub resolution: [u32; 2],
 }
@@ -155,15 +155,15 @@ mod tests {
     #[test]
     fn the_view_of_axes_is_exact() {
         let eye = DVec3::new(3.0, 4.0, 5.0);
-        let view = View::new(eye, eye + 7.0 * DVec3::Z, DVec3::new(1e-15, 0.0, 3.0)).unwrap();
+        let view = CameraAxes::new(eye, eye + 7.0 * DVec3::Z, DVec3::new(1e-15, 0.0, 3.0)).unwrap();
         assert_eq!(angle(-DVec3::Y, view.right), 0.0);
         assert_eq!(angle(-DVec3::X, view.up), std::f64::consts::PI);
-        assert!(View::new(eye, DVec3::ZERO, 2.0 * eye).is_none());
+        assert!(CameraAxes::new(eye, DVec3::ZERO, 2.0 * eye).is_none());
     }
 
     #[test]
     fn pixels_and_angles_are_known() {
-        let pinhole = Pinhole { view: View::CAMERA_SPACE, tan: tan_half(90.0), resolution: [640, 480] };
+        let pinhole = Pinhole { view: CameraAxes::CAMERA_SPACE, tan: tan_half(90.0), resolution: [640, 480] };
         let film = DVec2::new(640.0, 0.0);
         let corner = DVec3::new(4.0 / 3.0, 1.0, 1.0);
         assert!(angle(corner, pinhole.direction(film)) < 1e-16);
@@ -174,6 +174,6 @@ mod tests {
                 .abs()
                 < 1e-15
         );
-        assert!(angle(DVec3::ZERO, View::CAMERA_SPACE.up).is_nan());
+        assert!(angle(DVec3::ZERO, CameraAxes::CAMERA_SPACE.up).is_nan());
     }
 }

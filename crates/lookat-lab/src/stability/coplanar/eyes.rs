@@ -5,10 +5,10 @@ use lookat_render::Probe;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::Place;
-use crate::stability::case::{Effort, Found, LOOKAT};
+use super::LocalFrame;
+use crate::stability::case::{Effort, Found};
 use crate::stability::random::direction;
-use crate::stability::tally::{Tally, tally};
+use crate::stability::tally::{Tally, decades, tally};
 use crate::text_scene::{render, scene};
 
 /// Triangles whose planes contain the origin.
@@ -59,9 +59,9 @@ const FLOORS: [Floor; 5] = [
 
 /// A camera, its viewing direction, its up vector, and whether its rays start from an area of the plane instead of from
 /// one point.
-type View = (&'static str, [f64; 3], [f64; 3], bool);
+type EyeView = (&'static str, [f64; 3], [f64; 3], bool);
 
-const VIEWS: [View; 7] = [
+const VIEWS: [EyeView; 7] = [
     ("\"perspective\" \"float fov\" 50", [0.0, 6.0, 15.0], [0.0, 1.0, 0.0], false),
     ("\"perspective\" \"float fov\" 90", [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], false),
     ("\"environment\"", [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], false),
@@ -82,7 +82,7 @@ const VIEWS: [View; 7] = [
 ];
 
 /// A scene with a black floor and a white sky.
-fn text(place: &Place, floor: &Floor, (camera, forward, up, _): View) -> String {
+fn text(place: &LocalFrame, floor: &Floor, (camera, forward, up, _): EyeView) -> String {
     format!(
         "{} Camera {camera} Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"path\"
          Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16
@@ -94,7 +94,7 @@ fn text(place: &Place, floor: &Floor, (camera, forward, up, _): View) -> String 
 }
 
 /// Counts the pixels of all scenes. Each pixel that is not white is a failure.
-fn dark_pixels(places: &[Place]) -> Tally {
+fn dark_pixels(places: &[LocalFrame]) -> Tally {
     let mut tally = Tally::default();
     for place in places {
         for floor in &FLOORS {
@@ -108,52 +108,40 @@ fn dark_pixels(places: &[Place]) -> Tally {
 }
 
 pub(super) fn in_plane(_: &Effort) -> Found {
-    let mut found = Found::default();
     let origins = [DVec3::ZERO, DVec3::new(0.1, -0.3, 0.7), DVec3::new(-12.0, 3.3, 4.1)];
-    let places: Vec<Place> = origins.into_iter().flat_map(|origin| Place::straight(origin, 1.0)).collect();
-    found.add(None, &[LOOKAT], &[dark_pixels(&places)]);
-    found
+    let places: Vec<LocalFrame> =
+        origins.into_iter().flat_map(|origin| LocalFrame::straight(origin, 1.0)).collect();
+    Found::own(None, dark_pixels(&places))
 }
 
 pub(super) fn of_any_size(_: &Effort) -> Found {
-    let mut found = Found::default();
-    for size in [1e-30, 1e-6, 1e-3, 1e3, 1e6, 1e30] {
-        let places = Place::straight(DVec3::new(0.3, 0.7, -0.1) * size, size);
-        found.add(Some(size), &[LOOKAT], &[dark_pixels(&places)]);
-    }
-    found
+    Found::sweep(0, [1e-30, 1e-6, 1e-3, 1e3, 1e6, 1e30], |_, size| {
+        dark_pixels(&LocalFrame::straight(DVec3::new(0.3, 0.7, -0.1) * size, size))
+    })
 }
 
 pub(super) fn far(_: &Effort) -> Found {
-    let mut found = Found::default();
-    for distance in [1e2, 1e5, 1e8, 1e11] {
-        let places = Place::straight(DVec3::new(1.1, -0.7, 0.3) * distance, 1.0);
-        found.add(Some(distance), &[LOOKAT], &[dark_pixels(&places)]);
-    }
-    found
+    Found::sweep(0, [1e2, 1e5, 1e8, 1e11], |_, distance| {
+        dark_pixels(&LocalFrame::straight(DVec3::new(1.1, -0.7, 0.3) * distance, 1.0))
+    })
 }
 
 /// The corners are rounded, so the eye is only approximately in the plane. Near the origin, coordinates are as large as
 /// the triangle, and the eye sees nothing of it. Farther away, rounding may turn one side of the triangle to the eye.
 pub(super) fn slanted(effort: &Effort) -> Found {
-    let mut found = Found::default();
-    for (exponent, seed) in (0..10).step_by(2).zip(4600..) {
-        let distance = 10_f64.powi(exponent);
+    Found::sweep(4600, decades((0..10).step_by(2)), |seed, distance| {
         let is_near = distance <= 10.0;
-        let scenes = effort.rays.min(50_000) / RAYS;
-        let [sides] = tally(scenes, seed, |random, [all]: &mut [Tally; 1]| {
+        tally(effort.rays.min(50_000) / RAYS, seed, |random, tally| {
             let axis = direction(random);
             let axes = DMat3::from_quat(DQuat::from_axis_angle(axis, random.random::<f64>() * 6.0));
-            let place = Place { origin: direction(random) * distance, axes, size: 1.0 };
+            let place = LocalFrame { origin: direction(random) * distance, axes, size: 1.0 };
             let floor = &FLOORS[if is_near { random.random_range(0..4) } else { 0 }];
             let view =
                 VIEWS[if is_near { random.random_range(0..VIEWS.len()) } else { random.random_range(0..3) }];
             let wrong = wrong_answers(random, &place, floor, view, is_near);
-            (0..RAYS).for_each(|ray| all.answer(ray >= wrong));
-        });
-        found.add(Some(distance), &[LOOKAT], &[sides]);
-    }
-    found
+            (0..RAYS).for_each(|ray| tally.answer(ray >= wrong));
+        })
+    })
 }
 
 /// Rays per scene.
@@ -161,7 +149,13 @@ const RAYS: u64 = 100;
 
 /// The number of camera rays with a wrong result. The triangle must be invisible or, unless `is_near`, visible from one
 /// side only.
-fn wrong_answers(random: &mut Pcg64Mcg, place: &Place, floor: &Floor, view: View, is_near: bool) -> u64 {
+fn wrong_answers(
+    random: &mut Pcg64Mcg,
+    place: &LocalFrame,
+    floor: &Floor,
+    view: EyeView,
+    is_near: bool,
+) -> u64 {
     let scene = scene(&text(place, floor, view));
     let probe = Probe::new(&scene);
     let [mut hits, mut misses] = [[0; 2]; 2];
@@ -187,8 +181,8 @@ mod tests {
     /// A floor slightly below the eye is visible, so white pixels are a real result.
     #[test]
     fn floors_below_are_seen() {
-        let [place, ..] = Place::straight(DVec3::ZERO, 1.0);
-        let lower = Place { origin: DVec3::new(0.0, -1e-9, 0.0), ..place };
+        let [place, ..] = LocalFrame::straight(DVec3::ZERO, 1.0);
+        let lower = LocalFrame { origin: DVec3::new(0.0, -1e-9, 0.0), ..place };
         for floor in &FLOORS[..3] {
             let text = text(&place, floor, VIEWS[1]);
             let mesh = place.mesh(floor.points, floor.faces);

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 
-use super::Place;
-use crate::stability::case::{Effort, Found, LOOKAT};
+use super::LocalFrame;
+use crate::stability::case::{Effort, Found};
 use crate::stability::tally::Tally;
 use crate::text_scene::{render, scene};
 
 /// A light in the plane, on the x axis of the place.
 #[derive(Clone, Copy)]
-enum Light {
+enum PlaneLight {
     Point,
     Spot,
     Goniometric,
@@ -22,50 +22,52 @@ enum Light {
 /// Half the side of the square, and the radius of the disk.
 const HALF: f64 = 0.5;
 
-impl Light {
-    const ALL: [Light; 7] = [
-        Light::Point,
-        Light::Spot,
-        Light::Goniometric,
-        Light::Projection,
-        Light::Distant,
-        Light::Square,
-        Light::Disk,
+impl PlaneLight {
+    const ALL: [PlaneLight; 7] = [
+        PlaneLight::Point,
+        PlaneLight::Spot,
+        PlaneLight::Goniometric,
+        PlaneLight::Projection,
+        PlaneLight::Distant,
+        PlaneLight::Square,
+        PlaneLight::Disk,
     ];
 
     fn has_area(self) -> bool {
-        matches!(self, Light::Square | Light::Disk)
+        matches!(self, PlaneLight::Square | PlaneLight::Disk)
     }
 
     /// The directives of the light. It lights the sphere equally from any distance.
-    fn text(self, place: &Place, distance: f64) -> String {
+    fn text(self, place: &LocalFrame, distance: f64) -> String {
         let at = [distance, 0.0, 0.0];
         let bright = distance * distance;
         let [from, to] = [at, [0.0, 2.0, 0.0]].map(|p| place.text(p));
         let area = format!("AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{bright} 1 1]");
         let text = match self {
-            Light::Point => format!("LightSource \"point\" \"point from\" [{from}] \"rgb I\" [{bright} 1 1]"),
-            Light::Spot => format!(
+            PlaneLight::Point => {
+                format!("LightSource \"point\" \"point from\" [{from}] \"rgb I\" [{bright} 1 1]")
+            }
+            PlaneLight::Spot => format!(
                 "LightSource \"spot\" \"point from\" [{from}] \"point to\" [{to}] \"float coneangle\" 89
                  \"rgb I\" [{bright} 1 1]"
             ),
-            Light::Goniometric => {
+            PlaneLight::Goniometric => {
                 format!("Translate {from} LightSource \"goniometric\" \"rgb I\" [{bright} 1 1]")
             }
-            Light::Projection => format!(
+            PlaneLight::Projection => format!(
                 "{} LightSource \"projection\" \"float fov\" 89 \"rgb I\" [{bright} 1 1]",
                 matrix(place, at, [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
             ),
-            Light::Distant => format!(
+            PlaneLight::Distant => format!(
                 "LightSource \"distant\" \"point from\" [{}] \"point to\" [{}]",
                 place.text([1.0, 0.0, 0.0]),
                 place.text([0.0; 3])
             ),
-            Light::Square => {
+            PlaneLight::Square => {
                 let faces = [[0, 1, 2], [0, 2, 3]];
                 format!("{area} {}", place.mesh(&corners(at, HALF), &faces))
             }
-            Light::Disk => format!(
+            PlaneLight::Disk => format!(
                 "{area} {} Shape \"disk\" \"float radius\" {HALF}",
                 matrix(place, at, [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
             ),
@@ -75,7 +77,7 @@ impl Light {
 }
 
 /// The transformation that maps the coordinate axes to `axes`, and the origin to `at`.
-fn matrix(place: &Place, at: [f64; 3], axes: [[f64; 3]; 3]) -> String {
+fn matrix(place: &LocalFrame, at: [f64; 3], axes: [[f64; 3]; 3]) -> String {
     let [x, y, z] =
         axes.map(|axis| (place.axes * DVec3::from(axis)).to_array().map(|x| x.to_string()).join(" "));
     format!("ConcatTransform [{x} 0  {y} 0  {z} 0  {} 1]", place.text(at))
@@ -87,7 +89,7 @@ fn corners([x, y, z]: [f64; 3], half: f64) -> [[f64; 3]; 4] {
 }
 
 /// A black floor, with a hole for an area light.
-fn floor(light: Light, place: &Place, distance: f64) -> String {
+fn floor(light: PlaneLight, place: &LocalFrame, distance: f64) -> String {
     let at = [distance, 0.0, 0.0];
     let around = corners(at, 3.0 * distance);
     let mesh = if light.has_area() {
@@ -101,7 +103,7 @@ fn floor(light: Light, place: &Place, distance: f64) -> String {
 }
 
 /// A scene with a sphere of radius 1 at this height over the plane, seen from slightly above the plane.
-fn text(light: Light, place: &Place, distance: f64, height: f64, floor: &str) -> String {
+fn text(light: PlaneLight, place: &LocalFrame, distance: f64, height: f64, floor: &str) -> String {
     format!(
         "{} Camera \"perspective\" \"float fov\" 20
          Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"directlighting\"
@@ -115,12 +117,11 @@ fn text(light: Light, place: &Place, distance: f64, height: f64, floor: &str) ->
 
 /// The floor does not change the picture of the sphere. The lowest point of the sphere is above the floor or on it.
 pub(super) fn in_plane(_: &Effort) -> Found {
-    let mut found = Found::default();
-    for distance in [4.0, 30.0, 1e3, 1e5] {
+    Found::sweep(0, [4.0, 30.0, 1e3, 1e5], |_, distance| {
         let mut tally = Tally::default();
-        for (place, light) in Place::straight(DVec3::new(3.3, -0.7, 0.1), 1.0)
+        for (place, light) in LocalFrame::straight(DVec3::new(3.3, -0.7, 0.1), 1.0)
             .iter()
-            .flat_map(|place| Light::ALL.map(|light| (place, light)))
+            .flat_map(|place| PlaneLight::ALL.map(|light| (place, light)))
         {
             // At any distance, the part of the sphere near the plane sees an area light edge-on, so the sphere stays
             // above the plane.
@@ -136,9 +137,8 @@ pub(super) fn in_plane(_: &Effort) -> Found {
                 }
             }
         }
-        found.add(Some(distance), &[LOOKAT], &[tally]);
-    }
-    found
+        tally
+    })
 }
 
 #[cfg(test)]
@@ -148,17 +148,17 @@ mod tests {
     /// Each light reaches the sphere, and a floor above the light hides it.
     #[test]
     fn lights_are_seen_and_can_be_hidden() {
-        let [place, ..] = Place::straight(DVec3::ZERO, 1.0);
-        let higher = Place { origin: DVec3::new(0.0, 1e-6, 0.0), ..place };
-        for light in Light::ALL {
+        let [place, ..] = LocalFrame::straight(DVec3::ZERO, 1.0);
+        let higher = LocalFrame { origin: DVec3::new(0.0, 1e-6, 0.0), ..place };
+        for light in PlaneLight::ALL {
             let sum = |floor: &str| {
                 let scene = scene(&text(light, &place, 4.0, 2.0, floor));
                 render(&scene, 1).rgb().unwrap().iter().map(|pixel| pixel[0]).sum::<f32>()
             };
             assert!(sum("") > 0.0, "{}", light.text(&place, 4.0));
             // Distant light arrives parallel to the floor, so the floor cannot hide it.
-            if !matches!(light, Light::Distant) {
-                let hidden = sum(&floor(Light::Point, &higher, 4.0));
+            if !matches!(light, PlaneLight::Distant) {
+                let hidden = sum(&floor(PlaneLight::Point, &higher, 4.0));
                 assert!(hidden < 0.5 * sum(""), "{}", light.text(&place, 4.0));
             }
         }

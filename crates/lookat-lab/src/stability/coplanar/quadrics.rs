@@ -4,10 +4,10 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 use lookat_render::Probe;
 use rand::RngExt;
 
-use super::Place;
-use crate::stability::case::{Effort, Found, LOOKAT};
+use super::LocalFrame;
+use crate::stability::case::{Effort, Found};
 use crate::stability::random::{between, direction};
-use crate::stability::tally::{Tally, tally};
+use crate::stability::tally::tally;
 use crate::text_scene::scene;
 
 /// A shape, a point on it, and the normal at the point.
@@ -29,14 +29,13 @@ const SURFACE_POINTS: [SurfacePoint; 6] = [
 /// Outward rays hit nothing, except on a hyperboloid. Inward rays hit the far side or leave through an opening. No ray
 /// hits the shape at the eye.
 pub(super) fn eye_on_shape(effort: &Effort) -> Found {
-    let mut found = Found::default();
-    let tallies = tally(effort.rays.min(100_000) / RAYS, 4800, |random, [all]: &mut [Tally; 1]| {
+    let tally = tally(effort.rays.min(100_000) / RAYS, 4800, |random, all| {
         let surface = SURFACE_POINTS[random.random_range(0..SURFACE_POINTS.len())];
         let axis = direction(random);
         let turn = DMat3::from_quat(DQuat::from_axis_angle(axis, between(random, 0.0, 6.0)));
         let axes = if random.random() { turn } else { DMat3::IDENTITY };
         let size = 10_f64.powi(random.random_range(-6..7));
-        let place = Place { origin: direction(random) * size, axes, size };
+        let place = LocalFrame { origin: direction(random) * size, axes, size };
         let scene = scene(&text(surface, &place));
         let probe = Probe::new(&scene);
         let outward = axes * DVec3::from(surface.2).normalize();
@@ -54,14 +53,13 @@ pub(super) fn eye_on_shape(effort: &Effort) -> Found {
             );
         }
     });
-    found.add(None, &[LOOKAT], &tallies);
-    found
+    Found::own(None, tally)
 }
 
 /// Rays per scene.
 const RAYS: u64 = 100;
 
-fn text((shape, point, _): SurfacePoint, place: &Place) -> String {
+fn text((shape, point, _): SurfacePoint, place: &LocalFrame) -> String {
     let columns =
         place.axes.to_cols_array_2d().map(|column| column.map(|x| format!("{:?}", x * place.size)).join(" "));
     let [x, y, z] = columns;
@@ -82,11 +80,11 @@ mod tests {
     #[test]
     fn eyes_are_on_shapes() {
         for surface in SURFACE_POINTS {
-            let place = Place { origin: DVec3::ZERO, axes: DMat3::IDENTITY, size: 1.0 };
+            let place = LocalFrame { origin: DVec3::ZERO, axes: DMat3::IDENTITY, size: 1.0 };
             let scene = scene(&text(surface, &place));
             let probe = Probe::new(&scene);
             let n = DVec3::from(surface.2).normalize();
-            let hit = probe.nearest(&lookat_render::Ray::new(n * 0.25, -n)).expect("a hit");
+            let hit = probe.nearest(&lookat_render::Ray::new(probe.eye() + n * 0.25, -n)).expect("a hit");
             assert!((hit.t - 0.25).abs() < 1e-12, "{}: {}", surface.0, hit.t);
         }
     }

@@ -1,14 +1,13 @@
-//! What lines have to do with the forms, in double-double numbers.
+//! What lines have to do with the shapes, in double-double numbers.
 
 use glam::DVec3;
 use twofloat::TwoFloat;
 
-use super::Form;
-use crate::stability::methods::quadric::Round;
+use super::{CutShape, Round};
 use crate::stability::truth::{Wide, quotient};
 
-/// What a ray has to do with a form.
-pub(super) struct Truth {
+/// What a ray has to do with a shape.
+pub(super) struct QuadricTruth {
     /// Whether it hits; `None` where that is too close to tell.
     pub hits: Option<bool>,
     /// The distance of the nearest hit.
@@ -16,31 +15,31 @@ pub(super) struct Truth {
 }
 
 /// A place where the line meets the surface, uncut.
-struct Place {
+struct Meeting {
     t: f64,
-    /// Whether the form is there; `None` where that is too close to tell.
+    /// Whether the shape is there; `None` where that is too close to tell.
     is_there: Option<bool>,
 }
 
-impl Truth {
-    pub fn new(form: &Form, o: DVec3, d: DVec3) -> Truth {
-        let Some(places) = places(form, o, d) else { return Truth { hits: None, nearest: None } };
+impl QuadricTruth {
+    pub fn new(shape: &CutShape, o: DVec3, d: DVec3) -> QuadricTruth {
+        let Some(places) = places(shape, o, d) else { return QuadricTruth { hits: None, nearest: None } };
         let ahead = || places.iter().filter(|place| place.t > 0.0);
         let nearest = ahead().find(|place| place.is_there == Some(true)).map(|place| place.t);
         let doubt = ahead().any(|place| place.is_there.is_none());
-        Truth { hits: (nearest.is_some() || !doubt).then_some(nearest.is_some()), nearest }
+        QuadricTruth { hits: (nearest.is_some() || !doubt).then_some(nearest.is_some()), nearest }
     }
 }
 
-/// The distance of what a ray meets that starts at `p` on the form. Nothing in all where that is too close to tell.
-pub(super) fn beyond(form: &Form, p: DVec3, d: DVec3, cos: f64) -> Option<Option<f64>> {
+/// The distance of what a ray meets that starts at `p` on the shape. Nothing in all where that is too close to tell.
+pub(super) fn beyond(shape: &CutShape, p: DVec3, d: DVec3, cos: f64) -> Option<Option<f64>> {
     if cos.abs() < 1e-3 {
         return None;
     }
-    if form.round.is_none() {
+    if shape.round.is_none() {
         return Some(None);
     }
-    let mut places = places(form, p, d)?;
+    let mut places = places(shape, p, d)?;
     // The start is the nearest place.
     places.sort_by(|a, b| a.t.abs().total_cmp(&b.t.abs()));
     let Some(other) = places.get(1).filter(|place| place.t > 0.0) else { return Some(None) };
@@ -49,15 +48,15 @@ pub(super) fn beyond(form: &Form, p: DVec3, d: DVec3, cos: f64) -> Option<Option
 }
 
 /// In order. Nothing where it is too close to tell whether there are any.
-fn places(form: &Form, o: DVec3, d: DVec3) -> Option<Vec<Place>> {
+fn places(shape: &CutShape, o: DVec3, d: DVec3) -> Option<Vec<Meeting>> {
     let k = -o.dot(d) / d.length_squared();
     let near = Wide([0, 1, 2].map(|i| TwoFloat::new_mul(d[i], k) + o[i]));
-    let Some(round) = &form.round else {
+    let Some(round) = &shape.round else {
         if d.z == 0.0 {
             return Some(Vec::new());
         }
         let offset = -quotient(near.0[2], TwoFloat::from(d.z));
-        return Some(vec![Place { t: f64::from(offset + k), is_there: on_disk(&at(near, d, offset)) }]);
+        return Some(vec![Meeting { t: f64::from(offset + k), is_there: on_disk(&at(near, d, offset)) }]);
     };
     let Round { profile: [a, s, b, c], .. } = *round;
     let [x, y, z] = near.0;
@@ -81,8 +80,8 @@ fn places(form: &Form, o: DVec3, d: DVec3) -> Option<Vec<Place>> {
         offsets.push(quotient(q, alpha));
     }
     let place =
-        |offset: TwoFloat| Place { t: f64::from(offset + k), is_there: is_on(round, &at(near, d, offset)) };
-    let mut places: Vec<Place> = offsets.into_iter().map(place).collect();
+        |offset: TwoFloat| Meeting { t: f64::from(offset + k), is_there: is_on(round, &at(near, d, offset)) };
+    let mut places: Vec<Meeting> = offsets.into_iter().map(place).collect();
     places.sort_by(|a, b| a.t.total_cmp(&b.t));
     Some(places)
 }

@@ -1,11 +1,10 @@
 //! Spheres from inside, nested, of all sizes, and no longer spheres.
 
 use glam::{DMat3, DVec3};
-use lookat_render::{Probe, Ray};
+use lookat_render::{Hit, Probe, Ray};
 
-use super::{Truth, aimed, direction, sphere_at_eye};
+use super::{SphereTruth, aimed, direction, sphere_at_eye};
 use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::methods::{single, sphere as by};
 use crate::stability::tally::{Tally, tally};
 use crate::stability::truth::Wide;
 use crate::text_scene::{load, scene};
@@ -13,11 +12,10 @@ use crate::text_scene::{load, scene};
 const SIZES: [f64; 7] = [1e-30, 1e-12, 1e-3, 1.0, 1e3, 1e12, 1e30];
 
 pub(super) fn inside_and_on(effort: &Effort) -> Found {
-    let mut found = Found::default();
-    for (index, radius) in SIZES.into_iter().enumerate() {
+    Found::sweep(400, SIZES, |seed, radius| {
         let scene = sphere_at_eye(radius);
         let probe = Probe::new(&scene);
-        let tallies = tally(effort.rays, 400 + index as u64, |random, [tally]: &mut [Tally; 1]| {
+        tally(effort.rays, seed, |random, tally| {
             let inside = Ray::new(direction(random) * (0.9 * radius), direction(random));
             let Some(hit) = probe.nearest(&inside) else { return tally.answer(false) };
             let outward = probe.point(&inside, &hit).p.normalize();
@@ -29,77 +27,49 @@ pub(super) fn inside_and_on(effort: &Effort) -> Found {
             let is_chord = (far.t - 2.0 * radius * cos).abs() * cos.abs() < 1e-11 * radius;
             let out = probe.leave(&leaving, &far, away);
             tally.answer(is_chord && probe.nearest(&out).is_none());
-        });
-        found.add(Some(radius), &[LOOKAT], &tallies);
-    }
-    found
+        })
+    })
 }
 
-/// After the first hit, a ray goes on from there: with others from some way along it, so that they miss what is nearer.
+/// After the first hit, a ray goes on from there.
 pub(super) fn nested(effort: &Effort) -> Found {
-    const METHODS: [&str; 3] = [LOOKAT, "start 1e-4 along the ray", "Mitsuba 3 ray epsilon"];
-    let mut found = Found::default();
-    for (index, gap) in [1e-2, 4e-5, 1e-7, 1e-9].into_iter().enumerate() {
+    Found::sweep(500, [1e-2, 4e-5, 1e-7, 1e-9], |seed, gap| {
         let scene = scene(&format!(
             r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin LightSource "infinite"
                Shape "sphere" Shape "sphere" "float radius" [{}] WorldEnd"#,
             1.0 - gap
         ));
         let probe = Probe::new(&scene);
-        let tallies = tally(effort.rays, 500 + index as u64, |random, tallies: &mut [Tally; 3]| {
+        tally(effort.rays, seed, |random, tally| {
             let (o, d) = aimed(random, 5.0);
-            if Truth::new(o, d, 1.0 - gap).hits != Some(true) {
+            if SphereTruth::new(o, d, 1.0 - gap).hits != Some(true) {
                 return;
             }
             let ray = Ray::new(o, d);
             let outer = probe.nearest(&ray);
             let inner = outer.and_then(|hit| probe.nearest(&probe.leave(&ray, &hit, d)));
-            let is = |hit: Option<lookat_render::Hit>, primitive| {
-                hit.is_some_and(|hit| hit.element.primitive == primitive)
-            };
-            tallies[0].answer(is(outer, 0) && is(inner, 1));
-            let [near, _] = Truth::new(o, d, 1.0).roots;
-            let p = o + d * near;
-            // Whether the next hit is the front of the inner sphere, as it should be, or its back.
-            let sees = |start: DVec3| Truth::new(start, d, 1.0 - gap).roots[0] > 0.0;
-            tallies[1].answer(sees(p + d * 1e-4));
-            // Jakob et al., Mitsuba 3 up to 3.7: along the normal, by the size of the coordinates.
-            let epsilon = (1.0 + p.abs().max_element()) * 1500.0 * f64::from(f32::EPSILON / 2.0);
-            tallies[2].answer(sees(p - p.normalize() * epsilon));
-        });
-        found.add(Some(gap), &METHODS, &tallies);
-    }
-    found
+            let is = |hit: Option<Hit>, primitive| hit.is_some_and(|hit| hit.element.primitive == primitive);
+            tally.answer(is(outer, 0) && is(inner, 1));
+        })
+    })
 }
 
 pub(super) fn sizes(effort: &Effort) -> Found {
-    const METHODS: [&str; 4] = [LOOKAT, "naive f32", "pbrt-v3", "naive f64"];
-    let mut found = Found::default();
-    for (index, radius) in SIZES.into_iter().enumerate() {
+    Found::sweep(600, SIZES, |seed, radius| {
         let scene = sphere_at_eye(radius);
         let probe = Probe::new(&scene);
-        let tallies = tally(effort.rays, 600 + index as u64, |random, tallies: &mut [Tally; 4]| {
+        tally(effort.rays, seed, |random, tally| {
             // Towards the center, from 3 radii.
             let d = direction(random);
-            let o = d * (-3.0 * radius);
-            let ray = Ray::new(o, d);
+            let ray = Ray::new(d * (-3.0 * radius), d);
             match probe.nearest(&ray) {
                 Some(hit) if (probe.point(&ray, &hit).n.length() - 1.0).abs() < 1e-12 => {
-                    tallies[0].error((hit.t / radius - 2.0).abs());
+                    tally.error((hit.t / radius - 2.0).abs());
                 }
-                _ => tallies[0].answer(false),
+                _ => tally.answer(false),
             }
-            let (a, b) = (single(o), single(d));
-            let mut count = |method: usize, t: Option<f64>| {
-                tallies[method].answer(t.is_some_and(|t| (t / radius - 2.0).abs() < 1e-3));
-            };
-            count(1, by::naive(a, b, radius as f32).map(f64::from));
-            count(2, by::pbrt_v3(a, b, radius as f32).map(f64::from));
-            count(3, by::naive(o.to_array(), d.to_array(), radius));
-        });
-        found.add(Some(radius), &METHODS, &tallies);
-    }
-    found
+        })
+    })
 }
 
 /// Transformations whose inverses are known exactly: the columns of the matrix, and of its inverse.
@@ -133,10 +103,10 @@ pub(super) fn ellipsoids(effort: &Effort) -> Found {
         ));
         let probe = Probe::new(&scene);
         let (m, inverse) = (DMat3::from_cols_array(columns), DMat3::from_cols_array(inverse));
-        let [tally] = tally(effort.rays, 800 + index as u64, |random, [tally]: &mut [Tally; 1]| {
+        let tally = tally(effort.rays, 800 + index as u64, |random, tally| {
             let (o, d) = aimed(random, 5.0);
             let (o, d) = (m * o, (m * d).normalize());
-            let truth = Truth::wide(product(&inverse, o), product(&inverse, d), 1.0);
+            let truth = SphereTruth::wide(product(&inverse, o), product(&inverse, d), 1.0);
             let (Some(hits), ray) = (truth.hits, Ray::new(o, d)) else { return };
             let hit = probe.nearest(&ray);
             tally.answer(hit.is_some() == hits);
@@ -156,7 +126,7 @@ pub(super) fn ellipsoids(effort: &Effort) -> Found {
         }
         all = all.join(tally);
     }
-    found.add(None, &[LOOKAT], &[all]);
+    found.add(LOOKAT, None, all);
     found
 }
 

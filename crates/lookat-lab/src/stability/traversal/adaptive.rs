@@ -1,49 +1,38 @@
 //! Pixels that are sampled until they are exact: V11 to V13.
 
-use crate::coverage::{
-    Judged, Known, RULES, STRATA, Stratum, Target, edges, fireflies, judge, lens, rule_pixels,
-};
-use crate::stability::case::{Effort, Found, LOOKAT, Row};
+use crate::coverage::{Accuracy, Judged, Known, STRATA, Stratum, edges, fireflies, judge, lens};
+use crate::stability::case::{Effort, Found, LOOKAT};
+use crate::stability::tally::Tally;
 
 /// What is asked for. Ten thousand pixels take some seconds.
-const TARGET: Target = Target { relative: 0.1, confidence: 0.95, max_samples: 1 << 14 };
+const TARGET: Accuracy = Accuracy { relative: 0.1, confidence: 0.95, max_samples: 1 << 14 };
 
 /// Pixels on a side.
 const SIDE: u32 = 100;
 
-/// The most pixels beyond the target that a stratum may have with 99 %.
-pub(super) const LIMIT: f64 = 0.06;
-
 pub(super) fn sharp(_: &Effort) -> Found {
-    against(&edges(SIDE), 0..2)
+    against(&edges(SIDE))
 }
 
 pub(super) fn out_of_focus(_: &Effort) -> Found {
-    against(&lens(SIDE), 2..4)
+    against(&lens(SIDE))
 }
 
-/// The renderer against rules that are used, stratum by stratum.
-fn against(known: &Known, rules: std::ops::Range<usize>) -> Found {
-    let mut found = Found::default();
-    let mut add = |method, pixels: &[Judged]| {
-        let strata: Vec<Stratum> = STRATA.iter().map(|bounds| stratum(pixels, *bounds)).collect();
-        let strata = || strata.iter().filter(|stratum| stratum.promised() > 0);
-        let worst = strata().map(|stratum| 1.0 - stratum.coverage()[1]).fold(0.0, f64::max);
-        let shares: Vec<String> = strata().map(|stratum| format!("{:.3}", stratum.coverage()[0])).collect();
-        let samples = pixels.iter().map(|pixel| f64::from(pixel.samples)).sum::<f64>() / pixels.len() as f64;
-        let capped = strata().map(|stratum| stratum.at_cap).sum::<u64>();
-        found.remarks.push(format!(
-            "{method}: shares within the target, from dark to bright, {}; {capped} pixels at the cap; {samples:.0} samples on average",
-            shares.join(", ")
-        ));
-        let tried = strata().map(Stratum::promised).sum();
-        found.rows.push(Row { method, at: None, tried, failed: 0, worst: Some(worst) });
-    };
-    add(LOOKAT, &judge(known, &TARGET, 0).0);
-    for rule in &RULES[rules] {
-        add(rule.name, &rule_pixels(rule, known, &TARGET));
-    }
-    found
+/// Stratum by stratum.
+fn against(known: &Known) -> Found {
+    let (pixels, _) = judge(known, &TARGET, 0);
+    let strata: Vec<Stratum> = STRATA.iter().map(|bounds| stratum(&pixels, *bounds)).collect();
+    let strata = || strata.iter().filter(|stratum| stratum.promised() > 0);
+    let worst = strata().map(|stratum| 1.0 - stratum.coverage()[1]).fold(0.0, f64::max);
+    let shares: Vec<String> = strata().map(|stratum| format!("{:.3}", stratum.coverage()[0])).collect();
+    let samples = pixels.iter().map(|pixel| f64::from(pixel.samples)).sum::<f64>() / pixels.len() as f64;
+    let capped = strata().map(|stratum| stratum.at_cap).sum::<u64>();
+    let remark = format!(
+        "{LOOKAT}: shares within the target, from dark to bright, {}; {capped} pixels at the cap; {samples:.0} samples on average",
+        shares.join(", ")
+    );
+    let tried = strata().map(Stratum::promised).sum();
+    Found { remarks: vec![remark], ..Found::own(None, Tally { tried, failed: 0, worst: Some(worst) }) }
 }
 
 /// The pixels that an edge cuts, between two values.
@@ -54,7 +43,7 @@ fn stratum(pixels: &[Judged], [from, to]: [f64; 2]) -> Stratum {
 pub(super) fn rare(_: &Effort) -> Found {
     let mut found = Found::default();
     // So small that a pixel that has missed the bright samples is beyond it.
-    let target = Target { relative: 0.05, ..TARGET };
+    let target = Accuracy { relative: 0.05, ..TARGET };
     let (pixels, reached) = judge(&fireflies(40), &target, 0);
     found.check(reached.outliers > 0, || "a thousandth of very bright samples is not told of".into());
     let stratum = Stratum::count(&pixels, target.max_samples, |_| true);

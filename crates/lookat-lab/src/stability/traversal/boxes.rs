@@ -2,64 +2,42 @@
 
 use glam::DVec3;
 use lookat_render::{Probe, Ray};
-use lookat_scene::Scene;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::methods::slab::{self, Box32};
-use crate::stability::methods::{double, single};
+use crate::stability::case::{Effort, Found};
 use crate::stability::random::{below, between, chance};
-use crate::stability::tally::{Tally, tally};
-use crate::text_scene::scene;
+use crate::stability::tally::tally;
+use crate::text_scene::{quads, scene};
 
-const METHODS: [&str; 7] = [
-    LOOKAT,
-    "pbrt-v3 f32",
-    "pbrt-v3 loop f32",
-    "min and max f32",
-    "min and max f32, padded",
-    "SSE min and max f32",
-    "min and max f32, box grown",
-];
+/// The corners of a box, which single precision holds.
+type Box = [DVec3; 2];
 
-/// What `nearest_by_all` hits, trees must hit; a box function must hit the box of what is hit. Cubes must be hit by what
-/// passes through them.
+/// What single shapes hit, the BVH of all must hit, and cubes must be hit by what passes through them.
 pub(super) fn faces(effort: &Effort) -> Found {
     let (text, boxes) = blocks();
-    let scene: Scene = scene(&text);
+    let scene = scene(&text);
     let probe = Probe::new(&scene);
-    let tallies = tally(effort.rays, 2001, |random, tallies: &mut [Tally; 7]| {
-        let (o, d) = in_plane(random, &boxes);
-        // Both precisions hold the same ray.
-        let ray = Ray::new(double(o), double(d));
+    let tally = tally(effort.rays, 2001, |random, tally| {
+        let ray = in_plane(random, &boxes);
         let Some(all) = probe.nearest_by_all(&ray) else {
             // What passes through the middle of a cube must have hit it.
             let pierced = boxes.iter().skip(1).step_by(3).any(|cube| pierces(ray.o, ray.d, *cube));
             if pierced {
-                tallies[0].answer(false);
+                tally.answer(false);
             }
             return;
         };
         let own = probe.nearest(&ray);
         let same = own.is_some_and(|own| own.element == all.element && own.t.to_bits() == all.t.to_bits());
-        tallies[0].answer(same && probe.occluded(&ray));
-        let bounds = boxes[all.element.primitive as usize];
-        tallies[1].answer(slab::pbrt_v3(bounds, o, d));
-        tallies[2].answer(slab::pbrt_v3_loop(bounds, o, d));
-        tallies[3].answer(slab::min_max(bounds, o, d, 1.0));
-        tallies[4].answer(slab::min_max(bounds, o, d, slab::IZE_PAD));
-        tallies[5].answer(slab::sse(bounds, o, d));
-        tallies[6].answer(slab::min_max(slab::grown(bounds), o, d, 1.0));
+        tally.answer(same && probe.occluded(&ray));
     });
-    let mut found = Found::default();
-    found.add(None, &METHODS, &tallies);
-    found
+    Found::own(None, tally)
 }
 
 /// Whether a ray passes through a box, a hundred thousand times farther inside than rounding reaches.
-fn pierces(o: DVec3, d: DVec3, [low, high]: Box32) -> bool {
-    let (low, high) = (double(low) + 1e-9, double(high) - 1e-9);
+fn pierces(o: DVec3, d: DVec3, [low, high]: Box) -> bool {
+    let (low, high) = (low + 1e-9, high - 1e-9);
     let (mut near, mut far) = (0.0_f64, f64::INFINITY);
     for axis in 0..3 {
         if d[axis] == 0.0 {
@@ -75,7 +53,7 @@ fn pierces(o: DVec3, d: DVec3, [low, high]: Box32) -> bool {
 }
 
 /// A scene of cubes, quads and spheres whose boxes have whole coordinates, and these boxes.
-fn blocks() -> (String, Vec<Box32>) {
+fn blocks() -> (String, Vec<Box>) {
     let mut random = Pcg64Mcg::seed_from_u64(2000);
     let mut text =
         String::from(r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#);
@@ -102,31 +80,28 @@ fn blocks() -> (String, Vec<Box32>) {
                 text += &quad(low, high, flat);
             }
         }
-        boxes.push([low.map(|x| x as f32), high.map(|x| x as f32)]);
+        boxes.push([low, high].map(DVec3::from));
     }
     (text + "WorldEnd", boxes)
 }
 
-fn corner(low: [f64; 3], high: [f64; 3], which: usize) -> String {
-    let pick = |axis: usize| if which >> axis & 1 == 0 { low[axis] } else { high[axis] };
-    format!("{} {} {} ", pick(0), pick(1), pick(2))
+fn corner(low: [f64; 3], high: [f64; 3], which: usize) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|axis| if which >> axis & 1 == 0 { low[axis] } else { high[axis] }))
 }
 
 fn cube(low: [f64; 3], high: [f64; 3]) -> String {
-    let corners: String = (0..8).map(|which| corner(low, high, which)).collect();
-    let indices = "0 1 3 0 3 2 4 5 7 4 7 6 0 1 5 0 5 4 2 3 7 2 7 6 0 2 6 0 6 4 1 3 7 1 7 5";
-    format!("Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point P\" [{corners}]\n")
+    let sides = [0, 1, 3, 2, 4, 5, 7, 6, 0, 1, 5, 4, 2, 3, 7, 6, 0, 2, 6, 4, 1, 3, 7, 5];
+    quads(&sides.map(|which| corner(low, high, which)))
 }
 
 fn quad(low: [f64; 3], high: [f64; 3], flat: usize) -> String {
     let (a, b) = (1 << ((flat + 1) % 3), 1 << ((flat + 2) % 3));
-    let corners: String = [0, a, a | b, b].into_iter().map(|which| corner(low, high, which)).collect();
-    format!("Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{corners}]\n")
+    quads(&[0, a, a | b, b].map(|which| corner(low, high, which)))
 }
 
 /// A ray in the plane of a side of one of the boxes, toward that box; half of them along an axis, and some of those along an
 /// edge.
-fn in_plane(random: &mut Pcg64Mcg, boxes: &[Box32]) -> ([f32; 3], [f32; 3]) {
+fn in_plane(random: &mut Pcg64Mcg, boxes: &[Box]) -> Ray {
     let bounds = boxes[below(random, boxes.len())];
     let normal = below(random, 3);
     let zero = if chance(random, 0.5) { 0.0 } else { -0.0 };
@@ -134,17 +109,18 @@ fn in_plane(random: &mut Pcg64Mcg, boxes: &[Box32]) -> ([f32; 3], [f32; 3]) {
         0 => bounds[0][axis],
         1 => bounds[1][axis],
         _ if axis == normal => bounds[0][axis],
-        _ => between(random, f64::from(bounds[0][axis]), f64::from(bounds[1][axis])) as f32,
+        _ => between(random, bounds[0][axis], bounds[1][axis]),
     };
-    let target: [f32; 3] = std::array::from_fn(|axis| place(axis, random));
+    let target = DVec3::from_array(std::array::from_fn(|axis| place(axis, random)));
     let mut d = DVec3::from_array(std::array::from_fn(|_| between(random, -1.0, 1.0)));
     if chance(random, 0.5) {
         d[(normal + 1) % 3] = if chance(random, 0.5) { 0.0 } else { -0.0 };
     }
     d[normal] = zero;
     let d = d.normalize();
-    let o = double(target) - d * between(random, 20.0, 60.0);
-    (single(o), single(d))
+    let o = target - d * between(random, 20.0, 60.0);
+    // Single precision holds the ray, so that filters in single precision see the same one.
+    Ray::new(o.as_vec3().as_dvec3(), d.as_vec3().as_dvec3())
 }
 
 #[cfg(test)]
@@ -153,7 +129,7 @@ mod tests {
 
     #[test]
     fn boxes_are_pierced_inside() {
-        let cube = [[0.0; 3], [2.0; 3]];
+        let cube = [DVec3::ZERO, DVec3::splat(2.0)];
         assert!(pierces(DVec3::new(1.0, 1.0, -3.0), DVec3::Z, cube));
         assert!(pierces(DVec3::splat(-3.0), DVec3::ONE.normalize(), cube));
         assert!(!pierces(DVec3::new(1.0, 0.0, -3.0), DVec3::Z, cube));
@@ -170,11 +146,10 @@ mod tests {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut hits = 0;
         for _ in 0..1000 {
-            let (o, d) = in_plane(&mut random, &boxes);
-            let ray = Ray::new(double(o), double(d));
+            let ray = in_plane(&mut random, &boxes);
             let Some(hit) = probe.nearest_by_all(&ray) else { continue };
             let (p, bounds) = (ray.at(hit.t), boxes[hit.element.primitive as usize]);
-            assert!((p - p.clamp(double(bounds[0]), double(bounds[1]))).length() < 1e-5);
+            assert!((p - p.clamp(bounds[0], bounds[1])).length() < 1e-5);
             hits += 1;
         }
         assert!(hits > 500, "{hits}");

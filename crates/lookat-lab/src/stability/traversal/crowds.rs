@@ -7,7 +7,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::stability::case::{Effort, Found};
 use crate::stability::random::{direction, in_cube};
-use crate::text_scene::scene;
+use crate::text_scene::{scene, triangles};
 
 const HEAD: &str = r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#;
 
@@ -50,14 +50,8 @@ fn same(a: Option<Hit>, b: Option<Hit>) -> bool {
     a.map(|hit| (hit.element, hit.t.to_bits())) == b.map(|hit| (hit.element, hit.t.to_bits()))
 }
 
-fn mesh(triangles: impl Iterator<Item = [[f64; 3]; 3]>) -> String {
-    let points: Vec<String> = triangles.flatten().map(|[x, y, z]| format!("{x} {y} {z}")).collect();
-    let indices: Vec<String> = (0..points.len()).map(|i| i.to_string()).collect();
-    format!(
-        "Shape \"trianglemesh\" \"integer indices\" [{}] \"point P\" [{}]\n",
-        indices.join(" "),
-        points.join(" ")
-    )
+fn mesh(corners: impl Iterator<Item = [[f64; 3]; 3]>) -> String {
+    triangles(&corners.flatten().map(DVec3::from).collect::<Vec<_>>())
 }
 
 /// A triangle whose box is that of all others.

@@ -5,50 +5,30 @@ use lookat_render::{Probe, Ray};
 use lookat_scene::Scene;
 use rand_pcg::Pcg64Mcg;
 
-use super::offsets::origins;
-use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::methods::offset::{Body, HitPoint, normal};
-use crate::stability::methods::{double, single};
-use crate::stability::random::{between, direction, in_triangle};
-use crate::stability::tally::{Tally, tally};
-use crate::text_scene::scene;
-
-/// Formulas that put the origin beyond the next surface fail; what is tried is the offset alone, on a surface that single
-/// precision holds, so that the rounding of the gap is not counted.
-const METHODS: [&str; 3] = ["pbrt-v3 f32", "Wächter and Binder f32", "Mitsuba f32"];
+use crate::stability::case::{Effort, Found};
+use crate::stability::random::{between, direction};
+use crate::stability::tally::{Tally, decades, tally};
+use crate::text_scene::{quads, scene};
 
 pub(super) fn thin(effort: &Effort) -> Found {
-    let mut found = Found::default();
-    for exponent in 3..=9 {
-        let gap = 10_f64.powi(-exponent);
-        let seed = (2800 + 10 * exponent) as u64;
-        let frame = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
-        let own = [(quads(frame, gap), seed), (spheres(gap), seed + 1)].map(|(scene, seed)| {
+    let frame = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+    Found::sweep(2800, decades((3..=9).map(|exponent| -exponent)), |seed, gap| {
+        let surfaces = [(parallel(frame, gap), seed), (spheres(gap), seed + 10)];
+        let tallies = surfaces.map(|(scene, seed)| {
             let probe = Probe::new(&scene);
-            let [tally] =
-                tally(effort.rays.div_ceil(2), seed, |random, [tally]| cross(random, &probe, frame, tally));
-            tally
+            tally(effort.rays.div_ceil(2), seed, |random, tally| cross(random, &probe, frame, tally))
         });
-        found.add(Some(gap), &[LOOKAT], &[own[0].join(own[1])]);
-        let others =
-            tally(effort.rays, seed + 2, |random, tallies: &mut [Tally; 3]| jumped(random, gap, tallies));
-        found.add(Some(gap), &METHODS, &others);
-    }
-    found
+        tallies[0].join(tallies[1])
+    })
 }
 
 const HEAD: &str = r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#;
 
 /// Two parallel quads, one and one plus the gap before the eye, which turns as they do.
-fn quads(frame: DMat3, gap: f64) -> Scene {
+fn parallel(frame: DMat3, gap: f64) -> Scene {
     let quad = |z: f64| {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        let corners =
-            corners.map(|(x, y)| frame * DVec3::new(x, y, z)).map(|p| format!("{} {} {} ", p.x, p.y, p.z));
-        format!(
-            "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{}]\n",
-            corners.concat()
-        )
+        quads(&corners.map(|(x, y)| frame * DVec3::new(x, y, z)))
     };
     scene(&format!("{HEAD}{}{} WorldEnd", quad(1.0), quad(1.0 + gap)))
 }
@@ -82,46 +62,5 @@ fn steep(random: &mut Pcg64Mcg, n: DVec3) -> DVec3 {
         if d.dot(n) > 0.3 {
             return d;
         }
-    }
-}
-
-/// Whether the formulas put the origin further than the gap from a triangle.
-fn jumped(random: &mut Pcg64Mcg, gap: f64, tallies: &mut [Tally; 3]) {
-    let n = direction(random);
-    let along = n.any_orthonormal_vector();
-    let corners =
-        [(1.0, 0.0), (-0.5, 0.8), (-0.5, -0.8)].map(|(a, b)| single(n + along * a + n.cross(along) * b));
-    let exact = corners.map(|p| p.map(f64::from));
-    let mut n = DVec3::from(normal(exact));
-    if n.dot(DVec3::from(exact[0])) < 0.0 {
-        n = -n;
-    }
-    let weights = in_triangle(random);
-    let target = (0..3).map(|k| DVec3::from(exact[k]) * weights[k]).sum::<DVec3>();
-    let Some(hit): Option<HitPoint<f32>> = Body::Triangle(corners).hit([0.0; 3], single(target.normalize()))
-    else {
-        return;
-    };
-    for (tally, o) in tallies.iter_mut().zip(origins(&hit, n)) {
-        let height = (double(o) - DVec3::from(exact[0])).dot(n);
-        if height < gap { tally.error(height) } else { tally.answer(false) }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use rand::SeedableRng;
-
-    use super::*;
-
-    /// A gap that all offsets fit in is no trouble to anybody.
-    #[test]
-    fn wide_gaps_are_crossed() {
-        let mut random = Pcg64Mcg::seed_from_u64(5);
-        let mut tallies = [Tally::default(); 3];
-        for _ in 0..1000 {
-            jumped(&mut random, 1e-2, &mut tallies);
-        }
-        assert!(tallies.iter().all(|tally| tally.tried > 900 && tally.failed == 0), "{tallies:?}");
     }
 }

@@ -1,5 +1,7 @@
 //! Pictures of unusual size, and the same picture on any number of threads: V14 and V15.
 
+use lookat_scene::Scene;
+
 use crate::stability::case::{Effort, Found};
 use crate::text_scene::{load, render, scene};
 
@@ -16,10 +18,7 @@ WorldEnd"
     )
 }
 
-const BALLS: &str = r#"LightSource "infinite" "rgb L" [0.25 0.3 0.4]
-LightSource "distant" "point from" [1 1 1] "point to" [0 0 0]
-Shape "sphere" "float radius" 0.8
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-6 -0.8 -6 -6 -0.8 6 6 -0.8 6 6 -0.8 -6]"#;
+const BALLS: &str = include_str!("scenes/balls.pbrt");
 
 const INTEGRATORS: [&str; 3] = [r#""path""#, r#""directlighting""#, r#""ambientocclusion""#];
 
@@ -77,20 +76,9 @@ fn problem(text: &str, pixels: Option<usize>) -> Option<String> {
     (!finite).then(|| "is not finite".into())
 }
 
-const BOX: &str = r#"AttributeBegin Translate 0 0.99 0 AreaLightSource "diffuse" "rgb L" [14 12 9] Material "matte" "rgb Kd" [0 0 0]
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-.25 0 -.25 .25 0 -.25 .25 0 .25 -.25 0 .25] AttributeEnd
-Material "matte" "rgb Kd" [0.63 0.06 0.05]
-Shape "trianglemesh" "integer indices" [0 1 2 0 2 3 4 5 6 4 6 7 0 1 5 0 5 4]
-"point P" [-1 -1 1 1 -1 1 1 -1 -1 -1 -1 -1 -1 1 1 1 1 1 1 1 -1 -1 1 -1]
-AttributeBegin Translate -0.4 -0.65 0.3 Material "mirror" Shape "sphere" "float radius" 0.35 AttributeEnd
-AttributeBegin Translate 0.42 -0.6 -0.2 Material "glass" Shape "sphere" "float radius" 0.3 AttributeEnd"#;
+const BOX: &str = include_str!("scenes/box.pbrt");
 
-const COPIES: &str = r#"LightSource "point" "rgb I" [9 8 7] "point from" [-2 3 -2]
-LightSource "infinite" "rgb L" [0.3 0.3 0.35]
-ObjectBegin "o" Shape "sphere" "float radius" 0.5 "float phimax" 270
-Shape "trianglemesh" "integer indices" [0 1 2] "point P" [-1 0 0 1 0 0 0 1 0.3] ObjectEnd
-AttributeBegin Translate -1 0 0 ObjectInstance "o" AttributeEnd
-AttributeBegin Translate 1 0 0 Rotate 60 1 2 0 Scale 1 0.5 1.3 ObjectInstance "o" AttributeEnd"#;
+const COPIES: &str = include_str!("scenes/copies.pbrt");
 
 pub(super) fn threads(_: &Effort) -> Found {
     // Neither side is a multiple of the tiles.
@@ -108,18 +96,22 @@ pub(super) fn threads(_: &Effort) -> Found {
     ];
     let mut found = Found::default();
     for (name, text) in scenes {
-        let scene = scene(&text);
-        let bits = |threads| {
-            let rgb = render(&scene, threads).rgb().unwrap_or_default();
-            rgb.into_iter().flatten().map(f32::to_bits).collect::<Vec<u32>>()
-        };
-        let one = bits(1);
-        found.check(one.iter().any(|bits| *bits != 0), || format!("{name}: black"));
-        for threads in [2, 7] {
-            found.check(bits(threads) == one, || format!("{name}: {threads} threads give other bits than 1"));
-        }
+        same_on_threads(&mut found, name, &scene(&text));
     }
     found
+}
+
+/// Checks that a picture is not black, and the same to the bit on some numbers of threads.
+pub(in crate::stability) fn same_on_threads(found: &mut Found, name: &str, scene: &Scene) {
+    let bits = |threads| {
+        let rgb = render(scene, threads).rgb().unwrap_or_default();
+        rgb.into_iter().flatten().map(f32::to_bits).collect::<Vec<u32>>()
+    };
+    let one = bits(1);
+    found.check(one.iter().any(|bits| *bits != 0), || format!("{name}: black"));
+    for threads in [2, 7] {
+        found.check(bits(threads) == one, || format!("{name}: {threads} threads give other bits than 1"));
+    }
 }
 
 #[cfg(test)]

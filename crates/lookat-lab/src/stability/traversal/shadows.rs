@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::random::between;
-use crate::stability::tally::{Tally, tally};
-use crate::text_scene::{render, scene};
+use crate::stability::tally::Tally;
+use crate::text_scene::{quads, render, scene};
 
 /// How far the light is from the floor.
 const DISTANCE: f64 = 10.0;
@@ -13,52 +14,41 @@ const DISTANCE: f64 = 10.0;
 /// Pixels on a side of the pictures.
 const SIDE: u32 = 16;
 
-/// Formulas for where a shadow ray ends, in its length: what is beyond does not block.
-const METHODS: [&str; 2] = ["pbrt-v3 ShadowEpsilon", "fixed 1e-3"];
-
-pub(super) fn close_to_light(effort: &Effort) -> Found {
-    let mut found = Found::default();
-    // Not 1e-4, which is the epsilon of pbrt-v3 itself.
-    for (seed, gap) in (2900..).zip([1e-2, 1e-3, 2e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9]) {
-        let shaded = Light::ALL.iter().map(|light| lit_pixels(*light, gap));
-        found.add(Some(gap), &[LOOKAT], &[shaded.reduce(Tally::join).unwrap_or_default()]);
-        found.add(
-            Some(gap),
-            &METHODS,
-            &tally(effort.rays, seed, |random, tallies| ends(random, gap, tallies)),
-        );
-    }
+pub(super) fn close_to_light(_: &Effort) -> Found {
+    let mut found = Found::sweep(0, [1e-2, 1e-3, 2e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9], |_, gap| {
+        HiddenLight::ALL.iter().map(|light| lit_pixels(*light, gap)).fold(Tally::default(), Tally::join)
+    });
     let open = [in_the_open(false), in_the_open(true)];
     found
         .remarks
         .push(format!("square light alone: relative error {:.1e}; in a wall: {:.1e}", open[0], open[1]));
     let mut lit = Tally::default();
     open.into_iter().for_each(|error| lit.error(error));
-    found.add(None, &[LOOKAT], &[lit]);
+    found.add(LOOKAT, None, lit);
     found
 }
 
 #[derive(Clone, Copy)]
-enum Light {
+enum HiddenLight {
     Square,
     Sphere,
     Point,
 }
 
-impl Light {
-    const ALL: [Light; 3] = [Light::Square, Light::Sphere, Light::Point];
+impl HiddenLight {
+    const ALL: [HiddenLight; 3] = [HiddenLight::Square, HiddenLight::Sphere, HiddenLight::Point];
 
     /// The light, and what hides it from the floor at that share of the distance before it.
     fn behind(self, gap: f64) -> String {
         let below = DISTANCE * (1.0 - gap);
         match self {
-            Light::Square => format!("{}{}", square_light(), square(below, 1.5)),
-            Light::Sphere => format!(
+            HiddenLight::Square => format!("{}{}", square_light(), square(below, 1.5)),
+            HiddenLight::Sphere => format!(
                 "AttributeBegin Translate 0 {DISTANCE} 0 AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd
                  Shape \"sphere\" \"float radius\" {} AttributeEnd\n",
                 1.0 + DISTANCE * gap
             ),
-            Light::Point => format!(
+            HiddenLight::Point => format!(
                 "LightSource \"point\" \"point from\" [0 {DISTANCE} 0]\n{}",
                 square(below, 1.0)
             ),
@@ -66,11 +56,10 @@ impl Light {
     }
 }
 
-/// Two triangles in the plane of that height.
+/// A square in the plane of that height.
 fn square(height: f64, half: f64) -> String {
-    format!(
-        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
-         \"point P\" [-{half} {height} -{half} {half} {height} -{half} {half} {height} {half} -{half} {height} {half}]\n"
+    quads(
+        &[(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, z)| DVec3::new(x, height, z)),
     )
 }
 
@@ -92,7 +81,7 @@ fn text(world: &str, half_width: f64, samples: u32) -> String {
 }
 
 /// Pixels of the floor that light reaches.
-fn lit_pixels(light: Light, gap: f64) -> Tally {
+fn lit_pixels(light: HiddenLight, gap: f64) -> Tally {
     let image = render(&scene(&text(&light.behind(gap), 10.0, 16)), 0);
     let mut tally = Tally::default();
     image.rgb().unwrap_or_default().iter().for_each(|pixel| tally.answer(*pixel == [0.0; 3]));
@@ -117,15 +106,6 @@ fn form_factor() -> f64 {
     4.0 * (2.0 * a / root * (a / root).atan()) / (2.0 * PI)
 }
 
-/// Whether a blocker at `gap` of the distance before the light, on a slanted ray, is within what the formulas look at.
-fn ends(random: &mut rand_pcg::Pcg64Mcg, gap: f64, tallies: &mut [Tally; 2]) {
-    let length = DISTANCE * between(random, 1.0, 1.5);
-    let blocker = length * (1.0 - gap);
-    // PBR 3.9.5: `1 - ShadowEpsilon` of the way.
-    tallies[0].answer(blocker < length * (1.0 - 1e-4));
-    tallies[1].answer(blocker < length - 1e-3);
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -146,15 +126,15 @@ mod tests {
     /// Without the blockers every pixel is lit, so that dark pixels mean something.
     #[test]
     fn lights_reach_the_floor_unless_blocked() {
-        for light in Light::ALL {
+        for light in HiddenLight::ALL {
             let blocked = light.behind(0.5);
             let end = match light {
-                Light::Square => blocked.find("AttributeEnd\n").map(|at| at + 13),
-                Light::Sphere => blocked.rfind("Shape"),
-                Light::Point => blocked.find('\n'),
+                HiddenLight::Square => blocked.find("AttributeEnd\n").map(|at| at + 13),
+                HiddenLight::Sphere => blocked.rfind("Shape"),
+                HiddenLight::Point => blocked.find('\n'),
             };
             let mut open = blocked[..end.expect("a light")].to_owned();
-            if matches!(light, Light::Sphere) {
+            if matches!(light, HiddenLight::Sphere) {
                 open += "AttributeEnd";
             }
             let image = render(&scene(&text(&open, 10.0, 16)), 1);

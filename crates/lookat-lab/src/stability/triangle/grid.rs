@@ -8,40 +8,36 @@ use lookat_scene::Scene;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::{COUNT, ask_double, ask_single, mesh_text, names};
 use crate::stability::case::{Effort, Found};
-use crate::stability::methods::single;
 use crate::stability::tally::Tally;
-use crate::text_scene::scene;
+use crate::text_scene::{mesh as mesh_of, scene};
 
 /// About as many vertices as rays are asked for, up to a million.
 pub(super) fn grid(effort: &Effort) -> Found {
     let cells = ((effort.rays as f64).sqrt() as usize).clamp(10, 1000);
-    let mut tallies = [Tally::default(); COUNT];
+    let mut tally = Tally::default();
     // With cells of size 1 the rays meet vertices exactly, and those at the rim count.
-    cover(&Grid::new(cells, 1.0), 0..=cells, &mut tallies);
+    cover(&Grid::new(cells, 1.0), 0..=cells, &mut tally);
     // With others it is up to rounding on which side they pass.
-    cover(&Grid::new(cells, 0.1), 1..=cells - 1, &mut tallies);
-    let mut found = Found::default();
-    found.add(None, &names(), &tallies);
-    found
+    cover(&Grid::new(cells, 0.1), 1..=cells - 1, &mut tally);
+    Found::own(None, tally)
 }
 
 /// Sends rays through all vertices in a range, and to the edges between them.
-fn cover(grid: &Grid, range: RangeInclusive<usize>, tallies: &mut [Tally; COUNT]) {
+fn cover(grid: &Grid, range: RangeInclusive<usize>, tally: &mut Tally) {
     let scene = grid.scene();
     let probe = Probe::new(&scene);
     let mut random = Pcg64Mcg::seed_from_u64(4000);
     for y in range.clone() {
         for x in range.clone() {
-            grid.ask(&probe, tallies, x as f64, y as f64);
+            grid.ask(&probe, tally, x as f64, y as f64);
             // A place on one of the edges that begin there.
             let step = random.random_range(1..1024) as f64 / 1024.0;
             let along = [(step, 0.0), (0.0, step), (step, step), (step, 1.0 - step)];
             let (dx, dy) = along[if grid.is_rising(x, y) { random.random_range(0..3) } else { 3 }];
             let (x, y) = (x as f64 + dx, y as f64 + dy);
             if x.max(y) <= *range.end() as f64 {
-                grid.ask(&probe, tallies, x, y);
+                grid.ask(&probe, tally, x, y);
             }
         }
     }
@@ -87,31 +83,15 @@ impl Grid {
              Film \"image\" \"integer xresolution\" {count} \"integer yresolution\" {count}\n\
              Integrator \"path\" Sampler \"sobol\"\n\
              WorldBegin LightSource \"infinite\"\n{}\nWorldEnd",
-            mesh_text(&self.positions, &faces)
+            mesh_of(&self.positions, &faces)
         ))
     }
 
     /// Sends a ray at a place, in cells; everything must hit.
-    fn ask(&self, probe: &Probe, tallies: &mut [Tally; COUNT], x: f64, y: f64) {
+    fn ask(&self, probe: &Probe, tally: &mut Tally, x: f64, y: f64) {
         let film = DVec2::new(x + 0.5, self.cells as f64 - y + 0.5);
         let ray: Ray = probe.camera_ray(film, DVec2::splat(0.5));
-        tallies[0].answer(probe.nearest(&ray).is_some());
-        let (o, d) = (probe.origin() + ray.o, ray.d);
-        let around = self.around(x, y);
-        let double: Vec<_> = around.iter().map(|face| face.map(|i| self.positions[i].to_array())).collect();
-        let hit = |tally: &mut Tally, t: Option<f64>| tally.answer(t.is_some());
-        ask_double(tallies, [o.to_array(), d.to_array()], &double, hit);
-        let around: Vec<_> = around.iter().map(|face| face.map(|i| single(self.positions[i]))).collect();
-        ask_single(tallies, [single(o), single(d)], &around, hit);
-    }
-
-    /// The faces of the cells that touch a place.
-    fn around(&self, x: f64, y: f64) -> Vec<[usize; 3]> {
-        let touching = |at: f64| {
-            let (first, last) = (at.ceil() as usize, at.floor() as usize);
-            first.saturating_sub(1)..=last.min(self.cells - 1)
-        };
-        touching(y).flat_map(|y| touching(x).flat_map(move |x| self.cell(x, y))).collect()
+        tally.answer(probe.nearest(&ray).is_some());
     }
 }
 
@@ -128,21 +108,5 @@ mod tests {
         assert_eq!((probe.origin() + ray.o, ray.d), (DVec3::new(3.0, 7.0, -10.0), DVec3::Z));
         let hit = probe.nearest(&ray).unwrap();
         assert!((hit.t - 10.0 - grid.positions[7 * 11 + 3].z).abs() < 1e-14);
-        assert_eq!(grid.around(3.0, 7.0).len(), 8);
-        assert_eq!(grid.around(3.25, 7.0).len(), 4);
-        assert_eq!(grid.around(0.0, 10.0).len(), 2);
-    }
-
-    /// In the middle of triangles nobody misses.
-    #[test]
-    fn all_hit_what_is_easy() {
-        let grid = Grid::new(10, 1.0);
-        let scene = grid.scene();
-        let probe = Probe::new(&scene);
-        let mut tallies = [Tally::default(); COUNT];
-        for (x, y) in [(0.5, 0.25), (3.25, 7.125), (9.5, 9.25)] {
-            grid.ask(&probe, &mut tallies, x, y);
-        }
-        assert!(tallies.iter().all(|tally| tally.tried == 3 && tally.failed == 0));
     }
 }

@@ -33,13 +33,6 @@ impl Icosphere {
             self.positions.len() - 1
         })
     }
-
-    /// For each face those that share a vertex with it, itself among them.
-    pub fn neighbors(&self) -> Vec<Vec<usize>> {
-        let touch = |a: &[usize; 3], b: &[usize; 3]| a.iter().any(|vertex| b.contains(vertex));
-        let of = |face| (0..self.faces.len()).filter(move |i| touch(face, &self.faces[*i])).collect();
-        self.faces.iter().map(of).collect()
-    }
 }
 
 fn icosahedron() -> Icosphere {
@@ -77,6 +70,5 @@ mod tests {
             }
         }
         assert!(edges.values().all(|faces| *faces == 2));
-        assert!(sphere.neighbors().iter().all(|near| (12..=13).contains(&near.len())));
     }
 }

@@ -6,11 +6,12 @@ use lookat_scene::Scene;
 use rand::RngExt;
 
 use super::far::poses;
-use super::{COUNT, ask_double, ask_single, direction, inside, mesh_text, names, text};
-use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::methods::single;
+use super::text;
+use crate::stability::case::{Effort, Found};
+use crate::stability::random::{direction, in_triangle};
 use crate::stability::tally::{Tally, tally};
-use crate::text_scene::{render, scene};
+use crate::stability::traversal::same_on_threads;
+use crate::text_scene::{mesh as mesh_of, scene};
 
 /// Copies in each of two meshes, enough for a tree of several leaves.
 const COPIES: usize = 6;
@@ -19,56 +20,45 @@ const COPIES: usize = 6;
 pub(super) fn same_place(effort: &Effort) -> Found {
     let poses = poses(3800, |random| [0; 3].map(|_| direction(random) * 2.0));
     let stack = |faces: &[[usize; 3]; COPIES]| -> Vec<Scene> {
-        let mesh = |triangle| mesh_text(triangle, faces);
+        let mesh = |triangle| mesh_of(triangle, faces);
         let world = |triangle| format!("{}\n{}", mesh(triangle), mesh(triangle));
         poses.iter().map(|triangle| scene(&text(DVec3::ZERO, &world(triangle)))).collect()
     };
-    let same = stack(&[[0, 1, 2]; COPIES]);
     // Each corner first, in both windings.
-    let turned = stack(&[[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]]);
-    let [same, turned] = [&same, &turned].map(|scenes| scenes.iter().map(Probe::new).collect::<Vec<_>>());
+    let turned = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
     let first = Some(ElementId { instance: ElementId::WORLD, primitive: 0, index: 0 });
-    let tallies = tally(effort.rays, 3801, |random, tallies: &mut [Tally; 3]| {
-        let pose = random.random_range(0..poses.len());
-        let target = inside(random, poses[pose]);
-        let o = direction(random) * 5.0;
-        let ray = Ray::new(o, (target - o).normalize());
-        for (kind, probes) in [&same, &turned].into_iter().enumerate() {
-            let is_first = probes[pose].nearest(&ray).map(|hit| hit.element) == first;
-            tallies[0].answer(is_first);
-            tallies[1 + kind].answer(is_first);
-        }
-    });
-    let mut found = Found::default();
-    found.add(None, &[LOOKAT, "lookat, same corners", "lookat, corners in any order"], &tallies);
+    let ask = |seed, faces| {
+        let scenes = stack(faces);
+        let probes: Vec<Probe> = scenes.iter().map(Probe::new).collect();
+        tally(effort.rays, seed, |random, tally| {
+            let pose = random.random_range(0..poses.len());
+            let target = in_triangle(random, poses[pose]);
+            let o = direction(random) * 5.0;
+            let hit = probes[pose].nearest(&Ray::new(o, (target - o).normalize()));
+            tally.answer(hit.map(|hit| hit.element) == first);
+        })
+    };
+    let [same, turned] = [ask(3801, &[[0, 1, 2]; COPIES]), ask(3802, &turned)];
+    let mut found = Found::own(None, same.join(turned));
+    found.add("lookat, same corners", None, same);
+    found.add("lookat, corners in any order", None, turned);
     on_threads(&mut found);
     found
 }
 
 /// A picture of two triangles of different color in the same place, on some numbers of threads.
 fn on_threads(found: &mut Found) {
-    let mesh = |indices: &str| {
-        format!(
-            "Shape \"trianglemesh\" \"point P\" [-1 -1 0.1  1 -1 0.3  0.2 1 0.7] \"integer indices\" [{indices}]"
-        )
-    };
+    let points = [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.0, -1.0, 0.3), DVec3::new(0.2, 1.0, 0.7)];
     let scene = scene(&format!(
         "LookAt 0 0 -3  0 0 0  0 1 0  Camera \"perspective\"\n\
          Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 48\n\
          Sampler \"sobol\" \"integer pixelsamples\" 4  Integrator \"path\"\n\
          WorldBegin LightSource \"infinite\"\n\
          Material \"matte\" \"rgb Kd\" [1 0 0] {}\nMaterial \"matte\" \"rgb Kd\" [0 1 0] {}\nWorldEnd",
-        mesh("0 1 2"),
-        mesh("2 1 0")
+        mesh_of(&points, &[[0, 1, 2]]),
+        mesh_of(&points, &[[2, 1, 0]])
     ));
-    let bits = |threads| {
-        let rgb = render(&scene, threads).rgb().unwrap_or_default();
-        rgb.as_flattened().iter().map(|x| x.to_bits()).collect::<Vec<u32>>()
-    };
-    let one = bits(1);
-    for threads in [2, 7] {
-        found.check(bits(threads) == one, || format!("another picture on {threads} threads"));
-    }
+    same_on_threads(found, "two triangles in the same place", &scene);
 }
 
 /// Planes through the origin, by two directions: first those that hold an axis, in which slopes are exact.
@@ -106,8 +96,6 @@ struct Flat {
     o: DVec3,
     /// Of length one, nearly.
     d: DVec3,
-    /// The same for single precision.
-    d_single: DVec3,
     triangle: [DVec3; 3],
 }
 
@@ -116,17 +104,9 @@ impl Flat {
         FROM.iter().flat_map(|from| TO.map(|to| Flat::new(plane, *from, to))).collect()
     }
 
-    /// Asks everybody; gives whether lookat misses.
-    fn misses(&self, tallies: &mut [Tally; COUNT]) -> bool {
-        let scene = scene(&text(DVec3::ZERO, &mesh_text(&self.triangle, &[[0, 1, 2]])));
-        let misses = Probe::new(&scene).nearest(&Ray::new(self.o, self.d)).is_none();
-        tallies[0].answer(misses);
-        let miss = |tally: &mut Tally, t: Option<f64>| tally.answer(t.is_none());
-        let ray = [self.o.to_array(), self.d.to_array()];
-        ask_double(tallies, ray, &[self.triangle.map(|p| p.to_array())], miss);
-        let ray = [single(self.o), single(self.d_single)];
-        ask_single(tallies, ray, &[self.triangle.map(single)], miss);
-        misses
+    fn misses(&self) -> bool {
+        let scene = scene(&text(DVec3::ZERO, &mesh_of(&self.triangle, &[[0, 1, 2]])));
+        Probe::new(&scene).nearest(&Ray::new(self.o, self.d)).is_none()
     }
 
     /// All numbers are small integers, and multiples of them by one number of few digits: nothing is rounded.
@@ -134,30 +114,26 @@ impl Flat {
         let [p, q] = plane.map(DVec3::from);
         let o = p * a + q * b;
         let away = p * c + q * d - o;
-        let scaled = |digits: f64| away * ((digits / away.length()).round() / digits);
-        Flat {
-            o,
-            d: scaled((1_u64 << 40) as f64),
-            d_single: scaled((1 << 15) as f64),
-            triangle: [DVec3::ZERO, p * 8.0, q * 8.0],
-        }
+        let digits = (1_u64 << 40) as f64;
+        let d = away * ((digits / away.length()).round() / digits);
+        Flat { o, d, triangle: [DVec3::ZERO, p * 8.0, q * 8.0] }
     }
 }
 
 /// The origin of each ray is in the plane, within what the rounding of corners takes: so it misses.
 pub(super) fn in_plane(_: &Effort) -> Found {
-    let mut tallies = [Tally::default(); COUNT];
-    let mut found = Found::default();
+    let mut tally = Tally::default();
+    let mut remarks = Vec::new();
     for plane in PLANES {
         let rays = Flat::all(plane);
-        let hit = rays.iter().filter(|flat| !flat.misses(&mut tallies)).count();
+        let misses = rays.iter().map(Flat::misses);
+        let hit = misses.inspect(|misses| tally.answer(*misses)).filter(|misses| !misses).count();
         if hit > 0 {
             let [a, b] = plane.map(|v| v.map(|x| x.to_string()).join(" "));
-            found.remarks.push(format!("plane of [{a}] and [{b}]: {hit} of {} rays hit", rays.len()));
+            remarks.push(format!("plane of [{a}] and [{b}]: {hit} of {} rays hit", rays.len()));
         }
     }
-    found.add(None, &names(), &tallies);
-    found
+    Found { remarks, ..Found::own(None, tally) }
 }
 
 #[cfg(test)]
@@ -165,7 +141,6 @@ mod tests {
     use robust::{Coord3D, orient3d};
 
     use super::*;
-    use crate::stability::methods::double;
 
     #[test]
     fn rays_lie_in_the_plane_and_begin_beside_the_triangle() {
@@ -176,10 +151,9 @@ mod tests {
                 orient3d(a, b, c, point(p)) == 0.0
             };
             // The origin is a corner of the triangle.
-            assert!(is_flat(flat.o) && is_flat(flat.d) && is_flat(double(single(flat.d_single))));
-            assert_eq!(double(single(flat.d_single)), flat.d_single);
+            assert!(is_flat(flat.o) && is_flat(flat.d));
             assert!(!is_flat(flat.triangle[1].cross(flat.triangle[2]) * 1e-12));
-            assert!((flat.d.length() - 1.0).abs() < 1e-9 && (flat.d_single.length() - 1.0).abs() < 1e-2);
+            assert!((flat.d.length() - 1.0).abs() < 1e-9);
         }
         assert!(FROM.iter().all(|[a, b]| *a < 0.0 || *b < 0.0 || a + b > 8.0));
     }

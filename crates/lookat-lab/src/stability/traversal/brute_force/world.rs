@@ -5,6 +5,7 @@ use lookat_render::Ray;
 use rand_pcg::Pcg64Mcg;
 
 use crate::stability::random::{below, between, chance, direction, in_cube, magnitude};
+use crate::text_scene;
 
 /// A scene in words, and places in it.
 pub(super) struct World {
@@ -61,20 +62,20 @@ impl World {
         self.spheres.extend(body.spheres.iter().map(|sphere| *place * *sphere));
     }
 
-    /// A ray, relative to the eye, at a vertex, an edge, a silhouette or anything.
-    pub fn aimed(&self, random: &mut Pcg64Mcg) -> Ray {
+    /// A ray, relative to `origin`, at a vertex, an edge, a silhouette or anything.
+    pub fn aimed(&self, random: &mut Pcg64Mcg, origin: DVec3) -> Ray {
         let start = match below(random, 3) {
             0 => self.eye,
             _ => in_cube(random) * self.size * magnitude(random, -0.5, 1.0),
         };
         let target = self.target(random, start);
-        let (mut o, mut d) = (start - self.eye, (target - start).normalize_or(DVec3::Z));
+        let (mut o, mut d) = (start - origin, (target - start).normalize_or(DVec3::Z));
         if chance(random, 0.2) {
             // Along an axis.
             let axis = below(random, 3);
             d = DVec3::from_array(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
             d *= if chance(random, 0.5) { 1.0 } else { -1.0 };
-            o = target - self.eye - d * self.size * magnitude(random, -1.0, 1.0);
+            o = target - origin - d * self.size * magnitude(random, -1.0, 1.0);
         }
         let t_max =
             if chance(random, 0.1) { self.size * magnitude(random, -2.0, 2.0) } else { f64::INFINITY };
@@ -184,16 +185,10 @@ impl Body {
     }
 
     fn mesh(corners: &[DVec3], indices: &[usize]) -> Body {
-        let points: Vec<String> = corners.iter().map(|p| numbers(*p)).collect();
-        let list: Vec<String> = indices.iter().map(usize::to_string).collect();
-        let text = format!(
-            "Shape \"trianglemesh\" \"integer indices\" [{}] \"point P\" [{}]\n",
-            list.join(" "),
-            points.join(" ")
-        );
-        let edge = |t: &[usize], i: usize| [corners[t[i]], corners[t[(i + 1) % 3]]];
-        let edges = indices.chunks_exact(3).flat_map(|t| (0..3).map(move |i| edge(t, i))).collect();
-        Body { text, edges, spheres: Vec::new() }
+        let faces = indices.as_chunks().0;
+        let edge = |t: &[usize; 3], i: usize| [corners[t[i]], corners[t[(i + 1) % 3]]];
+        let edges = faces.iter().flat_map(|t| (0..3).map(move |i| edge(t, i))).collect();
+        Body { text: text_scene::mesh(corners, faces), edges, spheres: Vec::new() }
     }
 
     /// A square grid, up to so far out of its plane.

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::text_scene::triangles;
+
 /// A convex body.
 pub(super) struct Convex {
     /// Whether it is the unit sphere, moved and scaled.
@@ -46,19 +48,13 @@ fn sphere() -> String {
 
 /// An octahedron, each face of which is four: corners and middles of edges on the unit sphere.
 fn polyhedron() -> String {
-    let mut points = String::new();
-    let mut count = 0;
+    let mut points = Vec::new();
     for octant in 0..8 {
         let sign = |bit: usize| if octant >> bit & 1 == 0 { 1.0 } else { -1.0 };
         let corners = [DVec3::X * sign(0), DVec3::Y * sign(1), DVec3::Z * sign(2)];
-        let middle = |i: usize| (corners[i] + corners[(i + 1) % 3]).normalize();
-        let middles = [middle(0), middle(1), middle(2)];
-        let tips = (0..3).map(|i| [corners[i], middles[i], middles[(i + 2) % 3]]);
-        for triangle in tips.chain([middles]) {
-            points.extend(triangle.iter().map(|p| format!("{} {} {} ", p.x, p.y, p.z)));
-            count += 3;
-        }
+        let middles = [0, 1, 2].map(|i| (corners[i] + corners[(i + 1) % 3]).normalize());
+        points.extend((0..3).flat_map(|i| [corners[i], middles[i], middles[(i + 2) % 3]]));
+        points.extend(middles);
     }
-    let indices: String = (0..count).map(|i| format!("{i} ")).collect();
-    format!("Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point P\" [{points}]")
+    triangles(&points)
 }

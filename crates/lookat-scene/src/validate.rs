@@ -1,0 +1,310 @@
+//! Whether a scene built in code keeps the promises of a scene.
+
+use std::error::Error;
+use std::fmt;
+use std::ops::RangeInclusive;
+
+use glam::Vec3;
+
+use crate::{
+    Camera, Curve, CurveKind, Film, Filter, FilterKind, Integrator, Lens, Light, MAX_PIXELS, Material,
+    MaterialKind, Primitive, Projection, Quadric, QuadricForm, Scene, Shape, Texture, Transform,
+};
+
+/// A promise that a scene breaks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Invalid {
+    /// The field, for example `world.primitives[2].shape`.
+    pub field: String,
+    /// What is wrong with it.
+    pub message: &'static str,
+}
+
+impl fmt::Display for Invalid {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}: {}", self.field, self.message)
+    }
+}
+
+impl Error for Invalid {}
+
+impl Scene {
+    /// Checks the promises of a scene, which one built in code may break: transformations are invertible, lengths are positive where
+    /// they must be, and all numbers are finite, except an unlimited `max_sample_luminance`. [`load`](crate::load()) gives
+    /// only valid scenes. A renderer may show anything for a scene that is not valid.
+    ///
+    /// # Errors
+    ///
+    /// All broken promises.
+    pub fn validate(&self) -> Result<(), Vec<Invalid>> {
+        let mut found = Vec::new();
+        self.view_faults(&mut found);
+        for (index, primitive) in self.world.primitives.iter().enumerate() {
+            primitive_faults(primitive, &format!("world.primitives[{index}]"), &mut found);
+        }
+        for (index, instance) in self.world.instances.iter().enumerate() {
+            let place = format!("world.instances[{index}]");
+            found.check(is_placed(&instance.world_from_object), &place, NO_TRANSFORM);
+            found.check(!instance.object.primitives.is_empty(), &place, "the object has no shapes");
+            for (index, primitive) in instance.object.primitives.iter().enumerate() {
+                primitive_faults(primitive, &format!("{place}.object.primitives[{index}]"), &mut found);
+            }
+        }
+        for (index, light) in self.world.lights.iter().enumerate() {
+            let is_right = is_light(light);
+            found.check(is_right, &format!("world.lights[{index}]"), "its numbers are out of range");
+        }
+        if found.is_empty() { Ok(()) } else { Err(found) }
+    }
+
+    fn view_faults(&self, found: &mut Vec<Invalid>) {
+        let view = &self.view;
+        found.check(is_placed(&view.camera.world_from_camera), "view.camera.world_from_camera", NO_TRANSFORM);
+        found.check(is_camera(&view.camera), "view.camera", "its numbers are out of range");
+        found.check(is_film(&view.film), "view.film", "its size, crop window or limits are out of range");
+        found.check(is_filter(&view.filter), "view.filter", "its numbers are out of range");
+        found.check(view.sampler.samples_per_pixel > 0, "view.sampler", "there are no samples");
+        let is_finite = match view.integrator {
+            Integrator::Path { roulette_threshold, .. } => roulette_threshold.is_finite(),
+            Integrator::DirectLighting { .. } | Integrator::AmbientOcclusion { .. } => true,
+        };
+        found.check(is_finite, "view.integrator", "its threshold is not finite");
+    }
+}
+
+const NO_TRANSFORM: &str = "it is no invertible transformation";
+
+trait Faults {
+    fn check(&mut self, is_right: bool, field: &str, message: &'static str);
+}
+
+impl Faults for Vec<Invalid> {
+    fn check(&mut self, is_right: bool, field: &str, message: &'static str) {
+        if !is_right {
+            self.push(Invalid { field: field.to_owned(), message });
+        }
+    }
+}
+
+fn is_placed(transform: &Transform) -> bool {
+    [transform.m, transform.inv].iter().all(|m| {
+        let is_affine = m.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
+        m.is_finite() && is_affine && (0..3).all(|axis| m.col(axis).to_array() != [0.0; 4])
+    })
+}
+
+fn is_camera(camera: &Camera) -> bool {
+    let has_angle = match camera.projection {
+        Projection::Perspective { fov } => fov > 0.0 && fov < 180.0,
+        Projection::Orthographic { .. } | Projection::Environment => true,
+    };
+    let size = camera.screen.max - camera.screen.min;
+    let has_lens = |lens: Lens| is_length(lens.radius) && is_length(lens.focal_distance);
+    has_angle && size.is_finite() && size.x != 0.0 && size.y != 0.0 && camera.lens.is_none_or(has_lens)
+}
+
+fn is_length(x: f64) -> bool {
+    x > 0.0 && x.is_finite()
+}
+
+fn is_film(film: &Film) -> bool {
+    let (crop, [width, height]) = (film.crop, film.resolution);
+    let has_pixels = crop.x0 < crop.x1 && crop.x1 <= width && crop.y0 < crop.y1 && crop.y1 <= height;
+    has_pixels && crop.area() <= MAX_PIXELS && film.scale.is_finite() && film.max_sample_luminance > 0.0
+}
+
+fn is_filter(filter: &Filter) -> bool {
+    let has_shape = match filter.kind {
+        FilterKind::Box | FilterKind::Triangle => true,
+        FilterKind::Gaussian { alpha } => is_length(alpha),
+        FilterKind::Mitchell { b, c } => b.is_finite() && c.is_finite(),
+        FilterKind::Sinc { tau } => is_length(tau),
+    };
+    has_shape && filter.radius.min_element() > 0.0 && filter.radius.is_finite()
+}
+
+fn primitive_faults(primitive: &Primitive, place: &str, found: &mut Vec<Invalid>) {
+    let is_right = match &primitive.shape {
+        Shape::Quadric(quadric) => is_quadric(quadric),
+        Shape::Curve(curve) => is_curve(curve),
+        // Its constructors check it.
+        Shape::TriangleMesh(_) => true,
+    };
+    found.check(is_right, &format!("{place}.shape"), "its numbers are out of range");
+    let is_right = is_material(&primitive.material);
+    found.check(is_right, &format!("{place}.material"), "a color, an index or a part is out of range");
+    let is_light = primitive.emission.is_none_or(|light| light.radiance.is_finite() && light.samples > 0);
+    found.check(is_light, &format!("{place}.emission"), "its numbers are out of range");
+}
+
+fn is_material(material: &Material) -> bool {
+    let share = |texture: &Texture<Vec3>| {
+        texture.constant().is_none_or(|color| color.is_finite() && color.min_element() >= 0.0)
+    };
+    match material.kind() {
+        MaterialKind::Matte(m) => share(&m.kd),
+        MaterialKind::Plastic(m) => share(&m.kd) && share(&m.ks),
+        MaterialKind::Translucent(m) => [&m.kd, &m.ks, &m.reflect, &m.transmit].into_iter().all(share),
+        MaterialKind::Glass(m) => {
+            share(&m.kr) && share(&m.kt) && m.eta.constant().is_none_or(|eta| eta > 0.0)
+        }
+        MaterialKind::Mirror(m) => share(&m.kr),
+        MaterialKind::Metal(m) => m.eta.constant().is_none_or(|eta| eta.is_finite()),
+        MaterialKind::Substrate(m) => share(&m.kd) && share(&m.ks),
+        MaterialKind::Uber(m) => [&m.kd, &m.ks, &m.kr, &m.kt, &m.opacity].into_iter().all(share),
+        MaterialKind::Mix(m) => {
+            let is_surface = |part: &Material| !matches!(part.kind(), MaterialKind::None);
+            m.materials.iter().all(|part| is_surface(part) && is_material(part))
+        }
+        MaterialKind::None => true,
+    }
+}
+
+/// The depths of splits that [`Curve`] allows.
+const SPLITS: RangeInclusive<u32> = 0..=5;
+
+fn is_curve(curve: &Curve) -> bool {
+    let [first, last] = curve.widths;
+    let has_normals = match &curve.kind {
+        CurveKind::Flat | CurveKind::Cylinder => true,
+        CurveKind::Ribbon(normals) => {
+            normals.len() == curve.segments.len() + 1 && normals.iter().all(|n| n.is_normalized())
+        }
+    };
+    has_normals
+        && !curve.segments.is_empty()
+        && curve.segments.as_flattened().iter().all(|p| p.is_finite())
+        && SPLITS.contains(&curve.split_depth)
+        && first >= 0.0
+        && last >= 0.0
+        && is_length(first + last)
+        && is_placed(&curve.world_from_object)
+}
+
+fn is_quadric(quadric: &Quadric) -> bool {
+    let Quadric { form, phi_max, world_from_object } = *quadric;
+    let has_form = match form {
+        QuadricForm::Sphere(f) => -f.radius <= f.z_min && f.z_min < f.z_max && f.z_max <= f.radius,
+        QuadricForm::Disk(f) => f.height.is_finite() && 0.0 <= f.inner_radius && f.inner_radius < f.radius,
+        QuadricForm::Cylinder(f) => f.radius > 0.0 && f.z_min < f.z_max,
+        QuadricForm::Cone(f) => f.radius > 0.0 && f.height > 0.0,
+        QuadricForm::Paraboloid(f) => f.radius > 0.0 && f.z_min < f.z_max && f.z_max > 0.0,
+        QuadricForm::Hyperboloid(f) => f.p1.z != f.p2.z && f.p2.z != 0.0,
+    };
+    let (low, high) = quadric.corners();
+    let has_size = low.is_finite() && high.is_finite() && high.x > 0.0;
+    has_form && has_size && phi_max > 0.0 && phi_max <= std::f64::consts::TAU && is_placed(&world_from_object)
+}
+
+fn is_light(light: &Light) -> bool {
+    match *light {
+        Light::Point { position, intensity } => position.is_finite() && intensity.is_finite(),
+        Light::Spot { position, light_from_world, intensity, cos_total_width, cos_falloff_start } => {
+            let cosines = cos_total_width.is_finite() && cos_falloff_start.is_finite();
+            position.is_finite() && light_from_world.is_finite() && intensity.is_finite() && cosines
+        }
+        Light::Distant { direction, radiance } => {
+            (direction.length() - 1.0).abs() < 1e-9 && radiance.is_finite()
+        }
+        Light::Infinite { radiance, samples } => radiance.is_finite() && samples > 0,
+        Light::Environment { ref map, scale, world_from_light, light_from_world, samples } => {
+            let spaces = world_from_light.is_finite() && light_from_world.is_finite();
+            map.mean().is_finite() && scale.is_finite() && spaces && samples > 0
+        }
+        Light::Goniometric { position, light_from_world, intensity, ref map } => {
+            let finite = position.is_finite() && light_from_world.is_finite() && intensity.is_finite();
+            finite && map.mean().is_finite()
+        }
+        Light::Projection { position, light_from_world, intensity, ref map, half_size } => {
+            let finite = position.is_finite() && light_from_world.is_finite() && intensity.is_finite();
+            let has_map = map.as_ref().is_none_or(|map| map.mean().is_finite());
+            finite && has_map && half_size.min_element() > 0.0 && half_size.is_finite()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use glam::{DVec3, Vec3};
+
+    use crate::{
+        CurveKind, Light, Material, MaterialKind, Matte, Mesh, MeshFault, Scene, Shape, Texture, Transform,
+        World, load_str,
+    };
+
+    fn scene() -> Scene {
+        let loaded = load_str(
+            "Film \"image\" Camera \"perspective\" \"float lensradius\" .1 \"float focaldistance\" 3 Sampler \"sobol\"
+            Integrator \"path\" WorldBegin LightSource \"point\" ObjectBegin \"o\" Shape \"sphere\" ObjectEnd
+            ObjectInstance \"o\" Shape \"sphere\" Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 1 0] WorldEnd",
+        );
+        loaded.scene.expect("the scene is right")
+    }
+
+    #[test]
+    fn meshes_are_checked_when_they_are_made() {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let mesh = |indices: &[i32]| Mesh::new(positions.clone(), indices.to_vec());
+        assert_eq!(mesh(&[0, 1]), Err(MeshFault::OddIndices));
+        assert_eq!(mesh(&[0, 1, 3]), Err(MeshFault::IndexOutOfRange));
+        assert_eq!(mesh(&[0, 1, -1]), Err(MeshFault::IndexOutOfRange));
+        assert_eq!(Mesh::new(vec![[f64::NAN; 3]], vec![]), Err(MeshFault::NotFinite));
+        let whole = mesh(&[0, 1, 2]).unwrap();
+        assert_eq!(whole.clone().with_normals(vec![[0.0; 3]]), Err(MeshFault::WrongLength));
+        assert_eq!(whole.clone().with_uvs(vec![[f64::INFINITY; 2]; 3]), Err(MeshFault::NotFinite));
+        assert_eq!(whole.with_tangents(vec![[1.0, 0.0, 0.0]; 3]).unwrap().tangents().len(), 3);
+    }
+
+    /// Each change breaks one promise, which is named.
+    #[test]
+    fn broken_promises_are_named() {
+        assert_eq!(scene().validate(), Ok(()));
+        type Change = fn(&mut Scene, &mut World);
+        let changes: [(&str, Change); 12] = [
+            ("view.camera.world_from_camera", |scene, _| {
+                scene.view.camera.world_from_camera.m.x_axis = glam::DVec4::ZERO;
+            }),
+            ("view.camera", |scene, _| scene.view.camera.lens.as_mut().unwrap().radius = 0.0),
+            ("view.film", |scene, _| scene.view.film.crop.x1 = 100_000),
+            ("view.filter", |scene, _| scene.view.filter.radius.x = f64::NAN),
+            ("view.sampler", |scene, _| scene.view.sampler.samples_per_pixel = 0),
+            ("world.primitives[1].shape", |_, world| {
+                let Shape::Curve(curve) = &mut world.primitives[1].shape else { panic!() };
+                Arc::make_mut(curve).kind = CurveKind::Ribbon(vec![DVec3::Z]);
+            }),
+            ("world.primitives[1].shape", |_, world| {
+                let Shape::Curve(curve) = &mut world.primitives[1].shape else { panic!() };
+                Arc::make_mut(curve).segments.clear();
+            }),
+            ("world.primitives[0].shape", |_, world| {
+                let Shape::Quadric(quadric) = &mut world.primitives[0].shape else { panic!() };
+                quadric.phi_max = 7.0;
+            }),
+            ("world.primitives[0].material", |_, world| {
+                let kd = Texture::Constant(Vec3::NEG_ONE);
+                let matte = Matte { kd, sigma: Texture::Constant(0.0) };
+                world.primitives[0].material = Arc::new(Material::new(MaterialKind::Matte(matte), None));
+            }),
+            ("world.instances[0]", |_, world| {
+                world.instances[0].world_from_object =
+                    Transform { m: glam::DMat4::ZERO, ..Transform::IDENTITY };
+            }),
+            ("world.instances[0]", |_, world| {
+                Arc::make_mut(&mut world.instances[0].object).primitives.clear();
+            }),
+            ("world.lights[0]", |_, world| {
+                world.lights[0] = Light::Distant { direction: DVec3::ONE, radiance: Vec3::ONE };
+            }),
+        ];
+        for (field, change) in changes {
+            let mut scene = scene();
+            let mut world = World::clone(&scene.world);
+            change(&mut scene, &mut world);
+            scene.world = Arc::new(world);
+            let found: Vec<String> = scene.validate().unwrap_err().into_iter().map(|it| it.field).collect();
+            assert_eq!(found, [field]);
+        }
+    }
+}
