@@ -28,6 +28,7 @@
 //! | render a picture | [`render()`], with [`Settings`] and their stopping rule [`Stop`] |
 //! | render many views of a world | [`Prepared`] |
 //! | show a picture that grows | [`Progress::snapshot`] |
+//! | know what is at a place of a picture | [`Prepared::pick`] |
 //! | trace rays of your own | [`Probe`] |
 //! | know what a scene takes | [`inspect()`], [`film_bytes`], [`preparation_bytes`] |
 //!
@@ -54,6 +55,7 @@ mod integrator;
 mod lanes;
 mod light;
 mod parametric;
+mod pick;
 mod prefetch;
 mod prepare;
 mod probe;
@@ -76,6 +78,7 @@ pub use integrator::Draw;
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::{Scene, glam};
+pub use pick::Picked;
 pub use prepare::{Prepared, preparation_bytes};
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};

@@ -14,15 +14,15 @@ type Entry = (&'static str, &'static str, Option<u32>);
 
 const SCENES: [Entry; 5] = [
     ("first", FIRST, None),
-    ("seed-perspective", include_str!("../../../../pbrt-scenes/seed-perspective.pbrt"), Some(16)),
-    ("seed-thin-lens", include_str!("../../../../pbrt-scenes/seed-thin-lens.pbrt"), Some(16)),
-    ("cornell-matte", include_str!("../../../../pbrt-scenes/cornell-matte.pbrt"), Some(8)),
-    ("cornell-glossy", include_str!("../../../../pbrt-scenes/cornell-glossy.pbrt"), Some(8)),
+    ("seed-perspective", include_str!("scenes/seed-perspective.pbrt"), Some(16)),
+    ("seed-thin-lens", include_str!("scenes/seed-thin-lens.pbrt"), Some(16)),
+    ("cornell-matte", include_str!("scenes/cornell-matte.pbrt"), Some(8)),
+    ("cornell-glossy", include_str!("scenes/cornell-glossy.pbrt"), Some(8)),
 ];
 
-const FIRST: &str = include_str!("../../../../pbrt-scenes/first.pbrt");
+const FIRST: &str = include_str!("scenes/first.pbrt");
 /// What it includes.
-const TORUS: &str = include_str!("../../../../pbrt-scenes/geometry/torus.pbrt");
+const TORUS: &str = include_str!("scenes/torus.pbrt");
 
 /// How long a picture takes, in seconds, and its rays: on one thread, and on all.
 type Pair = [(f64, u64); 2];
