@@ -10,7 +10,8 @@ use lookat_scene::PixelBounds;
 
 use crate::color::luminance;
 use crate::filter::FilterSampler;
-pub(crate) use sum::{Pixel, Scale, Spread, Sum};
+use sum::{LobeSpread, Spread};
+pub(crate) use sum::{Pixel, Scale, Sum};
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
 /// with 4 and 8 they do not.
@@ -37,6 +38,8 @@ pub(crate) struct Tile {
     negative: Vec<Sum>,
     /// The spread of the replicates of each pixel; none if the error is not asked for.
     spreads: Vec<Spread>,
+    /// The same under negative lobes; none without either.
+    lobe_spreads: Vec<LobeSpread>,
 }
 
 impl Tile {
@@ -47,6 +50,7 @@ impl Tile {
             all: vec![Sum::default(); area],
             negative: vec![Sum::default(); if has_lobes { area } else { 0 }],
             spreads: vec![Spread::default(); if has_errors { area } else { 0 }],
+            lobe_spreads: vec![LobeSpread::default(); if has_errors && has_lobes { area } else { 0 }],
         }
     }
 
@@ -79,9 +83,21 @@ impl Tile {
         self.negative.get_mut(at).into_iter().for_each(|sum| *sum = Sum::default());
     }
 
-    /// The spread of the replicates of a pixel, if errors are asked for.
-    pub fn spread_mut(&mut self, at: usize) -> Option<&mut Spread> {
-        self.spreads.get_mut(at)
+    /// Whether errors are asked for.
+    pub fn has_spreads(&self) -> bool {
+        !self.spreads.is_empty()
+    }
+
+    /// Forgets how far the replicates of a pixel lie apart.
+    pub fn clear_spread(&mut self, at: usize) {
+        self.spreads[at] = Spread::default();
+        self.lobe_spreads.get_mut(at).into_iter().for_each(|spread| *spread = LobeSpread::default());
+    }
+
+    /// Adds a replicate to the spread of a pixel: the signed sum, the signed count and the count of its samples.
+    pub fn spread(&mut self, at: usize, (signed, signs, count): (DVec3, f64, u32), scale: Scale) {
+        self.spreads[at].add(signed, count, scale);
+        self.lobe_spreads.get_mut(at).into_iter().for_each(|lobes| lobes.add(signed, signs, count, scale));
     }
 }
 
@@ -108,10 +124,11 @@ impl<'v> Film<'v> {
         pixel.value(self.weight, self.scale)
     }
 
-    /// The error of a pixel.
-    pub fn error(&self, pixel: &Pixel, spread: &Spread) -> PixelError {
+    /// The error of a pixel of a tile with spreads.
+    pub fn error(&self, tile: &Tile, at: usize) -> PixelError {
+        let (pixel, spread, lobes) = (tile.pixel(at), tile.spreads[at], tile.lobe_spreads.get(at));
         PixelError {
-            standard_error: spread.standard_error(pixel, self.weight, self.scale).to_array(),
+            standard_error: spread.standard_error(lobes, &pixel, self.weight, self.scale).to_array(),
             samples: pixel.all.count,
             replicates: spread.replicates,
         }
@@ -144,8 +161,8 @@ impl<'v> Film<'v> {
                 continue;
             }
             errors.resize(area, PixelError::default());
-            for ((at, pixel), spread) in indices(tile.bounds, crop).zip(tile.pixels()).zip(&tile.spreads) {
-                let error = self.error(&pixel, spread);
+            for (own, at) in indices(tile.bounds, crop).enumerate() {
+                let error = self.error(&tile, own);
                 let standard_error = error.standard_error.map(|error| error * self.of.scale.abs() as f32);
                 errors[at] = PixelError { standard_error, ..error };
             }
@@ -168,9 +185,9 @@ pub(crate) fn lock(tile: &Mutex<Tile>) -> MutexGuard<'_, Tile> {
 
 /// Bytes of a pixel on a film while it is rendered, and of its values in the picture.
 pub(crate) fn pixel_bytes(has_lobes: bool, has_errors: bool) -> usize {
-    let errors = if has_errors { size_of::<Spread>() + 2 * size_of::<PixelError>() } else { 0 };
-    let sums = if has_lobes { size_of::<Pixel>() } else { size_of::<Sum>() };
-    sums + size_of::<[f32; 3]>() + errors
+    let planes = 1 + usize::from(has_lobes);
+    let errors = planes * size_of::<Spread>() + 2 * size_of::<PixelError>();
+    planes * size_of::<Sum>() + size_of::<[f32; 3]>() + if has_errors { errors } else { 0 }
 }
 
 /// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.

@@ -181,39 +181,34 @@ impl AddAssign for Pixel {
 }
 
 /// How far the replicates of a pixel lie apart: independent estimates of its value, of nearly equal numbers of samples.
-/// Sums over replicates r of the signed sum S, the signed count Z and the count n of their samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Spread {
-    /// S S / n, S Z / n and Z Z / n.
+    /// The sum over replicates of S S / n, of the signed sum S and the count n of their samples.
     squares: [i128; 3],
-    products: [i128; 3],
-    signs: i128,
     pub replicates: u32,
 }
 
-impl Spread {
-    /// Adds a replicate of `count` samples, with their signed sum and their signed count.
-    pub fn add(&mut self, signed: DVec3, signs: f64, count: u32, scale: Scale) {
-        let count = f64::from(count);
-        let channels = signed.to_array();
-        let square = |x: f64| scale.fixed_square(x * x / count);
-        self.merge(&Spread {
-            squares: channels.map(square),
-            products: channels.map(|x| scale.fixed_square(x * scale.brightness * signs / count)),
-            signs: ((signs * signs / count) * 2_f64.powi(SIGN_FRACTION)) as i128,
-            replicates: 1,
-        });
-    }
+/// What a [`Spread`] needs beside it where the filter has negative lobes: the sums of S Z / n and Z Z / n, with the signed count Z.
+/// Elsewhere they are the sum and the count of all samples.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct LobeSpread {
+    products: [i128; 3],
+    signs: i128,
+}
 
-    /// Adds other replicates of the pixel.
-    pub fn merge(&mut self, other: &Spread) {
-        let add = |sums: &mut [i128; 3], more: [i128; 3]| {
-            *sums = from_fn(|channel| sums[channel].saturating_add(more[channel]));
-        };
-        add(&mut self.squares, other.squares);
-        add(&mut self.products, other.products);
-        self.signs += other.signs;
-        self.replicates += other.replicates;
+/// Bits after the point of a sum of signs: at most 2^30 before it.
+const SIGN_FRACTION: i32 = 64;
+
+fn add(sums: &mut [i128; 3], more: [i128; 3]) {
+    sums.iter_mut().zip(more).for_each(|(sum, more)| *sum = sum.saturating_add(more));
+}
+
+impl Spread {
+    /// Adds a replicate of `count` samples, with their signed sum.
+    pub fn add(&mut self, signed: DVec3, count: u32, scale: Scale) {
+        let square = |x: f64| scale.fixed_square(x * x / f64::from(count));
+        add(&mut self.squares, signed.to_array().map(square));
+        self.replicates += 1;
     }
 
     /// The standard error of [`Pixel::value`] of all replicates together; infinite for less than two.
@@ -221,17 +216,26 @@ impl Spread {
     /// That value is not linear in the replicates where the filter is partly negative. This is the error of its tangent where
     /// the mean of the weights is 1, as it is expected to be (the delta method): S - M Z times the weight, with the mean M of
     /// all samples.
-    pub fn standard_error(&self, pixel: &Pixel, weight: f64, scale: Scale) -> Vec3 {
+    pub fn standard_error(
+        &self,
+        lobes: Option<&LobeSpread>,
+        pixel: &Pixel,
+        weight: f64,
+        scale: Scale,
+    ) -> Vec3 {
         if self.replicates < 2 {
             return Vec3::INFINITY;
         }
         let count = f64::from(pixel.all.count);
         let (mean, signed) = (pixel.all.radiance(scale) / count, pixel.signed(scale));
-        let signs = self.signs as f64 * 2_f64.powi(-SIGN_FRACTION);
+        let (products, signs) = lobes.map_or((signed, count), |lobes| {
+            let products = lobes.products.map(|sum| scale.square(sum) / scale.brightness);
+            (products.into(), lobes.signs as f64 * 2_f64.powi(-SIGN_FRACTION))
+        });
         let error = |channel: usize| {
             let mean = mean[channel];
-            let product = scale.square(self.products[channel]) / scale.brightness;
-            let squares = scale.square(self.squares[channel]) - 2.0 * mean * product + mean * mean * signs;
+            let squares =
+                scale.square(self.squares[channel]) - 2.0 * mean * products[channel] + mean * mean * signs;
             let left = signed[channel] - mean * pixel.signs();
             // Rounding may leave less than nothing.
             let variance =
@@ -244,8 +248,29 @@ impl Spread {
     }
 }
 
-/// Bits after the point of a sum of signs: at most 2^30 before it.
-const SIGN_FRACTION: i32 = 64;
+impl AddAssign for Spread {
+    fn add_assign(&mut self, other: Self) {
+        add(&mut self.squares, other.squares);
+        self.replicates += other.replicates;
+    }
+}
+
+impl AddAssign for LobeSpread {
+    fn add_assign(&mut self, other: Self) {
+        add(&mut self.products, other.products);
+        self.signs += other.signs;
+    }
+}
+
+impl LobeSpread {
+    /// Adds a replicate of `count` samples, with their signed sum and their signed count.
+    pub fn add(&mut self, signed: DVec3, signs: f64, count: u32, scale: Scale) {
+        let count = f64::from(count);
+        let product = |x: f64| scale.fixed_square(x * scale.brightness * signs / count);
+        add(&mut self.products, signed.to_array().map(product));
+        self.signs += ((signs * signs / count) * 2_f64.powi(SIGN_FRACTION)) as i128;
+    }
+}
 
 #[cfg(test)]
 mod tests {
@@ -302,21 +327,24 @@ mod tests {
         for _ in 0..200 {
             let mut replicates = pixels(&mut random, 16);
             let total = |parts: &[Pixel]| {
-                let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
+                let (mut pixel, mut spreads) = (Pixel::default(), (Spread::default(), LobeSpread::default()));
                 for part in parts {
                     pixel += *part;
-                    spread.add(part.signed(SCALE()), part.signs(), part.all.count, SCALE());
+                    let (signed, count) = (part.signed(SCALE()), part.all.count);
+                    spreads.0.add(signed, count, SCALE());
+                    spreads.1.add(signed, part.signs(), count, SCALE());
                 }
-                (pixel, spread)
+                (pixel, spreads)
             };
             let expected = total(&replicates);
             replicates.shuffle(&mut random);
             let split = random.random_range(0..=16);
-            let (mut pixel, mut spread) = total(&replicates[split..]);
+            let (mut pixel, mut spreads) = total(&replicates[split..]);
             let (first, others) = total(&replicates[..split]);
             pixel += first;
-            spread.merge(&others);
-            assert_eq!((pixel, spread), expected);
+            spreads.0 += others.0;
+            spreads.1 += others.1;
+            assert_eq!((pixel, spreads), expected);
         }
     }
 
@@ -335,9 +363,9 @@ mod tests {
             let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
             for value in values {
                 pixel.add(*value, false, SCALE());
-                spread.add(value.as_dvec3(), 1.0, 1, SCALE());
+                spread.add(value.as_dvec3(), 1, SCALE());
             }
-            spread.standard_error(&pixel, 1.0, SCALE())
+            spread.standard_error(None, &pixel, 1.0, SCALE())
         };
         assert_eq!(error(&[Vec3::new(1.0, 5.0, 0.0)]), Vec3::INFINITY);
         // The variance of 1, 2 and 6 is 7.
@@ -354,7 +382,8 @@ mod tests {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let mut sums = [0.0; 2];
         for _ in 0..20_000 {
-            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
+            let mut pixel = Pixel::default();
+            let (mut spread, mut lobes) = (Spread::default(), LobeSpread::default());
             for _ in 0..16 {
                 let mut replicate = Pixel::default();
                 for _ in 0..4 {
@@ -362,12 +391,13 @@ mod tests {
                     let value = Vec3::splat(3.0 + if negative { 2.0 * value } else { value });
                     replicate.add(value, negative, SCALE());
                 }
-                spread.add(replicate.signed(SCALE()), replicate.signs(), 4, SCALE());
+                spread.add(replicate.signed(SCALE()), 4, SCALE());
+                lobes.add(replicate.signed(SCALE()), replicate.signs(), 4, SCALE());
                 pixel += replicate;
             }
             // The mean is 3.5 times 0.8 minus 4 times 0.2, over 0.6.
             sums[0] += (pixel.value(weight, SCALE()).x - 2.0 / 0.6).powi(2);
-            sums[1] += f64::from(spread.standard_error(&pixel, weight, SCALE()).x).powi(2);
+            sums[1] += f64::from(spread.standard_error(Some(&lobes), &pixel, weight, SCALE()).x).powi(2);
         }
         let ratio = sums[0] / sums[1];
         assert!((0.95..1.05).contains(&ratio), "{ratio}");

@@ -80,12 +80,13 @@ impl Policy for Fixed {
     fn add(&self, jobs: &[Job], film: &Film, tile: &mut Tile, _state: &mut ()) {
         for (at, Job { samples, indices, .. }) in jobs.iter().enumerate() {
             let replicate = &samples.pixel;
-            if let Some(spread) = tile.spread_mut(at) {
+            if tile.has_spreads() {
                 // Half a replicate is none.
                 if replicate.all.count < indices.end {
                     continue;
                 }
-                spread.add(replicate.signed(film.scale), replicate.signs(), replicate.all.count, film.scale);
+                let sums = (replicate.signed(film.scale), replicate.signs(), replicate.all.count);
+                tile.spread(at, sums, film.scale);
             }
             tile.add(at, replicate);
         }

@@ -197,12 +197,15 @@ impl Policy for Target {
             if active.count == 0 {
                 tile.clear(active.at);
             }
+            tile.clear_spread(active.at);
             for (replicate, Job { samples, indices, .. }) in active.replicates.iter_mut().zip(jobs) {
+                active.count = indices.end;
                 replicate.signed += samples.pixel.signed(film.scale).as_vec3();
                 replicate.signs += samples.pixel.signs() as i32;
+                let sums = (replicate.signed.as_dvec3(), f64::from(replicate.signs), active.count);
+                tile.spread(active.at, sums, film.scale);
                 tile.add(active.at, &samples.pixel);
                 seen[active.at] = seen[active.at].union(samples.seen);
-                active.count = indices.end;
             }
         }
     }

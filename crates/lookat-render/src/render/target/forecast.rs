@@ -41,7 +41,7 @@ impl FirstRound {
         let (mut fastest, mut slowest) = (0, 0);
         for active in part.active().iter().filter(|active| active.count > 0) {
             let seen = part.seen[active.at];
-            let (excess, _) = active.judge(film, &tile.pixel(active.at), seen, &rule);
+            let excess = active.excess(film, tile, seen, &rule);
             if excess > 1.0 {
                 fastest += left(active, excess, POWERS[0], self.most);
                 slowest += left(active, excess, POWERS[1], self.most);

@@ -6,9 +6,9 @@ use glam::Vec3;
 use lookat_scene::PixelBounds;
 use rayon::prelude::*;
 
-use super::{Active, Part, Replicate};
+use super::{Active, Part};
 use crate::color::luminance;
-use crate::film::{Film, Pixel, Spread, Tile, tile_side};
+use crate::film::{Film, Pixel, Tile, tile_side};
 use crate::render::sample::Seen;
 use crate::render::stop::{Estimate, StopRule};
 
@@ -20,49 +20,35 @@ impl Active {
         Active { at, count: 0, replicates: Default::default(), excess: f64::INFINITY }
     }
 
-    /// The spread of the replicates, which gives the error of their mean.
-    fn spread(&self, film: &Film) -> Spread {
-        let mut spread = Spread::default();
-        for Replicate { signed, signs } in self.replicates {
-            spread.add(signed.as_dvec3(), f64::from(signs), self.count, film.scale);
-        }
-        spread
-    }
-
-    /// The error of the pixel over the target error, and the spread that tells it. `around` bounds the samples of the pixel
-    /// and its neighbors.
-    pub fn judge(&self, film: &Film, pixel: &Pixel, around: Seen, rule: &StopRule) -> (f64, Spread) {
+    /// The error of the pixel over the target error. `around` bounds the samples of the pixel and its neighbors.
+    pub fn excess(&self, film: &Film, tile: &Tile, around: Seen, rule: &StopRule) -> f64 {
         if self.count == 0 {
-            return (f64::INFINITY, Spread::default());
+            return f64::INFINITY;
         }
-        let spread = self.spread(film);
-        let standard_error = film.error(pixel, &spread).standard_error.into();
-        let estimate = Estimate { value: film.value(pixel), standard_error, count: self.count, around };
-        (rule.excess(&estimate), spread)
+        let standard_error = film.error(tile, self.at).standard_error.into();
+        let value = film.value(&tile.pixel(self.at));
+        rule.excess(&Estimate { value, standard_error, count: self.count, around })
     }
 }
 
-/// Computes the errors of all unfinished pixels, and removes the finished pixels from the list.
+/// Judges all unfinished pixels, and removes the finished pixels from the list.
 pub(super) fn judge(film: &Film, parts: &mut [Part], rule: &StopRule) {
-    let mut tiles = film.lock();
-    let judge = |index: usize| -> Vec<(f64, Spread)> {
+    let tiles = film.lock();
+    let judge = |index: usize| -> Vec<f64> {
         let pixels = parts[index].active().iter().map(|active| {
             let around = around(&tiles, parts, (index, active.at));
             let seen = around.fold(Seen::NOTHING, |all, (seen, _)| all.union(seen));
-            active.judge(film, &tiles[index].pixel(active.at), seen, rule)
+            active.excess(film, &tiles[index], seen, rule)
         });
         pixels.collect()
     };
     let judged: Vec<_> = (0..parts.len()).into_par_iter().map(judge).collect();
-    for ((part, tile), judged) in parts.iter_mut().zip(&mut tiles).zip(judged) {
-        let Some(all_active) = &mut part.active else { continue };
-        for (active, (excess, spread)) in all_active.iter_mut().zip(judged) {
-            active.excess = excess;
-            tile.spread_mut(active.at).into_iter().for_each(|known| *known = spread);
-        }
+    parts.par_iter_mut().zip(judged).for_each(|(part, judged)| {
+        let Some(all_active) = &mut part.active else { return };
+        all_active.iter_mut().zip(judged).for_each(|(active, excess)| active.excess = excess);
         all_active.retain(|active| active.excess > 1.0 || active.excess.is_nan());
         all_active.shrink_to_fit();
-    }
+    });
 }
 
 /// True if a sample of a pixel was much brighter than the pixels around.
