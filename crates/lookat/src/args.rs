@@ -161,7 +161,7 @@ pub struct Inspect {
 #[derive(Debug, Args)]
 #[command(after_help = "Exit status: 0 all cases pass; 1 a case fails; 2 wrong usage or another failure")]
 pub struct Stability {
-    /// Run only these cases: a name such as S1 or far-sphere, or the letter of a family: C (camera), S (spheres and quadrics), T (triangles), P (coplanar eyes and lights) or V (traversal)
+    /// Run only these cases: a name such as S1 or far-sphere, or the letter of a family. Families: C (camera), S (spheres and quadrics), T (triangles), P (coplanar eyes and lights) or V (traversal)
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub case: Vec<String>,
     /// Random rays per row of a case

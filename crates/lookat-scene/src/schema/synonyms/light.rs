@@ -18,9 +18,9 @@ pub(super) const TABLE: Table = Table {
         (&["arealight", "rectangle", "quad", "mesh"], "", "AreaLightSource \"diffuse\" makes the shapes that follow it emit light"),
     ],
     parameters: &[
-        (POINT_LIGHTS, &["l", "intensity", "color", "colour", "radiance", "emission", "emit"], "I", ""),
+        (POINT_LIGHTS, &["l", "intensity", "color", "radiance", "emission", "emit"], "I", ""),
         (POINT_LIGHTS, &["power", "strength", "energy", "flux", "watts", "lumens"], "", "\"rgb I\" is the power divided by 4 pi, in each channel"),
-        (&["distant", "infinite", "exinfinite"], &["i", "intensity", "color", "colour", "radiance", "irradiance", "emission", "emit"], "L", ""),
+        (&["distant", "infinite", "exinfinite"], &["i", "intensity", "color", "radiance", "irradiance", "emission", "emit"], "L", ""),
         (&["distant", "infinite", "exinfinite"], &["power", "strength", "energy", "illuminance"], "", "\"rgb L\" is the radiance, and \"rgb scale\" multiplies it"),
         (&["point", "spot", "distant"], &["position", "location", "origin", "pos", "eye", "center"], "from", ""),
         (&["spot", "distant"], &["target", "lookat", "look", "pointat"], "to", ""),

@@ -26,7 +26,7 @@ pub(super) const TABLE: Table = Table {
     parameters: &[
         (&["sphere", "disk", "cylinder", "cone", "paraboloid"], &["r", "rad", "size"], "radius", ""),
         (&["sphere", "disk", "cylinder", "cone", "paraboloid"], &["diameter"], "radius", "radius is half the diameter"),
-        (&["sphere", "disk", "cylinder", "cone", "paraboloid", "hyperboloid"], &["center", "centre", "position", "origin", "location", "pos"], "", "the shape is at the origin: to move it, write Translate before the Shape"),
+        (&["sphere", "disk", "cylinder", "cone", "paraboloid", "hyperboloid"], &["center", "position", "origin", "location", "pos"], "", "the shape is at the origin: to move it, write Translate before the Shape"),
         (&["cylinder", "paraboloid"], &["height", "length", "p0", "p1"], "", "\"float zmin\" and \"float zmax\" are its ends along z"),
         (&["curve"], &["radius", "thickness", "widths", "r"], "width", "width is twice the radius"),
         (&["trianglemesh", "plymesh", "loopsubdiv", "nurbs", "heightfield", "hyperboloid"], &["radius", "size", "scale"], "", "to change its size, write Scale before the Shape"),

@@ -19,7 +19,7 @@ pub(super) const TABLE: Table = Table {
         (&["imagemap"], &["encoding", "srgb", "colorspace"], "", "\"bool gamma\" says whether the values are on the sRGB curve"),
         (&["imagemap"], &["filter", "filtertype"], "", "\"bool trilinear\" \"true\" replaces the anisotropic filter"),
         (&["imagemap"], &["wrapmode", "extension", "swrap", "repeat"], "wrap", ""),
-        (&["constant"], &["color", "colour", "rgb", "tex1"], "value", ""),
+        (&["constant"], &["color", "rgb", "tex1"], "value", ""),
         (&["checkerboard", "mix"], &["color0", "a", "even", "color1value"], "tex1", ""),
         (&["checkerboard", "mix"], &["color1", "b", "odd", "color2"], "tex2", ""),
         (&["mix"], &["factor", "fac", "weight", "alpha"], "amount", "amount is the share of tex2"),
