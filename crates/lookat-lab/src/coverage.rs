@@ -36,7 +36,7 @@ pub struct Judged {
 
 /// Renders a picture to a target error, and holds each pixel against the truth.
 pub fn judge(known: &Known, target: &Accuracy, seed: u64) -> (Vec<Judged>, Reached) {
-    let stop = Stop::Error {
+    let stop = Stop::TargetError {
         target: TargetError { relative: target.relative, confidence: target.confidence },
         max_samples: target.max_samples,
         limit: None,

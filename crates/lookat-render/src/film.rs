@@ -2,7 +2,7 @@
 
 pub(crate) mod sum;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 
 use glam::{DVec3, Vec3};
 use lookat_image::{Image, PixelError, Window};
@@ -10,8 +10,8 @@ use lookat_scene::PixelBounds;
 
 use crate::color::luminance;
 use crate::filter::FilterSampler;
-use sum::{LobeSpread, Spread};
 pub(crate) use sum::{Pixel, Scale, Sum};
+use sum::{Products, Spread};
 
 /// Replicates of each pixel when its error is asked for: with 16 of them intervals by Student's t hold what they promise,
 /// with 4 and 8 they do not.
@@ -21,11 +21,28 @@ pub const REPLICATES: u32 = 16;
 #[derive(Debug)]
 pub(crate) struct Film<'v> {
     of: &'v lookat_scene::Film,
-    pub scale: Scale,
+    /// That of 1 until it is set.
+    scale: OnceLock<Scale>,
     /// The integral of the filter's absolute value over its integral.
     pub weight: f64,
     /// Row by row. Threads add to them, and take snapshots of them, at any time.
     pub tiles: Vec<Mutex<Tile>>,
+}
+
+/// Whether errors of pixels are asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Errors {
+    None,
+    /// By replicates whose sums are exact.
+    Exact,
+    /// By replicates whose sums are rounded.
+    Rounded,
+}
+
+impl Errors {
+    fn has_products(self, has_lobes: bool) -> bool {
+        self == Errors::Rounded || self == Errors::Exact && has_lobes
+    }
 }
 
 /// A rectangle of the picture that one thread renders at a time.
@@ -38,19 +55,19 @@ pub(crate) struct Tile {
     negative: Vec<Sum>,
     /// The spread of the replicates of each pixel; none if the error is not asked for.
     spreads: Vec<Spread>,
-    /// The same under negative lobes; none without either.
-    lobe_spreads: Vec<LobeSpread>,
+    /// What the spreads need beside them; none where they need nothing.
+    products: Vec<Products>,
 }
 
 impl Tile {
-    fn new(bounds: PixelBounds, has_lobes: bool, has_errors: bool) -> Tile {
+    fn new(bounds: PixelBounds, has_lobes: bool, errors: Errors) -> Tile {
         let area = bounds.area() as usize;
         Tile {
             bounds,
             all: vec![Sum::default(); area],
             negative: vec![Sum::default(); if has_lobes { area } else { 0 }],
-            spreads: vec![Spread::default(); if has_errors { area } else { 0 }],
-            lobe_spreads: vec![LobeSpread::default(); if has_errors && has_lobes { area } else { 0 }],
+            spreads: vec![Spread::default(); if errors == Errors::None { 0 } else { area }],
+            products: vec![Products::default(); if errors.has_products(has_lobes) { area } else { 0 }],
         }
     }
 
@@ -91,22 +108,37 @@ impl Tile {
     /// Forgets how far the replicates of a pixel lie apart.
     pub fn clear_spread(&mut self, at: usize) {
         self.spreads[at] = Spread::default();
-        self.lobe_spreads.get_mut(at).into_iter().for_each(|spread| *spread = LobeSpread::default());
+        self.products.get_mut(at).into_iter().for_each(|spread| *spread = Products::default());
     }
 
     /// Adds a replicate to the spread of a pixel: the signed sum, the signed count and the count of its samples.
     pub fn spread(&mut self, at: usize, (signed, signs, count): (DVec3, f64, u32), scale: Scale) {
         self.spreads[at].add(signed, count, scale);
-        self.lobe_spreads.get_mut(at).into_iter().for_each(|lobes| lobes.add(signed, signs, count, scale));
+        self.products.get_mut(at).into_iter().for_each(|lobes| lobes.add(signed, signs, count, scale));
     }
 }
 
 impl<'v> Film<'v> {
-    /// A film without samples: black. Samples are of about the brightness of `scale`.
-    pub fn new(of: &'v lookat_scene::Film, filter: &FilterSampler, scale: Scale, has_errors: bool) -> Self {
+    /// A film without samples: black.
+    pub fn new(of: &'v lookat_scene::Film, filter: &FilterSampler, errors: Errors) -> Self {
         let weight = filter.weight();
-        let tile = |bounds| Mutex::new(Tile::new(bounds, weight != 1.0, has_errors));
-        Film { of, scale, weight, tiles: tiles(of.crop).map(tile).collect() }
+        let tile = |bounds| Mutex::new(Tile::new(bounds, weight != 1.0, errors));
+        Film { of, scale: OnceLock::new(), weight, tiles: tiles(of.crop).map(tile).collect() }
+    }
+
+    /// The scale of all sums.
+    pub fn scale(&self) -> Scale {
+        *self.scale.get().unwrap_or(&Scale::ONE)
+    }
+
+    /// Sets the scale, before there are samples.
+    pub fn set_scale(&self, scale: Scale) {
+        let _ = self.scale.set(scale);
+    }
+
+    /// The width and height of the full picture.
+    pub fn resolution(&self) -> [u32; 2] {
+        self.of.resolution
     }
 
     /// The window of the picture.
@@ -121,14 +153,14 @@ impl<'v> Film<'v> {
 
     /// The value of a pixel.
     pub fn value(&self, pixel: &Pixel) -> DVec3 {
-        pixel.value(self.weight, self.scale)
+        pixel.value(self.weight, self.scale())
     }
 
     /// The error of a pixel of a tile with spreads.
     pub fn error(&self, tile: &Tile, at: usize) -> PixelError {
-        let (pixel, spread, lobes) = (tile.pixel(at), tile.spreads[at], tile.lobe_spreads.get(at));
+        let (pixel, spread, lobes) = (tile.pixel(at), tile.spreads[at], tile.products.get(at));
         PixelError {
-            standard_error: spread.standard_error(lobes, &pixel, self.weight, self.scale).to_array(),
+            standard_error: spread.standard_error(lobes, &pixel, self.weight, self.scale()).to_array(),
             samples: pixel.all.count,
             replicates: spread.replicates,
         }
@@ -184,10 +216,11 @@ pub(crate) fn lock(tile: &Mutex<Tile>) -> MutexGuard<'_, Tile> {
 }
 
 /// Bytes of a pixel on a film while it is rendered, and of its values in the picture.
-pub(crate) fn pixel_bytes(has_lobes: bool, has_errors: bool) -> usize {
-    let planes = 1 + usize::from(has_lobes);
-    let errors = planes * size_of::<Spread>() + 2 * size_of::<PixelError>();
-    planes * size_of::<Sum>() + size_of::<[f32; 3]>() + if has_errors { errors } else { 0 }
+pub(crate) fn pixel_bytes(has_lobes: bool, errors: Errors) -> usize {
+    let sums = if has_lobes { size_of::<Pixel>() } else { size_of::<Sum>() };
+    let spreads = if errors == Errors::None { 0 } else { size_of::<Spread>() + 2 * size_of::<PixelError>() };
+    let products = if errors.has_products(has_lobes) { size_of::<Products>() } else { 0 };
+    sums + size_of::<[f32; 3]>() + spreads + products
 }
 
 /// Pixels on a side of the tiles of a crop window: fewer where it is small, so that all threads have some.

@@ -15,25 +15,26 @@ pub struct Picked<'p> {
     pub p: DVec3,
     /// The unit normal there, on the side of the eye.
     pub n: DVec3,
-    /// The distance of the point from the eye along the direction of view, in world units: an eye that focuses there.
+    /// Its z in camera space: the focal distance at which it is sharp. Negative for what an environment camera sees behind it.
     pub depth: f64,
 }
 
 impl Prepared {
-    /// The shape that a view shows at `film`, in pixels from the top left corner, through the middle of the lens. Surfaces without
-    /// a material are seen, holes are not. `None` where there is nothing.
+    /// The shape that a view shows at `film`, in pixels from the top left corner of the full picture, through the middle of
+    /// the lens. Surfaces without a material are seen, holes are not. `None` where there is nothing. A view from another cell
+    /// prepares the world again.
     pub fn pick(&mut self, view: &View, film: DVec2) -> Option<Picked<'_>> {
         self.look(&view.camera);
         let camera = self.camera(view);
         let ray = camera.ray(film, DVec2::splat(0.5));
         let hit = self.traceable.nearest(&ray)?;
         let Surface { p, n, primitive, .. } = Surface::new(&self.traceable, &ray, &hit);
-        let forward = view.camera.world_from_camera.vector(DVec3::Z).normalize_or(ray.d);
+        let from_eye = view.camera.world_from_camera.inverse().vector(p - camera.eye);
         Some(Picked {
             primitive,
             p: p + self.traceable.origin,
             n: if n.dot(ray.d) > 0.0 { -n } else { n },
-            depth: (p - camera.eye).dot(forward),
+            depth: from_eye.z,
         })
     }
 }

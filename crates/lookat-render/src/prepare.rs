@@ -8,10 +8,9 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
-use lookat_scene::{Camera, Integrator, Light, Primitive, Scene, Shape, View, World};
+use lookat_scene::{Camera, Light, Primitive, Scene, Shape, View, World};
 
 use crate::camera::CameraRays;
-use crate::film::Scale;
 use crate::light::LightTable;
 use origin::Lattice;
 pub(crate) use traceable::{Group, Other, Traceable};
@@ -33,8 +32,8 @@ pub(crate) use traceable::{Group, Other, Traceable};
 /// assert_eq!(rendered.image.rgb().unwrap()[0], [2.0; 3]);
 /// ```
 ///
-/// Coordinates are relative to an origin: the eye, rounded to a lattice whose cells are about as large as the
-/// world. A view from another cell prepares the world again. So each view has the same pixels as when it is rendered alone.
+/// Coordinates are relative to an origin: the eye, rounded to a lattice whose cells are at most as large as
+/// four worlds. A view from another cell prepares the world again. So each view has the same pixels as when it is rendered alone.
 pub struct Prepared {
     world: Arc<World>,
     lattice: Lattice,
@@ -66,17 +65,6 @@ impl Prepared {
         CameraRays::new(&view.camera, &view.film, self.traceable.origin)
     }
 
-    /// The scale of the samples of a view.
-    pub(crate) fn scale(&self, view: &View) -> Scale {
-        Scale::new(match view.integrator {
-            // A share of directions.
-            Integrator::AmbientOcclusion { .. } => 1.0,
-            Integrator::Path { .. } | Integrator::DirectLighting { .. } => {
-                brightness(&self.world, self.lattice.small)
-            }
-        })
-    }
-
     /// The world.
     pub fn world(&self) -> &Arc<World> {
         &self.world
@@ -87,28 +75,6 @@ fn relative_to(world: &Arc<World>, origin: DVec3) -> (Traceable, LightTable) {
     let traceable = Traceable::new(world, origin);
     let lights = LightTable::new(world, &traceable);
     (traceable, lights)
-}
-
-/// The distance of a light without extent, in sizes of the smaller shapes, at which it is taken to shine on something.
-const CLOSE: f64 = 64.0;
-
-/// The brightness that light may have in a world whose smaller shapes have this size: of what emits, and of what is close to a
-/// light without extent. 1 in a world without light.
-fn brightness(world: &World, small: f64) -> f64 {
-    let close = if small > 0.0 { (CLOSE * small).powi(2) } else { 1.0 };
-    let of_light = |light: &Light| match light {
-        Light::Point { intensity, .. }
-        | Light::Spot { intensity, .. }
-        | Light::Goniometric { intensity, .. }
-        | Light::Projection { intensity, .. } => intensity.as_dvec3() / close,
-        Light::Distant { radiance, .. } | Light::Infinite { radiance, .. } => radiance.as_dvec3(),
-        Light::Environment { map, scale, .. } => (*scale * map.mean()).as_dvec3(),
-    };
-    let emitted = world.shapes().filter_map(|primitive| primitive.emission);
-    let lights =
-        world.lights.iter().map(of_light).chain(emitted.map(|emission| emission.radiance.as_dvec3()));
-    let brightest = lights.map(|light| light.abs().max_element()).fold(0.0, f64::max);
-    if brightest > 0.0 && brightest.is_finite() { brightest } else { 1.0 }
 }
 
 /// About the most bytes that preparing a world takes: trees while they are built, and tables of lights. By measurement.

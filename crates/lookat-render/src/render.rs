@@ -18,7 +18,7 @@ use glam::Vec3;
 use lookat_image::Image;
 use lookat_scene::{Integrator, Scene, View};
 
-use crate::film::Film;
+use crate::film::{Errors, Film};
 use crate::filter::FilterSampler;
 use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
 use crate::prepare::Prepared;
@@ -153,7 +153,7 @@ fn run(
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Rendered {
     let filter = FilterSampler::new(&view.filter);
-    let film = Film::new(&view.film, &filter, prepared.scale(view), settings.stop.has_spreads());
+    let film = Film::new(&view.film, &filter, settings.stop.errors());
     let control = Control::new(progress, deadline, &film);
     let all = (&filter, &film, &control);
     // The integrator is chosen here, once, so that the loop over samples is compiled for it.
@@ -189,10 +189,11 @@ where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
 {
     let Settings { seed, stop, .. } = *settings;
-    let context = Context::new(prepared, view, stop.nominal_samples(view), all, li);
+    let mut context = Context::new(prepared, view, stop.nominal_samples(view), all, li);
+    context.expose();
     let (film, control, sampler) = (context.film, context.control, stop.sampler(view));
     let target = match stop {
-        Stop::Error { target, limit, .. } => {
+        Stop::TargetError { target, limit, .. } => {
             let mut target = Target::new(sampler, seed, &target, limit.is_some());
             let parts = rounds::render(&context, seed, &mut target);
             Some(target.reached(film, &parts))
@@ -203,7 +204,7 @@ where
             None
         }
         Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => {
-            rounds::render(&context, seed, &mut Fixed::new(sampler, seed, stop.has_spreads()));
+            rounds::render(&context, seed, &mut Fixed::new(sampler, seed, stop.errors() != Errors::None));
             None
         }
     };
@@ -233,6 +234,52 @@ mod tests {
     use super::*;
     use crate::testing::scene;
 
+    /// Near a light over a large ground, and with a shape that is far too small to see: sums have the range of the samples, not that of
+    /// what a scene might show.
+    #[test]
+    fn bright_and_dark_pictures_keep_their_light() {
+        for (half, height, other) in [
+            (5e3, 1.0, ""),
+            (1e6, 1.0, ""),
+            (5.0, 10.0, "Translate 0 -3 0 Shape \"sphere\" \"float radius\" 1e-9"),
+        ] {
+            let scene = scene(&format!(
+                "LookAt 0 3 0 0 0 0 0 0 1 Camera \"perspective\" \"float fov\" .01
+                Film \"image\" \"integer xresolution\" 1 \"integer yresolution\" 1 Sampler \"sobol\" \"integer pixelsamples\" 16
+                Integrator \"directlighting\" WorldBegin LightSource \"point\" \"point from\" [0 {height} 0] \"rgb I\" [10 10 10]
+                Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+                \"point P\" [-{half} 0 -{half} -{half} 0 {half} {half} 0 {half} {half} 0 -{half}] {other} WorldEnd"
+            ));
+            let rendered = render(&scene, &Settings::default(), &|_| ControlFlow::Continue(()));
+            let expected = 10.0 * 0.5 / std::f32::consts::PI / (height * height) as f32;
+            let found = rendered.image.rgb().unwrap()[0][0];
+            assert!((found / expected - 1.0).abs() < 1e-5, "{half}: {found} {expected}");
+        }
+    }
+
+    /// Replicates are kept in `f32`; errors far below its precision are told all the same.
+    #[test]
+    fn a_very_small_target_error_is_reached() {
+        let scene = scene(
+            r#"LookAt 0 0 -5 0 0 0 0 1 0 Camera "orthographic" "float screenwindow" [-1 1 -1 1]
+            Film "image" "integer xresolution" 8 "integer yresolution" 8 Sampler "sobol" Integrator "path" "integer maxdepth" 1
+            WorldBegin LightSource "infinite"
+            Texture "b" "color" "bilerp" "rgb v00" [.3 .3 .3] "rgb v01" [.31 .4 .5] "rgb v10" [.5 .6 .33] "rgb v11" [.7 .8 .9]
+            Material "matte" "texture Kd" "b" Shape "trianglemesh" "integer indices" [0 1 2 0 2 3]
+            "point P" [-4 -4 0 -4 4 0 4 4 0 4 -4 0] "float uv" [0 0 0 1 1 1 1 0] WorldEnd"#,
+        );
+        let target = TargetError { relative: 3e-5, confidence: 0.95 };
+        let stop = Stop::TargetError { target, max_samples: 1 << 16, limit: None, error_layers: true };
+        let settings = Settings { stop, ..Settings::default() };
+        let rendered = render(&scene, &settings, &|_| ControlFlow::Continue(()));
+        assert_eq!(rendered.statistics.target.map(|target| target.within), Some(64));
+        let errors = rendered.image.errors().unwrap();
+        assert!(
+            errors.iter().all(|error| error.standard_error.iter().all(|x| *x > 0.0 && *x < 1e-4)),
+            "{errors:?}"
+        );
+    }
+
     /// From any thread, at any time; the last one is the picture.
     #[test]
     fn snapshots_grow_into_the_picture() {
@@ -247,7 +294,7 @@ mod tests {
             Stop::Samples { error_layers: true },
             Stop::Adaptive,
             Stop::Time { limit: Duration::from_secs(3600), max_samples: 64, adaptive: false },
-            Stop::Error { target, max_samples: 1024, limit: None, error_layers: false },
+            Stop::TargetError { target, max_samples: 1024, limit: None, error_layers: false },
         ] {
             let settings = Settings { stop, ..Settings::default() };
             let snapshots = Mutex::new(Vec::new());

@@ -46,18 +46,19 @@ impl Filter {
     pub const BOX: Filter = Filter { radius: DVec2::splat(0.5), kind: FilterKind::Box };
 }
 
-const ALPHA: Key<f64> =
-    Key::float("alpha", 2.0, "how fast the filter falls off").within(Range::from_to(1e-6, 1e4));
+pub(crate) const ALPHA_RANGE: Range = Range::from_to(1e-6, 1e4);
+pub(crate) const TAU_RANGE: Range = Range::from_to(0.1, 1000.0);
+pub(crate) const RADIUS_RANGE: Range = Range::from_to(1e-3, 100.0);
+const ALPHA: Key<f64> = Key::float("alpha", 2.0, "how fast the filter falls off").within(ALPHA_RANGE);
 const B: Key<f64> = Key::float("B", 1.0 / 3.0, "B of Mitchell and Netravali").within(MITCHELL_RANGE);
 const C: Key<f64> = Key::float("C", 1.0 / 3.0, "C of Mitchell and Netravali").within(MITCHELL_RANGE);
-const MITCHELL_RANGE: Range = Range::from_to(-100.0, 100.0);
-const TAU: Key<f64> =
-    Key::float("tau", 3.0, "the number of cycles of the sinc").within(Range::from_to(0.1, 1000.0));
+pub(crate) const MITCHELL_RANGE: Range = Range::from_to(-100.0, 100.0);
+const TAU: Key<f64> = Key::float("tau", 3.0, "the number of cycles of the sinc").within(TAU_RANGE);
 
 // Outside this range the filter is zero everywhere, or loses precision.
 const fn half_width(name: &'static str, default: f64) -> Key<f64> {
     let half = "half the width of the filter";
-    Key::float(name, default, half).within(Range::from_to(1e-3, 100.0)).unit(Unit::Pixels)
+    Key::float(name, default, half).within(RADIUS_RANGE).unit(Unit::Pixels)
 }
 
 /// The half widths along x and y.

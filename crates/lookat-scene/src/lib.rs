@@ -26,8 +26,8 @@
 //! A scene can also be built in code: its parts are plain values, and constructors check what indices and lengths must keep.
 //! [`Scene::validate`] checks the rest.
 //!
-//! A scene guarantees to the renderer: indices are in range, transformations are invertible, lengths are positive
-//! where they must be, and all numbers are finite, except an unlimited `max_sample_luminance`.
+//! A scene that is loaded guarantees to the renderer: indices are in range, transformations are invertible, lengths are
+//! positive where they must be, and all numbers are finite, except an unlimited `max_sample_luminance`.
 
 mod accelerator;
 mod advice;

@@ -29,7 +29,7 @@ pub enum MeshFault {
     IndexOutOfRange,
     /// An array has fewer or more values than there are positions.
     WrongLength,
-    /// A number is infinite or not a number.
+    /// A number is infinite or not a number, or a position is beyond 1e50, where areas overflow.
     NotFinite,
 }
 
@@ -39,7 +39,7 @@ impl std::fmt::Display for MeshFault {
             MeshFault::OddIndices => "the number of indices is no multiple of 3",
             MeshFault::IndexOutOfRange => "an index is negative or not below the number of positions",
             MeshFault::WrongLength => "an array does not have a value for each position",
-            MeshFault::NotFinite => "a number is not finite",
+            MeshFault::NotFinite => "a number is not finite, or a position is beyond 1e50",
         })
     }
 }
@@ -60,7 +60,9 @@ impl Mesh {
         if !indices.iter().all(|index| usize::try_from(*index).is_ok_and(|index| index < count)) {
             return Err(MeshFault::IndexOutOfRange);
         }
-        check_array(&positions, count)?;
+        if !in_range(positions.as_flattened()) {
+            return Err(MeshFault::NotFinite);
+        }
         Ok(Mesh { positions, indices, ..Mesh::default() })
     }
 

@@ -6,9 +6,11 @@ use std::ops::RangeInclusive;
 
 use glam::Vec3;
 
+use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
 use crate::{
-    Camera, Curve, CurveKind, Film, Filter, FilterKind, Integrator, Lens, Light, MAX_PIXELS, Material,
-    MaterialKind, Primitive, Projection, Quadric, QuadricForm, Scene, Shape, Texture, Transform,
+    AnyTexture, Camera, Curve, CurveKind, Film, Filter, FilterKind, Integrator, Lens, Light, MAX_PIXELS,
+    Material, MaterialKind, Primitive, Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape,
+    Texture, Transform,
 };
 
 /// A promise that a scene breaks.
@@ -29,8 +31,9 @@ impl fmt::Display for Invalid {
 impl Error for Invalid {}
 
 impl Scene {
-    /// Checks the promises of a scene, which one built in code may break: transformations are invertible, lengths are positive where
-    /// they must be, and all numbers are finite, except an unlimited `max_sample_luminance`. [`load`](crate::load()) gives
+    /// Checks the promises of a scene, which one built in code may break: transformations have two finite matrices without a zero
+    /// column (not that one is the inverse of the other), lengths and counts are positive where they must be, and numbers are
+    /// finite, except an unlimited `max_sample_luminance` (not those inside of textures). [`load`](crate::load()) gives
     /// only valid scenes. A renderer may show anything for a scene that is not valid.
     ///
     /// # Errors
@@ -63,16 +66,21 @@ impl Scene {
         found.check(is_camera(&view.camera), "view.camera", "its numbers are out of range");
         found.check(is_film(&view.film), "view.film", "its size, crop window or limits are out of range");
         found.check(is_filter(&view.filter), "view.filter", "its numbers are out of range");
-        found.check(view.sampler.samples_per_pixel > 0, "view.sampler", "there are no samples");
-        let is_finite = match view.integrator {
+        found.check(
+            is_sampler(&view.sampler),
+            "view.sampler",
+            "there are no samples, or not as many as cells",
+        );
+        let is_right = match view.integrator {
             Integrator::Path { roulette_threshold, .. } => roulette_threshold.is_finite(),
-            Integrator::DirectLighting { .. } | Integrator::AmbientOcclusion { .. } => true,
+            Integrator::DirectLighting { .. } => true,
+            Integrator::AmbientOcclusion { samples, .. } => samples > 0,
         };
-        found.check(is_finite, "view.integrator", "its threshold is not finite");
+        found.check(is_right, "view.integrator", "its threshold is not finite, or it has no samples");
     }
 }
 
-const NO_TRANSFORM: &str = "it is no invertible transformation";
+const NO_TRANSFORM: &str = "a matrix is not finite, or has a zero column";
 
 trait Faults {
     fn check(&mut self, is_right: bool, field: &str, message: &'static str);
@@ -103,6 +111,16 @@ fn is_camera(camera: &Camera) -> bool {
     has_angle && size.is_finite() && size.x != 0.0 && size.y != 0.0 && camera.lens.is_none_or(has_lens)
 }
 
+fn is_sampler(sampler: &Sampler) -> bool {
+    let has_cells = match sampler.kind {
+        SamplerKind::Stratified { cells: [across, down], .. } => {
+            across > 0 && across.checked_mul(down).is_some_and(|cells| cells >= sampler.samples_per_pixel)
+        }
+        SamplerKind::Random | SamplerKind::Halton { .. } | SamplerKind::Sobol => true,
+    };
+    has_cells && sampler.samples_per_pixel > 0
+}
+
 fn is_length(x: f64) -> bool {
     x > 0.0 && x.is_finite()
 }
@@ -116,11 +134,11 @@ fn is_film(film: &Film) -> bool {
 fn is_filter(filter: &Filter) -> bool {
     let has_shape = match filter.kind {
         FilterKind::Box | FilterKind::Triangle => true,
-        FilterKind::Gaussian { alpha } => is_length(alpha),
-        FilterKind::Mitchell { b, c } => b.is_finite() && c.is_finite(),
-        FilterKind::Sinc { tau } => is_length(tau),
+        FilterKind::Gaussian { alpha } => ALPHA_RANGE.contains(alpha),
+        FilterKind::Mitchell { b, c } => [b, c].iter().all(|x| MITCHELL_RANGE.contains(*x)),
+        FilterKind::Sinc { tau } => TAU_RANGE.contains(tau),
     };
-    has_shape && filter.radius.min_element() > 0.0 && filter.radius.is_finite()
+    has_shape && filter.radius.to_array().iter().all(|x| RADIUS_RANGE.contains(*x))
 }
 
 fn primitive_faults(primitive: &Primitive, place: &str, found: &mut Vec<Invalid>) {
@@ -138,6 +156,14 @@ fn primitive_faults(primitive: &Primitive, place: &str, found: &mut Vec<Invalid>
 }
 
 fn is_material(material: &Material) -> bool {
+    let is_finite = |texture: &AnyTexture| match texture {
+        AnyTexture::Number(texture) => texture.constant().is_none_or(f64::is_finite),
+        AnyTexture::Color(texture) => texture.constant().is_none_or(Vec3::is_finite),
+    };
+    let bump = material.bump().and_then(Texture::constant);
+    if !material.kind().textures().iter().all(is_finite) || !bump.is_none_or(f64::is_finite) {
+        return false;
+    }
     let share = |texture: &Texture<Vec3>| {
         texture.constant().is_none_or(|color| color.is_finite() && color.min_element() >= 0.0)
     };
@@ -230,8 +256,8 @@ mod tests {
     use glam::{DVec3, Vec3};
 
     use crate::{
-        CurveKind, Light, Material, MaterialKind, Matte, Mesh, MeshFault, Scene, Shape, Texture, Transform,
-        World, load_str,
+        CurveKind, FilterKind, Integrator, Light, Material, MaterialKind, Matte, Mesh, MeshFault,
+        SamplerKind, Scene, Shape, Texture, Transform, World, load_str,
     };
 
     fn scene() -> Scene {
@@ -250,7 +276,9 @@ mod tests {
         assert_eq!(mesh(&[0, 1]), Err(MeshFault::OddIndices));
         assert_eq!(mesh(&[0, 1, 3]), Err(MeshFault::IndexOutOfRange));
         assert_eq!(mesh(&[0, 1, -1]), Err(MeshFault::IndexOutOfRange));
-        assert_eq!(Mesh::new(vec![[f64::NAN; 3]], vec![]), Err(MeshFault::NotFinite));
+        for number in [f64::NAN, 1e200] {
+            assert_eq!(Mesh::new(vec![[number; 3]], vec![]), Err(MeshFault::NotFinite));
+        }
         let whole = mesh(&[0, 1, 2]).unwrap();
         assert_eq!(whole.clone().with_normals(vec![[0.0; 3]]), Err(MeshFault::WrongLength));
         assert_eq!(whole.clone().with_uvs(vec![[f64::INFINITY; 2]; 3]), Err(MeshFault::NotFinite));
@@ -262,14 +290,25 @@ mod tests {
     fn broken_promises_are_named() {
         assert_eq!(scene().validate(), Ok(()));
         type Change = fn(&mut Scene, &mut World);
-        let changes: [(&str, Change); 12] = [
+        let changes: [(&str, Change); 16] = [
             ("view.camera.world_from_camera", |scene, _| {
                 scene.view.camera.world_from_camera.m.x_axis = glam::DVec4::ZERO;
             }),
             ("view.camera", |scene, _| scene.view.camera.lens.as_mut().unwrap().radius = 0.0),
             ("view.film", |scene, _| scene.view.film.crop.x1 = 100_000),
             ("view.filter", |scene, _| scene.view.filter.radius.x = f64::NAN),
+            ("view.filter", |scene, _| scene.view.filter.kind = FilterKind::Sinc { tau: 1e-12 }),
             ("view.sampler", |scene, _| scene.view.sampler.samples_per_pixel = 0),
+            ("view.sampler", |scene, _| {
+                scene.view.sampler.kind = SamplerKind::Stratified { cells: [0, 1], jitter: true };
+            }),
+            ("view.integrator", |scene, _| {
+                scene.view.integrator = Integrator::AmbientOcclusion { cosine: true, samples: 0 };
+            }),
+            ("world.primitives[0].material", |_, world| {
+                let matte = Matte { kd: Texture::Constant(Vec3::ONE), sigma: Texture::Constant(f64::NAN) };
+                world.primitives[0].material = Arc::new(Material::new(MaterialKind::Matte(matte), None));
+            }),
             ("world.primitives[1].shape", |_, world| {
                 let Shape::Curve(curve) = &mut world.primitives[1].shape else { panic!() };
                 Arc::make_mut(curve).kind = CurveKind::Ribbon(vec![DVec3::Z]);

@@ -119,15 +119,15 @@ fn settings(arguments: &Render, file: &Path) -> Settings {
     let confidence = arguments.confidence.unwrap_or(CONFIDENCE);
     let Render { time, spp, adaptive, error_layers, .. } = *arguments;
     let stop = match (arguments.target_error, time) {
-        (Some(relative), limit) => Stop::Error {
+        (Some(relative), limit) => Stop::TargetError {
             target: TargetError { relative, confidence },
-            max_samples: spp.unwrap_or(Stop::MOST_WITH_ERROR),
+            max_samples: spp.unwrap_or(Stop::DEFAULT_MAX_SAMPLES_OF_TARGET),
             limit,
             // Always, if the file can hold them.
             error_layers: error_layers || Format::from_path(file) == Some(Format::Exr),
         },
         (None, Some(limit)) => {
-            Stop::Time { limit, max_samples: spp.unwrap_or(Stop::MOST_WITH_TIME), adaptive }
+            Stop::Time { limit, max_samples: spp.unwrap_or(Stop::DEFAULT_MAX_SAMPLES_OF_TIME), adaptive }
         }
         (None, None) if adaptive => Stop::Adaptive,
         (None, None) => Stop::Samples { error_layers },
@@ -137,7 +137,7 @@ fn settings(arguments: &Render, file: &Path) -> Settings {
 
 fn target_error(settings: &Settings) -> Option<TargetError> {
     match settings.stop {
-        Stop::Error { target, .. } => Some(target),
+        Stop::TargetError { target, .. } => Some(target),
         Stop::Samples { .. } | Stop::Adaptive | Stop::Time { .. } => None,
     }
 }

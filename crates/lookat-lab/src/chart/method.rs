@@ -63,7 +63,7 @@ pub const METHODS: &[Method] = &[
         |way, samples| {
             way.sampler = SamplerKind::Sobol;
             let (target, max_samples) = (target(samples), samples.saturating_mul(4));
-            way.settings.stop = Stop::Error { target, max_samples, limit: None, error_layers: false };
+            way.settings.stop = Stop::TargetError { target, max_samples, limit: None, error_layers: false };
         },
     ),
     method("adaptive", "Sobol sequence, with more samples in noisy pixels", FIRST_OF_ADAPTIVE, |way, _| {

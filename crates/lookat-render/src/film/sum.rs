@@ -27,8 +27,8 @@ const LOW_UNITS: f64 = (1_u64 << LOW) as f64;
 const MOST: f64 = (1_u64 << 31) as f64;
 /// Samples until low units are carried over.
 const CARRY: u32 = 1 << 12;
-/// Bits after the point of a square. Larger squares than 2^37 are all alike.
-const SQUARE_FRACTION: i32 = 90;
+/// Bits after the point of a square. A sum of squares from 2^63 on is not known.
+const SQUARE_FRACTION: i32 = 64;
 
 /// Added to a number below 2^51, it leaves the nearest integer in the lowest bits.
 const MAGIC: f64 = 1.5 * (1_u64 << 52) as f64;
@@ -41,6 +41,9 @@ fn rounded(x: f64) -> (f64, i64) {
 }
 
 impl Scale {
+    /// That of a brightness of 1.
+    pub const ONE: Scale = Scale { brightness: 1.0, most: MOST, high: (1_u64 << FRACTION) as f64 };
+
     /// For samples of about this brightness: more than 0 and finite.
     pub fn new(brightness: f64) -> Scale {
         // Powers of two between which no product below leaves `f64`.
@@ -66,7 +69,11 @@ impl Scale {
         (x / self.brightness / self.brightness * 2_f64.powi(SQUARE_FRACTION)) as i128
     }
 
+    /// Infinite for a sum that has left the range.
     fn square(self, fixed: i128) -> f64 {
+        if fixed == i128::MAX {
+            return f64::INFINITY;
+        }
         fixed as f64 * 2_f64.powi(-SQUARE_FRACTION) * self.brightness * self.brightness
     }
 }
@@ -188,10 +195,10 @@ pub(crate) struct Spread {
     pub replicates: u32,
 }
 
-/// What a [`Spread`] needs beside it where the filter has negative lobes: the sums of S Z / n and Z Z / n, with the signed count Z.
-/// Elsewhere they are the sum and the count of all samples.
+/// What a [`Spread`] needs beside it where the filter has negative lobes, or where replicates are rounded: the sums of S Z / n and
+/// Z Z / n, with the signed count Z. Elsewhere they are the sum and the count of all samples.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(crate) struct LobeSpread {
+pub(crate) struct Products {
     products: [i128; 3],
     signs: i128,
 }
@@ -218,7 +225,7 @@ impl Spread {
     /// all samples.
     pub fn standard_error(
         &self,
-        lobes: Option<&LobeSpread>,
+        products: Option<&Products>,
         pixel: &Pixel,
         weight: f64,
         scale: Scale,
@@ -228,9 +235,9 @@ impl Spread {
         }
         let count = f64::from(pixel.all.count);
         let (mean, signed) = (pixel.all.radiance(scale) / count, pixel.signed(scale));
-        let (products, signs) = lobes.map_or((signed, count), |lobes| {
-            let products = lobes.products.map(|sum| scale.square(sum) / scale.brightness);
-            (products.into(), lobes.signs as f64 * 2_f64.powi(-SIGN_FRACTION))
+        let (products, signs) = products.map_or((signed, count), |sums| {
+            let products = sums.products.map(|sum| scale.square(sum) / scale.brightness);
+            (products.into(), sums.signs as f64 * 2_f64.powi(-SIGN_FRACTION))
         });
         let error = |channel: usize| {
             let mean = mean[channel];
@@ -238,9 +245,9 @@ impl Spread {
                 scale.square(self.squares[channel]) - 2.0 * mean * products[channel] + mean * mean * signs;
             let left = signed[channel] - mean * pixel.signs();
             // Rounding may leave less than nothing.
-            let variance =
-                (squares - left * left / count).max(0.0) / (f64::from(self.replicates - 1) * count);
-            (weight * variance.sqrt()) as f32
+            let variance = (squares - left * left / count) / (f64::from(self.replicates - 1) * count);
+            // `max` would make 0 of what is not known.
+            (weight * if variance < 0.0 { 0.0 } else { variance.sqrt() }) as f32
         };
         let errors = Vec3::from_array(from_fn(error));
         // What is too large for a number is not known.
@@ -255,14 +262,14 @@ impl AddAssign for Spread {
     }
 }
 
-impl AddAssign for LobeSpread {
+impl AddAssign for Products {
     fn add_assign(&mut self, other: Self) {
         add(&mut self.products, other.products);
         self.signs += other.signs;
     }
 }
 
-impl LobeSpread {
+impl Products {
     /// Adds a replicate of `count` samples, with their signed sum and their signed count.
     pub fn add(&mut self, signed: DVec3, signs: f64, count: u32, scale: Scale) {
         let count = f64::from(count);
@@ -327,7 +334,7 @@ mod tests {
         for _ in 0..200 {
             let mut replicates = pixels(&mut random, 16);
             let total = |parts: &[Pixel]| {
-                let (mut pixel, mut spreads) = (Pixel::default(), (Spread::default(), LobeSpread::default()));
+                let (mut pixel, mut spreads) = (Pixel::default(), (Spread::default(), Products::default()));
                 for part in parts {
                     pixel += *part;
                     let (signed, count) = (part.signed(SCALE()), part.all.count);
@@ -373,6 +380,24 @@ mod tests {
         assert!((found - Vec3::new((7.0_f32 / 3.0).sqrt(), 0.0, 0.0)).length() < 1e-6);
     }
 
+    /// Sums that have left their range make an error that is not known, and none of 0.
+    #[test]
+    fn errors_of_bright_pixels_are_not_lost() {
+        for (mean, is_known) in [(1e3_f32, true), (1e6, true), (1e9, false)] {
+            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
+            for replicate in 0..16 {
+                let mut samples = Pixel::default();
+                let value = Vec3::splat(if replicate % 2 == 0 { 0.9 * mean } else { 1.1 * mean });
+                (0..4096).for_each(|_| samples.add(value, false, SCALE()));
+                spread.add(samples.signed(SCALE()), 4096, SCALE());
+                pixel += samples;
+            }
+            let error = spread.standard_error(None, &pixel, 1.0, SCALE()).x / mean;
+            let expected = if is_known { 0.1 / 15_f32.sqrt() } else { f32::INFINITY };
+            assert!(error == expected || (error / expected - 1.0).abs() < 1e-4, "{mean}: {error} {expected}");
+        }
+    }
+
     /// Under a filter with negative lobes: over many pixels of random samples, the mean squared error of the values is the
     /// mean of the squared standard errors.
     #[test]
@@ -383,7 +408,7 @@ mod tests {
         let mut sums = [0.0; 2];
         for _ in 0..20_000 {
             let mut pixel = Pixel::default();
-            let (mut spread, mut lobes) = (Spread::default(), LobeSpread::default());
+            let (mut spread, mut lobes) = (Spread::default(), Products::default());
             for _ in 0..16 {
                 let mut replicate = Pixel::default();
                 for _ in 0..4 {

@@ -1,5 +1,8 @@
 //! Where the origin of coordinates lies.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use glam::DVec3;
 use lookat_scene::{Object, Primitive, Shape, World};
 
@@ -14,8 +17,6 @@ use crate::triangle::corners;
 pub(super) struct Lattice {
     /// A power of two, or 0 for a world without extent.
     cell: f64,
-    /// The size of the smaller shapes, or 0.
-    pub small: f64,
 }
 
 /// The side of a cell in sizes of shapes.
@@ -34,9 +35,12 @@ impl Lattice {
     pub fn new(world: &World) -> Lattice {
         let mut boxes = boxes(&world.primitives, stride(&world.primitives));
         let every = world.instances.len().div_ceil(MEASURED).max(1);
+        let mut known: HashMap<*const Object, Corners> = HashMap::new();
         boxes.extend(world.instances.iter().step_by(every).map(|instance| {
+            let object =
+                known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| of_object(&instance.object));
             let placed = PlacedInstance::new(0, &instance.world_from_object, DVec3::ZERO);
-            placed.corners(of_object(&instance.object))
+            placed.corners(*object)
         }));
         let [low, high] = around(boxes.iter().copied());
         let mut sizes: Vec<f64> = boxes.iter().map(|[low, high]| (high - low).max_element()).collect();
@@ -45,7 +49,7 @@ impl Lattice {
         let small = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(at, f64::total_cmp).1 };
         let side = (CELL * small).min(WORLDS * (high - low).max_element());
         let is_normal = side.is_normal() && side > 0.0;
-        Lattice { cell: if is_normal { side.log2().floor().exp2() } else { 0.0 }, small }
+        Lattice { cell: if is_normal { side.log2().floor().exp2() } else { 0.0 } }
     }
 
     /// The origin for an eye: the nearest place of the lattice, or the eye itself where the lattice is too fine for it.
@@ -152,7 +156,7 @@ mod tests {
         assert_eq!(lattice.origin(origin + 3.9), origin);
         // Where there is nothing, or it is too small for the eye, coordinates are relative to the eye.
         for cell in [0.0, 1e-300] {
-            assert_eq!(Lattice { cell, small: 0.0 }.origin(eye * 1e20), eye * 1e20);
+            assert_eq!(Lattice { cell }.origin(eye * 1e20), eye * 1e20);
         }
         assert_eq!(Lattice::new(&World::default()).origin(eye), eye);
     }

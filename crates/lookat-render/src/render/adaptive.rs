@@ -65,7 +65,9 @@ impl Policy for Adaptive {
             control.expect(crop.area() * u64::from(self.pattern.sampler.samples_per_pixel));
             self.goals = vec![0; crop.area() as usize];
         }
-        let Some(Pass { mean, is_alike }) = self.passes.next() else { return false };
+        let Some(Pass { mean, is_alike }) = self.passes.next().filter(|_| !control.is_stopped()) else {
+            return false;
+        };
         if is_alike {
             self.goals.fill(mean);
         } else {
@@ -114,7 +116,7 @@ fn variances(film: &Film, states: &[Vec<f64>]) -> Vec<f64> {
     let mut variances = vec![0.0; film.crop().area() as usize];
     for (tile, squares) in film.lock().iter().zip(states) {
         for ((at, pixel), squares) in indices(tile.bounds, film.crop()).zip(tile.pixels()).zip(squares) {
-            variances[at] = pixel.variance(*squares, film.scale);
+            variances[at] = pixel.variance(*squares, film.scale());
         }
     }
     variances

@@ -125,6 +125,7 @@ const RAYS: u64 = 1 << 14;
 /// Counts the samples of one thread and reports them in batches.
 pub(super) struct Meter<'c, 'p> {
     control: &'c Control<'p>,
+    counts: bool,
     unreported: u64,
     /// The rays that the thread had traced at the last call of `add`.
     rays: u64,
@@ -134,7 +135,12 @@ pub(super) struct Meter<'c, 'p> {
 
 impl<'c, 'p> Meter<'c, 'p> {
     pub fn new(control: &'c Control<'p>) -> Self {
-        Meter { control, unreported: 0, rays: 0, batch: FIRST_BATCH }
+        Meter { control, counts: true, unreported: 0, rays: 0, batch: FIRST_BATCH }
+    }
+
+    /// One for samples that do not count.
+    pub fn silent(control: &'c Control<'p>) -> Self {
+        Meter { control, counts: false, unreported: 0, rays: 0, batch: FIRST_BATCH }
     }
 
     /// The samples in the next batch. Slow samples make the batch small, so that it ends soon.
@@ -152,7 +158,7 @@ impl<'c, 'p> Meter<'c, 'p> {
         let are_many = rays - self.rays > RAYS;
         self.rays = rays;
         self.batch = if are_many { (self.batch / 4).max(1) } else { (self.batch * 4).min(BATCH) };
-        self.unreported += u64::from(samples);
+        self.unreported += u64::from(if self.counts { samples } else { 0 });
         if self.unreported >= u64::from(BATCH) || are_many {
             self.control.advance(std::mem::take(&mut self.unreported));
         }

@@ -85,8 +85,8 @@ impl Policy for Fixed {
                 if replicate.all.count < indices.end {
                     continue;
                 }
-                let sums = (replicate.signed(film.scale), replicate.signs(), replicate.all.count);
-                tile.spread(at, sums, film.scale);
+                let sums = (replicate.signed(film.scale()), replicate.signs(), replicate.all.count);
+                tile.spread(at, sums, film.scale());
             }
             tile.add(at, replicate);
         }

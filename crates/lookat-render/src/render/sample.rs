@@ -4,11 +4,11 @@ use std::array::from_fn;
 use std::ops::Range;
 
 use glam::{DVec2, Vec3};
-use lookat_scene::{Sampler, View};
+use lookat_scene::{Sampler, SamplerKind, View};
 
 use super::control::{Control, Meter};
 use crate::camera::{CameraRay, CameraRays};
-use crate::film::{Film, Pixel};
+use crate::film::{Film, Pixel, Scale};
 use crate::filter::FilterSampler;
 use crate::integrator::lanes::Lanes;
 use crate::integrator::{FirstHit, Tracer};
@@ -20,6 +20,8 @@ use crate::trace::BUNDLE;
 pub(super) struct Context<'a, F> {
     prepared: &'a Prepared,
     pub film: &'a Film<'a>,
+    /// That of the film.
+    scale: Scale,
     pub control: &'a Control<'a>,
     pub(super) filter: &'a FilterSampler,
     pub(super) camera: CameraRays,
@@ -44,6 +46,7 @@ impl<'a, F> Context<'a, F> {
         Context {
             prepared,
             film,
+            scale: film.scale(),
             control,
             filter,
             camera: prepared.camera(view),
@@ -122,10 +125,33 @@ impl Seen {
     }
 }
 
+/// Pixels of the full picture across which brightness is looked for, in each direction.
+const EXPOSURE: u32 = 16;
+
 impl<F> Context<'_, F>
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
 {
+    /// Finds out how bright samples are, by a few of them that depend on no seed and no crop window, and sets the scale of sums.
+    pub fn expose(&mut self) {
+        let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 1 };
+        let pattern = Pattern { sampler, seed: 0, is_watched: true };
+        let [width, height] = self.film.resolution().map(u64::from);
+        let place = |at: u64| {
+            let [x, y] = [at % u64::from(EXPOSURE), at / u64::from(EXPOSURE)];
+            [x * width, y * height].map(|at| (at / u64::from(EXPOSURE)) as u32)
+        };
+        let jobs = (0..u64::from(EXPOSURE).pow(2)).map(|at| Job::new(pattern, place(at), 0..1));
+        let (mut jobs, mut tracer): (Vec<Job>, _) = (jobs.collect(), self.tracer());
+        self.sample_all(&mut tracer, &mut Meter::silent(self.control), &mut jobs);
+        let squares: f64 = jobs.iter().map(|job| job.samples.squares).sum();
+        let brightness = (squares / f64::from(EXPOSURE.pow(2))).sqrt();
+        if brightness > 0.0 && brightness.is_finite() {
+            self.scale = Scale::new(brightness);
+        }
+        self.film.set_scale(self.scale);
+    }
+
     /// Does jobs, which are all for one kind and number of samples, as long as there is time: some may be left.
     pub fn sample_all(&self, tracer: &mut Tracer, meter: &mut Meter, jobs: &mut [Job]) {
         if let Some(lanes) = &self.lanes {
@@ -212,7 +238,7 @@ where
             radiance = Vec3::ZERO;
         }
         let radiance = self.film.limited(radiance);
-        samples.pixel.add(radiance, negative, self.film.scale);
+        samples.pixel.add(radiance, negative, self.scale);
         if pattern.is_watched {
             samples.squares += radiance.as_dvec3().length_squared();
             samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });

@@ -6,7 +6,7 @@ use lookat_scene::{Sampler, SamplerKind, View};
 
 use super::adaptive;
 use super::target;
-use crate::film::pixel_bytes;
+use crate::film::{Errors, pixel_bytes};
 use crate::filter::FilterSampler;
 use crate::threads::threads;
 
@@ -49,7 +49,7 @@ pub enum Stop {
     },
     /// The error of each pixel is small enough. By Sobol's sequence. Pixels depend on their neighbors, and on the mean of the
     /// picture.
-    Error {
+    TargetError {
         /// How small.
         target: TargetError,
         /// The most samples of a pixel: at least 64.
@@ -79,28 +79,32 @@ impl Default for Stop {
 
 impl Stop {
     /// The customary most samples per pixel with a time alone: none that matters.
-    pub const MOST_WITH_TIME: u32 = 1 << 30;
+    pub const DEFAULT_MAX_SAMPLES_OF_TIME: u32 = 1 << 30;
     /// The customary most samples of a pixel with a target error.
-    pub const MOST_WITH_ERROR: u32 = 1 << 16;
+    pub const DEFAULT_MAX_SAMPLES_OF_TARGET: u32 = 1 << 16;
 
     /// When the rendering ends, if it begins now. `None` without a limit, and for one beyond the range of the clock.
     pub(super) fn deadline(&self) -> Option<Instant> {
         match *self {
-            Stop::Time { limit, .. } | Stop::Error { limit: Some(limit), .. } => {
+            Stop::Time { limit, .. } | Stop::TargetError { limit: Some(limit), .. } => {
                 Instant::now().checked_add(limit)
             }
-            Stop::Samples { .. } | Stop::Adaptive | Stop::Error { limit: None, .. } => None,
+            Stop::Samples { .. } | Stop::Adaptive | Stop::TargetError { limit: None, .. } => None,
         }
     }
 
-    /// Whether the film keeps the spread of replicates.
-    pub(super) fn has_spreads(&self) -> bool {
-        matches!(self, Stop::Samples { error_layers: true } | Stop::Error { .. })
+    /// What the film keeps of errors.
+    pub(super) fn errors(&self) -> Errors {
+        match self {
+            Stop::Samples { error_layers: true } => Errors::Exact,
+            Stop::TargetError { .. } => Errors::Rounded,
+            Stop::Samples { error_layers: false } | Stop::Adaptive | Stop::Time { .. } => Errors::None,
+        }
     }
 
     /// Whether the picture has layers of its error.
     pub(super) fn has_error_layers(&self) -> bool {
-        matches!(self, Stop::Samples { error_layers: true } | Stop::Error { error_layers: true, .. })
+        matches!(self, Stop::Samples { error_layers: true } | Stop::TargetError { error_layers: true, .. })
     }
 
     /// The pattern of a picture, with as many samples as there may be.
@@ -116,9 +120,9 @@ impl Stop {
             Stop::Samples { .. } => sampler,
             Stop::Adaptive => Sampler { kind, ..sampler },
             Stop::Time { max_samples, .. } => {
-                Sampler { kind, samples_per_pixel: max_samples.clamp(1, Stop::MOST_WITH_TIME) }
+                Sampler { kind, samples_per_pixel: max_samples.clamp(1, Stop::DEFAULT_MAX_SAMPLES_OF_TIME) }
             }
-            Stop::Error { max_samples, .. } => {
+            Stop::TargetError { max_samples, .. } => {
                 Sampler { kind: SamplerKind::Sobol, samples_per_pixel: max_samples.max(target::FIRST) }
             }
         }
@@ -128,7 +132,7 @@ impl Stop {
     pub(super) fn nominal_samples(&self, view: &View) -> u32 {
         match self {
             Stop::Samples { .. } | Stop::Adaptive => view.sampler.samples_per_pixel,
-            Stop::Time { .. } | Stop::Error { .. } => target::FIRST,
+            Stop::Time { .. } | Stop::TargetError { .. } => target::FIRST,
         }
     }
 }
@@ -141,7 +145,7 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
     let policy = match settings.stop {
         Stop::Samples { .. } | Stop::Time { adaptive: false, .. } => 0,
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::pixel_bytes(threads),
-        Stop::Error { .. } => target::PIXEL_BYTES,
+        Stop::TargetError { .. } => target::PIXEL_BYTES,
     };
-    view.film.crop.area() * (pixel_bytes(has_lobes, settings.stop.has_spreads()) + policy) as u64
+    view.film.crop.area() * (pixel_bytes(has_lobes, settings.stop.errors()) + policy) as u64
 }

@@ -42,10 +42,10 @@ pub(super) struct Estimate {
 impl StopRule {
     /// The rule for a picture of unknown brightness.
     pub fn new(target: &TargetError) -> StopRule {
-        let tail = 0.5 * (1.0 - target.confidence.clamp(0.0, 1.0));
+        let tail = (0.5 * (1.0 - target.confidence.clamp(0.0, 1.0))).max(0.0);
         let quantile = StudentsT::new(0.0, 1.0, f64::from(REPLICATES - 1))
             .map_or(f64::INFINITY, |t| -t.inverse_cdf(tail));
-        StopRule { relative: target.relative, quantile, dark: 0.0 }
+        StopRule { relative: target.relative.max(f64::MIN_POSITIVE), quantile, dark: 0.0 }
     }
 
     /// The same rule for a picture of this [`Brightness`].

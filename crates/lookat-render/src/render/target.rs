@@ -27,7 +27,7 @@ use judge::{is_outlier, judge};
 pub(super) const FIRST: u32 = 4 * REPLICATES;
 
 /// Bytes of a pixel beside the film, about, until it is done.
-pub(super) const PIXEL_BYTES: usize = 370;
+pub(super) const PIXEL_BYTES: usize = 310;
 
 /// What is known of the pixels of a tile.
 pub(super) struct Part {
@@ -200,10 +200,10 @@ impl Policy for Target {
             tile.clear_spread(active.at);
             for (replicate, Job { samples, indices, .. }) in active.replicates.iter_mut().zip(jobs) {
                 active.count = indices.end;
-                replicate.signed += samples.pixel.signed(film.scale).as_vec3();
+                replicate.signed += samples.pixel.signed(film.scale()).as_vec3();
                 replicate.signs += samples.pixel.signs() as i32;
                 let sums = (replicate.signed.as_dvec3(), f64::from(replicate.signs), active.count);
-                tile.spread(active.at, sums, film.scale);
+                tile.spread(active.at, sums, film.scale());
                 tile.add(active.at, &samples.pixel);
                 seen[active.at] = seen[active.at].union(samples.seen);
             }

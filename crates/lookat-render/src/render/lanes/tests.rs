@@ -10,7 +10,7 @@ use lookat_scene::{Integrator, Light, Scene};
 
 use super::*;
 use crate::Progress;
-use crate::film::Film;
+use crate::film::{Errors, Film};
 use crate::lanes::level;
 use crate::prepare::Prepared;
 use crate::render::control::Control;
@@ -23,7 +23,7 @@ fn pixels(scene: &Scene, level: Option<Level>) -> (Vec<String>, u64) {
     let prepared = Prepared::new(scene);
     let progress = |_: Progress| ControlFlow::Continue(());
     let filter = FilterSampler::new(&scene.view.filter);
-    let film = Film::new(&scene.view.film, &filter, prepared.scale(&scene.view), false);
+    let film = Film::new(&scene.view.film, &filter, Errors::None);
     let control = Control::new(&progress, None, &film);
     let li = |tracer: &mut Tracer, first: &FirstHit, stream: &mut SampleStream| match scene.view.integrator {
         Integrator::DirectLighting { strategy, max_depth } => {

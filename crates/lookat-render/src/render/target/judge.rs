@@ -89,7 +89,7 @@ mod tests {
     use lookat_scene::Filter;
 
     use super::*;
-    use crate::film::{Scale, places};
+    use crate::film::{Errors, places};
     use crate::filter::FilterSampler;
     use crate::testing::scene;
 
@@ -100,7 +100,7 @@ mod tests {
             scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd").view.film;
         for (width, height) in [(35, 18), (3, 90), (2, 2)] {
             of.crop = PixelBounds { x0: 5, y0: 7, x1: 5 + width, y1: 7 + height };
-            let film = Film::new(&of, &FilterSampler::new(&Filter::BOX), Scale::new(1.0), false);
+            let film = Film::new(&of, &FilterSampler::new(&Filter::BOX), Errors::None);
             let tiles = film.lock();
             let number = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, 0.0);
             let part = |tile: &Tile| {
