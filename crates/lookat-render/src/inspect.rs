@@ -11,8 +11,9 @@ use crate::filter::FilterSampler;
 use crate::integrator::lanes::Lanes;
 use crate::integrator::{Draw, direct, path};
 use crate::light::LightTable;
-use crate::prepare::{Group, Other, Prepared, Traceable};
+use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
+use crate::traceable::{Group, Other, Traceable};
 use crate::triangle::block::Block;
 
 /// The features of the renderer that a scene uses. Rendering skips the others.

@@ -13,11 +13,11 @@ use glam::DVec3;
 use crate::bsdf::{Bsdf, Lobes};
 use crate::camera::CameraRay;
 use crate::light::LightTable;
-use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
 use crate::shading;
 use crate::surface::Surface;
 use crate::trace::{BUNDLE, Form, Forms};
+use crate::traceable::Traceable;
 
 /// The most surfaces without a material that a ray passes through in a row.
 pub(crate) const MAX_PASSED: u32 = 1000;

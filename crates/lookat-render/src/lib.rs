@@ -69,6 +69,7 @@ mod testing;
 mod texture;
 mod threads;
 mod trace;
+mod traceable;
 mod triangle;
 mod warp;
 

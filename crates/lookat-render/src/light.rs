@@ -18,9 +18,9 @@ use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Light, Primitive, World};
 
 use crate::bsdf::Domain;
-use crate::prepare::Traceable;
 use crate::ray::{ElementId, Ray};
 use crate::surface::Surface;
+use crate::traceable::Traceable;
 use environment::{Environment, EnvironmentSample};
 use goniometric::Goniometric;
 pub(crate) use lune::Lune;

@@ -1,8 +1,6 @@
 //! Prepares a world for rays: its trees and its light tables, relative to an origin near the eye.
 
-mod elements;
 mod origin;
-mod traceable;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,8 +10,8 @@ use lookat_scene::{Camera, Light, Primitive, Scene, Shape, View, World};
 
 use crate::camera::CameraRays;
 use crate::light::LightTable;
+use crate::traceable::Traceable;
 use origin::Lattice;
-pub(crate) use traceable::{Group, Other, Traceable};
 
 /// A world with its trees and light tables. Views of it render without preparing it again:
 ///

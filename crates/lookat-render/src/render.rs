@@ -29,7 +29,8 @@ use control::Control;
 use fixed::Fixed;
 pub use forecast::TimeLeft;
 use sample::Context;
-pub use settings::{Settings, Stop, TargetError, film_bytes};
+pub use settings::{Settings, Stop, film_bytes};
+pub use stop::TargetError;
 use target::Target;
 
 /// The luminance below which errors are not judged relative to the pixel, as a share of the brightness of the picture,

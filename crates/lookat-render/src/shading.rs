@@ -10,9 +10,9 @@ use crate::bsdf::{Bsdf, Lobes};
 use crate::camera::CameraRay;
 use crate::frame::{Frame, flipped};
 use crate::parametric::Parametric;
-use crate::prepare::Traceable;
 use crate::surface::Surface;
 use crate::texture::{Footprint, TexturePoint};
+use crate::traceable::Traceable;
 use coordinates::Coordinates;
 
 /// How the surface scatters light towards `wo`. `camera_ray`: what has found it, if nothing lies between. `lobes` is where

@@ -7,8 +7,8 @@ use lookat_scene::{MaterialKind, Mesh, Primitive, Shape};
 
 use crate::frame::flipped;
 use crate::instance::PlacedInstance;
-use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
+use crate::traceable::Traceable;
 use crate::triangle::corners;
 
 /// A point of a surface, relative to the origin. Normals have length one.

@@ -19,8 +19,8 @@ use crate::bvh::DoubleSlabs;
 use crate::bvh::WideSlabs;
 use crate::bvh::{Leaf, Node, Slabs, WIDTH};
 use crate::cutout;
-use crate::prepare::{Group, Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
+use crate::traceable::{Group, Other, Traceable};
 #[cfg(target_arch = "x86_64")]
 use crate::triangle::block::avx2::{WideFilter, filter_ray};
 use crate::triangle::block::{Block, FilterRay, of_place, place};

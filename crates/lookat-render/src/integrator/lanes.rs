@@ -8,7 +8,7 @@ use lookat_scene::{Projection, View};
 use super::{direct, path};
 use crate::lanes::{level, name};
 use crate::light::LightTable;
-use crate::prepare::Traceable;
+use crate::traceable::Traceable;
 use world::World;
 
 /// A scene whose samples are taken side by side.

@@ -9,8 +9,8 @@ use super::lune::Lune;
 use super::receiver::Receiver;
 use super::{LightTable, SceneLight};
 use crate::color::strength;
-use crate::prepare::Traceable;
 use crate::sampler::SampleStream;
+use crate::traceable::Traceable;
 use crate::warp::pick;
 
 /// No estimate is larger, so that their sum is finite.

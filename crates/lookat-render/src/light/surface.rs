@@ -16,9 +16,9 @@ use crate::color::strength;
 use crate::curved::Curved;
 use crate::cutout;
 use crate::frame::flipped;
-use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::{Surface, on_triangle, reach};
+use crate::traceable::Traceable;
 use crate::triangle::corners;
 
 /// A shape of the world that emits.

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use lookat_scene::{Sampler, SamplerKind, View};
 
 use super::adaptive;
+use super::stop::TargetError;
 use super::target;
 use crate::film::{Errors, pixel_bytes};
 use crate::filter::FilterSampler;
@@ -59,16 +60,6 @@ pub enum Stop {
         /// As of [`Stop::Samples`]; the picture is the same either way.
         error_layers: bool,
     },
-}
-
-/// How exact each pixel is to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TargetError {
-    /// The error of each of red, green and blue over the luminance of the pixel, more than 0. Pixels darker than
-    /// [`DARK`](crate::DARK) of the picture count as if they were that bright: nothing is exact relative to black.
-    pub relative: f64,
-    /// The probability with which a pixel is as exact as that, between 0 and 1.
-    pub confidence: f64,
 }
 
 impl Default for Stop {

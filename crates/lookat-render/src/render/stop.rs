@@ -5,9 +5,18 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::DARK;
 use super::sample::Seen;
-use super::settings::TargetError;
 use crate::color::luminance;
 use crate::film::REPLICATES;
+
+/// How exact each pixel is to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetError {
+    /// The error of each of red, green and blue over the luminance of the pixel, more than 0. Pixels darker than
+    /// [`DARK`] of the picture count as if they were that bright: nothing is exact relative to black.
+    pub relative: f64,
+    /// The probability with which a pixel is as exact as that, between 0 and 1.
+    pub confidence: f64,
+}
 
 /// The stopping rule for a pixel: its confidence interval (Student's t over the replicates) is narrow enough, even if
 /// the replicates agree only by chance.

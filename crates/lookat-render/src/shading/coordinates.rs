@@ -5,8 +5,8 @@ use lookat_scene::{Mesh, Shape};
 
 use crate::instance::PlacedInstance;
 use crate::parametric::Parametric;
-use crate::prepare::Traceable;
 use crate::surface::Surface;
+use crate::traceable::Traceable;
 use crate::triangle::parametric::{flat, smooth};
 
 /// Texture coordinates: of the surface itself, and as its shading normals have it.

@@ -10,12 +10,12 @@ use crate::camera::CameraRay;
 use crate::frame::lanes::Frames;
 use crate::lanes::{LANES, bits, those};
 use crate::prefetch::prefetch;
-use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Surface;
 use crate::surface::lanes::{Sheet, Surfaces, Triangles, Turned};
 use crate::texture::TexturePoint;
 use crate::trace::lanes::{Hits, List, Rays, Tree};
+use crate::traceable::Traceable;
 
 /// Surfaces, and how they scatter light.
 #[derive(Clone, Copy)]

@@ -1,8 +1,8 @@
 //! Rays that are traced together. They share the way down the tree, and are tested one by one where it ends.
 
 use super::nothing;
-use crate::prepare::Traceable;
 use crate::ray::{ElementId, Hit, Ray};
+use crate::traceable::Traceable;
 
 /// So many rays are traced together. More would seldom be left of the samples of a pass.
 pub const BUNDLE: usize = 4;

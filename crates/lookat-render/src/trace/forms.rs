@@ -9,9 +9,9 @@ use crate::arithmetic::SimdKind;
 use crate::bvh::ManySlabs;
 #[cfg(target_arch = "x86_64")]
 use crate::bvh::WideSlabs;
-use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
 use crate::trace::lanes::Rays;
+use crate::traceable::Traceable;
 #[cfg(target_arch = "x86_64")]
 use crate::triangle::block::avx2::WideFilter;
 use crate::triangle::lanes::{ManyFilters, ManySheared, ShearedRays};

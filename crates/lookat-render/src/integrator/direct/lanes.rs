@@ -11,10 +11,10 @@ use crate::integrator::lanes::world::World;
 use crate::lanes::Colors;
 use crate::light::LightTable;
 use crate::light::lanes::PlainLight;
-use crate::prepare::Traceable;
 use crate::sampler::lanes::Streams;
 use crate::shading::lanes::Shaded;
 use crate::trace::lanes::Rays;
+use crate::traceable::Traceable;
 
 /// A scene that [`Lanes::li`] serves for.
 pub(crate) struct Lanes<'s> {

@@ -7,12 +7,12 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use crate::camera::lanes::Views;
 use crate::integrator::Tracer;
 use crate::lanes::{LANES, bits, count, those};
-use crate::prepare::Traceable;
 use crate::ray::{Hit, Ray};
 use crate::shading::lanes::{ListShading, Shaded, TreeShading};
 use crate::surface::Surface;
 use crate::trace::BUNDLE;
 use crate::trace::lanes::{Found, Hits, List, Rays, Tree};
+use crate::traceable::Traceable;
 
 /// A world, and what it is made of.
 pub(in crate::integrator) enum World<'s> {

@@ -14,10 +14,10 @@ use crate::integrator::lanes::world::World;
 use crate::integrator::weighed::lanes::{Directions, Lighting, Vertices};
 use crate::lanes::{Colors, LANES, bits, first_lanes, those};
 use crate::light::LightTable;
-use crate::prepare::Traceable;
 use crate::sampler::lanes::Streams;
 use crate::shading::lanes::Shaded;
 use crate::trace::lanes::Rays;
+use crate::traceable::Traceable;
 use wave::Paths;
 pub(crate) use wave::{WAVE, Wave};
 

@@ -6,8 +6,8 @@ use super::{Hits, MOST_PRIMITIVES, NONE, POINT_LIGHT, Rays, label};
 use crate::curved::Curved;
 use crate::curved::sphere::lanes::Meetings;
 use crate::lanes::{LANES, Vec3x8, bits, those};
-use crate::prepare::{Other, Traceable};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
+use crate::traceable::{Other, Traceable};
 use crate::triangle::lanes::{BoxedTriangle, ShearedRays};
 use crate::triangle::{Triangle, holds_end};
 

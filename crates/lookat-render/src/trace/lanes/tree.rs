@@ -4,8 +4,8 @@ use fearless_simd::Simd;
 
 use super::{Hits, INDICES, MOST_PRIMITIVES, NONE, Rays, labeled};
 use crate::lanes::LANES;
-use crate::prepare::{Other, Traceable};
 use crate::ray::{ElementId, Hit, Ray};
+use crate::traceable::{Other, Traceable};
 
 /// A world with its tree. Its elements are numbered: triangles by their place, others from 2^32 on, by their names.
 pub(crate) struct Tree<'s> {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use lookat_scene::{Mesh, Primitive, Shape};
 use rayon::prelude::*;
 
-use super::traceable::{Group, NOT_CURVED, Other};
+use super::group::{Group, NOT_CURVED, Other};
 use crate::bounds::Bounds;
 use crate::bvh::{Reference, WIDTH, around, build};
 use crate::curve::Curves;

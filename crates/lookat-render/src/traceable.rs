@@ -1,22 +1,23 @@
 //! A world that rays are traced in: everything relative to an origin, in trees.
 
+mod elements;
+mod group;
+
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DVec3;
 use lookat_scene::{Object, Primitive, World};
 
-use super::elements::Builder;
 use crate::arithmetic::Simd;
 use crate::bounds::Bounds;
-use crate::bvh::Bvh;
 use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::instance::PlacedInstance;
 use crate::ray::Hit;
-use crate::triangle::Triangle;
-use crate::triangle::block::{Block, of_place, place};
+use elements::Builder;
+pub(crate) use group::{Group, Other};
 
 /// A world that rays can be traced in. Positions are relative to the origin.
 pub(crate) struct Traceable {
@@ -26,7 +27,7 @@ pub(crate) struct Traceable {
     /// The primitives of objects: the object, and which of its primitives.
     of_objects: Vec<(Arc<Object>, u32)>,
     pub(crate) curved: Vec<Curved>,
-    /// Which of the curved shapes a primitive is, or [`NOT_CURVED`].
+    /// Which of the curved shapes a primitive is, or [`group::NOT_CURVED`].
     curved_of: Vec<u32>,
     /// Curves; the index of an element names the piece.
     pub curves: Curves,
@@ -42,40 +43,6 @@ pub(crate) struct Traceable {
     #[cfg(test)]
     pub is_double: bool,
     pub(crate) simd: Simd,
-}
-
-/// Elements with their tree.
-pub(crate) struct Group {
-    pub bvh: Bvh,
-    pub blocks: Vec<Block>,
-    pub others: Vec<Other>,
-}
-
-impl Group {
-    /// The triangle at a place, see [`Hit::place`].
-    #[inline(always)]
-    pub fn triangle(&self, place: u32) -> &Triangle {
-        let (block, lane) = of_place(place);
-        self.blocks[block].triangle(lane)
-    }
-
-    /// All triangles, each with its place.
-    pub fn triangles(&self) -> impl Iterator<Item = (u32, &Triangle)> {
-        self.blocks
-            .iter()
-            .enumerate()
-            .flat_map(|(number, block)| (0..).map(move |lane| place(number, lane)).zip(block.triangles()))
-    }
-}
-
-pub(super) const NOT_CURVED: u32 = u32::MAX;
-
-/// An element that is no triangle.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Other {
-    Curved { primitive: u32, shape: u32 },
-    Curve { primitive: u32, piece: u32 },
-    Instance { instance: u32 },
 }
 
 impl Traceable {
