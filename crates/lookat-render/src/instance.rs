@@ -83,19 +83,19 @@ impl PlacedInstance {
     /// A box around the copy of an object with a box.
     pub fn bounds(&self, object: Bounds) -> Bounds {
         let (low, high) = object.corners();
-        let [min, max] = self.corners([low, high]);
+        let [min, max] = placed_box([low, high], |p| self.to_world(p));
         Bounds::padded(min, max, self.magnitude(low.abs().max(high.abs()).max_element()))
     }
+}
 
-    /// The corners of that box, but for rounding.
-    pub fn corners(&self, object: [DVec3; 2]) -> [DVec3; 2] {
-        let corner = |at: usize| {
-            let pick = |axis: usize| object[at >> axis & 1][axis];
-            self.to_world(DVec3::new(pick(0), pick(1), pick(2)))
-        };
-        let points: [DVec3; 8] = std::array::from_fn(corner);
-        let min = points.iter().fold(DVec3::INFINITY, |min, p| min.min(*p));
-        let max = points.iter().fold(DVec3::NEG_INFINITY, |max, p| max.max(*p));
-        [min, max]
-    }
+/// The box around a placed box. Rounding is not covered.
+pub(crate) fn placed_box(corners: [DVec3; 2], place: impl Fn(DVec3) -> DVec3) -> [DVec3; 2] {
+    let corner = |at: usize| {
+        let pick = |axis: usize| corners[at >> axis & 1][axis];
+        place(DVec3::new(pick(0), pick(1), pick(2)))
+    };
+    let points: [DVec3; 8] = std::array::from_fn(corner);
+    let min = points.iter().fold(DVec3::INFINITY, |min, p| min.min(*p));
+    let max = points.iter().fold(DVec3::NEG_INFINITY, |max, p| max.max(*p));
+    [min, max]
 }

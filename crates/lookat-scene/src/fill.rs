@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, Vec3};
 
 use crate::picture::Pictures;
-use crate::texture::{Checkerboard, Dots, Node, Parameter};
+use crate::texture::{Node, Parameter};
 use crate::{Light, Material, MaterialKind, Primitive, Texture, Varying};
 
 /// Replaces pictures. What was shared stays shared.
@@ -96,28 +96,13 @@ impl<'p> Fill<'p> {
     }
 
     fn varying<T: Parameter>(&mut self, varying: &mut Varying<T>) {
-        match varying {
-            Varying::ImageMap(image) => {
-                // Without its file, the gray stand-in stays, as in pbrt-v3.
-                let loaded = T::pictures(self.pictures).loaded(&image.map);
-                loaded.into_iter().for_each(|loaded| image.map = loaded);
-            }
-            Varying::Mix { textures, amount } => {
-                textures.iter_mut().for_each(|part| self.texture(part));
-                self.texture(amount);
-            }
-            Varying::Scale(textures) | Varying::Checkerboard(Checkerboard { textures, .. }) => {
-                textures.iter_mut().for_each(|part| self.texture(part));
-            }
-            Varying::Dots(Dots { dots, around, .. }) => {
-                [dots, around].into_iter().for_each(|part| self.texture(part));
-            }
-            Varying::Bilerp(_)
-            | Varying::Uv(_)
-            | Varying::Fbm(_)
-            | Varying::Wrinkled(_)
-            | Varying::Windy { .. }
-            | Varying::Marble(_) => {}
+        if let Varying::ImageMap(image) = varying {
+            // Without its file, the gray stand-in stays, as in pbrt-v3.
+            let loaded = T::pictures(self.pictures).loaded(&image.map);
+            loaded.into_iter().for_each(|loaded| image.map = loaded);
         }
+        let (parts, weight) = varying.parts_mut();
+        parts.into_iter().for_each(|part| self.texture(part));
+        weight.into_iter().for_each(|weight| self.texture(weight));
     }
 }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use lookat_image::{MipMap, Texel};
 
-use crate::texture::{Checkerboard, Dots};
 use crate::{
     AnyTexture, Light, Material, MaterialKind, Object, Primitive, Shape, Texture, Value, Varying, World,
 };
@@ -96,26 +95,12 @@ impl Found {
 
     fn texture<T: Value>(&mut self, texture: &Texture<T>) {
         let Texture::Varying(node) = texture else { return };
-        match &node.texture {
-            Varying::Scale(parts) => parts.iter().for_each(|part| self.texture(part)),
-            Varying::Mix { textures, amount } => {
-                textures.iter().for_each(|part| self.texture(part));
-                self.texture(amount);
-            }
-            Varying::Checkerboard(Checkerboard { textures, .. }) => {
-                textures.iter().for_each(|part| self.texture(part));
-            }
-            Varying::Dots(Dots { dots, around, .. }) => {
-                [dots, around].into_iter().for_each(|part| self.texture(part))
-            }
-            Varying::ImageMap(image) => self.picture(&image.map),
-            Varying::Bilerp(_)
-            | Varying::Uv(_)
-            | Varying::Fbm(_)
-            | Varying::Wrinkled(_)
-            | Varying::Windy { .. }
-            | Varying::Marble(_) => {}
+        if let Varying::ImageMap(image) = &node.texture {
+            self.picture(&image.map);
         }
+        let (parts, weight) = node.texture.parts();
+        parts.into_iter().for_each(|part| self.texture(part));
+        weight.into_iter().for_each(|weight| self.texture(weight));
     }
 
     fn picture<T: Texel>(&mut self, map: &Arc<MipMap<T>>) {

@@ -95,6 +95,37 @@ pub enum Varying<T: Value> {
     Marble(Marble),
 }
 
+/// The textures in a texture: those with values of its own type, and the one that weighs them. The same for `&` and `&mut`.
+macro_rules! parts {
+    ($varying:expr) => {
+        match $varying {
+            Varying::Mix { textures: [a, b], amount } => (vec![a, b], Some(amount)),
+            Varying::Scale([a, b])
+            | Varying::Checkerboard(Checkerboard { textures: [a, b], .. })
+            | Varying::Dots(Dots { dots: a, around: b, .. }) => (vec![a, b], None),
+            Varying::ImageMap(_)
+            | Varying::Bilerp(_)
+            | Varying::Uv(_)
+            | Varying::Fbm(_)
+            | Varying::Wrinkled(_)
+            | Varying::Windy { .. }
+            | Varying::Marble(_) => (Vec::new(), None),
+        }
+    };
+}
+
+impl<T: Value> Varying<T> {
+    /// The textures in it: those with values of its own type, and the one that weighs them.
+    pub(crate) fn parts(&self) -> (Vec<&Texture<T>>, Option<&Texture<f64>>) {
+        parts!(self)
+    }
+
+    /// The same, to change.
+    pub(crate) fn parts_mut(&mut self) -> (Vec<&mut Texture<T>>, Option<&mut Texture<f64>>) {
+        parts!(self)
+    }
+}
+
 impl<T: Value> Texture<T> {
     /// The value of a constant texture.
     pub fn constant(&self) -> Option<T> {

@@ -7,7 +7,7 @@ use glam::DVec3;
 use lookat_scene::{Object, Primitive, Shape, World};
 
 use crate::curved::Curved;
-use crate::instance::PlacedInstance;
+use crate::instance::placed_box;
 use crate::triangle::corners;
 
 /// The places where the origin may lie: multiples of the side of a cell.
@@ -39,8 +39,7 @@ impl Lattice {
         boxes.extend(world.instances.iter().step_by(every).map(|instance| {
             let object =
                 known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| of_object(&instance.object));
-            let placed = PlacedInstance::new(0, &instance.world_from_object, DVec3::ZERO);
-            placed.corners(*object)
+            placed_box(*object, |p| instance.world_from_object.point(p))
         }));
         let [low, high] = around(boxes.iter().copied());
         let mut sizes: Vec<f64> = boxes.iter().map(|[low, high]| (high - low).max_element()).collect();
@@ -132,7 +131,7 @@ mod tests {
     fn cells_are_about_as_large_as_what_there_is_to_see() {
         assert_eq!(lattice(BALL).cell, 8.0);
         assert_eq!(lattice(GROUND).cell, 4_194_304.0);
-        // 1024 times the ball, as ground is large whatever stands on it.
+        // 1,024 times the size of the ball, the smallest shape.
         assert_eq!(lattice(&format!("{GROUND} {BALL}")).cell, 2048.0);
         assert_eq!(lattice(&format!("Translate 1e8 0 0 {BALL}")).cell, 8.0);
         let placed = format!("ObjectBegin \"a\" {BALL} ObjectEnd Scale 8 8 8 ObjectInstance \"a\"");

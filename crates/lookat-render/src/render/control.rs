@@ -135,12 +135,16 @@ pub(super) struct Meter<'c, 'p> {
 
 impl<'c, 'p> Meter<'c, 'p> {
     pub fn new(control: &'c Control<'p>) -> Self {
-        Meter { control, counts: true, unreported: 0, rays: 0, batch: FIRST_BATCH }
+        Meter::counting(control, true)
     }
 
     /// One for samples that do not count.
     pub fn silent(control: &'c Control<'p>) -> Self {
-        Meter { control, counts: false, unreported: 0, rays: 0, batch: FIRST_BATCH }
+        Meter::counting(control, false)
+    }
+
+    fn counting(control: &'c Control<'p>, counts: bool) -> Self {
+        Meter { control, counts, unreported: 0, rays: 0, batch: FIRST_BATCH }
     }
 
     /// The samples in the next batch. Slow samples make the batch small, so that it ends soon.
