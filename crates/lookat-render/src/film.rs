@@ -29,9 +29,10 @@ pub(crate) struct Film<'v> {
     pub tiles: Vec<Mutex<Tile>>,
 }
 
-/// Whether errors of pixels are asked for.
+/// How the film estimates the error of its pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Errors {
+    /// Not at all.
     None,
     /// By replicates whose sums are exact.
     Exact,
@@ -53,7 +54,7 @@ pub(crate) struct Tile {
     all: Vec<Sum>,
     /// Those where the filter is negative; none if it nowhere is.
     negative: Vec<Sum>,
-    /// The spread of the replicates of each pixel; none if the error is not asked for.
+    /// The spread of the replicates of each pixel; empty without estimates of errors.
     spreads: Vec<Spread>,
     /// What the spreads need beside them; none where they need nothing.
     products: Vec<Products>,
@@ -100,7 +101,7 @@ impl Tile {
         self.negative.get_mut(at).into_iter().for_each(|sum| *sum = Sum::default());
     }
 
-    /// Whether errors are asked for.
+    /// True if the film estimates errors.
     pub fn has_spreads(&self) -> bool {
         !self.spreads.is_empty()
     }

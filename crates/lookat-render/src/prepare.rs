@@ -108,7 +108,7 @@ mod tests {
     use crate::render::{Settings, render};
     use crate::testing::scene;
 
-    /// From each place, a view of a prepared world is to the bit that of the scene alone, whatever was seen before.
+    /// Each view of a prepared world has the same bits as the scene rendered alone, whatever was rendered before.
     #[test]
     fn views_do_not_depend_on_those_before() {
         let mut scene = scene(

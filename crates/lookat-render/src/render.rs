@@ -235,8 +235,8 @@ mod tests {
     use super::*;
     use crate::testing::scene;
 
-    /// Near a light over a large ground, and with a shape that is far too small to see: sums have the range of the samples, not that of
-    /// what a scene might show.
+    /// A light close to a large ground, and a shape too small to see, give extreme sizes. Sums have the range of the samples, which
+    /// sizes do not change.
     #[test]
     fn bright_and_dark_pictures_keep_their_light() {
         for (half, height, other) in [

@@ -99,7 +99,7 @@ impl Traceable {
         }
     }
 
-    /// The primitive of a number: first come those of the world, then those of objects.
+    /// The primitive with a number. Numbers start with the primitives of the world; the primitives of objects follow.
     #[inline]
     pub fn primitive(&self, number: u32) -> &Primitive {
         let number = number as usize;

@@ -4,7 +4,7 @@ use super::case::{Found, LOOKAT, Row};
 
 const TABLE: &str = include_str!("others.tsv");
 
-/// Adds the rows and remarks of other methods to those of lookat: place by place, after lookat's row.
+/// Adds the rows and remarks of other methods to a case. In each place they follow the row of lookat.
 pub(super) fn added(case: &str, mut found: Found) -> Found {
     let (own, parts) = found.rows.into_iter().partition(|row| row.method == LOOKAT);
     found.rows = own;

@@ -20,7 +20,7 @@ pub(crate) struct Scale {
 /// Bits after the point of a high unit, in units of the brightness: what the 31 bits of a sample before the point, 30 for the
 /// count and a sign leave.
 const FRACTION: i32 = 1;
-/// Bits of a low unit beyond those of a high one: what the sum of `MAGIC` and a share of a high unit holds.
+/// A high unit is 2^51 low units. [`rounded`] is exact up to that size.
 const LOW: i32 = 51;
 const LOW_UNITS: f64 = (1_u64 << LOW) as f64;
 /// The brightest sample, in units of the brightness.

@@ -26,7 +26,7 @@ pub(super) struct Adaptive {
     crop: PixelBounds,
     pattern: Pattern,
     passes: std::vec::IntoIter<Pass>,
-    /// The variance of the samples of each pixel, row by row, once it is asked for.
+    /// The variance of the samples of each pixel, row by row. `None` before the first pass that needs it.
     variances: Option<Vec<f64>>,
     /// How many samples each pixel is to have, row by row; none before the first pass.
     goals: Vec<u32>,

@@ -16,8 +16,8 @@ use crate::threads::threads;
 pub struct Settings {
     /// Chooses the random numbers. The same scene, seed and version give the same picture. Default 0.
     pub seed: u64,
-    /// Threads of its own, or as many of them as the system gives. 0, the default, uses those of the process: see
-    /// [`crate::start_threads`]. They do not change the picture.
+    /// The number of separate threads for this rendering; fewer if the system refuses some. 0, the default, uses the threads of the
+    /// process: see [`crate::start_threads`]. The number does not change the picture.
     pub threads: usize,
     /// Which samples are taken, and when there are enough of them.
     pub stop: Stop,
@@ -45,7 +45,7 @@ pub enum Stop {
         limit: Duration,
         /// The most samples per pixel: at least 1.
         max_samples: u32,
-        /// Whether samples go where the picture is noisy, as those of [`Stop::Adaptive`].
+        /// True if noisy pixels get more samples, as with [`Stop::Adaptive`].
         adaptive: bool,
     },
     /// The error of each pixel is small enough. By Sobol's sequence. Pixels depend on their neighbors, and on the mean of the

@@ -32,7 +32,7 @@ pub(super) struct Elements<'s> {
     meshes: Vec<(&'s Mesh, u32, Range<usize>)>,
     others: Vec<Other>,
     references: Vec<Reference>,
-    /// Boxes around those that emit light.
+    /// Boxes around the elements that emit light.
     pub emitters: Vec<Bounds>,
 }
 

@@ -78,7 +78,8 @@ fn through_lens(effort: &Effort, seed: u64, radius: f64, focal_distance: f64) ->
     })
 }
 
-/// Where a ray through the middle of a lens goes from a point of the lens; the slope is that of the ray.
+/// The direction of a ray from a point of a lens. `[x, y]` is the slope of the ray through the middle of the lens that meets it in
+/// the plane of focus.
 fn refracted([x, y]: [TwoFloat; 2], lens: [f64; 2], focal_distance: f64) -> Wide {
     let one = TwoFloat::from(1.0);
     if focal_distance < 1.0 {

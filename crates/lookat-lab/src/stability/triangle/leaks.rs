@@ -13,7 +13,7 @@ use crate::stability::random::direction;
 use crate::stability::tally::tally;
 use crate::text_scene::{mesh as mesh_of, scene};
 
-/// The coordinates of the mesh are relative to the origin of the world, those of the rays to the eye.
+/// A mesh far from the origin of the world, and rays from its middle, where the eye is.
 pub(super) fn far_from_origin(effort: &Effort) -> Found {
     let places = [1.0, 1e2, 1e4, 1e6, 1e8];
     let middle = |distance: f64| DVec3::new(0.6, 0.5, 0.62).normalize() * distance;
