@@ -8,6 +8,7 @@ mod case;
 mod chart;
 mod coplanar;
 mod others;
+mod prelude;
 mod quadric;
 pub(crate) mod random;
 mod sphere;
@@ -48,6 +49,13 @@ pub fn cases() -> Vec<Case> {
         Case { id, name, claim, axis, error, limit, measure }
     };
     lines.map(case).collect()
+}
+
+impl Case {
+    /// Measures lookat, and adds the numbers of the other methods.
+    pub fn run(&self, effort: &Effort) -> Found {
+        others::added(self.id, (self.measure)(effort))
+    }
 }
 
 #[cfg(test)]

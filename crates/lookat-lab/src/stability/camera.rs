@@ -7,13 +7,7 @@ mod look_at;
 mod messages;
 mod perspective;
 
-use glam::{DVec2, DVec3};
-use lookat_render::Probe;
-use rand::RngExt;
-use rand_pcg::Pcg64Mcg;
-
-use super::case::{Effort, Measure};
-use super::tally::{Tally, tally};
+use crate::stability::prelude::*;
 use messages::refused;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
@@ -67,7 +61,7 @@ fn directions(
     place: impl Fn(&mut Pcg64Mcg) -> DVec2 + Sync,
     error: impl Fn(DVec2, DVec3) -> f64 + Sync,
 ) -> Tally {
-    let scene = crate::text_scene::scene(&text(options));
+    let scene = scene(&text(options));
     let probe = Probe::new(&scene);
     tally(effort.rays, seed, |random, tally| {
         let film = place(random);

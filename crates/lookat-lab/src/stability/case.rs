@@ -1,6 +1,5 @@
 //! A case and its results.
 
-use super::others;
 use super::tally::Tally;
 
 /// One question with a known answer.
@@ -24,13 +23,6 @@ pub struct Case {
 
 /// Measures lookat.
 pub(super) type Measure = fn(&Effort) -> Found;
-
-impl Case {
-    /// Measures lookat, and adds the numbers of the other methods.
-    pub fn run(&self, effort: &Effort) -> Found {
-        others::added(self.id, (self.measure)(effort))
-    }
-}
 
 /// The work of a case.
 #[derive(Debug, Clone, Copy)]

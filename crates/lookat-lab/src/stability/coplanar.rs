@@ -4,9 +4,8 @@ mod eyes;
 mod lights;
 mod quadrics;
 
-use glam::{DMat3, DVec3};
-
-use super::case::Measure;
+use crate::stability::prelude::*;
+use glam::DMat3;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("P1", eyes::in_plane),
@@ -62,6 +61,6 @@ impl LocalFrame {
 
     fn mesh(&self, points: &[[f64; 3]], faces: &[[usize; 3]]) -> String {
         let points: Vec<DVec3> = points.iter().map(|p| self.point(*p)).collect();
-        crate::text_scene::mesh(&points, faces)
+        mesh(&points, faces)
     }
 }

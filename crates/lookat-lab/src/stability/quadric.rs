@@ -2,15 +2,7 @@
 
 mod truth;
 
-use glam::{DVec2, DVec3};
-use lookat_render::{Probe, Ray};
-use lookat_scene::Scene;
-use rand_pcg::Pcg64Mcg;
-
-use super::case::{Effort, Found, Measure};
-use super::random::{between, chance, direction, in_cube};
-use super::tally::{Tally, decades, tally};
-use crate::text_scene::scene;
+use crate::stability::prelude::*;
 use truth::QuadricTruth;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[("S10", far), ("S11", tangent), ("S12", leaving)];

@@ -3,16 +3,10 @@
 mod distance;
 mod form;
 
-use glam::DVec3;
-use lookat_scene::Scene;
-use rand::RngExt;
-use rand_pcg::Pcg64Mcg;
 use twofloat::TwoFloat;
 
-use super::case::Measure;
-use super::random::direction;
 use super::truth::{Wide, quotient};
-use crate::text_scene::scene;
+use crate::stability::prelude::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("S1", distance::far),

@@ -10,7 +10,7 @@ mod pictures;
 mod samples;
 mod shadows;
 
-use super::case::Measure;
+use crate::stability::prelude::*;
 pub(super) use pictures::same_on_threads;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[

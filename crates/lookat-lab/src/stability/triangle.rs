@@ -9,9 +9,7 @@ mod needles;
 mod plane;
 mod truth;
 
-use glam::DVec3;
-
-use super::case::Measure;
+use crate::stability::prelude::*;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T1", leaks::far_from_origin),

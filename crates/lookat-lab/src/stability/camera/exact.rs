@@ -1,8 +1,8 @@
 //! The camera in double-double numbers: the truth.
 
-use glam::{DVec2, DVec3};
 use twofloat::TwoFloat;
 
+use crate::stability::prelude::*;
 use crate::stability::truth::{Wide, quotient};
 
 /// `tan` of half an angle that is given in degrees, more than 0 and less than 180.

@@ -1,14 +1,10 @@
 //! Where pixels are on the screen, and mirrored and scaled cameras: C14 and C16 to C18.
 
-use glam::DVec2;
-use lookat_render::Probe;
 use twofloat::TwoFloat;
 
 use super::exact::{CameraAxes, Pinhole, angle, tan_half};
 use super::{anywhere, directions, film, text};
-use crate::stability::case::{Effort, Found};
-use crate::stability::tally::tally;
-use crate::text_scene::scene;
+use crate::stability::prelude::*;
 
 pub(super) fn off_center(effort: &Effort) -> Found {
     let resolution = [3000; 2];

@@ -1,17 +1,13 @@
 //! Lenses: C5, C10, C12 and C13.
 
-use glam::{DVec2, DVec3};
-use lookat_render::Probe;
 use twofloat::TwoFloat;
 
 use super::exact::{CameraAxes, Pinhole, angle, length, tan_half};
 use super::messages::refused;
 use super::perspective::{far_look_at, pinhole};
 use super::{anywhere, film, look_at, square, text};
-use crate::stability::case::{Effort, Found};
-use crate::stability::tally::{Tally, decades, tally};
+use crate::stability::prelude::*;
 use crate::stability::truth::{Wide, quotient};
-use crate::text_scene::scene;
 
 const RESOLUTION: [u32; 2] = [640, 480];
 

@@ -1,15 +1,9 @@
 //! The axes that `LookAt` gives: C6 and C9.
 
-use glam::DVec3;
-use rand::RngExt;
-use rand_pcg::Pcg64Mcg;
-
 use super::exact::{CameraAxes, angle};
 use super::perspective::{options, pinhole};
 use super::{anywhere, directions, film, look_at, text};
-use crate::stability::case::{Effort, Found};
-use crate::stability::tally::{decades, tally};
-use crate::text_scene::load;
+use crate::stability::prelude::*;
 
 /// Each try reads a scene: there are fewer of them.
 const SHARE: u64 = 100;

@@ -3,13 +3,10 @@
 
 use std::panic::catch_unwind;
 
-use glam::DVec2;
-use lookat_render::Probe;
 use lookat_scene::syntax::Severity;
 
 use super::text;
-use crate::stability::case::{Effort, Found};
-use crate::text_scene::{load, scene};
+use crate::stability::prelude::*;
 
 /// Options that need a message: see its first line.
 const REFUSED: &str = include_str!("refused.tsv");

@@ -1,13 +1,8 @@
 //! Directions of a camera without a lens, by its angle of view and its place: C1 to C4.
 
-use glam::{DVec2, DVec3};
-use rand::RngExt;
-use rand_pcg::Pcg64Mcg;
-
 use super::exact::{CameraAxes, Pinhole, angle, tan_half};
 use super::{anywhere, directions, film, look_at};
-use crate::stability::case::{Effort, Found};
-use crate::stability::tally::{Tally, decades};
+use crate::stability::prelude::*;
 
 pub(super) fn tele(effort: &Effort) -> Found {
     Found::sweep(1000, [0.001, 0.01, 0.1, 1.0, 10.0, 45.0], |seed, fov| {

@@ -1,15 +1,9 @@
 //! Eyes in the plane of a triangle: P1 to P4.
 
-use glam::{DMat3, DQuat, DVec2, DVec3};
-use lookat_render::Probe;
-use rand::RngExt;
-use rand_pcg::Pcg64Mcg;
+use glam::{DMat3, DQuat};
 
 use super::LocalFrame;
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::direction;
-use crate::stability::tally::{Tally, decades, tally};
-use crate::text_scene::{render, scene};
+use crate::stability::prelude::*;
 
 /// Triangles whose planes contain the origin.
 struct Floor {

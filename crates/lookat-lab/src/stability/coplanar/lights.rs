@@ -1,11 +1,7 @@
 //! Lights in the plane of a floor: P5.
 
-use glam::DVec3;
-
 use super::LocalFrame;
-use crate::stability::case::{Effort, Found};
-use crate::stability::tally::Tally;
-use crate::text_scene::{render, scene};
+use crate::stability::prelude::*;
 
 /// A light in the plane, on the x axis of the place.
 #[derive(Clone, Copy)]

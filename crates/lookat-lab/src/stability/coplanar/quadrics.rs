@@ -1,14 +1,9 @@
 //! Eyes on curved shapes: P6.
 
-use glam::{DMat3, DQuat, DVec2, DVec3};
-use lookat_render::Probe;
-use rand::RngExt;
+use glam::{DMat3, DQuat};
 
 use super::LocalFrame;
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::{between, direction};
-use crate::stability::tally::tally;
-use crate::text_scene::scene;
+use crate::stability::prelude::*;
 
 /// A shape, a point on it, and the normal at the point.
 type SurfacePoint = (&'static str, [f64; 3], [f64; 3]);
@@ -84,7 +79,7 @@ mod tests {
             let scene = scene(&text(surface, &place));
             let probe = Probe::new(&scene);
             let n = DVec3::from(surface.2).normalize();
-            let hit = probe.nearest(&lookat_render::Ray::new(probe.eye() + n * 0.25, -n)).expect("a hit");
+            let hit = probe.nearest(&Ray::new(probe.eye() + n * 0.25, -n)).expect("a hit");
             assert!((hit.t - 0.25).abs() < 1e-12, "{}: {}", surface.0, hit.t);
         }
     }

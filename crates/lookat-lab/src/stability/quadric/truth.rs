@@ -1,9 +1,9 @@
 //! What lines have to do with the shapes, in double-double numbers.
 
-use glam::DVec3;
 use twofloat::TwoFloat;
 
 use super::{CutShape, Round};
+use crate::stability::prelude::*;
 use crate::stability::truth::{Wide, quotient};
 
 /// What a ray has to do with a shape.

@@ -1,13 +1,7 @@
 //! Spheres that are far away, large, or touched.
 
-use glam::DVec3;
-use lookat_render::{Probe, Ray};
-use rand::RngExt;
-
 use super::{SphereTruth, aimed, direction, sphere_at_eye};
-use crate::stability::case::{Effort, Found};
-use crate::stability::tally::{Tally, decades, tally};
-use crate::text_scene::scene;
+use crate::stability::prelude::*;
 
 /// Whether a ray hits, against the truth of the ray `o`, `d` relative to the center.
 fn ask(tally: &mut Tally, probe: &Probe, ray: Ray, o: DVec3, radius: f64) {

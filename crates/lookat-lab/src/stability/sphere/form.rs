@@ -1,13 +1,11 @@
 //! Spheres from inside, nested, of all sizes, and no longer spheres.
 
-use glam::{DMat3, DVec3};
-use lookat_render::{Hit, Probe, Ray};
+use glam::DMat3;
+use lookat_render::Hit;
 
 use super::{SphereTruth, aimed, direction, sphere_at_eye};
-use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::tally::{Tally, tally};
+use crate::stability::prelude::*;
 use crate::stability::truth::Wide;
-use crate::text_scene::{load, scene};
 
 const SIZES: [f64; 7] = [1e-30, 1e-12, 1e-3, 1.0, 1e3, 1e12, 1e30];
 

@@ -1,8 +1,7 @@
 //! Pixels that are sampled until they are exact: V11 to V13.
 
 use crate::coverage::{Accuracy, Judged, Known, STRATA, Stratum, edges, fireflies, judge, lens};
-use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::tally::Tally;
+use crate::stability::prelude::*;
 
 /// What is asked for. Ten thousand pixels take some seconds.
 const TARGET: Accuracy = Accuracy { relative: 0.1, confidence: 0.95, max_samples: 1 << 14 };

@@ -1,14 +1,6 @@
 //! Rays in the planes of boxes: V1.
 
-use glam::DVec3;
-use lookat_render::{Probe, Ray};
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
-
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::{below, between, chance};
-use crate::stability::tally::tally;
-use crate::text_scene::{quads, scene};
+use crate::stability::prelude::*;
 
 /// The corners of a box, which single precision holds.
 type Box = [DVec3; 2];

@@ -1,17 +1,11 @@
 //! Trees against asking everything: V2.
 
-use lookat_render::{Hit, Probe, Ray};
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
+use lookat_render::Hit;
 use rayon::prelude::*;
-
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::{chance, direction};
-use crate::stability::tally::Tally;
-use crate::text_scene::scene;
 
 mod world;
 
+use crate::stability::prelude::*;
 use world::World;
 
 /// Rays for each scene.

@@ -1,13 +1,7 @@
 //! Elements that cannot be told apart by place, and one that is much larger than the rest: V3 and V4.
 
-use glam::DVec3;
-use lookat_render::{Hit, Probe, Ray};
-use rand::SeedableRng;
-use rand_pcg::Pcg64Mcg;
-
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::{direction, in_cube};
-use crate::text_scene::{scene, triangles};
+use crate::stability::prelude::*;
+use lookat_render::Hit;
 
 const HEAD: &str = r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#;
 

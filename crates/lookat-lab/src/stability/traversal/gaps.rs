@@ -1,14 +1,7 @@
 //! Surfaces close to each other: V6.
 
-use glam::{DMat3, DVec3};
-use lookat_render::{Probe, Ray};
-use lookat_scene::Scene;
-use rand_pcg::Pcg64Mcg;
-
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::{between, direction};
-use crate::stability::tally::{Tally, decades, tally};
-use crate::text_scene::{quads, scene};
+use crate::stability::prelude::*;
+use glam::DMat3;
 
 pub(super) fn thin(effort: &Effort) -> Found {
     let frame = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);

@@ -1,15 +1,8 @@
 //! Rays that leave what they have hit: V5.
 
-use glam::DVec3;
-use lookat_render::{Probe, Ray};
-use rand_pcg::Pcg64Mcg;
-
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::{between, chance, direction, in_cube, leaving};
-use crate::stability::tally::{Tally, decades, tally};
-use crate::text_scene::scene;
-
 mod bodies;
+
+use crate::stability::prelude::*;
 
 /// The limit is 8 times 2^-40 of the largest coordinate that the point was computed with. That is the corner of a box or
 /// triangle, up to twice the size away from the point, and turning an instance takes the sum over three axes: 8 covers both.

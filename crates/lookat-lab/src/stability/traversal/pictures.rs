@@ -1,9 +1,6 @@
 //! Pictures of unusual size, and the same picture on any number of threads: V14 and V15.
 
-use lookat_scene::Scene;
-
-use crate::stability::case::{Effort, Found};
-use crate::text_scene::{load, render, scene};
+use crate::stability::prelude::*;
 
 /// A scene, whose film and sampler are what the case is about.
 fn text(film: &str, sampler: &str, integrator: &str, world: &str) -> String {

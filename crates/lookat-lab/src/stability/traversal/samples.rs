@@ -2,11 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use lookat_scene::{Sampler, SamplerKind, Scene};
+use lookat_scene::{Sampler, SamplerKind};
 
 use crate::coverage::{Known, lens, plain};
-use crate::stability::case::{Effort, Found};
-use crate::stability::tally::Tally;
+use crate::stability::prelude::*;
 
 /// The samplers of the renderer. The first is judged by its slope, all by the correlation of their errors.
 const SAMPLERS: [(&str, SamplerKind); 4] = [

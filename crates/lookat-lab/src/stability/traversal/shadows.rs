@@ -1,12 +1,7 @@
 //! Shadow rays to what is close to a light: V7.
 
+use crate::stability::prelude::*;
 use std::f64::consts::PI;
-
-use glam::DVec3;
-
-use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::tally::Tally;
-use crate::text_scene::{quads, render, scene};
 
 /// How far the light is from the floor.
 const DISTANCE: f64 = 10.0;

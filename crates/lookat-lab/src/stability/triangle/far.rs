@@ -1,26 +1,18 @@
 //! T3 and T4: large triangles up to the horizon, and small ones far away.
 
-use glam::DVec3;
-use lookat_render::{Probe, Ray};
-use lookat_scene::Scene;
-use rand::RngExt;
-use rand_pcg::Pcg64Mcg;
 use twofloat::TwoFloat;
 
 use super::text;
 use super::truth::{cosine, crossing};
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::{direction, in_triangle};
-use crate::stability::tally::{Tally, decades, tally};
+use crate::stability::prelude::*;
 use crate::stability::truth::quotient;
-use crate::text_scene::{mesh as mesh_of, scene};
 
 /// A square on the ground, its middle below an eye at height 1.
 pub(super) fn horizon(effort: &Effort) -> Found {
     Found::sweep(3300, decades(2..10), |seed, half| {
         let corner = |x: f64, z: f64| DVec3::new(x * half, 0.0, z * half);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        let scene = scene(&text(DVec3::Y, &mesh_of(&corners, &[[0, 1, 2], [0, 2, 3]])));
+        let scene = scene(&text(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 2, 3]])));
         let probe = Probe::new(&scene);
         tally(effort.rays, seed, |random, tally| {
             let (o, d) = downward(random, half);
@@ -38,7 +30,7 @@ pub(super) fn seam(effort: &Effort) -> Found {
     Found::sweep(3400, decades(2..10), |seed, half| {
         let [a, b] = [-half, half].map(|z| DVec3::new(0.5, 0.0, z));
         let corners = [a, b, DVec3::new(-half, 0.0, 0.0), DVec3::new(half, 0.0, 0.0)];
-        let scene = scene(&text(DVec3::Y, &mesh_of(&corners, &[[0, 1, 2], [0, 3, 1]])));
+        let scene = scene(&text(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 3, 1]])));
         let probe = Probe::new(&scene);
         tally(effort.rays, seed, |random, tally| {
             let mut number = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
@@ -109,13 +101,13 @@ pub(super) fn at_poses(
 
 /// Triangles from random numbers.
 pub(super) fn poses(seed: u64, make: impl Fn(&mut Pcg64Mcg) -> [DVec3; 3]) -> Vec<[DVec3; 3]> {
-    let mut random: Pcg64Mcg = rand::SeedableRng::seed_from_u64(seed);
+    let mut random: Pcg64Mcg = SeedableRng::seed_from_u64(seed);
     (0..POSES).map(|_| make(&mut random)).collect()
 }
 
 /// The scene of one triangle, with the eye in the origin.
 fn alone(triangle: &[DVec3; 3]) -> Scene {
-    scene(&text(DVec3::ZERO, &mesh_of(triangle, &[[0, 1, 2]])))
+    scene(&text(DVec3::ZERO, &mesh(triangle, &[[0, 1, 2]])))
 }
 
 fn any_triangle(random: &mut Pcg64Mcg, distance: f64) -> [DVec3; 3] {

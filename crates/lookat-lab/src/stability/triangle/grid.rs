@@ -1,16 +1,7 @@
 //! T10: rays through all vertices of a rough surface, and along its edges.
 
+use crate::stability::prelude::*;
 use std::ops::RangeInclusive;
-
-use glam::{DVec2, DVec3};
-use lookat_render::{Probe, Ray};
-use lookat_scene::Scene;
-use rand::{RngExt, SeedableRng};
-use rand_pcg::Pcg64Mcg;
-
-use crate::stability::case::{Effort, Found};
-use crate::stability::tally::Tally;
-use crate::text_scene::{mesh as mesh_of, scene};
 
 /// About as many vertices as rays are asked for, up to a million.
 pub(super) fn grid(effort: &Effort) -> Found {
@@ -83,7 +74,7 @@ impl Grid {
              Film \"image\" \"integer xresolution\" {count} \"integer yresolution\" {count}\n\
              Integrator \"path\" Sampler \"sobol\"\n\
              WorldBegin LightSource \"infinite\"\n{}\nWorldEnd",
-            mesh_of(&self.positions, &faces)
+            mesh(&self.positions, &faces)
         ))
     }
 

@@ -1,17 +1,10 @@
 //! T1 and T2: rays at edges and vertices of a closed mesh.
 
-use glam::{DMat3, DVec3};
-use lookat_render::{Probe, Ray};
-use lookat_scene::Scene;
-use rand::RngExt;
-use rand_pcg::Pcg64Mcg;
+use glam::DMat3;
 
 use super::mesh::Icosphere;
 use super::text;
-use crate::stability::case::{Effort, Found, LOOKAT};
-use crate::stability::random::direction;
-use crate::stability::tally::tally;
-use crate::text_scene::{mesh as mesh_of, scene};
+use crate::stability::prelude::*;
 
 /// A mesh far from the origin of the world, and rays from its middle, where the eye is.
 pub(super) fn far_from_origin(effort: &Effort) -> Found {
@@ -82,13 +75,13 @@ impl Placed {
 
     /// The mesh, with the eye in its middle.
     fn scene(&self, place: &MeshPose) -> Scene {
-        scene(&text(place.center, &mesh_of(&self.positions, &self.sphere.faces)))
+        scene(&text(place.center, &mesh(&self.positions, &self.sphere.faces)))
     }
 
     /// A turned and stretched instance of the mesh there.
     fn instance(&self, place: &MeshPose) -> Scene {
         let positions: Vec<DVec3> = self.sphere.positions.iter().map(|p| *p * place.radius).collect();
-        let mesh = mesh_of(&positions, &self.sphere.faces);
+        let mesh = mesh(&positions, &self.sphere.faces);
         let [x, y, z] = place.center.to_array();
         let world = format!(
             "ObjectBegin \"o\"\n{mesh}\nObjectEnd\nTranslate {x:?} {y:?} {z:?} Rotate 40 1 2 3 Scale 2 0.5 1.25\n\

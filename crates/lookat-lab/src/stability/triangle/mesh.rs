@@ -1,8 +1,7 @@
 //! A closed mesh.
 
+use crate::stability::prelude::*;
 use std::collections::BTreeMap;
-
-use glam::DVec3;
 
 /// A sphere of triangles around the origin, of radius one.
 pub(super) struct Icosphere {

@@ -1,13 +1,8 @@
 //! T5: triangles of almost no height.
 
-use glam::DVec3;
-use rand_pcg::Pcg64Mcg;
-
 use super::far::at_poses;
 use super::truth::crossing;
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::direction;
-use crate::stability::tally::decades;
+use crate::stability::prelude::*;
 
 /// The distance of the needles, whose length is 1.
 const DISTANCE: f64 = 5.0;

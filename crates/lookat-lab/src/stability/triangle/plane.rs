@@ -1,17 +1,11 @@
 //! T8 and T9: triangles in the same place, and rays in their plane.
 
-use glam::DVec3;
-use lookat_render::{ElementId, Probe, Ray};
-use lookat_scene::Scene;
-use rand::RngExt;
+use lookat_render::ElementId;
 
 use super::far::poses;
 use super::text;
-use crate::stability::case::{Effort, Found};
-use crate::stability::random::{direction, in_triangle};
-use crate::stability::tally::{Tally, tally};
+use crate::stability::prelude::*;
 use crate::stability::traversal::same_on_threads;
-use crate::text_scene::{mesh as mesh_of, scene};
 
 /// Copies in each of two meshes, enough for a tree of several leaves.
 const COPIES: usize = 6;
@@ -20,7 +14,7 @@ const COPIES: usize = 6;
 pub(super) fn same_place(effort: &Effort) -> Found {
     let poses = poses(3800, |random| [0; 3].map(|_| direction(random) * 2.0));
     let stack = |faces: &[[usize; 3]; COPIES]| -> Vec<Scene> {
-        let mesh = |triangle| mesh_of(triangle, faces);
+        let mesh = |triangle| mesh(triangle, faces);
         let world = |triangle| format!("{}\n{}", mesh(triangle), mesh(triangle));
         poses.iter().map(|triangle| scene(&text(DVec3::ZERO, &world(triangle)))).collect()
     };
@@ -55,8 +49,8 @@ fn on_threads(found: &mut Found) {
          Sampler \"sobol\" \"integer pixelsamples\" 4  Integrator \"path\"\n\
          WorldBegin LightSource \"infinite\"\n\
          Material \"matte\" \"rgb Kd\" [1 0 0] {}\nMaterial \"matte\" \"rgb Kd\" [0 1 0] {}\nWorldEnd",
-        mesh_of(&points, &[[0, 1, 2]]),
-        mesh_of(&points, &[[2, 1, 0]])
+        mesh(&points, &[[0, 1, 2]]),
+        mesh(&points, &[[2, 1, 0]])
     ));
     same_on_threads(found, "two triangles in the same place", &scene);
 }
@@ -105,7 +99,7 @@ impl Flat {
     }
 
     fn misses(&self) -> bool {
-        let scene = scene(&text(DVec3::ZERO, &mesh_of(&self.triangle, &[[0, 1, 2]])));
+        let scene = scene(&text(DVec3::ZERO, &mesh(&self.triangle, &[[0, 1, 2]])));
         Probe::new(&scene).nearest(&Ray::new(self.o, self.d)).is_none()
     }
 

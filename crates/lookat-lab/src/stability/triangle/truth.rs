@@ -1,8 +1,8 @@
 //! Where a ray crosses a triangle, in double-double numbers.
 
-use glam::DVec3;
 use twofloat::TwoFloat;
 
+use crate::stability::prelude::*;
 use crate::stability::truth::{Wide, quotient};
 
 /// Where a line crosses the plane of a triangle.

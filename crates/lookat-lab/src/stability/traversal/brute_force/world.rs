@@ -1,11 +1,8 @@
 //! Random scenes, and rays at the places of them that are hard to hit.
 
-use glam::{DMat4, DVec3};
-use lookat_render::Ray;
-use rand_pcg::Pcg64Mcg;
+use glam::DMat4;
 
-use crate::stability::random::{below, between, chance, direction, in_cube, magnitude};
-use crate::text_scene;
+use crate::stability::prelude::*;
 
 /// A scene in words, and places in it.
 pub(super) struct World {
@@ -188,7 +185,7 @@ impl Body {
         let faces = indices.as_chunks().0;
         let edge = |t: &[usize; 3], i: usize| [corners[t[i]], corners[t[(i + 1) % 3]]];
         let edges = faces.iter().flat_map(|t| (0..3).map(move |i| edge(t, i))).collect();
-        Body { text: text_scene::mesh(corners, faces), edges, spheres: Vec::new() }
+        Body { text: mesh(corners, faces), edges, spheres: Vec::new() }
     }
 
     /// A square grid, up to so far out of its plane.

@@ -1,8 +1,6 @@
 //! Convex closed bodies of about radius one.
 
-use glam::DVec3;
-
-use crate::text_scene::triangles;
+use crate::stability::prelude::*;
 
 /// A convex body.
 pub(super) struct Convex {

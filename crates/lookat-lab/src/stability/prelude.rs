@@ -1,0 +1,12 @@
+//! Items that most cases use.
+
+pub(super) use glam::{DVec2, DVec3};
+pub(super) use lookat_render::{Probe, Ray};
+pub(super) use lookat_scene::Scene;
+pub(super) use rand::{RngExt, SeedableRng};
+pub(super) use rand_pcg::Pcg64Mcg;
+
+pub(super) use super::case::{Effort, Found, LOOKAT, Measure};
+pub(super) use super::random::{below, between, chance, direction, in_cube, in_triangle, leaving, magnitude};
+pub(super) use super::tally::{Tally, decades, tally};
+pub(super) use crate::text_scene::{load, mesh, quads, render, scene, triangles};
