@@ -29,6 +29,12 @@ pub(crate) fn render(scene: &Scene, threads: usize) -> Image {
     lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
 }
 
+/// The text of a world seen from its origin. A transformation before the text moves the eye.
+pub(crate) fn around_eye(world: &str) -> String {
+    let view = "Camera \"perspective\" Integrator \"path\" Sampler \"sobol\" Film \"image\"";
+    format!("{view} WorldBegin {world} WorldEnd")
+}
+
 /// The text of a mesh. Numbers are written so that they are read as they are.
 pub(crate) fn mesh(points: &[DVec3], faces: &[[usize; 3]]) -> String {
     let points: Vec<String> = points.iter().map(|p| format!("{:?} {:?} {:?}", p.x, p.y, p.z)).collect();

@@ -49,11 +49,7 @@ const SHAPES: [CutShape; 5] = [
 impl CutShape {
     /// The shape alone, around the eye, so that rays of a probe may start anywhere around it.
     fn scene(&self, size: f64) -> Scene {
-        scene(&format!(
-            r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image"
-               WorldBegin LightSource "infinite" Scale {size:e} {size:e} {size:e} {} WorldEnd"#,
-            self.text
-        ))
+        scene(&around_eye(&format!("Scale {size:e} {size:e} {size:e} {}", self.text)))
     }
 
     /// A point of the surface, away from where it is cut, and a normal; of the disk one of its edge, and outward.

@@ -22,10 +22,7 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
 
 /// A sphere around the origin of the world, seen from there: rays of a probe then start anywhere around it.
 fn sphere_at_eye(radius: f64) -> Scene {
-    scene(&format!(
-        r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image"
-           WorldBegin LightSource "infinite" Shape "sphere" "float radius" [{radius:e}] WorldEnd"#
-    ))
+    scene(&around_eye(&format!("Shape \"sphere\" \"float radius\" {radius:e}")))
 }
 
 /// A ray from a distance, aimed at a disk of 1.2 times the radius around the center of the unit sphere.

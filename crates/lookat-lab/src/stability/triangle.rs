@@ -25,13 +25,8 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T10", grid::grid),
 ];
 
-/// The text of a scene with the eye at a place, in light from everywhere.
+/// The text of a scene with the eye at a place.
 fn text(eye: DVec3, world: &str) -> String {
-    let [x, y, z] = eye.to_array();
-    format!(
-        "LookAt {x:?} {y:?} {z:?}  {x:?} {y:?} {:?}  0 1 0\n\
-         Camera \"perspective\" Integrator \"path\" Sampler \"sobol\" Film \"image\"\n\
-         WorldBegin\nLightSource \"infinite\"\n{world}\nWorldEnd\n",
-        z + 1.0
-    )
+    let [x, y, z] = (-eye).to_array();
+    format!("Translate {x:?} {y:?} {z:?} {}", around_eye(world))
 }

@@ -43,11 +43,8 @@ const PLANET: f64 = 6.4e6;
 const EYE: f64 = 1.7;
 
 pub(super) fn ground(effort: &Effort) -> Found {
-    let scene = scene(&format!(
-        r#"LookAt 0 {EYE} 0  0 {EYE} 1  0 1 0 Camera "perspective" Integrator "path" Sampler "sobol" Film "image"
-           WorldBegin LightSource "infinite" Translate 0 {} 0 Shape "sphere" "float radius" [{PLANET}] WorldEnd"#,
-        -PLANET
-    ));
+    let world = format!("Translate 0 {} 0 Shape \"sphere\" \"float radius\" {PLANET}", -PLANET);
+    let scene = scene(&format!("Translate 0 {} 0 {}", -EYE, around_eye(&world)));
     let probe = Probe::new(&scene);
     let up = PLANET + EYE;
     // Below the horizontal.
@@ -90,11 +87,8 @@ pub(super) fn far_from_origin(effort: &Effort) -> Found {
         let far = if distance == 1.0 { 0.0 } else { distance };
         let center = DVec3::new(0.7 * far, -0.9 * far, 0.3 * far);
         let eye = center + DVec3::new(3.1, 3.9, 0.3);
-        let scene = scene(&format!(
-            r#"LookAt {} {} {}  {} {} {}  0 0 1 Camera "perspective" Integrator "path" Sampler "sobol" Film "image"
-               WorldBegin LightSource "infinite" Translate {} {} {} Shape "sphere" WorldEnd"#,
-            eye.x, eye.y, eye.z, center.x, center.y, center.z, center.x, center.y, center.z
-        ));
+        let world = format!("Translate {} {} {} Shape \"sphere\"", center.x, center.y, center.z);
+        let scene = scene(&format!("Translate {} {} {} {}", -eye.x, -eye.y, -eye.z, around_eye(&world)));
         let probe = Probe::new(&scene);
         let o = eye - center;
         tally(effort.rays, seed, |random, tally| {

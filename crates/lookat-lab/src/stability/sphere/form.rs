@@ -32,11 +32,8 @@ pub(super) fn inside_and_on(effort: &Effort) -> Found {
 /// After the first hit, a ray goes on from there.
 pub(super) fn nested(effort: &Effort) -> Found {
     Found::sweep(500, [1e-2, 4e-5, 1e-7, 1e-9], |seed, gap| {
-        let scene = scene(&format!(
-            r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin LightSource "infinite"
-               Shape "sphere" Shape "sphere" "float radius" [{}] WorldEnd"#,
-            1.0 - gap
-        ));
+        let inner = format!("Shape \"sphere\" \"float radius\" {}", 1.0 - gap);
+        let scene = scene(&around_eye(&format!("Shape \"sphere\" {inner}")));
         let probe = Probe::new(&scene);
         tally(effort.rays, seed, |random, tally| {
             let (o, d) = aimed(random, 5.0);
@@ -95,10 +92,9 @@ pub(super) fn ellipsoids(effort: &Effort) -> Found {
     let mut all = Tally::default();
     for (index, (name, columns, inverse)) in FORMS.iter().enumerate() {
         let [a, b, c, d, e, f, g, h, i] = columns;
-        let scene = scene(&format!(
-            r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin LightSource "infinite"
-               ConcatTransform [{a} {b} {c} 0 {d} {e} {f} 0 {g} {h} {i} 0 0 0 0 1] Shape "sphere" WorldEnd"#
-        ));
+        let scene = scene(&around_eye(&format!(
+            "ConcatTransform [{a} {b} {c} 0 {d} {e} {f} 0 {g} {h} {i} 0 0 0 0 1] Shape \"sphere\""
+        )));
         let probe = Probe::new(&scene);
         let (m, inverse) = (DMat3::from_cols_array(columns), DMat3::from_cols_array(inverse));
         let tally = tally(effort.rays, 800 + index as u64, |random, tally| {

@@ -47,8 +47,7 @@ fn pierces(o: DVec3, d: DVec3, [low, high]: Box) -> bool {
 /// A scene of cubes, quads and spheres whose boxes have whole coordinates, and these boxes.
 fn blocks() -> (String, Vec<Box>) {
     let mut random = Pcg64Mcg::seed_from_u64(2000);
-    let mut text =
-        String::from(r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#);
+    let mut text = String::new();
     let mut boxes = Vec::new();
     for kind in 0..90 {
         let low: [f64; 3] = std::array::from_fn(|_| between(&mut random, -16.0, 16.0).round());
@@ -56,14 +55,10 @@ fn blocks() -> (String, Vec<Box>) {
         let mut high = low.map(|x| x + side);
         match kind % 3 {
             0 => {
-                let center = low.map(|x| x + side / 2.0);
-                text += &format!(
-                    "AttributeBegin Translate {} {} {} Shape \"sphere\" \"float radius\" {} AttributeEnd\n",
-                    center[0],
-                    center[1],
-                    center[2],
-                    side / 2.0
-                );
+                let radius = side / 2.0;
+                let [x, y, z] = low.map(|x| x + radius);
+                let sphere = format!("Translate {x} {y} {z} Shape \"sphere\" \"float radius\" {radius}");
+                text += &format!("AttributeBegin {sphere} AttributeEnd\n");
             }
             1 => text += &cube(low, high),
             _ => {
@@ -74,14 +69,14 @@ fn blocks() -> (String, Vec<Box>) {
         }
         boxes.push([low, high].map(DVec3::from));
     }
-    (text + "WorldEnd", boxes)
+    (around_eye(&text), boxes)
 }
 
 fn corner(low: [f64; 3], high: [f64; 3], which: usize) -> DVec3 {
     DVec3::from_array(std::array::from_fn(|axis| if which >> axis & 1 == 0 { low[axis] } else { high[axis] }))
 }
 
-fn cube(low: [f64; 3], high: [f64; 3]) -> String {
+pub(super) fn cube(low: [f64; 3], high: [f64; 3]) -> String {
     let sides = [0, 1, 3, 2, 4, 5, 7, 6, 0, 1, 5, 4, 2, 3, 7, 6, 0, 2, 6, 4, 1, 3, 7, 5];
     quads(&sides.map(|which| corner(low, high, which)))
 }

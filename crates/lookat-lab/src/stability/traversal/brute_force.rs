@@ -29,8 +29,7 @@ pub(super) fn agreement(effort: &Effort) -> Found {
 fn one_scene(seed: u64, rays: u64) -> (Tally, Option<String>) {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let world = World::new(&mut random);
-    let scene = scene(&world.text);
-    let probe = Probe::new(&scene);
+    let probe = Probe::new(&world.scene);
     let (mut tally, mut told) = (Tally::default(), None);
     while tally.tried < rays {
         let mut ray = world.aimed(&mut random, probe.origin());
@@ -80,8 +79,7 @@ mod tests {
         for seed in 0..20 {
             let mut random = Pcg64Mcg::seed_from_u64(seed);
             let world = World::new(&mut random);
-            let scene = scene(&world.text);
-            let probe = Probe::new(&scene);
+            let probe = Probe::new(&world.scene);
             for _ in 0..100 {
                 hits +=
                     usize::from(probe.nearest_by_all(&world.aimed(&mut random, probe.origin())).is_some());

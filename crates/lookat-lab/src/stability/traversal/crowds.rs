@@ -3,8 +3,6 @@
 use crate::stability::prelude::*;
 use lookat_render::Hit;
 
-const HEAD: &str = r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#;
-
 /// Elements of each crowd.
 const CROWD: usize = 100_000;
 
@@ -22,7 +20,7 @@ pub(super) fn one_place(_: &Effort) -> Found {
     ];
     let mut found = Found::default();
     for (name, text) in crowds {
-        let scene = scene(&format!("{HEAD}{text} WorldEnd"));
+        let scene = scene(&around_eye(&text));
         let probe = Probe::new(&scene);
         let mut random = Pcg64Mcg::seed_from_u64(2100);
         let mut hits = 0;
@@ -75,8 +73,8 @@ pub(super) fn giant(_: &Effort) -> Found {
     for size in [1e10, 1e20, 1e30] {
         let grid: String = (0..1000).map(|i| small(i).1).collect();
         let triangle = mesh([[[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]]].into_iter());
-        let text = format!("{HEAD}{grid}{triangle}Shape \"sphere\" \"float radius\" {size:e} WorldEnd");
-        let scene = scene(&text);
+        let sphere = format!("Shape \"sphere\" \"float radius\" {size:e}");
+        let scene = scene(&around_eye(&(grid + &triangle + &sphere)));
         let probe = Probe::new(&scene);
         for i in 0..1000 {
             // From between the rows: nothing is in the way.

@@ -15,23 +15,20 @@ pub(super) fn thin(effort: &Effort) -> Found {
     })
 }
 
-const HEAD: &str = r#"Camera "perspective" Integrator "path" Sampler "sobol" Film "image" WorldBegin "#;
-
 /// Two parallel quads, one and one plus the gap before the eye, which turns as they do.
 fn parallel(frame: DMat3, gap: f64) -> Scene {
     let quad = |z: f64| {
         let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
         quads(&corners.map(|(x, y)| frame * DVec3::new(x, y, z)))
     };
-    scene(&format!("{HEAD}{}{} WorldEnd", quad(1.0), quad(1.0 + gap)))
+    scene(&around_eye(&(quad(1.0) + &quad(1.0 + gap))))
 }
 
 /// Two spheres around a point near the eye, which is inside.
 fn spheres(gap: f64) -> Scene {
     let outer = 1.0 + gap;
-    scene(&format!(
-        "{HEAD} Translate 0.2 -0.3 0.1 Shape \"sphere\" Shape \"sphere\" \"float radius\" {outer} WorldEnd"
-    ))
+    let spheres = format!("Shape \"sphere\" Shape \"sphere\" \"float radius\" {outer}");
+    scene(&around_eye(&format!("Translate 0.2 -0.3 0.1 {spheres}")))
 }
 
 /// From the eye to the first surface, through it, and on: the second must be met.

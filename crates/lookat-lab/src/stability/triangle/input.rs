@@ -69,10 +69,7 @@ pub(super) fn bad_mesh(_: &Effort) -> Found {
     for (name, last, indices) in BAD {
         let (points, place) = (format!("0 0 0  0 1 0  {last}"), "Shape \"trianglemesh\"");
         let shape = format!("{place}\n\"point P\" [{points}] \"integer indices\" [{indices}]");
-        let text = format!(
-            "Camera \"perspective\" Integrator \"path\" Sampler \"sobol\" Film \"image\" WorldBegin\n{shape}\nWorldEnd"
-        );
-        let loaded = load(&text);
+        let loaded = load(&around_eye(&format!("\n{shape}\n")));
         found.check(loaded.scene.is_none(), || format!("{name}: there is a scene"));
         found.check(errors(&loaded).any(|error| error.0 == 4), || {
             format!("{name}: no error in line 4: {:?}", errors(&loaded).collect::<Vec<_>>())
@@ -105,10 +102,9 @@ fn ply(last: &str, indices: &str) -> String {
 }
 
 fn load_ply(mesh: &str) -> Loaded {
-    let text = "Camera \"perspective\" Integrator \"path\" Sampler \"sobol\" Film \"image\" WorldBegin\n\
-                Shape \"plymesh\" \"string filename\" \"mesh.ply\"\nWorldEnd";
+    let text = around_eye("\nShape \"plymesh\" \"string filename\" \"mesh.ply\"\n");
     let read = |path: &Path| -> io::Result<Vec<u8>> {
-        Ok(if path.extension().is_some_and(|end| end == "ply") { mesh.into() } else { text.into() })
+        Ok(if path.extension().is_some_and(|end| end == "ply") { mesh.into() } else { text.clone().into() })
     };
     lookat_scene::load(Path::new("case.pbrt"), &read, &Default::default())
 }

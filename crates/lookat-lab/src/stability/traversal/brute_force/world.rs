@@ -1,25 +1,20 @@
 //! Random scenes, and rays at the places of them that are hard to hit.
 
 use glam::DMat4;
+use lookat_scene::{Primitive, Shape};
+
+use super::super::boxes::cube;
 
 use crate::stability::prelude::*;
 
-/// A scene in words, and places in it.
+/// A scene, and places in it.
 pub(super) struct World {
-    pub text: String,
+    pub scene: Scene,
     size: f64,
     eye: DVec3,
     /// Edges of triangles.
     edges: Vec<[DVec3; 2]>,
     /// From the unit sphere to the world.
-    spheres: Vec<DMat4>,
-}
-
-/// A body in its own space.
-#[derive(Default)]
-struct Body {
-    text: String,
-    edges: Vec<[DVec3; 2]>,
     spheres: Vec<DMat4>,
 }
 
@@ -31,32 +26,43 @@ impl World {
         } else {
             direction(random) * size * magnitude(random, 0.0, 4.0)
         };
-        let mut world = World { text: String::new(), size, eye, edges: Vec::new(), spheres: Vec::new() };
-        let mut text = format!(
-            "Translate {} Camera \"perspective\" Integrator \"path\" Sampler \"sobol\" Film \"image\" WorldBegin\n",
-            numbers(-eye)
-        );
+        let mut text = String::new();
         for number in 0..1 + below(random, 5) {
-            let bodies: Vec<Body> = (0..1 + below(random, 3)).map(|_| Body::new(random)).collect();
-            let shapes: String = bodies.iter().map(|body| body.text.as_str()).collect();
-            let as_object = chance(random, 0.4);
-            if as_object {
+            let shapes: String = (0..1 + below(random, 3)).map(|_| body(random)).collect();
+            if chance(random, 0.4) {
                 text += &format!("ObjectBegin \"{number}\" {shapes} ObjectEnd\n");
-            }
-            for _ in 0..if as_object { 1 + below(random, 5) } else { 1 } {
-                let place = place(random, size);
-                let what = if as_object { format!("ObjectInstance \"{number}\"") } else { shapes.clone() };
-                text += &within(&place, &what);
-                bodies.iter().for_each(|body| world.add(body, &place));
+                for _ in 0..1 + below(random, 5) {
+                    text += &within(&place(random, size), &format!("ObjectInstance \"{number}\""));
+                }
+            } else {
+                text += &within(&place(random, size), &shapes);
             }
         }
-        world.text = text + "WorldEnd";
+        let DVec3 { x, y, z } = -eye;
+        let scene = scene(&format!("Translate {x} {y} {z} {}", around_eye(&text)));
+        let shared = scene.world.clone();
+        let mut world = World { scene, size, eye, edges: Vec::new(), spheres: Vec::new() };
+        world.add(&shared.primitives, DMat4::IDENTITY);
+        for instance in &shared.instances {
+            world.add(&instance.object.primitives, instance.world_from_object.m);
+        }
         world
     }
 
-    fn add(&mut self, body: &Body, place: &DMat4) {
-        self.edges.extend(body.edges.iter().map(|edge| edge.map(|p| place.transform_point3(p))));
-        self.spheres.extend(body.spheres.iter().map(|sphere| *place * *sphere));
+    fn add(&mut self, primitives: &[Primitive], place: DMat4) {
+        for primitive in primitives {
+            match &primitive.shape {
+                Shape::Quadric(sphere) => self.spheres.push(place * sphere.world_from_object.m),
+                Shape::TriangleMesh(mesh) => {
+                    let corner = |i| place.transform_point3(DVec3::from(mesh.positions()[i as usize]));
+                    for corners in mesh.indices().as_chunks().0 {
+                        let [a, b, c] = corners.map(corner);
+                        self.edges.extend([[a, b], [b, c], [c, a]]);
+                    }
+                }
+                Shape::Curve(_) => {}
+            }
+        }
     }
 
     /// A ray, relative to `origin`, at a vertex, an edge, a silhouette or anything.
@@ -126,93 +132,55 @@ fn place(random: &mut Pcg64Mcg, size: f64) -> DMat4 {
     }
 }
 
-fn numbers(v: DVec3) -> String {
-    format!("{} {} {}", v.x, v.y, v.z)
-}
-
 /// Text under a transformation.
 fn within(place: &DMat4, text: &str) -> String {
     let numbers: Vec<String> = place.to_cols_array().map(|x| format!("{x:e}")).to_vec();
     format!("AttributeBegin ConcatTransform [{}] {text} AttributeEnd\n", numbers.join(" "))
 }
 
-impl Body {
-    fn new(random: &mut Pcg64Mcg) -> Body {
-        match below(random, 6) {
-            0 => Body::sphere(random, DMat4::IDENTITY),
-            1 => {
-                // Small ones next to each other.
-                let place = |random: &mut Pcg64Mcg| {
-                    let small = DVec3::splat(magnitude(random, -2.0, -0.5));
-                    DMat4::from_translation(in_cube(random)) * DMat4::from_scale(small)
-                };
-                let mut all = Body::default();
-                for _ in 0..2 + below(random, 20) {
-                    let place = place(random);
-                    let one = Body::sphere(random, place);
-                    all.text += &one.text;
-                    all.spheres.extend(one.spheres);
-                }
-                all
-            }
-            2 => {
-                let corners: Vec<DVec3> = (0..3 * (1 + below(random, 40))).map(|_| in_cube(random)).collect();
-                let indices: Vec<usize> = (0..corners.len()).collect();
-                Body::mesh(&corners, &indices)
-            }
-            3 => Body::grid(random, 0.0),
-            4 => Body::grid(random, 0.2),
-            _ => Body::cube(),
+/// The text of a body of about size 1.
+fn body(random: &mut Pcg64Mcg) -> String {
+    match below(random, 6) {
+        0 => sphere(random, DMat4::IDENTITY),
+        1 => {
+            // Small ones next to each other.
+            let count = 2 + below(random, 20);
+            let one = |_| {
+                let small = DVec3::splat(magnitude(random, -2.0, -0.5));
+                let place = DMat4::from_translation(in_cube(random)) * DMat4::from_scale(small);
+                sphere(random, place)
+            };
+            (0..count).map(one).collect()
         }
-    }
-
-    /// Whole or cut.
-    fn sphere(random: &mut Pcg64Mcg, place: DMat4) -> Body {
-        let cut = if chance(random, 0.3) {
-            let (low, high) = (between(random, -1.0, 0.0), between(random, 0.0, 1.0));
-            format!(
-                "\"float zmin\" {low} \"float zmax\" {high} \"float phimax\" {}",
-                between(random, 30.0, 360.0)
-            )
-        } else {
-            String::new()
-        };
-        let text = within(&place, &format!("Shape \"sphere\" {cut}"));
-        Body { text, edges: Vec::new(), spheres: vec![place] }
-    }
-
-    fn mesh(corners: &[DVec3], indices: &[usize]) -> Body {
-        let faces = indices.as_chunks().0;
-        let edge = |t: &[usize; 3], i: usize| [corners[t[i]], corners[t[(i + 1) % 3]]];
-        let edges = faces.iter().flat_map(|t| (0..3).map(move |i| edge(t, i))).collect();
-        Body { text: mesh(corners, faces), edges, spheres: Vec::new() }
-    }
-
-    /// A square grid, up to so far out of its plane.
-    fn grid(random: &mut Pcg64Mcg, height: f64) -> Body {
-        let side = 2 + below(random, 7);
-        let at = |i: usize| -1.0 + 2.0 * i as f64 / side as f64;
-        let mut corners = Vec::new();
-        for y in 0..=side {
-            for x in 0..=side {
-                corners.push(DVec3::new(at(x), at(y), height * between(random, -1.0, 1.0)));
-            }
+        2 => {
+            let corners: Vec<DVec3> = (0..3 * (1 + below(random, 40))).map(|_| in_cube(random)).collect();
+            triangles(&corners)
         }
-        let mut indices = Vec::new();
-        for i in (0..side * (side + 1)).filter(|i| i % (side + 1) < side) {
-            let (right, up) = (i + 1, i + side + 1);
-            indices.extend([i, right, up + 1, i, up + 1, up]);
-        }
-        Body::mesh(&corners, &indices)
+        3 => grid(random, 0.0),
+        4 => grid(random, 0.2),
+        _ => cube([-1.0; 3], [1.0; 3]),
     }
+}
 
-    fn cube() -> Body {
-        let sign = |bit: usize| if bit & 1 == 0 { -1.0 } else { 1.0 };
-        let corners: Vec<DVec3> = (0..8).map(|i| DVec3::new(sign(i), sign(i >> 1), sign(i >> 2))).collect();
-        let indices = [
-            0, 1, 3, 0, 3, 2, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 3,
-            7, 1, 7, 5,
-        ];
-        Body::mesh(&corners, &indices)
+/// Whole or cut.
+fn sphere(random: &mut Pcg64Mcg, place: DMat4) -> String {
+    let mut shape = String::from("Shape \"sphere\"");
+    if chance(random, 0.3) {
+        let (low, high) = (between(random, -1.0, 0.0), between(random, 0.0, 1.0));
+        let sweep = between(random, 30.0, 360.0);
+        shape += &format!(" \"float zmin\" {low} \"float zmax\" {high} \"float phimax\" {sweep}");
     }
+    within(&place, &shape)
+}
+
+/// A square grid, up to so far out of its plane.
+fn grid(random: &mut Pcg64Mcg, height: f64) -> String {
+    let side = 2 + below(random, 7);
+    let at = |i: usize| -1.0 + 2.0 * (i as f64) / side as f64;
+    let places = (0..=side).flat_map(|y| (0..=side).map(move |x| (x, y)));
+    let corner = |(x, y)| DVec3::new(at(x), at(y), height * between(random, -1.0, 1.0));
+    let corners: Vec<DVec3> = places.map(corner).collect();
+    let cells = (0..side * (side + 1)).filter(|i| i % (side + 1) < side);
+    let faces = cells.flat_map(|i| [[i, i + 1, i + side + 2], [i, i + side + 2, i + side + 1]]);
+    mesh(&corners, &faces.collect::<Vec<_>>())
 }

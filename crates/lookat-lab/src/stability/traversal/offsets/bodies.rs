@@ -31,12 +31,11 @@ impl Convex {
             (String::new(), shape)
         };
         let turn = if self.turned { "Rotate 40 1 2 3 Scale 1 0.6 0.8 Rotate 70 3 1 -2" } else { "" };
-        let (e, c) = (-eye, center);
-        format!(
-            "Translate {} {} {} Camera \"perspective\" Integrator \"path\" Sampler \"sobol\" Film \"image\" WorldBegin
-             {before} Translate {} {} {} Scale {size} {size} {size} {turn} {what} WorldEnd",
-            e.x, e.y, e.z, c.x, c.y, c.z
-        )
+        let world = format!(
+            "{before} Translate {} {} {} Scale {size} {size} {size} {turn} {what}",
+            center.x, center.y, center.z
+        );
+        format!("Translate {} {} {} {}", -eye.x, -eye.y, -eye.z, around_eye(&world))
     }
 }
 
