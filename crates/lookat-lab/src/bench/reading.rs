@@ -8,6 +8,7 @@ use lookat_scene::load_opened;
 
 use super::meshes::{as_ply, as_text, sphere};
 use super::table::{BenchRow, Cell, Table, in_turn, timed};
+use crate::text_scene::around_eye;
 
 /// A file that is read.
 struct File {
@@ -43,13 +44,9 @@ pub(super) fn table(rounds: usize) -> Table {
 }
 
 fn files(mesh: &lookat_scene::Mesh) -> Vec<File> {
-    let world = |shape: &str| {
-        format!(
-            "Film \"image\" Sampler \"sobol\" Camera \"perspective\" Integrator \"path\" WorldBegin LightSource \"infinite\" {shape} WorldEnd"
-        )
-    };
-    let text: Arc<[u8]> = world(&as_text(mesh)).into_bytes().into();
-    let named: Arc<[u8]> = world("Shape \"plymesh\" \"string filename\" \"mesh.ply\"").into_bytes().into();
+    let lit = |shape: &str| around_eye(&format!("LightSource \"infinite\" {shape}"));
+    let text: Arc<[u8]> = lit(&as_text(mesh)).into_bytes().into();
+    let named: Arc<[u8]> = lit("Shape \"plymesh\" \"string filename\" \"mesh.ply\"").into_bytes().into();
     let ply = |name, binary| File { name, bytes: as_ply(mesh, binary).into(), scene: named.clone() };
     vec![
         File { name: "text of the scene", bytes: text.clone(), scene: text },

@@ -178,7 +178,7 @@ mod tests {
     /// All but the times.
     fn errors(measured: &Measured, method: usize) -> Vec<(u32, u64, f64)> {
         let rows = measured.rows.iter().filter(|row| row.method == method);
-        rows.map(|row| (row.rung, row.seed, row.rmse)).collect()
+        rows.map(|row| (row.rung, row.seed, row.means.rmse)).collect()
     }
 
     #[test]

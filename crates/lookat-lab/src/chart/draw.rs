@@ -54,7 +54,8 @@ pub fn draw(results: &Results, title: &str) -> Result<Option<Plot>, Box<dyn Erro
     let errors = points().flat_map(|point| [point.rmse.low, point.rmse.high]);
     let shown = |value: &f64| *value > 0.0 && value.is_finite();
     let seconds: Vec<f64> = seconds.filter(shown).collect();
-    let mut errors: Vec<f64> = errors.chain(markers().map(|marker| marker.rmse)).filter(shown).collect();
+    let mut errors: Vec<f64> =
+        errors.chain(markers().map(|marker| marker.means.rmse)).filter(shown).collect();
     let noise = results.noise();
     let least = errors.iter().copied().fold(f64::INFINITY, f64::min);
     // Noise far below everything is not worth the room.
@@ -112,10 +113,12 @@ impl TimeChart<'_> {
             let ends = [(self.seconds.start, noise), (self.seconds.end, noise)];
             canvas.line(&ends, NOISE)?;
             let points = self.results.curves.iter().flat_map(|curve| curve.0.iter().map(|point| point.1));
-            let stars = self.results.markers.iter().map(|marker| marker.rmse);
+            let stars = self.results.markers.iter().map(|marker| marker.means.rmse);
             let is_hollow = points.chain(stars).any(|rmse| !self.results.is_clear(rmse));
             let more = if is_hollow { ", which dominates hollow points" } else { "" };
-            canvas.text(&format!("noise of the reference{more}"), ends[0], [6, -14], 12, GRAY)?;
+            let (x, y) = (canvas.place)(ends[0]);
+            let at = (x + 6 * canvas.unit, y - 14 * canvas.unit);
+            canvas.text(&format!("noise of the reference{more}"), at, 12, GRAY)?;
         }
         Ok(())
     }
@@ -131,7 +134,7 @@ impl TimeChart<'_> {
                 let at = (point.seconds.value, point.rmse.value);
                 canvas.bar((point.seconds.low, at.1), (point.seconds.high, at.1), look.stroke.color)?;
                 canvas.bar((at.0, point.rmse.low), (at.0, point.rmse.high), look.stroke.color)?;
-                canvas.mark(at, look, self.results.is_clear(at.1))?;
+                canvas.mark((canvas.place)(at), look, self.results.is_clear(at.1))?;
             }
         }
         Ok(())
@@ -139,17 +142,16 @@ impl TimeChart<'_> {
 
     /// Other renderers, with their names where there is room.
     fn others<B: Backend>(&self, canvas: &Canvas<B>, mut labels: Labels) -> Result<(), Box<dyn Error>> {
-        let markers = || self.results.markers.iter().filter(|marker| marker.rmse > 0.0);
+        let markers = || self.results.markers.iter().filter(|marker| marker.means.rmse > 0.0);
         let ours = self.results.curves.iter().flat_map(|curve| curve.0.iter().copied());
-        for at in ours.chain(markers().map(|marker| (marker.seconds, marker.rmse))) {
+        for at in ours.chain(markers().map(|marker| (marker.seconds, marker.means.rmse))) {
             labels.avoid((canvas.place)(at), 7 * canvas.unit);
         }
         for marker in markers() {
-            let at = (marker.seconds, marker.rmse);
-            canvas.mark(at, Look::OTHER, self.results.is_clear(at.1))?;
+            let at = (canvas.place)((marker.seconds, marker.means.rmse));
+            canvas.mark(at, Look::OTHER, self.results.is_clear(marker.means.rmse))?;
             let size = canvas.text_size(&marker.name, 14)?;
-            let offset = labels.place((canvas.place)(at), size, 11 * canvas.unit);
-            canvas.text(&marker.name, at, offset.map(|length| length / canvas.unit), 14, BLACK)?;
+            canvas.text(&marker.name, labels.place(at, size, 11 * canvas.unit), 14, BLACK)?;
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Results of other renderers.
 
-use lookat_image::means;
+use lookat_image::{Means, means};
 
 /// What another renderer has reached.
 #[derive(Debug, Clone, PartialEq)]
@@ -9,12 +9,8 @@ pub struct Marker {
     pub name: String,
     /// The wall time that it was given with, in seconds.
     pub seconds: f64,
-    /// The root mean squared error of its picture.
-    pub rmse: f64,
-    /// The relative mean squared error.
-    pub relative_mse: f64,
-    /// The mean signed error.
-    pub error: f64,
+    /// The errors of its picture.
+    pub means: Means,
     /// Its picture is stored as integers: rounded, and cut to what a display shows.
     pub rounded: bool,
 }
@@ -28,14 +24,6 @@ impl Marker {
         rounded: bool,
         reference: &[[f32; 3]],
     ) -> Marker {
-        let means = means(pixels, reference);
-        Marker {
-            name: name.into(),
-            seconds,
-            rmse: means.rmse,
-            relative_mse: means.relative_mse,
-            error: means.error,
-            rounded,
-        }
+        Marker { name: name.into(), seconds, means: means(pixels, reference), rounded }
     }
 }

@@ -1,6 +1,6 @@
 //! Single pictures, and what the pictures of all seeds say together.
 
-use lookat_image::means;
+use lookat_image::{Means, means};
 
 use super::estimate::{Estimate, mean, median, positive_mean};
 use super::level::Level;
@@ -21,12 +21,8 @@ pub struct Picture {
     pub seconds: f64,
     /// Wall time of what comes before the first sample, in seconds.
     pub preparation: f64,
-    /// The root mean squared error, in the unit of the picture.
-    pub rmse: f64,
-    /// The relative mean squared error of [`lookat_image::Means`].
-    pub relative_mse: f64,
-    /// The mean signed error.
-    pub error: f64,
+    /// Its errors.
+    pub means: Means,
 }
 
 /// The pictures of one method and number of samples.
@@ -58,7 +54,6 @@ impl Picture {
         rendering: &Rendering,
         expected: &[[f32; 3]],
     ) -> Picture {
-        let means = means(&rendering.pixels, expected);
         Picture {
             method,
             rung,
@@ -66,9 +61,7 @@ impl Picture {
             seed,
             seconds: rendering.seconds,
             preparation: rendering.preparation,
-            rmse: means.rmse,
-            relative_mse: means.relative_mse,
-            error: means.error,
+            means: means(&rendering.pixels, expected),
         }
     }
 }
@@ -77,14 +70,14 @@ impl Point {
     /// Of the rows of one method and number of samples.
     pub(super) fn new(rows: &[Picture], level: Level) -> Point {
         let all = |value: fn(&Picture) -> f64| rows.iter().map(value).collect::<Vec<f64>>();
-        let squares = all(|row| row.rmse * row.rmse);
+        let squares = all(|row| row.means.rmse * row.means.rmse);
         Point {
             rung: rows[0].rung,
             samples: all(|row| row.samples).iter().sum::<f64>() / rows.len() as f64,
             seconds: median(&all(|row| row.seconds)),
             rmse: positive_mean(&squares).map(f64::sqrt),
-            relative_mse: positive_mean(&all(|row| row.relative_mse)),
-            error: mean(&all(|row| row.error)),
+            relative_mse: positive_mean(&all(|row| row.means.relative_mse)),
+            error: mean(&all(|row| row.means.error)),
             level,
             squares,
         }

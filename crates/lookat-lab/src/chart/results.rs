@@ -89,7 +89,7 @@ impl Results {
         let floor = |level: &Option<f64>| noise + level.unwrap_or(0.0);
         let fits = measured.points.iter().zip(&levels).map(|(points, level)| fit_above(points, floor(level)));
         let curves: Vec<Curve> = measured.points.iter().map(|points| curve(points)).collect();
-        let others = markers.iter().map(|marker| clear_curve([(marker.seconds, marker.rmse)]));
+        let others = markers.iter().map(|marker| clear_curve([(marker.seconds, marker.means.rmse)]));
         let others: Vec<Curve> = others.collect();
         let uncertainty = |points: &Vec<Point>| {
             (half_interval(points, |point| point.rmse), half_interval(points, |point| point.seconds))
@@ -173,6 +173,8 @@ fn half_interval(points: &[Point], of: fn(&Point) -> Estimate) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use lookat_image::{Means, means};
+
     use super::super::level::Level;
     use super::super::method::METHODS;
     use super::super::reference::Origin;
@@ -205,9 +207,7 @@ mod tests {
         let marker = |name: &str, seconds, rmse| Marker {
             name: name.into(),
             seconds,
-            rmse,
-            relative_mse: 0.0,
-            error: 0.0,
+            means: Means { rmse, ..means(&[[0.0; 3]], &[[0.0; 3]]) },
             rounded: false,
         };
         let markers = vec![marker("slow", 100.0, 0.5), marker("fast", 0.5, 0.9)];

@@ -40,9 +40,9 @@ pub fn as_csv(results: &Results) -> String {
             row.samples,
             row.seconds,
             row.preparation,
-            row.rmse,
-            row.relative_mse,
-            row.error
+            row.means.rmse,
+            row.means.relative_mse,
+            row.means.error
         );
     }
     text
@@ -58,9 +58,9 @@ pub fn as_json(header: &Header, plan: &Plan, reference: &Reference, results: &Re
         "complete": results.measured.end == End::Whole, "interrupted": results.measured.end == End::Interrupted,
         "methods": (0..results.measured.methods.len()).map(|i| of_method(results, i)).collect::<Vec<_>>(),
         "points": results.markers.iter().map(|marker| json!({
-            "name": marker.name, "seconds": marker.seconds, "rmse": marker.rmse,
-            "relative_mse": marker.relative_mse, "mean_error": marker.error,
-            "stored_as_integers": marker.rounded, "lookat_seconds_to_same_rmse": reached(results, marker.rmse),
+            "name": marker.name, "seconds": marker.seconds, "rmse": marker.means.rmse,
+            "relative_mse": marker.means.relative_mse, "mean_error": marker.means.error,
+            "stored_as_integers": marker.rounded, "lookat_seconds_to_same_rmse": reached(results, marker.means.rmse),
         })).collect::<Vec<_>>(),
         "front": results.front.iter().map(|reign| json!({
             "name": results.name(reign.who), "points": reign.points, "until": reign.until,

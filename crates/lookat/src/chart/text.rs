@@ -162,9 +162,9 @@ fn others(results: &Results) -> String {
         let own = [
             marker.name.clone(),
             significant(marker.seconds, 3),
-            significant(marker.rmse, 3),
-            significant(marker.relative_mse, 3),
-            significant(marker.error, 2),
+            significant(marker.means.rmse, 3),
+            significant(marker.means.relative_mse, 3),
+            significant(marker.means.error, 2),
         ];
         rows.push(own.into_iter().chain(ours).collect());
     }
@@ -173,10 +173,10 @@ fn others(results: &Results) -> String {
         "other renderers, and the seconds that lookat needs for the same RMSE (in parentheses, their time divided by this)"
     );
     text += &table(&rows);
-    for marker in results.markers.iter().filter(|marker| marker.rmse == 0.0) {
+    for marker in results.markers.iter().filter(|marker| marker.means.rmse == 0.0) {
         let _ = writeln!(text, "the picture of {} equals the reference: it is not on the chart", marker.name);
     }
-    let unclear = |marker: &&Marker| marker.rmse > 0.0 && !results.is_clear(marker.rmse);
+    let unclear = |marker: &&Marker| marker.means.rmse > 0.0 && !results.is_clear(marker.means.rmse);
     for marker in results.markers.iter().filter(unclear) {
         let _ = writeln!(
             text,
@@ -202,11 +202,11 @@ fn samples(count: f64) -> String {
 /// The time of a method to reach the error of another renderer.
 fn reach(marker: &Marker, curve: &Curve) -> String {
     let ratio = |seconds: f64| significant(marker.seconds / seconds, 2);
-    if let Some(seconds) = curve.seconds_to(marker.rmse) {
+    if let Some(seconds) = curve.seconds_to(marker.means.rmse) {
         return format!("{} ({})", significant(seconds, 3), ratio(seconds));
     }
     match curve.first() {
-        Some((seconds, error)) if error < marker.rmse => {
+        Some((seconds, error)) if error < marker.means.rmse => {
             format!("<{} (>{})", significant(seconds, 3), ratio(seconds))
         }
         _ => "not reached".into(),

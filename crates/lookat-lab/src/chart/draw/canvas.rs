@@ -121,13 +121,8 @@ impl<B: Backend> Canvas<'_, B> {
         Ok(())
     }
 
-    /// A mark; hollow unless it is `filled`.
-    pub fn mark(&self, at: (f64, f64), look: Look, filled: bool) -> Result<(), Box<dyn Error>> {
-        self.mark_at((self.place)(at), look, filled)
-    }
-
-    /// The same at a pixel.
-    pub fn mark_at(&self, at: (i32, i32), look: Look, filled: bool) -> Result<(), Box<dyn Error>> {
+    /// A mark around a pixel; hollow unless it is `filled`.
+    pub fn mark(&self, at: (i32, i32), look: Look, filled: bool) -> Result<(), Box<dyn Error>> {
         let outline = |size: f64| {
             let scale = size * f64::from(self.unit);
             let pixel =
@@ -141,27 +136,8 @@ impl<B: Backend> Canvas<'_, B> {
         Ok(())
     }
 
-    /// Text whose upper left corner is so far from a place.
-    pub fn text(
-        &self,
-        text: &str,
-        at: (f64, f64),
-        offset: [i32; 2],
-        size: u32,
-        color: RGBColor,
-    ) -> Result<(), Box<dyn Error>> {
-        let (x, y) = (self.place)(at);
-        self.text_at(text, (x + offset[0] * self.unit, y + offset[1] * self.unit), size, color)
-    }
-
-    /// The same at a pixel.
-    pub fn text_at(
-        &self,
-        text: &str,
-        at: (i32, i32),
-        size: u32,
-        color: RGBColor,
-    ) -> Result<(), Box<dyn Error>> {
+    /// Text whose upper left corner is a pixel.
+    pub fn text(&self, text: &str, at: (i32, i32), size: u32, color: RGBColor) -> Result<(), Box<dyn Error>> {
         let style = TextStyle::from((FONT, size * self.unit as u32)).color(&color);
         self.area.draw(&Text::new(text, at, style))?;
         Ok(())

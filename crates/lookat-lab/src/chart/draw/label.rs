@@ -39,9 +39,8 @@ impl Labels {
         self.taken.push(Rectangle { x: [x - radius, x + radius], y: [y - radius, y + radius] });
     }
 
-    /// Where the upper left corner of a label of this size goes, as an offset from its mark: the place that hides least,
-    /// the nearest of those.
-    pub fn place(&mut self, (x, y): (i32, i32), (width, height): (i32, i32), gap: i32) -> [i32; 2] {
+    /// The upper left corner of a label of this size beside its mark: the place that hides least, the nearest of those.
+    pub fn place(&mut self, (x, y): (i32, i32), (width, height): (i32, i32), gap: i32) -> (i32, i32) {
         let around = |gap: i32| {
             let (left, right, above, below, middle) = (-gap - width, gap, -gap - height, gap, -height / 2);
             let center = -width / 2;
@@ -61,7 +60,7 @@ impl Labels {
         let places = [1, 2, 4, 6].into_iter().flat_map(|times| around(times * gap));
         let best = places.min_by_key(hidden).unwrap_or([gap, 0]);
         self.taken.push(at(best));
-        best
+        (x + best[0], y + best[1])
     }
 }
 

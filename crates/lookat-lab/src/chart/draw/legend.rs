@@ -37,18 +37,18 @@ pub(super) fn draw<B: Backend>(
     let mut y = TOP * unit;
     // The middle of letters is lower than that of their box.
     let text = |text: &str, y: i32, size: i32, color: RGBColor| {
-        canvas.text_at(text, (left + 36 * unit, y - (size / 2 - 3) * unit), size as u32, color)
+        canvas.text(text, (left + 36 * unit, y - (size / 2 - 3) * unit), size as u32, color)
     };
     let line = |y: i32, stroke: Stroke| canvas.line_at(vec![(left, y), (left + 28 * unit, y)], stroke);
     for (method, of_method) in results.measured.methods.iter().enumerate() {
         line(y, Look::of(method).stroke)?;
-        canvas.mark_at((left + 14 * unit, y), Look::of(method), true)?;
+        canvas.mark((left + 14 * unit, y), Look::of(method), true)?;
         text(of_method.name, y, 14, BLACK)?;
         text(&reading(results, method), y + READING * unit, 12, GRAY)?;
         y += (READING + METHOD) * unit;
     }
     if !results.markers.is_empty() {
-        canvas.mark_at((left + 14 * unit, y), Look::OTHER, true)?;
+        canvas.mark((left + 14 * unit, y), Look::OTHER, true)?;
         text("other renderers", y, 14, BLACK)?;
         y += ENTRY * unit;
     }

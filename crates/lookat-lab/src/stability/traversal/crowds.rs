@@ -19,8 +19,8 @@ pub(super) fn one_place(_: &Effort) -> Found {
         ("equal instances", instances()),
     ];
     let mut found = Found::default();
-    for (name, text) in crowds {
-        let scene = scene(&around_eye(&text));
+    for (name, world) in crowds {
+        let scene = scene(&around_eye(&world));
         let probe = Probe::new(&scene);
         let mut random = Pcg64Mcg::seed_from_u64(2100);
         let mut hits = 0;

@@ -64,10 +64,11 @@ fn tally_one(
     let d = if outward { leaving(random, n, [-6.0, -3.0]) } else { -leaving(random, n, [-3.0, 0.0]) };
     let ray = probe.leave(&ray, &hit, d);
     let met = probe.nearest(&ray);
+    let chord = 2.0 * size * d.dot(n).abs();
     let right = match met {
         None => outward,
         // The far side of a ball is known; another body is left through a face that looks along the ray.
-        Some(met) if is_ball => !outward && met.t > 0.5 * chord(d, n, size),
+        Some(met) if is_ball => !outward && met.t > 0.5 * chord,
         Some(met) => {
             let exit = probe.point(&ray, &met);
             !outward && exit.n.dot(exit.p - center) * exit.n.dot(d) > 0.0
@@ -78,11 +79,6 @@ fn tally_one(
     } else {
         tally.answer(false);
     }
-}
-
-/// How long a ray stays in a ball.
-fn chord(d: DVec3, n: DVec3, radius: f64) -> f64 {
-    2.0 * radius * d.dot(n).abs()
 }
 
 #[cfg(test)]

@@ -1,11 +1,8 @@
 //! T3 and T4: large triangles up to the horizon, and small ones far away.
 
-use twofloat::TwoFloat;
-
 use super::text;
 use super::truth::{cosine, crossing};
 use crate::stability::prelude::*;
-use crate::stability::truth::quotient;
 
 /// A square on the ground, its middle below an eye at height 1.
 pub(super) fn horizon(effort: &Effort) -> Found {
@@ -51,11 +48,10 @@ fn downward(random: &mut Pcg64Mcg, half: f64) -> (DVec3, DVec3) {
     (o, DVec3::new(distance * cos, -1.0, distance * sin).normalize())
 }
 
-/// Whether the ray crosses the ground on the square, not at its rim.
+/// Whether the ray crosses the ground on the square, not at its rim. The rim is far wider than rounding reaches.
 fn on_ground(o: DVec3, d: DVec3, half: f64) -> bool {
-    let t = quotient(o.y.into(), (-d.y).into());
-    let across = |o: f64, d: f64| f64::from(t * TwoFloat::from(d) + TwoFloat::from(o)).abs();
-    d.y < 0.0 && across(o.x, d.x).max(across(o.z, d.z)) < half * 0.999
+    let p = o - d * (o.y / d.y);
+    d.y < 0.0 && p.x.abs().max(p.z.abs()) < half * 0.999
 }
 
 /// Poses of the far triangle, each a scene of its own.
@@ -64,12 +60,8 @@ const POSES: usize = 64;
 /// A triangle of size 1, seen at no less than 3 degrees; rays that keep off its edges by a thousandth of it must hit.
 pub(super) fn small(effort: &Effort) -> Found {
     Found::sweep(3450, decades(2..10), |seed, distance| {
-        at_poses(
-            effort,
-            seed,
-            |random| any_triangle(random, distance),
-            |tally, t, _, _| tally.answer(t.is_some()),
-        )
+        let triangle = |random: &mut _| any_triangle(random, distance);
+        at_poses(effort, seed, triangle, |tally, t, _, _| tally.answer(t.is_some()))
     })
 }
 
@@ -89,19 +81,15 @@ pub(super) fn at_poses(
         let triangle = poses[pose];
         let d = in_triangle(random, triangle).normalize();
         if is_clear(d, triangle) {
-            judge(
-                tally,
-                probes[pose].nearest(&Ray::new(probes[pose].eye(), d)).map(|hit| hit.t),
-                d,
-                triangle,
-            );
+            let hit = probes[pose].nearest(&Ray::new(probes[pose].eye(), d));
+            judge(tally, hit.map(|hit| hit.t), d, triangle);
         }
     })
 }
 
 /// Triangles from random numbers.
 pub(super) fn poses(seed: u64, make: impl Fn(&mut Pcg64Mcg) -> [DVec3; 3]) -> Vec<[DVec3; 3]> {
-    let mut random: Pcg64Mcg = SeedableRng::seed_from_u64(seed);
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
     (0..POSES).map(|_| make(&mut random)).collect()
 }
 

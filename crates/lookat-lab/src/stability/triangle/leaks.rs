@@ -75,8 +75,7 @@ impl Ball {
 
     /// The corners of a face in the world, relative to the middle.
     fn face(&self, face: usize) -> [DVec3; 3] {
-        self.sphere.faces[face]
-            .map(|i| self.center + self.sphere.positions[i] * self.radius - self.center)
+        self.sphere.faces[face].map(|i| self.center + self.sphere.positions[i] * self.radius - self.center)
     }
 
     /// A ray at an edge, or every other time at a vertex, from somewhere inside, relative to the middle. Its origin in the
