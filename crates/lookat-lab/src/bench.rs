@@ -10,7 +10,7 @@ mod rendering;
 mod table;
 mod tracing;
 
-pub use table::{BenchRow, Cell, Machine, Table};
+pub use table::{BenchRow, BenchTable, Cell, Machine};
 
 /// What can be measured on its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,7 +40,7 @@ impl Suite {
     }
 
     /// Measures it in so many rounds, at least 1.
-    pub fn measure(self, rounds: usize) -> Vec<Table> {
+    pub fn measure(self, rounds: usize) -> Vec<BenchTable> {
         match self {
             Suite::Tracing => tracing::tables(rounds),
             Suite::Reading => vec![reading::table(rounds)],

@@ -23,7 +23,7 @@ mod table;
 pub use budget::Budget;
 pub use climb::Climb;
 pub use draw::draw;
-pub use equal::{Comparison, Curve};
+pub use equal::{Curve, EqualValues};
 pub use estimate::Estimate;
 pub use fit::Fit;
 pub use front::Reign;

@@ -12,16 +12,8 @@ use lookat_scene::LUMINANCE;
 use crate::interval::interval_at;
 pub use known::{Known, edges, fireflies, lens, plain};
 
-/// What was asked for.
-#[derive(Debug, Clone, Copy)]
-pub struct Accuracy {
-    /// The target error.
-    pub relative: f64,
-    /// Its probability.
-    pub confidence: f64,
-    /// The most samples of a pixel.
-    pub max_samples: u32,
-}
+/// The most samples of a pixel.
+pub const MAX_SAMPLES: u32 = 1 << 14;
 
 /// What has become of a pixel.
 #[derive(Debug, Clone, Copy)]
@@ -35,13 +27,8 @@ pub struct Judged {
 }
 
 /// Renders a picture to a target error, and holds each pixel against the truth.
-pub fn judge(known: &Known, target: &Accuracy, seed: u64) -> (Vec<Judged>, Reached) {
-    let stop = Stop::TargetError {
-        target: TargetError { relative: target.relative, confidence: target.confidence },
-        max_samples: target.max_samples,
-        limit: None,
-        error_layers: true,
-    };
+pub fn judge(known: &Known, target: TargetError, seed: u64) -> (Vec<Judged>, Reached) {
+    let stop = Stop::TargetError { target, max_samples: MAX_SAMPLES, limit: None, error_layers: true };
     let settings = Settings { seed, stop, ..Settings::default() };
     let rendered = lookat_render::render(&known.scene, &settings, &|_| ControlFlow::Continue(()));
     let errors_of = rendered.image.errors().unwrap_or_default();
@@ -82,11 +69,11 @@ pub const STRATA: [[f64; 2]; 4] = [[0.0, 0.02], [0.02, 0.1], [0.1, 0.5], [0.5, 1
 
 impl Stratum {
     /// Counts those pixels of which `belongs` holds.
-    pub fn count(pixels: &[Judged], cap: u32, belongs: impl Fn(&Judged) -> bool) -> Stratum {
+    pub fn count(pixels: &[Judged], belongs: impl Fn(&Judged) -> bool) -> Stratum {
         let mut stratum = Stratum::default();
         for pixel in pixels.iter().filter(|pixel| belongs(pixel)) {
             stratum.pixels += 1;
-            if pixel.samples >= cap {
+            if pixel.samples >= MAX_SAMPLES {
                 stratum.at_cap += 1;
             } else {
                 stratum.within += u64::from(pixel.error.abs() <= 1.0);

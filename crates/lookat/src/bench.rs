@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use lookat_lab::bench::{Cell, Machine, Suite, Table};
+use lookat_lab::bench::{BenchTable, Cell, Machine, Suite};
 use serde_json::{Value, json};
 
 use crate::args::Bench;
@@ -46,7 +46,7 @@ fn head(machine: &Machine, rounds: u16) -> String {
 }
 
 /// A table as text, with aligned columns.
-fn as_text(table: &Table) -> String {
+fn as_text(table: &BenchTable) -> String {
     let name = table.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
     let is_spread = table.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.low != cell.high);
     let cells: Vec<Vec<String>> =
@@ -89,9 +89,9 @@ fn number(cell: &Cell, is_spread: bool) -> String {
     }
 }
 
-fn as_json(machine: &Machine, rounds: u16, tables: &[Table]) -> Value {
+fn as_json(machine: &Machine, rounds: u16, tables: &[BenchTable]) -> Value {
     let cell = |cell: &Cell| json!({ "median": cell.median, "low": cell.low, "high": cell.high });
-    let table = |table: &Table| {
+    let table = |table: &BenchTable| {
         let rows = table
             .rows
             .iter()

@@ -24,7 +24,7 @@ struct JsonResult<'a> {
 }
 
 /// The facts about a scene.
-struct Found<'s> {
+struct Inspected<'s> {
     scene: &'s Scene,
     inspection: Inspection,
     memory: Memory,
@@ -44,9 +44,9 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     {
         return crate::exit_code(Err(format!("the shapes and lights are too large: {}", way_out(shortage))));
     }
-    let found = loaded.scene.as_ref().map(Found::new);
+    let found = loaded.scene.as_ref().map(Inspected::new);
     let printed = if arguments.report.json {
-        let needs = found.as_ref().map(Found::json);
+        let needs = found.as_ref().map(Inspected::json);
         crate::print_json(&JsonResult { scene: name, diagnostics: report::json(&loaded), needs })
     } else {
         report::print(&loaded, false);
@@ -59,9 +59,9 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     })
 }
 
-impl<'s> Found<'s> {
+impl<'s> Inspected<'s> {
     fn new(scene: &'s Scene) -> Self {
-        Found { scene, inspection: lookat_render::inspect(scene), memory: scene.world.memory() }
+        Inspected { scene, inspection: lookat_render::inspect(scene), memory: scene.world.memory() }
     }
 
     /// The BVHs of the world and of all objects.
@@ -107,7 +107,7 @@ impl<'s> Found<'s> {
     }
 
     fn json(&self) -> Value {
-        let Found { scene, inspection: it, memory } = self;
+        let Inspected { scene, inspection: it, memory } = self;
         let elements = |elements: &Elements| {
             json!({
                 "triangles": elements.triangles, "quadrics": elements.quadrics,

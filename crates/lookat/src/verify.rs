@@ -71,7 +71,7 @@ pub struct Outcome {
     /// `None` if there is no reference, or it cannot be read.
     pub reference: Option<Image>,
     /// `None` if there are not two pictures of one size.
-    pub comparison: Option<Comparison>,
+    pub comparison: Option<SceneComparison>,
 }
 
 /// The messages of a scene file.
@@ -90,7 +90,7 @@ pub struct Rendered {
 }
 
 /// A render and its reference, over the pixels of both.
-pub struct Comparison {
+pub struct SceneComparison {
     pub pair: Aligned,
     pub measurement: Measurement,
     /// The smallest bias of the mean that the test for noise finds in 95 of 100 renders, in the unit of the picture. `None`

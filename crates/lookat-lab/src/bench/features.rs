@@ -6,7 +6,7 @@ use lookat_render::{Settings, Stop};
 use lookat_scene::Scene;
 
 use super::rendering::render;
-use super::table::{BenchRow, Cell, Table, in_turn, timed};
+use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
 
 /// Two spheres on a floor under four lamps, without anything that can be left out.
 const BASE: &str = include_str!("base.pbrt");
@@ -23,7 +23,7 @@ fn features() -> Vec<(&'static str, Scene)> {
 }
 
 /// Each feature by its ratio to the base, in the same round.
-pub(super) fn table(rounds: usize) -> Table {
+pub(super) fn table(rounds: usize) -> BenchTable {
     let features = features();
     let measured = in_turn(rounds, features.len(), |feature| {
         let (name, scene) = &features[feature];
@@ -48,7 +48,7 @@ pub(super) fn table(rounds: usize) -> Table {
         ];
         BenchRow { name: (*name).into(), cells }
     };
-    Table {
+    BenchTable {
         name: "features",
         title: "the base scene with one more feature, on one thread; ratios to the base".into(),
         columns: vec!["s", "time", "rays", "time of a ray"],

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lookat_scene::load_opened;
 
 use super::meshes::{as_ply, as_text, sphere};
-use super::table::{BenchRow, Cell, Table, in_turn, timed};
+use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
 use crate::text_scene::around_eye;
 
 /// A file that is read.
@@ -19,7 +19,7 @@ struct File {
 }
 
 /// The same mesh as three files.
-pub(super) fn table(rounds: usize) -> Table {
+pub(super) fn table(rounds: usize) -> BenchTable {
     let mesh = sphere();
     let triangles = mesh.triangles();
     let files = files(&mesh);
@@ -35,7 +35,7 @@ pub(super) fn table(rounds: usize) -> Table {
         ];
         BenchRow { name: file.name.into(), cells }
     };
-    Table {
+    BenchTable {
         name: "reading",
         title: format!("a mesh of {triangles} triangles, from memory to a scene"),
         columns: vec!["MB", "s", "MB/s", "million triangles/s"],

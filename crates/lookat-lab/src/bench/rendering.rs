@@ -7,7 +7,7 @@ use std::path::Path;
 use lookat_render::{Rendered, Settings};
 use lookat_scene::{Overrides, Scene};
 
-use super::table::{BenchRow, Cell, Table, in_turn, timed};
+use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
 
 /// A scene, and the samples per pixel that it is rendered at; none for a draft.
 type Entry = (&'static str, &'static str, Option<u32>);
@@ -28,7 +28,7 @@ const TORUS: &str = include_str!("scenes/torus.pbrt");
 type Pair = [(f64, u64); 2];
 
 /// One thread and all of them; the draft with reading.
-pub(super) fn table(rounds: usize) -> Table {
+pub(super) fn table(rounds: usize) -> BenchTable {
     let seconds =
         in_turn(rounds, SCENES.len(), |scene| [1, 0].map(|threads| measure(&SCENES[scene], threads)));
     let row = |((name, _, samples), rounds): (&Entry, &Vec<Pair>)| {
@@ -44,7 +44,7 @@ pub(super) fn table(rounds: usize) -> Table {
         let how = samples.map_or("--quick, with reading".into(), |samples| format!("{samples} samples"));
         BenchRow { name: format!("{name}, {how}"), cells }
     };
-    Table {
+    BenchTable {
         name: "rendering",
         title: "built-in scenes; Mray/s counts all kinds of rays".into(),
         columns: vec!["s, one thread", "s, all", "times as fast", "Mray/s, one thread", "Mray/s, all"],

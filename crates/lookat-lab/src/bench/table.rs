@@ -4,7 +4,7 @@ use std::time::Instant;
 
 /// Measured numbers: a line for each thing, a column for each quantity.
 #[derive(Debug, Clone)]
-pub struct Table {
+pub struct BenchTable {
     /// A word for programs.
     pub name: &'static str,
     /// What was done, for people.

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::meshes::{body_scene, sphere_scene};
-use super::table::{BenchRow, Cell, Table, in_turn, timed};
+use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
 use crate::stability::random::direction;
 
 /// Camera rays across and down.
@@ -21,16 +21,16 @@ struct Batch {
 }
 
 /// The tables of both meshes.
-pub(super) fn tables(rounds: usize) -> Vec<Table> {
+pub(super) fn tables(rounds: usize) -> Vec<BenchTable> {
     let scenes = [("body", body_scene()), ("sphere", sphere_scene())];
     let rows = scenes.iter().map(|(name, scene)| rays(name, scene, rounds));
-    let rays = Table {
+    let rays = BenchTable {
         name: "tracing",
         title: "rays on one thread, in millions per second".into(),
         columns: vec!["primary", "diffuse", "random", "shadow"],
         rows: rows.collect(),
     };
-    let build = Table {
+    let build = BenchTable {
         name: "building",
         title: "scene preparation, in millions of triangles per second".into(),
         columns: vec!["one thread", "all threads", "times as fast"],

@@ -12,7 +12,7 @@ pub struct Curve(pub Vec<(f64, f64)>);
 
 /// Methods at a few places.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Comparison {
+pub struct EqualValues {
     /// The places: seconds, or errors.
     pub at: Vec<f64>,
     /// For each method, what it has there; `None` where it has no points on both sides.
@@ -66,19 +66,19 @@ impl Curve {
 }
 
 /// Errors at a few times that all curves have or, if there are none, that the first has, if possible with others.
-pub(super) fn equal_times(curves: &[Curve]) -> Comparison {
+pub(super) fn equal_times(curves: &[Curve]) -> EqualValues {
     let at = places(curves, Curve::seconds);
     let values = curves.iter().map(|curve| at.iter().map(|at| curve.error_at(*at)).collect()).collect();
-    Comparison { at, values }
+    EqualValues { at, values }
 }
 
 /// Times to a few errors that all curves have or, if there are none, that the first has, if possible with others; the largest
 /// first.
-pub(super) fn equal_errors(curves: &[Curve]) -> Comparison {
+pub(super) fn equal_errors(curves: &[Curve]) -> EqualValues {
     let mut at = places(curves, Curve::errors);
     at.reverse();
     let values = curves.iter().map(|curve| at.iter().map(|at| curve.seconds_to(*at)).collect()).collect();
-    Comparison { at, values }
+    EqualValues { at, values }
 }
 
 /// The ordinate where a line through points first comes to an abscissa, from either side.
@@ -169,7 +169,7 @@ mod tests {
         let curve = |points: &[(f64, f64)]| Curve(points.to_vec());
         let first = curve(&[(0.01, 0.34), (0.35, 0.0126)]);
         let curves = [first, curve(&[(0.01, 0.34), (0.37, 0.06)]), curve(&[(0.08, 0.0163), (0.32, 0.0073)])];
-        let Comparison { at, values } = equal_errors(&curves);
+        let EqualValues { at, values } = equal_errors(&curves);
         assert_eq!(at, [0.2, 0.1, 0.05, 0.02, 0.015]);
         assert!(values.iter().all(|row| row.iter().any(Option::is_some)), "{values:?}");
         assert!(values[2][4].is_some() && values[0][4].is_some());

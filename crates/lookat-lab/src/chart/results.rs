@@ -2,7 +2,7 @@
 
 use std::iter::repeat;
 
-use super::equal::{Comparison, Curve, equal_errors, equal_times};
+use super::equal::{Curve, EqualValues, equal_errors, equal_times};
 use super::estimate::{Estimate, median};
 use super::fit::{Fit, RungErrors, fit};
 use super::front::{Entry, Reign, front};
@@ -71,9 +71,9 @@ pub struct Results {
     /// The front, of methods and other renderers: who counts on from the methods to the markers.
     pub front: Vec<Reign>,
     /// Errors at equal times.
-    pub equal_times: Comparison,
+    pub equal_times: EqualValues,
     /// Times to equal errors, in seconds.
-    pub equal_errors: Comparison,
+    pub equal_errors: EqualValues,
     /// The mean square of the noise of the reference, if it is known.
     noise_square: Option<f64>,
 }

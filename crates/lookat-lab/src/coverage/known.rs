@@ -191,7 +191,7 @@ mod tests {
     use lookat_scene::Sampler;
 
     use super::*;
-    use crate::coverage::{Accuracy, Stratum, judge};
+    use crate::coverage::{Stratum, judge};
 
     /// The same in colors: red, green and blue have their edges apart.
     fn tinted(side: u32) -> Known {
@@ -259,10 +259,10 @@ mod tests {
     /// As many pixels as promised are within the target, at 99 %, of each kind of picture that keeps its promise.
     #[test]
     fn targets_are_reached() {
-        let target = Accuracy { relative: 0.1, confidence: 0.95, max_samples: 1 << 14 };
+        let target = lookat_render::TargetError { relative: 0.1, confidence: 0.95 };
         for known in [edges(60), tinted(60), lens(60), wall(60), plain(60)] {
-            let (pixels, _) = judge(&known, &target, 1);
-            let [share, bound] = Stratum::count(&pixels, target.max_samples, |_| true).coverage();
+            let (pixels, _) = judge(&known, target, 1);
+            let [share, bound] = Stratum::count(&pixels, |_| true).coverage();
             assert!(share >= 0.95 && bound >= 0.94, "{}: {share}, at least {bound}", known.name);
         }
     }

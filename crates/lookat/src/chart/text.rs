@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use lookat_lab::chart::{
-    Comparison, Curve, End, Estimate, Header, Marker, Method, Origin, Plan, Point, Reference, Results,
+    Curve, End, EqualValues, Estimate, Header, Marker, Method, Origin, Plan, Point, Reference, Results,
 };
 use lookat_lab::plot::{plain, significant};
 use lookat_render::REPLICATES;
@@ -214,7 +214,7 @@ fn reach(marker: &Marker, curve: &Curve) -> String {
 }
 
 /// A comparison as a table: one row per method, one column per place.
-fn comparison(what: &str, results: &Results, comparison: &Comparison) -> String {
+fn comparison(what: &str, results: &Results, comparison: &EqualValues) -> String {
     let places = comparison.at.iter().map(|at| plain(*at));
     let mut rows = vec![std::iter::once(what.to_owned()).chain(places).collect::<Vec<_>>()];
     for (i, values) in comparison.values.iter().enumerate() {

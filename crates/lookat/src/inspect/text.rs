@@ -4,9 +4,9 @@ use lookat_image::byte_words;
 use lookat_render::{Choice, Draw, Elements, Surfaces};
 use lookat_scene::LightChoice;
 
-use super::{Found, filter_name, integrator_name, projection_name};
+use super::{Inspected, filter_name, integrator_name, projection_name};
 
-impl Found<'_> {
+impl Inspected<'_> {
     pub fn text(&self, name: &str) -> String {
         let lines = [
             ("film", self.film()),

@@ -3,7 +3,7 @@
 use lookat_image::mean;
 
 use super::page::{Figure, PageScene, Picture};
-use super::{Comparison, Outcome};
+use super::{Outcome, SceneComparison};
 use crate::metric::{Measured, Metric};
 
 /// The metrics with a column. The others appear below.
@@ -64,7 +64,7 @@ fn columns(outcome: &Outcome) -> Vec<Figure> {
     columns
 }
 
-fn details(comparison: &Comparison) -> Vec<Figure> {
+fn details(comparison: &SceneComparison) -> Vec<Figure> {
     let others = comparison.measurement.metrics.iter().filter(|line| !COLUMNS.contains(&line.metric));
     others.map(figure).collect()
 }

@@ -11,7 +11,7 @@ use lookat_scene::{Loaded, Overrides, Scene};
 use serde_json::json;
 
 use super::page::PACKING_BYTES;
-use super::{Comparison, Diagnostics, Outcome, Rendered, Verdict, files};
+use super::{Diagnostics, Outcome, Rendered, SceneComparison, Verdict, files};
 use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
@@ -159,12 +159,12 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
 /// The threshold of share-above.
 const THRESHOLD: f32 = 0.01;
 
-fn compare(arguments: &Verify, pair: Aligned) -> Comparison {
+fn compare(arguments: &Verify, pair: Aligned) -> SceneComparison {
     let measurement = measure(&pair, THRESHOLD, &|_| broken(&pair).is_none());
     let significance = noise::significance(&arguments.max);
     let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());
     let detectable = found.map(|found| found.visible_in_mean(significance));
-    Comparison { pair, measurement, detectable }
+    SceneComparison { pair, measurement, detectable }
 }
 
 /// Which picture has pixels that are not finite, and how many.
@@ -175,8 +175,8 @@ fn broken(pair: &Aligned) -> Option<(&'static str, usize)> {
 }
 
 /// Whether the measurement is within the limits or, without any, within noise.
-fn judge(arguments: &Verify, comparison: &Comparison) -> Result<Judgment, String> {
-    let Comparison { pair, measurement, .. } = comparison;
+fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, String> {
+    let SceneComparison { pair, measurement, .. } = comparison;
     match broken(pair) {
         Some((which, 1)) => return Ok((Verdict::Differs, format!("1 pixel of the {which} is not finite"))),
         Some((which, count)) => {

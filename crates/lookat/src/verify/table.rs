@@ -6,7 +6,7 @@ use lookat_image::mean;
 use serde_json::{Map, Value, json};
 use unicode_width::UnicodeWidthStr;
 
-use super::{Comparison, Outcome, Verdict, files};
+use super::{Outcome, SceneComparison, Verdict, files};
 use crate::metric::{Metric, number};
 use crate::visible::visible;
 
@@ -70,7 +70,7 @@ fn columns<'t>(texts: impl IntoIterator<Item = &'t str>) -> String {
 }
 
 /// The mean error, the detectable bias and some metrics. "-" for each that was not measured.
-fn figures(comparison: &Comparison) -> [String; 5] {
+fn figures(comparison: &SceneComparison) -> [String; 5] {
     let value = |metric: Metric| comparison.measurement.value(metric);
     let mean = mean(&comparison.pair.expected);
     let error = value(Metric::Error).map(|error| relative(error, mean, "+"));

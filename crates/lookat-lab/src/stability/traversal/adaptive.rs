@@ -1,10 +1,12 @@
 //! Pixels that are sampled until they are exact: V11 to V13.
 
-use crate::coverage::{Accuracy, Judged, Known, STRATA, Stratum, edges, fireflies, judge, lens};
+use lookat_render::TargetError;
+
+use crate::coverage::{Judged, Known, STRATA, Stratum, edges, fireflies, judge, lens};
 use crate::stability::prelude::*;
 
 /// What is asked for. Ten thousand pixels take some seconds.
-const TARGET: Accuracy = Accuracy { relative: 0.1, confidence: 0.95, max_samples: 1 << 14 };
+const TARGET: TargetError = TargetError { relative: 0.1, confidence: 0.95 };
 
 /// Pixels on a side.
 const SIDE: u32 = 100;
@@ -19,7 +21,7 @@ pub(super) fn out_of_focus(_: &Effort) -> Found {
 
 /// Stratum by stratum.
 fn against(known: &Known) -> Found {
-    let (pixels, _) = judge(known, &TARGET, 0);
+    let (pixels, _) = judge(known, TARGET, 0);
     let strata: Vec<Stratum> = STRATA.iter().map(|bounds| stratum(&pixels, *bounds)).collect();
     let strata = || strata.iter().filter(|stratum| stratum.promised() > 0);
     let worst = strata().map(|stratum| 1.0 - stratum.coverage()[1]).fold(0.0, f64::max);
@@ -36,23 +38,23 @@ fn against(known: &Known) -> Found {
 
 /// The pixels that an edge cuts, between two values.
 fn stratum(pixels: &[Judged], [from, to]: [f64; 2]) -> Stratum {
-    Stratum::count(pixels, TARGET.max_samples, |pixel| pixel.value > from && pixel.value < to)
+    Stratum::count(pixels, |pixel| pixel.value > from && pixel.value < to)
 }
 
 pub(super) fn rare(_: &Effort) -> Found {
     let mut found = Found::default();
     // So small that a pixel that has missed the bright samples is beyond it.
-    let target = Accuracy { relative: 0.05, ..TARGET };
-    let (pixels, reached) = judge(&fireflies(40), &target, 0);
+    let target = TargetError { relative: 0.05, ..TARGET };
+    let (pixels, reached) = judge(&fireflies(40), target, 0);
     found.check(reached.outliers > 0, || "a thousandth of very bright samples is not told of".into());
-    let stratum = Stratum::count(&pixels, target.max_samples, |_| true);
+    let stratum = Stratum::count(&pixels, |_| true);
     found.remarks.push(format!(
         "{:.3} of the pixels are within the target, which is not promised: {} of {} have outliers",
         stratum.coverage()[0],
         reached.outliers,
         stratum.pixels
     ));
-    let (_, reached) = judge(&edges(40), &TARGET, 0);
+    let (_, reached) = judge(&edges(40), TARGET, 0);
     found.check(reached.outliers == 0, || format!("{} pixels at edges count as outliers", reached.outliers));
     found
 }

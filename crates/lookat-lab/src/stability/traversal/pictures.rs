@@ -1,5 +1,7 @@
 //! Pictures of unusual size, and the same picture on any number of threads: V14 and V15.
 
+use lookat_scene::syntax::Diagnostic;
+
 use crate::stability::prelude::*;
 
 /// A scene, whose film and sampler are what the case is about.
@@ -55,13 +57,8 @@ fn problem(text: &str, pixels: Option<usize>) -> Option<String> {
             return Some("is not refused".into());
         }
         // The trouble is with the film or the sampler.
-        let told = loaded.diagnostics.iter().any(|problem| {
-            let line = text.as_bytes()[..problem.span().start as usize]
-                .iter()
-                .filter(|byte| **byte == b'\n')
-                .count();
-            (1..=2).contains(&line)
-        });
+        let line = |problem: &Diagnostic| loaded.sources.location(problem.span()).line;
+        let told = loaded.diagnostics.iter().any(|problem| (2..=3).contains(&line(problem)));
         return (!told).then(|| "no error names the line".into());
     };
     let Some(scene) = loaded.scene else { return Some(format!("is refused: {:?}", loaded.diagnostics)) };

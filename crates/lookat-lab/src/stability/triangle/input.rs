@@ -71,16 +71,14 @@ pub(super) fn bad_mesh(_: &Effort) -> Found {
         let shape = format!("{place}\n\"point P\" [{points}] \"integer indices\" [{indices}]");
         let loaded = load(&around_eye(&format!("\n{shape}\n")));
         found.check(loaded.scene.is_none(), || format!("{name}: there is a scene"));
-        found.check(errors(&loaded).any(|error| error.0 == 4), || {
-            format!("{name}: no error in line 4: {:?}", errors(&loaded).collect::<Vec<_>>())
-        });
+        let told = errors(&loaded).any(|error| error.0 == 4);
+        found.check(told, || format!("{name}: no error in line 4: {:?}", loaded.diagnostics));
         let loaded = load_ply(&ply(last, indices));
         found.check(loaded.scene.is_none(), || format!("{name} in a PLY file: there is a scene"));
         // The place in the other file is in the message.
         let line = if last.contains('\n') { "mesh.ply: line 12: " } else { "mesh.ply: line 13: " };
-        found.check(errors(&loaded).any(|error| error.0 == 2 && error.1.contains(line)), || {
-            format!("{name}: no error at \"{line}\": {:?}", errors(&loaded).collect::<Vec<_>>())
-        });
+        let told = errors(&loaded).any(|error| error.0 == 2 && error.1.contains(line));
+        found.check(told, || format!("{name}: no error at \"{line}\": {:?}", loaded.diagnostics));
     }
     found
 }
