@@ -7,42 +7,29 @@ use crate::stability::prelude::*;
 /// The limit is 8 times 2^-40 of the largest coordinate that the point was computed with. That is the corner of a box or
 /// triangle, up to twice the size away from the point, and turning an instance takes the sum over three axes: 8 covers both.
 pub(super) fn by_size(effort: &Effort) -> Found {
-    Found::sweep(250, decades(-6..=8), |seed, size| bodies(effort, seed, BodyPose { size, distance: 0.0 }))
+    Found::sweep(250, decades(-6..=8), |seed, size| bodies(effort, seed, size, 0.0))
 }
 
 pub(super) fn by_distance(effort: &Effort) -> Found {
-    Found::sweep(270, decades(0..=5), |seed, distance| bodies(effort, seed, BodyPose { size: 1.0, distance }))
+    Found::sweep(270, decades(0..=5), |seed, distance| bodies(effort, seed, 1.0, distance))
 }
 
-/// How large a body is, and where, in sizes from the origin of the world.
-#[derive(Clone, Copy)]
-struct BodyPose {
-    size: f64,
-    distance: f64,
-}
-
-fn bodies(effort: &Effort, seed: u64, place: BodyPose) -> Tally {
-    let tallies = bodies::ALL.iter().zip(10 * seed..).map(|(body, seed)| rays(effort, seed, body, place));
-    tallies.fold(Tally::default(), Tally::join)
-}
-
-/// Half of the rays with the eye near the body, half with the eye at the origin of the world, or as far.
-fn rays(effort: &Effort, seed: u64, body: &bodies::Convex, place: BodyPose) -> Tally {
-    let BodyPose { size, distance } = place;
+/// All bodies of this size, so many sizes from the origin of the world.
+fn bodies(effort: &Effort, seed: u64, size: f64, distance: f64) -> Tally {
     let center = DVec3::new(0.6, -0.5, 0.62).normalize() * distance * size;
+    // The eye near the body, and at the origin of the world, or as far.
     let far = if distance == 0.0 { DVec3::new(-3e3, 2e3, 5e3) * size } else { DVec3::ZERO };
-    let count = effort.rays.div_ceil(2 * bodies::ALL.len() as u64);
     let eyes = [center + DVec3::new(3.0, -2.0, 4.0) * size, far];
-    eyes.into_iter()
-        .zip([seed << 1, seed << 1 | 1])
-        .map(|(eye, seed)| {
-            let scene = scene(&body.text(eye, center, size));
-            let probe = Probe::new(&scene);
-            tally(count, seed, |random, tally| {
-                tally_one(random, &probe, center - probe.origin(), size, body.is_ball, tally);
-            })
+    let count = effort.rays.div_ceil(2 * bodies::ALL.len() as u64);
+    let each = bodies::ALL.iter().flat_map(|body| eyes.map(|eye| (body, eye)));
+    let tallies = each.zip(20 * seed..).map(|((body, eye), seed)| {
+        let scene = scene(&body.text(eye, center, size));
+        let probe = Probe::new(&scene);
+        tally(count, seed, |random, tally| {
+            tally_one(random, &probe, center - probe.origin(), size, body.is_ball, tally);
         })
-        .fold(Tally::default(), Tally::join)
+    });
+    tallies.fold(Tally::default(), Tally::join)
 }
 
 /// Hits the body, leaves it, and looks what is met.
