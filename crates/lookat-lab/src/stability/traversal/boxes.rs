@@ -1,5 +1,6 @@
 //! Rays in the planes of boxes: V1.
 
+use super::brute_force::disagreement;
 use crate::stability::prelude::*;
 
 /// The corners of a box, which single precision holds.
@@ -12,17 +13,13 @@ pub(super) fn faces(effort: &Effort) -> Found {
     let probe = Probe::new(&scene);
     let tally = tally(effort.rays, 2001, |random, tally| {
         let ray = in_plane(random, &boxes);
-        let Some(all) = probe.nearest_by_all(&ray) else {
-            // What passes through the middle of a cube must have hit it.
-            let pierced = boxes.iter().skip(1).step_by(3).any(|cube| pierces(ray.o, ray.d, *cube));
-            if pierced {
-                tally.answer(false);
-            }
-            return;
-        };
-        let own = probe.nearest(&ray);
-        let same = own.is_some_and(|own| own.element == all.element && own.t.to_bits() == all.t.to_bits());
-        tally.answer(same && probe.occluded(&ray));
+        // What passes through the middle of a cube must hit it.
+        let pierced = || boxes.iter().skip(1).step_by(3).any(|cube| pierces(ray.o, ray.d, *cube));
+        if probe.nearest_by_all(&ray).is_some() {
+            tally.answer(disagreement(&probe, &ray).is_none());
+        } else if pierced() {
+            tally.answer(false);
+        }
     });
     Found::own(None, tally)
 }

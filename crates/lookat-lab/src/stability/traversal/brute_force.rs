@@ -50,7 +50,7 @@ fn one_scene(seed: u64, rays: u64) -> (Tally, Option<String>) {
 }
 
 /// How trees and all elements differ about a ray.
-fn disagreement(probe: &Probe, ray: &Ray) -> Option<String> {
+pub(super) fn disagreement(probe: &Probe, ray: &Ray) -> Option<String> {
     let (tree, all) = (probe.nearest(ray), probe.nearest_by_all(ray));
     let name = |hit: &Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits));
     if tree.as_ref().map(name) != all.as_ref().map(name) {
