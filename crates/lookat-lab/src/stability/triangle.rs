@@ -5,7 +5,6 @@ mod grid;
 mod input;
 mod leaks;
 mod mesh;
-mod needles;
 mod plane;
 mod truth;
 
@@ -17,7 +16,7 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T3", far::horizon),
     ("T3b", far::seam),
     ("T4", far::small),
-    ("T5", needles::needles),
+    ("T5", far::needles),
     ("T6", input::no_area),
     ("T7", input::bad_mesh),
     ("T8", plane::same_place),

@@ -1,4 +1,4 @@
-//! T3 and T4: large triangles up to the horizon, and small ones far away.
+//! T3 to T5: large triangles up to the horizon, small ones far away, and triangles of almost no height.
 
 use super::text;
 use super::truth::{cosine, crossing};
@@ -67,7 +67,7 @@ pub(super) fn small(effort: &Effort) -> Found {
 
 /// Sends rays from the origin at triangles that each stand alone. `judge` gets the distance that lookat finds, the direction and
 /// the triangle.
-pub(super) fn at_poses(
+fn at_poses(
     effort: &Effort,
     seed: u64,
     make: impl Fn(&mut Pcg64Mcg) -> [DVec3; 3],
@@ -113,6 +113,39 @@ fn any_triangle(random: &mut Pcg64Mcg, distance: f64) -> [DVec3; 3] {
 fn is_clear(d: DVec3, triangle: [DVec3; 3]) -> bool {
     let clear = crossing(DVec3::ZERO, d, triangle).is_some_and(|crossing| crossing.inside > 1e-3);
     clear && cosine(d, triangle) > 0.05
+}
+
+/// The distance of the needles, whose length is 1.
+const NEEDLE_DISTANCE: f64 = 5.0;
+
+/// A miss is wrong; a hit has the relative error of its distance.
+///
+/// The limit is what rounding may do to the thinnest, seen at 3 degrees: 2e-16 of its distance is 2e-6 of its height, and
+/// along its height and length the distance changes by no more than a fifth.
+pub(super) fn needles(effort: &Effort) -> Found {
+    Found::sweep(3550, decades(3..9), |seed, slenderness| {
+        let needle = |random: &mut Pcg64Mcg| needle(random, 1.0 / slenderness);
+        at_poses(effort, seed, needle, |tally, t, d, triangle| {
+            let truth = crossing(DVec3::ZERO, d, triangle).map_or(f64::NAN, |crossing| crossing.t);
+            match t {
+                Some(t) => tally.error(((t - truth) / truth).abs()),
+                None => tally.answer(false),
+            }
+        })
+    })
+}
+
+/// A needle in any pose.
+fn needle(random: &mut Pcg64Mcg, height: f64) -> [DVec3; 3] {
+    let middle = direction(random) * NEEDLE_DISTANCE;
+    loop {
+        let along = direction(random);
+        let up = along.cross(direction(random)).normalize();
+        // Seen from the side, so that none is hidden by its own edge.
+        if along.cross(up).dot(middle / NEEDLE_DISTANCE).abs() > 0.1 {
+            return [middle - along * 0.5, middle + along * 0.5, middle + along * 0.1 + up * height];
+        }
+    }
 }
 
 #[cfg(test)]
