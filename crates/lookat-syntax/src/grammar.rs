@@ -1,16 +1,11 @@
 //! The grammar: bytes to statements. After an error, reading continues at the next directive, so that one run finds
 //! every mistake.
 
-use nom::bytes::complete::take_while1;
-
-use crate::advice::{V4_DIRECTIVES, advice, quoted_after, surplus};
+use crate::advice::{V4_DIRECTIVES, advice, surplus};
 use crate::synonyms::directive_advice;
-use crate::token::{Fault, Input, Parsing, blank, found, is_blank, number, quoted, shown, word};
-use crate::words::{ends_list, is_declaration, is_keyword, unclosed};
-use crate::{
-    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement, Text,
-    nearest,
-};
+use crate::token::{Fault, Input, Parsing, blank, found, number, shown, word};
+use crate::words::is_keyword;
+use crate::{Diagnostic, Directive, FileId, Span, Statement, nearest};
 
 /// The result of [`parse`].
 #[derive(Debug, Default)]
@@ -89,17 +84,17 @@ pub fn parse_within(file: FileId, text: &[u8], most_bytes: u64) -> Parsed {
 }
 
 /// After this many unknown directives, the parser looks for known directives only: the file is probably not a scene.
-const MAX_UNKNOWN: usize = 20;
+pub(crate) const MAX_UNKNOWN: usize = 20;
 
 pub(crate) struct Reader<'a> {
     /// Unknown directives so far.
-    unknown: usize,
+    pub(crate) unknown: usize,
     file: FileId,
     pub(crate) text: Input<'a>,
     pub(crate) diagnostics: Vec<Diagnostic>,
     v4_marks: Vec<Span>,
-    broken_end: bool,
-    lost_include: bool,
+    pub(crate) broken_end: bool,
+    pub(crate) lost_include: bool,
     /// The first comma between numbers.
     pub(crate) comma: Option<Span>,
     /// The text from the keyword of the current statement on.
@@ -138,16 +133,6 @@ impl<'a> Reader<'a> {
                 Err(nom::Err::Incomplete(_)) => break,
             }
         }
-    }
-
-    /// Reports a fault that ends the current statement, and returns the text from the next directive on.
-    pub(crate) fn recover(&mut self, fault: Fault<'a>) -> Input<'a> {
-        let from = &self.text[self.offset(fault.at)..];
-        self.report(fault);
-        let rest = next_directive(self.statement, from, self.unknown <= MAX_UNKNOWN);
-        self.broken_end |= rest.is_empty();
-        self.lost_include |= self.statement.starts_with(b"Include");
-        rest
     }
 
     /// Counts a parameter. True if it exceeds the memory limit.
@@ -238,60 +223,6 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Reads the arguments of a keyword.
-    fn directive(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
-        Ok(match keyword {
-            b"Identity" => (input, Directive::Identity),
-            b"TransformBegin" => (input, Directive::TransformBegin),
-            b"TransformEnd" => (input, Directive::TransformEnd),
-            b"AttributeBegin" => (input, Directive::AttributeBegin),
-            b"AttributeEnd" => (input, Directive::AttributeEnd),
-            b"ObjectEnd" => (input, Directive::ObjectEnd),
-            b"ReverseOrientation" => (input, Directive::ReverseOrientation),
-            b"WorldBegin" => (input, Directive::WorldBegin),
-            b"WorldEnd" => (input, Directive::WorldEnd),
-            b"Translate" => self.numbers(input, keyword).map(|(rest, n)| (rest, Directive::Translate(n)))?,
-            b"Scale" => self.numbers(input, keyword).map(|(rest, n)| (rest, Directive::Scale(n)))?,
-            b"Rotate" => self.numbers(input, keyword).map(|(rest, n)| (rest, Directive::Rotate(n)))?,
-            b"LookAt" => self.numbers(input, keyword).map(|(rest, n)| (rest, Directive::LookAt(n)))?,
-            b"Transform" => self.numbers(input, keyword).map(|(rest, n)| (rest, Directive::Transform(n)))?,
-            b"ConcatTransform" => {
-                self.numbers(input, keyword).map(|(rest, n)| (rest, Directive::ConcatTransform(n)))?
-            }
-            b"TransformTimes" => {
-                self.numbers(input, keyword).map(|(rest, n)| (rest, Directive::TransformTimes(n)))?
-            }
-            b"CoordinateSystem" => {
-                self.name(input, keyword).map(|(rest, n)| (rest, Directive::CoordinateSystem(n)))?
-            }
-            b"CoordSysTransform" => {
-                self.name(input, keyword).map(|(rest, n)| (rest, Directive::CoordSysTransform(n)))?
-            }
-            b"ObjectBegin" => self.name(input, keyword).map(|(rest, n)| (rest, Directive::ObjectBegin(n)))?,
-            b"ObjectInstance" => {
-                self.name(input, keyword).map(|(rest, n)| (rest, Directive::ObjectInstance(n)))?
-            }
-            b"NamedMaterial" => {
-                self.name(input, keyword).map(|(rest, n)| (rest, Directive::NamedMaterial(n)))?
-            }
-            b"ActiveTransform" => self.active_transform(input)?,
-            b"MediumInterface" => self.medium_interface(input, keyword)?,
-            b"Texture" => self.texture(input, keyword)?,
-            b"Include" => {
-                let (input, file) = self.name(input, keyword)?;
-                let (input, rest) = self.params(input);
-                (input, Directive::Include { file, rest })
-            }
-            _ => match EntityKind::ALL.into_iter().find(|kind| kind.keyword().as_bytes() == keyword) {
-                Some(kind) => {
-                    let (rest, entity) = self.entity(input, keyword)?;
-                    (rest, Directive::Entity(kind, entity))
-                }
-                None => return self.unknown_directive(keyword).fail(),
-            },
-        })
-    }
-
     /// Reports an unknown keyword, and reads it as the nearest known one: a misspelled WorldBegin is one error, not one
     /// for each following directive.
     fn misspelled(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
@@ -307,7 +238,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn unknown_directive(&mut self, keyword: Input<'a>) -> Fault<'a> {
+    pub(crate) fn unknown_directive(&mut self, keyword: Input<'a>) -> Fault<'a> {
         let name = shown(keyword);
         if V4_DIRECTIVES.contains(&name.as_str()) {
             self.v4_marks.push(self.span(keyword));
@@ -328,206 +259,5 @@ impl<'a> Reader<'a> {
             Some(advice) => fault.help(advice),
             None => fault,
         }
-    }
-
-    /// Reads the numbers of a transformation. A matrix of 16 numbers needs brackets; fewer numbers need none.
-    fn numbers<const N: usize>(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, [f64; N]> {
-        let (start, ()) = blank(input)?;
-        let open = start.first() == Some(&b'[');
-        let mut input = &start[usize::from(open)..];
-        let mut values = [0.0; N];
-        for (index, value) in values.iter_mut().enumerate() {
-            let before = input;
-            (input, _) = self.separator(input)?;
-            let new_line = before[..before.len() - input.len()].contains(&b'\n');
-            (input, *value) = match number(input) {
-                Err(nom::Err::Error(fault) | nom::Err::Failure(fault))
-                    if ends_list(fault.at) || index > 0 && new_line && is_word(fault.at) =>
-                {
-                    let at = &self.statement[..self.statement.len() - before.len()];
-                    return self.miscounted(at, keyword, N, index).fail();
-                }
-                read => read?,
-            };
-        }
-        let numbers = &start[usize::from(open)..start.len() - input.len()];
-        let (rest, more) = self.more_numbers(input)?;
-        if more > 0 {
-            let (surplus, ()) = blank(input)?;
-            let fault = self.miscounted(&surplus[..surplus.len() - rest.len()], keyword, N, N + more);
-            self.report(fault);
-            input = rest;
-        }
-        if open {
-            (input, _) = self.separator(input)?;
-            if input.first() != Some(&b']') {
-                return unclosed(&start[..1], input).fail();
-            }
-            input = &input[1..];
-        }
-        if open != (N == 16) {
-            let all = &start[..start.len() - input.len()];
-            self.misbracketed(all, numbers, keyword, open);
-        }
-        Ok((input, values))
-    }
-
-    fn miscounted(&self, at: Input<'a>, keyword: Input<'a>, wanted: usize, given: usize) -> Fault<'a> {
-        let fault = Fault::new(at, format!("{} takes {wanted} numbers; {given} given", shown(keyword)));
-        fault.help(match keyword {
-            b"Translate" => "write the distances along x, y and z: Translate 0 0 1",
-            b"Scale" => "write the factors along x, y and z: Scale 1 1 1",
-            b"Rotate" => "write the angle in degrees and the axis: Rotate 45 0 1 0",
-            b"LookAt" => "write the eye, the point to look at and the up vector, three numbers each",
-            b"TransformTimes" => "write the start time and the end time",
-            _ => "write the matrix column by column",
-        })
-    }
-
-    /// Skips and counts the following numbers.
-    pub(crate) fn more_numbers(&mut self, input: Input<'a>) -> Parsing<'a, usize> {
-        let (mut input, mut count) = (input, 0);
-        loop {
-            let (next, ()) = self.separator(input)?;
-            let Ok((rest, _)) = number(next) else { return Ok((input, count)) };
-            (input, count) = (rest, count + 1);
-        }
-    }
-
-    fn name(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Text> {
-        let (input, ()) = blank(input)?;
-        let (what, example) = quoted_after(keyword);
-        // The keyword as written, which may be misspelled.
-        let (_, here) = word(self.statement)?;
-        let missing = || {
-            Fault::new(here, format!("a quoted {what} is missing after {}", shown(keyword)))
-                .help(format!("write it like {example}"))
-        };
-        if what == "type" && is_declaration(input) {
-            return missing().fail();
-        }
-        if input.first() == Some(&b'"') {
-            return self.closed_string(input);
-        }
-        if let Some(read) = self.unopened_string(input) {
-            return Ok(read);
-        }
-        if let Some(next) = self.surplus_word(input, keyword) {
-            return self.closed_string(next);
-        }
-        let (at, found) = found(input);
-        if is_keyword(at) {
-            if keyword != b"ObjectBegin" {
-                return missing().fail();
-            }
-            // The following directives still belong to the object.
-            self.report(missing());
-            return Ok((input, Spanned { value: String::new(), span: self.span(here) }));
-        }
-        let fault =
-            Fault::new(at, format!("expected a quoted {what} after {}, found {found}", shown(keyword)));
-        // A bare word that is not a keyword is a name without its quotes.
-        let text = shown(at);
-        if at.first().is_some_and(u8::is_ascii_alphabetic) {
-            self.report(fault.help("put it in quotes").replace_with(format!("\"{text}\"")));
-            return Ok((&input[at.len()..], Spanned { value: text, span: self.span(at) }));
-        }
-        match advice(at) {
-            Some(advice) => fault.help(advice).fail(),
-            None => fault.help(format!("write it like {example}")).fail(),
-        }
-    }
-
-    pub(crate) fn string(&self, input: Input<'a>) -> Parsing<'a, Text> {
-        let (rest, value) = quoted(input)?;
-        Ok((rest, Spanned { value, span: self.span(&input[..input.len() - rest.len()]) }))
-    }
-
-    fn active_transform(&mut self, input: Input<'a>) -> Parsing<'a, Directive> {
-        let (input, ()) = blank(input)?;
-        let (at, found) = found(input);
-        let which = match at {
-            b"All" => ActiveTransform::All,
-            b"StartTime" => ActiveTransform::StartTime,
-            b"EndTime" => ActiveTransform::EndTime,
-            _ => {
-                let message =
-                    format!("expected All, StartTime or EndTime after ActiveTransform, found {found}");
-                return Fault::new(at, message).fail();
-            }
-        };
-        Ok((&input[at.len()..], Directive::ActiveTransform(which)))
-    }
-
-    fn medium_interface(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
-        let (input, inside) = self.name(input, keyword)?;
-        let (next, ()) = blank(input)?;
-        if next.first() != Some(&b'"') {
-            return Ok((input, Directive::MediumInterface { inside, outside: None }));
-        }
-        let (input, outside) = self.string(next)?;
-        Ok((input, Directive::MediumInterface { inside, outside: Some(outside) }))
-    }
-
-    fn texture(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Directive> {
-        let (input, name) = self.name(input, keyword)?;
-        let (input, value) = self.name(input, b"the name of a Texture")?;
-        let (input, entity) = self.entity(input, b"the value type of a Texture")?;
-        Ok((input, Directive::Texture { name, value, entity }))
-    }
-
-    fn entity(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Entity> {
-        let (input, name) = self.name(input, keyword)?;
-        let (input, params) = self.params(input);
-        Ok((input, Entity { name, params }))
-    }
-}
-
-/// True for a word, such as a misspelled directive, that is not meant as a number.
-fn is_word(at: Input) -> bool {
-    let lower = at.to_ascii_lowercase();
-    at.first().is_some_and(u8::is_ascii_alphabetic)
-        && !lower.starts_with(b"nan")
-        && !lower.starts_with(b"inf")
-}
-
-/// True if a word at the start of a line can be a directive: it is text, and does not continue a list of numbers.
-fn may_be_directive(word: Input) -> bool {
-    !word[0].is_ascii_digit() && !matches!(word[0], b'+' | b'-' | b'.' | b',') && str::from_utf8(word).is_ok()
-}
-
-fn starts_directive(word: Input) -> bool {
-    is_keyword(word) || V4_DIRECTIVES.iter().any(|keyword| keyword.as_bytes() == word)
-}
-
-/// The next directive outside quotes after a fault at `from`, in the statement that starts at `start`.
-fn next_directive<'a>(start: Input<'a>, from: Input<'a>, at_lines: bool) -> Input<'a> {
-    let mut input = from;
-    loop {
-        let Ok((next, ())) = blank(input) else { return &[] };
-        // A word at the start of a line is probably a directive.
-        let skipped = &input[..input.len() - next.len()];
-        let line_starts = at_lines && skipped.contains(&b'\n');
-        if next.is_empty() {
-            return next;
-        }
-        input = match take_while1::<_, _, Fault>(|byte: u8| {
-            !is_blank(byte) && !matches!(byte, b'"' | b'[' | b']')
-        })(next)
-        {
-            Ok((_, word))
-                if (starts_directive(word) || line_starts && may_be_directive(word))
-                    && next.as_ptr() != start.as_ptr() =>
-            {
-                return next;
-            }
-            Ok((rest, _)) => rest,
-            Err(_) if next[0] == b'"' => match quoted(next) {
-                Ok((rest, _)) => rest,
-                // An open quote: continue after its line.
-                Err(_) => next.iter().position(|byte| *byte == b'\n').map_or(&[], |end| &next[end..]),
-            },
-            Err(_) => &next[1..],
-        };
     }
 }

@@ -14,6 +14,7 @@
 //! ```
 
 mod advice;
+mod arguments;
 mod brackets;
 mod decimal;
 mod diagnostic;
@@ -24,6 +25,7 @@ mod lists;
 mod nearest;
 mod param;
 mod quotes;
+mod recovery;
 mod span;
 mod synonyms;
 mod token;
