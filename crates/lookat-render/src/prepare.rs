@@ -108,7 +108,7 @@ mod tests {
     use crate::render::{Settings, render};
     use crate::testing::scene;
 
-    /// Each view of a prepared world has the same bits as the scene rendered alone, whatever was rendered before.
+    /// A prepared world gives the same picture as its scene alone, bit for bit. Earlier views make no difference.
     #[test]
     fn views_do_not_depend_on_those_before() {
         let mut scene = scene(
