@@ -29,7 +29,13 @@ pub(crate) fn render(scene: &Scene, threads: usize) -> Image {
     lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
 }
 
-/// The text of a world seen from its origin. A transformation before the text moves the eye.
+/// The text of a world seen from a place.
+pub(crate) fn seen_from(eye: DVec3, world: &str) -> String {
+    let [x, y, z] = (-eye).to_array();
+    format!("Translate {x:?} {y:?} {z:?} {}", around_eye(world))
+}
+
+/// The text of a world seen from its origin.
 pub(crate) fn around_eye(world: &str) -> String {
     let view = "Camera \"perspective\" Integrator \"path\" Sampler \"sobol\" Film \"image\"";
     format!("{view} WorldBegin {world} WorldEnd")

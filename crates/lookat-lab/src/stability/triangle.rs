@@ -23,9 +23,3 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T9", plane::in_plane),
     ("T10", grid::grid),
 ];
-
-/// The text of a scene with the eye at a place.
-fn text(eye: DVec3, world: &str) -> String {
-    let [x, y, z] = (-eye).to_array();
-    format!("Translate {x:?} {y:?} {z:?} {}", around_eye(world))
-}

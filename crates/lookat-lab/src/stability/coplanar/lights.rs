@@ -23,7 +23,7 @@ fn lights(place: &LocalFrame, distance: f64) -> Vec<PlaneLight> {
     let square = place.mesh(&corners(at, HALF), &[[0, 1, 2], [0, 2, 3]]);
     let intensity = format!("\"rgb I\" [{bright} 1 1]");
     let area = format!("AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{bright} 1 1]");
-    let kinds = [
+    let points = [
         format!("LightSource \"point\" \"point from\" [{from}] {intensity}"),
         format!(
             "LightSource \"spot\" \"point from\" [{from}] \"point to\" [{to}] \"float coneangle\" 89 {intensity}"
@@ -31,14 +31,12 @@ fn lights(place: &LocalFrame, distance: f64) -> Vec<PlaneLight> {
         format!("Translate {from} LightSource \"goniometric\" {intensity}"),
         format!("{toward_middle} LightSource \"projection\" \"float fov\" 89 {intensity}"),
         format!("LightSource \"distant\" \"point from\" [{x}] \"point to\" [{middle}]"),
-        format!("{area} {square}"),
-        format!("{area} {upright} Shape \"disk\" \"float radius\" {HALF}"),
     ];
-    let light = |text: String| PlaneLight {
-        has_area: text.starts_with(&area),
-        text: format!("AttributeBegin {text} AttributeEnd"),
-    };
-    kinds.map(light).into()
+    let areas =
+        [format!("{area} {square}"), format!("{area} {upright} Shape \"disk\" \"float radius\" {HALF}")];
+    let light =
+        |has_area| move |text| PlaneLight { has_area, text: format!("AttributeBegin {text} AttributeEnd") };
+    points.into_iter().map(light(false)).chain(areas.into_iter().map(light(true))).collect()
 }
 
 /// The transformation that maps the coordinate axes to `axes`, and the origin to `at`.
@@ -122,7 +120,7 @@ mod tests {
             };
             assert!(sum("") > 0.0, "{}", light.text);
             // Distant light arrives parallel to the floor, so the floor cannot hide it.
-            if !light.text.contains("distant") {
+            if !light.text.contains("\"distant\"") {
                 let hidden = sum(&floor(false, &higher, 4.0));
                 assert!(hidden < 0.5 * sum(""), "{}", light.text);
             }

@@ -44,7 +44,7 @@ const EYE: f64 = 1.7;
 
 pub(super) fn ground(effort: &Effort) -> Found {
     let world = format!("Translate 0 {} 0 Shape \"sphere\" \"float radius\" {PLANET}", -PLANET);
-    let scene = scene(&format!("Translate 0 {} 0 {}", -EYE, around_eye(&world)));
+    let scene = scene(&seen_from(EYE * DVec3::Y, &world));
     let probe = Probe::new(&scene);
     let up = PLANET + EYE;
     // Below the horizontal.
@@ -88,7 +88,7 @@ pub(super) fn far_from_origin(effort: &Effort) -> Found {
         let center = DVec3::new(0.7 * far, -0.9 * far, 0.3 * far);
         let eye = center + DVec3::new(3.1, 3.9, 0.3);
         let world = format!("Translate {} {} {} Shape \"sphere\"", center.x, center.y, center.z);
-        let scene = scene(&format!("Translate {} {} {} {}", -eye.x, -eye.y, -eye.z, around_eye(&world)));
+        let scene = scene(&seen_from(eye, &world));
         let probe = Probe::new(&scene);
         let o = eye - center;
         tally(effort.rays, seed, |random, tally| {

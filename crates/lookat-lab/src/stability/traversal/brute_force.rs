@@ -1,9 +1,9 @@
 //! Trees against asking everything: V2.
 
+mod world;
+
 use lookat_render::Hit;
 use rayon::prelude::*;
-
-mod world;
 
 use crate::stability::prelude::*;
 use world::World;

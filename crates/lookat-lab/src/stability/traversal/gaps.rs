@@ -1,7 +1,8 @@
 //! Surfaces close to each other: V6.
 
-use crate::stability::prelude::*;
 use glam::DMat3;
+
+use crate::stability::prelude::*;
 
 pub(super) fn thin(effort: &Effort) -> Found {
     let frame = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);

@@ -1,7 +1,8 @@
 //! Shadow rays to what is close to a light: V7.
 
-use crate::stability::prelude::*;
 use std::f64::consts::PI;
+
+use crate::stability::prelude::*;
 
 /// How far the light is from the floor.
 const DISTANCE: f64 = 10.0;

@@ -1,6 +1,5 @@
 //! T3 to T5: large triangles up to the horizon, small ones far away, and triangles of almost no height.
 
-use super::text;
 use super::truth::{cosine, crossing};
 use crate::stability::prelude::*;
 
@@ -9,7 +8,7 @@ pub(super) fn horizon(effort: &Effort) -> Found {
     Found::sweep(3300, decades(2..10), |seed, half| {
         let corner = |x: f64, z: f64| DVec3::new(x * half, 0.0, z * half);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        let scene = scene(&text(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 2, 3]])));
+        let scene = scene(&seen_from(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 2, 3]])));
         let probe = Probe::new(&scene);
         tally(effort.rays, seed, |random, tally| {
             let (o, d) = downward(random, half);
@@ -27,7 +26,7 @@ pub(super) fn seam(effort: &Effort) -> Found {
     Found::sweep(3400, decades(2..10), |seed, half| {
         let [a, b] = [-half, half].map(|z| DVec3::new(0.5, 0.0, z));
         let corners = [a, b, DVec3::new(-half, 0.0, 0.0), DVec3::new(half, 0.0, 0.0)];
-        let scene = scene(&text(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 3, 1]])));
+        let scene = scene(&seen_from(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 3, 1]])));
         let probe = Probe::new(&scene);
         tally(effort.rays, seed, |random, tally| {
             let mut number = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
@@ -95,7 +94,7 @@ pub(super) fn poses(seed: u64, make: impl Fn(&mut Pcg64Mcg) -> [DVec3; 3]) -> Ve
 
 /// The scene of one triangle, with the eye in the origin.
 fn alone(triangle: &[DVec3; 3]) -> Scene {
-    scene(&text(DVec3::ZERO, &mesh(triangle, &[[0, 1, 2]])))
+    scene(&seen_from(DVec3::ZERO, &mesh(triangle, &[[0, 1, 2]])))
 }
 
 fn any_triangle(random: &mut Pcg64Mcg, distance: f64) -> [DVec3; 3] {

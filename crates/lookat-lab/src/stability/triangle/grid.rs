@@ -1,7 +1,8 @@
 //! T10: rays through all vertices of a rough surface, and along its edges.
 
-use crate::stability::prelude::*;
 use std::ops::RangeInclusive;
+
+use crate::stability::prelude::*;
 
 /// About as many vertices as rays are asked for, up to a million.
 pub(super) fn grid(effort: &Effort) -> Found {

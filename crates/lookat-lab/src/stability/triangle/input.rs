@@ -3,9 +3,10 @@
 use std::io;
 use std::path::Path;
 
-use crate::stability::prelude::*;
 use lookat_scene::Loaded;
 use lookat_scene::syntax::Severity;
+
+use crate::stability::prelude::*;
 
 /// Triangles without area, as points and indices. Their vertices come after the three of a triangle that is right.
 const NO_AREA: [(&str, &str, &str); 5] = [

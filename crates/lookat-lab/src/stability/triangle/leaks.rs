@@ -3,7 +3,6 @@
 use glam::DMat3;
 
 use super::mesh::Icosphere;
-use super::text;
 use crate::stability::prelude::*;
 
 /// A mesh far from the origin of the world, and rays from its middle, where the eye is.
@@ -70,7 +69,7 @@ impl Ball {
              ObjectInstance \"o\"",
             around(DVec3::ZERO)
         );
-        [around(self.center), instance].map(|world| scene(&text(self.center, &world)))
+        [around(self.center), instance].map(|world| scene(&seen_from(self.center, &world)))
     }
 
     /// The corners of a face in the world, relative to the middle.

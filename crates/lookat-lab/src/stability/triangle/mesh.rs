@@ -1,7 +1,8 @@
 //! A closed mesh.
 
-use crate::stability::prelude::*;
 use std::collections::BTreeMap;
+
+use crate::stability::prelude::*;
 
 /// A sphere of triangles around the origin, of radius one.
 pub(super) struct Icosphere {

@@ -3,7 +3,6 @@
 use lookat_render::ElementId;
 
 use super::far::poses;
-use super::text;
 use crate::stability::prelude::*;
 use crate::stability::traversal::same_on_threads;
 
@@ -16,7 +15,7 @@ pub(super) fn same_place(effort: &Effort) -> Found {
     let stack = |faces: &[[usize; 3]; COPIES]| -> Vec<Scene> {
         let mesh = |triangle| mesh(triangle, faces);
         let world = |triangle| format!("{}\n{}", mesh(triangle), mesh(triangle));
-        poses.iter().map(|triangle| scene(&text(DVec3::ZERO, &world(triangle)))).collect()
+        poses.iter().map(|triangle| scene(&seen_from(DVec3::ZERO, &world(triangle)))).collect()
     };
     // Each corner first, in both windings.
     let turned = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
@@ -99,7 +98,7 @@ impl Flat {
     }
 
     fn misses(&self) -> bool {
-        let scene = scene(&text(DVec3::ZERO, &mesh(&self.triangle, &[[0, 1, 2]])));
+        let scene = scene(&seen_from(DVec3::ZERO, &mesh(&self.triangle, &[[0, 1, 2]])));
         Probe::new(&scene).nearest(&Ray::new(self.o, self.d)).is_none()
     }
 

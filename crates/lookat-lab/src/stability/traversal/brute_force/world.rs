@@ -4,7 +4,6 @@ use glam::DMat4;
 use lookat_scene::{Primitive, Shape};
 
 use super::super::boxes::cube;
-
 use crate::stability::prelude::*;
 
 /// A scene, and places in it.
@@ -38,8 +37,7 @@ impl World {
                 text += &within(&place(random, size), &shapes);
             }
         }
-        let DVec3 { x, y, z } = -eye;
-        let scene = scene(&format!("Translate {x} {y} {z} {}", around_eye(&text)));
+        let scene = scene(&seen_from(eye, &text));
         let shared = scene.world.clone();
         let mut world = World { scene, size, eye, edges: Vec::new(), spheres: Vec::new() };
         world.add(&shared.primitives, DMat4::IDENTITY);

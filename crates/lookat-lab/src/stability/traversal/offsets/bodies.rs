@@ -35,7 +35,7 @@ impl Convex {
             "{before} Translate {} {} {} Scale {size} {size} {size} {turn} {what}",
             center.x, center.y, center.z
         );
-        format!("Translate {} {} {} {}", -eye.x, -eye.y, -eye.z, around_eye(&world))
+        seen_from(eye, &world)
     }
 }
 
