@@ -6,7 +6,6 @@ use lookat_syntax::Text;
 
 use crate::report::Report;
 use crate::symbols::{SymbolId, SymbolKind};
-use crate::undefined::undefined;
 
 /// The names of one kind that are defined in the current block and the blocks around it, or everywhere if the kind has no
 /// scopes.
@@ -47,7 +46,7 @@ impl<T> Names<T> {
                 Some(value)
             }
             None => {
-                undefined(report, self.kind, name, self.known.keys());
+                report.undefined(self.kind, name, self.known.keys());
                 None
             }
         }

@@ -6,7 +6,7 @@ use lookat_syntax::{Diagnostic, Label, Severity, Span, Text};
 
 use crate::sources::Sources;
 use crate::symbols::{Symbol, SymbolKind, Symbols};
-use crate::undefined::{Undefined, explain};
+use crate::undefined::{Undefined, explain, undefined, with_help};
 
 /// Diagnostics so far.
 #[derive(Debug, Default)]
@@ -47,12 +47,21 @@ impl Report {
         diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 
-    /// Adds the error for an undefined name. `finish` adds definitions in other places.
-    pub fn undefined(&mut self, kind: SymbolKind, name: &Text, error: Diagnostic) {
+    /// Reports an undefined name, unless a missing file may define it. `finish` adds definitions in other places.
+    pub fn undefined<'n>(&mut self, kind: SymbolKind, name: &Text, known: impl Iterator<Item = &'n String>) {
+        self.symbols.use_undefined(kind, name);
+        if self.incomplete {
+            return;
+        }
+        let error = undefined(kind, name);
+        if self.is_long() {
+            self.push(error);
+            return;
+        }
         self.places += 1;
         let (diagnostic, symbols) = (self.diagnostics.len(), self.symbols.all().len());
         self.undefined.push(Undefined { kind, name: name.value.clone(), diagnostic, symbols });
-        self.diagnostics.push(error);
+        self.diagnostics.push(with_help(error, kind, name, known));
     }
 
     /// A warning about a feature that is not rendered.

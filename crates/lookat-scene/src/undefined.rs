@@ -4,38 +4,31 @@ use std::collections::HashMap;
 
 use lookat_syntax::{Diagnostic, Span, Text, nearest};
 
-use crate::report::Report;
 use crate::symbols::{Symbol, SymbolKind};
 
-/// Reports an undefined name, unless a missing file may define it.
-pub(crate) fn undefined<'n>(
-    report: &mut Report,
+/// The error for an undefined name, without advice.
+pub(crate) fn undefined(kind: SymbolKind, name: &Text) -> Diagnostic {
+    Diagnostic::error(name.span, format!("there is no {} \"{}\"", kind.name(), name.value))
+}
+
+/// Adds how to define the name, or a similar one of the `known` names.
+pub(crate) fn with_help<'n>(
+    error: Diagnostic,
     kind: SymbolKind,
     name: &Text,
     known: impl Iterator<Item = &'n String>,
-) {
-    report.symbols.use_undefined(kind, name);
-    if report.incomplete {
-        return;
-    }
-    let error = Diagnostic::error(name.span, format!("there is no {} \"{}\"", kind.name(), name.value));
-    if report.is_long() {
-        report.push(error);
-        return;
-    }
+) -> Diagnostic {
     let definer = kind.definer();
     let Some(known) = in_order(known.map(String::as_str)) else {
-        report.undefined(kind, name, error.help(format!("define it with {definer}")));
-        return;
+        return error.help(format!("define it with {definer}"));
     };
-    let error = match nearest(&name.value, known.iter().copied()) {
+    match nearest(&name.value, known.iter().copied()) {
         Some(near) => error.help(format!("did you mean \"{near}\"?")).fix(name.span, format!("\"{near}\"")),
         None if known.is_empty() => {
             error.help(format!("define it with {definer}; none is defined at this point"))
         }
         None => error.help(format!("define it with {definer}; defined here: {}", listed(&known))),
-    };
-    report.undefined(kind, name, error);
+    }
 }
 
 /// Lists names for a message, and counts the rest.
