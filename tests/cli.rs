@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use lookat_image::{Image, agreement, align};
-use lookat_scene::Overrides;
+use lookat_scene::LoadOptions;
 use lookat_scene::syntax::Severity;
 use serde_json::Value;
 
@@ -140,7 +140,7 @@ fn json_is_a_line_for_each_scene_with_all_diagnostics() {
     assert_eq!(lines.len(), files.len());
     for (line, name) in lines.iter().zip(files) {
         let read = |path: &Path| std::fs::read(folder.path("").join(path));
-        let loaded = lookat_scene::load(Path::new(name), &read, &Overrides::default());
+        let loaded = lookat_scene::load(Path::new(name), &read, &LoadOptions::default());
         assert_eq!(line["scene"], name);
         let told = line["diagnostics"].as_array().unwrap();
         assert_eq!(told.len(), loaded.diagnostics.len());

@@ -19,7 +19,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use lookat_scene::syntax::{Diagnostic, Severity, Span};
-use lookat_scene::{Loaded, Overrides, Sources, load};
+use lookat_scene::{LoadOptions, Loaded, Sources, load};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/diagnostics")
@@ -54,8 +54,8 @@ fn split(bytes: &[u8]) -> (&[u8], &[u8]) {
 }
 
 /// The same memory on every machine.
-fn limited() -> Overrides {
-    Overrides { max_memory: Some(1_000_000_000), ..Overrides::default() }
+fn limited() -> LoadOptions {
+    LoadOptions { max_memory: Some(1_000_000_000), ..LoadOptions::default() }
 }
 
 /// A range of a file, as people read it.
@@ -269,7 +269,7 @@ fn what_a_ply_file_promises_is_not_trusted() {
 #[test]
 fn a_file_full_of_mistakes_is_told_in_few_words() {
     let count = |text: &[u8]| {
-        let loaded = load(Path::new("scene.pbrt"), &|_| Ok(text.to_vec()), &Overrides::default());
+        let loaded = load(Path::new("scene.pbrt"), &|_| Ok(text.to_vec()), &LoadOptions::default());
         loaded.diagnostics.len()
     };
     assert_eq!(count(&scene(&b"Shape \"sphrere\"\n".repeat(10_000))), 1);

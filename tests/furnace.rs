@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use lookat_render::{Rendered, Settings, render};
-use lookat_scene::{Overrides, load};
+use lookat_scene::{LoadOptions, load};
 
 fn rendered(text: &str) -> Rendered {
     let mesh = include_bytes!("../pbrt-scenes/geometry/icosphere.ply");
@@ -16,7 +16,7 @@ fn rendered(text: &str) -> Rendered {
             _ => text.into(),
         })
     };
-    let loaded = load(Path::new("furnace.pbrt"), &read, &Overrides::default());
+    let loaded = load(Path::new("furnace.pbrt"), &read, &LoadOptions::default());
     // pbrt-v3 renders some of these otherwise; nothing else is wrong.
     let mut messages = loaded.diagnostics.iter().map(|problem| &problem.message);
     assert_eq!(messages.find(|message| !message.starts_with("pbrt-v3 ")), None);
@@ -265,7 +265,7 @@ fn nothing_occludes_a_convex_body() {
 #[test]
 fn threads_do_not_change_a_bit_and_seeds_do() {
     let text = furnace(r#""path""#, r#""sobol" "integer pixelsamples" 4"#, SKY, r#"Shape "sphere""#);
-    let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &Overrides::default());
+    let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &LoadOptions::default());
     let scene = loaded.scene.unwrap();
     let picture = |threads, seed| {
         render(&scene, &Settings { threads, seed, ..Settings::default() }, &|_| ControlFlow::Continue(()))
@@ -281,7 +281,8 @@ fn threads_do_not_change_a_bit_and_seeds_do() {
 #[test]
 fn breaking_off_leaves_a_whole_picture() {
     let text = furnace(r#""path""#, r#""sobol" "integer pixelsamples" 1024"#, SKY, r#"Shape "sphere""#);
-    let scene = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &Overrides::default()).scene.unwrap();
+    let scene =
+        load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &LoadOptions::default()).scene.unwrap();
     let rendered = render(&scene, &Settings::default(), &|progress| {
         if progress.done * 4 > progress.total { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });

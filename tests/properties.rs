@@ -12,7 +12,9 @@ use lookat_scene::syntax::{
     ActiveTransform, Directive, Entity, EntityKind, FileId, Param, ParamType, Severity, Span, Spanned, Text,
     Values,
 };
-use lookat_scene::{Integrator, Light, Loaded, Material, MaterialKind, Overrides, Scene, Texture};
+use lookat_scene::{
+    FilmOverride, Integrator, Light, LoadOptions, Loaded, Material, MaterialKind, Scene, Texture,
+};
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
@@ -230,13 +232,14 @@ fn damage(text: &[u8], changes: &[Change]) -> Vec<u8> {
     tokens.concat()
 }
 
-fn load(files: &BTreeMap<PathBuf, Vec<u8>>, scene: &Path, overrides: &Overrides) -> Loaded {
+fn load(files: &BTreeMap<PathBuf, Vec<u8>>, scene: &Path, options: &LoadOptions) -> Loaded {
     let read = |path: &Path| files.get(path).cloned().ok_or_else(|| Error::from(ErrorKind::NotFound));
-    lookat_scene::load(scene, &read, overrides)
+    lookat_scene::load(scene, &read, options)
 }
 
 /// Bounds what a scene may ask for and no test can wait for, or no number can hold.
 fn tame(scene: &mut Scene) {
+    scene.view.sampler = scene.view.sampler.with_samples(2);
     match &mut scene.view.integrator {
         Integrator::DirectLighting { max_depth, .. } | Integrator::Path { max_depth, .. } => {
             *max_depth = (*max_depth).min(8);
@@ -290,8 +293,9 @@ fn check_render(mut scene: Scene) {
 }
 
 /// What a picture of a few pixels takes.
-fn small() -> Overrides {
-    Overrides { resolution: Some([8, 8]), samples_per_pixel: Some(2), ..Overrides::default() }
+fn small() -> LoadOptions {
+    let film = FilmOverride { resolution: Some([8, 8]), ..FilmOverride::default() };
+    LoadOptions { film, ..LoadOptions::default() }
 }
 
 proptest! {
@@ -322,7 +326,7 @@ proptest! {
         if let Some(scene) = loaded.scene {
             check_render(scene);
         }
-        let rest = load(&files, scene, &Overrides { keep_going: true, ..small() });
+        let rest = load(&files, scene, &LoadOptions { keep_going: true, ..small() });
         rest.scene.iter().for_each(promises::check_scene);
     }
 }

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use lookat_render::{Settings, render};
-use lookat_scene::{Overrides, load};
+use lookat_scene::{LoadOptions, load};
 
 /// The mean color of a picture by parallel rays along z, from -1 to 1 in x and y.
 fn mean_color(world: &str) -> [f64; 3] {
@@ -22,7 +22,7 @@ fn mean_color(world: &str) -> [f64; 3] {
         {world}
         WorldEnd"#
     );
-    let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &Overrides::default());
+    let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.clone().into()), &LoadOptions::default());
     let rendered = render(&loaded.scene.unwrap(), &Settings::default(), &|_| ControlFlow::Continue(()));
     let pixels = rendered.image.rgb().unwrap();
     [0, 1, 2].map(|at| pixels.iter().map(|pixel| f64::from(pixel[at])).sum::<f64>() / pixels.len() as f64)

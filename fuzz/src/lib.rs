@@ -3,7 +3,7 @@
 use std::io::Result;
 use std::path::Path;
 
-use lookat_scene::Overrides;
+use lookat_scene::LoadOptions;
 
 #[path = "../../tests/promises.rs"]
 pub mod promises;
@@ -11,8 +11,8 @@ pub mod promises;
 /// Checks the promises for a scene whose files come from `read`. The scene is `scene.pbrt`.
 pub fn check_scene(read: &dyn Fn(&Path) -> Result<Vec<u8>>) {
     // Given, because finding out the limit of the machine takes longer than reading a small scene.
-    let overrides = Overrides { max_memory: Some(1 << 28), ..Overrides::default() };
-    promises::check(&lookat_scene::load(Path::new("scene.pbrt"), read, &overrides));
+    let options = LoadOptions { max_memory: Some(1 << 28), ..LoadOptions::default() };
+    promises::check(&lookat_scene::load(Path::new("scene.pbrt"), read, &options));
 }
 
 /// The same for a scene whose only other file is `data`.

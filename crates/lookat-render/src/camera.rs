@@ -154,19 +154,12 @@ fn through_lens(center: DVec2, slope: DVec2, lens: Lens, u: DVec2) -> (DVec3, DV
 #[cfg(test)]
 mod tests {
     use glam::{DMat4, DVec4};
-    use lookat_scene::{PixelBounds, ScreenWindow, Transform};
+    use lookat_scene::{ScreenWindow, Transform};
 
     use super::*;
 
     fn film() -> Film {
-        let crop = PixelBounds { x0: 0, y0: 0, x1: 200, y1: 120 };
-        Film {
-            resolution: [200, 120],
-            crop,
-            scale: 1.0,
-            max_sample_luminance: f64::INFINITY,
-            file: "x.exr".into(),
-        }
+        Film::new([200, 120])
     }
 
     fn camera(projection: Projection, lens: Option<Lens>) -> Camera {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lookat_scene::{Overrides, Scene, load};
+use lookat_scene::{LoadOptions, Scene, load};
 
 /// A number without a pattern, from -1 to 1.
 pub(crate) fn noise(i: usize, k: f64) -> f64 {
@@ -11,6 +11,6 @@ pub(crate) fn noise(i: usize, k: f64) -> f64 {
 
 /// The scene of a text without mistakes.
 pub(crate) fn scene(text: &str) -> Scene {
-    let loaded = load(Path::new("test.pbrt"), &|_| Ok(text.to_owned().into()), &Overrides::default());
+    let loaded = load(Path::new("test.pbrt"), &|_| Ok(text.to_owned().into()), &LoadOptions::default());
     loaded.scene.expect("the scene is right")
 }

@@ -85,7 +85,7 @@ impl TexturePoint {
 mod tests {
     use std::path::Path;
 
-    use lookat_scene::{MaterialKind, Overrides, load};
+    use lookat_scene::{LoadOptions, MaterialKind, load};
 
     use super::*;
 
@@ -96,7 +96,7 @@ mod tests {
              LightSource \"infinite\" Translate 10 0 0 Scale 2 2 2 Texture \"t\" \"spectrum\" {texture}
              Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\" WorldEnd"
         );
-        let loaded = load(Path::new("x.pbrt"), &|_| Ok(scene.clone().into()), &Overrides::default());
+        let loaded = load(Path::new("x.pbrt"), &|_| Ok(scene.clone().into()), &LoadOptions::default());
         let scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
         match &scene.world.primitives[0].material.kind() {
             MaterialKind::Matte(matte) => matte.kd.clone(),

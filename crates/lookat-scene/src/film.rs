@@ -1,4 +1,4 @@
-//! `Film`: the size and the file of the picture.
+//! `Film`: the size of the picture, and the name of its file.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,6 @@ use lookat_image::Format;
 use lookat_syntax::ParamType;
 
 use crate::color;
-use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::schema::{Edges, Effect, Key, Kind, Name, Range, Unit, names};
 
@@ -22,8 +21,17 @@ pub struct Film {
     pub scale: f64,
     /// The largest luminance of a sample. Brighter samples are scaled down (`maxsampleluminance`, default infinite).
     pub max_sample_luminance: f64,
-    /// The file of the picture (`filename`, default `pbrt.exr`).
-    pub file: PathBuf,
+}
+
+/// Values that replace those of the scene's `Film`.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FilmOverride {
+    /// Width and height of the full picture in pixels, each at least 1.
+    pub resolution: Option<[u32; 2]>,
+    /// Without `resolution`: a quarter of the scene's width and height, as with pbrt-v3's `--quick`. Default: false.
+    pub quarter: bool,
+    /// The crop window: xmin, xmax, ymin, ymax, from 0 to 1.
+    pub crop: Option<[f64; 4]>,
 }
 
 /// A rectangle of pixels, y down: `x0 <= x < x1`, `y0 <= y < y1`.
@@ -48,7 +56,6 @@ impl Film {
             crop: PixelBounds { x0: 0, y0: 0, x1, y1 },
             scale: 1.0,
             max_sample_luminance: f64::INFINITY,
-            file: "pbrt.exr".into(),
         }
     }
 }
@@ -102,6 +109,8 @@ const DIAGONAL: Key<f64> =
     Key::float("diagonal", 35.0, "the diagonal of the sensor in millimeters").effect(Effect::NoEffect);
 const FILE_NAME: Key<Name> =
     Key::string("filename", "the picture file, relative to the working folder").default_words("\"pbrt.exr\"");
+/// The file of the picture if the scene names none.
+pub(crate) const DEFAULT_OUTPUT: &str = "pbrt.exr";
 
 pub(crate) const KINDS: &[Kind] = &[Kind::new(
     "Film",
@@ -110,21 +119,22 @@ pub(crate) const KINDS: &[Kind] = &[Kind::new(
     &[&[&X_RESOLUTION, &Y_RESOLUTION, &CROP_WINDOW, &SCALE, &MAX_SAMPLE_LUMINANCE, &FILE_NAME, &DIAGONAL]],
 )];
 
-/// pbrt-v3's CreateFilm. Reports invalid values and uses their defaults, so that the camera gets the intended film.
-pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
+/// pbrt-v3's CreateFilm: the film, and the file of the picture. Reports invalid values and uses their defaults, so that
+/// the camera gets the intended film.
+pub(crate) fn film(params: &mut Params, replaced: &FilmOverride) -> (Film, PathBuf) {
     let names = names(KINDS);
     let known = names.contains(&params.kind());
     if !known {
         params.unknown_kind::<()>(&names);
     }
     let own = [&X_RESOLUTION, &Y_RESOLUTION].map(|side| params.take(side) as u32);
-    let resolution = match overrides.resolution {
+    let resolution = match replaced.resolution {
         Some(resolution) => resolution,
-        None if overrides.quick => own.map(|side| (side / 4).max(1)),
+        None if replaced.quarter => own.map(|side| (side / 4).max(1)),
         None => own,
     };
-    let own_crop = own_crop(params, own, overrides);
-    let crop = crop(params, overrides.crop.unwrap_or(own_crop), own, resolution, overrides);
+    let own_crop = own_crop(params, own, replaced);
+    let crop = crop(params, replaced.crop.unwrap_or(own_crop), own, resolution, replaced);
     let scale = params.take(&SCALE);
     if scale <= 0.0 {
         let message = if scale == 0.0 {
@@ -136,7 +146,18 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
     }
     let max_sample_luminance = params.take(&MAX_SAMPLE_LUMINANCE);
     params.take(&DIAGONAL);
-    let file = params.take(&FILE_NAME).map_or_else(|| "pbrt.exr".into(), |name| PathBuf::from(name.value));
+    let output = output(params);
+    if known {
+        params.finish();
+    } else {
+        params.ignore_rest();
+    }
+    (Film { resolution, crop, scale, max_sample_luminance }, output)
+}
+
+/// The file of the picture. Warns about a name that lookat cannot use.
+fn output(params: &mut Params) -> PathBuf {
+    let file = params.take(&FILE_NAME).map_or(DEFAULT_OUTPUT.into(), |name| PathBuf::from(name.value));
     if Format::from_path(&file).is_none() {
         let message = format!("lookat cannot write a picture named \"{}\"", file.display());
         let help = format!(
@@ -148,21 +169,16 @@ pub(crate) fn film(params: &mut Params, overrides: &Overrides) -> Film {
         let message = "a backslash in the file name does not separate folders here";
         params.warn("filename", message, "write / between folders, or render with -o");
     }
-    if known {
-        params.finish();
-    } else {
-        params.ignore_rest();
-    }
-    Film { resolution, crop, scale, max_sample_luminance, file }
+    file
 }
 
 const CROP_HELP: &str = "write cropwindow as xmin xmax ymin ymax, from 0 to 1";
 const WHOLE: [f64; 4] = [0.0, 1.0, 0.0, 1.0];
 
-/// The crop window of the Film. Checks its edges, unless the caller overrides them.
-fn own_crop(params: &mut Params, resolution: [u32; 2], overrides: &Overrides) -> [f64; 4] {
+/// The crop window of the Film. Checks its edges, unless the caller replaces them.
+fn own_crop(params: &mut Params, resolution: [u32; 2], replaced: &FilmOverride) -> [f64; 4] {
     let Some(edges) = params.take(&CROP_WINDOW) else { return WHOLE };
-    if overrides.crop.is_some() {
+    if replaced.crop.is_some() {
         return edges;
     }
     let [x0, x1, y0, y1] = edges;
@@ -186,7 +202,7 @@ fn crop(
     edges: [f64; 4],
     own: [u32; 2],
     resolution: [u32; 2],
-    overrides: &Overrides,
+    replaced: &FilmOverride,
 ) -> PixelBounds {
     const ONE: PixelBounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
     let bounds = pixels(edges, resolution);
@@ -198,7 +214,7 @@ fn crop(
     if bounds.area() > MAX_PIXELS {
         let message =
             format!("the picture has {} pixels; the limit for one run is {MAX_PIXELS}", bounds.area());
-        if overrides.crop.is_none() && resolution == own {
+        if replaced.crop.is_none() && resolution == own {
             params.reject("xresolution", message, Some("render parts with cropwindow"));
         } else {
             params.misfit(message);

@@ -195,7 +195,7 @@ fn depth(params: &mut Params) -> u32 {
 mod tests {
     use std::path::Path;
 
-    use crate::{Overrides, load};
+    use crate::{LoadOptions, load};
 
     /// The number of primitives left of three: one without a material, one emissive without a material, and one matte.
     fn primitives(integrator: &str) -> usize {
@@ -205,7 +205,7 @@ mod tests {
             Material \"matte\" Shape \"sphere\" \"float radius\" 3 WorldEnd"
         );
         let read = |_: &Path| Ok(text.clone().into_bytes());
-        load(Path::new("a.pbrt"), &read, &Overrides::default()).scene.unwrap().world.primitives.len()
+        load(Path::new("a.pbrt"), &read, &LoadOptions::default()).scene.unwrap().world.primitives.len()
     }
 
     #[test]

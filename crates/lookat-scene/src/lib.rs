@@ -45,6 +45,7 @@ mod filter;
 mod integrator;
 mod light;
 mod load;
+mod load_options;
 mod loaded;
 mod material;
 mod medium;
@@ -53,7 +54,6 @@ mod mesh;
 mod mesh_file;
 mod names;
 mod options;
-mod overrides;
 mod params;
 mod picture;
 mod ply;
@@ -75,12 +75,13 @@ pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use color::LUMINANCE;
 pub use cutout::Cutout;
 pub use files::{Open, Read};
-pub use film::{Film, MAX_PIXELS, PixelBounds};
+pub use film::{Film, FilmOverride, MAX_PIXELS, PixelBounds};
 pub use filter::{Filter, FilterKind};
 pub use glam;
 pub use integrator::{DirectStrategy, Integrator, LightChoice};
 pub use light::Light;
 pub use load::{load, load_opened, load_str};
+pub use load_options::LoadOptions;
 pub use loaded::Loaded;
 pub use lookat_syntax as syntax;
 pub use material::{
@@ -89,7 +90,6 @@ pub use material::{
 };
 pub use memory::Memory;
 pub use mesh::{Mesh, MeshFault};
-pub use overrides::Overrides;
 pub use sampler::{Sampler, SamplerKind};
 pub use scene::{Emission, Instance, Object, Primitive, Scene, View, World};
 pub use shape::{

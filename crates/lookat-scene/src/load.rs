@@ -14,8 +14,9 @@ use crate::Scene;
 use crate::advice::{Evidence, advise};
 use crate::facts::Block;
 use crate::files::{Access, Files, Open, Read, other_format};
+use crate::film::DEFAULT_OUTPUT;
+use crate::load_options::LoadOptions;
 use crate::loaded::Loaded;
-use crate::overrides::Overrides;
 use crate::resolve::{Resolver, home_block};
 use crate::symbols::SymbolKind;
 
@@ -31,8 +32,8 @@ const DIRECTIVE_BYTES: usize = 512;
 /// Loads a scene and all the files that it names through `read`.
 ///
 /// A file name is relative to the file that contains it, or else to the scene file.
-pub fn load(path: &Path, read: &Read, overrides: &Overrides) -> Loaded {
-    load_through(Access::Read(read), path, overrides)
+pub fn load(path: &Path, read: &Read, options: &LoadOptions) -> Loaded {
+    load_through(Access::Read(read), path, options)
 }
 
 /// Loads a scene from its text alone: files that it names are missing.
@@ -47,19 +48,19 @@ pub fn load_str(text: &str) -> Loaded {
         true => Ok(text.into()),
         false => Err(ErrorKind::NotFound.into()),
     };
-    load(Path::new(NAME), &read, &Overrides::default())
+    load(Path::new(NAME), &read, &LoadOptions::default())
 }
 
 /// Like [`load`], but opens files on disk. It streams PLY files, and lists folders to suggest a name for a missing
 /// file.
-pub fn load_opened(path: &Path, open: &Open, overrides: &Overrides) -> Loaded {
-    load_through(Access::Open(open), path, overrides)
+pub fn load_opened(path: &Path, open: &Open, options: &LoadOptions) -> Loaded {
+    load_through(Access::Open(open), path, options)
 }
 
-fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
-    let memory = overrides.max_memory.map_or_else(MemoryBudget::default, MemoryBudget::new);
+fn load_through(access: Access, path: &Path, options: &LoadOptions) -> Loaded {
+    let memory = options.max_memory.map_or_else(MemoryBudget::default, MemoryBudget::new);
     let mut loader = Loader {
-        resolver: Resolver::new(Files::new(path, access, memory), overrides),
+        resolver: Resolver::new(Files::new(path, access, memory), options),
         open: Vec::new(),
         texts: HashMap::new(),
         repeated: 0,
@@ -74,7 +75,7 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
             }
             loader.file(file, Vec::new());
             loader.resolver.finish(file);
-            conclude(loader.resolver, file, overrides)
+            conclude(loader.resolver, file, options)
         }
         Err(error) => {
             let file = loader.resolver.files.add(path.to_owned(), Arc::default(), None);
@@ -96,9 +97,9 @@ fn load_through(access: Access, path: &Path, overrides: &Overrides) -> Loaded {
 }
 
 /// Loads meshes and pictures, runs the advice, and returns the scene.
-fn conclude(resolver: Resolver, file: FileId, overrides: &Overrides) -> Loaded {
+fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
     let Resolver { files, mut report, facts, settled, draft, .. } = resolver;
-    let built = draft.load(overrides.fast, &files, &mut report);
+    let built = draft.load(options.fast, &files, &mut report);
     let symbols = std::mem::take(&mut report.symbols);
     let evidence = Evidence {
         facts: &facts,
@@ -107,19 +108,20 @@ fn conclude(resolver: Resolver, file: FileId, overrides: &Overrides) -> Loaded {
         built: &built,
         sources: &files.sources,
         end: files.sources.end(file),
-        accept_part: overrides.accept_part,
+        accept_part: options.accept_part,
     };
     advise(&evidence, &mut report);
     report.symbols = symbols;
     let misfit = report.misfit.take();
     let can_keep_going = settled.is_some() && !report.is_v4(&files.sources) && misfit.is_none();
-    let is_whole = (!report.has_errors() || overrides.keep_going) && misfit.is_none() && !overrides.fast;
+    let is_whole = (!report.has_errors() || options.keep_going) && misfit.is_none() && !options.fast;
     let unread = built.unread;
+    let output = settled.as_ref().map_or(DEFAULT_OUTPUT.into(), |settled| settled.output.clone());
     let scene = settled.filter(|_| is_whole);
     let scene = scene.map(|settled| Scene { view: settled.view, world: Arc::new(built.world) });
     let (diagnostics, symbols) = report.finish(&files.sources);
     let (sources, inputs, memory) = files.into_parts();
-    Loaded { sources, inputs, memory, scene, diagnostics, symbols, unread, can_keep_going, misfit }
+    Loaded { sources, inputs, memory, scene, output, diagnostics, symbols, unread, can_keep_going, misfit }
 }
 
 /// The memory left for the statements of a text, besides its numbers.
@@ -138,6 +140,7 @@ fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
         inputs,
         memory,
         scene: None,
+        output: DEFAULT_OUTPUT.into(),
         diagnostics,
         symbols: Vec::new(),
         unread: 0,

@@ -18,6 +18,9 @@ pub struct Loaded {
     /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, with `fast`, or if no scene
     /// could be built at all.
     pub scene: Option<Scene>,
+    /// The file that the scene names for its picture (`filename` of `Film`), relative to the working folder. Default:
+    /// `pbrt.exr`.
+    pub output: PathBuf,
     /// The problems, in reading order.
     pub diagnostics: Vec<Diagnostic>,
     /// Materials, textures, objects, media, coordinate systems and included files, in the order of their definition or,
@@ -25,11 +28,11 @@ pub struct Loaded {
     pub symbols: Vec<Symbol>,
     /// The memory budget that is left after reading.
     pub memory: MemoryBudget,
-    /// With [`fast`](crate::Overrides::fast), the number of uses of mesh and picture files whose contents were not read;
+    /// With [`fast`](crate::LoadOptions::fast), the number of uses of mesh and picture files whose contents were not read;
     /// otherwise 0.
     pub unread: usize,
     /// True if `keep_going` would give a scene.
     pub can_keep_going: bool,
-    /// The reason why the resolution or crop window in [`Overrides`](crate::Overrides) does not fit the scene.
+    /// The reason why the [`FilmOverride`](crate::FilmOverride) does not fit the scene.
     pub misfit: Option<String>,
 }

@@ -112,7 +112,7 @@ impl Found {
 mod tests {
     use std::path::Path;
 
-    use crate::{Memory, Overrides, load};
+    use crate::{LoadOptions, Memory, load};
 
     fn memory(world: &str) -> Memory {
         let text = format!(
@@ -123,7 +123,7 @@ mod tests {
             Some(_) => Ok(pfm()),
             None => Ok(text.clone().into()),
         };
-        load(Path::new("x"), &read, &Overrides::default()).scene.unwrap().world.memory()
+        load(Path::new("x"), &read, &LoadOptions::default()).scene.unwrap().world.memory()
     }
 
     /// A gray picture of 2 x 2 pixels.

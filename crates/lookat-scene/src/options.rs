@@ -1,16 +1,17 @@
 //! The directives before `WorldBegin`. They are resolved together, because `Camera` needs the `Film` and either may
 //! come first.
 
+use std::path::PathBuf;
+
 use lookat_syntax::{Entity, EntityKind, Span, Spanned, Text};
 
 use crate::accelerator;
 use crate::camera::{self, Camera, Projection};
 use crate::facts::Facts;
 use crate::files::Files;
-use crate::film;
+use crate::film::{self, FilmOverride};
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
-use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::report::Report;
 use crate::sampler::{self, Sampler, SamplerKind};
@@ -35,6 +36,8 @@ struct Given {
 /// The resolved options.
 pub(crate) struct Settled {
     pub view: View,
+    /// The file of the picture.
+    pub output: PathBuf,
     /// True if the integrator ignores surfaces without a material.
     pub passes_boundaries: bool,
     /// The type of an Integrator that `path` replaces.
@@ -70,7 +73,7 @@ impl Options {
     pub fn settle(
         self,
         world_begin: Span,
-        overrides: &Overrides,
+        replaced: &FilmOverride,
         files: &Files,
         report: &mut Report,
         facts: &mut Facts,
@@ -83,11 +86,12 @@ impl Options {
             Some(given) => given.entity,
             None => Entity { name: Spanned { value: default.into(), span: world_begin }, params: Vec::new() },
         };
-        let film = film::film(&mut Params::new("Film", entity(self.film, "image"), files, report), overrides);
+        let params = &mut Params::new("Film", entity(self.film, "image"), files, report);
+        let (film, output) = film::film(params, replaced);
         let filter =
             filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
         let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
-        let sampler = sampler::sampler(params, overrides);
+        let sampler = sampler::sampler(params);
         warn_of_centers(sampler, filter, params);
         let params = &mut Params::new("Integrator", entity(self.integrator, "path"), files, report);
         let passes_boundaries = integrator::passes_boundaries(params.kind());
@@ -110,7 +114,7 @@ impl Options {
             sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),
             integrator: integrator.unwrap_or(Integrator::PBRT_DEFAULT),
         };
-        Settled { view, passes_boundaries, substituted }
+        Settled { view, output, passes_boundaries, substituted }
     }
 
     /// The kinds of options that are usually given and are not.

@@ -190,7 +190,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// Reports that the caller's overrides do not fit.
+    /// Reports that the caller's `FilmOverride` does not fit.
     pub fn misfit(&mut self, message: String) {
         self.report.misfit = Some(message);
     }

@@ -15,8 +15,8 @@ use crate::draft::Draft;
 use crate::facts::{Block, Facts, Rotation};
 use crate::files::Files;
 use crate::light;
+use crate::load_options::LoadOptions;
 use crate::options::{Options, Settled};
-use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::report::Report;
 use crate::state::{Blocks, Definitions, GraphicsState, Open, Saved};
@@ -29,7 +29,7 @@ pub(crate) struct Resolver<'a> {
     pub files: Files<'a>,
     pub report: Report,
     pub facts: Facts,
-    overrides: &'a Overrides,
+    load_options: &'a LoadOptions,
     block: Block,
     blocks: Blocks,
     state: GraphicsState,
@@ -41,12 +41,12 @@ pub(crate) struct Resolver<'a> {
 }
 
 impl<'a> Resolver<'a> {
-    pub fn new(files: Files<'a>, overrides: &'a Overrides) -> Self {
+    pub fn new(files: Files<'a>, load_options: &'a LoadOptions) -> Self {
         Resolver {
             files,
             report: Report::default(),
             facts: Facts::default(),
-            overrides,
+            load_options,
             block: Block::Options,
             blocks: Blocks::default(),
             state: GraphicsState::new(),

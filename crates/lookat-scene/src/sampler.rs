@@ -1,6 +1,5 @@
 //! `Sampler`: the sample pattern and the number of samples.
 
-use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::schema::{Effect, Key, Keys, Kind, Range, names};
 
@@ -114,7 +113,7 @@ pub(crate) const KINDS: &[Kind] = &[
         .instead("sobol"),
 ];
 
-pub(crate) fn sampler(params: &mut Params, overrides: &Overrides) -> Option<Sampler> {
+pub(crate) fn sampler(params: &mut Params) -> Option<Sampler> {
     let (kind, samples) = match params.kind() {
         "random" => (SamplerKind::Random, params.take(&FEW_PIXEL_SAMPLES)),
         "halton" => {
@@ -131,7 +130,7 @@ pub(crate) fn sampler(params: &mut Params, overrides: &Overrides) -> Option<Samp
         "stratified" => stratified(params),
         _ => return params.unknown_kind(&names(KINDS)),
     };
-    params.finish().then(|| overridden(Sampler { kind, samples_per_pixel: samples as u32 }, overrides))
+    params.finish().then_some(Sampler { kind, samples_per_pixel: samples as u32 })
 }
 
 fn stratified(params: &mut Params) -> (SamplerKind, i32) {
@@ -143,12 +142,6 @@ fn stratified(params: &mut Params) -> (SamplerKind, i32) {
         params.reject("xsamples", "xsamples times ysamples must be at most 2147483647", None);
     }
     (SamplerKind::Stratified { cells: [across as u32, down as u32], jitter }, samples.unwrap_or(1))
-}
-
-/// The sampler with the caller's number of samples.
-fn overridden(sampler: Sampler, overrides: &Overrides) -> Sampler {
-    let samples = overrides.samples_per_pixel.or(overrides.quick.then_some(1));
-    samples.map_or(sampler, |samples| sampler.with_samples(samples))
 }
 
 #[cfg(test)]

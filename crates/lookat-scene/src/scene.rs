@@ -22,7 +22,7 @@ pub struct Scene {
 pub struct View {
     /// The camera.
     pub camera: Camera,
-    /// The size and the file of the picture.
+    /// The size of the picture.
     pub film: Film,
     /// The reconstruction filter.
     pub filter: Filter,

@@ -144,7 +144,7 @@ mod tests {
     use std::io::ErrorKind;
     use std::path::Path;
 
-    use crate::{Loaded, Overrides, SymbolKind, load};
+    use crate::{LoadOptions, Loaded, SymbolKind, load};
 
     const HEAD: &str =
         "Camera \"perspective\" Film \"image\" Sampler \"sobol\" Integrator \"path\" WorldBegin\n";
@@ -154,7 +154,7 @@ mod tests {
             Some((_, text)) => Ok(text.as_bytes().to_vec()),
             None => Err(ErrorKind::NotFound.into()),
         };
-        load(Path::new("a.pbrt"), &read, &Overrides::default())
+        load(Path::new("a.pbrt"), &read, &LoadOptions::default())
     }
 
     /// Each symbol as its kind, name, and the lines of its definition (0 for none) and its uses.

@@ -15,7 +15,7 @@ use lookat_lab::chart::{
 use lookat_lab::plot::significant;
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::nearest;
-use lookat_scene::{Overrides, Scene};
+use lookat_scene::{FilmOverride, LoadOptions, Scene};
 
 use crate::args::{Chart, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
@@ -44,13 +44,13 @@ pub fn chart(arguments: &Chart) -> ExitCode {
 fn run(arguments: &Chart) -> Result<u8, String> {
     let started = Instant::now();
     let methods = chosen(&arguments.methods)?;
-    let overrides = Overrides {
-        resolution: arguments.resolution,
+    let options = LoadOptions {
+        film: FilmOverride { resolution: arguments.resolution, ..FilmOverride::default() },
         max_memory: arguments.memory.limit(),
-        ..Overrides::default()
+        ..LoadOptions::default()
     };
     let how = Report { strict: false, json: false };
-    let loaded = load_scene(&arguments.scene, &overrides, how);
+    let loaded = load_scene(&arguments.scene, &options, how);
     let parse = started.elapsed().as_secs_f64();
     report::print(&loaded, false);
     let Some(scene) = loaded.scene else { return Ok(report::failure(&loaded)) };

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use lookat_scene::{Loaded, Overrides};
+use lookat_scene::{LoadOptions, Loaded};
 use serde::Serialize;
 
 use crate::args::Check;
@@ -19,15 +19,15 @@ struct JsonResult<'a> {
 
 /// Runs the command.
 pub fn check(arguments: &Check) -> ExitCode {
-    let overrides = Overrides {
+    let options = LoadOptions {
         accept_part: true,
         fast: arguments.fast,
         max_memory: arguments.memory.limit(),
-        ..Overrides::default()
+        ..LoadOptions::default()
     };
     let (mut status, mut lost) = (0, false);
     for path in &arguments.files {
-        let loaded = load_scene(path, &overrides, arguments.report);
+        let loaded = load_scene(path, &options, arguments.report);
         if report::has_errors(&loaded) {
             status = status.max(report::failure(&loaded));
         }

@@ -5,7 +5,7 @@ mod text;
 use std::process::ExitCode;
 
 use lookat_render::{Choice, Draw, Elements, Inspection, preparation_bytes};
-use lookat_scene::{FilterKind, Integrator, LightChoice, Memory, Overrides, Projection, Scene};
+use lookat_scene::{FilterKind, Integrator, LightChoice, LoadOptions, Memory, Projection, Scene};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -32,12 +32,12 @@ struct Inspected<'s> {
 
 /// Runs the command.
 pub fn inspect(arguments: &Inspect) -> ExitCode {
-    let overrides = Overrides {
+    let options = LoadOptions {
         keep_going: arguments.keep_going,
         max_memory: arguments.memory.limit(),
-        ..Overrides::default()
+        ..LoadOptions::default()
     };
-    let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
+    let loaded = load_scene(&arguments.scene, &options, arguments.report);
     let name = arguments.scene.display().to_string();
     if let Some(Err(shortage)) =
         loaded.scene.as_ref().map(|scene| loaded.memory.reserve(preparation_bytes(&scene.world)))

@@ -10,13 +10,13 @@ use std::time::Instant;
 
 use lookat_image::{Charge, Format, MemoryBudget, byte_words};
 use lookat_render::{Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes};
-use lookat_scene::{Loaded, MAX_PIXELS, Overrides, SamplerKind, Scene};
+use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
 
 use crate::args::{Render, way_out};
 use crate::interrupt;
 use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
-use crate::source::load_scene;
+use crate::source::{load_scene, replace_samples};
 use progress::Shown;
 pub use progress::progress_bar;
 pub use summary::Metadata;
@@ -34,16 +34,11 @@ const MOST_PIXELS: u64 = 1 << 24;
 /// Runs the command.
 pub fn render(arguments: &Render) -> ExitCode {
     let crop = arguments.crop.as_deref().and_then(|edges| <[f64; 4]>::try_from(edges).ok());
-    let is_open = arguments.target_error.is_some() || arguments.time.is_some();
-    let overrides = Overrides {
-        // If --spp is a maximum, the scene keeps its own number.
-        samples_per_pixel: arguments.spp.filter(|_| !is_open),
-        resolution: arguments.resolution,
-        crop,
-        quick: arguments.quick,
+    let options = LoadOptions {
+        film: FilmOverride { resolution: arguments.resolution, quarter: arguments.quick, crop },
         keep_going: arguments.keep_going,
         max_memory: arguments.memory.limit(),
-        ..Overrides::default()
+        ..LoadOptions::default()
     };
     let scene = arguments.scene.display().to_string();
     if let Err(message) = check_arguments(arguments) {
@@ -51,7 +46,11 @@ pub fn render(arguments: &Render) -> ExitCode {
         let status = fail(message, &mut result);
         return finish(arguments, &result, status);
     }
-    let loaded = load_scene(&arguments.scene, &overrides, arguments.report);
+    let mut loaded = load_scene(&arguments.scene, &options, arguments.report);
+    // If --spp is a maximum, the scene keeps its own number.
+    let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
+    let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));
+    replace_samples(&mut loaded, samples);
     if !arguments.report.json {
         report::print(&loaded, arguments.quiet);
     }
@@ -148,10 +147,9 @@ fn picture(
     scene: &Scene,
     loaded: &Loaded,
 ) -> Result<(JsonPicture, Result<(), String>), String> {
-    let film = &scene.view.film.file;
     // A draft replaces no finished picture.
-    let film = if arguments.quick { marked(film, "quick") } else { film.clone() };
-    let file = arguments.output.clone().unwrap_or(film);
+    let own = if arguments.quick { marked(&loaded.output, "quick") } else { loaded.output.clone() };
+    let file = arguments.output.clone().unwrap_or(own);
     // Check before hours of rendering, not after.
     let crop = scene.view.film.crop;
     check_output(&file, [crop.width(), crop.height()])?;

@@ -320,13 +320,13 @@ pub fn json(loaded: &Loaded) -> Vec<JsonDiagnostic<'_>> {
 mod tests {
     use std::path::Path;
 
-    use lookat_scene::{Overrides, load};
+    use lookat_scene::{LoadOptions, load};
 
     use super::*;
 
     /// The printed diagnostics of a scene, without styles.
     fn printed(text: &str) -> String {
-        let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.into()), &Overrides::default());
+        let loaded = load(Path::new("a.pbrt"), &|_| Ok(text.into()), &LoadOptions::default());
         let render = |diagnostic| render(diagnostic, &loaded.sources, &Renderer::styled());
         strip_str(&loaded.diagnostics.iter().map(render).collect::<String>()).to_string()
     }

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 
 use lookat_image::{Image, MemoryBudget, PictureFile, open_file};
 use lookat_scene::syntax::Severity;
-use lookat_scene::{Loaded, Overrides, load_opened};
+use lookat_scene::{LoadOptions, Loaded, load_opened};
 
 use crate::args::Report;
 
 /// Loads a scene. With `--strict`, turns warnings into errors.
-pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded {
+pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded {
     let is_open = Cell::new(false);
     // Only the scene itself can be standard input or a pipe, not a file that it names.
     let open = |file: &Path| match file == path && !is_open.replace(true) {
@@ -20,7 +20,7 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
         true => open_scene(file),
         false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
     };
-    let mut loaded = load_opened(path, &open, overrides);
+    let mut loaded = load_opened(path, &open, options);
     // Show `-` under a readable name.
     if let Some(first) = loaded.sources.files.first_mut()
         && first.path == Path::new("-")
@@ -28,9 +28,16 @@ pub fn load_scene(path: &Path, overrides: &Overrides, report: Report) -> Loaded 
         first.path = PathBuf::from("standard input");
     }
     if report.strict {
-        fail_warnings(&mut loaded, overrides.keep_going);
+        fail_warnings(&mut loaded, options.keep_going);
     }
     loaded
+}
+
+/// Replaces the samples per pixel of the scene, if given.
+pub fn replace_samples(loaded: &mut Loaded, samples_per_pixel: Option<u32>) {
+    if let (Some(scene), Some(samples)) = (&mut loaded.scene, samples_per_pixel) {
+        scene.view.sampler = scene.view.sampler.with_samples(samples);
+    }
 }
 
 /// Reads a picture and charges it for good.

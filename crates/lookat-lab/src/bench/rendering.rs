@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use lookat_render::{Rendered, Settings};
-use lookat_scene::{Overrides, Scene};
+use lookat_scene::{FilmOverride, LoadOptions, Scene};
 
 use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
 
@@ -54,9 +54,8 @@ pub(super) fn table(rounds: usize) -> BenchTable {
 
 /// How long a scene takes, in seconds, and its rays.
 fn measure((name, text, samples): &Entry, threads: usize) -> (f64, u64) {
-    let overrides =
-        Overrides { samples_per_pixel: *samples, quick: samples.is_none(), ..Overrides::default() };
-    let (reading, scene) = timed(|| load(name, text, &overrides));
+    let (reading, mut scene) = timed(|| load(name, text, samples.is_none()));
+    scene.view.sampler = scene.view.sampler.with_samples(samples.unwrap_or(1));
     let (rendering, rendered) = timed(|| render(&scene, &Settings { threads, ..Settings::default() }));
     let reading = if samples.is_none() { reading } else { 0.0 };
     (reading + rendering, rendered.statistics.rays)
@@ -69,12 +68,14 @@ pub(super) fn render(scene: &Scene, settings: &Settings) -> Rendered {
 /// # Panics
 ///
 /// If the scene has errors.
-fn load(name: &str, text: &str, overrides: &Overrides) -> Scene {
+fn load(name: &str, text: &str, quarter: bool) -> Scene {
     let read = |path: &Path| match path.file_name().and_then(|file| file.to_str()) {
         Some("torus.pbrt") => Ok(TORUS.into()),
         Some("scene.pbrt") => Ok(text.into()),
         _ => Err(Error::from(ErrorKind::NotFound)),
     };
-    let loaded = lookat_scene::load(Path::new("scene.pbrt"), &read, overrides);
+    let film = FilmOverride { quarter, ..FilmOverride::default() };
+    let options = LoadOptions { film, ..LoadOptions::default() };
+    let loaded = lookat_scene::load(Path::new("scene.pbrt"), &read, &options);
     loaded.scene.unwrap_or_else(|| panic!("{name}: {:?}", loaded.diagnostics))
 }

@@ -100,21 +100,13 @@ pub(super) fn noise(errors: &[PixelError]) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
-
     use lookat_scene::PixelBounds;
 
     use super::*;
 
     #[test]
     fn pictures_fit_their_film_or_are_refused() {
-        let film = Film {
-            resolution: [4, 3],
-            crop: PixelBounds { x0: 1, y0: 0, x1: 3, y1: 3 },
-            scale: 1.0,
-            max_sample_luminance: f64::INFINITY,
-            file: PathBuf::new(),
-        };
+        let film = Film { crop: PixelBounds { x0: 1, y0: 0, x1: 3, y1: 3 }, ..Film::new([4, 3]) };
         let display = Window { x: 0, y: 0, width: 4, height: 3 };
         let part = Window { x: 1, y: 0, width: 2, height: 3 };
         let mut image = Image::from_rgb(part, display, &[[0.5; 3]; 6]);

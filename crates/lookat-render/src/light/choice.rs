@@ -199,7 +199,7 @@ mod tests {
 
     use glam::{DMat3, DVec2, DVec3, Vec3};
     use lookat_image::{MipMap, Wrap};
-    use lookat_scene::{DirectStrategy, Integrator, Light, Overrides, SamplerKind, load};
+    use lookat_scene::{DirectStrategy, Integrator, Light, LoadOptions, SamplerKind, load};
 
     use super::*;
     use crate::Prepared;
@@ -214,7 +214,7 @@ mod tests {
     fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable)) {
         let text =
             format!("Film \"image\" Camera \"perspective\" WorldBegin {lamps} Shape \"sphere\" WorldEnd");
-        let loaded = load(Path::new("x"), &|_| Ok(text.clone().into()), &Overrides::default());
+        let loaded = load(Path::new("x"), &|_| Ok(text.clone().into()), &LoadOptions::default());
         let mut scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
         let mut texels = vec![Vec3::splat(0.1); 32];
         texels[9] = Vec3::splat(5.0);

@@ -4,13 +4,13 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::{Light, Loaded, MaterialKind, Overrides, Shape, Texture, Varying, load};
+use crate::{Light, LoadOptions, Loaded, MaterialKind, Shape, Texture, Varying, load};
 
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0\n3 0 1 2\n";
 
 /// Loads a world, and returns the files read, except for the scene.
-fn loaded(world: &str, overrides: &Overrides) -> (Loaded, Vec<PathBuf>) {
+fn loaded(world: &str, options: &LoadOptions) -> (Loaded, Vec<PathBuf>) {
     let text = format!(
         "Camera \"perspective\" Film \"image\" Sampler \"sobol\" Integrator \"path\" WorldBegin
         LightSource \"infinite\" {world} WorldEnd"
@@ -28,7 +28,7 @@ fn loaded(world: &str, overrides: &Overrides) -> (Loaded, Vec<PathBuf>) {
             _ => Vec::new(),
         })
     };
-    let loaded = load(Path::new("a.pbrt"), &read, overrides);
+    let loaded = load(Path::new("a.pbrt"), &read, options);
     (loaded, files.into_inner())
 }
 
@@ -40,7 +40,7 @@ fn mesh(name: &str) -> String {
 fn a_mesh_file_is_read_once_and_placed_for_each_shape() {
     let world =
         format!("{} Translate 5 0 0 ObjectBegin \"o\" {0} ObjectEnd ObjectInstance \"o\"", mesh("a.ply"));
-    let (loaded, files) = loaded(&world, &Overrides::default());
+    let (loaded, files) = loaded(&world, &LoadOptions::default());
     assert_eq!(files, [Path::new("a.ply")]);
     let world = loaded.scene.unwrap().world;
     let shapes = [&world.primitives[0], &world.instances[0].object.primitives[0]];
@@ -56,7 +56,7 @@ fn shapes_with_wrong_files_are_left_out() {
     let (bad, good) = (mesh("bad.ply"), mesh("a.ply"));
     let world =
         format!("{bad} {good} {bad} Shape \"sphere\" ObjectBegin \"o\" {bad} ObjectEnd ObjectInstance \"o\"");
-    let keep_going = Overrides { keep_going: true, ..Overrides::default() };
+    let keep_going = LoadOptions { keep_going: true, ..LoadOptions::default() };
     let (loaded, _) = loaded(&world, &keep_going);
     assert_eq!((loaded.diagnostics.len(), loaded.diagnostics[0].all_places().count()), (1, 3));
     let world = loaded.scene.unwrap().world;
@@ -72,7 +72,7 @@ fn pictures_replace_their_stand_ins_and_stay_shared() {
         Material \"matte\" \"texture Kd\" \"s\" Shape \"sphere\" Shape \"sphere\"
         Material \"mirror\" \"texture Kr\" \"t\" Shape \"sphere\"
         LightSource \"projection\" \"string mapname\" \"a.pfm\"";
-    let (loaded, files) = loaded(texture, &Overrides::default());
+    let (loaded, files) = loaded(texture, &LoadOptions::default());
     assert_eq!(files, [Path::new("a.pfm"); 2], "one read for each of two settings");
     let world = loaded.scene.unwrap().world;
     let [first, second, mirror] = &world.primitives[..] else { panic!("{world:?}") };
@@ -94,7 +94,7 @@ fn a_wrong_picture_is_gray_on_a_surface_and_missing_in_a_light() {
     let world = "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"bad.pfm\" \"float scale\" 3
         Material \"matte\" \"texture sigma\" \"t\" Shape \"sphere\"
         LightSource \"infinite\" \"string mapname\" \"bad.pfm\"";
-    let keep_going = Overrides { keep_going: true, ..Overrides::default() };
+    let keep_going = LoadOptions { keep_going: true, ..LoadOptions::default() };
     let world = loaded(world, &keep_going).0.scene.unwrap().world;
     let MaterialKind::Matte(matte) = &world.primitives[0].material.kind else { panic!("{world:?}") };
     let Texture::Varying(node) = &matte.sigma else { panic!("{matte:?}") };
@@ -106,7 +106,7 @@ fn a_wrong_picture_is_gray_on_a_surface_and_missing_in_a_light() {
 #[test]
 fn a_fast_check_finds_no_darkness_in_what_it_does_not_read() {
     let world = format!("AreaLightSource \"diffuse\" {}", mesh("a.ply"));
-    let fast = Overrides { fast: true, ..Overrides::default() };
+    let fast = LoadOptions { fast: true, ..LoadOptions::default() };
     let (loaded, _) = loaded(&world, &fast);
     assert!(loaded.diagnostics.is_empty() && loaded.scene.is_none(), "{:?}", loaded.diagnostics);
     assert_eq!(loaded.unread, 1);

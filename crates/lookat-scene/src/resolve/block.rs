@@ -59,7 +59,7 @@ impl Resolver<'_> {
 
     /// Treats options as a file that other scenes include, if the caller accepts one.
     pub fn begin_options_part(&mut self, first: Span) {
-        if self.overrides.accept_part {
+        if self.load_options.accept_part {
             self.facts.part = Some((Block::Options, first));
             self.report.incomplete = true;
         }
@@ -68,7 +68,7 @@ impl Resolver<'_> {
     /// Resolves the options. They end at `end`.
     pub(super) fn settle(&mut self, end: Span) -> Settled {
         let options = std::mem::take(&mut self.options);
-        options.settle(end, self.overrides, &self.files, &mut self.report, &mut self.facts)
+        options.settle(end, &self.load_options.film, &self.files, &mut self.report, &mut self.facts)
     }
 
     pub(super) fn world_begin(&mut self, at: Span) {

@@ -9,9 +9,8 @@ use lookat_syntax::{Entity, FileId, Span, Text};
 
 use super::{Effect, Kind, Parameter, kinds};
 use crate::files::{Access, Files};
-use crate::film::{Film, PixelBounds};
+use crate::film::{Film, FilmOverride};
 use crate::names::Names;
-use crate::overrides::Overrides;
 use crate::params::Params;
 use crate::picture::Pictures;
 use crate::report::Report;
@@ -35,10 +34,10 @@ fn read(kind: &Kind) -> Vec<&'static str> {
 fn construct(kind: &Kind, params: &mut TextureParams) {
     let (here, pictures) = (Transform::IDENTITY, &mut Pictures::default());
     match kind.directive {
-        "Camera" => drop(camera::camera(params, here, &square_film())),
-        "Film" => drop(film::film(params, &Overrides::default())),
+        "Camera" => drop(camera::camera(params, here, &Film::new([1, 1]))),
+        "Film" => drop(film::film(params, &FilmOverride::default())),
         "PixelFilter" => drop(filter::filter(params)),
-        "Sampler" => drop(sampler::sampler(params, &Overrides::default())),
+        "Sampler" => drop(sampler::sampler(params)),
         "Integrator" => drop(integrator::integrator(params)),
         "Shape" => {
             if ["trianglemesh", "plymesh"].contains(&kind.name) {
@@ -58,12 +57,6 @@ fn construct(kind: &Kind, params: &mut TextureParams) {
         }
         other => panic!("no constructor for {other}"),
     }
-}
-
-fn square_film() -> Film {
-    let crop = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
-    let max_sample_luminance = f64::INFINITY;
-    Film { resolution: [1, 1], crop, scale: 1.0, max_sample_luminance, file: "x.exr".into() }
 }
 
 #[test]

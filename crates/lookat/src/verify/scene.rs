@@ -7,7 +7,7 @@ use std::time::Instant;
 use lookat_image::{AlignError, Aligned, Format, MemoryBudget, align};
 use lookat_render::{Settings, Stop};
 use lookat_scene::syntax::{Diagnostic, Severity};
-use lookat_scene::{Loaded, Overrides, Scene};
+use lookat_scene::{LoadOptions, Loaded, Scene};
 use serde_json::json;
 
 use super::page::PACKING_BYTES;
@@ -16,7 +16,7 @@ use crate::args::{Report, Verify};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::render::{Metadata, charge_memory, note_jitter};
-use crate::source::{load_scene, read_image};
+use crate::source::{load_scene, read_image, replace_samples};
 use crate::{compare as comparing, noise, report};
 
 /// A verdict and its reason.
@@ -50,12 +50,9 @@ pub fn verify(arguments: &Verify, file: &Path) -> Outcome {
 
 /// Fills in the outcome of a scene file that can be read. Fails if the scene cannot be verified.
 fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), String> {
-    let overrides = Overrides {
-        samples_per_pixel: arguments.spp,
-        max_memory: arguments.memory.limit(),
-        ..Overrides::default()
-    };
-    let loaded = load_scene(file, &overrides, Report { strict: false, json: false });
+    let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
+    let mut loaded = load_scene(file, &options, Report { strict: false, json: false });
+    replace_samples(&mut loaded, arguments.spp);
     report::print(&loaded, false);
     outcome.diagnostics = Diagnostics { text: report::text(&loaded), json: json!(report::json(&loaded)) };
     let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded)) };
