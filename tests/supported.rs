@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use lookat_scene::schema::{Count, Kind, Parameter, Unit, kinds};
+use lookat_scene::kinds;
+use lookat_scene::schema::{Count, Kind, Parameter, Unit};
 
 /// The table of a directive begins after `<!-- Camera -->`, and ends here.
 const END: &str = "<!-- end -->";

@@ -19,19 +19,29 @@ pub(crate) struct Fill<'p> {
 
 /// Values with stand-ins and what replaces them, by address. The values with stand-ins are kept, so that no other value
 /// gets their address.
-pub(crate) type Shared<T> = HashMap<usize, [Arc<T>; 2]>;
+type Shared<T> = HashMap<usize, [Arc<T>; 2]>;
+
+/// A value of textures that are filled.
+trait Filled: Parameter {
+    /// The textures with these values whose pictures are loaded.
+    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<Self>>;
+}
+
+impl Filled for f64 {
+    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<f64>> {
+        &mut fill.numbers
+    }
+}
+
+impl Filled for Vec3 {
+    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<Vec3>> {
+        &mut fill.colors
+    }
+}
 
 impl<'p> Fill<'p> {
     pub fn new(pictures: &'p Pictures) -> Self {
         Fill { pictures, materials: HashMap::new(), numbers: HashMap::new(), colors: HashMap::new() }
-    }
-
-    pub fn numbers(&mut self) -> &mut Shared<Node<f64>> {
-        &mut self.numbers
-    }
-
-    pub fn colors(&mut self) -> &mut Shared<Node<Vec3>> {
-        &mut self.colors
     }
 
     pub fn primitive(&mut self, primitive: &mut Primitive) {
@@ -81,7 +91,7 @@ impl<'p> Fill<'p> {
         self.materials.insert(address, [before, material.clone()]);
     }
 
-    fn texture<T: Parameter>(&mut self, texture: &mut Texture<T>) {
+    fn texture<T: Filled>(&mut self, texture: &mut Texture<T>) {
         let Texture::Varying(node) = texture else { return };
         let address = Arc::as_ptr(node).addr();
         if let Some([_, filled]) = T::filled(self).get(&address) {
@@ -95,7 +105,7 @@ impl<'p> Fill<'p> {
         T::filled(self).insert(address, [before, filled]);
     }
 
-    fn varying<T: Parameter>(&mut self, varying: &mut Varying<T>) {
+    fn varying<T: Filled>(&mut self, varying: &mut Varying<T>) {
         if let Varying::ImageMap(image) = varying {
             // Without its file, the gray stand-in stays, as in pbrt-v3.
             let loaded = T::pictures(self.pictures).loaded(&image.map);

@@ -43,6 +43,7 @@ mod fill;
 mod film;
 mod filter;
 mod integrator;
+mod kinds;
 mod light;
 mod load;
 mod load_options;
@@ -79,7 +80,8 @@ pub use film::{Film, FilmOverride, MAX_PIXELS, PixelBounds};
 pub use filter::{Filter, FilterKind};
 pub use glam;
 pub use integrator::{DirectStrategy, Integrator, LightChoice};
-pub use light::Light;
+pub use kinds::kinds;
+pub use light::{Emission, Light};
 pub use load::{load, load_opened, load_str};
 pub use load_options::LoadOptions;
 pub use loaded::Loaded;
@@ -91,7 +93,7 @@ pub use material::{
 pub use memory::Memory;
 pub use mesh::{Mesh, MeshFault};
 pub use sampler::{Sampler, SamplerKind};
-pub use scene::{Emission, Instance, Object, Primitive, Scene, View, World};
+pub use scene::{Instance, Object, Primitive, Scene, View, World};
 pub use shape::{
     Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
 };

@@ -20,6 +20,7 @@ use crate::params::Params;
 use crate::picture::{Pictures, Settings};
 use crate::schema::{Color, Key, Kind, Name, Unit, names};
 
+pub use area::Emission;
 pub(crate) use area::{AREA_KINDS, emission};
 use distant::distant;
 use goniometric::goniometric;

@@ -1,6 +1,7 @@
 //! `Material`: the scattering of surfaces.
 
 mod glass;
+mod instance;
 mod keys;
 mod kinds;
 mod matte;
@@ -22,7 +23,6 @@ use glam::Vec3;
 
 use crate::names::Names;
 use crate::schema::names;
-use crate::state::MaterialInstance;
 use crate::texture::{Texture, TextureParams};
 
 pub use glass::Glass;
@@ -38,6 +38,7 @@ pub use textures::AnyTexture;
 pub use translucent::Translucent;
 pub use uber::Uber;
 
+pub(crate) use instance::MaterialInstance;
 pub(crate) use kinds::KINDS;
 
 use keys::{bump, index_of_refraction, share};

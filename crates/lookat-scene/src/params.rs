@@ -7,18 +7,17 @@ mod advice;
 mod files;
 mod other_versions;
 mod take;
-mod textures;
 mod values;
 
 pub(crate) use files::FileParam;
-pub(crate) use textures::{TextureParams, Textures};
+pub(crate) use take::Take;
 
 use lookat_image::{Charge, MemoryBudget};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
 use crate::files::Files;
 use crate::report::Report;
-use crate::schema::{Key, Unit, Value};
+use crate::schema::{Key, Unit};
 
 /// The most related places of one message.
 const MOST_RELATED: usize = 10;
@@ -101,14 +100,14 @@ impl<'a> Params<'a> {
     }
 
     /// Registers a parameter name with a type.
-    fn ask(&mut self, name: &'static str, ty: ParamType) {
+    pub fn ask(&mut self, name: &'static str, ty: ParamType) {
         if !self.asked.contains(&(name, ty)) {
             self.asked.push((name, ty));
         }
     }
 
     /// Takes the value of a parameter, or its default. Rejects a value outside the range of the key.
-    pub fn take<T: Value>(&mut self, key: &Key<T>) -> T::Taken {
+    pub fn take<T: Take>(&mut self, key: &Key<T>) -> T::Taken {
         T::take(key, self)
     }
 

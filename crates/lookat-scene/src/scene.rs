@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use lookat_syntax::Span;
 
-use crate::{Camera, Cutout, Film, Filter, Integrator, Light, Material, Sampler, Shape, Transform};
+use crate::{Camera, Cutout, Emission, Film, Filter, Integrator, Light, Material, Sampler, Shape, Transform};
 
 /// A scene, ready to render: a view of a world. Lengths are in world units, except for quadrics and curves, which are in
 /// object space. Angles are in radians unless a field says degrees. Colors are linear RGB; transformations are `f64`.
@@ -106,29 +106,6 @@ pub struct Primitive {
     pub cutout: Option<Cutout>,
     /// The emitted light.
     pub emission: Option<Emission>,
-}
-
-/// The emission of an area light: `AreaLightSource "diffuse"`, with equal radiance in all directions.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Emission {
-    /// Emitted radiance, linear RGB (parameters `L` times `scale`).
-    pub radiance: glam::Vec3,
-    /// True if both sides emit. Default: only the side of the normal emits.
-    pub two_sided: bool,
-    /// Light samples per camera sample in the direct lighting integrator. Default 1.
-    pub samples: u32,
-}
-
-impl Emission {
-    /// That of a radiance, on the side of the normal.
-    pub fn new(radiance: glam::Vec3) -> Emission {
-        Emission { radiance, two_sided: false, samples: 1 }
-    }
-
-    /// True if the radiance is zero.
-    pub(crate) fn is_black(&self) -> bool {
-        self.radiance == glam::Vec3::ZERO
-    }
 }
 
 /// The shapes between `ObjectBegin` and `ObjectEnd`. As in pbrt-v3, an emissive shape of an object is visible but is

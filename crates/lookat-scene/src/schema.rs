@@ -1,18 +1,12 @@
-//! The schema of the format: the types of each directive and their parameters, as the constructors read them.
+//! The schema of the format: what describes a type of a directive and its parameters. The constructors read parameters by it.
 
 mod key;
 mod needed;
 mod range;
 mod synonyms;
-#[cfg(test)]
-mod tests;
 mod value;
 
 use lookat_syntax::ParamType;
-
-use crate::{
-    accelerator, camera, film, filter, integrator, light, material, medium, sampler, shape, texture,
-};
 
 pub(crate) use key::{Described, Key};
 pub(crate) use needed::Needed;
@@ -21,7 +15,7 @@ pub(crate) use synonyms::type_synonym;
 pub use synonyms::{Synonym, parameter_synonyms};
 pub(crate) use value::{
     Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,
-    Pairs, Textured, Triples, Value,
+    Pairs, Triples,
 };
 
 /// The default of a parameter without which a constructor fails, in words.
@@ -58,6 +52,11 @@ impl Kind {
     /// A type that lookat does not render, and what it renders instead.
     pub(crate) const fn instead(self, instead: &'static str) -> Kind {
         Kind { instead, ..self }
+    }
+
+    /// The same type of another directive.
+    pub(crate) const fn of(self, directive: &'static str) -> Kind {
+        Kind { directive, ..self }
     }
 
     /// The parameters, in the order of the documentation.
@@ -136,25 +135,6 @@ impl Unit {
         }
     }
 }
-
-/// Every type, by directive.
-pub fn kinds() -> impl Iterator<Item = &'static Kind> {
-    let options = [camera::KINDS, film::KINDS, filter::KINDS, sampler::KINDS, integrator::KINDS];
-    let surfaces = [accelerator::KINDS, shape::KINDS, material::KINDS, NAMED_MATERIALS];
-    let others = [light::KINDS, light::AREA_KINDS, texture::KINDS, medium::KINDS];
-    options.into_iter().chain(surfaces).chain(others).flatten()
-}
-
-/// The types of materials with a name, which a parameter of MakeNamedMaterial gives.
-const NAMED_MATERIALS: &[Kind] = &{
-    let mut kinds = [material::KINDS[0]; material::KINDS.len()];
-    let mut index = 0;
-    while index < kinds.len() {
-        kinds[index] = Kind { directive: "MakeNamedMaterial", ..material::KINDS[index] };
-        index += 1;
-    }
-    kinds
-};
 
 /// The names of types, as a scene writes them.
 pub(crate) fn names(kinds: &[Kind]) -> Vec<&'static str> {

@@ -3,15 +3,14 @@
 mod open;
 
 use std::rc::Rc;
-use std::sync::Arc;
 
-use lookat_syntax::{Entity, Param, ParamType, Spanned};
+use lookat_syntax::Spanned;
 
+use crate::material::MaterialInstance;
 use crate::names::Names;
-use crate::params::class;
 use crate::symbols::SymbolKind;
 use crate::texture::Textures;
-use crate::{Emission, Material, Transform};
+use crate::{Emission, Transform};
 
 pub(crate) use open::{Blocks, Open};
 
@@ -74,44 +73,13 @@ impl Saved {
     }
 }
 
-/// A material with its source, because a shape may replace its parameters.
-pub(crate) struct MaterialInstance {
-    pub material: Arc<Material>,
-    /// Its type and parameters as written.
-    pub entity: Option<Entity>,
-    /// The names and types of its parameters. `None` for a stand-in.
-    pub known: Option<Vec<(&'static str, ParamType)>>,
-}
-
-impl MaterialInstance {
-    /// Splits the parameters of a shape into material parameters and the rest.
-    pub fn split(&self, params: Vec<Param>) -> (Vec<Param>, Vec<Param>) {
-        let Some(known) = &self.known else { return (params, Vec::new()) };
-        let is_known = |param: &Param| {
-            known.iter().any(|(name, ty)| *name == param.name.value && class(*ty) == class(param.ty))
-        };
-        params.into_iter().partition(is_known)
-    }
-}
-
 impl GraphicsState {
     pub fn new() -> Self {
-        let matte = MaterialInstance {
-            material: Arc::new(Material::DEFAULT),
-            entity: None,
-            known: Some(vec![
-                ("Kd", ParamType::Texture),
-                ("Kd", ParamType::Rgb),
-                ("sigma", ParamType::Texture),
-                ("sigma", ParamType::Float),
-                ("bumpmap", ParamType::Texture),
-            ]),
-        };
         GraphicsState {
             ctm: Transform::IDENTITY,
             at_start: true,
             reverse_orientation: false,
-            material: Rc::new(matte),
+            material: Rc::new(MaterialInstance::default()),
             emission: None,
         }
     }

@@ -9,6 +9,7 @@ mod mapping;
 mod marble;
 mod mix;
 mod octaves;
+mod params;
 mod scale;
 mod uv;
 mod value;
@@ -26,9 +27,9 @@ pub use self::marble::Marble;
 pub use self::octaves::Octaves;
 pub use self::value::Value;
 
+pub(crate) use self::params::{TextureParams, Textures};
 pub(crate) use self::value::Parameter;
 use crate::params::Params;
-pub(crate) use crate::params::{TextureParams, Textures};
 use crate::picture::Pictures;
 use crate::schema::{Color, DefaultValue, Effect, Key, Kind, Name, names};
 use crate::transform::Transform;

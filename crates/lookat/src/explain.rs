@@ -3,7 +3,8 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
-use lookat_scene::schema::{Count, Effect, Kind, Parameter, REQUIRED, Synonym, kinds, parameter_synonyms};
+use lookat_scene::kinds;
+use lookat_scene::schema::{Count, Effect, Kind, Parameter, REQUIRED, Synonym, parameter_synonyms};
 use lookat_scene::syntax::nearest;
 use serde_json::{Value, json};
 

@@ -1,9 +1,33 @@
 //! `AreaLightSource`: the emission of the following shapes.
 
+use glam::Vec3;
+
 use super::{N_SAMPLES, RADIANCE, SAMPLES, SCALE, samples, scaled};
-use crate::Emission;
 use crate::params::Params;
 use crate::schema::{Key, Keys, Kind, names};
+
+/// The emission of an area light: `AreaLightSource "diffuse"`, with equal radiance in all directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Emission {
+    /// Emitted radiance, linear RGB (parameters `L` times `scale`).
+    pub radiance: Vec3,
+    /// True if both sides emit. Default: only the side of the normal emits.
+    pub two_sided: bool,
+    /// Light samples per camera sample in the direct lighting integrator. Default 1.
+    pub samples: u32,
+}
+
+impl Emission {
+    /// That of a radiance, on the side of the normal.
+    pub fn new(radiance: Vec3) -> Emission {
+        Emission { radiance, two_sided: false, samples: 1 }
+    }
+
+    /// True if the radiance is zero.
+    pub(crate) fn is_black(&self) -> bool {
+        self.radiance == Vec3::ZERO
+    }
+}
 
 const TWO_SIDED: Key<bool> =
     Key::bool("twosided", false, "true emits on both sides of the surface, false on the side of the normal");

@@ -4,9 +4,19 @@ use glam::{DVec3, Vec3};
 use lookat_syntax::Text;
 
 use super::Params;
-use crate::schema::{Color, Edges, Floats, Given, Integers, Key, Name, Needed, Pairs, Triples, Unit, Value};
+use crate::schema::{
+    Color, DefaultValue, Edges, Floats, Given, Integers, Key, Name, Needed, Pairs, Triples, Unit,
+};
 
-impl Value for f64 {
+/// A type of value: what a constructor gets for a key.
+pub(crate) trait Take: DefaultValue {
+    /// What the constructor gets.
+    type Taken;
+
+    fn take(key: &Key<Self>, params: &mut Params) -> Self::Taken;
+}
+
+impl Take for f64 {
     type Taken = f64;
 
     /// An angle that looks like radians gets a message.
@@ -19,7 +29,7 @@ impl Value for f64 {
     }
 }
 
-impl Value for i32 {
+impl Take for i32 {
     type Taken = i32;
 
     fn take(key: &Key<i32>, params: &mut Params) -> i32 {
@@ -28,7 +38,7 @@ impl Value for i32 {
     }
 }
 
-impl Value for bool {
+impl Take for bool {
     type Taken = bool;
 
     fn take(key: &Key<bool>, params: &mut Params) -> bool {
@@ -36,7 +46,7 @@ impl Value for bool {
     }
 }
 
-impl Value for &'static [&'static str] {
+impl Take for &'static [&'static str] {
     type Taken = &'static str;
 
     fn take(key: &Key<Self>, params: &mut Params) -> &'static str {
@@ -44,7 +54,7 @@ impl Value for &'static [&'static str] {
     }
 }
 
-impl Value for [f64; 3] {
+impl Take for [f64; 3] {
     type Taken = DVec3;
 
     fn take(key: &Key<Self>, params: &mut Params) -> DVec3 {
@@ -52,7 +62,7 @@ impl Value for [f64; 3] {
     }
 }
 
-impl Value for Color {
+impl Take for Color {
     type Taken = Vec3;
 
     fn take(key: &Key<Self>, params: &mut Params) -> Vec3 {
@@ -60,7 +70,7 @@ impl Value for Color {
     }
 }
 
-impl Value for Edges {
+impl Take for Edges {
     type Taken = Option<[f64; 4]>;
 
     fn take(key: &Key<Edges>, params: &mut Params) -> Option<[f64; 4]> {
@@ -73,7 +83,7 @@ impl Value for Edges {
     }
 }
 
-impl Value for Needed {
+impl Take for Needed {
     type Taken = Option<i32>;
 
     fn take(key: &Key<Self>, params: &mut Params) -> Option<i32> {
@@ -90,7 +100,7 @@ impl Value for Needed {
 /// Values without a default: the constructor gets `None`.
 macro_rules! optional {
     ($($name:ident: $taken:ty, $take:ident $($field:ident)?;)*) => {$(
-        impl Value for $name {
+        impl Take for $name {
             type Taken = Option<$taken>;
 
             fn take(key: &Key<Self>, params: &mut Params) -> Option<$taken> {

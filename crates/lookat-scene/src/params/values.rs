@@ -39,7 +39,7 @@ impl Params<'_> {
         self.float_if_given(name).unwrap_or(default)
     }
 
-    pub(super) fn float_if_given(&mut self, name: &'static str) -> Option<f64> {
+    pub fn float_if_given(&mut self, name: &'static str) -> Option<f64> {
         match self.take_one(name, &[ParamType::Float]).map(|p| p.values.value) {
             Some(Values::Numbers(values)) => Some(values[0]),
             _ => None,
@@ -121,7 +121,7 @@ impl Params<'_> {
     }
 
     /// A color: `rgb`, `xyz`, `blackbody` or `spectrum`.
-    pub(super) fn spectrum(&mut self, name: &'static str, default: Vec3) -> Vec3 {
+    pub fn spectrum(&mut self, name: &'static str, default: Vec3) -> Vec3 {
         let Some(param) = self.take_one(name, SPECTRUM_TYPES) else { return default };
         let color = color::from_param(&param, self.files, self.report);
         if let (Values::Pairs(pairs), Ok(color)) = (&param.values.value, &color) {
@@ -171,7 +171,7 @@ impl Params<'_> {
     }
 
     /// The texture name of a parameter of type texture.
-    pub(super) fn texture(&mut self, name: &'static str) -> Option<Text> {
+    pub fn texture(&mut self, name: &'static str) -> Option<Text> {
         match self.take_one(name, &[ParamType::Texture]).map(|p| p.values.value) {
             Some(Values::Strings(mut values)) => values.pop(),
             _ => None,

@@ -7,9 +7,9 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
 
 use super::Resolver;
 use crate::cutout::cutout;
+use crate::material::MaterialInstance;
 use crate::params::Params;
 use crate::schema::names;
-use crate::state::MaterialInstance;
 use crate::symbols::SymbolKind;
 use crate::texture::TextureParams;
 use crate::{Material, MaterialKind, Primitive, light, material, shape, texture};

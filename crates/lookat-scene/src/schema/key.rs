@@ -6,7 +6,7 @@ use lookat_syntax::ParamType;
 use super::value::{Color, ColorTexture, DefaultValue, FloatTexture, GivenTexture, Name};
 use super::{Effect, Needed, Parameter, REQUIRED, Range, Unit};
 
-/// A parameter with the type of its value. A constructor reads it with [`Params::take`](crate::params::Params::take).
+/// A parameter with the type of its value. A constructor takes its value.
 #[derive(Clone, Copy)]
 pub(crate) struct Key<T> {
     pub name: &'static str,

@@ -107,7 +107,7 @@ const EMIT: &str =
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::schema::kinds;
+    use crate::kinds;
 
     #[test]
     fn words_are_written_as_they_are_looked_up() {

@@ -3,9 +3,7 @@
 use glam::Vec3;
 
 use super::range::number;
-use super::{Count, Key, Range};
-use crate::params::Params;
-use crate::texture::{Texture, TextureParams};
+use super::{Count, Range};
 
 /// A default, as `lookat explain` shows it.
 pub(crate) trait DefaultValue: Copy + 'static {
@@ -19,22 +17,6 @@ pub(crate) trait DefaultValue: Copy + 'static {
     fn range(self, range: Range) -> String {
         range.words()
     }
-}
-
-/// A type of value: what a constructor gets for a key.
-pub(crate) trait Value: DefaultValue {
-    /// What the constructor gets.
-    type Taken;
-
-    fn take(key: &Key<Self>, params: &mut Params) -> Self::Taken;
-}
-
-/// A type of value that can name a texture instead.
-pub(crate) trait Textured: DefaultValue {
-    /// What the constructor gets.
-    type Taken;
-
-    fn take(key: &Key<Self>, params: &mut TextureParams) -> Self::Taken;
 }
 
 impl DefaultValue for f64 {
@@ -96,18 +78,6 @@ impl DefaultValue for FloatTexture {
     }
 }
 
-impl Textured for FloatTexture {
-    type Taken = Texture<f64>;
-
-    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<f64> {
-        let texture = params.float_texture(key.name, key.default.0);
-        match texture.constant() {
-            Some(value) if !params.check_within(key, value) => Texture::Constant(key.default.0),
-            _ => texture,
-        }
-    }
-}
-
 /// A number or the name of a float texture, if given.
 #[derive(Clone, Copy)]
 pub(crate) struct GivenTexture;
@@ -117,16 +87,6 @@ impl DefaultValue for GivenTexture {
 
     fn words(self) -> String {
         "none".into()
-    }
-}
-
-impl Textured for GivenTexture {
-    type Taken = Option<Texture<f64>>;
-
-    fn take(key: &Key<Self>, params: &mut TextureParams) -> Option<Texture<f64>> {
-        let texture = params.float_texture_if_given(key.name)?;
-        let is_within = texture.constant().is_none_or(|value| params.check_within(key, value));
-        is_within.then_some(texture)
     }
 }
 
@@ -142,14 +102,6 @@ impl DefaultValue for ColorTexture {
             [gray, green, blue] if gray == green && gray == blue => gray.to_string(),
             channels => channels.map(|channel| channel.to_string()).join(" "),
         }
-    }
-}
-
-impl Textured for ColorTexture {
-    type Taken = Texture<Vec3>;
-
-    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<Vec3> {
-        params.spectrum_texture(key.name, key.default.0)
     }
 }
 

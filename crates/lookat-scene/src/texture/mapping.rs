@@ -5,8 +5,8 @@
 use glam::{DVec2, DVec3};
 use lookat_syntax::ParamType;
 
-use crate::params::Params;
-use crate::schema::{Key, Keys, Value};
+use crate::params::{Params, Take};
+use crate::schema::{Key, Keys};
 use crate::transform::Transform;
 
 /// A texture coordinate mapping.
@@ -92,7 +92,7 @@ const SCALING: &str = "to scale this mapping, use the current transformation, or
 const DIRECTIONS: &str = "v1 and v2 are directions of the mapping \"planar\"";
 
 /// Warns about parameters of other mappings.
-fn idle<T: Value>(params: &mut Params, keys: &[&Key<T>], mapping: &str, help: &str) {
+fn idle<T: Take>(params: &mut Params, keys: &[&Key<T>], mapping: &str, help: &str) {
     for key in keys {
         params.take(key);
         if params.was_taken(key.name) {

@@ -6,9 +6,8 @@ use std::ops::Mul;
 use glam::Vec3;
 use lookat_image::Texel;
 
-use super::{Node, Texture, TextureParams};
+use super::{Texture, TextureParams};
 use crate::color::LUMINANCE;
-use crate::fill::{Fill, Shared};
 use crate::params::Params;
 use crate::picture::{Cache, FromColor, Pictures};
 use crate::schema::{Color, ColorTexture, Key};
@@ -87,9 +86,6 @@ pub(crate) trait Parameter: Value<Texel: FromColor> {
 
     /// The same, to add to them.
     fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<Self::Texel>;
-
-    /// The textures with these values whose pictures are loaded.
-    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<Self>>;
 }
 
 impl Parameter for f64 {
@@ -110,10 +106,6 @@ impl Parameter for f64 {
     fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<f32> {
         &mut pictures.numbers
     }
-
-    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<f64>> {
-        fill.numbers()
-    }
 }
 
 impl Parameter for Vec3 {
@@ -133,9 +125,5 @@ impl Parameter for Vec3 {
 
     fn pictures_mut(pictures: &mut Pictures) -> &mut Cache<Vec3> {
         &mut pictures.colors
-    }
-
-    fn filled<'f>(fill: &'f mut Fill) -> &'f mut Shared<Node<Vec3>> {
-        fill.colors()
     }
 }

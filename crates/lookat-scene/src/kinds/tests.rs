@@ -7,13 +7,14 @@ use glam::Vec3;
 use lookat_image::MemoryBudget;
 use lookat_syntax::{Entity, FileId, Span, Text};
 
-use super::{Effect, Kind, Parameter, kinds};
+use super::kinds;
 use crate::files::{Access, Files};
 use crate::film::{Film, FilmOverride};
 use crate::names::Names;
 use crate::params::Params;
 use crate::picture::Pictures;
 use crate::report::Report;
+use crate::schema::{Effect, Kind, Parameter};
 use crate::symbols::SymbolKind;
 use crate::texture::{TextureParams, Textures, texture};
 use crate::transform::Transform;

@@ -5,11 +5,11 @@ use std::ops::{Deref, DerefMut};
 use glam::Vec3;
 use lookat_syntax::ParamType;
 
-use super::Params;
+use super::Texture;
 use crate::names::Names;
-use crate::schema::{Key, Textured};
+use crate::params::Params;
+use crate::schema::{ColorTexture, DefaultValue, FloatTexture, GivenTexture, Key};
 use crate::symbols::SymbolKind;
-use crate::texture::Texture;
 
 /// The textures in scope. An unsupported texture has no value, and parameters that name it keep their default.
 pub(crate) struct Textures {
@@ -38,7 +38,7 @@ impl<'t, 'p> TextureParams<'t, 'p> {
     }
 
     /// Takes a parameter that can name a texture.
-    pub fn take_texture<T: Textured>(&mut self, key: &Key<T>) -> T::Taken {
+    pub fn take_texture<T: TakeTexture>(&mut self, key: &Key<T>) -> T::Taken {
         T::take(key, self)
     }
 
@@ -81,5 +81,43 @@ impl<'p> Deref for TextureParams<'_, 'p> {
 impl<'p> DerefMut for TextureParams<'_, 'p> {
     fn deref_mut(&mut self) -> &mut Params<'p> {
         self.params
+    }
+}
+
+/// A type of value that can name a texture instead.
+pub(crate) trait TakeTexture: DefaultValue {
+    /// What the constructor gets.
+    type Taken;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Self::Taken;
+}
+
+impl TakeTexture for FloatTexture {
+    type Taken = Texture<f64>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<f64> {
+        let texture = params.float_texture(key.name, key.default.0);
+        match texture.constant() {
+            Some(value) if !params.check_within(key, value) => Texture::Constant(key.default.0),
+            _ => texture,
+        }
+    }
+}
+
+impl TakeTexture for GivenTexture {
+    type Taken = Option<Texture<f64>>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Option<Texture<f64>> {
+        let texture = params.float_texture_if_given(key.name)?;
+        let is_within = texture.constant().is_none_or(|value| params.check_within(key, value));
+        is_within.then_some(texture)
+    }
+}
+
+impl TakeTexture for ColorTexture {
+    type Taken = Texture<Vec3>;
+
+    fn take(key: &Key<Self>, params: &mut TextureParams) -> Texture<Vec3> {
+        params.spectrum_texture(key.name, key.default.0)
     }
 }
