@@ -47,7 +47,7 @@ impl CameraRays {
         let extent = DVec2::new(screen.max.x - screen.min.x, screen.min.y - screen.max.y) * scale;
         let resolution = DVec2::new(f64::from(film.resolution[0]), f64::from(film.resolution[1]));
         CameraRays {
-            world_from_camera: DMat3::from_mat4(camera.world_from_camera.m),
+            world_from_camera: DMat3::from_mat4(camera.world_from_camera.matrix()),
             eye: CameraRays::eye(camera) - origin,
             film_middle: resolution * 0.5,
             start,

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
-use lookat_scene::{Curve, CurveKind, Transform};
+use lookat_scene::{Curve, CurveKind};
 
 use crate::parametric::Parametric;
 use crate::ray::Ray;
@@ -147,7 +147,7 @@ impl Curves {
 
 impl PlacedCurve {
     fn new(curve: &Arc<Curve>, world_origin: DVec3) -> Self {
-        let Transform { m, inv } = curve.world_from_object;
+        let (m, inv) = (curve.world_from_object.matrix(), curve.world_from_object.inverse_matrix());
         let (world_from_object, object_from_world) = (DMat3::from_mat4(m), DMat3::from_mat4(inv));
         let origin = curve.segments.first().map_or(DVec3::ZERO, |segment| segment[0]);
         let anchor = world_from_object * origin + (m.w_axis.truncate() - world_origin);

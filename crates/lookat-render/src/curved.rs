@@ -10,7 +10,7 @@ mod sweep;
 mod tests;
 
 use glam::{DMat3, DVec2, DVec3};
-use lookat_scene::{Quadric, QuadricForm, Transform};
+use lookat_scene::{Quadric, QuadricForm};
 
 use crate::parametric::Parametric;
 use crate::ray::Ray;
@@ -57,7 +57,7 @@ enum Form {
 
 impl Curved {
     pub fn new(quadric: &Quadric, origin: DVec3) -> Self {
-        let Transform { m, inv } = quadric.world_from_object;
+        let (m, inv) = (quadric.world_from_object.matrix(), quadric.world_from_object.inverse_matrix());
         let (low, high, radius) = quadric.extent();
         let middle = low + 0.5 * (high - low);
         let half_height = 0.5 * (high - low);

@@ -20,7 +20,7 @@ pub(crate) struct PlacedInstance {
 impl PlacedInstance {
     /// The copy of the object of a number, in a world of that origin.
     pub fn new(object: usize, world_from_object: &Transform, world_origin: DVec3) -> Self {
-        let (m, inv) = (world_from_object.m, world_from_object.inv);
+        let (m, inv) = (world_from_object.matrix(), world_from_object.inverse_matrix());
         PlacedInstance {
             object,
             object_from_world: DMat3::from_mat4(inv),

@@ -4,16 +4,14 @@ use std::ops::Mul;
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
-/// An affine transformation with its inverse, as in pbrt. Points placed by exact numbers, such as the eye of a
+/// An affine transformation with its inverse, as in pbrt. Its constructors make both. Points placed by exact numbers, such as the eye of a
 /// `LookAt`, are returned exactly.
 ///
 /// `a * b` applies `b` first. The name `b_from_a` of a value gives both spaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transform {
-    /// The matrix, for column vectors.
-    pub m: DMat4,
-    /// Its inverse.
-    pub inv: DMat4,
+    m: DMat4,
+    inv: DMat4,
 }
 
 /// The largest coordinate, and the largest entry of a transformation and its inverse. It is far above any use, and
@@ -120,6 +118,16 @@ impl Transform {
     pub(crate) fn in_range(&self) -> bool {
         let in_range = |m: &DMat4| m.to_cols_array().iter().all(|x| x.abs() <= LARGEST);
         in_range(&self.m) && in_range(&self.inv)
+    }
+
+    /// The matrix, for column vectors.
+    pub fn matrix(&self) -> DMat4 {
+        self.m
+    }
+
+    /// The inverse of the matrix, except for rounding.
+    pub fn inverse_matrix(&self) -> DMat4 {
+        self.inv
     }
 
     /// The inverse.
@@ -250,6 +258,23 @@ mod tests {
         let third = Transform::rotate(120.0, DVec3::ONE).unwrap();
         near(third.vector(DVec3::X), DVec3::Y);
         assert_eq!(Transform::rotate(10.0, DVec3::ZERO), None);
+    }
+
+    #[test]
+    fn every_transformation_has_its_inverse() {
+        let sheared =
+            DMat4::from_cols_array(&[2., 0., 1., 0., 3., 4., 0., 0., 0., 5., 1., 0., 7., 8., 9., 1.]);
+        let all = [
+            Transform::translate(DVec3::new(3.0, -4.0, 5.0)),
+            Transform::scale(DVec3::new(-2.0, 0.5, 7.0)).unwrap(),
+            Transform::rotate(40.0, DVec3::new(1.0, 2.0, 3.0)).unwrap(),
+            Transform::look_at(DVec3::new(3.0, 4.0, 5.0), DVec3::X, DVec3::Y).unwrap(),
+            Transform::from_matrix(sheared).unwrap(),
+        ];
+        let product = all.into_iter().reduce(|a, b| a * b).unwrap();
+        for Transform { m, inv } in all.into_iter().chain([product, product.inverse()]) {
+            assert!((m * inv).abs_diff_eq(DMat4::IDENTITY, 1e-12), "{m} {inv}");
+        }
     }
 
     #[test]

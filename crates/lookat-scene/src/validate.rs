@@ -1,17 +1,19 @@
 //! Whether a scene built in code keeps the promises of a scene.
 
+mod material;
+mod texture;
+
 use std::error::Error;
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use glam::Vec3;
-
 use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
 use crate::{
-    AnyTexture, Camera, Curve, CurveKind, Film, Filter, FilterKind, Integrator, Lens, Light, MAX_PIXELS,
-    Material, MaterialKind, Primitive, Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape,
-    Texture, Transform,
+    Camera, Curve, CurveKind, Film, Filter, FilterKind, Integrator, Lens, Light, MAX_PIXELS, Primitive,
+    Projection, Quadric, QuadricForm, Sampler, SamplerKind, Scene, Shape, Transform,
 };
+use material::{has_textures, is_material};
+use texture::is_texture;
 
 /// A promise that a scene breaks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,10 +33,10 @@ impl fmt::Display for Invalid {
 impl Error for Invalid {}
 
 impl Scene {
-    /// Checks the promises of a scene, which one built in code may break: transformations have two finite matrices without a zero
-    /// column (not that one is the inverse of the other), lengths and counts are positive where they must be, and numbers are
-    /// finite, except an unlimited `max_sample_luminance` (not those inside of textures). [`load`](crate::load()) gives
-    /// only valid scenes. A renderer may show anything for a scene that is not valid.
+    /// Checks the promises of a scene, which one built in code may break: transformations are invertible, lengths and counts are
+    /// positive where they must be, and numbers are finite, also inside of textures, except an unlimited
+    /// `max_sample_luminance`. [`load`](crate::load()) gives only valid scenes. A renderer may show anything for a scene
+    /// that is not valid.
     ///
     /// # Errors
     ///
@@ -80,7 +82,7 @@ impl Scene {
     }
 }
 
-const NO_TRANSFORM: &str = "a matrix is not finite, or has a zero column";
+const NO_TRANSFORM: &str = "the matrix or its inverse is not finite";
 
 trait Faults {
     fn check(&mut self, is_right: bool, field: &str, message: &'static str);
@@ -95,10 +97,7 @@ impl Faults for Vec<Invalid> {
 }
 
 fn is_placed(transform: &Transform) -> bool {
-    [transform.m, transform.inv].iter().all(|m| {
-        let is_affine = m.row(3).to_array() == [0.0, 0.0, 0.0, 1.0];
-        m.is_finite() && is_affine && (0..3).all(|axis| m.col(axis).to_array() != [0.0; 4])
-    })
+    transform.matrix().is_finite() && transform.inverse_matrix().is_finite()
 }
 
 fn is_camera(camera: &Camera) -> bool {
@@ -149,41 +148,14 @@ fn primitive_faults(primitive: &Primitive, place: &str, found: &mut Vec<Invalid>
         Shape::TriangleMesh(_) => true,
     };
     found.check(is_right, &format!("{place}.shape"), "its numbers are out of range");
-    let is_right = is_material(&primitive.material);
-    found.check(is_right, &format!("{place}.material"), "a color, an index or a part is out of range");
+    let (material, field) = (&primitive.material, format!("{place}.material"));
+    found.check(is_material(material), &field, "a color, an index or a part is out of range");
+    found.check(has_textures(material), &field, "a number of a texture is out of range");
+    let masks = primitive.cutout.iter().flat_map(|cutout| [&cutout.alpha, &cutout.shadow_alpha]);
+    let is_right = masks.flatten().all(is_texture);
+    found.check(is_right, &format!("{place}.cutout"), "a number of a texture is out of range");
     let is_light = primitive.emission.is_none_or(|light| light.radiance.is_finite() && light.samples > 0);
     found.check(is_light, &format!("{place}.emission"), "its numbers are out of range");
-}
-
-fn is_material(material: &Material) -> bool {
-    let is_finite = |texture: &AnyTexture| match texture {
-        AnyTexture::Number(texture) => texture.constant().is_none_or(f64::is_finite),
-        AnyTexture::Color(texture) => texture.constant().is_none_or(Vec3::is_finite),
-    };
-    let bump = material.bump().and_then(Texture::constant);
-    if !material.kind().textures().iter().all(is_finite) || !bump.is_none_or(f64::is_finite) {
-        return false;
-    }
-    let share = |texture: &Texture<Vec3>| {
-        texture.constant().is_none_or(|color| color.is_finite() && color.min_element() >= 0.0)
-    };
-    match material.kind() {
-        MaterialKind::Matte(m) => share(&m.kd),
-        MaterialKind::Plastic(m) => share(&m.kd) && share(&m.ks),
-        MaterialKind::Translucent(m) => [&m.kd, &m.ks, &m.reflect, &m.transmit].into_iter().all(share),
-        MaterialKind::Glass(m) => {
-            share(&m.kr) && share(&m.kt) && m.eta.constant().is_none_or(|eta| eta > 0.0)
-        }
-        MaterialKind::Mirror(m) => share(&m.kr),
-        MaterialKind::Metal(m) => m.eta.constant().is_none_or(|eta| eta.is_finite()),
-        MaterialKind::Substrate(m) => share(&m.kd) && share(&m.ks),
-        MaterialKind::Uber(m) => [&m.kd, &m.ks, &m.kr, &m.kt, &m.opacity].into_iter().all(share),
-        MaterialKind::Mix(m) => {
-            let is_surface = |part: &Material| !matches!(part.kind(), MaterialKind::None);
-            m.materials.iter().all(|part| is_surface(part) && is_material(part))
-        }
-        MaterialKind::None => true,
-    }
 }
 
 /// The depths of splits that [`Curve`] allows.
@@ -250,100 +222,4 @@ fn is_light(light: &Light) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use glam::{DVec3, Vec3};
-
-    use crate::{
-        CurveKind, FilterKind, Integrator, Light, Material, MaterialKind, Matte, Mesh, MeshFault,
-        SamplerKind, Scene, Shape, Texture, Transform, World, load_str,
-    };
-
-    fn scene() -> Scene {
-        let loaded = load_str(
-            "Film \"image\" Camera \"perspective\" \"float lensradius\" .1 \"float focaldistance\" 3 Sampler \"sobol\"
-            Integrator \"path\" WorldBegin LightSource \"point\" ObjectBegin \"o\" Shape \"sphere\" ObjectEnd
-            ObjectInstance \"o\" Shape \"sphere\" Shape \"curve\" \"point P\" [0 0 0 1 0 0 2 0 0 3 1 0] WorldEnd",
-        );
-        loaded.scene.expect("the scene is right")
-    }
-
-    #[test]
-    fn meshes_are_checked_when_they_are_made() {
-        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let mesh = |indices: &[i32]| Mesh::new(positions.clone(), indices.to_vec());
-        assert_eq!(mesh(&[0, 1]), Err(MeshFault::OddIndices));
-        assert_eq!(mesh(&[0, 1, 3]), Err(MeshFault::IndexOutOfRange));
-        assert_eq!(mesh(&[0, 1, -1]), Err(MeshFault::IndexOutOfRange));
-        for number in [f64::NAN, 1e200] {
-            assert_eq!(Mesh::new(vec![[number; 3]], vec![]), Err(MeshFault::NotFinite));
-        }
-        let whole = mesh(&[0, 1, 2]).unwrap();
-        assert_eq!(whole.clone().with_normals(vec![[0.0; 3]]), Err(MeshFault::WrongLength));
-        assert_eq!(whole.clone().with_uvs(vec![[f64::INFINITY; 2]; 3]), Err(MeshFault::NotFinite));
-        assert_eq!(whole.with_tangents(vec![[1.0, 0.0, 0.0]; 3]).unwrap().tangents().len(), 3);
-    }
-
-    /// Each change breaks one promise, which is named.
-    #[test]
-    fn broken_promises_are_named() {
-        assert_eq!(scene().validate(), Ok(()));
-        type Change = fn(&mut Scene, &mut World);
-        let changes: [(&str, Change); 16] = [
-            ("view.camera.world_from_camera", |scene, _| {
-                scene.view.camera.world_from_camera.m.x_axis = glam::DVec4::ZERO;
-            }),
-            ("view.camera", |scene, _| scene.view.camera.lens.as_mut().unwrap().radius = 0.0),
-            ("view.film", |scene, _| scene.view.film.crop.x1 = 100_000),
-            ("view.filter", |scene, _| scene.view.filter.radius.x = f64::NAN),
-            ("view.filter", |scene, _| scene.view.filter.kind = FilterKind::Sinc { tau: 1e-12 }),
-            ("view.sampler", |scene, _| scene.view.sampler.samples_per_pixel = 0),
-            ("view.sampler", |scene, _| {
-                scene.view.sampler.kind = SamplerKind::Stratified { cells: [0, 1], jitter: true };
-            }),
-            ("view.integrator", |scene, _| {
-                scene.view.integrator = Integrator::AmbientOcclusion { cosine: true, samples: 0 };
-            }),
-            ("world.primitives[0].material", |_, world| {
-                let matte = Matte { kd: Texture::Constant(Vec3::ONE), sigma: Texture::Constant(f64::NAN) };
-                world.primitives[0].material = Arc::new(Material::new(MaterialKind::Matte(matte), None));
-            }),
-            ("world.primitives[1].shape", |_, world| {
-                let Shape::Curve(curve) = &mut world.primitives[1].shape else { panic!() };
-                Arc::make_mut(curve).kind = CurveKind::Ribbon(vec![DVec3::Z]);
-            }),
-            ("world.primitives[1].shape", |_, world| {
-                let Shape::Curve(curve) = &mut world.primitives[1].shape else { panic!() };
-                Arc::make_mut(curve).segments.clear();
-            }),
-            ("world.primitives[0].shape", |_, world| {
-                let Shape::Quadric(quadric) = &mut world.primitives[0].shape else { panic!() };
-                quadric.phi_max = 7.0;
-            }),
-            ("world.primitives[0].material", |_, world| {
-                let kd = Texture::Constant(Vec3::NEG_ONE);
-                let matte = Matte { kd, sigma: Texture::Constant(0.0) };
-                world.primitives[0].material = Arc::new(Material::new(MaterialKind::Matte(matte), None));
-            }),
-            ("world.instances[0]", |_, world| {
-                world.instances[0].world_from_object =
-                    Transform { m: glam::DMat4::ZERO, ..Transform::IDENTITY };
-            }),
-            ("world.instances[0]", |_, world| {
-                Arc::make_mut(&mut world.instances[0].object).primitives.clear();
-            }),
-            ("world.lights[0]", |_, world| {
-                world.lights[0] = Light::Distant { direction: DVec3::ONE, radiance: Vec3::ONE };
-            }),
-        ];
-        for (field, change) in changes {
-            let mut scene = scene();
-            let mut world = World::clone(&scene.world);
-            change(&mut scene, &mut world);
-            scene.world = Arc::new(world);
-            let found: Vec<String> = scene.validate().unwrap_err().into_iter().map(|it| it.field).collect();
-            assert_eq!(found, [field]);
-        }
-    }
-}
+mod tests;

@@ -1,3 +1,5 @@
+use lookat_scene::Transform;
+
 use super::*;
 
 const POINTS: [DVec3; 4] = [

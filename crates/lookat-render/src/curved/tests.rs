@@ -93,7 +93,7 @@ fn parameters_and_their_derivatives_are_those_of_finite_differences() {
             // As pbrt-v3 has it: the normal of object space, and its change transformed.
             let own = placed(form, 5.0, Transform::IDENTITY);
             let own_normal = |uv| own.project(at(form, 5.0, uv)).1;
-            let normals = DMat3::from_mat4(transform.inv).transpose();
+            let normals = DMat3::from_mat4(transform.inverse_matrix()).transpose();
             for uv in grid() {
                 let found = shape.parametric(point(uv));
                 assert!(found.uv.distance(uv) < 1e-13, "{form:?} {uv} {}", found.uv);
@@ -116,7 +116,7 @@ fn parameters_and_their_derivatives_are_those_of_finite_differences() {
 
 /// The normal of pbrt-v3 is dpdu x dpdv in object space, so it is on the other side in a mirror.
 fn transform_sign(transform: Transform) -> f64 {
-    1.0_f64.copysign(DMat3::from_mat4(transform.m).determinant())
+    1.0_f64.copysign(DMat3::from_mat4(transform.matrix()).determinant())
 }
 
 #[test]
@@ -173,10 +173,7 @@ fn tangent_rays_are_told_apart_at_any_distance() {
     for exponent in [1, 4, 7] {
         let far = 10_f64.powi(exponent);
         let ball = placed(WHOLE, TAU, Transform::translate(DVec3::new(0.0, 0.0, far)));
-        let turned = Transform {
-            m: glam::DMat4::from_cols_array(&TURNED),
-            inv: glam::DMat4::from_cols_array(&TURNED).transpose(),
-        };
+        let turned = Transform::from_matrix(glam::DMat4::from_cols_array(&TURNED)).unwrap();
         let tube = QuadricForm::Cylinder(Cylinder { radius: 1.0, z_min: -3.0, z_max: 2.0 });
         let tube = placed(tube, TAU, Transform::translate(DVec3::new(0.0, 0.0, far)) * turned);
         for (offset, expected) in [(1.0 - 1e-9, true), (1.0 + 1e-9, false)] {

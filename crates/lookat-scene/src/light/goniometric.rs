@@ -29,6 +29,6 @@ pub(super) fn goniometric(
         return Some(Light::Point { position, intensity });
     };
     let map = shown(params, &file, pictures, UNIFORM);
-    let light_from_world = DMat3::from_mat4(world_from_light.inv);
+    let light_from_world = DMat3::from_mat4(world_from_light.inverse_matrix());
     Some(Light::Goniometric { position, light_from_world, intensity, map })
 }

@@ -34,8 +34,8 @@ pub(super) fn infinite(
     Some(Light::Environment {
         map: shown(params, &file, pictures, UNIFORM),
         scale: radiance.clamp(-glam::Vec3::splat(LARGEST), glam::Vec3::splat(LARGEST)),
-        world_from_light: DMat3::from_mat4(world_from_light.m),
-        light_from_world: DMat3::from_mat4(world_from_light.inv),
+        world_from_light: DMat3::from_mat4(world_from_light.matrix()),
+        light_from_world: DMat3::from_mat4(world_from_light.inverse_matrix()),
         samples,
     })
 }

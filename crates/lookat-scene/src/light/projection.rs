@@ -35,7 +35,7 @@ pub(super) fn projection(
     let half_size = (fov.to_radians() / 2.0).tan();
     Some(Light::Projection {
         position: world_from_light.point(DVec3::ZERO),
-        light_from_world: DMat3::from_mat4(world_from_light.inv),
+        light_from_world: DMat3::from_mat4(world_from_light.inverse_matrix()),
         intensity,
         map,
         // The loaded picture stretches it.

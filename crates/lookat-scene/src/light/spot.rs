@@ -42,7 +42,7 @@ pub(super) fn spot(params: &mut Params, world_from_light: Transform) -> Option<L
     let axes_from_frame = DMat3::from_cols(x, y, axis);
     Some(Light::Spot {
         position: world_from_light.point(from),
-        light_from_world: axes_from_frame.transpose() * DMat3::from_mat4(world_from_light.inv),
+        light_from_world: axes_from_frame.transpose() * DMat3::from_mat4(world_from_light.inverse_matrix()),
         intensity,
         cos_total_width: cone.to_radians().cos(),
         cos_falloff_start: (cone - delta).to_radians().cos(),

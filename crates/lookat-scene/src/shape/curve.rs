@@ -133,7 +133,8 @@ fn split_depth(params: &mut Params) -> u32 {
 
 fn check_points(params: &mut Params, points: &[[f64; 3]], transform: &Transform, widths: [f64; 2]) {
     let widest = widths[0].max(widths[1]);
-    let scale = DMat3::from_mat4(transform.m).to_cols_array().iter().fold(1.0_f64, |max, x| max.max(x.abs()));
+    let scale =
+        DMat3::from_mat4(transform.matrix()).to_cols_array().iter().fold(1.0_f64, |max, x| max.max(x.abs()));
     let within = |p: &[f64; 3]| {
         let p = DVec3::from(*p);
         p.abs().max_element() <= LARGEST && transform.point(p).abs().max_element() <= LARGEST

@@ -31,7 +31,7 @@ pub(super) struct Limits {
 
 impl Limits {
     pub fn new(world_from_object: &Transform) -> Self {
-        let linear = DMat3::from_mat4(world_from_object.m).to_cols_array();
+        let linear = DMat3::from_mat4(world_from_object.matrix()).to_cols_array();
         Limits { largest: LARGEST / linear.iter().fold(1.0_f64, |max, x| max.max(x.abs())) }
     }
 

@@ -39,6 +39,10 @@ pub enum ImageFilter {
 /// The largest ratio of the axes. Longer ellipses take too long.
 const MOST_ANISOTROPY: f64 = 1000.0;
 
+impl ImageFilter {
+    pub(crate) const ANISOTROPY_RANGE: Range = Range::above_to(0.0, MOST_ANISOTROPY);
+}
+
 const FILE_NAME: Key<Name> =
     Key::string("filename", "the picture, as exr, pfm, png, tga, jpg or hdr").required();
 const WRAP: Key<&[&str]> =

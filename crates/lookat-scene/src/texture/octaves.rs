@@ -18,25 +18,28 @@ pub struct Octaves {
     pub roughness: f64,
 }
 
-/// The most octaves. Each has about twice the frequency of the previous one, so the last is far below the precision
-/// of any position.
-const MOST: i32 = 64;
+impl Octaves {
+    /// The most octaves. Each has about twice the frequency of the previous one, so the last is far below the precision
+    /// of any position.
+    pub(crate) const MOST: u32 = 64;
+    /// The largest roughness keeps the sum of all octaves finite.
+    pub(crate) const ROUGHNESS_RANGE: Range = Range::from_to(-1e4, 1e4);
+}
 
 const OCTAVES: Key<i32> = Key::integer("octaves", 8, "the most octaves of noise; over 64 counts as 64")
     .within(Range::at_least(0.0));
-/// The largest roughness keeps the sum of all octaves finite.
 const ROUGHNESS: Key<f64> =
     Key::float("roughness", 0.5, "the ratio of amplitudes of successive octaves, usually from 0 to 1")
-        .within(Range::from_to(-1e4, 1e4));
+        .within(Octaves::ROUGHNESS_RANGE);
 
 pub(super) const KEYS: Keys = &[&OCTAVES, &ROUGHNESS];
 
 pub(super) fn octaves(params: &mut Params, ctm: Transform) -> Octaves {
-    let count = params.take(&OCTAVES);
-    if count > MOST {
+    let (count, most) = (params.take(&OCTAVES), Octaves::MOST);
+    if count as u32 > most {
         let help = "each octave has half the size of the previous one: more than 8 to 12 are rarely visible";
-        params.note("octaves", &format!("octaves {count} is limited to {MOST}"), help);
+        params.note("octaves", &format!("octaves {count} is limited to {most}"), help);
     }
     let roughness = params.take(&ROUGHNESS);
-    Octaves { texture_from_world: ctm, count: count.min(MOST) as u32, roughness }
+    Octaves { texture_from_world: ctm, count: most.min(count as u32), roughness }
 }

@@ -26,6 +26,9 @@ pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + '
     /// Converts a color. A number becomes the luminance of the color.
     fn from_rgb(rgb: Vec3) -> Self;
 
+    /// True if no number of the value is infinite or NaN.
+    fn is_finite(self) -> bool;
+
     /// Linear interpolation: `a` for an `amount` of 0, `b` for 1.
     fn mix(a: Self, b: Self, amount: f64) -> Self;
 }
@@ -43,6 +46,10 @@ impl Value for f64 {
 
     fn from_rgb(rgb: Vec3) -> f64 {
         rgb.as_dvec3().dot(LUMINANCE)
+    }
+
+    fn is_finite(self) -> bool {
+        f64::is_finite(self)
     }
 
     fn mix(a: f64, b: f64, amount: f64) -> f64 {
@@ -63,6 +70,10 @@ impl Value for Vec3 {
 
     fn from_rgb(rgb: Vec3) -> Vec3 {
         rgb
+    }
+
+    fn is_finite(self) -> bool {
+        Vec3::is_finite(self)
     }
 
     fn mix(a: Vec3, b: Vec3, amount: f64) -> Vec3 {

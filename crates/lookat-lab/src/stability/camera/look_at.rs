@@ -27,7 +27,7 @@ pub(super) fn up_near_view(effort: &Effort) -> Found {
 fn own_side(points: [DVec3; 3]) -> Option<DVec3> {
     let options = format!("{}\nCamera \"perspective\" {}", look_at(points), film([64, 64]));
     let scene = load(&text(&options)).scene?;
-    Some(scene.view.camera.world_from_camera.m.x_axis.truncate())
+    Some(scene.view.camera.world_from_camera.matrix().x_axis.truncate())
 }
 
 /// An eye, for half of them the origin, a point looked at, and an up vector `tilt` away from the view.

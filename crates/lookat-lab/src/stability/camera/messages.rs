@@ -85,7 +85,7 @@ pub(super) fn numbers(_: &Effort) -> Found {
     ];
     for (number, value) in exact {
         let scene = scene(&text(&format!("Translate {number} 0 0\nCamera \"perspective\"")));
-        let read = -scene.view.camera.world_from_camera.m.w_axis.x;
+        let read = -scene.view.camera.world_from_camera.matrix().w_axis.x;
         found.check(read == value, || format!("{number} is read as {read:?}, not {value:?}"));
     }
     found

@@ -42,7 +42,7 @@ impl World {
         let mut world = World { scene, size, eye, edges: Vec::new(), spheres: Vec::new() };
         world.add(&shared.primitives, DMat4::IDENTITY);
         for instance in &shared.instances {
-            world.add(&instance.object.primitives, instance.world_from_object.m);
+            world.add(&instance.object.primitives, instance.world_from_object.matrix());
         }
         world
     }
@@ -50,7 +50,7 @@ impl World {
     fn add(&mut self, primitives: &[Primitive], place: DMat4) {
         for primitive in primitives {
             match &primitive.shape {
-                Shape::Quadric(sphere) => self.spheres.push(place * sphere.world_from_object.m),
+                Shape::Quadric(sphere) => self.spheres.push(place * sphere.world_from_object.matrix()),
                 Shape::TriangleMesh(mesh) => {
                     let corner = |i| place.transform_point3(DVec3::from(mesh.positions()[i as usize]));
                     for corners in mesh.indices().as_chunks().0 {
