@@ -1,7 +1,6 @@
 //! The schema of the format: what describes a type of a directive and its parameters. The constructors read parameters by it.
 
 mod key;
-mod needed;
 mod range;
 mod synonyms;
 mod value;
@@ -9,13 +8,12 @@ mod value;
 use lookat_syntax::ParamType;
 
 pub(crate) use key::{Described, Key};
-pub(crate) use needed::Needed;
 pub(crate) use range::Range;
 pub(crate) use synonyms::type_synonym;
 pub use synonyms::{Synonym, parameter_synonyms};
 pub(crate) use value::{
     Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,
-    Pairs, Triples,
+    Needed, Pairs, Triples,
 };
 
 /// The default of a parameter without which a constructor fails, in words.

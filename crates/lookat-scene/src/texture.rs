@@ -3,18 +3,12 @@
 mod bilerp;
 mod checkerboard;
 mod dots;
-mod fbm;
 mod imagemap;
 mod mapping;
-mod marble;
 mod mix;
-mod octaves;
+mod noise;
 mod params;
-mod scale;
-mod uv;
 mod value;
-mod windy;
-mod wrinkled;
 
 use std::sync::Arc;
 
@@ -23,8 +17,7 @@ pub use self::checkerboard::{Cells, Checkerboard};
 pub use self::dots::Dots;
 pub use self::imagemap::{ImageFilter, ImageMap};
 pub use self::mapping::Mapping;
-pub use self::marble::Marble;
-pub use self::octaves::Octaves;
+pub use self::noise::{Marble, Octaves};
 pub use self::value::Value;
 
 pub(crate) use self::params::{TextureParams, Textures};
@@ -195,8 +188,8 @@ const PTEX_GAMMA: Key<f64> = of_ptex(Key::float("gamma", 2.2, "the exponent of t
 
 pub(crate) const KINDS: &[Kind] = &[
     Kind::new("Texture", "constant", "one value everywhere", &[&[&VALUE]]),
-    Kind::new("Texture", "scale", "the product of two textures", &[scale::KEYS]),
-    Kind::new("Texture", "mix", "a blend of two textures", &[mix::KEYS]),
+    Kind::new("Texture", "scale", "the product of two textures", &[mix::SCALE_KEYS]),
+    Kind::new("Texture", "mix", "a blend of two textures", &[mix::MIX_KEYS]),
     Kind::new(
         "Texture",
         "bilerp",
@@ -217,13 +210,18 @@ pub(crate) const KINDS: &[Kind] = &[
         &[checkerboard::KEYS, mapping::KEYS],
     ),
     Kind::new("Texture", "dots", "round dots at random places", &[dots::KEYS, mapping::KEYS]),
-    Kind::new("Texture", "fbm", "a sum of noise, like clouds", &[octaves::KEYS]),
-    Kind::new("Texture", "wrinkled", "a sum of absolute values of noise, with creases", &[octaves::KEYS]),
+    Kind::new("Texture", "fbm", "a sum of noise, like clouds", &[noise::OCTAVES_KEYS]),
+    Kind::new(
+        "Texture",
+        "wrinkled",
+        "a sum of absolute values of noise, with creases",
+        &[noise::OCTAVES_KEYS],
+    ),
     Kind::new(
         "Texture",
         "marble",
         "layers of marble along y, for spectrum textures",
-        &[octaves::KEYS, marble::KEYS],
+        &[noise::OCTAVES_KEYS, noise::MARBLE_KEYS],
     ),
     Kind::new("Texture", "windy", "the height of waves in the wind", &[]),
     Kind::new("Texture", "ptex", "a Ptex file", &[&[&PTEX_FILE, &PTEX_GAMMA]])
@@ -241,17 +239,17 @@ pub(crate) fn texture<T: Parameter>(
 ) -> Option<Texture<T>> {
     let texture = match params.kind() {
         "constant" => Texture::Constant(T::value(params, &VALUE)),
-        "scale" => scale::scale(params),
+        "scale" => mix::scale(params),
         "mix" => mix::mix(params),
         "imagemap" => imagemap::imagemap(params, ctm, pictures)?,
         "bilerp" => bilerp::bilerp(params, ctm),
-        "uv" => colors(params, ctm, uv::uv),
+        "uv" => colors(params, ctm, |params, ctm| Varying::Uv(mapping::mapping(params, ctm))),
         "checkerboard" => checkerboard::checkerboard(params, ctm),
         "dots" => dots::dots(params, ctm),
-        "fbm" => fbm::fbm(params, ctm),
-        "wrinkled" => wrinkled::wrinkled(params, ctm),
-        "marble" => colors(params, ctm, marble::marble),
-        "windy" => windy::windy(ctm),
+        "fbm" => noise::fbm(params, ctm),
+        "wrinkled" => noise::wrinkled(params, ctm),
+        "marble" => colors(params, ctm, noise::marble),
+        "windy" => noise::windy(ctm),
         _ => return not_rendered(params),
     };
     if texture.cost() > MOST_TEXTURES {

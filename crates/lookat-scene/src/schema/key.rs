@@ -3,8 +3,8 @@
 use glam::Vec3;
 use lookat_syntax::ParamType;
 
-use super::value::{Color, ColorTexture, DefaultValue, FloatTexture, GivenTexture, Name};
-use super::{Effect, Needed, Parameter, REQUIRED, Range, Unit};
+use super::value::{Color, ColorTexture, DefaultValue, FloatTexture, GivenTexture, Name, Needed};
+use super::{Effect, Parameter, REQUIRED, Range, Unit};
 
 /// A parameter with the type of its value. A constructor takes its value.
 #[derive(Clone, Copy)]

@@ -1,15 +1,9 @@
 //! Words of other programs (Mitsuba, Blender, POV-Ray, Arnold) and other versions of pbrt for types and parameters of
 //! pbrt-v3, as plain data.
 
-mod accelerator;
-mod area_light;
-mod camera;
-mod film;
-mod filter;
-mod integrator;
 mod light;
 mod material;
-mod sampler;
+mod options;
 mod shape;
 mod texture;
 
@@ -40,16 +34,16 @@ type TypeRow = (&'static [&'static str], &'static str, &'static str);
 type Row = (&'static [&'static str], &'static [&'static str], &'static str, &'static str);
 
 const TABLES: &[Table] = &[
-    camera::TABLE,
-    film::TABLE,
-    filter::TABLE,
-    sampler::TABLE,
-    integrator::TABLE,
-    accelerator::TABLE,
+    options::CAMERA,
+    options::FILM,
+    options::PIXEL_FILTER,
+    options::SAMPLER,
+    options::INTEGRATOR,
+    options::ACCELERATOR,
     shape::TABLE,
     material::TABLE,
-    light::TABLE,
-    area_light::TABLE,
+    light::LIGHT_SOURCE,
+    light::AREA_LIGHT_SOURCE,
     texture::TABLE,
 ];
 

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::range::number;
-use super::{Count, Range};
+use super::{Count, REQUIRED, Range};
 
 /// A default, as `lookat explain` shows it.
 pub(crate) trait DefaultValue: Copy + 'static {
@@ -102,6 +102,16 @@ impl DefaultValue for ColorTexture {
             [gray, green, blue] if gray == green && gray == blue => gray.to_string(),
             channels => channels.map(|channel| channel.to_string()).join(" "),
         }
+    }
+}
+
+/// A whole number that a type needs. The constructor gets `None` after an error.
+#[derive(Clone, Copy)]
+pub(crate) struct Needed;
+
+impl DefaultValue for Needed {
+    fn words(self) -> String {
+        REQUIRED.into()
     }
 }
 

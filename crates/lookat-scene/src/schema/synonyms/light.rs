@@ -1,4 +1,4 @@
-//! Words for `LightSource`.
+//! Words for `LightSource` and `AreaLightSource`.
 
 use super::{PLACE, Table};
 
@@ -6,7 +6,7 @@ const DIRECTION: &str = "write \"to\" as a point: \"from\" plus the direction";
 const POINT_LIGHTS: &[&str] = &["point", "spot", "goniometric", "projection"];
 
 #[rustfmt::skip]
-pub(super) const TABLE: Table = Table {
+pub(super) const LIGHT_SOURCE: Table = Table {
     directive: "LightSource",
     types: &[
         (&["envmap", "environment", "constant", "sky", "skydome", "hdri", "dome", "background", "sunsky"], "infinite", ""),
@@ -33,5 +33,19 @@ pub(super) const TABLE: Table = Table {
         (&["infinite", "exinfinite", "goniometric", "projection"], &["rotation", "toworld", "transform"], "", PLACE),
         (&["point", "spot"], &["radius", "size"], "", "this light is a point; for a light with a size, write a small sphere after AreaLightSource \"diffuse\""),
         (&["distant"], &["radius", "size", "angle"], "", "this light has a direction but no size; for a sun of any size, use LightSource \"infinite\" with a map"),
+    ],
+};
+
+#[rustfmt::skip]
+pub(super) const AREA_LIGHT_SOURCE: Table = Table {
+    directive: "AreaLightSource",
+    types: &[
+        (&["arealight", "emitter", "mesh", "point"], "diffuse", ""),
+    ],
+    parameters: &[
+        (&[], &["i", "radiance", "emission", "emit", "color", "intensity"], "L", ""),
+        (&[], &["power", "strength", "energy", "flux", "watts"], "", "\"rgb L\" is the power divided by pi and by the area of the shape; half of that with \"twosided\""),
+        (&[], &["radius", "size", "width", "height"], "", "the Shape that follows sets the size of the light"),
+        (&[], &["sides", "doublesided"], "twosided", ""),
     ],
 };
