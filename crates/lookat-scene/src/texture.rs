@@ -257,6 +257,10 @@ pub(crate) fn texture<T: Parameter>(
         let help = "use fewer textures; a texture named by two parameters counts twice, with all its parts";
         params.reject("", message, Some(help));
     }
+    if texture.constant().is_some_and(|value| !value.is_finite()) {
+        let help = "use smaller numbers in the textures that it combines";
+        params.reject("", "the value of this texture is too large", Some(help));
+    }
     params.finish().then_some(texture)
 }
 
