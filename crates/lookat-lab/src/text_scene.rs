@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 use lookat_image::Image;
 use lookat_scene::{Loaded, Scene};
 
@@ -31,8 +31,7 @@ pub(crate) fn render(scene: &Scene, threads: usize) -> Image {
 
 /// The text of a world seen from a place.
 pub(crate) fn seen_from(eye: DVec3, world: &str) -> String {
-    let [x, y, z] = (-eye).to_array();
-    format!("Translate {x:?} {y:?} {z:?} {}", around_eye(world))
+    format!("Translate {} {}", xyz(-eye), around_eye(world))
 }
 
 /// The text of a world seen from its origin.
@@ -41,9 +40,19 @@ pub(crate) fn around_eye(world: &str) -> String {
     format!("{view} WorldBegin {world} WorldEnd")
 }
 
-/// The text of a mesh. Numbers are written so that they are read as they are.
+/// The text of a point or vector. Numbers are written so that they are read as they are.
+pub(crate) fn xyz(p: DVec3) -> String {
+    p.to_array().map(|x| format!("{x:?}")).join(" ")
+}
+
+/// The directive for a transformation.
+pub(crate) fn transform(matrix: &DMat4) -> String {
+    format!("ConcatTransform [{}]", matrix.to_cols_array().map(|x| format!("{x:?}")).join(" "))
+}
+
+/// The text of a mesh.
 pub(crate) fn mesh(points: &[DVec3], faces: &[[usize; 3]]) -> String {
-    let points: Vec<String> = points.iter().map(|p| format!("{:?} {:?} {:?}", p.x, p.y, p.z)).collect();
+    let points: Vec<String> = points.iter().map(|p| xyz(*p)).collect();
     let indices: Vec<String> = faces.iter().flatten().map(usize::to_string).collect();
     let (points, indices) = (points.join("  "), indices.join(" "));
     format!("Shape \"trianglemesh\" \"point P\" [{points}] \"integer indices\" [{indices}]\n")
@@ -58,4 +67,9 @@ pub(crate) fn triangles(points: &[DVec3]) -> String {
 pub(crate) fn quads(points: &[DVec3]) -> String {
     let faces = (0..points.len() / 4).map(|i| 4 * i).flat_map(|i| [[i, i + 1, i + 2], [i, i + 2, i + 3]]);
     mesh(points, &faces.collect::<Vec<_>>())
+}
+
+/// The corners of a square around a point, or of a parallelogram, by two vectors from the point to the middles of its sides.
+pub(crate) fn square(middle: DVec3, across: DVec3, up: DVec3) -> [DVec3; 4] {
+    [middle - across - up, middle + across - up, middle + across + up, middle - across + up]
 }

@@ -51,9 +51,8 @@ pub(super) fn body() -> Mesh {
 
 /// Two triangles: a square of that half size around a point, in the plane of two directions.
 fn square(middle: DVec3, across: DVec3, up: DVec3) -> Mesh {
-    let corner = |x: f64, y: f64| (middle + across * x + up * y).into();
-    let positions = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-    Mesh::new(positions, vec![0, 1, 2, 0, 2, 3]).expect("a finite square")
+    let positions = text_scene::square(middle, across, up).map(Into::into);
+    Mesh::new(positions.to_vec(), vec![0, 1, 2, 0, 2, 3]).expect("a finite square")
 }
 
 /// The body above a ground and before a wall.
@@ -71,10 +70,10 @@ pub(super) fn sphere_scene() -> Scene {
 /// Meshes that are seen from `eye` around the origin.
 fn scene(eye: DVec3, meshes: Vec<Mesh>) -> Scene {
     let text = format!(
-        "LookAt {} {} {} 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 40
+        "LookAt {} 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 40
          Film \"image\" \"integer xresolution\" 400 \"integer yresolution\" 400
          Sampler \"sobol\" Integrator \"path\" WorldBegin LightSource \"infinite\" Shape \"sphere\" WorldEnd",
-        eye.x, eye.y, eye.z
+        text_scene::xyz(eye)
     );
     let mut scene = text_scene::scene(&text);
     let world = Arc::make_mut(&mut scene.world);

@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
 use crate::stability::random::between;
-use crate::text_scene::{quads, scene};
+use crate::text_scene::{quads, scene, square};
 
 /// A scene, and its picture.
 #[derive(Debug, Clone)]
@@ -176,8 +176,7 @@ pub fn fireflies(side: u32) -> Known {
     });
     let dots = light([100.0; 3], &quads(&dots.collect::<Vec<_>>()));
     let far = f64::from(side);
-    let ground = [(-far, -far), (far, -far), (far, far), (-far, far)].map(|(x, y)| DVec3::new(x, y, 2.0));
-    let ground = light([1.0; 3], &quads(&ground));
+    let ground = light([1.0; 3], &quads(&square(2.0 * DVec3::Z, far * DVec3::X, far * DVec3::Y)));
     let value = mix([([1.0; 3], 1.0 - SHARE), ([100.0; 3], SHARE)].into_iter());
     let pixels = (side * side) as usize;
     let scene = scene(&format!("{}{ground}{dots}WorldEnd", camera(side, None)));

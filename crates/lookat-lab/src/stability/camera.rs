@@ -42,7 +42,7 @@ fn text(options: &str) -> String {
 
 /// The directive for an eye, a point looked at and an up vector.
 fn look_at(points: [DVec3; 3]) -> String {
-    format!("LookAt {}", points.map(|p| format!("{} {} {}", p.x, p.y, p.z)).join("  "))
+    format!("LookAt {}", points.map(xyz).join("  "))
 }
 
 /// A film of which few pixels are rendered, so that it may be of any size.

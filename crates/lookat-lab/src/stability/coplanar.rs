@@ -1,11 +1,12 @@
 //! Eyes and lights in the plane of a triangle, or on a curved shape: P1 to P6.
+//!
+//! A scene is made in coordinates of its own, in which the tested plane is y = 0. A matrix, its frame, puts it into the world.
 
 mod eyes;
 mod lights;
 mod quadrics;
 
 use crate::stability::prelude::*;
-use glam::DMat3;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("P1", eyes::in_plane),
@@ -16,51 +17,31 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("P6", quadrics::eye_on_shape),
 ];
 
-/// A coordinate system for the objects of a scene. The tested plane is y = 0 in its coordinates.
-#[derive(Debug, Clone, Copy)]
-struct LocalFrame {
-    origin: DVec3,
-    axes: DMat3,
-    size: f64,
+/// Rays for each random scene.
+const RAYS: u64 = 100;
+
+fn frame(origin: DVec3, axes: DMat3, size: f64) -> DMat4 {
+    DMat4::from_translation(origin) * DMat4::from_mat3(axes * size)
 }
 
-impl LocalFrame {
-    /// Three coordinate systems, one for each plane along two axes of the world.
-    fn straight(origin: DVec3, size: f64) -> [LocalFrame; 3] {
-        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
-        [[x, y, z], [y, z, x], [z, x, y]].map(|[x, y, z]| LocalFrame {
-            origin,
-            axes: DMat3::from_cols(x, y, z),
-            size,
-        })
-    }
+/// Three frames, one for each plane along two axes of the world.
+fn straight(origin: DVec3, size: f64) -> [DMat4; 3] {
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z];
+    [[x, y, z], [y, z, x], [z, x, y]].map(|[x, y, z]| frame(origin, DMat3::from_cols(x, y, z), size))
+}
 
-    fn point(&self, [x, y, z]: [f64; 3]) -> DVec3 {
-        self.origin + self.axes * DVec3::new(x, y, z) * self.size
-    }
+/// Axes turned about a random one.
+fn turned(random: &mut Pcg64Mcg) -> DMat3 {
+    DMat3::from_axis_angle(direction(random), between(random, 0.0, 6.0))
+}
 
-    /// A point in world coordinates, as text.
-    fn text(&self, p: [f64; 3]) -> String {
-        let [x, y, z] = self.point(p).to_array();
-        format!("{x:?} {y:?} {z:?}")
-    }
+/// A `LookAt` from `eye` in the direction `forward`.
+fn look_at(frame: &DMat4, eye: DVec3, forward: DVec3, up: DVec3) -> String {
+    let [eye, look] = [eye, eye + forward].map(|p| xyz(frame.transform_point3(p)));
+    format!("LookAt {eye}  {look}  {}", xyz(frame.transform_vector3(up)))
+}
 
-    /// A `LookAt` from `eye` in the direction `forward`.
-    fn look_at(&self, eye: [f64; 3], forward: [f64; 3], up: [f64; 3]) -> String {
-        let [eye, forward] = [eye, forward].map(DVec3::from);
-        let up = self.axes * DVec3::from(up);
-        format!(
-            "LookAt {}  {}  {:?} {:?} {:?}",
-            self.text(eye.into()),
-            self.text((eye + forward).into()),
-            up.x,
-            up.y,
-            up.z
-        )
-    }
-
-    fn mesh(&self, points: &[[f64; 3]], faces: &[[usize; 3]]) -> String {
-        let points: Vec<DVec3> = points.iter().map(|p| self.point(*p)).collect();
-        mesh(&points, faces)
-    }
+fn placed_mesh(frame: &DMat4, points: &[DVec3], faces: &[[usize; 3]]) -> String {
+    let points: Vec<DVec3> = points.iter().map(|p| frame.transform_point3(*p)).collect();
+    mesh(&points, faces)
 }

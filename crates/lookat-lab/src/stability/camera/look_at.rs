@@ -32,8 +32,7 @@ fn own_side(points: [DVec3; 3]) -> Option<DVec3> {
 
 /// An eye, for half of them the origin, a point looked at, and an up vector `tilt` away from the view.
 fn tilted(random: &mut Pcg64Mcg, tilt: f64) -> [DVec3; 3] {
-    let mut point = || DVec3::from_array(std::array::from_fn(|_| 2.0 * random.random::<f64>() - 1.0));
-    let (eye, look, other) = (point(), point(), point());
+    let [eye, look, other] = [0; 3].map(|_| in_cube(random));
     // Of different sizes, so that their difference is rounded.
     let (eye, look) = if other.x < 0.0 { (DVec3::ZERO, look) } else { (0.3 * eye, 17.0 * look) };
     let view = look - eye;

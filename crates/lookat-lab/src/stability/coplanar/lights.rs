@@ -1,6 +1,6 @@
 //! Lights in the plane of a floor: P5.
 
-use super::LocalFrame;
+use super::{look_at, placed_mesh, straight};
 use crate::stability::prelude::*;
 
 /// Half the side of the square, and the radius of the disk.
@@ -14,13 +14,17 @@ struct PlaneLight {
 }
 
 /// One light of each kind, at this distance.
-fn lights(place: &LocalFrame, distance: f64) -> Vec<PlaneLight> {
-    let at = [distance, 0.0, 0.0];
+fn lights(frame: &DMat4, distance: f64) -> Vec<PlaneLight> {
+    let at = distance * DVec3::X;
     let bright = distance * distance;
-    let [from, to, x, middle] = [at, [0.0, 2.0, 0.0], [1.0, 0.0, 0.0], [0.0; 3]].map(|p| place.text(p));
-    let toward_middle = matrix(place, at, [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]);
-    let upright = matrix(place, at, [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
-    let square = place.mesh(&corners(at, HALF), &[[0, 1, 2], [0, 2, 3]]);
+    let [from, to, x, middle] =
+        [at, 2.0 * DVec3::Y, DVec3::X, DVec3::ZERO].map(|p| xyz(frame.transform_point3(p)));
+    let turned = |x, y, z| {
+        transform(&(*frame * DMat4::from_translation(at) * DMat4::from_mat3(DMat3::from_cols(x, y, z))))
+    };
+    let toward_middle = turned(DVec3::NEG_Z, DVec3::Y, DVec3::NEG_X);
+    let upright = turned(DVec3::Z, DVec3::X, DVec3::Y);
+    let square = placed_mesh(frame, &flat_square(at, HALF), &[[0, 1, 2], [0, 2, 3]]);
     let intensity = format!("\"rgb I\" [{bright} 1 1]");
     let area = format!("AreaLightSource \"diffuse\" \"bool twosided\" \"true\" \"rgb L\" [{bright} 1 1]");
     let points = [
@@ -39,42 +43,35 @@ fn lights(place: &LocalFrame, distance: f64) -> Vec<PlaneLight> {
     points.into_iter().map(light(false)).chain(areas.into_iter().map(light(true))).collect()
 }
 
-/// The transformation that maps the coordinate axes to `axes`, and the origin to `at`.
-fn matrix(place: &LocalFrame, at: [f64; 3], axes: [[f64; 3]; 3]) -> String {
-    let [x, y, z] =
-        axes.map(|axis| (place.axes * DVec3::from(axis)).to_array().map(|x| x.to_string()).join(" "));
-    format!("ConcatTransform [{x} 0  {y} 0  {z} 0  {} 1]", place.text(at))
-}
-
 /// The corners of a square in the plane, with its center and half its side.
-fn corners([x, y, z]: [f64; 3], half: f64) -> [[f64; 3]; 4] {
-    [[-half, -half], [half, -half], [half, half], [-half, half]].map(|[u, v]| [x + u, y, z + v])
+fn flat_square(middle: DVec3, half: f64) -> [DVec3; 4] {
+    square(middle, half * DVec3::X, half * DVec3::Z)
 }
 
 /// A black floor, with a hole for an area light.
-fn floor(has_area: bool, place: &LocalFrame, distance: f64) -> String {
-    let at = [distance, 0.0, 0.0];
-    let around = corners(at, 3.0 * distance);
+fn floor(has_area: bool, frame: &DMat4, distance: f64) -> String {
+    let at = distance * DVec3::X;
+    let around = flat_square(at, 3.0 * distance);
     let mesh = if has_area {
-        let points = [corners(at, HALF), around].concat();
+        let points = [flat_square(at, HALF), around].concat();
         let sides = (0..4).flat_map(|i| [[i, (i + 1) % 4, i + 4], [(i + 1) % 4, (i + 1) % 4 + 4, i + 4]]);
-        place.mesh(&points, &sides.collect::<Vec<_>>())
+        placed_mesh(frame, &points, &sides.collect::<Vec<_>>())
     } else {
-        place.mesh(&around, &[[0, 1, 2], [0, 2, 3]])
+        placed_mesh(frame, &around, &[[0, 1, 2], [0, 2, 3]])
     };
     format!("Material \"matte\" \"rgb Kd\" [0 0 0] {mesh}")
 }
 
 /// A scene with a sphere of radius 1 at this height over the plane, seen from slightly above the plane.
-fn text(light: &PlaneLight, place: &LocalFrame, height: f64, floor: &str) -> String {
+fn text(light: &PlaneLight, frame: &DMat4, height: f64, floor: &str) -> String {
     format!(
         "{} Camera \"perspective\" \"float fov\" 20
          Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"directlighting\"
          Film \"image\" \"integer xresolution\" 24 \"integer yresolution\" 24
          WorldBegin {} AttributeBegin Translate {} Shape \"sphere\" AttributeEnd {floor} WorldEnd",
-        place.look_at([0.0, 0.25, -8.0], [0.0, height - 0.25, 8.0], [0.0, 1.0, 0.0]),
+        look_at(frame, DVec3::new(0.0, 0.25, -8.0), DVec3::new(0.0, height - 0.25, 8.0), DVec3::Y),
         light.text,
-        place.text([0.0, height, 0.0])
+        xyz(frame.transform_point3(height * DVec3::Y))
     )
 }
 
@@ -82,19 +79,19 @@ fn text(light: &PlaneLight, place: &LocalFrame, height: f64, floor: &str) -> Str
 pub(super) fn in_plane(_: &Effort) -> Found {
     Found::sweep(0, [4.0, 30.0, 1e3, 1e5], |_, distance| {
         let mut tally = Tally::default();
-        let places = LocalFrame::straight(DVec3::new(3.3, -0.7, 0.1), 1.0);
+        let frames = straight(DVec3::new(3.3, -0.7, 0.1), 1.0);
         let lit =
-            places.iter().flat_map(|place| lights(place, distance).into_iter().map(move |l| (place, l)));
-        for (place, light) in lit {
+            frames.iter().flat_map(|frame| lights(frame, distance).into_iter().map(move |l| (frame, l)));
+        for (frame, light) in lit {
             // At any distance, the part of the sphere near the plane sees an area light edge-on, so the sphere stays
             // above the plane.
             let heights = if light.has_area { [2.0, 1.5] } else { [2.0, 1.0] };
             for height in heights {
                 let picture = |floor: &str| {
-                    let scene = scene(&text(&light, place, height, floor));
+                    let scene = scene(&text(&light, frame, height, floor));
                     render(&scene, 0).rgb().unwrap_or_default()
                 };
-                let (open, floored) = (picture(""), picture(&floor(light.has_area, place, distance)));
+                let (open, floored) = (picture(""), picture(&floor(light.has_area, frame, distance)));
                 for (a, b) in open.iter().zip(&floored) {
                     tally.answer((a[0] - b[0]).abs() <= 1e-5 * a[0]);
                 }
@@ -111,11 +108,11 @@ mod tests {
     /// Each light reaches the sphere, and a floor above the light hides it.
     #[test]
     fn lights_are_seen_and_can_be_hidden() {
-        let [place, ..] = LocalFrame::straight(DVec3::ZERO, 1.0);
-        let higher = LocalFrame { origin: DVec3::new(0.0, 1e-6, 0.0), ..place };
-        for light in lights(&place, 4.0) {
+        let [frame, ..] = straight(DVec3::ZERO, 1.0);
+        let higher = DMat4::from_translation(1e-6 * DVec3::Y) * frame;
+        for light in lights(&frame, 4.0) {
             let sum = |floor: &str| {
-                let scene = scene(&text(&light, &place, 2.0, floor));
+                let scene = scene(&text(&light, &frame, 2.0, floor));
                 render(&scene, 1).rgb().unwrap().iter().map(|pixel| pixel[0]).sum::<f32>()
             };
             assert!(sum("") > 0.0, "{}", light.text);

@@ -1,8 +1,6 @@
 //! Eyes on curved shapes: P6.
 
-use glam::{DMat3, DQuat};
-
-use super::LocalFrame;
+use super::{RAYS, frame, look_at, turned};
 use crate::stability::prelude::*;
 
 /// A shape, a point on it, and the normal at the point.
@@ -26,12 +24,10 @@ const SURFACE_POINTS: [SurfacePoint; 6] = [
 pub(super) fn eye_on_shape(effort: &Effort) -> Found {
     let tally = tally(effort.rays.min(100_000) / RAYS, 4800, |random, all| {
         let surface = SURFACE_POINTS[random.random_range(0..SURFACE_POINTS.len())];
-        let axis = direction(random);
-        let turn = DMat3::from_quat(DQuat::from_axis_angle(axis, between(random, 0.0, 6.0)));
+        let turn = turned(random);
         let axes = if random.random() { turn } else { DMat3::IDENTITY };
         let size = 10_f64.powi(random.random_range(-6..7));
-        let place = LocalFrame { origin: direction(random) * size, axes, size };
-        let scene = scene(&text(surface, &place));
+        let scene = scene(&text(surface, &frame(direction(random) * size, axes, size)));
         let probe = Probe::new(&scene);
         let outward = axes * DVec3::from(surface.2).normalize();
         for _ in 0..RAYS {
@@ -51,19 +47,13 @@ pub(super) fn eye_on_shape(effort: &Effort) -> Found {
     Found::own(None, tally)
 }
 
-/// Rays per scene.
-const RAYS: u64 = 100;
-
-fn text((shape, point, _): SurfacePoint, place: &LocalFrame) -> String {
-    let columns =
-        place.axes.to_cols_array_2d().map(|column| column.map(|x| format!("{:?}", x * place.size)).join(" "));
-    let [x, y, z] = columns;
+fn text((shape, point, _): SurfacePoint, frame: &DMat4) -> String {
     format!(
         "{} Camera \"environment\" Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16
          Sampler \"sobol\" Integrator \"path\"
-         WorldBegin LightSource \"infinite\" ConcatTransform [{x} 0  {y} 0  {z} 0  {} 1] {shape} WorldEnd",
-        place.look_at(point, [0.3, 0.2, 1.0], [0.0, 1.0, 0.0]),
-        place.text([0.0; 3])
+         WorldBegin LightSource \"infinite\" {} {shape} WorldEnd",
+        look_at(frame, point.into(), DVec3::new(0.3, 0.2, 1.0), DVec3::Y),
+        transform(frame)
     )
 }
 
@@ -75,8 +65,7 @@ mod tests {
     #[test]
     fn eyes_are_on_shapes() {
         for surface in SURFACE_POINTS {
-            let place = LocalFrame { origin: DVec3::ZERO, axes: DMat3::IDENTITY, size: 1.0 };
-            let scene = scene(&text(surface, &place));
+            let scene = scene(&text(surface, &DMat4::IDENTITY));
             let probe = Probe::new(&scene);
             let n = DVec3::from(surface.2).normalize();
             let hit = probe.nearest(&Ray::new(probe.eye() + n * 0.25, -n)).expect("a hit");

@@ -87,7 +87,7 @@ pub(super) fn far_from_origin(effort: &Effort) -> Found {
         let far = if distance == 1.0 { 0.0 } else { distance };
         let center = DVec3::new(0.7 * far, -0.9 * far, 0.3 * far);
         let eye = center + DVec3::new(3.1, 3.9, 0.3);
-        let world = format!("Translate {} {} {} Shape \"sphere\"", center.x, center.y, center.z);
+        let world = format!("Translate {} Shape \"sphere\"", xyz(center));
         let scene = scene(&seen_from(eye, &world));
         let probe = Probe::new(&scene);
         let o = eye - center;

@@ -1,6 +1,5 @@
 //! Spheres from inside, nested, of all sizes, and no longer spheres.
 
-use glam::DMat3;
 use lookat_render::Hit;
 
 use super::{SphereTruth, aimed, direction, sphere_at_eye};
@@ -67,36 +66,23 @@ pub(super) fn sizes(effort: &Effort) -> Found {
     })
 }
 
-/// Transformations whose inverses are known exactly: the columns of the matrix, and of its inverse.
-const FORMS: [(&str, [f64; 9], [f64; 9]); 4] = [
-    ("flat", [1.0, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1.0], [1.0, 0.0, 0.0, 0.0, 1e6, 0.0, 0.0, 0.0, 1.0]),
-    (
-        "mirrored",
-        [-2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.5],
-        [-0.5, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0],
-    ),
-    (
-        "sheared",
-        [1.0, 0.0, 0.0, 0.75, 1.0, 0.0, -0.5, 0.25, 1.0],
-        [1.0, 0.0, 0.0, -0.75, 1.0, 0.0, 0.6875, -0.25, 1.0],
-    ),
-    (
-        "long",
-        [1024.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-        [0.0009765625, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-    ),
+/// The columns of transformations whose inverses are computed without rounding.
+const FORMS: [(&str, [f64; 9]); 4] = [
+    ("flat", [1.0, 0.0, 0.0, 0.0, 1e-6, 0.0, 0.0, 0.0, 1.0]),
+    ("mirrored", [-2.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.5]),
+    ("sheared", [1.0, 0.0, 0.0, 0.75, 1.0, 0.0, -0.5, 0.25, 1.0]),
+    ("long", [1024.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
 ];
 
 pub(super) fn ellipsoids(effort: &Effort) -> Found {
     let mut found = Found::default();
     let mut all = Tally::default();
-    for (index, (name, columns, inverse)) in FORMS.iter().enumerate() {
-        let [a, b, c, d, e, f, g, h, i] = columns;
-        let scene = scene(&around_eye(&format!(
-            "ConcatTransform [{a} {b} {c} 0 {d} {e} {f} 0 {g} {h} {i} 0 0 0 0 1] Shape \"sphere\""
-        )));
+    for (index, (name, columns)) in FORMS.iter().enumerate() {
+        let m = DMat3::from_cols_array(columns);
+        let inverse = m.inverse();
+        let text = format!("{} Shape \"sphere\"", transform(&DMat4::from_mat3(m)));
+        let scene = scene(&around_eye(&text));
         let probe = Probe::new(&scene);
-        let (m, inverse) = (DMat3::from_cols_array(columns), DMat3::from_cols_array(inverse));
         let tally = tally(effort.rays, 800 + index as u64, |random, tally| {
             let (o, d) = aimed(random, 5.0);
             let (o, d) = (m * o, (m * d).normalize());
@@ -145,4 +131,23 @@ pub(super) fn no_spheres(_: &Effort) -> Found {
         });
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inverses_are_exact() {
+        let inverses = [
+            [1.0, 0.0, 0.0, 0.0, 1e6, 0.0, 0.0, 0.0, 1.0],
+            [-0.5, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 2.0],
+            [1.0, 0.0, 0.0, -0.75, 1.0, 0.0, 0.6875, -0.25, 1.0],
+            [0.0009765625, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        ];
+        for ((name, columns), inverse) in FORMS.into_iter().zip(inverses) {
+            let found = DMat3::from_cols_array(&columns).inverse();
+            assert_eq!(found, DMat3::from_cols_array(&inverse), "{name}");
+        }
+    }
 }

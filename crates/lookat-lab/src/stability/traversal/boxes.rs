@@ -96,7 +96,7 @@ fn in_plane(random: &mut Pcg64Mcg, boxes: &[Box]) -> Ray {
         _ => between(random, bounds[0][axis], bounds[1][axis]),
     };
     let target = DVec3::from_array(std::array::from_fn(|axis| place(axis, random)));
-    let mut d = DVec3::from_array(std::array::from_fn(|_| between(random, -1.0, 1.0)));
+    let mut d = in_cube(random);
     if chance(random, 0.5) {
         d[(normal + 1) % 3] = if chance(random, 0.5) { 0.0 } else { -0.0 };
     }

@@ -97,8 +97,7 @@ pub(super) fn giant(_: &Effort) -> Found {
 /// A sphere of radius 0.1 of a grid from -5 to 4, in text.
 fn small(i: usize) -> (DVec3, String) {
     let center = DVec3::new((i % 10) as f64, (i / 10 % 10) as f64, (i / 100) as f64) - 5.0;
-    let DVec3 { x, y, z } = center;
-    let text =
-        format!("AttributeBegin Translate {x} {y} {z} Shape \"sphere\" \"float radius\" 0.1 AttributeEnd\n");
+    let at = xyz(center);
+    let text = format!("AttributeBegin Translate {at} Shape \"sphere\" \"float radius\" 0.1 AttributeEnd\n");
     (center, text)
 }

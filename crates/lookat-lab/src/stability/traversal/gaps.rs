@@ -1,7 +1,5 @@
 //! Surfaces close to each other: V6.
 
-use glam::DMat3;
-
 use crate::stability::prelude::*;
 
 pub(super) fn thin(effort: &Effort) -> Found {
@@ -18,10 +16,7 @@ pub(super) fn thin(effort: &Effort) -> Found {
 
 /// Two parallel quads, one and one plus the gap before the eye, which turns as they do.
 fn parallel(frame: DMat3, gap: f64) -> Scene {
-    let quad = |z: f64| {
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-        quads(&corners.map(|(x, y)| frame * DVec3::new(x, y, z)))
-    };
+    let quad = |z: f64| quads(&square(frame.z_axis * z, frame.x_axis, frame.y_axis));
     scene(&around_eye(&(quad(1.0) + &quad(1.0 + gap))))
 }
 

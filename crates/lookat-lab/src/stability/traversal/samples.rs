@@ -90,14 +90,11 @@ pub(super) fn slopes(_: &Effort) -> Found {
     )
 }
 
-/// Of the line through the logarithms, by least squares.
+/// Of the line through the logarithms, by least squares. Those of the counts are evenly spaced.
 fn slope(errors: &[f64; 9]) -> f64 {
-    let x = COUNTS.map(|count| f64::from(count).ln());
-    let y = errors.map(f64::ln);
-    let mean = |v: &[f64; 9]| v.iter().sum::<f64>() / 9.0;
-    let (x_mean, y_mean) = (mean(&x), mean(&y));
-    let product: f64 = x.iter().zip(&y).map(|(x, y)| (x - x_mean) * (y - y_mean)).sum();
-    product / x.iter().map(|x| (x - x_mean).powi(2)).sum::<f64>()
+    let from_middle = [-4.0, -3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0];
+    let product: f64 = from_middle.iter().zip(errors).map(|(x, error)| x * error.log2()).sum();
+    product / from_middle.iter().map(|x| x * x).sum::<f64>()
 }
 
 pub(super) fn thousand(_: &Effort) -> Found {

@@ -12,7 +12,7 @@ const SIDE: u32 = 16;
 
 pub(super) fn close_to_light(_: &Effort) -> Found {
     let mut found = Found::sweep(0, [1e-2, 1e-3, 2e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9], |_, gap| {
-        HiddenLight::ALL.iter().map(|light| lit_pixels(*light, gap)).fold(Tally::default(), Tally::join)
+        hidden_lights(gap).iter().map(|light| lit_pixels(&light.concat())).fold(Tally::default(), Tally::join)
     });
     let open = [in_the_open(false), in_the_open(true)];
     found
@@ -24,44 +24,29 @@ pub(super) fn close_to_light(_: &Effort) -> Found {
     found
 }
 
-#[derive(Clone, Copy)]
-enum HiddenLight {
-    Square,
-    Sphere,
-    Point,
-}
-
-impl HiddenLight {
-    const ALL: [HiddenLight; 3] = [HiddenLight::Square, HiddenLight::Sphere, HiddenLight::Point];
-
-    /// The light, and what hides it from the floor at that share of the distance before it.
-    fn behind(self, gap: f64) -> String {
-        let below = DISTANCE * (1.0 - gap);
-        match self {
-            HiddenLight::Square => format!("{}{}", square_light(), square(below, 1.5)),
-            HiddenLight::Sphere => format!(
-                "AttributeBegin Translate 0 {DISTANCE} 0 AttributeBegin AreaLightSource \"diffuse\" Shape \"sphere\" AttributeEnd
-                 Shape \"sphere\" \"float radius\" {} AttributeEnd\n",
-                1.0 + DISTANCE * gap
-            ),
-            HiddenLight::Point => format!(
-                "LightSource \"point\" \"point from\" [0 {DISTANCE} 0]\n{}",
-                square(below, 1.0)
-            ),
-        }
-    }
+/// Lights, each with what hides it from the floor at that share of the distance before it.
+fn hidden_lights(gap: f64) -> [[String; 2]; 3] {
+    let below = DISTANCE * (1.0 - gap);
+    let sphere = |options: &str, radius: f64| {
+        format!(
+            "AttributeBegin Translate 0 {DISTANCE} 0 {options} Shape \"sphere\" \"float radius\" {radius} AttributeEnd\n"
+        )
+    };
+    [
+        [square_light(), flat_square(below, 1.5)],
+        [sphere("AreaLightSource \"diffuse\"", 1.0), sphere("", 1.0 + DISTANCE * gap)],
+        [format!("LightSource \"point\" \"point from\" [0 {DISTANCE} 0]\n"), flat_square(below, 1.0)],
+    ]
 }
 
 /// A square in the plane of that height.
-fn square(height: f64, half: f64) -> String {
-    quads(
-        &[(-half, -half), (half, -half), (half, half), (-half, half)].map(|(x, z)| DVec3::new(x, height, z)),
-    )
+fn flat_square(height: f64, half: f64) -> String {
+    quads(&square(DVec3::Y * height, DVec3::X * half, DVec3::Z * half))
 }
 
 /// A square of half a side of one, that shines down.
 fn square_light() -> String {
-    format!("AttributeBegin AreaLightSource \"diffuse\" {} AttributeEnd\n", square(DISTANCE, 1.0))
+    format!("AttributeBegin AreaLightSource \"diffuse\" {} AttributeEnd\n", flat_square(DISTANCE, 1.0))
 }
 
 /// The floor, seen from below the light.
@@ -72,13 +57,13 @@ fn text(world: &str, half_width: f64, samples: u32) -> String {
          Sampler \"sobol\" \"integer pixelsamples\" {samples} Integrator \"directlighting\"
          WorldBegin {world} Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5] {} WorldEnd",
         2.0 * half_width,
-        square(0.0, 4.0)
+        flat_square(0.0, 4.0)
     )
 }
 
 /// Pixels of the floor that light reaches.
-fn lit_pixels(light: HiddenLight, gap: f64) -> Tally {
-    let image = render(&scene(&text(&light.behind(gap), 10.0, 16)), 0);
+fn lit_pixels(world: &str) -> Tally {
+    let image = render(&scene(&text(world, 10.0, 16)), 0);
     let mut tally = Tally::default();
     image.rgb().unwrap_or_default().iter().for_each(|pixel| tally.answer(*pixel == [0.0; 3]));
     tally
@@ -86,7 +71,7 @@ fn lit_pixels(light: HiddenLight, gap: f64) -> Tally {
 
 /// The relative error of the light that the square casts on the point below it; alone, or in a wall in its plane.
 fn in_the_open(in_wall: bool) -> f64 {
-    let wall = if in_wall { square(DISTANCE, 3.0) } else { String::new() };
+    let wall = if in_wall { flat_square(DISTANCE, 3.0) } else { String::new() };
     // So narrow that all pixels see one point. The camera looks from below the wall.
     let image = render(&scene(&text(&format!("{}{wall}", square_light()), 1e-6, 1024)), 0);
     let pixels = image.rgb().unwrap_or_default();
@@ -122,18 +107,8 @@ mod tests {
     /// Without the blockers every pixel is lit, so that dark pixels mean something.
     #[test]
     fn lights_reach_the_floor_unless_blocked() {
-        for light in HiddenLight::ALL {
-            let blocked = light.behind(0.5);
-            let end = match light {
-                HiddenLight::Square => blocked.find("AttributeEnd\n").map(|at| at + 13),
-                HiddenLight::Sphere => blocked.rfind("Shape"),
-                HiddenLight::Point => blocked.find('\n'),
-            };
-            let mut open = blocked[..end.expect("a light")].to_owned();
-            if matches!(light, HiddenLight::Sphere) {
-                open += "AttributeEnd";
-            }
-            let image = render(&scene(&text(&open, 10.0, 16)), 1);
+        for [light, _] in hidden_lights(0.5) {
+            let image = render(&scene(&text(&light, 10.0, 16)), 1);
             assert!(image.rgb().expect("a picture").iter().all(|pixel| pixel[0] > 0.0));
         }
     }

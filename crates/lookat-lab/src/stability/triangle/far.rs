@@ -6,9 +6,8 @@ use crate::stability::prelude::*;
 /// A square on the ground, its middle below an eye at height 1.
 pub(super) fn horizon(effort: &Effort) -> Found {
     Found::sweep(3300, decades(2..10), |seed, half| {
-        let corner = |x: f64, z: f64| DVec3::new(x * half, 0.0, z * half);
-        let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
-        let scene = scene(&seen_from(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 2, 3]])));
+        let ground = quads(&square(DVec3::ZERO, DVec3::X * half, DVec3::Z * half));
+        let scene = scene(&seen_from(DVec3::Y, &ground));
         let probe = Probe::new(&scene);
         tally(effort.rays, seed, |random, tally| {
             let (o, d) = downward(random, half);
@@ -29,7 +28,7 @@ pub(super) fn seam(effort: &Effort) -> Found {
         let scene = scene(&seen_from(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 3, 1]])));
         let probe = Probe::new(&scene);
         tally(effort.rays, seed, |random, tally| {
-            let mut number = |low: f64, high: f64| low + (high - low) * random.random::<f64>();
+            let mut number = |low, high| between(random, low, high);
             let o = DVec3::new(number(-1.0, 1.0), 1.0, number(-1.0, 1.0));
             let beside = 10_f64.powf(number(-17.0, -5.0)).copysign(number(-1.0, 1.0));
             let d = (DVec3::new(0.5 + beside, 0.0, number(2.0, 50.0)) - o).normalize();

@@ -1,7 +1,5 @@
 //! T1 and T2: rays at edges and vertices of a closed mesh.
 
-use glam::DMat3;
-
 use super::mesh::Icosphere;
 use crate::stability::prelude::*;
 
@@ -63,11 +61,11 @@ impl Ball {
                 self.sphere.positions.iter().map(|p| center + *p * self.radius).collect();
             mesh(&positions, &self.sphere.faces)
         };
-        let [x, y, z] = self.center.to_array();
         let instance = format!(
-            "ObjectBegin \"o\"\n{}\nObjectEnd\nTranslate {x:?} {y:?} {z:?} Rotate 40 1 2 3 Scale 2 0.5 1.25\n\
+            "ObjectBegin \"o\"\n{}\nObjectEnd\nTranslate {} Rotate 40 1 2 3 Scale 2 0.5 1.25\n\
              ObjectInstance \"o\"",
-            around(DVec3::ZERO)
+            around(DVec3::ZERO),
+            xyz(self.center)
         );
         [around(self.center), instance].map(|world| scene(&seen_from(self.center, &world)))
     }

@@ -1,6 +1,5 @@
 //! Random scenes, and rays at the places of them that are hard to hit.
 
-use glam::DMat4;
 use lookat_scene::{Primitive, Shape};
 
 use super::super::boxes::cube;
@@ -132,8 +131,7 @@ fn place(random: &mut Pcg64Mcg, size: f64) -> DMat4 {
 
 /// Text under a transformation.
 fn within(place: &DMat4, text: &str) -> String {
-    let numbers: Vec<String> = place.to_cols_array().map(|x| format!("{x:e}")).to_vec();
-    format!("AttributeBegin ConcatTransform [{}] {text} AttributeEnd\n", numbers.join(" "))
+    format!("AttributeBegin {} {text} AttributeEnd\n", transform(place))
 }
 
 /// The text of a body of about size 1.

@@ -31,10 +31,7 @@ impl Convex {
             (String::new(), shape)
         };
         let turn = if self.turned { "Rotate 40 1 2 3 Scale 1 0.6 0.8 Rotate 70 3 1 -2" } else { "" };
-        let world = format!(
-            "{before} Translate {} {} {} Scale {size} {size} {size} {turn} {what}",
-            center.x, center.y, center.z
-        );
+        let world = format!("{before} Translate {} Scale {size} {size} {size} {turn} {what}", xyz(center));
         seen_from(eye, &world)
     }
 }
