@@ -2,7 +2,7 @@
 
 pub mod bench;
 pub mod chart;
-pub mod coverage;
+mod coverage;
 pub mod interval;
 pub mod plot;
 pub mod stability;

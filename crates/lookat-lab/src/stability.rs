@@ -11,6 +11,7 @@ mod others;
 mod prelude;
 mod quadric;
 pub(crate) mod random;
+mod refused;
 mod sphere;
 mod table;
 mod tally;

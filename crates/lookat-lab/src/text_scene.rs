@@ -40,6 +40,15 @@ pub(crate) fn around_eye(world: &str) -> String {
     format!("{view} WorldBegin {world} WorldEnd")
 }
 
+/// The text of a world on a square film.
+pub(crate) fn pictured(camera: &str, side: u32, samples: u32, integrator: &str, world: &str) -> String {
+    format!(
+        "{camera} Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side}
+         Sampler \"sobol\" \"integer pixelsamples\" {samples} Integrator \"{integrator}\"
+         WorldBegin {world} WorldEnd"
+    )
+}
+
 /// The text of a point or vector. Numbers are written so that they are read as they are.
 pub(crate) fn xyz(p: DVec3) -> String {
     p.to_array().map(|x| format!("{x:?}")).join(" ")

@@ -79,11 +79,11 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     }
 
     let mut header = header(arguments, &scene, parse);
-    let mut runner = Runner::new(scene, 0);
+    let runner = Runner::new(scene, 0);
     let budget = Budget { started, seconds: arguments.budget };
     let bench = Bench { arguments, methods, budget, bar: progress_bar(false) };
     interrupt::stop_in_order(Some("stopping; interrupt again to quit without a chart"), || true);
-    let found = bench.measure(&mut runner, reference)?;
+    let found = bench.measure(&runner, reference)?;
     bench.bar.finish_and_clear();
     let Some((plan, reference, measured)) = found else {
         crate::say("interrupted before the first point; nothing was written");
@@ -132,7 +132,7 @@ impl Bench<'_> {
     /// before the first point.
     fn measure(
         &self,
-        runner: &mut Runner,
+        runner: &Runner,
         given: Option<Reference>,
     ) -> Result<Option<(Plan, Reference, Measured)>, String> {
         let Some(costs) = self.costs(runner, given.is_none()) else { return Ok(None) };
@@ -163,7 +163,7 @@ impl Bench<'_> {
     }
 
     /// The costs of the methods, then of the reference if it must be rendered. `None` if interrupted.
-    fn costs(&self, runner: &mut Runner, with_reference: bool) -> Option<Vec<Cost>> {
+    fn costs(&self, runner: &Runner, with_reference: bool) -> Option<Vec<Cost>> {
         // The reference uses this method.
         let reference = with_reference.then(|| named("sobol")).flatten();
         let methods = self.methods.iter().copied().chain(reference);

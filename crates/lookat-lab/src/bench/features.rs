@@ -6,7 +6,7 @@ use lookat_render::{Settings, Stop};
 use lookat_scene::Scene;
 
 use super::rendering::render;
-use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
+use super::table::{BenchTable, Column, timed};
 
 /// Two spheres on a floor under four lamps, without anything that can be left out.
 const BASE: &str = include_str!("base.pbrt");
@@ -25,35 +25,22 @@ fn features() -> Vec<(&'static str, Scene)> {
 /// Each feature by its ratio to the base, in the same round.
 pub(super) fn table(rounds: usize) -> BenchTable {
     let features = features();
-    let measured = in_turn(rounds, features.len(), |feature| {
+    // Seconds and rays.
+    let columns: [Column<(f64, f64)>; 4] = [
+        ("s", |own, _| own.0),
+        ("time", |own, base| own.0 / base.0),
+        ("rays", |own, base| own.1 / base.1),
+        ("time of a ray", |own, base| own.0 / own.1 / (base.0 / base.1)),
+    ];
+    let title = "the base scene with one more feature, on one thread; ratios to the base".into();
+    let names = features.iter().map(|(name, _)| (*name).into()).collect();
+    BenchTable::measured(("features", title), &columns, names, rounds, |feature| {
         let (name, scene) = &features[feature];
-        let settings = Settings {
-            threads: 1,
-            stop: Stop::Samples { error_layers: *name == ERROR_LAYERS },
-            ..Settings::default()
-        };
-        let (seconds, rendered) = timed(|| render(scene, &settings));
+        let stop = Stop::Samples { error_layers: *name == ERROR_LAYERS };
+        let (seconds, rendered) =
+            timed(|| render(scene, &Settings { threads: 1, stop, ..Settings::default() }));
         (seconds, rendered.statistics.rays as f64)
-    });
-    let base = measured[0].clone();
-    let row = |((name, _), measured): (&(&str, Scene), &Vec<(f64, f64)>)| {
-        let of = |value: &dyn Fn((f64, f64), (f64, f64)) -> f64| {
-            Cell::of(measured.iter().zip(&base).map(|(own, base)| value(*own, *base)))
-        };
-        let cells = vec![
-            of(&|own, _| own.0),
-            of(&|own, base| own.0 / base.0),
-            of(&|own, base| own.1 / base.1),
-            of(&|own, base| own.0 / own.1 / (base.0 / base.1)),
-        ];
-        BenchRow { name: (*name).into(), cells }
-    };
-    BenchTable {
-        name: "features",
-        title: "the base scene with one more feature, on one thread; ratios to the base".into(),
-        columns: vec!["s", "time", "rays", "time of a ray"],
-        rows: features.iter().zip(&measured).map(row).collect(),
-    }
+    })
 }
 
 /// The name of a feature, and the base as it changes it.

@@ -69,13 +69,10 @@ pub(super) fn sphere_scene() -> Scene {
 
 /// Meshes that are seen from `eye` around the origin.
 fn scene(eye: DVec3, meshes: Vec<Mesh>) -> Scene {
-    let text = format!(
-        "LookAt {} 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 40
-         Film \"image\" \"integer xresolution\" 400 \"integer yresolution\" 400
-         Sampler \"sobol\" Integrator \"path\" WorldBegin LightSource \"infinite\" Shape \"sphere\" WorldEnd",
-        text_scene::xyz(eye)
-    );
-    let mut scene = text_scene::scene(&text);
+    let camera =
+        format!("LookAt {} 0 0 0 0 1 0 Camera \"perspective\" \"float fov\" 40", text_scene::xyz(eye));
+    let world = "LightSource \"infinite\" Shape \"sphere\"";
+    let mut scene = text_scene::scene(&text_scene::pictured(&camera, 400, 16, "path", world));
     let world = Arc::make_mut(&mut scene.world);
     let one = world.primitives.remove(0);
     let shapes = meshes.into_iter().map(|mesh| Shape::TriangleMesh(Arc::new(mesh)));
@@ -85,42 +82,42 @@ fn scene(eye: DVec3, meshes: Vec<Mesh>) -> Scene {
 
 /// The mesh as a shape in a scene file.
 pub(super) fn as_text(mesh: &Mesh) -> String {
-    let mut text = String::from("Shape \"trianglemesh\" \"integer indices\" [");
-    for corners in mesh.indices().chunks_exact(3) {
-        let _ = writeln!(text, "{} {} {}", corners[0], corners[1], corners[2]);
-    }
-    text += "] \"point P\" [";
+    let (positions, corners) = lines(mesh, "");
+    format!("Shape \"trianglemesh\" \"integer indices\" [{corners}] \"point P\" [{positions}]")
+}
+
+/// The positions of a mesh, and the corners of its triangles after a prefix, one in each line.
+fn lines(mesh: &Mesh, prefix: &str) -> (String, String) {
+    let (mut positions, mut corners) = (String::new(), String::new());
     for [x, y, z] in mesh.positions() {
-        let _ = writeln!(text, "{x:.7} {y:.7} {z:.7}");
+        let _ = writeln!(positions, "{x:.7} {y:.7} {z:.7}");
     }
-    text + "]"
+    for [a, b, c] in mesh.indices().as_chunks().0 {
+        let _ = writeln!(corners, "{prefix}{a} {b} {c}");
+    }
+    (positions, corners)
 }
 
 /// The mesh as a PLY file.
 pub(super) fn as_ply(mesh: &Mesh, binary: bool) -> Vec<u8> {
     let format = if binary { "binary_little_endian" } else { "ascii" };
     let (vertices, faces) = (mesh.positions().len(), mesh.triangles());
-    let mut header = format!("ply\nformat {format} 1.0\nelement vertex {vertices}\n");
-    header += "property float x\nproperty float y\nproperty float z\n";
-    let _ = write!(header, "element face {faces}\nproperty list uchar int vertex_indices\nend_header\n");
-    if binary {
-        let mut bytes = header.into_bytes();
-        for p in mesh.positions() {
-            p.iter().for_each(|x| bytes.extend((*x as f32).to_le_bytes()));
-        }
-        for corners in mesh.indices().chunks_exact(3) {
-            bytes.push(3);
-            corners.iter().for_each(|corner| bytes.extend(corner.to_le_bytes()));
-        }
-        return bytes;
+    let header = format!(
+        "ply\nformat {format} 1.0\nelement vertex {vertices}\n\
+         property float x\nproperty float y\nproperty float z\n\
+         element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
+    );
+    if !binary {
+        let (positions, corners) = lines(mesh, "3 ");
+        return (header + &positions + &corners).into_bytes();
     }
-    for [x, y, z] in mesh.positions() {
-        let _ = writeln!(header, "{x:.7} {y:.7} {z:.7}");
-    }
+    let mut bytes = header.into_bytes();
+    mesh.positions().as_flattened().iter().for_each(|x| bytes.extend((*x as f32).to_le_bytes()));
     for corners in mesh.indices().chunks_exact(3) {
-        let _ = writeln!(header, "3 {} {} {}", corners[0], corners[1], corners[2]);
+        bytes.push(3);
+        corners.iter().for_each(|corner| bytes.extend(corner.to_le_bytes()));
     }
-    header.into_bytes()
+    bytes
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lookat_scene::load_opened;
 
 use super::meshes::{as_ply, as_text, sphere};
-use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
+use super::table::{BenchTable, Column, timed};
 use crate::text_scene::around_eye;
 
 /// A file that is read.
@@ -23,24 +23,18 @@ pub(super) fn table(rounds: usize) -> BenchTable {
     let mesh = sphere();
     let triangles = mesh.triangles();
     let files = files(&mesh);
-    let seconds = in_turn(rounds, files.len(), |file| seconds(&files[file], triangles));
-    let row = |(file, seconds): (&File, &Vec<f64>)| {
-        let size = file.bytes.len() as f64 / 1e6;
-        let of = |value: &dyn Fn(f64) -> f64| Cell::of(seconds.iter().map(|seconds| value(*seconds)));
-        let cells = vec![
-            of(&|_| size),
-            of(&|seconds| seconds),
-            of(&|seconds| size / seconds),
-            of(&|seconds| triangles as f64 / seconds / 1e6),
-        ];
-        BenchRow { name: file.name.into(), cells }
-    };
-    BenchTable {
-        name: "reading",
-        title: format!("a mesh of {triangles} triangles, from memory to a scene"),
-        columns: vec!["MB", "s", "MB/s", "million triangles/s"],
-        rows: files.iter().zip(&seconds).map(row).collect(),
-    }
+    // Megabytes, triangles and seconds.
+    let columns: [Column<[f64; 3]>; 4] = [
+        ("MB", |[size, ..], _| *size),
+        ("s", |[.., seconds], _| *seconds),
+        ("MB/s", |[size, _, seconds], _| size / seconds),
+        ("million triangles/s", |[_, triangles, seconds], _| triangles / seconds / 1e6),
+    ];
+    let title = format!("a mesh of {triangles} triangles, from memory to a scene");
+    let names = files.iter().map(|file| file.name.into()).collect();
+    BenchTable::measured(("reading", title), &columns, names, rounds, |file| {
+        [files[file].bytes.len() as f64 / 1e6, triangles as f64, seconds(&files[file], triangles)]
+    })
 }
 
 fn files(mesh: &lookat_scene::Mesh) -> Vec<File> {

@@ -7,7 +7,7 @@ use std::path::Path;
 use lookat_render::{Rendered, Settings};
 use lookat_scene::{FilmOverride, LoadOptions, Scene};
 
-use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
+use super::table::{BenchTable, Column, timed};
 
 /// A scene, and the samples per pixel that it is rendered at; none for a draft.
 type Entry = (&'static str, &'static str, Option<u32>);
@@ -24,32 +24,24 @@ const FIRST: &str = include_str!("scenes/first.pbrt");
 /// What it includes.
 const TORUS: &str = include_str!("scenes/torus.pbrt");
 
-/// How long a picture takes, in seconds, and its rays: on one thread, and on all.
-type Pair = [(f64, u64); 2];
-
 /// One thread and all of them; the draft with reading.
 pub(super) fn table(rounds: usize) -> BenchTable {
-    let seconds =
-        in_turn(rounds, SCENES.len(), |scene| [1, 0].map(|threads| measure(&SCENES[scene], threads)));
-    let row = |((name, _, samples), rounds): (&Entry, &Vec<Pair>)| {
-        let of = |value: &dyn Fn(&Pair) -> f64| Cell::of(rounds.iter().map(value));
-        let rate = |(seconds, rays): (f64, u64)| rays as f64 / seconds / 1e6;
-        let cells = vec![
-            of(&|[one, _]| one.0),
-            of(&|[_, all]| all.0),
-            of(&|[one, all]| one.0 / all.0),
-            of(&|[one, _]| rate(*one)),
-            of(&|[_, all]| rate(*all)),
-        ];
-        let how = samples.map_or("--quick, with reading".into(), |samples| format!("{samples} samples"));
-        BenchRow { name: format!("{name}, {how}"), cells }
+    // Seconds and rays, on one thread and on all.
+    let columns: [Column<[(f64, u64); 2]>; 5] = [
+        ("s, one thread", |[one, _], _| one.0),
+        ("s, all", |[_, all], _| all.0),
+        ("times as fast", |[one, all], _| one.0 / all.0),
+        ("Mray/s, one thread", |[one, _], _| one.1 as f64 / one.0 / 1e6),
+        ("Mray/s, all", |[_, all], _| all.1 as f64 / all.0 / 1e6),
+    ];
+    let how = |samples: u32| format!("{samples} samples");
+    let name = |(name, _, samples): Entry| {
+        format!("{name}, {}", samples.map_or("--quick, with reading".into(), how))
     };
-    BenchTable {
-        name: "rendering",
-        title: "built-in scenes; Mray/s counts all kinds of rays".into(),
-        columns: vec!["s, one thread", "s, all", "times as fast", "Mray/s, one thread", "Mray/s, all"],
-        rows: SCENES.iter().zip(&seconds).map(row).collect(),
-    }
+    let title = "built-in scenes; Mray/s counts all kinds of rays".into();
+    BenchTable::measured(("rendering", title), &columns, SCENES.map(name).into(), rounds, |scene| {
+        [1, 0].map(|threads| measure(&SCENES[scene], threads))
+    })
 }
 
 /// How long a scene takes, in seconds, and its rays.

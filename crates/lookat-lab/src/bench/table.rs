@@ -35,9 +35,34 @@ pub struct Cell {
     pub high: f64,
 }
 
+/// A column of a table: the quantity with its unit, and its value by what was measured of a thing and, in the same round, of the
+/// first thing.
+pub(super) type Column<T> = (&'static str, fn(&T, &T) -> f64);
+
+impl BenchTable {
+    /// Measures things in turn, round by round; `measure` takes the number of one.
+    pub(super) fn measured<T>(
+        (name, title): (&'static str, String),
+        columns: &[Column<T>],
+        names: Vec<String>,
+        rounds: usize,
+        measure: impl FnMut(usize) -> T,
+    ) -> BenchTable {
+        let measured = in_turn(rounds, names.len(), measure);
+        let row = |(name, own): (String, &Vec<T>)| {
+            let rounds = || own.iter().zip(&measured[0]);
+            let cells =
+                columns.iter().map(|(_, value)| Cell::of(rounds().map(|(own, first)| value(own, first))));
+            BenchRow { name, cells: cells.collect() }
+        };
+        let rows = names.into_iter().zip(&measured).map(row).collect();
+        BenchTable { name, title, columns: columns.iter().map(|column| column.0).collect(), rows }
+    }
+}
+
 impl Cell {
     /// Of the values of all rounds, at least one.
-    pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Cell {
+    fn of(values: impl IntoIterator<Item = f64>) -> Cell {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         let last = values.len().saturating_sub(1);
@@ -77,8 +102,8 @@ fn processor() -> String {
     name.map_or(std::env::consts::ARCH, |(_, name)| name.trim()).into()
 }
 
-/// Measures things in turn, round by round; `measure` takes the number of one. For each thing the values of all rounds.
-pub(super) fn in_turn<T>(rounds: usize, things: usize, mut measure: impl FnMut(usize) -> T) -> Vec<Vec<T>> {
+/// For each thing what was measured in all rounds.
+fn in_turn<T>(rounds: usize, things: usize, mut measure: impl FnMut(usize) -> T) -> Vec<Vec<T>> {
     let mut values: Vec<Vec<T>> = (0..things).map(|_| Vec::with_capacity(rounds)).collect();
     for _ in 0..rounds.max(1) {
         values.iter_mut().enumerate().for_each(|(thing, values)| values.push(measure(thing)));

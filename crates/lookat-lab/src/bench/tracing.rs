@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use super::meshes::{body_scene, sphere_scene};
-use super::table::{BenchRow, BenchTable, Cell, in_turn, timed};
+use super::table::{BenchTable, Column, timed};
 use crate::stability::random::direction;
 
 /// Camera rays across and down.
@@ -23,28 +23,30 @@ struct Batch {
 /// The tables of both meshes.
 pub(super) fn tables(rounds: usize) -> Vec<BenchTable> {
     let scenes = [("body", body_scene()), ("sphere", sphere_scene())];
-    let rows = scenes.iter().map(|(name, scene)| rays(name, scene, rounds));
-    let rays = BenchTable {
-        name: "tracing",
-        title: "rays on one thread, in millions per second".into(),
-        columns: vec!["primary", "diffuse", "random", "shadow"],
-        rows: rows.collect(),
-    };
-    let build = BenchTable {
-        name: "building",
-        title: "scene preparation, in millions of triangles per second".into(),
-        columns: vec!["one thread", "all threads", "times as fast"],
-        rows: scenes.iter().map(|(name, scene)| building(name, scene, rounds)).collect(),
-    };
-    vec![rays, build]
-}
-
-fn rays(name: &str, scene: &Scene, rounds: usize) -> BenchRow {
-    let probe = Probe::new(scene);
-    let batches = batches(&probe);
-    let rates = in_turn(rounds, batches.len(), |batch| rate(&probe, &batches[batch]));
-    let name = format!("{name}, {} triangles", triangles(scene));
-    BenchRow { name, cells: rates.into_iter().map(Cell::of).collect() }
+    let names =
+        || scenes.iter().map(|(name, scene)| format!("{name}, {} triangles", triangles(scene))).collect();
+    let probes = scenes.each_ref().map(|(_, scene)| Probe::new(scene));
+    let batches = probes.each_ref().map(batches);
+    let rays: [Column<[f64; 4]>; 4] = [
+        ("primary", |rates, _| rates[0]),
+        ("diffuse", |rates, _| rates[1]),
+        ("random", |rates, _| rates[2]),
+        ("shadow", |rates, _| rates[3]),
+    ];
+    let title = "rays on one thread, in millions per second".into();
+    let rays = BenchTable::measured(("tracing", title), &rays, names(), rounds, |mesh| {
+        batches[mesh].each_ref().map(|batch| rate(&probes[mesh], batch))
+    });
+    let building: [Column<[f64; 2]>; 3] = [
+        ("one thread", |[one, _], _| *one),
+        ("all threads", |[_, all], _| *all),
+        ("times as fast", |[one, all], _| all / one),
+    ];
+    let title = "scene preparation, in millions of triangles per second".into();
+    let building = BenchTable::measured(("building", title), &building, names(), rounds, |mesh| {
+        [1, 0].map(|threads| building_rate(&scenes[mesh].1, threads))
+    });
+    vec![rays, building]
 }
 
 fn triangles(scene: &Scene) -> usize {
@@ -95,19 +97,12 @@ fn to_light(from: &Ray, light: DVec3) -> Ray {
     Ray { d: to_light / distance, t_max: distance * 0.999, target: ElementId::NONE, ..*from }
 }
 
-/// Trees on one thread and on all.
-fn building(name: &str, scene: &Scene, rounds: usize) -> BenchRow {
-    let count = triangles(scene) as f64;
-    let rate = |threads| {
-        let build = || timed(|| Probe::new(scene)).0;
-        let seconds = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
-            Ok(pool) => pool.install(build),
-            Err(_) => build(),
-        };
-        count / seconds / 1e6
+/// Million triangles a second of preparing a scene on so many threads; 0 is one for each processor.
+fn building_rate(scene: &Scene, threads: usize) -> f64 {
+    let build = || timed(|| Probe::new(scene)).0;
+    let seconds = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool.install(build),
+        Err(_) => build(),
     };
-    let rates = in_turn(rounds, 2, |all| rate(if all == 1 { 0 } else { 1 }));
-    let ratios = rates[0].iter().zip(&rates[1]).map(|(one, all)| all / one);
-    let cells = vec![Cell::of(rates[0].clone()), Cell::of(rates[1].clone()), Cell::of(ratios)];
-    BenchRow { name: format!("{name}, {count} triangles"), cells }
+    triangles(scene) as f64 / seconds / 1e6
 }

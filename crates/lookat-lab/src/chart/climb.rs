@@ -3,6 +3,8 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use lookat_image::means;
+
 use super::budget::Budget;
 use super::estimate::median;
 use super::level::Differences;
@@ -40,20 +42,26 @@ pub struct Climb<'a> {
     pub budget: Option<Budget>,
 }
 
-/// One rung, as far as it has come: what each method has.
+/// One rung, as far as it has come.
 struct Rung {
     index: u32,
-    rows: Vec<Vec<Picture>>,
-    differences: Vec<Differences>,
+    methods: Vec<MethodRung>,
+}
+
+/// The pictures of one method on a rung.
+#[derive(Default)]
+struct MethodRung {
+    rows: Vec<Picture>,
+    differences: Differences,
     /// The wall time of each picture, with that of measuring it.
-    seconds: Vec<Vec<f64>>,
+    seconds: Vec<f64>,
 }
 
 impl Climb<'_> {
     /// Climbs rung by rung. On each the methods take turns, seed by seed, so that a machine that slows down is no advantage
     /// to any of them. With a budget, the rest is planned anew after each rung, from the times that were measured.
     /// Where `watch` breaks, or the budget is exceeded, the picture in hand is left out.
-    pub fn run(&self, runner: &mut Runner, watch: Watch) -> Measured {
+    pub fn run(&self, runner: &Runner, watch: Watch) -> Measured {
         let started = Instant::now();
         let mut plan = self.plan.clone();
         let mut measured = Measured { methods: self.methods.to_vec(), ..Measured::default() };
@@ -65,7 +73,8 @@ impl Climb<'_> {
             let spent = started.elapsed().as_secs_f64();
             let (next, rest) = (plan.cost_of(index..index + 1), plan.cost_of(index..MOST_RUNGS));
             let watch_rung = |share: f64| watch((spent + share * next) / (spent + rest).max(1e-9));
-            let mut rung = Rung::new(index, self.methods.len());
+            let methods = self.methods.iter().map(|_| MethodRung::default()).collect();
+            let mut rung = Rung { index, methods };
             let whole = self.climb(&mut rung, &plan, runner, &watch_rung);
             rung.add_to(&mut measured, plan.seeds.min(FEWEST_SEEDS));
             if whole.is_none() {
@@ -85,7 +94,7 @@ impl Climb<'_> {
     }
 
     /// The pictures of a rung. `None` if it is broken off.
-    fn climb(&self, rung: &mut Rung, plan: &Plan, runner: &mut Runner, watch: Watch) -> Option<()> {
+    fn climb(&self, rung: &mut Rung, plan: &Plan, runner: &Runner, watch: Watch) -> Option<()> {
         let climbing: Vec<usize> = (0..plan.rungs.len()).filter(|i| plan.rungs[*i] > rung.index).collect();
         let pictures = f64::from(plan.seeds) * climbing.len() as f64;
         let may_be_late = rung.index < FEWEST_RUNGS;
@@ -102,15 +111,18 @@ impl Climb<'_> {
                 let started = Instant::now();
                 let samples = self.methods[method].first << rung.index;
                 let rendering = runner.render(self.methods[method], samples, seed, &watch_one)?;
-                rung.rows[method].push(Picture::new(
+                let own = &mut rung.methods[method];
+                own.rows.push(Picture {
                     method,
-                    samples,
+                    rung: samples,
+                    samples: rendering.samples,
                     seed,
-                    &rendering,
-                    &self.reference.pixels,
-                ));
-                rung.differences[method].add(&rendering.pixels, &self.reference.pixels);
-                rung.seconds[method].push(started.elapsed().as_secs_f64());
+                    seconds: rendering.seconds,
+                    preparation: rendering.preparation,
+                    means: means(&rendering.pixels, &self.reference.pixels),
+                });
+                own.differences.add(&rendering.pixels, &self.reference.pixels);
+                own.seconds.push(started.elapsed().as_secs_f64());
                 done += 1.0;
             }
         }
@@ -119,24 +131,20 @@ impl Climb<'_> {
 }
 
 impl Rung {
-    fn new(index: u32, methods: usize) -> Rung {
-        let differences = (0..methods).map(|_| Differences::default()).collect();
-        Rung { index, rows: vec![Vec::new(); methods], differences, seconds: vec![Vec::new(); methods] }
-    }
-
     /// Tells a plan what pictures really cost. One that was held up must not rule it.
     fn correct(&self, plan: &mut Plan) {
-        for (cost, seconds) in plan.costs.iter_mut().zip(&self.seconds).filter(|(_, all)| !all.is_empty()) {
-            cost.correct(self.index, median(seconds).value);
+        for (cost, own) in plan.costs.iter_mut().zip(&self.methods).filter(|(_, own)| !own.seconds.is_empty())
+        {
+            cost.correct(self.index, median(&own.seconds).value);
         }
     }
 
     /// Adds all pictures, and points where there are so many.
     fn add_to(&self, measured: &mut Measured, fewest: u32) {
-        for (method, rows) in self.rows.iter().enumerate() {
-            measured.rows.extend(rows);
-            if !rows.is_empty() && rows.len() >= fewest as usize {
-                measured.points[method].push(Point::new(rows, self.differences[method].level()));
+        for (own, points) in self.methods.iter().zip(&mut measured.points) {
+            measured.rows.extend(&own.rows);
+            if !own.rows.is_empty() && own.rows.len() >= fewest as usize {
+                points.push(Point::new(&own.rows, own.differences.level()));
             }
         }
     }
@@ -160,7 +168,7 @@ mod tests {
             r#"Camera "perspective" Film "image" "integer xresolution" 8 "integer yresolution" 6
             WorldBegin LightSource "point" Translate 0 0 4 Shape "sphere" WorldEnd"#,
         );
-        let mut runner = Runner::new(scene, 1);
+        let runner = Runner::new(scene, 1);
         let goes_on = |_| ControlFlow::Continue(());
         let reference = runner.reference(64, 1000, &goes_on).unwrap();
         let cost = Cost { fixed: 0.0, per_sample: 1e-3, first: 1 };
@@ -172,7 +180,7 @@ mod tests {
             let stops = asked.fetch_add(1, Ordering::Relaxed) >= stop;
             if stops { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
-        (climb.run(&mut runner, &watch), asked.load(Ordering::Relaxed))
+        (climb.run(&runner, &watch), asked.load(Ordering::Relaxed))
     }
 
     /// All but the times.
@@ -221,9 +229,11 @@ mod tests {
         let cost = Cost { fixed: 0.0, per_sample: 1e-3, first: 1 };
         let mut plan = super::super::plan::plan(&[cost, cost], Some(cost), 8, 60.0).unwrap();
         let planned = plan.rungs.clone();
-        let mut rung = Rung::new(2, 2);
-        rung.seconds = vec![vec![4e-3; 8]; 2];
-        rung.seconds[0][5] = 10.0;
+        let own = |held_up: f64| MethodRung {
+            seconds: [[4e-3; 5].as_slice(), &[held_up, 4e-3, 4e-3]].concat(),
+            ..MethodRung::default()
+        };
+        let rung = Rung { index: 2, methods: vec![own(10.0), own(4e-3)] };
         rung.correct(&mut plan);
         // What it took is gone, but no more than that.
         plan.replan(3, plan.cost_of(3..MOST_RUNGS));

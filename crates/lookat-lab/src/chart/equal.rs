@@ -33,14 +33,17 @@ impl Curve {
 
     /// The seconds until the error is as small as this for the first time.
     pub fn seconds_to(&self, error: f64) -> Option<f64> {
-        let swapped: Vec<(f64, f64)> =
-            self.in_order().into_iter().map(|(seconds, error)| (error, seconds)).collect();
-        first_crossing(&swapped, error)
+        first_crossing(&self.by_error(), error)
     }
 
     /// The first point that counts.
     pub fn first(&self) -> Option<(f64, f64)> {
         self.in_order().first().copied()
+    }
+
+    /// The same points as error and seconds.
+    fn by_error(&self) -> Vec<(f64, f64)> {
+        self.in_order().into_iter().map(|(seconds, error)| (error, seconds)).collect()
     }
 
     /// Without the points that took longer than one of more samples: the machine had other work to do then.
@@ -55,29 +58,26 @@ impl Curve {
         points.reverse();
         points
     }
-
-    fn seconds(&self) -> Option<RangeInclusive<f64>> {
-        span(self.in_order().iter().map(|point| point.0))
-    }
-
-    fn errors(&self) -> Option<RangeInclusive<f64>> {
-        span(self.in_order().iter().map(|point| point.1))
-    }
 }
 
 /// Errors at a few times that all curves have or, if there are none, that the first has, if possible with others.
 pub(super) fn equal_times(curves: &[Curve]) -> EqualValues {
-    let at = places(curves, Curve::seconds);
-    let values = curves.iter().map(|curve| at.iter().map(|at| curve.error_at(*at)).collect()).collect();
-    EqualValues { at, values }
+    equal(&curves.iter().map(Curve::in_order).collect::<Vec<_>>())
 }
 
 /// Times to a few errors that all curves have or, if there are none, that the first has, if possible with others; the largest
 /// first.
 pub(super) fn equal_errors(curves: &[Curve]) -> EqualValues {
-    let mut at = places(curves, Curve::errors);
-    at.reverse();
-    let values = curves.iter().map(|curve| at.iter().map(|at| curve.seconds_to(*at)).collect()).collect();
+    let mut found = equal(&curves.iter().map(Curve::by_error).collect::<Vec<_>>());
+    found.at.reverse();
+    found.values.iter_mut().for_each(|values| values.reverse());
+    found
+}
+
+/// The ordinates of lines at a few abscissas.
+fn equal(lines: &[Vec<(f64, f64)>]) -> EqualValues {
+    let at = places(lines);
+    let values = lines.iter().map(|line| at.iter().map(|at| first_crossing(line, *at)).collect()).collect();
     EqualValues { at, values }
 }
 
@@ -93,15 +93,16 @@ fn first_crossing(points: &[(f64, f64)], at: f64) -> Option<f64> {
     })
 }
 
-fn span(values: impl Iterator<Item = f64> + Clone) -> Option<RangeInclusive<f64>> {
-    let (least, most) = (values.clone().reduce(f64::min)?, values.reduce(f64::max)?);
-    Some(least..=most)
+/// From the least to the greatest abscissa.
+fn span(line: &Vec<(f64, f64)>) -> Option<RangeInclusive<f64>> {
+    let values = line.iter().map(|point| point.0);
+    Some(values.clone().reduce(f64::min)?..=values.reduce(f64::max)?)
 }
 
 /// Round numbers in what all curves have; or else in what the first and some others have, with one for each of these; or else
 /// in what the first has.
-fn places(curves: &[Curve], range: impl Fn(&Curve) -> Option<RangeInclusive<f64>>) -> Vec<f64> {
-    let ranges: Vec<_> = curves.iter().filter_map(range).collect();
+fn places(lines: &[Vec<(f64, f64)>]) -> Vec<f64> {
+    let ranges: Vec<_> = lines.iter().filter_map(span).collect();
     let [first, others @ ..] = &ranges[..] else { return Vec::new() };
     let all = ranges.iter().cloned().reduce(|a, b| shared(&a, &b)).into_iter();
     let with_first = others.iter().map(|other| shared(first, other)).filter(|both| !both.is_empty());

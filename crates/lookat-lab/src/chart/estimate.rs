@@ -1,6 +1,6 @@
 //! Numbers with 95 % intervals, from repetitions with different seeds.
 
-use statrs::distribution::{ContinuousCDF, StudentsT};
+use statrs::distribution::{Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
 /// A number, and the interval that has it with a probability of 95 %, or a little more.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,17 +48,8 @@ pub(super) fn median(values: &[f64]) -> Estimate {
 /// How many of so many values can be left out on each side: the median is beyond `k` of them on either side with the
 /// probability that at most `k` of so many coins show heads.
 fn outside(count: usize) -> usize {
-    let (mut ways, mut tail) = (0.5_f64.powi(count as i32), 0.0);
-    let mut left_out = 0;
-    for k in 0..count / 2 {
-        tail += ways;
-        if 2.0 * tail > 0.05 {
-            break;
-        }
-        left_out = k;
-        ways *= (count - k) as f64 / (k + 1) as f64;
-    }
-    left_out
+    let Ok(heads) = Binomial::new(0.5, count as u64) else { return 0 };
+    (0..count).take_while(|k| heads.cdf(*k as u64) <= 0.025).last().unwrap_or(0)
 }
 
 pub(super) struct Moments {

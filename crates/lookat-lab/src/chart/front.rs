@@ -61,9 +61,6 @@ pub(super) fn front(entries: &[Entry]) -> Vec<Reign> {
             who != than && (reached(who) / reached(than)).ln() > uncertainty
         };
         if front.last().is_none_or(|(last, _)| is_worse(last.who, best)) {
-            if let Some((last, _)) = front.last_mut() {
-                last.until = Some(seconds);
-            }
             let reign = Reign { who: best, points: Vec::new(), until: None, ties: Vec::new() };
             front.push((reign, vec![0; entries.len()]));
         }
@@ -84,12 +81,16 @@ fn joined(reigns: impl Iterator<Item = Reign>) -> Vec<Reign> {
         match front.last_mut().filter(|last| last.who == reign.who) {
             Some(last) => {
                 last.points.append(&mut reign.points);
-                (last.until, last.ties) = (reign.until, reign.ties);
+                last.ties = reign.ties;
             }
             None => front.push(reign),
         }
     }
-    front.iter_mut().for_each(|reign| reign.points = bends(&reign.points));
+    let mut until = None;
+    for reign in front.iter_mut().rev() {
+        reign.points = bends(&reign.points);
+        reign.until = until.replace(reign.points[0].0);
+    }
     front
 }
 

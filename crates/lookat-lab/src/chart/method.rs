@@ -1,18 +1,7 @@
 //! The methods that can be charted.
 
-use lookat_render::{Settings, Stop, TargetError};
-use lookat_scene::{DirectStrategy, Integrator, LightChoice, SamplerKind, Scene};
-
-/// What methods may change: all else is the scene's.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Way {
-    /// How samples are placed.
-    pub sampler: SamplerKind,
-    /// How light is computed.
-    pub integrator: Integrator,
-    /// The rest; the seed and error layers are set elsewhere.
-    pub settings: Settings,
-}
+use lookat_render::{Stop, TargetError};
+use lookat_scene::{DirectStrategy, Integrator, LightChoice, SamplerKind};
 
 /// A way to render, to be held against others.
 #[derive(Debug)]
@@ -23,78 +12,89 @@ pub struct Method {
     pub about: &'static str,
     /// The samples per pixel that it begins with, in place of 1; they double from there.
     pub first: u32,
-    /// Changes how the scene is rendered with so many samples per pixel.
-    pub choose: fn(&mut Way, u32),
+    /// How samples are placed; `None` leaves that to the scene.
+    pub(super) sampler: Option<SamplerKind>,
+    /// How light is computed, instead of how the scene does it.
+    pub(super) integrator: fn(Integrator) -> Integrator,
+    /// When a picture of so many samples per pixel is done.
+    pub(super) stop: fn(u32) -> Stop,
 }
 
 /// All of them. Another one is another line here.
 pub const METHODS: &[Method] = &[
-    method("random", "independent samples", 1, |way, _| way.sampler = SamplerKind::Random),
-    method("stratified", "one sample in each cell of a grid", 1, |way, _| {
-        way.sampler = SamplerKind::Stratified { cells: [1, 1], jitter: true }
+    sampler("random", "independent samples", SamplerKind::Random),
+    sampler(
+        "stratified",
+        "one sample in each cell of a grid",
+        SamplerKind::Stratified { cells: [1, 1], jitter: true },
+    ),
+    sampler("halton", "Halton sequence", SamplerKind::Halton { pixel_center: false }),
+    sampler("sobol", "Sobol sequence", SamplerKind::Sobol),
+    integrator("direct-one", "direct lighting, one random light at each surface", |scene| {
+        direct(scene, DirectStrategy::One)
     }),
-    method("halton", "Halton sequence", 1, |way, _| {
-        way.sampler = SamplerKind::Halton { pixel_center: false }
+    integrator("direct-all", "direct lighting, all lights at each surface", |scene| {
+        direct(scene, DirectStrategy::All)
     }),
-    method("sobol", "Sobol sequence", 1, |way, _| way.sampler = SamplerKind::Sobol),
-    method("direct-one", "direct lighting, one random light at each surface", 1, |way, _| {
-        way.integrator = direct(way.integrator, DirectStrategy::One)
+    integrator("path", "path tracing", |scene| path(scene, None)),
+    integrator("path-uniform", "path tracing, lights chosen with equal probabilities", |scene| {
+        path(scene, Some(LightChoice::Uniform))
     }),
-    method("direct-all", "direct lighting, all lights at each surface", 1, |way, _| {
-        way.integrator = direct(way.integrator, DirectStrategy::All)
+    integrator("path-power", "path tracing, lights chosen by power", |scene| {
+        path(scene, Some(LightChoice::Power))
     }),
-    method("path", "path tracing", 1, |way, _| way.integrator = path(way.integrator, None)),
-    method("path-uniform", "path tracing, lights chosen with equal probabilities", 1, |way, _| {
-        way.integrator = path(way.integrator, Some(LightChoice::Uniform))
-    }),
-    method("path-power", "path tracing, lights chosen by power", 1, |way, _| {
-        way.integrator = path(way.integrator, Some(LightChoice::Power))
-    }),
-    method(
+    integrator(
         "path-spatial",
         "path tracing, lights chosen by the light they send to the shaded point",
-        1,
-        |way, _| way.integrator = path(way.integrator, Some(LightChoice::Spatial)),
+        |scene| path(scene, Some(LightChoice::Spatial)),
     ),
-    method(
-        "target-error",
-        "Sobol sequence, with as many samples in each pixel as the target error needs",
-        FIRST_OF_TARGET,
-        |way, samples| {
-            way.sampler = SamplerKind::Sobol;
-            let (target, max_samples) = (target(samples), samples.saturating_mul(4));
-            way.settings.stop = Stop::TargetError { target, max_samples, limit: None, error_layers: false };
+    Method {
+        // Every pixel takes as many before it is judged.
+        first: 64,
+        stop: |samples| Stop::TargetError {
+            target: target(samples),
+            max_samples: samples.saturating_mul(4),
+            limit: None,
+            error_layers: false,
         },
-    ),
-    method("adaptive", "Sobol sequence, with more samples in noisy pixels", FIRST_OF_ADAPTIVE, |way, _| {
-        way.sampler = SamplerKind::Sobol;
-        way.settings.stop = Stop::Adaptive;
-    }),
+        ..sampler(
+            "target-error",
+            "Sobol sequence, with as many samples in each pixel as the target error needs",
+            SamplerKind::Sobol,
+        )
+    },
+    Method {
+        // With fewer, all pixels have alike many.
+        first: 8,
+        stop: |_| Stop::Adaptive,
+        ..sampler("adaptive", "Sobol sequence, with more samples in noisy pixels", SamplerKind::Sobol)
+    },
 ];
 
-const fn method(name: &'static str, about: &'static str, first: u32, choose: fn(&mut Way, u32)) -> Method {
-    Method { name, about, first, choose }
+/// Makes the reference.
+pub(super) const REFERENCE: Method = Method {
+    stop: |_| Stop::Samples { error_layers: true },
+    ..sampler("reference", "Sobol sequence", SamplerKind::Sobol)
+};
+
+const fn sampler(name: &'static str, about: &'static str, kind: SamplerKind) -> Method {
+    Method { sampler: Some(kind), ..integrator(name, about, |scene| scene) }
 }
 
-/// Every pixel takes as many before it is judged.
-const FIRST_OF_TARGET: u32 = 64;
-
-/// With fewer, all pixels have alike many.
-const FIRST_OF_ADAPTIVE: u32 = 8;
+const fn integrator(
+    name: &'static str,
+    about: &'static str,
+    integrator: fn(Integrator) -> Integrator,
+) -> Method {
+    let stop = |_| Stop::Samples { error_layers: false };
+    Method { name, about, first: 1, sampler: None, integrator, stop }
+}
 
 /// The methods that are charted where none is named: the samplers.
 pub const DEFAULT: &str = "random,stratified,halton,sobol";
 
 /// Depth where the scene's integrator has none, and pbrt-v3's default.
 const DEPTH: u32 = 5;
-
-impl Way {
-    /// How the scene says that it is rendered, on so many threads; 0 is one for each processor.
-    pub fn of(scene: &Scene, threads: usize) -> Way {
-        let settings = Settings { threads, ..Settings::default() };
-        Way { sampler: scene.view.sampler.kind, integrator: scene.view.integrator, settings }
-    }
-}
 
 /// The method of this name.
 pub fn named(name: &str) -> Option<&'static Method> {
@@ -136,23 +136,19 @@ mod tests {
     fn methods_change_what_they_name() {
         let integrator =
             Integrator::Path { max_depth: 7, roulette_threshold: 0.5, light_choice: LightChoice::Power };
-        let way = Way {
-            sampler: SamplerKind::Halton { pixel_center: true },
-            integrator,
-            settings: Settings::default(),
-        };
         let chosen = |name: &str| {
-            let mut way = way;
-            (named(name).unwrap().choose)(&mut way, 4);
-            way
+            let method = named(name).unwrap();
+            (method.sampler, (method.integrator)(integrator), (method.stop)(4))
         };
-        assert_eq!(chosen("sobol"), Way { sampler: SamplerKind::Sobol, ..way });
-        assert_eq!(chosen("path"), way);
+        let stop = Stop::Samples { error_layers: false };
+        assert_eq!(chosen("sobol"), (Some(SamplerKind::Sobol), integrator, stop));
+        assert_eq!(chosen("path"), (None, integrator, stop));
         let direct = Integrator::DirectLighting { strategy: DirectStrategy::All, max_depth: 7 };
-        assert_eq!(chosen("direct-all"), Way { integrator: direct, ..way });
+        assert_eq!(chosen("direct-all"), (None, direct, stop));
         let uniform =
             Integrator::Path { max_depth: 7, roulette_threshold: 0.5, light_choice: LightChoice::Uniform };
-        assert_eq!(chosen("path-uniform"), Way { integrator: uniform, ..way });
+        assert_eq!(chosen("path-uniform"), (None, uniform, stop));
+        assert_eq!(chosen("adaptive"), (Some(SamplerKind::Sobol), integrator, Stop::Adaptive));
         assert!(DEFAULT.split(',').all(|name| named(name).is_some()));
     }
 }

@@ -62,10 +62,10 @@ impl Cost {
 
     /// Renders a few pictures; the first, which is slower than others, does not count. The last takes so many seconds, or
     /// up to twice as many. `None` if `watch` breaks.
-    pub fn pilot(runner: &mut Runner, method: &Method, seconds: f64, watch: Watch) -> Option<Cost> {
+    pub fn pilot(runner: &Runner, method: &Method, seconds: f64, watch: Watch) -> Option<Cost> {
         let first = method.first;
         runner.render(method, first, 0, watch)?;
-        let mut timed = |samples: u32| {
+        let timed = |samples: u32| {
             let started = Instant::now();
             let rendering = runner.render(method, first * samples, 0, watch)?;
             let pixels = &rendering.pixels;
@@ -73,7 +73,7 @@ impl Cost {
             Some(started.elapsed().as_secs_f64())
         };
         // One that was held up must not rule the plan.
-        let mut faster_of_two = |samples: u32| Some(timed(samples)?.min(timed(samples)?));
+        let faster_of_two = |samples: u32| Some(timed(samples)?.min(timed(samples)?));
         let once = faster_of_two(1)?;
         let (mut samples, mut last) = (1, once);
         while last < seconds && first * samples < MOST_SAMPLES {

@@ -1,10 +1,9 @@
-//! Single pictures, and what the pictures of all seeds say together.
+//! Single pictures, what the pictures of all seeds say together, and the results of other renderers.
 
 use lookat_image::{Means, means};
 
 use super::estimate::{Estimate, mean, median, positive_mean};
 use super::level::Level;
-use super::runner::Rendering;
 
 /// One picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,26 +45,6 @@ pub struct Point {
     pub(super) squares: Vec<f64>,
 }
 
-impl Picture {
-    pub(super) fn new(
-        method: usize,
-        rung: u32,
-        seed: u64,
-        rendering: &Rendering,
-        expected: &[[f32; 3]],
-    ) -> Picture {
-        Picture {
-            method,
-            rung,
-            samples: rendering.samples,
-            seed,
-            seconds: rendering.seconds,
-            preparation: rendering.preparation,
-            means: means(&rendering.pixels, expected),
-        }
-    }
-}
-
 impl Point {
     /// Of the rows of one method and number of samples.
     pub(super) fn new(rows: &[Picture], level: Level) -> Point {
@@ -86,5 +65,31 @@ impl Point {
     /// The squared error.
     pub(super) fn square(&self) -> f64 {
         self.rmse.value.powi(2)
+    }
+}
+
+/// What another renderer has reached.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Marker {
+    /// Its name.
+    pub name: String,
+    /// The wall time that it was given with, in seconds.
+    pub seconds: f64,
+    /// The errors of its picture.
+    pub means: Means,
+    /// Its picture is stored as integers: rounded, and cut to what a display shows.
+    pub rounded: bool,
+}
+
+impl Marker {
+    /// Measures a picture.
+    pub fn new(
+        name: &str,
+        seconds: f64,
+        pixels: &[[f32; 3]],
+        rounded: bool,
+        reference: &[[f32; 3]],
+    ) -> Marker {
+        Marker { name: name.into(), seconds, means: means(pixels, reference), rounded }
     }
 }

@@ -6,9 +6,8 @@ use super::equal::{Curve, EqualValues, equal_errors, equal_times};
 use super::estimate::{Estimate, median};
 use super::fit::{Fit, RungErrors, fit};
 use super::front::{Entry, Reign, front};
-use super::marker::Marker;
 use super::method::Method;
-use super::point::{Picture, Point};
+use super::point::{Marker, Picture, Point};
 use super::reference::Reference;
 
 /// A point tells its method's error if its square is so many times that of the reference's noise or of the level: that is

@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-use lookat_render::{Rendered, Stop};
+use lookat_render::{Rendered, Settings};
 use lookat_scene::{Sampler, Scene};
 
-use super::method::{Method, Way};
+use super::method::{Method, REFERENCE};
 use super::reference::{Origin, Reference, noise};
 
 /// Told every now and then which share of a piece of work is done, from any thread; may break it off.
@@ -16,8 +16,7 @@ pub type Watch<'a> = &'a (dyn Fn(f64) -> ControlFlow<()> + Sync);
 #[derive(Debug)]
 pub struct Runner {
     scene: Scene,
-    /// The scene's own.
-    way: Way,
+    threads: usize,
 }
 
 /// A picture and what it took.
@@ -36,20 +35,12 @@ pub struct Rendering {
 impl Runner {
     /// Renders this scene on so many threads; 0 is one for each processor.
     pub fn new(scene: Scene, threads: usize) -> Runner {
-        Runner { way: Way::of(&scene, threads), scene }
-    }
-
-    /// The scene; its sampler and integrator are those of the last rendering.
-    pub fn scene(&self) -> &Scene {
-        &self.scene
+        Runner { scene, threads }
     }
 
     /// The picture that a method makes of so many samples per pixel. `None` if `watch` breaks.
-    pub fn render(&mut self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<Rendering> {
-        let mut way = self.way;
-        (method.choose)(&mut way, samples);
-        way.settings.seed = seed;
-        let (rendered, seconds) = self.run(&way, samples, watch)?;
+    pub fn render(&self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<Rendering> {
+        let (rendered, seconds) = self.run(method, samples, seed, watch)?;
         let preparation = rendered.preparation.as_secs_f64();
         Some(Rendering {
             pixels: rendered.image.rgb()?,
@@ -60,23 +51,23 @@ impl Runner {
     }
 
     /// A picture to measure errors by, by the scene's integrator. `None` if `watch` breaks.
-    pub fn reference(&mut self, samples: u32, seed: u64, watch: Watch) -> Option<Reference> {
-        let mut way = self.way;
-        way.sampler = lookat_scene::SamplerKind::Sobol;
-        way.settings.seed = seed;
-        way.settings.stop = Stop::Samples { error_layers: true };
-        let (rendered, seconds) = self.run(&way, samples, watch)?;
+    pub fn reference(&self, samples: u32, seed: u64, watch: Watch) -> Option<Reference> {
+        let (rendered, seconds) = self.run(&REFERENCE, samples, seed, watch)?;
         let noise = noise(&rendered.image.errors()?);
         let origin = Origin::Rendered { samples, seed, seconds };
         Some(Reference { pixels: rendered.image.rgb()?, noise, origin })
     }
 
     /// Renders, and says how many seconds that took in all. `None` if `watch` breaks.
-    fn run(&mut self, way: &Way, samples: u32, watch: Watch) -> Option<(Rendered, f64)> {
-        self.scene.view.sampler = Sampler { kind: way.sampler, samples_per_pixel: 1 }.with_samples(samples);
-        self.scene.view.integrator = way.integrator;
+    fn run(&self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<(Rendered, f64)> {
+        let mut scene = self.scene.clone();
+        let kind = method.sampler.unwrap_or(scene.view.sampler.kind);
+        scene.view.sampler = Sampler { kind, samples_per_pixel: 1 }.with_samples(samples);
+        scene.view.integrator = (method.integrator)(scene.view.integrator);
+        let stop = (method.stop)(samples);
+        let settings = Settings { threads: self.threads, seed, stop, ..Settings::default() };
         let started = Instant::now();
-        let rendered = lookat_render::render(&self.scene, &way.settings, &|progress| {
+        let rendered = lookat_render::render(&scene, &settings, &|progress| {
             watch(progress.done as f64 / progress.total.max(1) as f64)
         });
         let seconds = started.elapsed().as_secs_f64();

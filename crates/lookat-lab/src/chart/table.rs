@@ -1,11 +1,12 @@
 //! The results as files for other programs.
 
+use lookat_image::Means;
 use serde_json::{Value, json};
 
 use super::equal::Curve;
 use super::estimate::Estimate;
 use super::plan::Plan;
-use super::point::Point;
+use super::point::{Picture, Point};
 use super::reference::{Origin, Reference};
 use super::results::{End, Results};
 
@@ -32,17 +33,10 @@ pub fn as_csv(results: &Results) -> String {
         "method,samples_per_pixel,seed,samples_taken,seconds,preparation_seconds,rmse,relative_mse,mean_error\n",
     );
     for row in &results.measured.rows {
-        let name = results.name(row.method);
+        let Picture { method, rung, samples, seed, seconds, preparation, means } = row;
+        let (name, Means { rmse, relative_mse, error, .. }) = (results.name(*method), means);
         text += &format!(
-            "{name},{},{},{},{:e},{:e},{:e},{:e},{:e}\n",
-            row.rung,
-            row.seed,
-            row.samples,
-            row.seconds,
-            row.preparation,
-            row.means.rmse,
-            row.means.relative_mse,
-            row.means.error
+            "{name},{rung},{seed},{samples},{seconds:e},{preparation:e},{rmse:e},{relative_mse:e},{error:e}\n"
         );
     }
     text

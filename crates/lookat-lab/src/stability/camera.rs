@@ -8,7 +8,6 @@ mod messages;
 mod perspective;
 
 use crate::stability::prelude::*;
-use messages::refused;
 
 pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("C1", perspective::tele),

@@ -8,7 +8,8 @@ pub(super) use rand_pcg::Pcg64Mcg;
 
 pub(super) use super::case::{Effort, Found, LOOKAT, Measure};
 pub(super) use super::random::{below, between, chance, direction, in_cube, in_triangle, leaving, magnitude};
+pub(super) use super::refused::refused;
 pub(super) use super::tally::{Tally, decades, tally};
 pub(super) use crate::text_scene::{
-    around_eye, load, mesh, quads, render, scene, seen_from, square, transform, triangles, xyz,
+    around_eye, load, mesh, pictured, quads, render, scene, seen_from, square, transform, triangles, xyz,
 };

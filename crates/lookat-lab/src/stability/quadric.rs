@@ -2,20 +2,25 @@
 
 mod truth;
 
-use crate::stability::prelude::*;
-use truth::QuadricTruth;
+use twofloat::TwoFloat;
 
-pub(super) const MEASURES: &[(&str, Measure)] = &[("S10", far), ("S11", tangent), ("S12", leaving)];
+use crate::stability::prelude::*;
+pub(super) use truth::QuadricTruth;
+
+pub(super) const MEASURES: &[(&str, Measure)] =
+    &[("S10", far), ("S11", |effort| tangent(effort, 12_000, &SHAPES)), ("S12", leaving)];
 
 /// A surface x² + y² = a (z - s)² + b z + c, cut.
 #[derive(Debug, Clone, Copy)]
 struct Round {
-    /// a, s, b, c.
-    profile: [f64; 4],
+    /// a, s, b.
+    profile: [f64; 3],
+    /// c.
+    square: TwoFloat,
     /// Lowest and highest z.
     heights: [f64; 2],
-    /// The sweep of 270 degrees starts at x = `start[0]`, y = `start[1]` z.
-    start: [f64; 2],
+    /// A sweep of 270 degrees starts at x = `start[0]`, y = `start[1]` z; `None` for a whole turn.
+    start: Option<[f64; 2]>,
 }
 
 /// A shape of about size one, with the middle of its height at the origin.
@@ -30,23 +35,50 @@ const SHAPES: [CutShape; 5] = [
     CutShape { text: r#"Shape "disk" "float innerradius" 0.25 "float phimax" 270"#, round: None },
     CutShape {
         text: r#"Shape "cylinder" "float phimax" 270"#,
-        round: Some(Round { profile: [0.0, 0.0, 0.0, 1.0], heights: [-1.0, 1.0], start: [1.0, 0.0] }),
+        round: Some(Round {
+            profile: [0.0; 3],
+            square: TwoFloat::from_f64(1.0),
+            heights: [-1.0, 1.0],
+            start: Some([1.0, 0.0]),
+        }),
     },
     CutShape {
         text: r#"Translate 0 0 -1 Shape "cone" "float height" 2 "float phimax" 270"#,
-        round: Some(Round { profile: [0.25, 1.0, 0.0, 0.0], heights: [-1.0, 1.0], start: [1.0, 0.0] }),
+        round: Some(Round {
+            profile: [0.25, 1.0, 0.0],
+            square: TwoFloat::from_f64(0.0),
+            heights: [-1.0, 1.0],
+            start: Some([1.0, 0.0]),
+        }),
     },
     CutShape {
         text: r#"Translate 0 0 -0.625 Shape "paraboloid" "float zmin" 0.25 "float phimax" 270"#,
-        round: Some(Round { profile: [0.0, 0.0, 1.0, 0.625], heights: [-0.375, 0.375], start: [1.0, 0.0] }),
+        round: Some(Round {
+            profile: [0.0, 0.0, 1.0],
+            square: TwoFloat::from_f64(0.625),
+            heights: [-0.375, 0.375],
+            start: Some([1.0, 0.0]),
+        }),
     },
     CutShape {
         text: r#"Shape "hyperboloid" "point p1" [0.5 0.5 -1] "point p2" [0.5 -0.5 1] "float phimax" 270"#,
-        round: Some(Round { profile: [0.25, 0.0, 0.0, 0.25], heights: [-1.0, 1.0], start: [0.5, -0.5] }),
+        round: Some(Round {
+            profile: [0.25, 0.0, 0.0],
+            square: TwoFloat::from_f64(0.25),
+            heights: [-1.0, 1.0],
+            start: Some([0.5, -0.5]),
+        }),
     },
 ];
 
 impl CutShape {
+    /// The whole sphere of this radius.
+    pub fn sphere(radius: f64) -> CutShape {
+        let square = TwoFloat::new_mul(radius, radius);
+        let round = Round { profile: [-1.0, 0.0, 0.0], square, heights: [-radius, radius], start: None };
+        CutShape { text: "Shape \"sphere\"", round: Some(round) }
+    }
+
     /// The shape alone, around the eye, so that rays of a probe may start anywhere around it.
     fn scene(&self, size: f64) -> Scene {
         scene(&around_eye(&format!("Scale {size:e} {size:e} {size:e} {}", self.text)))
@@ -55,42 +87,46 @@ impl CutShape {
     /// A point of the surface, away from where it is cut, and a normal; of the disk one of its edge, and outward.
     fn point(&self, random: &mut Pcg64Mcg) -> (DVec3, DVec3) {
         let angle = between(random, 0.1, 4.6);
-        let Some(Round { profile: [a, s, b, c], heights: [low, high], start }) = self.round else {
+        let Some(Round { profile: [a, s, b], square, heights: [low, high], start }) = self.round else {
             let p = DVec2::from_angle(angle).extend(0.0);
             return (p, p);
         };
         let z = between(random, 0.9 * low, 0.9 * high);
-        let r = (a * (z - s) * (z - s) + b * z + c).sqrt();
-        let at = DVec2::from_angle(angle).rotate(DVec2::new(start[0], start[1] * z).normalize()) * r;
+        let r = (a * (z - s) * (z - s) + b * z + f64::from(square)).sqrt();
+        let [x, y] = start.unwrap_or([1.0, 0.0]);
+        let at = DVec2::from_angle(angle).rotate(DVec2::new(x, y * z).normalize()) * r;
         (at.extend(z), at.extend(-a * (z - s) - 0.5 * b).normalize())
     }
 }
 
 /// Whether a ray hits, against the truth.
-fn ask(tally: &mut Tally, shape: &CutShape, hits: bool, o: DVec3, d: DVec3) {
+pub(super) fn ask(tally: &mut Tally, shape: &CutShape, hits: bool, o: DVec3, d: DVec3) {
     if let Some(truth) = QuadricTruth::new(shape, o, d).hits {
         tally.answer(hits == truth);
     }
 }
 
-/// Rays of all [`SHAPES`], so many of each.
-fn of_all_shapes(
+/// Rays at shapes, as many at each.
+fn at_each(
     effort: &Effort,
     seed: u64,
+    shapes: &[CutShape],
     size: f64,
     attempt: impl Fn(&Probe, &CutShape, &mut Pcg64Mcg, &mut Tally) + Sync,
 ) -> Tally {
     let of = |(seed, shape): (u64, &CutShape)| {
         let scene = shape.scene(size);
         let probe = Probe::new(&scene);
-        tally(effort.rays.div_ceil(5), seed, |random, tally| attempt(&probe, shape, random, tally))
+        tally(effort.rays.div_ceil(shapes.len() as u64), seed, |random, tally| {
+            attempt(&probe, shape, random, tally)
+        })
     };
-    (seed..).step_by(100).zip(&SHAPES).map(of).fold(Tally::default(), Tally::join)
+    (seed..).step_by(100).zip(shapes).map(of).fold(Tally::default(), Tally::join)
 }
 
 fn far(effort: &Effort) -> Found {
     Found::sweep(11_000, std::iter::once(1.5).chain(decades(1..10)), |seed, distance| {
-        of_all_shapes(effort, seed, 1.0, |probe, shape, random, tally| {
+        at_each(effort, seed, &SHAPES, 1.0, |probe, shape, random, tally| {
             let o = direction(random) * distance;
             let d = (in_cube(random) * 1.2 - o).normalize();
             let hit = probe.nearest(&Ray::new(o, d));
@@ -107,9 +143,10 @@ fn far(effort: &Effort) -> Found {
     })
 }
 
-fn tangent(effort: &Effort) -> Found {
-    Found::sweep(12_000, decades(0..4), |seed, distance| {
-        of_all_shapes(effort, seed, 1.0, |probe, shape, random, tally| {
+/// Rays that pass by, and some that do not, by a trillionth of the size.
+pub(super) fn tangent(effort: &Effort, seed: u64, shapes: &[CutShape]) -> Found {
+    Found::sweep(seed, decades(0..4), |seed, distance| {
+        at_each(effort, seed, shapes, 1.0, |probe, shape, random, tally| {
             let (p, n) = shape.point(random);
             let d = match shape.round {
                 Some(_) => direction(random).cross(n).normalize(),
@@ -124,7 +161,7 @@ fn tangent(effort: &Effort) -> Found {
 
 fn leaving(effort: &Effort) -> Found {
     Found::sweep(13_000, [1e-30, 1e-12, 1e-3, 1.0, 1e3, 1e12, 1e30], |seed, size| {
-        of_all_shapes(effort, seed, size, |probe, shape, random, tally| {
+        at_each(effort, seed, &SHAPES, size, |probe, shape, random, tally| {
             let o = direction(random) * 3.0;
             let ray = Ray::new(o * size, (shape.point(random).0 - o).normalize());
             let Some(hit) = probe.nearest(&ray) else { return };

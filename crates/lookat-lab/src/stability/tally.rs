@@ -23,16 +23,18 @@ impl Tally {
     pub fn error(&mut self, error: f64) {
         self.answer(!error.is_nan());
         if !error.is_nan() {
-            self.worst = Some(self.worst.map_or(error, |worst| worst.max(error)));
+            self.worsen(error);
         }
     }
 
-    pub fn join(self, other: Tally) -> Tally {
-        let worst = match (self.worst, other.worst) {
-            (Some(a), Some(b)) => Some(a.max(b)),
-            (a, b) => a.or(b),
-        };
-        Tally { tried: self.tried + other.tried, failed: self.failed + other.failed, worst }
+    /// Adds an error of an answer that is counted already.
+    pub fn worsen(&mut self, error: f64) {
+        self.worst = Some(self.worst.map_or(error, |worst| worst.max(error)));
+    }
+
+    pub fn join(mut self, other: Tally) -> Tally {
+        other.worst.into_iter().for_each(|error| self.worsen(error));
+        Tally { tried: self.tried + other.tried, failed: self.failed + other.failed, ..self }
     }
 }
 

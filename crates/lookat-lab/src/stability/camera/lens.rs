@@ -3,7 +3,6 @@
 use twofloat::TwoFloat;
 
 use super::exact::{CameraAxes, Pinhole, angle, length, tan_half};
-use super::messages::refused;
 use super::perspective::{far_look_at, pinhole};
 use super::{anywhere, film, look_at, square, text};
 use crate::stability::prelude::*;

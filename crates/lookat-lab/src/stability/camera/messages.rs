@@ -1,53 +1,7 @@
-//! Texts without a right picture must be refused, or warned of, by a message that tells what and where: C7, C8, C11, C15,
-//! C19 and C20.
-
-use std::panic::catch_unwind;
-
-use lookat_scene::syntax::Severity;
+//! Screen windows and numbers that are read as they are, or refused: C15 and C19.
 
 use super::text;
 use crate::stability::prelude::*;
-
-/// Options that need a message: see its first line.
-const REFUSED: &str = include_str!("refused.tsv");
-
-/// Checks that each text of a case gets one message, with the right words and place; and that there is a scene exactly if the
-/// message is a warning.
-pub(super) fn refused(case: &str) -> Found {
-    let mut found = Found::default();
-    for line in REFUSED.lines() {
-        let fields: Vec<&str> = line.split('\t').collect();
-        if let [id, severity, options, says, at] = fields[..]
-            && id == case
-        {
-            let severity = if severity == "warning" { Severity::Warning } else { Severity::Error };
-            let options = options.replace("\\n", "\n");
-            let answer = catch_unwind(|| problem(severity, &options, says, at));
-            let problem = answer.unwrap_or_else(|_| Some("panics".into()));
-            found.check(problem.is_none(), || format!("{options}: {}", problem.unwrap_or_default()));
-        }
-    }
-    found
-}
-
-/// What is wrong with the answer to a text.
-fn problem(severity: Severity, options: &str, says: &str, at: &str) -> Option<String> {
-    let text = text(&format!("Film \"image\"\n{options}"));
-    let loaded = load(&text);
-    let [problem] = &loaded.diagnostics[..] else {
-        let messages: Vec<&str> = loaded.diagnostics.iter().map(|problem| problem.message.as_str()).collect();
-        return Some(format!("not one message but {}: {}", messages.len(), messages.join("; ")));
-    };
-    let span = problem.span();
-    let underlined = text.get(span.start as usize..span.end as usize).unwrap_or_default();
-    let line = 1 + text[..text.find(at)?].matches('\n').count();
-    let is_right = problem.severity == severity
-        && problem.message.contains(says)
-        && underlined == at
-        && loaded.sources.location(span).line == line
-        && loaded.scene.is_some() == (severity == Severity::Warning);
-    (!is_right).then(|| format!("{:?} `{}` at `{underlined}`", problem.severity, problem.message))
-}
 
 /// A reversed window turns the picture.
 pub(super) fn screen_window(_: &Effort) -> Found {
@@ -89,27 +43,4 @@ pub(super) fn numbers(_: &Effort) -> Found {
         found.check(read == value, || format!("{number} is read as {read:?}, not {value:?}"));
     }
     found
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_answer_that_is_not_as_expected_is_seen() {
-        let options = "Translate 1 2 3\nCamera \"perspective\"\n\"float fov\" 180";
-        let (error, warning) = (Severity::Error, Severity::Warning);
-        assert_eq!(problem(error, options, "fov must be above 0", "180"), None);
-        assert!(problem(error, options, "fov must be above 1", "180").is_some());
-        assert!(problem(error, options, "fov must be above 0", "fov").is_some());
-        assert!(problem(warning, options, "fov must be above 0", "180").is_some());
-        assert!(problem(error, "Camera \"perspective\"", "fov", "Camera").is_some());
-    }
-
-    #[test]
-    fn every_line_belongs_to_a_case() {
-        let count = |id: &str| refused(id).rows.first().map_or(0, |row| row.tried);
-        let cases = ["C7", "C8", "C11", "C12", "C13", "C15", "C19", "C20"];
-        assert_eq!(cases.map(count).iter().sum::<u64>() as usize, REFUSED.lines().count() - 1);
-    }
 }

@@ -60,14 +60,9 @@ const VIEWS: [EyeView; 7] = [
 
 /// A scene with a black floor and a white sky.
 fn text(frame: &DMat4, floor: &Floor, (camera, forward, up, _): EyeView) -> String {
-    format!(
-        "{} Camera {camera} Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"path\"
-         Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16
-         WorldBegin LightSource \"infinite\" Material \"matte\" \"rgb Kd\" [0 0 0]
-         {} WorldEnd",
-        look_at(frame, DVec3::ZERO, forward, up),
-        floor.mesh(frame)
-    )
+    let camera = format!("{} Camera {camera}", look_at(frame, DVec3::ZERO, forward, up));
+    let floor = format!("Material \"matte\" \"rgb Kd\" [0 0 0] {}", floor.mesh(frame));
+    pictured(&camera, 16, 4, "path", &format!("LightSource \"infinite\" {floor}"))
 }
 
 /// Counts the pixels of all scenes. Each pixel that is not white is a failure.

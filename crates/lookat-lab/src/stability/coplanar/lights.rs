@@ -64,15 +64,12 @@ fn floor(has_area: bool, frame: &DMat4, distance: f64) -> String {
 
 /// A scene with a sphere of radius 1 at this height over the plane, seen from slightly above the plane.
 fn text(light: &PlaneLight, frame: &DMat4, height: f64, floor: &str) -> String {
-    format!(
-        "{} Camera \"perspective\" \"float fov\" 20
-         Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"directlighting\"
-         Film \"image\" \"integer xresolution\" 24 \"integer yresolution\" 24
-         WorldBegin {} AttributeBegin Translate {} Shape \"sphere\" AttributeEnd {floor} WorldEnd",
-        look_at(frame, DVec3::new(0.0, 0.25, -8.0), DVec3::new(0.0, height - 0.25, 8.0), DVec3::Y),
-        light.text,
-        xyz(frame.transform_point3(height * DVec3::Y))
-    )
+    let (eye, forward) = (DVec3::new(0.0, 0.25, -8.0), DVec3::new(0.0, height - 0.25, 8.0));
+    let camera =
+        format!("{} Camera \"perspective\" \"float fov\" 20", look_at(frame, eye, forward, DVec3::Y));
+    let at = xyz(frame.transform_point3(height * DVec3::Y));
+    let sphere = format!("AttributeBegin Translate {at} Shape \"sphere\" AttributeEnd");
+    pictured(&camera, 24, 4, "directlighting", &format!("{} {sphere} {floor}", light.text))
 }
 
 /// The floor does not change the picture of the sphere. The lowest point of the sphere is above the floor or on it.

@@ -48,13 +48,9 @@ pub(super) fn eye_on_shape(effort: &Effort) -> Found {
 }
 
 fn text((shape, point, _): SurfacePoint, frame: &DMat4) -> String {
-    format!(
-        "{} Camera \"environment\" Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16
-         Sampler \"sobol\" Integrator \"path\"
-         WorldBegin LightSource \"infinite\" {} {shape} WorldEnd",
-        look_at(frame, point.into(), DVec3::new(0.3, 0.2, 1.0), DVec3::Y),
-        transform(frame)
-    )
+    let look_at = look_at(frame, point.into(), DVec3::new(0.3, 0.2, 1.0), DVec3::Y);
+    let world = format!("LightSource \"infinite\" {} {shape}", transform(frame));
+    pictured(&format!("{look_at} Camera \"environment\""), 16, 1, "path", &world)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::stability::prelude::*;
 use crate::stability::truth::{Wide, quotient};
 
 /// What a ray has to do with a shape.
-pub(super) struct QuadricTruth {
+pub(in crate::stability) struct QuadricTruth {
     /// Whether it hits; `None` where that is too close to tell.
     pub hits: Option<bool>,
     /// The distance of the nearest hit.
@@ -23,6 +23,10 @@ struct Meeting {
 
 impl QuadricTruth {
     pub fn new(shape: &CutShape, o: DVec3, d: DVec3) -> QuadricTruth {
+        QuadricTruth::wide(shape, Wide::new(o), Wide::new(d))
+    }
+
+    pub fn wide(shape: &CutShape, o: Wide, d: Wide) -> QuadricTruth {
         let Some(places) = places(shape, o, d) else { return QuadricTruth { hits: None, nearest: None } };
         let ahead = || places.iter().filter(|place| place.t > 0.0);
         let nearest = ahead().find(|place| place.is_there == Some(true)).map(|place| place.t);
@@ -39,7 +43,7 @@ pub(super) fn beyond(shape: &CutShape, p: DVec3, d: DVec3, cos: f64) -> Option<O
     if shape.round.is_none() {
         return Some(None);
     }
-    let mut places = places(shape, p, d)?;
+    let mut places = places(shape, Wide::new(p), Wide::new(d))?;
     // The start is the nearest place.
     places.sort_by(|a, b| a.t.abs().total_cmp(&b.t.abs()));
     let Some(other) = places.get(1).filter(|place| place.t > 0.0) else { return Some(None) };
@@ -48,26 +52,29 @@ pub(super) fn beyond(shape: &CutShape, p: DVec3, d: DVec3, cos: f64) -> Option<O
 }
 
 /// In order. Nothing where it is too close to tell whether there are any.
-fn places(shape: &CutShape, o: DVec3, d: DVec3) -> Option<Vec<Meeting>> {
-    let k = -o.dot(d) / d.length_squared();
-    let near = Wide([0, 1, 2].map(|i| TwoFloat::new_mul(d[i], k) + o[i]));
+fn places(shape: &CutShape, o: Wide, d: Wide) -> Option<Vec<Meeting>> {
+    let k = f64::from(-o.dot(d)) / f64::from(d.dot(d));
+    let at = |from: Wide, t: TwoFloat| std::array::from_fn(|i| from.0[i] + d.0[i] * t);
+    // The coordinates of rays from afar, which cancel, are gone here.
+    let near = Wide(at(o, k.into()));
+    let ([x, y, z], [dx, dy, dz]) = (near.0, d.0);
     let Some(round) = &shape.round else {
-        if d.z == 0.0 {
+        if dz == 0.0 {
             return Some(Vec::new());
         }
-        let offset = -quotient(near.0[2], TwoFloat::from(d.z));
-        return Some(vec![Meeting { t: f64::from(offset + k), is_there: on_disk(&at(near, d, offset)) }]);
+        let offset = -quotient(z, dz);
+        return Some(vec![Meeting { t: f64::from(offset + k), is_there: on_disk(&at(near, offset)) }]);
     };
-    let Round { profile: [a, s, b, c], .. } = *round;
-    let [x, y, z] = near.0;
-    let [dx, dy, dz] = d.to_array().map(TwoFloat::from);
+    let Round { profile: [a, s, b], square: c, .. } = *round;
     let from_s = z - s;
     let alpha = dx * dx + dy * dy - dz * dz * a;
     let beta = dx * x + dy * y - dz * from_s * a - dz * (0.5 * b);
     let gamma = x * x + y * y - from_s * from_s * a - z * b - c;
     let margin = beta * beta - alpha * gamma;
     let size = f64::from(beta * beta).abs() + f64::from(alpha * gamma).abs() + 1e-2;
-    if f64::from(margin).abs() < 1e-28 * size {
+    // Of double-double numbers, the coordinates of a far origin may cancel.
+    let far = f64::from(o.dot(o)) * f64::from(d.dot(d));
+    if f64::from(margin).abs() < 1e-28 * size + 1e-30 * far {
         return None;
     }
     if margin < TwoFloat::from(0.0) {
@@ -80,14 +87,10 @@ fn places(shape: &CutShape, o: DVec3, d: DVec3) -> Option<Vec<Meeting>> {
         offsets.push(quotient(q, alpha));
     }
     let place =
-        |offset: TwoFloat| Meeting { t: f64::from(offset + k), is_there: is_on(round, &at(near, d, offset)) };
+        |offset: TwoFloat| Meeting { t: f64::from(offset + k), is_there: is_on(round, &at(near, offset)) };
     let mut places: Vec<Meeting> = offsets.into_iter().map(place).collect();
     places.sort_by(|a, b| a.t.total_cmp(&b.t));
     Some(places)
-}
-
-fn at(near: Wide, d: DVec3, offset: TwoFloat) -> [TwoFloat; 3] {
-    std::array::from_fn(|i| near.0[i] + offset * d[i])
 }
 
 /// All must hold. A quantity must be positive, and is too close to tell up to the number beside it.
@@ -109,10 +112,12 @@ fn on_disk([x, y, _]: &[TwoFloat; 3]) -> Option<bool> {
 }
 
 fn is_on(round: &Round, [x, y, z]: &[TwoFloat; 3]) -> Option<bool> {
-    let start = [TwoFloat::from(round.start[0]), *z * round.start[1]];
-    let along = *x * start[0] + *y * start[1];
-    let beside = *y * start[0] - *x * start[1];
     // Heights have the digits of `f64` too.
     let [low, high] = round.heights;
-    all(&[(*z - low, 1e-14), (-*z + high, 1e-14), in_sweep(along, beside)])
+    let heights = [(*z - low, 1e-14), (-*z + high, 1e-14)];
+    let Some(start) = round.start else { return all(&heights) };
+    let start = [TwoFloat::from(start[0]), *z * start[1]];
+    let along = *x * start[0] + *y * start[1];
+    let beside = *y * start[0] - *x * start[1];
+    all(&[heights[0], heights[1], in_sweep(along, beside)])
 }

@@ -2,8 +2,9 @@
 
 use lookat_render::Hit;
 
-use super::{SphereTruth, aimed, direction, sphere_at_eye};
+use super::{aimed, sphere_at_eye};
 use crate::stability::prelude::*;
+use crate::stability::quadric::{CutShape, QuadricTruth};
 use crate::stability::truth::Wide;
 
 const SIZES: [f64; 7] = [1e-30, 1e-12, 1e-3, 1.0, 1e3, 1e12, 1e30];
@@ -33,10 +34,10 @@ pub(super) fn nested(effort: &Effort) -> Found {
     Found::sweep(500, [1e-2, 4e-5, 1e-7, 1e-9], |seed, gap| {
         let inner = format!("Shape \"sphere\" \"float radius\" {}", 1.0 - gap);
         let scene = scene(&around_eye(&format!("Shape \"sphere\" {inner}")));
-        let probe = Probe::new(&scene);
+        let (probe, sphere) = (Probe::new(&scene), CutShape::sphere(1.0 - gap));
         tally(effort.rays, seed, |random, tally| {
             let (o, d) = aimed(random, 5.0);
-            if SphereTruth::new(o, d, 1.0 - gap).hits != Some(true) {
+            if QuadricTruth::new(&sphere, o, d).hits != Some(true) {
                 return;
             }
             let ray = Ray::new(o, d);
@@ -76,7 +77,7 @@ const FORMS: [(&str, [f64; 9]); 4] = [
 
 pub(super) fn ellipsoids(effort: &Effort) -> Found {
     let mut found = Found::default();
-    let mut all = Tally::default();
+    let (mut all, sphere) = (Tally::default(), CutShape::sphere(1.0));
     for (index, (name, columns)) in FORMS.iter().enumerate() {
         let m = DMat3::from_cols_array(columns);
         let inverse = m.inverse();
@@ -86,19 +87,18 @@ pub(super) fn ellipsoids(effort: &Effort) -> Found {
         let tally = tally(effort.rays, 800 + index as u64, |random, tally| {
             let (o, d) = aimed(random, 5.0);
             let (o, d) = (m * o, (m * d).normalize());
-            let truth = SphereTruth::wide(product(&inverse, o), product(&inverse, d), 1.0);
+            let on_unit = [o, d].map(|v| product(&inverse, v));
+            let truth = QuadricTruth::wide(&sphere, on_unit[0], on_unit[1]);
             let (Some(hits), ray) = (truth.hits, Ray::new(o, d)) else { return };
             let hit = probe.nearest(&ray);
             tally.answer(hit.is_some() == hits);
+            let (Some(hit), Some(t)) = (hit, truth.nearest) else { return };
+            let p = DVec3::from_array([0, 1, 2].map(|i| f64::from(on_unit[0].0[i] + on_unit[1].0[i] * t)));
+            let chord = -2.0 * p.dot(inverse * d) / (inverse * d).length_squared();
             // Near the edge, the place of the hit hangs on the last digits of the ray.
-            if let (Some(hit), true) = (hit, truth.roots[1] - truth.roots[0] > 1e-2 * truth.roots[1].abs()) {
-                let t = truth.roots.into_iter().find(|t| *t > 0.0).unwrap_or_default();
-                let on_sphere = DVec3::from_array(std::array::from_fn(|i| {
-                    f64::from(product(&inverse, o).0[i] + product(&inverse, d).0[i] * t)
-                }));
-                let n = (inverse.transpose() * on_sphere).normalize();
-                let error = probe.point(&ray, &hit).n.cross(n).length();
-                tally.worst = Some(tally.worst.map_or(error, |worst| worst.max(error)));
+            if chord > 1e-2 * (t + chord) {
+                let n = (inverse.transpose() * p).normalize();
+                tally.worsen(probe.point(&ray, &hit).n.cross(n).length());
             }
         });
         if tally.failed > 0 {
@@ -114,23 +114,6 @@ fn product(m: &DMat3, v: DVec3) -> Wide {
     let rows = m.transpose();
     let [x, y, z] = [rows.x_axis, rows.y_axis, rows.z_axis].map(|row| Wide::new(row).dot(Wide::new(v)));
     Wide([x, y, z])
-}
-
-pub(super) fn no_spheres(_: &Effort) -> Found {
-    let mut found = Found::default();
-    for radius in ["0", "-1", "nan", "inf", "1e400", "\"a\""] {
-        let text = format!(
-            "Camera \"perspective\"\nWorldBegin\nShape \"sphere\"\n  \"float radius\" [{radius}]\nWorldEnd\n"
-        );
-        let loaded = load(&text);
-        let in_line = |span| loaded.sources.location(span).line == 4;
-        let named =
-            loaded.diagnostics.iter().any(|problem| problem.labels.iter().any(|label| in_line(label.span)));
-        found.check(loaded.scene.is_none() && named, || {
-            format!("radius {radius} is taken, or its line is not named")
-        });
-    }
-    found
 }
 
 #[cfg(test)]

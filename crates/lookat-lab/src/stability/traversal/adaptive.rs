@@ -2,7 +2,7 @@
 
 use lookat_render::TargetError;
 
-use crate::coverage::{Judged, Known, STRATA, Stratum, edges, fireflies, judge, lens};
+use crate::coverage::{Known, STRATA, Stratum, edges, fireflies, judge, lens};
 use crate::stability::prelude::*;
 
 /// What is asked for. Ten thousand pixels take some seconds.
@@ -22,7 +22,8 @@ pub(super) fn out_of_focus(_: &Effort) -> Found {
 /// Stratum by stratum.
 fn against(known: &Known) -> Found {
     let (pixels, _) = judge(known, TARGET, 0);
-    let strata: Vec<Stratum> = STRATA.iter().map(|bounds| stratum(&pixels, *bounds)).collect();
+    // The pixels that an edge cuts.
+    let strata = STRATA.map(|[from, to]| Stratum::count(&pixels, |p| p.value > from && p.value < to));
     let strata = || strata.iter().filter(|stratum| stratum.promised() > 0);
     let worst = strata().map(|stratum| 1.0 - stratum.coverage()[1]).fold(0.0, f64::max);
     let shares: Vec<String> = strata().map(|stratum| format!("{:.3}", stratum.coverage()[0])).collect();
@@ -34,11 +35,6 @@ fn against(known: &Known) -> Found {
     );
     let tried = strata().map(Stratum::promised).sum();
     Found { remarks: vec![remark], ..Found::own(None, Tally { tried, failed: 0, worst: Some(worst) }) }
-}
-
-/// The pixels that an edge cuts, between two values.
-fn stratum(pixels: &[Judged], [from, to]: [f64; 2]) -> Stratum {
-    Stratum::count(pixels, |pixel| pixel.value > from && pixel.value < to)
 }
 
 pub(super) fn rare(_: &Effort) -> Found {

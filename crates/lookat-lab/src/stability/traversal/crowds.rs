@@ -71,24 +71,19 @@ pub(super) fn giant(_: &Effort) -> Found {
         let sphere = format!("Shape \"sphere\" \"float radius\" {size:e}");
         let scene = scene(&around_eye(&(grid + &triangle + &sphere)));
         let probe = Probe::new(&scene);
-        for i in 0..1000 {
-            // From between the rows: nothing is in the way.
-            let center = small(i).0;
-            let ray = Ray::new(center - DVec3::Z * 0.5, DVec3::Z);
-            let hit = probe.nearest(&ray);
-            let right =
-                hit.is_some_and(|hit| hit.element.primitive == i as u32 && (hit.t - 0.4).abs() < 1e-12);
-            found.check(right, || format!("{size:e}: sphere {i} gives {hit:?}"));
-        }
-        for (o, d, primitive, t) in [
-            // Beside the spheres, to the triangle, and the other way, to the large sphere.
-            (DVec3::new(0.5, 0.5, 0.5), DVec3::Z, 1000, 39.5),
-            (DVec3::new(0.5, 0.5, 0.5), DVec3::NEG_Z, 1001, size),
-        ] {
+        // From between the rows of spheres, where nothing is in the way.
+        let mut rays: Vec<(DVec3, DVec3, u32, f64, f64)> =
+            (0..1000).map(|i| (small(i).0 - DVec3::Z * 0.5, DVec3::Z, i as u32, 0.4, 2.5e-12)).collect();
+        // Beside the spheres, to the triangle, and the other way, to the large sphere.
+        rays.extend([
+            (DVec3::splat(0.5), DVec3::Z, 1000, 39.5, 1e-9),
+            (DVec3::splat(0.5), DVec3::NEG_Z, 1001, size, 1e-9),
+        ]);
+        for (o, d, primitive, t, tolerance) in rays {
             let hit = probe.nearest(&Ray::new(o, d));
-            let right =
-                hit.is_some_and(|hit| hit.element.primitive == primitive && (hit.t / t - 1.0).abs() < 1e-9);
-            found.check(right, || format!("{size:e}: {d} gives {hit:?}"));
+            let right = hit
+                .is_some_and(|hit| hit.element.primitive == primitive && (hit.t / t - 1.0).abs() < tolerance);
+            found.check(right, || format!("{size:e}: from {o} toward {d}: {hit:?}"));
         }
     }
     found

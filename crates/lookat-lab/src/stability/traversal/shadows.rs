@@ -51,14 +51,11 @@ fn square_light() -> String {
 
 /// The floor, seen from below the light.
 fn text(world: &str, half_width: f64, samples: u32) -> String {
-    format!(
-        "LookAt 0 5 -3  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" {}
-         Film \"image\" \"integer xresolution\" {SIDE} \"integer yresolution\" {SIDE}
-         Sampler \"sobol\" \"integer pixelsamples\" {samples} Integrator \"directlighting\"
-         WorldBegin {world} Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5] {} WorldEnd",
-        2.0 * half_width,
-        flat_square(0.0, 4.0)
-    )
+    let camera =
+        format!("LookAt 0 5 -3  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" {}", 2.0 * half_width);
+    let floor = flat_square(0.0, 4.0);
+    let world = format!("{world} Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5] {floor}");
+    pictured(&camera, SIDE, samples, "directlighting", &world)
 }
 
 /// Pixels of the floor that light reaches.

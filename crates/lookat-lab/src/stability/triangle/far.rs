@@ -72,6 +72,7 @@ fn at_poses(
     judge: impl Fn(&mut Tally, Option<f64>, DVec3, [DVec3; 3]) + Sync,
 ) -> Tally {
     let poses = poses(seed + 100, make);
+    let alone = |triangle: &[DVec3; 3]| scene(&around_eye(&triangles(triangle)));
     let scenes: Vec<Scene> = poses.iter().map(alone).collect();
     let probes: Vec<Probe> = scenes.iter().map(Probe::new).collect();
     tally(effort.rays, seed, |random, tally| {
@@ -89,11 +90,6 @@ fn at_poses(
 pub(super) fn poses(seed: u64, make: impl Fn(&mut Pcg64Mcg) -> [DVec3; 3]) -> Vec<[DVec3; 3]> {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     (0..POSES).map(|_| make(&mut random)).collect()
-}
-
-/// The scene of one triangle, with the eye in the origin.
-fn alone(triangle: &[DVec3; 3]) -> Scene {
-    scene(&seen_from(DVec3::ZERO, &mesh(triangle, &[[0, 1, 2]])))
 }
 
 fn any_triangle(random: &mut Pcg64Mcg, distance: f64) -> [DVec3; 3] {

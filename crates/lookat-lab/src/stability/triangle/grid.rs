@@ -68,15 +68,12 @@ impl Grid {
         let range = 0..self.cells;
         let faces: Vec<[usize; 3]> =
             range.clone().flat_map(|y| range.clone().flat_map(move |x| self.cell(x, y))).collect();
-        let (start, end, count) = (-0.5 * self.size, (self.cells as f64 + 0.5) * self.size, self.cells + 1);
-        scene(&format!(
-            "LookAt 0 0 -10  0 0 0  0 1 0\n\
-             Camera \"orthographic\" \"float screenwindow\" [{start:?} {end:?} {start:?} {end:?}]\n\
-             Film \"image\" \"integer xresolution\" {count} \"integer yresolution\" {count}\n\
-             Integrator \"path\" Sampler \"sobol\"\n\
-             WorldBegin LightSource \"infinite\"\n{}\nWorldEnd",
-            mesh(&self.positions, &faces)
-        ))
+        let (start, end) = (-0.5 * self.size, (self.cells as f64 + 0.5) * self.size);
+        let camera = format!(
+            "LookAt 0 0 -10  0 0 0  0 1 0 Camera \"orthographic\" \"float screenwindow\" [{start:?} {end:?} {start:?} {end:?}]"
+        );
+        let world = format!("LightSource \"infinite\" {}", mesh(&self.positions, &faces));
+        scene(&pictured(&camera, self.cells as u32 + 1, 1, "path", &world))
     }
 
     /// Sends a ray at a place, in cells; everything must hit.

@@ -42,15 +42,13 @@ pub(super) fn same_place(effort: &Effort) -> Found {
 /// A picture of two triangles of different color in the same place, on some numbers of threads.
 fn on_threads(found: &mut Found) {
     let points = [DVec3::new(-1.0, -1.0, 0.1), DVec3::new(1.0, -1.0, 0.3), DVec3::new(0.2, 1.0, 0.7)];
-    let scene = scene(&format!(
-        "LookAt 0 0 -3  0 0 0  0 1 0  Camera \"perspective\"\n\
-         Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 48\n\
-         Sampler \"sobol\" \"integer pixelsamples\" 4  Integrator \"path\"\n\
-         WorldBegin LightSource \"infinite\"\n\
-         Material \"matte\" \"rgb Kd\" [1 0 0] {}\nMaterial \"matte\" \"rgb Kd\" [0 1 0] {}\nWorldEnd",
-        mesh(&points, &[[0, 1, 2]]),
+    let world = format!(
+        "LightSource \"infinite\" Material \"matte\" \"rgb Kd\" [1 0 0] {} Material \"matte\" \"rgb Kd\" [0 1 0] {}",
+        triangles(&points),
         mesh(&points, &[[2, 1, 0]])
-    ));
+    );
+    let camera = "LookAt 0 0 -3  0 0 0  0 1 0  Camera \"perspective\"";
+    let scene = scene(&pictured(camera, 48, 4, "path", &world));
     same_on_threads(found, "two triangles in the same place", &scene);
 }
 

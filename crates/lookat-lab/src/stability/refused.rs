@@ -1,0 +1,85 @@
+//! Texts without a right picture must be refused, or warned of, by a message that tells what and where.
+
+use std::panic::catch_unwind;
+use std::path::Path;
+
+use lookat_scene::syntax::Severity;
+
+use super::case::Found;
+
+/// Texts that need a message: see the first line.
+const REFUSED: &str = include_str!("refused.tsv");
+
+/// Checks that each text of a case gets one message, with the right words and place; and that there is a scene exactly if the
+/// message is a warning.
+pub(super) fn refused(case: &str) -> Found {
+    let mut found = Found::default();
+    for line in REFUSED.lines() {
+        let line = line.replace("\\n", "\n");
+        if let [id, severity, text, says, at, mesh @ ..] = &line.split('\t').collect::<Vec<_>>()[..]
+            && *id == case
+        {
+            let severity = if *severity == "warning" { Severity::Warning } else { Severity::Error };
+            let answer = catch_unwind(|| problem(severity, text, says, at, &mesh.concat()));
+            let problem = answer.unwrap_or_else(|_| Some("panics".into()));
+            found.check(problem.is_none(), || format!("{text}: {}", problem.unwrap_or_default()));
+        }
+    }
+    found
+}
+
+/// What is wrong with the answer to a part of a scene, which may name a mesh with this last vertex and face.
+fn problem(severity: Severity, part: &str, says: &str, at: &str, mesh: &str) -> Option<String> {
+    let film = if part.contains("Film") { "" } else { r#"Sampler "sobol" Integrator "path" Film "image""# };
+    let text = format!("{film}\n{part}\nLightSource \"infinite\"\nWorldEnd\n");
+    let mesh = format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n0 1 0\n{mesh}\n"
+    );
+    let read = |path: &Path| Ok(if path.ends_with("mesh.ply") { &mesh } else { &text }.clone().into_bytes());
+    let loaded = lookat_scene::load(Path::new("case.pbrt"), &read, &Default::default());
+    let [problem] = &loaded.diagnostics[..] else {
+        let messages: Vec<&str> = loaded.diagnostics.iter().map(|problem| problem.message.as_str()).collect();
+        return Some(format!("not one message but {}: {}", messages.len(), messages.join("; ")));
+    };
+    let span = problem.span();
+    let underlined = text.get(span.start as usize..span.end as usize).unwrap_or_default();
+    let line = 1 + text[..text.find(at)?].matches('\n').count();
+    let is_right = problem.severity == severity
+        && problem.message.contains(says)
+        && underlined == at
+        && loaded.sources.location(span).line == line
+        && loaded.scene.is_some() == (severity == Severity::Warning);
+    (!is_right).then(|| format!("{:?} `{}` at `{underlined}`", problem.severity, problem.message))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_answer_that_is_not_as_expected_is_seen() {
+        let part = "Translate 1 2 3\nCamera \"perspective\"\n\"float fov\" 180\nWorldBegin";
+        let (error, warning) = (Severity::Error, Severity::Warning);
+        assert_eq!(problem(error, part, "fov must be above 0", "180", ""), None);
+        assert!(problem(error, part, "fov must be above 1", "180", "").is_some());
+        assert!(problem(error, part, "fov must be above 0", "fov", "").is_some());
+        assert!(problem(warning, part, "fov must be above 0", "180", "").is_some());
+        assert!(problem(error, "Camera \"perspective\"\nWorldBegin", "fov", "Camera", "").is_some());
+    }
+
+    /// Without the faults of T7, nothing is wrong with its mesh.
+    #[test]
+    fn what_is_right_has_no_message() {
+        let part = "Camera \"perspective\"\nWorldBegin\nShape \"plymesh\" \"string filename\" \"mesh.ply\"";
+        let answer = problem(Severity::Error, part, "", "\"mesh.ply\"", "1 0 0\n3 0 1 2");
+        assert_eq!(answer.as_deref(), Some("not one message but 0: "));
+    }
+
+    #[test]
+    fn every_line_belongs_to_a_case() {
+        let count = |id: &str| refused(id).rows.first().map_or(0, |row| row.tried);
+        let cases = ["C7", "C8", "C11", "C12", "C13", "C15", "C19", "C20", "S9", "T7", "V14"];
+        assert_eq!(cases.map(count).iter().sum::<u64>() as usize, REFUSED.lines().count() - 1);
+    }
+}
