@@ -31,12 +31,7 @@ impl Suite {
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Suite::Tracing => "tracing",
-            Suite::Reading => "reading",
-            Suite::Rendering => "rendering",
-            Suite::Features => "features",
-        }
+        ["tracing", "reading", "rendering", "features"][self as usize]
     }
 
     /// Measures it in so many rounds, at least 1.

@@ -3,7 +3,6 @@
 //! [`Runner`] renders, [`plan()`] decides how far to climb, [`Climb`] measures, [`Results`] draws conclusions, and [`draw()`],
 //! [`as_csv`] and [`as_json`] show them.
 
-mod budget;
 mod climb;
 mod draw;
 mod equal;
@@ -19,7 +18,6 @@ mod results;
 mod runner;
 mod table;
 
-pub use budget::Budget;
 pub use climb::Climb;
 pub use draw::draw;
 pub use equal::{Curve, EqualValues};
@@ -32,5 +30,5 @@ pub use plan::{Cost, FEWEST_SEEDS, MOST_RUNGS, Plan, plan};
 pub use point::{Marker, Picture, Point};
 pub use reference::{Fitted, Origin, Reference, fitted};
 pub use results::{End, Measured, Results};
-pub use runner::{Rendering, Runner, Watch};
+pub use runner::{Budget, Rendering, Runner, Watch};
 pub use table::{Header, as_csv, as_json};

@@ -20,8 +20,8 @@ pub const MAX_SAMPLES: u32 = 1 << 14;
 pub struct Judged {
     /// The true value, of green.
     pub value: f64,
-    /// The signed error of the worst channel, over what it may be.
-    pub error: f64,
+    /// Whether no channel is off by more than it may be.
+    pub is_within: bool,
     /// Camera samples.
     pub samples: u32,
 }
@@ -37,9 +37,8 @@ pub fn judge(known: &Known, target: TargetError, seed: u64) -> (Vec<Judged>, Rea
     let judge = |at: usize| {
         let (value, found) = (&known.values[at], rgb[at]);
         let allowed = target.relative * luminance(value).max(dark);
-        let errors = [0, 1, 2].map(|c| (f64::from(found[c]) - value[c]) / allowed);
-        let error = errors.into_iter().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-        Judged { value: value[1], error, samples: errors_of[at].samples }
+        let is_within = [0, 1, 2].iter().all(|c| (f64::from(found[*c]) - value[*c]).abs() <= allowed);
+        Judged { value: value[1], is_within, samples: errors_of[at].samples }
     };
     ((0..rgb.len()).map(judge).collect(), rendered.statistics.target.unwrap_or_default())
 }
@@ -76,7 +75,7 @@ impl Stratum {
             if pixel.samples >= MAX_SAMPLES {
                 stratum.at_cap += 1;
             } else {
-                stratum.within += u64::from(pixel.error.abs() <= 1.0);
+                stratum.within += u64::from(pixel.is_within);
             }
         }
         stratum

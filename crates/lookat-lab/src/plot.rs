@@ -11,16 +11,14 @@ use plotters::style::{FontStyle, register_font};
 /// For text.
 pub(crate) const FONT: &str = "sans-serif";
 /// Colors that differ for all kinds of sight (Okabe and Ito, 2008). Black is left for what matters most.
-pub(crate) const COLORS: [RGBColor; 8] = [
-    RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x00, 0x72, 0xb2),
-    RGBColor(0x00, 0x9e, 0x73),
-    RGBColor(0xcc, 0x79, 0xa7),
-    RGBColor(0xe6, 0x9f, 0x00),
-    RGBColor(0x56, 0xb4, 0xe9),
-    RGBColor(0x99, 0x99, 0x99),
-    RGBColor(0xb5, 0xa6, 0x00),
-];
+pub(crate) const COLORS: [u32; 8] =
+    [0xd55e00, 0x0072b2, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9, 0x999999, 0xb5a600];
+
+/// One of the colors; they repeat.
+pub(crate) fn color(index: usize) -> RGBColor {
+    let [_, r, g, b] = COLORS[index % COLORS.len()].to_be_bytes();
+    RGBColor(r, g, b)
+}
 
 /// A picture of lines and text in two formats.
 #[derive(Debug)]

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
-use lookat_image::Image;
+use lookat_render::Probe;
 use lookat_scene::{Loaded, Scene};
 
 /// What is read of a scene text.
@@ -19,14 +19,18 @@ pub(crate) fn load(text: &str) -> Loaded {
 /// If it has errors.
 pub(crate) fn scene(text: &str) -> Scene {
     let loaded = load(text);
-    let problems: Vec<&str> = loaded.diagnostics.iter().map(|problem| problem.message.as_str()).collect();
-    loaded.scene.unwrap_or_else(|| panic!("{}: {text}", problems.join("; ")))
+    loaded.scene.unwrap_or_else(|| panic!("{:?}: {text}", loaded.diagnostics))
 }
 
-/// The picture of a scene, on so many threads; 0 for all.
-pub(crate) fn render(scene: &Scene, threads: usize) -> Image {
+/// Rays in a scene that must be right.
+pub(crate) fn probe(text: &str) -> Probe {
+    Probe::new(&scene(text))
+}
+
+/// The pixels of a scene's picture, rendered on so many threads; 0 for all.
+pub(crate) fn render(scene: &Scene, threads: usize) -> Vec<[f32; 3]> {
     let settings = lookat_render::Settings { threads, ..Default::default() };
-    lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image
+    lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image.rgb().unwrap_or_default()
 }
 
 /// The text of a world seen from a place.
@@ -81,4 +85,13 @@ pub(crate) fn quads(points: &[DVec3]) -> String {
 /// The corners of a square around a point, or of a parallelogram, by two vectors from the point to the middles of its sides.
 pub(crate) fn square(middle: DVec3, across: DVec3, up: DVec3) -> [DVec3; 4] {
     [middle - across - up, middle + across - up, middle + across + up, middle - across + up]
+}
+
+/// The beginning of a PLY file of triangles.
+pub(crate) fn ply_header(format: &str, vertices: usize, faces: usize) -> String {
+    format!(
+        "ply\nformat {format} 1.0\nelement vertex {vertices}\n\
+         property float x\nproperty float y\nproperty float z\n\
+         element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
 }

@@ -54,7 +54,8 @@ impl Probe {
         self.prepared.traceable.nearest(ray)
     }
 
-    /// The same without trees: by asking everything in turn.
+    /// The same without trees: by testing every element in turn. `lookat stability` holds trees against it, to the bit, in V1 to V3.
+    /// Only the renderer can give it, because elements are rounded relative to [`Probe::origin`].
     pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
         self.prepared.traceable.nearest_by_all(ray)
     }

@@ -91,7 +91,9 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     };
     let status = if measured.end == End::Interrupted { interrupt::STATUS } else { 0 };
     header.preparation = measured.preparation();
-    let markers = others.iter().map(|(other, found)| marker(other, found, &reference)).collect();
+    let marker =
+        |(other, found): &(&Other, Fitted)| Marker::new(&other.name, other.seconds, found, &reference);
+    let markers = others.iter().map(marker).collect();
     let results = Results::new(measured, markers, &reference);
     let files = files(&header, &plan, &reference, &results)?;
     // If this fails, `Destination` writes the files to another folder.
@@ -295,10 +297,6 @@ fn may_be_clipped(file: &Path, found: &Fitted) -> bool {
 fn seed(image: &Image) -> Option<u64> {
     let metadata: serde_json::Value = serde_json::from_str(image.metadata.as_deref()?).ok()?;
     if metadata["program"] == "lookat" && image.errors().is_none() { metadata["seed"].as_u64() } else { None }
-}
-
-fn marker(other: &Other, found: &Fitted, reference: &Reference) -> Marker {
-    Marker::new(&other.name, other.seconds, &found.pixels, found.rounded, &reference.pixels)
 }
 
 /// The contents of the output files.

@@ -101,12 +101,7 @@ fn lines(mesh: &Mesh, prefix: &str) -> (String, String) {
 /// The mesh as a PLY file.
 pub(super) fn as_ply(mesh: &Mesh, binary: bool) -> Vec<u8> {
     let format = if binary { "binary_little_endian" } else { "ascii" };
-    let (vertices, faces) = (mesh.positions().len(), mesh.triangles());
-    let header = format!(
-        "ply\nformat {format} 1.0\nelement vertex {vertices}\n\
-         property float x\nproperty float y\nproperty float z\n\
-         element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
-    );
+    let header = text_scene::ply_header(format, mesh.positions().len(), mesh.triangles());
     if !binary {
         let (positions, corners) = lines(mesh, "3 ");
         return (header + &positions + &corners).into_bytes();

@@ -13,15 +13,14 @@ use super::table::{BenchTable, Column, timed};
 type Entry = (&'static str, &'static str, Option<u32>);
 
 const SCENES: [Entry; 5] = [
-    ("first", FIRST, None),
+    ("first", include_str!("scenes/first.pbrt"), None),
     ("seed-perspective", include_str!("scenes/seed-perspective.pbrt"), Some(16)),
     ("seed-thin-lens", include_str!("scenes/seed-thin-lens.pbrt"), Some(16)),
     ("cornell-matte", include_str!("scenes/cornell-matte.pbrt"), Some(8)),
     ("cornell-glossy", include_str!("scenes/cornell-glossy.pbrt"), Some(8)),
 ];
 
-const FIRST: &str = include_str!("scenes/first.pbrt");
-/// What it includes.
+/// What the first one includes.
 const TORUS: &str = include_str!("scenes/torus.pbrt");
 
 /// One thread and all of them; the draft with reading.

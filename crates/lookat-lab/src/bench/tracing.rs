@@ -13,12 +13,8 @@ use crate::stability::random::direction;
 /// Camera rays across and down.
 const SIDE: usize = 400;
 
-/// Rays of one kind.
-struct Batch {
-    rays: Vec<Ray>,
-    /// Asks only whether something is in the way.
-    is_shadow: bool,
-}
+/// Rays of one kind, and whether they ask only if something is in the way.
+type Batch = (Vec<Ray>, bool);
 
 /// The tables of both meshes.
 pub(super) fn tables(rounds: usize) -> Vec<BenchTable> {
@@ -58,10 +54,10 @@ fn triangles(scene: &Scene) -> usize {
 }
 
 /// Million rays a second.
-fn rate(probe: &Probe, batch: &Batch) -> f64 {
-    let hits = |ray: &&Ray| if batch.is_shadow { probe.occluded(ray) } else { probe.nearest(ray).is_some() };
-    let (seconds, _) = timed(|| batch.rays.iter().filter(hits).count());
-    batch.rays.len() as f64 / seconds / 1e6
+fn rate(probe: &Probe, (rays, is_shadow): &Batch) -> f64 {
+    let hits = |ray: &&Ray| if *is_shadow { probe.occluded(ray) } else { probe.nearest(ray).is_some() };
+    let (seconds, _) = timed(|| rays.iter().filter(hits).count());
+    rays.len() as f64 / seconds / 1e6
 }
 
 /// Rays from the camera, one through each pixel; from where they meet
@@ -86,15 +82,12 @@ fn batches(probe: &Probe) -> [Batch; 4] {
     };
     let random_rays = (0..primary.len()).map(anywhere).collect();
     let light = DVec3::new(0.5 * (low.x + high.x), high.y + 0.1 * (high.y - low.y), 0.5 * (low.z + high.z));
-    let shadow = diffuse.iter().map(|ray| to_light(ray, light)).collect();
+    let to_light = |ray: &Ray| {
+        let distance = ray.o.distance(light);
+        Ray { d: (light - ray.o) / distance, t_max: distance * 0.999, target: ElementId::NONE, ..*ray }
+    };
+    let shadow = diffuse.iter().map(to_light).collect();
     [(primary, false), (diffuse, false), (random_rays, false), (shadow, true)]
-        .map(|(rays, is_shadow)| Batch { rays, is_shadow })
-}
-
-fn to_light(from: &Ray, light: DVec3) -> Ray {
-    let to_light = light - from.o;
-    let distance = to_light.length();
-    Ray { d: to_light / distance, t_max: distance * 0.999, target: ElementId::NONE, ..*from }
 }
 
 /// Million triangles a second of preparing a scene on so many threads; 0 is one for each processor.

@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use lookat_image::means;
 
-use super::budget::Budget;
 use super::estimate::median;
 use super::level::Differences;
 use super::method::Method;
@@ -13,7 +12,7 @@ use super::plan::{FEWEST_RUNGS, FEWEST_SEEDS, MOST_RUNGS, Plan};
 use super::point::{Picture, Point};
 use super::reference::Reference;
 use super::results::{End, Measured};
-use super::runner::{Runner, Watch};
+use super::runner::{Budget, Runner, Watch};
 
 /// The seed of a picture. Each rung has seeds of its own, so that the errors of rungs are independent.
 fn seed_of(first: u64, plan: &Plan, rung: u32, index: u32) -> u64 {
@@ -64,8 +63,8 @@ impl Climb<'_> {
     pub fn run(&self, runner: &Runner, watch: Watch) -> Measured {
         let started = Instant::now();
         let mut plan = self.plan.clone();
-        let mut measured = Measured { methods: self.methods.to_vec(), ..Measured::default() };
-        measured.points.resize(self.methods.len(), Vec::new());
+        let points = vec![Vec::new(); self.methods.len()];
+        let mut measured = Measured { methods: self.methods.to_vec(), points, ..Measured::default() };
         for index in 0..MOST_RUNGS {
             if plan.rungs.iter().all(|rungs| *rungs <= index) {
                 break;

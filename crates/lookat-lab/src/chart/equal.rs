@@ -94,7 +94,7 @@ fn first_crossing(points: &[(f64, f64)], at: f64) -> Option<f64> {
 }
 
 /// From the least to the greatest abscissa.
-fn span(line: &Vec<(f64, f64)>) -> Option<RangeInclusive<f64>> {
+fn span(line: &[(f64, f64)]) -> Option<RangeInclusive<f64>> {
     let values = line.iter().map(|point| point.0);
     Some(values.clone().reduce(f64::min)?..=values.reduce(f64::max)?)
 }
@@ -102,7 +102,7 @@ fn span(line: &Vec<(f64, f64)>) -> Option<RangeInclusive<f64>> {
 /// Round numbers in what all curves have; or else in what the first and some others have, with one for each of these; or else
 /// in what the first has.
 fn places(lines: &[Vec<(f64, f64)>]) -> Vec<f64> {
-    let ranges: Vec<_> = lines.iter().filter_map(span).collect();
+    let ranges: Vec<_> = lines.iter().filter_map(|line| span(line)).collect();
     let [first, others @ ..] = &ranges[..] else { return Vec::new() };
     let all = ranges.iter().cloned().reduce(|a, b| shared(&a, &b)).into_iter();
     let with_first = others.iter().map(|other| shared(first, other)).filter(|both| !both.is_empty());

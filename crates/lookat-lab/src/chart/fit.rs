@@ -28,16 +28,13 @@ pub(super) struct RungErrors<'a> {
 /// where it comes out small by chance it must not rule the line. `None` for less than three points or two seeds.
 pub(super) fn fit(rungs: &[RungErrors]) -> Option<Fit> {
     let seeds = rungs.first()?.squares.len();
-    if rungs.len() < 3 || seeds < 2 || rungs.iter().any(|rung| rung.squares.len() != seeds) {
-        return None;
-    }
-    // A slope over hardly any range says nothing.
     let samples = || rungs.iter().map(|rung| rung.samples);
-    if samples().fold(0.0, f64::max) < 2.0 * samples().fold(f64::INFINITY, f64::min) {
-        return None;
-    }
+    // A slope over hardly any range says nothing.
+    let is_wide = samples().fold(0.0, f64::max) >= 2.0 * samples().fold(f64::INFINITY, f64::min);
     let squares: Vec<f64> = rungs.iter().map(|rung| moments(rung.squares).mean).collect();
-    if squares.iter().any(|square| *square <= 0.0 || !square.is_finite()) {
+    let can_be_drawn = squares.iter().all(|square| *square > 0.0 && square.is_finite());
+    let is_regular = seeds >= 2 && rungs.iter().all(|rung| rung.squares.len() == seeds);
+    if rungs.len() < 3 || !is_wide || !can_be_drawn || !is_regular {
         return None;
     }
     let x: Vec<f64> = rungs.iter().map(|rung| rung.samples.ln()).collect();
@@ -47,9 +44,6 @@ pub(super) fn fit(rungs: &[RungErrors]) -> Option<Fit> {
     let center = |of: &[f64]| dot(&weights, of) / weights.iter().sum::<f64>();
     let (x_center, y_center) = (center(&x), center(&y));
     let spread: f64 = x.iter().zip(&weights).map(|(x, weight)| weight * (x - x_center).powi(2)).sum();
-    if spread <= 0.0 {
-        return None;
-    }
     let share: Vec<f64> =
         x.iter().zip(&weights).map(|(x, weight)| weight * (x - x_center) / spread).collect();
     let slope = dot(&share, &y);

@@ -64,12 +64,11 @@ pub(super) fn front(entries: &[Entry]) -> Vec<Reign> {
             let reign = Reign { who: best, points: Vec::new(), until: None, ties: Vec::new() };
             front.push((reign, vec![0; entries.len()]));
         }
-        if let Some((last, best_at)) = front.last_mut() {
-            last.points.push((seconds, reached(best)));
-            best_at[best] += 1;
-            let who = last.who;
-            last.ties = (0..entries.len()).filter(|other| *other != who && !is_worse(*other, who)).collect();
-        }
+        let Some((last, best_at)) = front.last_mut() else { break };
+        last.points.push((seconds, reached(best)));
+        best_at[best] += 1;
+        let who = last.who;
+        last.ties = (0..entries.len()).filter(|other| *other != who && !is_worse(*other, who)).collect();
     }
     joined(front.into_iter().map(|(reign, best_at)| reign.named(&best_at)))
 }

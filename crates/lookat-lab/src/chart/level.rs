@@ -53,13 +53,11 @@ impl Differences {
     /// From the mean product of the errors of different seeds, which is what they have in common. At least two seeds.
     pub fn level(&self) -> Level {
         let seeds = f64::from(self.seeds);
-        let mean = |channels: &[[f64; 2]], value: &dyn Fn(&[f64; 2]) -> f64| {
-            channels.iter().map(value).sum::<f64>() / channels.len() as f64
-        };
         let product = |[sum, squares]: &[f64; 2]| (sum * sum - squares) / (seeds * (seeds - 1.0));
         let of_pixels = |value: &dyn Fn(&[f64; 2]) -> f64| {
-            let pixels: Vec<f64> = self.sums.chunks(3).map(|channels| mean(channels, value)).collect();
-            moments(&pixels)
+            let of_pixel =
+                |channels: &[[f64; 2]]| channels.iter().map(value).sum::<f64>() / channels.len() as f64;
+            moments(&self.sums.chunks(3).map(of_pixel).collect::<Vec<_>>())
         };
         let (squares, means) = (of_pixels(&product), of_pixels(&|[sum, _]| sum / seeds));
         Level {

@@ -6,9 +6,8 @@ use std::time::Instant;
 use lookat_image::means;
 use lookat_render::REPLICATES;
 
-use super::budget::LATE;
 use super::method::Method;
-use super::runner::{Runner, Watch};
+use super::runner::{LATE, Runner, Watch};
 
 /// A line takes as many points.
 pub const FEWEST_RUNGS: u32 = 3;
@@ -105,9 +104,13 @@ impl Plan {
         own / (own + others).max(1.0)
     }
 
-    /// What all methods cost on these rungs, in seconds.
+    /// What all methods cost on these rungs, each as far as it goes, in seconds.
     pub(super) fn cost_of(&self, range: Range<u32>) -> f64 {
-        climbing_all(&self.costs, &self.rungs, range, self.seeds)
+        (0..self.rungs.len()).map(|i| self.cost_of_one(i, range.start..range.end.min(self.rungs[i]))).sum()
+    }
+
+    fn cost_of_one(&self, method: usize, rungs: Range<u32>) -> f64 {
+        f64::from(self.seeds) * rungs.map(|rung| self.costs[method].of(1 << rung)).sum::<f64>()
     }
 
     /// Plans the rest anew where so many rungs are climbed and so many seconds are left. Who has stopped does not go on, and none
@@ -116,30 +119,38 @@ impl Plan {
         let rungs = self.rungs.iter().map(|rungs| (*rungs).min(climbed.max(FEWEST_RUNGS))).collect();
         let most = if self.reference > 0 { self.reference / REFERENCE_FACTOR } else { MOST_SAMPLES };
         let goes_on = |i: usize, samples: u32| self.rungs[i] >= climbed && samples <= most;
-        let seeds = self.seeds;
-        let fits = |rungs: &[u32]| climbing_all(&self.costs, rungs, climbed..MOST_RUNGS, seeds) <= seconds;
-        self.rungs = grow(&self.costs, rungs, seeds, goes_on, fits);
+        let fits = |plan: &Plan| plan.cost_of(climbed..MOST_RUNGS) <= seconds;
+        *self = Plan { rungs, ..self.clone() }.grown(goes_on, fits);
     }
 
     fn new(costs: &[Cost], reference: Option<Cost>, seeds: u32, rungs: Vec<u32>) -> Plan {
         let highest = |(cost, rungs): (&Cost, &u32)| cost.first << (rungs - 1);
         let most = costs.iter().zip(&rungs).map(highest).max().unwrap_or(1);
         let samples = if reference.is_some() { REFERENCE_FACTOR * most } else { 0 };
-        let methods = climbing_all(costs, &rungs, 0..MOST_RUNGS, seeds);
-        let seconds = methods + reference.map_or(0.0, |cost| cost.of(samples));
-        Plan { rungs, seeds, reference: samples, seconds, costs: costs.to_vec() }
+        let mut plan = Plan { rungs, seeds, reference: samples, seconds: 0.0, costs: costs.to_vec() };
+        plan.seconds = plan.cost_of(0..MOST_RUNGS) + reference.map_or(0.0, |cost| cost.of(samples));
+        plan
     }
-}
 
-/// The time for some rungs of one method.
-fn climbing(cost: &Cost, rungs: Range<u32>, seeds: u32) -> f64 {
-    f64::from(seeds) * rungs.map(|rung| cost.of(1 << rung)).sum::<f64>()
-}
-
-/// The same of all methods, each as far as it goes.
-fn climbing_all(costs: &[Cost], rungs: &[u32], range: Range<u32>, seeds: u32) -> f64 {
-    let of_method = |(cost, rungs): (&Cost, &u32)| climbing(cost, range.start..range.end.min(*rungs), seeds);
-    costs.iter().zip(rungs).map(of_method).sum()
+    /// Lets the method that has used least go one rung up, as long as that fits. `goes_on` says of each method whether it may
+    /// go up to so many samples per pixel.
+    fn grown(mut self, goes_on: impl Fn(usize, u32) -> bool, fits: impl Fn(&Plan) -> bool) -> Plan {
+        loop {
+            let climbs = |i: &usize| goes_on(*i, self.costs[*i].first << self.rungs[*i]);
+            let mut order: Vec<usize> = (0..self.costs.len()).filter(climbs).collect();
+            let used = |i: usize| self.cost_of_one(i, 0..self.rungs[i]);
+            order.sort_by(|a, b| used(*a).total_cmp(&used(*b)));
+            let one_up = |i: usize| {
+                let mut plan = self.clone();
+                plan.rungs[i] += 1;
+                plan
+            };
+            match order.into_iter().map(one_up).find(|plan| fits(plan)) {
+                Some(more) => self = more,
+                None => return self,
+            }
+        }
+    }
 }
 
 /// Rungs that fit in so many seconds, with the reference if one is to be rendered at this cost.
@@ -148,39 +159,13 @@ fn climbing_all(costs: &[Cost], rungs: &[u32], range: Range<u32>, seeds: u32) ->
 ///
 /// If even the fewest rungs take more than 1.15 times as long; the seconds that they take.
 pub fn plan(costs: &[Cost], reference: Option<Cost>, seeds: u32, seconds: f64) -> Result<Plan, f64> {
-    let fewest = Plan::new(costs, reference, seeds, vec![FEWEST_RUNGS; costs.len()]);
+    let of = |rungs: Vec<u32>| Plan::new(costs, reference, seeds, rungs);
+    let fewest = of(vec![FEWEST_RUNGS; costs.len()]);
     if fewest.seconds > LATE * seconds {
         return Err(fewest.seconds);
     }
-    let of = |rungs: &[u32]| Plan::new(costs, reference, seeds, rungs.to_vec());
-    let goes_on = |_, samples| samples <= MOST_SAMPLES;
-    Ok(of(&grow(costs, fewest.rungs, seeds, goes_on, |rungs| of(rungs).seconds <= seconds)))
-}
-
-/// Lets the method that has used least go one rung up, as long as that fits. `goes_on` says of each method whether it may go
-/// up to so many samples per pixel.
-fn grow(
-    costs: &[Cost],
-    mut rungs: Vec<u32>,
-    seeds: u32,
-    goes_on: impl Fn(usize, u32) -> bool,
-    fits: impl Fn(&[u32]) -> bool,
-) -> Vec<u32> {
-    loop {
-        let mut order: Vec<usize> =
-            (0..costs.len()).filter(|i| goes_on(*i, costs[*i].first << rungs[*i])).collect();
-        let used = |i: usize| climbing(&costs[i], 0..rungs[i], seeds);
-        order.sort_by(|a, b| used(*a).total_cmp(&used(*b)));
-        let one_up = |i: usize| {
-            let mut rungs = rungs.clone();
-            rungs[i] += 1;
-            rungs
-        };
-        match order.into_iter().map(one_up).find(|rungs| fits(rungs)) {
-            Some(more) => rungs = more,
-            None => return rungs,
-        }
-    }
+    let fits = |plan: &Plan| of(plan.rungs.clone()).seconds <= seconds;
+    Ok(of(fewest.grown(|_, samples| samples <= MOST_SAMPLES, fits).rungs))
 }
 
 #[cfg(test)]

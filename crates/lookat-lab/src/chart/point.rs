@@ -4,6 +4,7 @@ use lookat_image::{Means, means};
 
 use super::estimate::{Estimate, mean, median, positive_mean};
 use super::level::Level;
+use super::reference::{Fitted, Reference};
 
 /// One picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,13 +84,8 @@ pub struct Marker {
 
 impl Marker {
     /// Measures a picture.
-    pub fn new(
-        name: &str,
-        seconds: f64,
-        pixels: &[[f32; 3]],
-        rounded: bool,
-        reference: &[[f32; 3]],
-    ) -> Marker {
-        Marker { name: name.into(), seconds, means: means(pixels, reference), rounded }
+    pub fn new(name: &str, seconds: f64, picture: &Fitted, reference: &Reference) -> Marker {
+        let means = means(&picture.pixels, &reference.pixels);
+        Marker { name: name.into(), seconds, means, rounded: picture.rounded }
     }
 }

@@ -87,7 +87,9 @@ impl Results {
         // Below this, errors are those of the reference, or of the method's own mean.
         let floor = |level: &Option<f64>| noise + level.unwrap_or(0.0);
         let fits = measured.points.iter().zip(&levels).map(|(points, level)| fit_above(points, floor(level)));
-        let curves: Vec<Curve> = measured.points.iter().map(|points| curve(points)).collect();
+        let places = |point: &Point| (point.seconds.value, point.rmse.value);
+        let curves: Vec<Curve> =
+            measured.points.iter().map(|points| clear_curve(points.iter().map(places))).collect();
         let others = markers.iter().map(|marker| clear_curve([(marker.seconds, marker.means.rmse)]));
         let others: Vec<Curve> = others.collect();
         let uncertainty = |points: &Vec<Point>| {
@@ -151,10 +153,6 @@ fn fit_above(points: &[Point], floor: f64) -> Option<Fit> {
     let rungs: Vec<RungErrors> =
         clear.map(|point| RungErrors { samples: point.samples, squares: &point.squares }).collect();
     fit(&rungs)
-}
-
-fn curve(points: &[Point]) -> Curve {
-    clear_curve(points.iter().map(|point| (point.seconds.value, point.rmse.value)))
 }
 
 /// The points that logarithmic axes can show.

@@ -12,6 +12,34 @@ use super::reference::{Origin, Reference, noise};
 /// Told every now and then which share of a piece of work is done, from any thread; may break it off.
 pub type Watch<'a> = &'a (dyn Fn(f64) -> ControlFlow<()> + Sync);
 
+/// By how much a run may exceed its budget.
+pub(super) const LATE: f64 = 1.15;
+
+/// The wall time of a run, from its start on.
+#[derive(Debug, Clone, Copy)]
+pub struct Budget {
+    /// When the run began.
+    pub started: Instant,
+    /// How long it may take, in seconds.
+    pub seconds: f64,
+}
+
+impl Budget {
+    /// The seconds that are left; 0 if there are none.
+    pub fn left(&self) -> f64 {
+        (self.seconds - self.spent()).max(0.0)
+    }
+
+    /// Whether it is time to break off.
+    pub(super) fn is_exceeded(&self) -> bool {
+        self.spent() > LATE * self.seconds
+    }
+
+    fn spent(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+}
+
 /// A scene that is rendered in many ways.
 #[derive(Debug)]
 pub struct Runner {
@@ -61,11 +89,10 @@ impl Runner {
     /// Renders, and says how many seconds that took in all. `None` if `watch` breaks.
     fn run(&self, method: &Method, samples: u32, seed: u64, watch: Watch) -> Option<(Rendered, f64)> {
         let mut scene = self.scene.clone();
-        let kind = method.sampler.unwrap_or(scene.view.sampler.kind);
-        scene.view.sampler = Sampler { kind, samples_per_pixel: 1 }.with_samples(samples);
-        scene.view.integrator = (method.integrator)(scene.view.integrator);
+        method.apply(&mut scene.view);
+        scene.view.sampler = Sampler { samples_per_pixel: 1, ..scene.view.sampler }.with_samples(samples);
         let stop = (method.stop)(samples);
-        let settings = Settings { threads: self.threads, seed, stop, ..Settings::default() };
+        let settings = Settings { threads: self.threads, seed, stop };
         let started = Instant::now();
         let rendered = lookat_render::render(&scene, &settings, &|progress| {
             watch(progress.done as f64 / progress.total.max(1) as f64)

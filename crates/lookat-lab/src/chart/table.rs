@@ -90,11 +90,12 @@ fn of_method(results: &Results, i: usize) -> Value {
             "rmse_at_1_sample": fit.scale, "points": fit.rungs, "largest_log_deviation": fit.deviation,
         })
     });
+    // JSON has no infinity: it becomes null.
     let point = |point: &Point| {
         json!({
             "samples_per_pixel": point.rung, "samples_taken": point.samples, "pictures": point.squares.len(), "seconds": of(point.seconds),
             "rmse": of(point.rmse), "relative_mse": of(point.relative_mse), "mean_error": of(point.error),
-            "common_square_error": {"value": point.level.square, "standard_error": finite(point.level.standard_error)},
+            "common_square_error": {"value": point.level.square, "standard_error": point.level.standard_error},
             "above_reference_noise": results.is_clear(point.rmse.value),
         })
     };
@@ -107,11 +108,6 @@ fn of_method(results: &Results, i: usize) -> Value {
 
 fn of(estimate: Estimate) -> Value {
     json!({"value": estimate.value, "interval": [estimate.low, estimate.high]})
-}
-
-/// JSON has no infinity.
-fn finite(x: f64) -> Option<f64> {
-    x.is_finite().then_some(x)
 }
 
 fn by_name(results: &Results, values: &[Vec<Option<f64>>]) -> Value {

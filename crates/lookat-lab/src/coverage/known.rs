@@ -51,19 +51,17 @@ fn centers(side: u32) -> impl Iterator<Item = DVec2> {
 }
 
 /// An orthographic camera that sees one unit in each pixel; or a perspective one, at a distance of 1, with a lens.
-fn camera(side: u32, lens: Option<f64>) -> String {
+fn camera(side: u32, has_lens: bool) -> String {
     let half = f64::from(side) / 2.0;
-    let film = format!(
-        "Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side} Integrator \"directlighting\" WorldBegin Material \"matte\" \"rgb Kd\" [0 0 0]"
-    );
-    match lens {
-        None => {
-            format!("Camera \"orthographic\" \"float screenwindow\" [-{half} {half} -{half} {half}] {film}")
-        }
-        Some(radius) => format!(
-            "Camera \"perspective\" \"float fov\" 90 \"float lensradius\" {radius} \"float focaldistance\" {half} {film}"
-        ),
-    }
+    let view = if has_lens {
+        format!("\"perspective\" \"float fov\" 90 \"float lensradius\" {LENS} \"float focaldistance\" {half}")
+    } else {
+        format!("\"orthographic\" \"float screenwindow\" [-{half} {half} -{half} {half}]")
+    };
+    let film = format!("Film \"image\" \"integer xresolution\" {side} \"integer yresolution\" {side}");
+    format!(
+        "Camera {view} {film} Integrator \"directlighting\" WorldBegin Material \"matte\" \"rgb Kd\" [0 0 0]"
+    )
 }
 
 /// Stripes `number` to the next of that color: one mesh, at that depth, in pixels.
@@ -107,8 +105,9 @@ fn white(stripes: impl Iterator<Item = (i32, f64)>) -> [f64; 3] {
 
 /// Sharp edges of white stripes on black: two dimensions.
 pub fn edges(side: u32) -> Known {
-    let text =
-        camera(side, None) + &stripes(side, 1.0, [1.0; 3], numbers(side).filter(|n| n % 2 == 0)) + "WorldEnd";
+    let text = camera(side, false)
+        + &stripes(side, 1.0, [1.0; 3], numbers(side).filter(|n| n % 2 == 0))
+        + "WorldEnd";
     let pixel = |center: DVec2| white(shares(side, center.dot(across()), 1.0, square_below));
     let values = centers(side).map(pixel).collect();
     Known { scene: scene(&text), values }
@@ -120,7 +119,7 @@ const LENS: f64 = 1.0;
 /// White stripes on black out of focus, at twice the focal distance: four dimensions.
 pub fn lens(side: u32) -> Known {
     let half = f64::from(side) / 2.0;
-    let text = camera(side, Some(LENS))
+    let text = camera(side, true)
         + &stripes(side, 2.0 * half, [1.0; 3], numbers(2 * side).filter(|number| number % 2 == 0))
         + "WorldEnd";
     let pixel = |center: DVec2| {
@@ -149,8 +148,7 @@ pub fn plain(side: u32) -> Known {
          Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 0 -9 9 0 -9 9 0 9 -9 0 9] WorldEnd",
         4.0 * 0.5_f64.sqrt()
     );
-    let pixels = (side * side) as usize;
-    Known { scene: scene(&text), values: vec![[0.25; 3]; pixels] }
+    Known { scene: scene(&text), values: vec![[0.25; 3]; (side * side) as usize] }
 }
 
 /// Radiance 1, and in a thousandth of each pixel, somewhere, 100.
@@ -166,9 +164,8 @@ pub fn fireflies(side: u32) -> Known {
     let dots = light([100.0; 3], &quads(&dots.collect::<Vec<_>>()));
     let far = f64::from(side);
     let ground = light([1.0; 3], &quads(&square(2.0 * DVec3::Z, far * DVec3::X, far * DVec3::Y)));
-    let pixels = (side * side) as usize;
-    let scene = scene(&format!("{}{ground}{dots}WorldEnd", camera(side, None)));
-    Known { scene, values: vec![[1.0 + 99.0 * SHARE; 3]; pixels] }
+    let scene = scene(&format!("{}{ground}{dots}WorldEnd", camera(side, false)));
+    Known { scene, values: vec![[1.0 + 99.0 * SHARE; 3]; (side * side) as usize] }
 }
 
 #[cfg(test)]
@@ -191,7 +188,7 @@ mod tests {
         const COLORS: [[f64; 3]; 5] =
             [[0.9, 0.1, 0.1], [0.0, 0.8, 0.0], [0.2, 0.2, 0.9], [1.0, 1.0, 1.0], [0.05, 0.4, 0.6]];
         let color = |number: i32| number.rem_euclid(5) as usize;
-        let mut text = camera(side, None);
+        let mut text = camera(side, false);
         for (at, rgb) in COLORS.into_iter().enumerate() {
             text += &stripes(side, 1.0, rgb, numbers(side).filter(|number| color(*number) == at));
         }

@@ -3,8 +3,6 @@
 mod exact;
 mod film;
 mod lens;
-mod look_at;
-mod messages;
 mod perspective;
 
 use crate::stability::prelude::*;
@@ -15,27 +13,29 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("C3", perspective::wide),
     ("C4", perspective::far_eye),
     ("C5", lens::collapse),
-    ("C6", look_at::up_near_view),
+    ("C6", perspective::up_near_view),
     ("C7", |_| refused("C7")),
     ("C8", |_| refused("C8")),
-    ("C9", look_at::far_look),
+    ("C9", perspective::far_look),
     ("C10", lens::focal_distance),
     ("C11", |_| refused("C11")),
     ("C12", lens::lens_radius),
     ("C13", lens::telecentric),
     ("C14", film::off_center),
-    ("C15", messages::screen_window),
+    ("C15", film::screen_window),
     ("C16", film::window),
     ("C17", film::portrait),
     ("C18", film::scaled),
-    ("C19", messages::numbers),
+    ("C19", film::numbers),
     ("C20", |_| refused("C20")),
 ];
 
-/// The text of a scene in which only the camera matters; `options` begin on its second line.
-fn text(options: &str) -> String {
+/// The text of a scene in which only the camera matters. Few pixels of the film are rendered, so that it may be of any size.
+fn text(camera: &str, [width, height]: [u32; 2]) -> String {
+    let size = format!("\"integer xresolution\" {width} \"integer yresolution\" {height}");
+    let film = format!("Film \"image\" {size} \"float cropwindow\" [.5 .51 .5 .51]");
     format!(
-        "# A camera.\n{options}\nSampler \"sobol\" Integrator \"path\"\nWorldBegin\nLightSource \"infinite\"\nWorldEnd\n"
+        "{camera} {film} Sampler \"sobol\" Integrator \"path\" WorldBegin LightSource \"infinite\" WorldEnd"
     )
 }
 
@@ -44,26 +44,17 @@ fn look_at(points: [DVec3; 3]) -> String {
     format!("LookAt {}", points.map(xyz).join("  "))
 }
 
-/// A film of which few pixels are rendered, so that it may be of any size.
-fn film(resolution: [u32; 2]) -> String {
-    let [width, height] = resolution;
-    format!(
-        "Film \"image\" \"integer xresolution\" {width} \"integer yresolution\" {height} \"float cropwindow\" [.5 .51 .5 .51]"
-    )
-}
-
 /// The largest error of the directions of a scene's camera at places of the film.
 fn directions(
     effort: &Effort,
     seed: u64,
-    options: &str,
-    place: impl Fn(&mut Pcg64Mcg) -> DVec2 + Sync,
+    (camera, resolution): (&str, [u32; 2]),
+    place: fn(&mut Pcg64Mcg, [u32; 2]) -> DVec2,
     error: impl Fn(DVec2, DVec3) -> f64 + Sync,
 ) -> Tally {
-    let scene = scene(&text(options));
-    let probe = Probe::new(&scene);
+    let probe = probe(&text(camera, resolution));
     tally(effort.rays, seed, |random, tally| {
-        let film = place(random);
+        let film = place(random, resolution);
         tally.error(error(film, probe.camera_ray(film, DVec2::splat(0.5)).d));
     })
 }

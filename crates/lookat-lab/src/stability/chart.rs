@@ -7,7 +7,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::case::{Case, Found, LOOKAT, Row};
-use crate::plot::{Backend, COLORS, Drawing, FONT, Plot, axis, number, powers, range};
+use crate::plot::{self, Backend, Drawing, FONT, Plot, axis, number, powers, range};
 
 /// Width and height in pixels.
 const SIZE: (u32, u32) = (960, 520);
@@ -19,63 +19,50 @@ struct CaseChart<'a> {
     case: &'a Case,
     found: &'a Found,
     places: Range<f64>,
-    scale: ErrorScale,
-}
-
-/// What is drawn upwards.
-struct ErrorScale {
-    label: String,
-    range: Range<f64>,
+    /// What is drawn upwards, and its name.
     value: fn(&Row) -> Option<f64>,
+    label: &'a str,
+    values: Range<f64>,
 }
 
-/// Draws what a case has found; `None` where it has no axis.
+/// Draws what a case has found; `None` where it has no axis. Errors where all have them, else the share of wrong answers.
 ///
 /// # Errors
 ///
 /// Those of the drawing library; none is known.
 pub fn draw(case: &Case, found: &Found) -> Result<Option<Plot>, Box<dyn Error>> {
-    let places: Vec<f64> = found.rows.iter().filter_map(|row| row.at).collect();
+    let rows = || found.rows.iter();
+    let places: Vec<f64> = rows().filter_map(|row| row.at).collect();
     let Some(places) = range(&places, 1.3) else { return Ok(None) };
-    let chart = CaseChart { case, found, places, scale: ErrorScale::new(case, found) };
+    let measured = |own: bool| rows().any(|row| (row.method == LOOKAT) == own && row.worst.is_some());
+    let chart = if measured(true) && measured(false) {
+        let errors: Vec<f64> = rows().filter_map(|row| row.worst).filter(|e| *e > 0.0).collect();
+        let values = range(&errors, 3.0).unwrap_or(0.1..1.0);
+        CaseChart { case, found, places, value: |row| row.worst, label: case.error, values }
+    } else {
+        let most = rows().map(|row| row.tried).max().unwrap_or(1).max(10);
+        let value = |row: &Row| Some(row.failed as f64 / row.tried as f64);
+        let label = "fraction of wrong answers";
+        CaseChart { case, found, places, value, label, values: 0.3 / most as f64..1.5 }
+    };
     Plot::new(&chart, SIZE, 1).map(Some)
-}
-
-impl ErrorScale {
-    /// Errors where all have them, else the share of wrong answers.
-    fn new(case: &Case, found: &Found) -> ErrorScale {
-        let measured =
-            |own: bool| found.rows.iter().any(|row| (row.method == LOOKAT) == own && row.worst.is_some());
-        if measured(true) && measured(false) {
-            let errors: Vec<f64> =
-                found.rows.iter().filter_map(|row| row.worst).filter(|e| *e > 0.0).collect();
-            let range = range(&errors, 3.0).unwrap_or(0.1..1.0);
-            return ErrorScale { label: case.error.into(), range, value: |row| row.worst };
-        }
-        let most = found.rows.iter().map(|row| row.tried).max().unwrap_or(1).max(10);
-        ErrorScale {
-            label: "fraction of wrong answers".into(),
-            range: 0.3 / most as f64..1.5,
-            value: |row| Some(row.failed as f64 / row.tried as f64),
-        }
-    }
 }
 
 impl Drawing for CaseChart<'_> {
     fn draw<B: Backend>(&self, area: &DrawingArea<B, Shift>, _: u32) -> Result<(), Box<dyn Error>> {
-        let CaseChart { case, found, scale, .. } = self;
+        let CaseChart { case, found, places, value, label, values } = self;
         area.fill(&WHITE)?;
         let (left, list) = area.split_horizontally(SIZE.0 - LIST);
-        let floor = scale.range.start;
-        let upwards = std::iter::once(floor).chain(powers(&scale.range)).collect();
+        let floor = values.start;
+        let upwards = std::iter::once(floor).chain(powers(values)).collect();
         let mut chart = ChartBuilder::on(&left)
             .caption(format!("{} {}", case.id, case.name), (FONT, 20))
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(70)
-            .build_cartesian_2d(axis(&self.places, powers(&self.places)), axis(&scale.range, upwards))?;
+            .build_cartesian_2d(axis(places, powers(places)), axis(values, upwards))?;
         let mut mesh = chart.configure_mesh();
-        mesh.light_line_style(WHITE).label_style((FONT, 14)).x_desc(case.axis).y_desc(&scale.label);
+        mesh.light_line_style(WHITE).label_style((FONT, 14)).x_desc(case.axis).y_desc(*label);
         mesh.x_label_formatter(&|x| number(*x));
         mesh.y_label_formatter(&|y| if *y <= floor { "0".into() } else { number(*y) }).draw()?;
         let methods = methods(found);
@@ -85,10 +72,10 @@ impl Drawing for CaseChart<'_> {
             // lookat is drawn last, above the others.
             let own = *method == LOOKAT;
             let place = kinds.iter().position(|other| *other == kind(method)).unwrap_or(0);
-            let color = if own { BLACK } else { COLORS[place % COLORS.len()] };
+            let color = if own { BLACK } else { plot::color(place) };
             let (style, dot) = (color.stroke_width(if own { 4 } else { 2 }), if own { 5 } else { 3 });
             // What is 0 lies on the axis.
-            let points = points(found, method, |row| (scale.value)(row).map(|value| value.max(floor)));
+            let points = points(found, method, |row| value(row).map(|value| value.max(floor)));
             let gap = if method.ends_with(" f32") { 5 } else { 0 };
             let y = 60 + 24 * index as i32;
             if gap == 0 {

@@ -8,12 +8,12 @@ const TABLE: &str = include_str!("others.tsv");
 pub(super) fn added(case: &str, mut found: Found) -> Found {
     let (own, parts) = found.rows.into_iter().partition(|row| row.method == LOOKAT);
     found.rows = own;
-    for line in TABLE.lines().filter(|line| !line.starts_with('#')) {
+    for line in TABLE.lines() {
         let mut fields = line.split('\t');
-        let (id, method) = (fields.next(), fields.next().unwrap_or_default());
-        if id != Some(case) {
+        if fields.next() != Some(case) {
             continue;
         }
+        let method = fields.next().unwrap_or_default();
         match method {
             "remark" => found.remarks.extend(fields.map(String::from)),
             _ => found.rows.extend(fields.filter_map(|cell| row(method, cell))),

@@ -11,5 +11,6 @@ pub(super) use super::random::{below, between, chance, direction, in_cube, in_tr
 pub(super) use super::refused::refused;
 pub(super) use super::tally::{Tally, decades, tally};
 pub(super) use crate::text_scene::{
-    around_eye, load, mesh, pictured, quads, render, scene, seen_from, square, transform, triangles, xyz,
+    around_eye, load, mesh, pictured, probe, quads, render, scene, seen_from, square, transform, triangles,
+    xyz,
 };

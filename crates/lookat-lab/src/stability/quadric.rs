@@ -16,7 +16,7 @@ struct Round {
     /// a, s, b.
     profile: [f64; 3],
     /// c.
-    square: TwoFloat,
+    constant: TwoFloat,
     /// Lowest and highest z.
     heights: [f64; 2],
     /// A sweep of 270 degrees starts at x = `start[0]`, y = `start[1]` z; `None` for a whole turn.
@@ -32,67 +32,52 @@ pub(super) struct CutShape {
 }
 
 const SHAPES: [CutShape; 5] = [
-    CutShape { text: r#"Shape "disk" "float innerradius" 0.25 "float phimax" 270"#, round: None },
-    CutShape {
-        text: r#"Shape "cylinder" "float phimax" 270"#,
-        round: Some(Round {
-            profile: [0.0; 3],
-            square: TwoFloat::from_f64(1.0),
-            heights: [-1.0, 1.0],
-            start: Some([1.0, 0.0]),
-        }),
-    },
-    CutShape {
-        text: r#"Translate 0 0 -1 Shape "cone" "float height" 2 "float phimax" 270"#,
-        round: Some(Round {
-            profile: [0.25, 1.0, 0.0],
-            square: TwoFloat::from_f64(0.0),
-            heights: [-1.0, 1.0],
-            start: Some([1.0, 0.0]),
-        }),
-    },
-    CutShape {
-        text: r#"Translate 0 0 -0.625 Shape "paraboloid" "float zmin" 0.25 "float phimax" 270"#,
-        round: Some(Round {
-            profile: [0.0, 0.0, 1.0],
-            square: TwoFloat::from_f64(0.625),
-            heights: [-0.375, 0.375],
-            start: Some([1.0, 0.0]),
-        }),
-    },
-    CutShape {
-        text: r#"Shape "hyperboloid" "point p1" [0.5 0.5 -1] "point p2" [0.5 -0.5 1] "float phimax" 270"#,
-        round: Some(Round {
-            profile: [0.25, 0.0, 0.0],
-            square: TwoFloat::from_f64(0.25),
-            heights: [-1.0, 1.0],
-            start: Some([0.5, -0.5]),
-        }),
-    },
+    CutShape { text: r#"Shape "disk" "float innerradius" 0.25"#, round: None },
+    cut(r#"Shape "cylinder""#, [0.0; 3], 1.0, 1.0, [1.0, 0.0]),
+    cut(r#"Translate 0 0 -1 Shape "cone" "float height" 2"#, [0.25, 1.0, 0.0], 0.0, 1.0, [1.0, 0.0]),
+    cut(
+        r#"Translate 0 0 -0.625 Shape "paraboloid" "float zmin" 0.25"#,
+        [0.0, 0.0, 1.0],
+        0.625,
+        0.375,
+        [1.0, 0.0],
+    ),
+    cut(HYPERBOLOID, [0.25, 0.0, 0.0], 0.25, 1.0, [0.5, -0.5]),
 ];
+
+const HYPERBOLOID: &str = r#"Shape "hyperboloid" "point p1" [0.5 0.5 -1] "point p2" [0.5 -0.5 1]"#;
+
+/// A surface of revolution up to that height above and below the origin.
+const fn cut(text: &'static str, profile: [f64; 3], constant: f64, height: f64, start: [f64; 2]) -> CutShape {
+    let (constant, heights) = (TwoFloat::from_f64(constant), [-height, height]);
+    CutShape { text, round: Some(Round { profile, constant, heights, start: Some(start) }) }
+}
 
 impl CutShape {
     /// The whole sphere of this radius.
     pub fn sphere(radius: f64) -> CutShape {
-        let square = TwoFloat::new_mul(radius, radius);
-        let round = Round { profile: [-1.0, 0.0, 0.0], square, heights: [-radius, radius], start: None };
+        let constant = TwoFloat::new_mul(radius, radius);
+        let round = Round { profile: [-1.0, 0.0, 0.0], constant, heights: [-radius, radius], start: None };
         CutShape { text: "Shape \"sphere\"", round: Some(round) }
     }
 
     /// The shape alone, around the eye, so that rays of a probe may start anywhere around it.
-    fn scene(&self, size: f64) -> Scene {
-        scene(&around_eye(&format!("Scale {size:e} {size:e} {size:e} {}", self.text)))
+    fn probe(&self, size: f64) -> Probe {
+        let is_whole = self.round.is_some_and(|round| round.start.is_none());
+        let sweep = if is_whole { 360 } else { 270 };
+        let shape = format!("{} \"float phimax\" {sweep}", self.text);
+        probe(&around_eye(&format!("Scale {size:e} {size:e} {size:e} {shape}")))
     }
 
     /// A point of the surface, away from where it is cut, and a normal; of the disk one of its edge, and outward.
     fn point(&self, random: &mut Pcg64Mcg) -> (DVec3, DVec3) {
         let angle = between(random, 0.1, 4.6);
-        let Some(Round { profile: [a, s, b], square, heights: [low, high], start }) = self.round else {
+        let Some(Round { profile: [a, s, b], constant, heights: [low, high], start }) = self.round else {
             let p = DVec2::from_angle(angle).extend(0.0);
             return (p, p);
         };
         let z = between(random, 0.9 * low, 0.9 * high);
-        let r = (a * (z - s) * (z - s) + b * z + f64::from(square)).sqrt();
+        let r = (a * (z - s) * (z - s) + b * z + f64::from(constant)).sqrt();
         let [x, y] = start.unwrap_or([1.0, 0.0]);
         let at = DVec2::from_angle(angle).rotate(DVec2::new(x, y * z).normalize()) * r;
         (at.extend(z), at.extend(-a * (z - s) - 0.5 * b).normalize())
@@ -115,8 +100,7 @@ fn at_each(
     attempt: impl Fn(&Probe, &CutShape, &mut Pcg64Mcg, &mut Tally) + Sync,
 ) -> Tally {
     let of = |(seed, shape): (u64, &CutShape)| {
-        let scene = shape.scene(size);
-        let probe = Probe::new(&scene);
+        let probe = shape.probe(size);
         tally(effort.rays.div_ceil(shapes.len() as u64), seed, |random, tally| {
             attempt(&probe, shape, random, tally)
         })

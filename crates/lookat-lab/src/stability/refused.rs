@@ -6,6 +6,7 @@ use std::path::Path;
 use lookat_scene::syntax::Severity;
 
 use super::case::Found;
+use crate::text_scene::ply_header;
 
 /// Texts that need a message: see the first line.
 const REFUSED: &str = include_str!("refused.tsv");
@@ -32,10 +33,7 @@ pub(super) fn refused(case: &str) -> Found {
 fn problem(severity: Severity, part: &str, says: &str, at: &str, mesh: &str) -> Option<String> {
     let film = if part.contains("Film") { "" } else { r#"Sampler "sobol" Integrator "path" Film "image""# };
     let text = format!("{film}\n{part}\nLightSource \"infinite\"\nWorldEnd\n");
-    let mesh = format!(
-        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
-         element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n0 1 0\n{mesh}\n"
-    );
+    let mesh = format!("{}0 0 0\n0 1 0\n{mesh}\n", ply_header("ascii", 3, 1));
     let read = |path: &Path| Ok(if path.ends_with("mesh.ply") { &mesh } else { &text }.clone().into_bytes());
     let loaded = lookat_scene::load(Path::new("case.pbrt"), &read, &Default::default());
     let [problem] = &loaded.diagnostics[..] else {

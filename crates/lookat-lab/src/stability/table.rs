@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::case::{Case, Found};
+use super::case::{Case, Found, Row};
 use crate::interval::interval;
 
 /// One line for each row of each case, after a line of names.
@@ -11,15 +11,14 @@ pub fn as_csv(results: &[(Case, Found)]) -> String {
         String::from("case,name,method,axis,at,tried,wrong,share,low,high,worst,error,limit,case_passes\n");
     for (case, found) in results {
         let passes = found.passes(case);
-        for row in &found.rows {
-            let [low, high] = interval(row.failed, row.tried);
-            let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x:e}"));
-            let (at, worst) = (number(row.at), number(row.worst));
-            let share = row.failed as f64 / row.tried as f64;
+        for Row { method, at, tried, failed, worst } in &found.rows {
+            let [low, high] = interval(*failed, *tried);
+            let number = |x: &Option<f64>| x.map_or(String::new(), |x| format!("{x:e}"));
+            let (at, worst, share) = (number(at), number(worst), *failed as f64 / *tried as f64);
             // Names have no quotes and no line breaks.
             text += &format!(
-                "{},{},\"{}\",\"{}\",{at},{},{},{share:e},{low:e},{high:e},{worst},\"{}\",{:e},{passes}\n",
-                case.id, case.name, row.method, case.axis, row.tried, row.failed, case.error, case.limit
+                "{},{},\"{method}\",\"{}\",{at},{tried},{failed},{share:e},{low:e},{high:e},{worst},\"{}\",{:e},{passes}\n",
+                case.id, case.name, case.axis, case.error, case.limit
             );
         }
     }

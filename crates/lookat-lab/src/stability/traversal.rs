@@ -4,12 +4,12 @@ mod adaptive;
 mod boxes;
 mod brute_force;
 mod crowds;
-mod gaps;
 mod offsets;
 mod pictures;
 mod samples;
 mod shadows;
 
+use crate::coverage::{edges, lens};
 use crate::stability::prelude::*;
 pub(super) use pictures::same_on_threads;
 
@@ -20,13 +20,13 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("V4", crowds::giant),
     ("V5", offsets::by_size),
     ("V5b", offsets::by_distance),
-    ("V6", gaps::thin),
+    ("V6", offsets::thin),
     ("V7", shadows::close_to_light),
     ("V8", samples::slopes),
     ("V9", samples::thousand),
     ("V10", samples::neighbors),
-    ("V11", adaptive::sharp),
-    ("V12", adaptive::out_of_focus),
+    ("V11", |_| adaptive::against(edges)),
+    ("V12", |_| adaptive::against(lens)),
     ("V13", adaptive::rare),
     ("V14", pictures::degenerate),
     ("V15", pictures::threads),

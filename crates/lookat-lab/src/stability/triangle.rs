@@ -2,11 +2,8 @@
 
 mod far;
 mod grid;
-mod input;
 mod leaks;
-mod mesh;
 mod plane;
-mod truth;
 
 use crate::stability::prelude::*;
 
@@ -17,7 +14,7 @@ pub(super) const MEASURES: &[(&str, Measure)] = &[
     ("T3b", far::seam),
     ("T4", far::small),
     ("T5", far::needles),
-    ("T6", input::no_area),
+    ("T6", plane::no_area),
     ("T7", |_| refused("T7")),
     ("T8", plane::same_place),
     ("T9", plane::in_plane),

@@ -1,4 +1,4 @@
-//! Vectors of double-double numbers: 106 bits.
+//! Vectors of double-double numbers, 106 bits, and where a ray crosses a triangle.
 
 use glam::DVec3;
 use twofloat::TwoFloat;
@@ -35,6 +35,37 @@ pub(super) fn quotient(a: TwoFloat, b: TwoFloat) -> TwoFloat {
     TwoFloat::new_add(first, second) + rest.hi() / b.hi()
 }
 
+/// Where a line crosses the plane of a triangle.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Crossing {
+    /// Distance in lengths of the direction.
+    pub t: f64,
+    /// The least weight of a corner: how far inside it is.
+    pub inside: f64,
+}
+
+/// The crossing; `None` for a line in the plane.
+///
+/// Weights are the volumes between the line and the edges, as in Plücker's coordinates.
+pub(super) fn crossing(o: DVec3, d: DVec3, triangle: [DVec3; 3]) -> Option<Crossing> {
+    let (o, d) = (Wide::new(o), Wide::new(d));
+    let [a, b, c] = triangle.map(|corner| Wide::new(corner).minus(o));
+    let volumes = [d.dot(c.cross(b)), d.dot(a.cross(c)), d.dot(b.cross(a))];
+    let sum = volumes[0] + volumes[1] + volumes[2];
+    if sum == TwoFloat::from(0.0) {
+        return None;
+    }
+    let weights = volumes.map(|volume| f64::from(quotient(volume, sum)));
+    let normal = c.minus(a).cross(b.minus(a));
+    let t = f64::from(quotient(a.dot(normal), d.dot(normal)));
+    Some(Crossing { t, inside: weights.into_iter().fold(f64::INFINITY, f64::min) })
+}
+
+/// The cosine between a direction and the normal of a triangle.
+pub(super) fn cosine(d: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    (b - a).cross(c - a).normalize_or_zero().dot(d).abs()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,5 +77,28 @@ mod tests {
             let error = quotient(a, b) * b - a;
             assert!((f64::from(error) / f64::from(a)).abs() < 1e-30, "{error:?}");
         }
+    }
+
+    #[test]
+    fn crossings_are_where_they_were_put() {
+        let triangle =
+            [DVec3::new(1.0, 0.25, 0.5), DVec3::new(-0.75, 1.0, 0.25), DVec3::new(-0.5, -1.0, -0.5)];
+        let o = DVec3::new(0.5, -3.0, 2.0);
+        for weights in [[0.25, 0.25, 0.5], [0.5, 0.0, 0.5], [0.75, 0.5, -0.25]] {
+            let target: DVec3 = (0..3).map(|i| triangle[i] * weights[i]).sum();
+            let found = crossing(o, (target - o) * 0.5, triangle).unwrap();
+            assert_eq!(found.t, 2.0);
+            assert_eq!(found.inside, weights.into_iter().fold(1.0, f64::min));
+        }
+        assert!(crossing(triangle[0], triangle[1] - triangle[2], triangle).is_none());
+    }
+
+    #[test]
+    fn digits_suffice_far_away() {
+        let triangle =
+            [DVec3::new(-0.5, -0.5, 1e9), DVec3::new(0.5, -0.5, 1e9), DVec3::new(0.0, 0.5, 1e9 + 1.0)];
+        let found = crossing(DVec3::ZERO, DVec3::new(0.125, 0.0, 1e9 + 0.5), triangle).unwrap();
+        assert_eq!(found.t, 1.0);
+        assert!((found.inside - 0.125).abs() < 1e-15, "{}", found.inside);
     }
 }

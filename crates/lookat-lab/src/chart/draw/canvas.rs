@@ -7,7 +7,7 @@ use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
-use crate::plot::{Backend, COLORS, FONT};
+use crate::plot::{Backend, COLORS, FONT, color};
 
 /// Where things are drawn. Sizes and offsets are in units, places in seconds and error.
 pub(super) struct Canvas<'a, B: Backend> {
@@ -75,9 +75,11 @@ impl Look {
 
     /// That of a method.
     pub fn of(method: usize) -> Look {
-        let color = COLORS[method % COLORS.len()];
         let dashes = DASHES[method / COLORS.len() % DASHES.len()];
-        Look { stroke: Stroke { color, width: WIDTH, dashes }, form: FORMS[method % FORMS.len()] }
+        Look {
+            stroke: Stroke { color: color(method), width: WIDTH, dashes },
+            form: FORMS[method % FORMS.len()],
+        }
     }
 }
 

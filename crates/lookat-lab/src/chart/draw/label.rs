@@ -21,10 +21,6 @@ impl Rectangle {
         let common = |a: [i32; 2], b: [i32; 2]| i64::from((a[1].min(b[1]) - a[0].max(b[0])).max(0));
         common(self.x, other.x) * common(self.y, other.y)
     }
-
-    fn area(&self) -> i64 {
-        self.overlap(self)
-    }
 }
 
 impl Labels {
@@ -54,7 +50,7 @@ impl Labels {
         };
         let hidden = |offset: &[i32; 2]| {
             let label = at(*offset);
-            let outside = label.area() - label.overlap(&self.bounds);
+            let outside = label.overlap(&label) - label.overlap(&self.bounds);
             10 * outside + self.taken.iter().map(|taken| label.overlap(taken)).sum::<i64>()
         };
         let places = [1, 2, 4, 6].into_iter().flat_map(|times| around(times * gap));
@@ -78,7 +74,7 @@ mod tests {
             labels.place(mark, (60, 14), 8);
         }
         for (i, label) in labels.taken.iter().enumerate().skip(marks_taken) {
-            assert_eq!(label.overlap(&labels.bounds), label.area(), "{label:?} is cut");
+            assert_eq!(label.overlap(&labels.bounds), label.overlap(label), "{label:?} is cut");
             for other in &labels.taken[..i] {
                 assert_eq!(label.overlap(other), 0, "{label:?} hides {other:?}");
             }

@@ -4,6 +4,7 @@ use std::error::Error;
 
 use plotters::prelude::*;
 
+use super::super::front::Reign;
 use super::super::results::Results;
 use super::canvas::{Canvas, Look, Stroke};
 use super::{FRONT, GRAY, SLOPE};
@@ -76,13 +77,11 @@ fn reading(results: &Results, method: usize) -> String {
 
 /// Who is on the front, and from when on.
 fn reigns(results: &Results) -> Vec<String> {
-    let line = |(i, who, from): (usize, usize, f64)| {
-        let name = shortened(results.name(who));
-        if i == 0 { name } else { format!("{name} from {} s", significant(from, 2)) }
+    let line = |(i, reign): (usize, &Reign)| {
+        let name = shortened(results.name(reign.who));
+        if i == 0 { name } else { format!("{name} from {} s", significant(reign.points[0].0, 2)) }
     };
-    let all = results.front.iter().enumerate();
-    let mut lines: Vec<String> =
-        all.map(|(i, reign)| line((i, reign.who, reign.points[0].0))).take(MOST_REIGNS).collect();
+    let mut lines: Vec<String> = results.front.iter().take(MOST_REIGNS).enumerate().map(line).collect();
     if results.front.len() > MOST_REIGNS {
         lines.push("...".into());
     }

@@ -1,20 +1,17 @@
-//! Where pixels are on the screen, and mirrored and scaled cameras: C14 and C16 to C18.
+//! Where pixels are on the screen, mirrored and scaled cameras, and how numbers are read: C14 to C19.
 
 use twofloat::TwoFloat;
 
 use super::exact::{CameraAxes, Pinhole, angle, tan_half};
-use super::{anywhere, directions, film, text};
+use super::{anywhere, directions, text};
 use crate::stability::prelude::*;
 
 pub(super) fn off_center(effort: &Effort) -> Found {
     let resolution = [3000; 2];
     Found::sweep(14_000, [1.0, 1e2, 1e4, 1e6], |seed, center| {
         let (low, high): (f64, f64) = (center - 0.5, center + 0.5);
-        let scene = scene(&text(&format!(
-            "Camera \"orthographic\" \"float screenwindow\" [{low} {high} {low} {high}]\n{}",
-            film(resolution)
-        )));
-        let probe = Probe::new(&scene);
+        let camera = format!("Camera \"orthographic\" \"float screenwindow\" [{low} {high} {low} {high}]");
+        let probe = probe(&text(&camera, resolution));
         tally(effort.rays, seed, |random, tally| {
             let film = anywhere(random, resolution);
             let (o, eye) = (probe.camera_ray(film, DVec2::splat(0.5)).o, probe.origin());
@@ -29,9 +26,7 @@ pub(super) fn window(effort: &Effort) -> Found {
     let resolution = [640, 480];
     // Window and film differ in aspect: a height of 3/4 of what the film would have.
     let camera = "Camera \"perspective\" \"float frameaspectratio\" 3 \"float screenwindow\" [-1 1 -1 1]";
-    let options = format!("{camera}\n{}", film(resolution));
-    let place = |random: &mut _| anywhere(random, resolution);
-    let tally = directions(effort, 16_000, &options, place, |film, d| {
+    let tally = directions(effort, 16_000, (camera, resolution), anywhere, |film, d| {
         let x = TwoFloat::new_sub(2.0 * film.x, 640.0) / 640.0;
         let y = TwoFloat::new_sub(480.0, 2.0 * film.y) / 480.0;
         angle(d, CameraAxes::CAMERA_SPACE.world(x, y, TwoFloat::from(1.0)))
@@ -40,11 +35,10 @@ pub(super) fn window(effort: &Effort) -> Found {
 }
 
 pub(super) fn portrait(effort: &Effort) -> Found {
+    let camera = "Camera \"perspective\" \"float fov\" 90";
     let one = |seed, resolution| {
-        let options = format!("Camera \"perspective\" \"float fov\" 90\n{}", film(resolution));
         let exact = Pinhole { view: CameraAxes::CAMERA_SPACE, tan: tan_half(90.0), resolution };
-        let place = |random: &mut _| anywhere(random, resolution);
-        directions(effort, seed, &options, place, |film, d| angle(d, exact.direction(film)))
+        directions(effort, seed, (camera, resolution), anywhere, |film, d| angle(d, exact.direction(film)))
     };
     Found::own(None, one(17_000, [480, 640]).join(one(17_001, [640, 480])))
 }
@@ -57,11 +51,48 @@ pub(super) fn scaled(effort: &Effort) -> Found {
     Found::sweep(18_000, [1.0_f64, 10.0, 1e10, 1e-10, 1e20, 1e-20], |seed, scale| {
         // Every second one is mirrored.
         let sign = if seed % 2 == 0 { -1.0 } else { 1.0 };
-        let options = format!("Scale {} {scale} {scale}\n{camera}\n{}", sign * scale, film(resolution));
-        let place = |random: &mut _| anywhere(random, resolution);
-        directions(effort, seed, &options, place, |film, d| {
+        let camera = format!("Scale {} {scale} {scale} {camera}", sign * scale);
+        directions(effort, seed, (&camera, resolution), anywhere, |film, d| {
             let mirrored = if sign < 0.0 { DVec2::new(640.0 - film.x, film.y) } else { film };
             angle(d, exact.direction(mirrored)).max((d.length() - 1.0).abs())
         })
     })
+}
+
+/// A reversed window turns the picture.
+pub(super) fn screen_window(_: &Effort) -> Found {
+    let mut found = refused("C15");
+    for kind in ["perspective", "orthographic"] {
+        let [plain, reversed] = ["[-1 1 -1 1]", "[1 -1 1 -1]"].map(|edges| {
+            probe(&text(&format!("Camera \"{kind}\" \"float screenwindow\" {edges}"), [64, 48]))
+        });
+        for film in [DVec2::new(0.0, 0.0), DVec2::new(5.0, 40.0), DVec2::new(63.5, 1.25)] {
+            let u = DVec2::splat(0.5);
+            let (a, b) = (plain.camera_ray(film, u), reversed.camera_ray(DVec2::new(64.0, 48.0) - film, u));
+            let is_mirrored = (a.d - b.d).length().max((a.o - b.o).length()) < 1e-15;
+            found.check(is_mirrored, || format!("{kind}, reversed window: {a:?} is not {b:?}"));
+        }
+    }
+    found
+}
+
+/// Decimal numbers are read as the nearest number with 53 bits.
+pub(super) fn numbers(_: &Effort) -> Found {
+    let mut found = refused("C19");
+    let exact = [
+        ("100000000000000000000", 1e20),
+        ("-9223372036854775809", -9223372036854775808.0),
+        ("9007199254740993", 9007199254740992.0),
+        ("9007199254740993.00000000000000000001", 9007199254740994.0),
+        (".1", f64::from_bits(0x3FB9_9999_9999_999A)),
+        ("+1.25e-3", 0.00125),
+        ("16777217", 16777217.0),
+        ("1E+22", 1e22),
+    ];
+    for (number, value) in exact {
+        let scene = scene(&text(&format!("Translate {number} 0 0 Camera \"perspective\""), [64, 48]));
+        let read = -scene.view.camera.world_from_camera.matrix().w_axis.x;
+        found.check(read == value, || format!("{number} is read as {read:?}, not {value:?}"));
+    }
+    found
 }

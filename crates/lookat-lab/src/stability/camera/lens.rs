@@ -4,7 +4,7 @@ use twofloat::TwoFloat;
 
 use super::exact::{CameraAxes, Pinhole, angle, length, tan_half};
 use super::perspective::{far_look_at, pinhole};
-use super::{anywhere, film, look_at, square, text};
+use super::{anywhere, look_at, square, text};
 use crate::stability::prelude::*;
 use crate::stability::truth::{Wide, quotient};
 
@@ -15,8 +15,7 @@ pub(super) fn collapse(effort: &Effort) -> Found {
         let points = far_look_at(distance);
         let camera =
             "Camera \"perspective\" \"float fov\" 45 \"float lensradius\" .05 \"float focaldistance\" 10";
-        let scene = scene(&text(&format!("{}\n{camera}\n{}", look_at(points), film(RESOLUTION))));
-        let probe = Probe::new(&scene);
+        let probe = probe(&text(&format!("{} {camera}", look_at(points)), RESOLUTION));
         let exact = pinhole(points, 45.0, RESOLUTION);
         tally(effort.rays, seed, |random, tally| {
             let film = anywhere(random, RESOLUTION);
@@ -41,8 +40,7 @@ pub(super) fn focal_distance(effort: &Effort) -> Found {
 
 pub(super) fn lens_radius(effort: &Effort) -> Found {
     let mut found = refused("C12");
-    let scene = scene(&lens_text(-1.0, 10.0));
-    let probe = Probe::new(&scene);
+    let probe = probe(&lens_text(-1.0, 10.0));
     let o = probe.camera_ray(DVec2::new(3.0, 5.0), DVec2::new(0.9, 0.1)).o;
     found.check(o == DVec3::ZERO, || format!("a lens of radius -1 is no pinhole: its ray starts at {o}"));
     let radii =
@@ -52,16 +50,13 @@ pub(super) fn lens_radius(effort: &Effort) -> Found {
 }
 
 fn lens_text(radius: f64, focal_distance: f64) -> String {
-    text(&format!(
-        "Camera \"perspective\" \"float lensradius\" {radius} \"float focaldistance\" {focal_distance}\n{}",
-        film(RESOLUTION)
-    ))
+    let lens = format!("\"float lensradius\" {radius} \"float focaldistance\" {focal_distance}");
+    text(&format!("Camera \"perspective\" {lens}"), RESOLUTION)
 }
 
 /// Directions from points of the lens, given the points: a lens in camera space.
 fn through_lens(effort: &Effort, seed: u64, radius: f64, focal_distance: f64) -> Tally {
-    let scene = scene(&lens_text(radius, focal_distance));
-    let probe = Probe::new(&scene);
+    let probe = probe(&lens_text(radius, focal_distance));
     let exact = Pinhole { view: CameraAxes::CAMERA_SPACE, tan: tan_half(90.0), resolution: RESOLUTION };
     tally(effort.rays, seed, |random, tally| {
         let film = anywhere(random, RESOLUTION);
@@ -89,8 +84,7 @@ pub(super) fn telecentric(effort: &Effort) -> Found {
     let camera = "Camera \"orthographic\" \"float focaldistance\" 2 \"float lensradius\" .1";
     // Without the parameter it is as in pbrt-v3, which nobody can want.
     let mut found = refused("C13");
-    let scene = scene(&text(&format!("{camera} \"bool telecentric\" \"true\"\n{}", film(RESOLUTION))));
-    let probe = Probe::new(&scene);
+    let probe = probe(&text(&format!("{camera} \"bool telecentric\" \"true\""), RESOLUTION));
     let depths = Found::sweep(13_000, [0.1, 0.5, 1.0, 2.0, 10.0, 100.0], |seed, depth| {
         tally(effort.rays, seed, |random, tally| {
             let film = anywhere(random, RESOLUTION);

@@ -71,7 +71,7 @@ fn dark_pixels(frames: &[DMat4]) -> Tally {
     for frame in frames {
         for floor in &FLOORS {
             for view in VIEWS.into_iter().filter(|view| floor.drop == 0.0 || !view.3) {
-                let rgb = render(&scene(&text(frame, floor, view)), 0).rgb().unwrap_or_default();
+                let rgb = render(&scene(&text(frame, floor, view)), 0);
                 rgb.iter().for_each(|pixel| tally.answer((pixel[1] - 1.0).abs() < 1e-6));
             }
         }
@@ -116,8 +116,7 @@ pub(super) fn slanted(effort: &Effort) -> Found {
 /// The number of camera rays with a wrong result. The triangle must be invisible or, unless `is_near`, visible from one
 /// side only.
 fn wrong_answers(random: &mut Pcg64Mcg, frame: &DMat4, floor: &Floor, view: EyeView, is_near: bool) -> u64 {
-    let scene = scene(&text(frame, floor, view));
-    let probe = Probe::new(&scene);
+    let probe = probe(&text(frame, floor, view));
     let [mut hits, mut misses] = [[0; 2]; 2];
     for _ in 0..RAYS {
         let mut number = || DVec2::new(random.random(), random.random());
@@ -146,7 +145,7 @@ mod tests {
         for floor in &FLOORS[..3] {
             let text = text(&frame, floor, VIEWS[1]);
             let text = text.replace(&floor.mesh(&frame), &floor.mesh(&lower));
-            let rgb = render(&scene(&text), 1).rgb().expect("a picture");
+            let rgb = render(&scene(&text), 1);
             let dark = rgb.iter().filter(|pixel| pixel[1] == 0.0).count();
             assert_eq!(dark, rgb.len() / 2);
         }

@@ -65,7 +65,7 @@ fn places(shape: &CutShape, o: Wide, d: Wide) -> Option<Vec<Meeting>> {
         let offset = -quotient(z, dz);
         return Some(vec![Meeting { t: f64::from(offset + k), is_there: on_disk(&at(near, offset)) }]);
     };
-    let Round { profile: [a, s, b], square: c, .. } = *round;
+    let Round { profile: [a, s, b], constant: c, .. } = *round;
     let from_s = z - s;
     let alpha = dx * dx + dy * dy - dz * dz * a;
     let beta = dx * x + dy * y - dz * from_s * a - dz * (0.5 * b);

@@ -11,8 +11,7 @@ const SIZES: [f64; 7] = [1e-30, 1e-12, 1e-3, 1.0, 1e3, 1e12, 1e30];
 
 pub(super) fn inside_and_on(effort: &Effort) -> Found {
     Found::sweep(400, SIZES, |seed, radius| {
-        let scene = sphere_at_eye(radius);
-        let probe = Probe::new(&scene);
+        let probe = sphere_at_eye(radius);
         tally(effort.rays, seed, |random, tally| {
             let inside = Ray::new(direction(random) * (0.9 * radius), direction(random));
             let Some(hit) = probe.nearest(&inside) else { return tally.answer(false) };
@@ -33,8 +32,8 @@ pub(super) fn inside_and_on(effort: &Effort) -> Found {
 pub(super) fn nested(effort: &Effort) -> Found {
     Found::sweep(500, [1e-2, 4e-5, 1e-7, 1e-9], |seed, gap| {
         let inner = format!("Shape \"sphere\" \"float radius\" {}", 1.0 - gap);
-        let scene = scene(&around_eye(&format!("Shape \"sphere\" {inner}")));
-        let (probe, sphere) = (Probe::new(&scene), CutShape::sphere(1.0 - gap));
+        let (probe, sphere) =
+            (probe(&around_eye(&format!("Shape \"sphere\" {inner}"))), CutShape::sphere(1.0 - gap));
         tally(effort.rays, seed, |random, tally| {
             let (o, d) = aimed(random, 5.0);
             if QuadricTruth::new(&sphere, o, d).hits != Some(true) {
@@ -51,8 +50,7 @@ pub(super) fn nested(effort: &Effort) -> Found {
 
 pub(super) fn sizes(effort: &Effort) -> Found {
     Found::sweep(600, SIZES, |seed, radius| {
-        let scene = sphere_at_eye(radius);
-        let probe = Probe::new(&scene);
+        let probe = sphere_at_eye(radius);
         tally(effort.rays, seed, |random, tally| {
             // Towards the center, from 3 radii.
             let d = direction(random);
@@ -76,14 +74,13 @@ const FORMS: [(&str, [f64; 9]); 4] = [
 ];
 
 pub(super) fn ellipsoids(effort: &Effort) -> Found {
-    let mut found = Found::default();
+    let mut remarks = Vec::new();
     let (mut all, sphere) = (Tally::default(), CutShape::sphere(1.0));
     for (index, (name, columns)) in FORMS.iter().enumerate() {
         let m = DMat3::from_cols_array(columns);
         let inverse = m.inverse();
         let text = format!("{} Shape \"sphere\"", transform(&DMat4::from_mat3(m)));
-        let scene = scene(&around_eye(&text));
-        let probe = Probe::new(&scene);
+        let probe = probe(&around_eye(&text));
         let tally = tally(effort.rays, 800 + index as u64, |random, tally| {
             let (o, d) = aimed(random, 5.0);
             let (o, d) = (m * o, (m * d).normalize());
@@ -102,12 +99,11 @@ pub(super) fn ellipsoids(effort: &Effort) -> Found {
             }
         });
         if tally.failed > 0 {
-            found.remarks.push(format!("{name}: {} of {} rays", tally.failed, tally.tried));
+            remarks.push(format!("{name}: {} of {} rays", tally.failed, tally.tried));
         }
         all = all.join(tally);
     }
-    found.add(LOOKAT, None, all);
-    found
+    Found { remarks, ..Found::own(None, all) }
 }
 
 fn product(m: &DMat3, v: DVec3) -> Wide {

@@ -2,7 +2,7 @@
 
 use lookat_render::TargetError;
 
-use crate::coverage::{Known, STRATA, Stratum, edges, fireflies, judge, lens};
+use crate::coverage::{Known, STRATA, Stratum, edges, fireflies, judge};
 use crate::stability::prelude::*;
 
 /// What is asked for. Ten thousand pixels take some seconds.
@@ -11,17 +11,9 @@ const TARGET: TargetError = TargetError { relative: 0.1, confidence: 0.95 };
 /// Pixels on a side.
 const SIDE: u32 = 100;
 
-pub(super) fn sharp(_: &Effort) -> Found {
-    against(&edges(SIDE))
-}
-
-pub(super) fn out_of_focus(_: &Effort) -> Found {
-    against(&lens(SIDE))
-}
-
 /// Stratum by stratum.
-fn against(known: &Known) -> Found {
-    let (pixels, _) = judge(known, TARGET, 0);
+pub(super) fn against(known: fn(u32) -> Known) -> Found {
+    let (pixels, _) = judge(&known(SIDE), TARGET, 0);
     // The pixels that an edge cuts.
     let strata = STRATA.map(|[from, to]| Stratum::count(&pixels, |p| p.value > from && p.value < to));
     let strata = || strata.iter().filter(|stratum| stratum.promised() > 0);

@@ -9,8 +9,7 @@ type Box = [DVec3; 2];
 /// What single shapes hit, the BVH of all must hit, and cubes must be hit by what passes through them.
 pub(super) fn faces(effort: &Effort) -> Found {
     let (text, boxes) = blocks();
-    let scene = scene(&text);
-    let probe = Probe::new(&scene);
+    let probe = probe(&text);
     let tally = tally(effort.rays, 2001, |random, tally| {
         let ray = in_plane(random, &boxes);
         // What passes through the middle of a cube must hit it.
@@ -27,17 +26,8 @@ pub(super) fn faces(effort: &Effort) -> Found {
 /// Whether a ray passes through a box, a hundred thousand times farther inside than rounding reaches.
 fn pierces(o: DVec3, d: DVec3, [low, high]: Box) -> bool {
     let (low, high) = (low + 1e-9, high - 1e-9);
-    let (mut near, mut far) = (0.0_f64, f64::INFINITY);
-    for axis in 0..3 {
-        if d[axis] == 0.0 {
-            if o[axis] < low[axis] || o[axis] > high[axis] {
-                return false;
-            }
-            continue;
-        }
-        let (a, b) = ((low[axis] - o[axis]) / d[axis], (high[axis] - o[axis]) / d[axis]);
-        (near, far) = (near.max(a.min(b)), far.min(a.max(b)));
-    }
+    let (a, b) = ((low - o) / d, (high - o) / d);
+    let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
     far - near > 1e-9
 }
 

@@ -20,8 +20,7 @@ pub(super) fn one_place(_: &Effort) -> Found {
     ];
     let mut found = Found::default();
     for (name, world) in crowds {
-        let scene = scene(&around_eye(&world));
-        let probe = Probe::new(&scene);
+        let probe = probe(&around_eye(&world));
         let mut random = Pcg64Mcg::seed_from_u64(2100);
         let mut hits = 0;
         for _ in 0..RAYS {
@@ -69,8 +68,7 @@ pub(super) fn giant(_: &Effort) -> Found {
         let grid: String = (0..1000).map(|i| small(i).1).collect();
         let triangle = mesh([[[-size, -size, 40.0], [size, -size, 40.0], [0.0, size, 40.0]]].into_iter());
         let sphere = format!("Shape \"sphere\" \"float radius\" {size:e}");
-        let scene = scene(&around_eye(&(grid + &triangle + &sphere)));
-        let probe = Probe::new(&scene);
+        let probe = probe(&around_eye(&(grid + &triangle + &sphere)));
         // From between the rows of spheres, where nothing is in the way.
         let mut rays: Vec<(DVec3, DVec3, u32, f64, f64)> =
             (0..1000).map(|i| (small(i).0 - DVec3::Z * 0.5, DVec3::Z, i as u32, 0.4, 2.5e-12)).collect();

@@ -1,4 +1,4 @@
-//! Rays that leave what they have hit: V5.
+//! Rays that leave what they have hit: V5 and V6.
 
 use crate::stability::prelude::*;
 
@@ -21,10 +21,10 @@ fn bodies(effort: &Effort, seed: u64, size: f64, distance: f64) -> Tally {
     let count = effort.rays.div_ceil(2 * BODIES.len() as u64);
     let each = BODIES.iter().flat_map(|body| eyes.map(|eye| (*body, eye)));
     let tallies = each.zip(20 * seed..).map(|((body, eye), seed)| {
-        let scene = scene(&text(body, eye, center, size));
-        let probe = Probe::new(&scene);
+        let probe = probe(&text(body, eye, center, size));
         tally(count, seed, |random, tally| {
-            tally_one(random, &probe, center - probe.origin(), size, body == BALL, tally);
+            let offset = offset(random, &probe, center - probe.origin(), size, body == BALL);
+            offset.into_iter().for_each(|offset| tally.error(offset));
         })
     });
     tallies.fold(Tally::default(), Tally::join)
@@ -63,19 +63,12 @@ fn polyhedron() -> String {
     triangles(&points)
 }
 
-/// Hits the body, leaves it, and looks what is met.
-fn tally_one(
-    random: &mut Pcg64Mcg,
-    probe: &Probe,
-    center: DVec3,
-    size: f64,
-    is_ball: bool,
-    tally: &mut Tally,
-) {
+/// Hits the body, leaves it, and looks what is met. `None` for a miss, no number where something wrong is met.
+fn offset(random: &mut Pcg64Mcg, probe: &Probe, center: DVec3, size: f64, is_ball: bool) -> Option<f64> {
     let start = center + direction(random) * size * between(random, 2.0, 10.0);
     let target = center + in_cube(random) * 0.5 * size;
     let ray = Ray::new(start, (target - start).normalize());
-    let Some(hit) = probe.nearest(&ray) else { return };
+    let hit = probe.nearest(&ray)?;
     let point = probe.point(&ray, &hit);
     let n = if point.n.dot(point.p - center) > 0.0 { point.n } else { -point.n };
     let outward = chance(random, 0.5);
@@ -92,10 +85,47 @@ fn tally_one(
             !outward && exit.n.dot(exit.p - center) * exit.n.dot(d) > 0.0
         }
     };
-    if right && probe.occluded(&ray) == met.is_some() {
-        tally.error((ray.o - point.p).length() / point.p.abs().max_element().max(size));
-    } else {
-        tally.answer(false);
+    let is_right = right && probe.occluded(&ray) == met.is_some();
+    let offset = (ray.o - point.p).length() / point.p.abs().max_element().max(size);
+    Some(if is_right { offset } else { f64::NAN })
+}
+
+/// Two parallel quads before the eye, one at a distance of 1, and two spheres around a point near the eye, which is inside.
+pub(super) fn thin(effort: &Effort) -> Found {
+    let frame = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+    Found::sweep(2800, decades((3..=9).map(|exponent| -exponent)), |seed, gap| {
+        let quad = |z: f64| quads(&square(frame.z_axis * z, frame.x_axis, frame.y_axis));
+        let spheres = format!("Shape \"sphere\" Shape \"sphere\" \"float radius\" {}", 1.0 + gap);
+        let worlds = [quad(1.0) + &quad(1.0 + gap), format!("Translate 0.2 -0.3 0.1 {spheres}")];
+        let tallies = worlds.iter().zip([seed, seed + 10]).map(|(world, seed)| {
+            let probe = probe(&around_eye(world));
+            tally(effort.rays.div_ceil(2), seed, |random, tally| cross(random, &probe, frame, tally))
+        });
+        tallies.fold(Tally::default(), Tally::join)
+    })
+}
+
+/// From the eye to the first surface, through it, and on: the second must be met.
+fn cross(random: &mut Pcg64Mcg, probe: &Probe, frame: DMat3, tally: &mut Tally) {
+    let toward = DVec3::new(between(random, -0.5, 0.5), between(random, -0.5, 0.5), 1.0);
+    let ray = Ray::new(DVec3::ZERO, (frame * toward).normalize());
+    let first = probe.nearest(&ray).filter(|hit| hit.element.primitive == 0);
+    let Some(first) = first else { return tally.answer(false) };
+    let n = probe.point(&ray, &first).n;
+    let n = if n.dot(ray.d) < 0.0 { -n } else { n };
+    let d = steep(random, n);
+    let on = probe.leave(&ray, &first, d);
+    let second = probe.nearest(&on);
+    tally.answer(second.is_some_and(|hit| hit.element.primitive == 1) && probe.occluded(&on));
+}
+
+/// A direction whose cosine with `n` is more than 0.3.
+fn steep(random: &mut Pcg64Mcg, n: DVec3) -> DVec3 {
+    loop {
+        let d = direction(random);
+        if d.dot(n) > 0.3 {
+            return d;
+        }
     }
 }
 
@@ -109,8 +139,7 @@ mod tests {
     fn bodies_are_convex_and_around_their_center() {
         for body in BODIES {
             let (eye, center) = (DVec3::new(1.0, 2.0, 30.0), DVec3::new(5.0, 6.0, 7.0));
-            let scene = scene(&text(body, eye, center, 2.0));
-            let probe = Probe::new(&scene);
+            let probe = probe(&text(body, eye, center, 2.0));
             assert_eq!(probe.origin() + probe.eye(), eye);
             let mut random = Pcg64Mcg::seed_from_u64(4);
             for _ in 0..1000 {

@@ -7,29 +7,27 @@ use lookat_scene::{Sampler, SamplerKind};
 use crate::coverage::{Known, lens, plain};
 use crate::stability::prelude::*;
 
-/// The samplers of the renderer. The first is judged by its slope, all by the correlation of their errors.
-const SAMPLERS: [(&str, SamplerKind); 4] = [
-    ("lookat sobol", SamplerKind::Sobol),
-    ("lookat halton", SamplerKind::Halton { pixel_center: false }),
-    ("lookat stratified", SamplerKind::Stratified { cells: [1, 1], jitter: true }),
-    ("lookat random", SamplerKind::Random),
+/// The samplers of the renderer, and the scrambles of each picture, by which the slope of the first is exact to about 0.006. The
+/// first is judged by its slope, all by the correlation of their errors.
+const SAMPLERS: [(&str, SamplerKind, u64); 4] = [
+    ("lookat sobol", SamplerKind::Sobol, 8),
+    ("lookat halton", SamplerKind::Halton { pixel_center: false }, FEW_SEEDS),
+    ("lookat stratified", SamplerKind::Stratified { cells: [1, 1], jitter: true }, FEW_SEEDS),
+    ("lookat random", SamplerKind::Random, FEW_SEEDS),
 ];
 
-/// Scrambles of each picture of the sampler that is judged, so that the slope is exact to about 0.006, and of others.
-const SEEDS: [u64; 2] = [8, 2];
+const FEW_SEEDS: u64 = 2;
 
-/// A row of errors for each sampler. `judged` makes of them what lookat is judged by.
+/// A row for each sampler, of pixels, an error and a remark. `judged` makes of the errors what lookat is judged by.
 fn by_sampler(
-    tried: impl Fn(usize) -> u64,
-    judged: impl Fn(&[f64; 4]) -> f64,
-    error: impl Fn(usize, SamplerKind) -> (f64, Option<String>),
+    judged: impl Fn([f64; 4]) -> f64,
+    error: impl Fn(SamplerKind, u64) -> (u64, f64, Option<String>),
 ) -> Found {
-    let measured: Vec<_> = SAMPLERS.iter().enumerate().map(|(at, (_, kind))| error(at, *kind)).collect();
-    let tally =
-        |at, error: f64| Tally { tried: tried(at), failed: u64::from(error.is_nan()), worst: Some(error) };
-    let mut found = Found::own(None, tally(0, judged(&std::array::from_fn(|at| measured[at].0))));
-    for (at, ((name, _), (error, remark))) in SAMPLERS.iter().zip(measured).enumerate() {
-        found.add(name, None, tally(at, error));
+    let measured = SAMPLERS.map(|(_, kind, seeds)| error(kind, seeds));
+    let tally = |tried, error: f64| Tally { tried, failed: u64::from(error.is_nan()), worst: Some(error) };
+    let mut found = Found::own(None, tally(measured[0].0, judged(measured.each_ref().map(|row| row.1))));
+    for ((name, ..), (tried, error, remark)) in SAMPLERS.iter().zip(measured) {
+        found.add(name, None, tally(tried, error));
         found.remarks.extend(remark.map(|remark| format!("{name}: {remark}")));
     }
     found
@@ -77,15 +75,12 @@ const COUNTS: [u32; 9] = [16, 32, 64, 128, 256, 512, 1024, 2048, 4096];
 
 pub(super) fn slopes(_: &Effort) -> Found {
     let edge = lens(SIDE);
-    let seeds = |at: usize| SEEDS[at.min(1)];
-    let tried = |at| mixed(&edge).len() as u64 * seeds(at) * COUNTS.len() as u64;
     by_sampler(
-        tried,
         |slopes| slopes[0],
-        |at, kind| {
-            let errors = COUNTS.map(|samples| edge_error(&edge, kind, samples, seeds(at)));
+        |kind, seeds| {
+            let errors = COUNTS.map(|samples| edge_error(&edge, kind, samples, seeds));
             let remark = format!("RMSE {:.2e} at 16 samples, {:.2e} at 4096", errors[0], errors[8]);
-            (slope(&errors), Some(remark))
+            (mixed(&edge).len() as u64 * seeds * COUNTS.len() as u64, slope(&errors), Some(remark))
         },
     )
 }
@@ -99,19 +94,18 @@ fn slope(errors: &[f64; 9]) -> f64 {
 
 pub(super) fn thousand(_: &Effort) -> Found {
     let edge = lens(SIDE);
-    let tried = |_| mixed(&edge).len() as u64 * SEEDS[1] + u64::from(WIDE * WIDE);
     by_sampler(
-        tried,
         |ratios| ratios[0],
-        |_, kind| {
-            let edges = [1000, 1024].map(|samples| edge_error(&edge, kind, samples, SEEDS[1]));
+        |kind, _| {
+            let edges = [1000, 1024].map(|samples| edge_error(&edge, kind, samples, FEW_SEEDS));
             let smooth = [1000, 1024].map(|samples| {
                 let pixels = picture(&sampled(&plain(WIDE).scene, kind, samples), 0);
                 rms(pixels.into_iter().map(|x| x - 0.25))
             });
             let ratios = [edges[0] / edges[1], smooth[0] / smooth[1]];
             let remark = format!("{:.2} at an edge, {:.2} under a smooth light", ratios[0], ratios[1]);
-            (ratios[0].max(ratios[1]), Some(remark))
+            let tried = mixed(&edge).len() as u64 * FEW_SEEDS + u64::from(WIDE * WIDE);
+            (tried, ratios[0].max(ratios[1]), Some(remark))
         },
     )
 }
@@ -127,12 +121,12 @@ const PICTURES: u64 = 32;
 
 pub(super) fn neighbors(_: &Effort) -> Found {
     by_sampler(
-        |_| u64::from(WIDE * WIDE) * 2 * PICTURES,
-        |correlations| correlations.iter().copied().fold(0.0, f64::max),
-        |_, kind| {
+        |correlations| correlations.into_iter().fold(0.0, f64::max),
+        |kind, _| {
             let scene = sampled(&plain(WIDE).scene, kind, FEW);
             let pictures: Vec<Vec<f64>> = (0..PICTURES).map(|seed| picture(&scene, seed)).collect();
-            (correlation(&pictures, 1).max(correlation(&pictures, WIDE as usize)), None)
+            let error = correlation(&pictures, 1).max(correlation(&pictures, WIDE as usize));
+            (u64::from(WIDE * WIDE) * 2 * PICTURES, error, None)
         },
     )
 }

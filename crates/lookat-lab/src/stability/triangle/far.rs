@@ -1,14 +1,13 @@
 //! T3 to T5: large triangles up to the horizon, small ones far away, and triangles of almost no height.
 
-use super::truth::{cosine, crossing};
 use crate::stability::prelude::*;
+use crate::stability::truth::{cosine, crossing};
 
 /// A square on the ground, its middle below an eye at height 1.
 pub(super) fn horizon(effort: &Effort) -> Found {
     Found::sweep(3300, decades(2..10), |seed, half| {
         let ground = quads(&square(DVec3::ZERO, DVec3::X * half, DVec3::Z * half));
-        let scene = scene(&seen_from(DVec3::Y, &ground));
-        let probe = Probe::new(&scene);
+        let probe = probe(&seen_from(DVec3::Y, &ground));
         tally(effort.rays, seed, |random, tally| {
             let (o, d) = downward(random, half);
             if on_ground(o, d, half) {
@@ -25,8 +24,7 @@ pub(super) fn seam(effort: &Effort) -> Found {
     Found::sweep(3400, decades(2..10), |seed, half| {
         let [a, b] = [-half, half].map(|z| DVec3::new(0.5, 0.0, z));
         let corners = [a, b, DVec3::new(-half, 0.0, 0.0), DVec3::new(half, 0.0, 0.0)];
-        let scene = scene(&seen_from(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 3, 1]])));
-        let probe = Probe::new(&scene);
+        let probe = probe(&seen_from(DVec3::Y, &mesh(&corners, &[[0, 1, 2], [0, 3, 1]])));
         tally(effort.rays, seed, |random, tally| {
             let mut number = |low, high| between(random, low, high);
             let o = DVec3::new(number(-1.0, 1.0), 1.0, number(-1.0, 1.0));
@@ -72,9 +70,7 @@ fn at_poses(
     judge: impl Fn(&mut Tally, Option<f64>, DVec3, [DVec3; 3]) + Sync,
 ) -> Tally {
     let poses = poses(seed + 100, make);
-    let alone = |triangle: &[DVec3; 3]| scene(&around_eye(&triangles(triangle)));
-    let scenes: Vec<Scene> = poses.iter().map(alone).collect();
-    let probes: Vec<Probe> = scenes.iter().map(Probe::new).collect();
+    let probes: Vec<Probe> = poses.iter().map(|pose| probe(&around_eye(&triangles(pose)))).collect();
     tally(effort.rays, seed, |random, tally| {
         let pose = random.random_range(0..POSES);
         let triangle = poses[pose];

@@ -17,8 +17,7 @@ pub(super) fn grid(effort: &Effort) -> Found {
 
 /// Sends rays through all vertices in a range, and to the edges between them.
 fn cover(grid: &Grid, range: RangeInclusive<usize>, tally: &mut Tally) {
-    let scene = grid.scene();
-    let probe = Probe::new(&scene);
+    let probe = grid.probe();
     let mut random = Pcg64Mcg::seed_from_u64(4000);
     for y in range.clone() {
         for x in range.clone() {
@@ -64,7 +63,7 @@ impl Grid {
     }
 
     /// Seen from far above by a camera that has a pixel at each vertex.
-    fn scene(&self) -> Scene {
+    fn probe(&self) -> Probe {
         let range = 0..self.cells;
         let faces: Vec<[usize; 3]> =
             range.clone().flat_map(|y| range.clone().flat_map(move |x| self.cell(x, y))).collect();
@@ -73,7 +72,7 @@ impl Grid {
             "LookAt 0 0 -10  0 0 0  0 1 0 Camera \"orthographic\" \"float screenwindow\" [{start:?} {end:?} {start:?} {end:?}]"
         );
         let world = format!("LightSource \"infinite\" {}", mesh(&self.positions, &faces));
-        scene(&pictured(&camera, self.cells as u32 + 1, 1, "path", &world))
+        probe(&pictured(&camera, self.cells as u32 + 1, 1, "path", &world))
     }
 
     /// Sends a ray at a place, in cells; everything must hit.
@@ -91,8 +90,7 @@ mod tests {
     #[test]
     fn rays_of_the_camera_go_exactly_through_vertices() {
         let grid = Grid::new(10, 1.0);
-        let scene = grid.scene();
-        let probe = Probe::new(&scene);
+        let probe = grid.probe();
         let ray = probe.camera_ray(DVec2::new(3.5, 10.0 - 7.0 + 0.5), DVec2::splat(0.5));
         assert_eq!((probe.origin() + ray.o, ray.d), (DVec3::new(3.0, 7.0, -10.0), DVec3::Z));
         let hit = probe.nearest(&ray).unwrap();

@@ -1,4 +1,4 @@
-//! T8 and T9: triangles in the same place, and rays in their plane.
+//! T6, T8 and T9: triangles without area, triangles in the same place, and rays in their plane.
 
 use lookat_render::ElementId;
 
@@ -6,23 +6,58 @@ use super::far::poses;
 use crate::stability::prelude::*;
 use crate::stability::traversal::same_on_threads;
 
+/// Triangles without area, as points and indices. Their vertices come after the three of a triangle that is right.
+const NO_AREA: [(&str, &str, &str); 5] = [
+    ("one point three times", "7 7 7  7 7 7  7 7 7", "3 4 5"),
+    ("a vertex twice", "1 2 0  0 2 1", "3 3 4"),
+    ("two vertices in one place", "1 2 0  1 2 0  0 2 1", "3 4 5"),
+    ("vertices in a line", "0 0 0  1 1 0  3 3 0", "3 4 5"),
+    ("a vertex thrice in front of the eye", "0 0 -3", "3 3 3"),
+];
+
+pub(super) fn no_area(_: &Effort) -> Found {
+    let mut found = Found::default();
+    let alone = render(&scene(&with("", "", "", "")), 1);
+    for (name, points, indices) in NO_AREA {
+        let loaded = load(&with("", points, indices, ""));
+        let is_said = loaded.diagnostics.iter().any(|problem| problem.message.contains("area"));
+        found.check(is_said, || format!("{name}: is left out, which is not said"));
+        let picture = loaded.scene.map(|scene| render(&scene, 1));
+        found.check(picture.is_some(), || format!("{name}: the whole scene is refused"));
+        let same = picture.is_some_and(|picture| picture == alone);
+        found.check(same, || format!("{name}: changes the picture"));
+        // As a light, and with normals that have no length either.
+        let normals =
+            format!("\"normal N\" [{}]", "0 0 0 ".repeat(3 + points.split_whitespace().count() / 3));
+        for (light, more) in [("AreaLightSource \"diffuse\"", ""), ("", normals.as_str())] {
+            let picture = load(&with(light, points, indices, more)).scene.map(|scene| render(&scene, 1));
+            let finite = picture.is_some_and(|rgb| rgb.as_flattened().iter().all(|x| x.is_finite()));
+            found.check(finite, || format!("{name} {light}{more}: the picture is not finite"));
+        }
+    }
+    found
+}
+
+/// A scene with one triangle and what is to be added to its mesh.
+fn with(light: &str, points: &str, indices: &str, more: &str) -> String {
+    let shape = format!("Shape \"trianglemesh\" \"point P\" [-1 -1 0  1 -1 0  0 1 1  {points}]");
+    let world =
+        format!("LightSource \"infinite\" {light} {shape} \"integer indices\" [0 1 2 {indices}] {more}");
+    pictured("LookAt 0 0 -5  0 0 0  0 1 0  Camera \"perspective\"", 16, 4, "path", &world)
+}
+
 /// Copies in each of two meshes, enough for a tree of several leaves.
 const COPIES: usize = 6;
 
 /// Two meshes of the same triangle over and over. Rays come from both sides.
 pub(super) fn same_place(effort: &Effort) -> Found {
     let poses = poses(3800, |random| [0; 3].map(|_| direction(random) * 2.0));
-    let stack = |faces: &[[usize; 3]; COPIES]| -> Vec<Scene> {
-        let mesh = |triangle| mesh(triangle, faces);
-        let world = |triangle| format!("{}\n{}", mesh(triangle), mesh(triangle));
-        poses.iter().map(|triangle| scene(&seen_from(DVec3::ZERO, &world(triangle)))).collect()
-    };
     // Each corner first, in both windings.
     let turned = [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]];
     let first = Some(ElementId { instance: ElementId::WORLD, primitive: 0, index: 0 });
-    let ask = |seed, faces| {
-        let scenes = stack(faces);
-        let probes: Vec<Probe> = scenes.iter().map(Probe::new).collect();
+    let ask = |seed, faces: &[[usize; 3]; COPIES]| {
+        let stack = |pose| around_eye(&mesh(pose, faces).repeat(2));
+        let probes: Vec<Probe> = poses.iter().map(|pose| probe(&stack(pose))).collect();
         tally(effort.rays, seed, |random, tally| {
             let pose = random.random_range(0..poses.len());
             let target = in_triangle(random, poses[pose]);
@@ -97,8 +132,7 @@ fn flat_rays(plane: [[f64; 3]; 2]) -> Vec<Flat> {
 pub(super) fn in_plane(_: &Effort) -> Found {
     let mut found = Found::default();
     for Flat { o, d, triangle } in PLANES.into_iter().flat_map(flat_rays) {
-        let scene = scene(&seen_from(DVec3::ZERO, &triangles(&triangle)));
-        let hit = Probe::new(&scene).nearest(&Ray::new(o, d));
+        let hit = probe(&around_eye(&triangles(&triangle))).nearest(&Ray::new(o, d));
         found.check(hit.is_none(), || format!("from {o} toward {d}: hits {triangle:?}"));
     }
     found
@@ -124,5 +158,11 @@ mod tests {
             assert!((flat.d.length() - 1.0).abs() < 1e-9);
         }
         assert!(FROM.iter().all(|(a, b)| *a < 0 || *b < 0 || a + b > 8));
+    }
+
+    #[test]
+    fn the_triangle_is_seen() {
+        let rgb = render(&scene(&with("", "", "", "")), 1);
+        assert!(rgb.iter().any(|pixel| *pixel != rgb[0]), "the triangle is not seen");
     }
 }

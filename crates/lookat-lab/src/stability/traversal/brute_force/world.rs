@@ -73,8 +73,7 @@ impl World {
         if chance(random, 0.2) {
             // Along an axis.
             let axis = below(random, 3);
-            d = DVec3::from_array(std::array::from_fn(|i| if i == axis { 1.0 } else { 0.0 }));
-            d *= if chance(random, 0.5) { 1.0 } else { -1.0 };
+            d = DVec3::AXES[axis] * if chance(random, 0.5) { 1.0 } else { -1.0 };
             o = target - origin - d * self.size * magnitude(random, -1.0, 1.0);
         }
         let t_max =
