@@ -121,20 +121,20 @@ pub(crate) const KINDS: &[Kind] = &[Kind::new(
 
 /// pbrt-v3's CreateFilm: the film, and the file of the picture. Reports invalid values and uses their defaults, so that
 /// the camera gets the intended film.
-pub(crate) fn film(params: &mut Params, replaced: &FilmOverride) -> (Film, PathBuf) {
+pub(crate) fn film(params: &mut Params, film_override: &FilmOverride) -> (Film, PathBuf) {
     let names = names(KINDS);
     let known = names.contains(&params.kind());
     if !known {
         params.unknown_kind::<()>(&names);
     }
     let own = [&X_RESOLUTION, &Y_RESOLUTION].map(|side| params.take(side) as u32);
-    let resolution = match replaced.resolution {
+    let resolution = match film_override.resolution {
         Some(resolution) => resolution,
-        None if replaced.quarter => own.map(|side| (side / 4).max(1)),
+        None if film_override.quarter => own.map(|side| (side / 4).max(1)),
         None => own,
     };
-    let own_crop = own_crop(params, own, replaced);
-    let crop = crop(params, replaced.crop.unwrap_or(own_crop), own, resolution, replaced);
+    let own_crop = own_crop(params, own, film_override);
+    let crop = crop(params, film_override.crop.unwrap_or(own_crop), own, resolution, film_override);
     let scale = params.take(&SCALE);
     if scale <= 0.0 {
         let message = if scale == 0.0 {
@@ -176,9 +176,9 @@ const CROP_HELP: &str = "write cropwindow as xmin xmax ymin ymax, from 0 to 1";
 const WHOLE: [f64; 4] = [0.0, 1.0, 0.0, 1.0];
 
 /// The crop window of the Film. Checks its edges, unless the caller replaces them.
-fn own_crop(params: &mut Params, resolution: [u32; 2], replaced: &FilmOverride) -> [f64; 4] {
+fn own_crop(params: &mut Params, resolution: [u32; 2], film_override: &FilmOverride) -> [f64; 4] {
     let Some(edges) = params.take(&CROP_WINDOW) else { return WHOLE };
-    if replaced.crop.is_some() {
+    if film_override.crop.is_some() {
         return edges;
     }
     let [x0, x1, y0, y1] = edges;
@@ -202,7 +202,7 @@ fn crop(
     edges: [f64; 4],
     own: [u32; 2],
     resolution: [u32; 2],
-    replaced: &FilmOverride,
+    film_override: &FilmOverride,
 ) -> PixelBounds {
     const ONE: PixelBounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
     let bounds = pixels(edges, resolution);
@@ -214,7 +214,7 @@ fn crop(
     if bounds.area() > MAX_PIXELS {
         let message =
             format!("the picture has {} pixels; the limit for one run is {MAX_PIXELS}", bounds.area());
-        if replaced.crop.is_none() && resolution == own {
+        if film_override.crop.is_none() && resolution == own {
             params.reject("xresolution", message, Some("render parts with cropwindow"));
         } else {
             params.misfit(message);

@@ -73,7 +73,7 @@ impl Options {
     pub fn settle(
         self,
         world_begin: Span,
-        replaced: &FilmOverride,
+        film_override: &FilmOverride,
         files: &Files,
         report: &mut Report,
         facts: &mut Facts,
@@ -87,7 +87,7 @@ impl Options {
             None => Entity { name: Spanned { value: default.into(), span: world_begin }, params: Vec::new() },
         };
         let params = &mut Params::new("Film", entity(self.film, "image"), files, report);
-        let (film, output) = film::film(params, replaced);
+        let (film, output) = film::film(params, film_override);
         let filter =
             filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
         let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
