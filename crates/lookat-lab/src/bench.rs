@@ -31,7 +31,12 @@ impl Suite {
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
-        ["tracing", "reading", "rendering", "features"][self as usize]
+        match self {
+            Suite::Tracing => "tracing",
+            Suite::Reading => "reading",
+            Suite::Rendering => "rendering",
+            Suite::Features => "features",
+        }
     }
 
     /// Measures it in so many rounds, at least 1.

@@ -87,6 +87,17 @@ pub(crate) fn square(middle: DVec3, across: DVec3, up: DVec3) -> [DVec3; 4] {
     [middle - across - up, middle + across - up, middle + across + up, middle - across + up]
 }
 
+/// A corner of a box: a bit of `which` for each axis, set on the high side.
+pub(crate) fn corner(low: [f64; 3], high: [f64; 3], which: usize) -> DVec3 {
+    DVec3::from_array(std::array::from_fn(|axis| if which >> axis & 1 == 0 { low[axis] } else { high[axis] }))
+}
+
+/// The sides of a box.
+pub(crate) fn cube(low: [f64; 3], high: [f64; 3]) -> String {
+    let sides = [0, 1, 3, 2, 4, 5, 7, 6, 0, 1, 5, 4, 2, 3, 7, 6, 0, 2, 6, 4, 1, 3, 7, 5];
+    quads(&sides.map(|which| corner(low, high, which)))
+}
+
 /// The beginning of a PLY file of triangles.
 pub(crate) fn ply_header(format: &str, vertices: usize, faces: usize) -> String {
     format!(

@@ -23,7 +23,7 @@ pub struct Film {
     pub max_sample_luminance: f64,
 }
 
-/// Values that replace those of the scene's `Film`.
+/// The size and the crop window of the picture, where the caller sets them instead of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FilmOverride {
     /// Width and height of the full picture in pixels, each at least 1.

@@ -5,7 +5,7 @@ use crate::film::FilmOverride;
 /// How [`load`](crate::load()) reads a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadOptions {
-    /// Values that replace those of the scene's `Film`. Default: none.
+    /// What to use instead of the size and the crop window that the scene gives. Default: what the scene gives.
     pub film: FilmOverride,
     /// Omit directives with errors and build a scene from the others. Default: false.
     pub keep_going: bool,

@@ -2,6 +2,7 @@
 
 use super::brute_force::disagreement;
 use crate::stability::prelude::*;
+use crate::text_scene::{corner, cube};
 
 /// The corners of a box, which single precision holds.
 type Box = [DVec3; 2];
@@ -57,15 +58,6 @@ fn blocks() -> (String, Vec<Box>) {
         boxes.push([low, high].map(DVec3::from));
     }
     (around_eye(&text), boxes)
-}
-
-fn corner(low: [f64; 3], high: [f64; 3], which: usize) -> DVec3 {
-    DVec3::from_array(std::array::from_fn(|axis| if which >> axis & 1 == 0 { low[axis] } else { high[axis] }))
-}
-
-pub(super) fn cube(low: [f64; 3], high: [f64; 3]) -> String {
-    let sides = [0, 1, 3, 2, 4, 5, 7, 6, 0, 1, 5, 4, 2, 3, 7, 6, 0, 2, 6, 4, 1, 3, 7, 5];
-    quads(&sides.map(|which| corner(low, high, which)))
 }
 
 fn quad(low: [f64; 3], high: [f64; 3], flat: usize) -> String {

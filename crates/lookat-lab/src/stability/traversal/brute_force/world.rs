@@ -2,8 +2,8 @@
 
 use lookat_scene::{Primitive, Shape};
 
-use super::super::boxes::cube;
 use crate::stability::prelude::*;
+use crate::text_scene::cube;
 
 /// A scene, and places in it.
 pub(super) struct World {
