@@ -352,9 +352,8 @@ impl SceneLight {
             }
             Light::Distant { direction, radiance } => SceneLight::Distant { direction, radiance },
             Light::Infinite { radiance, samples } => SceneLight::Infinite { radiance, samples },
-            Light::Environment { ref map, scale, world_from_light, light_from_world, samples } => {
-                let spaces = [world_from_light, light_from_world];
-                SceneLight::Environment(Box::new(Environment::new(map, scale, spaces, samples)))
+            Light::Environment { ref map, scale, ref world_from_light, samples } => {
+                SceneLight::Environment(Box::new(Environment::new(map, scale, world_from_light, samples)))
             }
             Light::Goniometric { position, light_from_world, intensity, ref map } => {
                 let position = position - origin;

@@ -73,10 +73,8 @@ pub enum Light {
         map: Arc<MipMap<Vec3>>,
         /// The factor on the map (`L` times `scale`).
         scale: Vec3,
-        /// Transforms directions from light space to world space.
-        world_from_light: DMat3,
-        /// The inverse.
-        light_from_world: DMat3,
+        /// From light space to world space. Only directions count.
+        world_from_light: Transform,
         /// Light samples per camera sample in the direct lighting integrator (`nsamples`, default 1).
         samples: u32,
     },

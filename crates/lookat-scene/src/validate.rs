@@ -113,9 +113,9 @@ fn is_light(light: &Light) -> bool {
             (direction.length() - 1.0).abs() < 1e-9 && radiance.is_finite()
         }
         Light::Infinite { radiance, samples } => radiance.is_finite() && samples > 0,
-        Light::Environment { ref map, scale, world_from_light, light_from_world, samples } => {
-            let spaces = world_from_light.is_finite() && light_from_world.is_finite();
-            map.mean().is_finite() && scale.is_finite() && spaces && samples > 0
+        Light::Environment { ref map, scale, ref world_from_light, samples } => {
+            let finite = map.mean().is_finite() && scale.is_finite();
+            finite && is_placed(world_from_light) && samples > 0
         }
         Light::Goniometric { position, light_from_world, intensity, ref map } => {
             let finite = position.is_finite() && light_from_world.is_finite() && intensity.is_finite();

@@ -197,9 +197,9 @@ mod tests {
     use std::path::Path;
     use std::sync::Arc;
 
-    use glam::{DMat3, DVec2, DVec3, Vec3};
+    use glam::{DVec2, DVec3, Vec3};
     use lookat_image::{MipMap, Wrap};
-    use lookat_scene::{DirectStrategy, Integrator, Light, LoadOptions, SamplerKind, load};
+    use lookat_scene::{DirectStrategy, Integrator, Light, LoadOptions, SamplerKind, Transform, load};
 
     use super::*;
     use crate::Prepared;
@@ -219,9 +219,8 @@ mod tests {
         let mut texels = vec![Vec3::splat(0.1); 32];
         texels[9] = Vec3::splat(5.0);
         let map = Arc::new(MipMap::new(8, 4, texels, Wrap::Repeat));
-        let (turned, scale, samples) = (DMat3::IDENTITY, Vec3::ONE, 1);
-        let sky =
-            Light::Environment { map, scale, world_from_light: turned, light_from_world: turned, samples };
+        let world_from_light = Transform::IDENTITY;
+        let sky = Light::Environment { map, scale: Vec3::ONE, world_from_light, samples: 1 };
         if with_sky {
             Arc::make_mut(&mut scene.world).lights.push(sky);
         }

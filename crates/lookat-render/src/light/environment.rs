@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
+use lookat_scene::Transform;
 
 use super::lune::Lune;
 use table::{DirectionTable, TableSample};
@@ -35,9 +36,9 @@ pub(super) struct EnvironmentSample {
 }
 
 impl Environment {
-    /// `spaces`: from light space to the world, and its inverse.
-    pub fn new(map: &Arc<MipMap<Vec3>>, scale: Vec3, spaces: [DMat3; 2], samples: u32) -> Self {
-        let [world_from_light, light_from_world] = spaces;
+    pub fn new(map: &Arc<MipMap<Vec3>>, scale: Vec3, world_from_light: &Transform, samples: u32) -> Self {
+        let [matrix, inverse] = [world_from_light.matrix(), world_from_light.inverse_matrix()];
+        let [world_from_light, light_from_world] = [matrix, inverse].map(DMat3::from_mat4);
         Environment {
             map: map.clone(),
             scale,
@@ -133,6 +134,7 @@ pub(super) fn place(d: DVec3) -> DVec2 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DMat4;
     use lookat_image::Wrap;
 
     use super::*;
@@ -140,15 +142,17 @@ mod tests {
     use crate::color::luminance;
 
     /// Turns, shears and mirrors.
-    const SKEWED: DMat3 = DMat3::from_cols_array(&[0.3, 1.2, 0.0, -0.5, 0.4, 0.9, 0.8, 0.1, 0.7]);
+    fn skewed() -> Transform {
+        let skew = DMat3::from_cols_array(&[0.3, 1.2, 0.0, -0.5, 0.4, 0.9, 0.8, 0.1, 0.7]);
+        Transform::from_matrix(DMat4::from_mat3(skew)).expect("it has an inverse")
+    }
 
     /// A sky with a small sun.
-    fn with<R>(world_from_light: DMat3, check: impl Fn(&Environment) -> R) -> R {
+    fn with<R>(world_from_light: Transform, check: impl Fn(&Environment) -> R) -> R {
         let mut texels: Vec<Vec3> = (0..32 * 16).map(|i| Vec3::splat((i * 37 % 11) as f32 * 0.1)).collect();
         texels[5 * 32 + 7] = Vec3::new(300.0, 200.0, 100.0);
         let map = MipMap::new(32, 16, texels, Wrap::Repeat);
-        let spaces = [world_from_light, world_from_light.inverse()];
-        check(&Environment::new(&Arc::new(map), Vec3::new(1.0, 0.5, 2.0), spaces, 1))
+        check(&Environment::new(&Arc::new(map), Vec3::new(1.0, 0.5, 2.0), &world_from_light, 1))
     }
 
     fn grid(side: u32) -> impl Iterator<Item = DVec2> {
@@ -163,7 +167,7 @@ mod tests {
 
     #[test]
     fn the_density_has_an_integral_of_one() {
-        with(SKEWED, |light| {
+        with(skewed(), |light| {
             let sum: f64 = grid(1500).map(|u| light.evaluate(None, on_sphere(u)).1).sum();
             let integral = sum * 4.0 * PI / (1500.0 * 1500.0);
             assert!((integral - 1.0).abs() < 0.01, "{integral}");
@@ -177,7 +181,7 @@ mod tests {
             let st = place(d);
             ((st.y * 8.0) as usize).min(7) * 16 + ((st.x * 16.0) as usize).min(15)
         };
-        with(SKEWED, |light| {
+        with(skewed(), |light| {
             let (mut expected, mut found) = (vec![0.0_f64; 128], vec![0.0_f64; 128]);
             let (side, samples) = (2000, 300);
             let each = 4.0 * PI / f64::from(side * side) * f64::from(samples * samples);
@@ -201,7 +205,7 @@ mod tests {
     /// all alike, which find what is not brighter than the mean.
     #[test]
     fn weights_are_bounded() {
-        with(DMat3::from_rotation_y(1.0), |light| {
+        with(Transform::from_matrix(DMat4::from_rotation_y(1.0)).expect("a rotation"), |light| {
             let shown = |d| luminance(light.radiance(d));
             let mean = grid(1500).map(|u| shown(on_sphere(u))).sum::<f64>() / (1500.0 * 1500.0);
             assert!((light.brightness() / mean - 1.0).abs() < 0.01);
@@ -222,7 +226,7 @@ mod tests {
         let lune = Lune::new(&Domain { n, ns: DVec3::Z, is_two_sided: false, is_diffuse: false }).unwrap();
         // A number and a size with which sums are rounded.
         let even = MipMap::new(63, 31, vec![Vec3::splat(0.2); 63 * 31], Wrap::Repeat);
-        let light = Environment::new(&Arc::new(even), Vec3::ONE, [SKEWED, SKEWED.inverse()], 1);
+        let light = Environment::new(&Arc::new(even), Vec3::ONE, &skewed(), 1);
         assert!(light.is_even() && light.sample(None, DVec2::splat(0.5)).is_none());
         let share = |light: &Environment| {
             let (mut inside, side) = (0, 200);
@@ -234,7 +238,7 @@ mod tests {
             f64::from(inside) / f64::from(side * side)
         };
         assert_eq!(share(&light), 1.0);
-        with(SKEWED, |light| {
+        with(skewed(), |light| {
             let sum: f64 = grid(1500).map(|u| light.evaluate(Some(&lune), on_sphere(u)).1).sum();
             let integral = sum * 4.0 * PI / (1500.0 * 1500.0);
             assert!((integral - 1.0).abs() < 0.01, "{integral}");
@@ -259,7 +263,7 @@ mod tests {
     #[test]
     fn darkness_is_not_sampled() {
         let map = MipMap::new(4, 2, vec![Vec3::ZERO; 8], Wrap::Repeat);
-        let light = Environment::new(&Arc::new(map), Vec3::ONE, [DMat3::IDENTITY; 2], 1);
+        let light = Environment::new(&Arc::new(map), Vec3::ONE, &Transform::IDENTITY, 1);
         assert!(light.sample(None, DVec2::splat(0.5)).is_none());
         assert_eq!((light.evaluate(None, DVec3::X).1, light.brightness()), (0.0, 0.0));
     }

@@ -1,6 +1,6 @@
 //! `LightSource "infinite"`: light from all directions.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::{
     Light, MAP_NAME, N_SAMPLES, RADIANCE, SAMPLES, SCALE, UNIFORM, map_name, samples, scaled, shown,
@@ -34,8 +34,7 @@ pub(super) fn infinite(
     Some(Light::Environment {
         map: shown(params, &file, pictures, UNIFORM),
         scale: radiance.clamp(-glam::Vec3::splat(LARGEST), glam::Vec3::splat(LARGEST)),
-        world_from_light: DMat3::from_mat4(world_from_light.matrix()),
-        light_from_world: DMat3::from_mat4(world_from_light.inverse_matrix()),
+        world_from_light,
         samples,
     })
 }

@@ -4,9 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use fearless_simd::Level;
-use glam::DMat3;
 use lookat_image::{MipMap, Wrap};
-use lookat_scene::{Integrator, Light, Scene};
+use lookat_scene::{Integrator, Light, Scene, Transform};
 
 use super::*;
 use crate::Progress;
@@ -207,14 +206,7 @@ fn picture_sky(is_even: bool) -> Light {
         _ => Vec3::new(0.0, 0.0, 0.212_671 / 0.072_169),
     };
     let map = Arc::new(MipMap::new(8, 4, (0..32).map(color).collect(), Wrap::Repeat));
-    let turned = DMat3::IDENTITY;
-    Light::Environment {
-        map,
-        scale: Vec3::ONE,
-        world_from_light: turned,
-        light_from_world: turned,
-        samples: 1,
-    }
+    Light::Environment { map, scale: Vec3::ONE, world_from_light: Transform::IDENTITY, samples: 1 }
 }
 
 /// A scene for paths: small, or with a tree; with lights of all kinds.

@@ -130,7 +130,8 @@ fn roughness(params: &mut TextureParams) -> Roughness {
     let aspect = (1.0 - 0.9 * constant(params, &ANISOTROPIC).clamp(0.0, 1.0)).sqrt();
     match roughness {
         Texture::Constant(width) => {
-            let [u, v] = [1.0 / aspect, aspect].map(|factor| Texture::Constant(width * width * factor));
+            let [u, v] = [1.0 / aspect, aspect].map(|factor| (width * width * factor).min(f64::MAX));
+            let [u, v] = [u, v].map(Texture::Constant);
             Roughness { u, v: Some(v), remap: false }
         }
         varying => {
