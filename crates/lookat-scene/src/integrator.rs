@@ -1,5 +1,7 @@
 //! `Integrator`: the light transport algorithm.
 
+mod stand_in;
+
 use lookat_syntax::ParamType;
 
 use crate::params::Params;
@@ -57,8 +59,11 @@ pub enum LightChoice {
 
 impl Integrator {
     /// The integrator of pbrt-v3 without an Integrator directive.
-    pub(crate) const PBRT_DEFAULT: Integrator =
-        Integrator::Path { max_depth: 5, roulette_threshold: 1.0, light_choice: LightChoice::Spatial };
+    pub(crate) const PBRT_DEFAULT: Integrator = Integrator::path(5);
+
+    const fn path(max_depth: u32) -> Integrator {
+        Integrator::Path { max_depth, roulette_threshold: 1.0, light_choice: LightChoice::Spatial }
+    }
 }
 
 const MAX_DEPTH: Key<i32> =
@@ -108,9 +113,9 @@ pub(crate) const KINDS: &[Kind] = &[
         "the open part of the sky",
         &[&[&COSINE, &NESTED, &PIXEL_BOUNDS]],
     ),
-    Kind::new("Integrator", "bdpt", "bidirectional path tracing", &[PATH]).instead("path"),
-    Kind::new("Integrator", "mlt", "Metropolis light transport", &[PATH]).instead("path"),
-    Kind::new("Integrator", "sppm", "photon mapping", &[PATH]).instead("path"),
+    stand_in::BDPT,
+    stand_in::MLT,
+    stand_in::SPPM,
 ];
 
 /// True if all rays of this integrator, including shadow rays, ignore surfaces without a material. Such surfaces are
@@ -119,9 +124,9 @@ pub(crate) fn passes_boundaries(kind: &str) -> bool {
     ["volpath", "bdpt", "mlt"].contains(&kind)
 }
 
-/// True if `path` replaces this integrator. The picture is the same, except for caustics of lights that no ray can hit.
+/// True if `path` replaces this integrator.
 pub(crate) fn is_substituted(kind: &str) -> bool {
-    ["bdpt", "mlt", "sppm"].contains(&kind)
+    KINDS.iter().any(|it| it.name == kind && !it.instead.is_empty())
 }
 
 pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
@@ -145,7 +150,7 @@ pub(crate) fn integrator(params: &mut Params) -> Option<Integrator> {
             Integrator::AmbientOcclusion { cosine, samples }
         }
         kind if is_substituted(kind) => {
-            let integrator = path(params);
+            let integrator = Integrator::path(depth(params));
             pixel_bounds(params);
             params.ignore_rest();
             integrator
@@ -195,6 +200,7 @@ fn depth(params: &mut Params) -> u32 {
 mod tests {
     use std::path::Path;
 
+    use super::*;
     use crate::{LoadOptions, load};
 
     /// The number of primitives left of three: one without a material, one emissive without a material, and one matte.
@@ -212,5 +218,40 @@ mod tests {
     fn integrators_that_know_media_pass_what_bounds_them() {
         assert_eq!(["path", "directlighting", "sppm"].map(primitives), [3; 3]);
         assert_eq!(["volpath", "bdpt", "mlt"].map(primitives), [2; 3]);
+    }
+
+    /// The parameters of pbrt-v3's CreateBDPTIntegrator, CreateMLTIntegrator and CreateSPPMIntegrator, with their defaults.
+    #[test]
+    fn parameters_of_replaced_integrators_are_those_of_pbrt() {
+        let listed = [stand_in::BDPT, stand_in::MLT, stand_in::SPPM].map(|kind| {
+            let words: Vec<String> =
+                kind.parameters().map(|it| format!("{} {}", it.name, it.default)).collect();
+            words.join(", ")
+        });
+        assert_eq!(
+            listed,
+            [
+                "maxdepth 5, lightsamplestrategy \"power\", visualizestrategies false, visualizeweights false, \
+                 pixelbounds all pixels",
+                "maxdepth 5, bootstrapsamples 100000, chains 1000, mutationsperpixel 100, largestepprobability 0.3, \
+                 sigma 0.01",
+                "maxdepth 5, numiterations 64, iterations numiterations, photonsperiteration -1, \
+                 imagewritefrequency only at the end, radius 1",
+            ]
+        );
+    }
+
+    #[test]
+    fn replaced_integrators_read_maxdepth_alone() {
+        let text = |kind: &str| {
+            format!(
+                "Integrator \"{kind}\" \"integer maxdepth\" 3 \"string lightsamplestrategy\" \"uniform\"
+                \"float rrthreshold\" .5 WorldBegin LightSource \"point\" Shape \"sphere\" WorldEnd"
+            )
+        };
+        for kind in ["bdpt", "mlt", "sppm"] {
+            let integrator = crate::load_str(&text(kind)).scene.unwrap().view.integrator;
+            assert_eq!(integrator, Integrator::path(3), "{kind}");
+        }
     }
 }
