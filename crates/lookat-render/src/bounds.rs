@@ -25,6 +25,11 @@ impl Bounds {
         Bounds::new(min - error, max + error)
     }
 
+    /// Whether it holds nothing.
+    pub fn is_empty(&self) -> bool {
+        self.min[0] > self.max[0]
+    }
+
     /// A box around two.
     pub fn union(self, other: Bounds) -> Self {
         Bounds {

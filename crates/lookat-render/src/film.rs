@@ -187,7 +187,9 @@ impl<'v> Film<'v> {
             let tile = lock(tile);
             for (at, pixel) in indices(tile.bounds, crop).zip(tile.pixels()) {
                 // pbrt-v3 writes nothing below black, which filters with negative lobes give.
-                let value = (self.value(&pixel).max(DVec3::ZERO) * self.of.scale).as_vec3().to_array();
+                let value = self.value(&pixel).max(DVec3::ZERO) * self.of.scale;
+                let value = value.clamp(DVec3::splat(f32::MIN.into()), DVec3::splat(f32::MAX.into()));
+                let value = value.as_vec3().to_array();
                 planes.iter_mut().zip(value).for_each(|(plane, value)| plane[at] = value);
             }
             if !with_errors || tile.spreads.is_empty() {

@@ -1,5 +1,6 @@
 //! Prepares a world for rays: its trees and its light tables, relative to an origin near the eye.
 
+mod brightest;
 mod origin;
 
 use std::sync::Arc;
@@ -11,6 +12,7 @@ use lookat_scene::{Camera, Light, Primitive, Scene, Shape, View, World};
 use crate::camera::CameraRays;
 use crate::light::LightTable;
 use crate::traceable::Traceable;
+pub(crate) use brightest::Brightest;
 use origin::Lattice;
 
 /// A world with its trees and light tables. Views of it render without preparing it again:
@@ -35,6 +37,7 @@ use origin::Lattice;
 pub struct Prepared {
     world: Arc<World>,
     lattice: Lattice,
+    pub(crate) brightest: Brightest,
     pub(crate) traceable: Traceable,
     pub(crate) lights: LightTable,
 }
@@ -45,7 +48,8 @@ impl Prepared {
         let world = scene.world.clone();
         let lattice = Lattice::new(&world);
         let (traceable, lights) = relative_to(&world, lattice.origin(CameraRays::eye(&scene.view.camera)));
-        Prepared { world, lattice, traceable, lights }
+        let brightest = Brightest::new(&world);
+        Prepared { world, lattice, brightest, traceable, lights }
     }
 
     /// Moves the origin to the cell of a camera, and returns the time that this took.
@@ -53,6 +57,8 @@ impl Prepared {
         let started = Instant::now();
         let origin = self.lattice.origin(CameraRays::eye(camera));
         if origin != self.traceable.origin {
+            // Gives the memory of the old trees back first.
+            (self.traceable, self.lights) = relative_to(&Arc::default(), origin);
             (self.traceable, self.lights) = relative_to(&self.world, origin);
         }
         started.elapsed()

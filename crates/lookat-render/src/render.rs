@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod control;
+mod exposure;
 mod fixed;
 mod forecast;
 mod lanes;
@@ -82,6 +83,9 @@ pub struct Statistics {
     pub rays: u64,
     /// Samples that were infinite or not a number, and counted as black.
     pub rejected: u64,
+    /// Samples that were too bright for the film, and counted as the brightest that it holds: about 2^31 times the root mean
+    /// square of the picture, and at least four times the brightest light that a ray can hit.
+    pub clamped: u64,
     /// The fewest samples that a pixel has; 0 where the time was too short for some.
     pub least: u32,
     /// The most samples that a pixel has.
@@ -216,6 +220,7 @@ where
         samples: counts().map(u64::from).sum(),
         rays: control.rays(),
         rejected: control.rejected(),
+        clamped: control.clamped(),
         least: counts().min().unwrap_or(0),
         most: counts().max().unwrap_or(0),
         target,
@@ -258,6 +263,42 @@ mod tests {
         }
     }
 
+    /// A lamp of two pixels, between the samples that find the brightness.
+    #[test]
+    fn lamps_that_few_rays_hit_keep_their_light() {
+        for (radiance, sky) in [(1e6_f32, "1e-4"), (1e12, "0"), (1e-20, "0")] {
+            let scene = scene(&format!(
+                "Film \"image\" \"integer xresolution\" 64 \"integer yresolution\" 64 Sampler \"sobol\"
+                Camera \"perspective\" \"float fov\" 90 Integrator \"path\" \"integer maxdepth\" 0 WorldBegin
+                LightSource \"infinite\" \"rgb L\" [{sky} {sky} {sky}] Translate 1.25 1.25 20
+                AreaLightSource \"diffuse\" \"rgb L\" [{radiance} {radiance} {radiance}]
+                Shape \"sphere\" \"float radius\" .55 WorldEnd"
+            ));
+            let rendered = render(&scene, &Settings::default(), &|_| ControlFlow::Continue(()));
+            let found = rendered.image.channels[0].samples.iter().copied().fold(0.0, f32::max);
+            assert!(found > 0.5 * radiance && found <= radiance, "{radiance}: {found}");
+            assert_eq!(rendered.statistics.clamped, 0);
+        }
+    }
+
+    /// Nothing of it can be hit, and it is in nobody's way.
+    #[test]
+    fn an_instance_without_area_hides_nothing() {
+        let picture = |instance: &str| {
+            let spheres: String = (0..40)
+                .map(|at| format!("Translate {} 0 0 Shape \"sphere\" \"float radius\" .2\n", at % 3))
+                .collect();
+            let scene = scene(&format!(
+                "Film \"image\" \"integer xresolution\" 32 \"integer yresolution\" 16 Camera \"orthographic\"
+                \"float screenwindow\" [-1 40 -1 1] Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"path\"
+                WorldBegin LightSource \"infinite\" ObjectBegin \"flat\" Shape \"trianglemesh\" \"integer indices\" [0 1 2]
+                \"point P\" [0 0 0 1 0 0 2 0 0] ObjectEnd Translate 0 0 3 {instance} {spheres} WorldEnd"
+            ));
+            render(&scene, &Settings::default(), &|_| ControlFlow::Continue(())).image.rgb()
+        };
+        assert_eq!(picture("ObjectInstance \"flat\""), picture(""));
+    }
+
     /// Replicates are kept in `f32`; errors far below its precision are told all the same.
     #[test]
     fn a_very_small_target_error_is_reached() {
@@ -281,7 +322,7 @@ mod tests {
         );
     }
 
-    /// From any thread, at any time; the last one is the picture.
+    /// From any thread, at any time; the last ones are close to the picture.
     #[test]
     fn snapshots_grow_into_the_picture() {
         let scene = scene(

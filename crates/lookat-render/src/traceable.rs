@@ -64,7 +64,11 @@ impl Traceable {
                 (objects.len() - 1, glows)
             });
             let placed = PlacedInstance::new(object, &instance.world_from_object, origin);
-            let bounds = placed.bounds(objects[object].bvh.bounds());
+            let of_object = objects[object].bvh.bounds();
+            if of_object.is_empty() {
+                continue;
+            }
+            let bounds = placed.bounds(of_object);
             world.push(bounds, Other::Instance { instance: instances.len() as u32 });
             if glows {
                 world.emitters.push(bounds);

@@ -189,7 +189,7 @@ fn picture(
     let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
     let name = file.file_name().unwrap_or_default();
     let file = destination.write(name, |path| rendered.image.write(path))?;
-    let Statistics { least, most, rays, rejected, target, .. } = rendered.statistics;
+    let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
     // The channels after the colors are error layers.
     let colors = &rendered.image.channels[..3];
     let picture = JsonPicture {
@@ -202,6 +202,7 @@ fn picture(
         seconds,
         rays,
         rejected_samples: rejected,
+        clamped_samples: clamped,
         complete: rendered.complete,
         black: colors.iter().all(|channel| channel.samples.iter().all(|sample| *sample == 0.0)),
         target: target_error(&settings).zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),

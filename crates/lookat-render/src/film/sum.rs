@@ -51,6 +51,12 @@ impl Scale {
         Scale { brightness, most: MOST * brightness, high: 2_f64.powi(FRACTION) / brightness }
     }
 
+    /// Whether a sample is too bright for its sum.
+    #[inline(always)]
+    pub fn clamps(self, radiance: Vec3) -> bool {
+        f64::from(radiance.abs().max_element()) > self.most
+    }
+
     /// High and low units.
     #[inline(always)]
     fn fixed(self, x: f32) -> [i64; 2] {
@@ -239,15 +245,18 @@ impl Spread {
             let products = sums.products.map(|sum| scale.square(sum) / scale.brightness);
             (products.into(), sums.signs as f64 * 2_f64.powi(-SIGN_FRACTION))
         });
+        // A unit for each square that was rounded. Black has none.
+        let rounding = scale.square(self.replicates.into());
         let error = |channel: usize| {
             let mean = mean[channel];
+            let rounding = if mean == 0.0 { 0.0 } else { rounding };
             let squares =
                 scale.square(self.squares[channel]) - 2.0 * mean * products[channel] + mean * mean * signs;
             let left = signed[channel] - mean * pixel.signs();
-            // Rounding may leave less than nothing.
             let variance = (squares - left * left / count) / (f64::from(self.replicates - 1) * count);
-            // `max` would make 0 of what is not known.
-            (weight * if variance < 0.0 { 0.0 } else { variance.sqrt() }) as f32
+            // Rounding may leave less than nothing. `max` would make 0 of what is not known.
+            let variance = if variance < 0.0 { 0.0 } else { variance };
+            (weight * (variance + rounding / (f64::from(self.replicates - 1) * count)).sqrt()) as f32
         };
         let errors = Vec3::from_array(from_fn(error));
         // What is too large for a number is not known.
@@ -395,6 +404,25 @@ mod tests {
             let error = spread.standard_error(None, &pixel, 1.0, SCALE()).x / mean;
             let expected = if is_known { 0.1 / 15_f32.sqrt() } else { f32::INFINITY };
             assert!(error == expected || (error / expected - 1.0).abs() < 1e-4, "{mean}: {error} {expected}");
+        }
+    }
+
+    /// Squares far below the unit make an error that is too large, and none of 0 but for black.
+    #[test]
+    fn errors_of_dark_pixels_are_not_lost() {
+        for mean in [1e-4_f32, 1e-8, 1e-10, 1e-12, 0.0] {
+            let (mut pixel, mut spread) = (Pixel::default(), Spread::default());
+            for replicate in 0..16 {
+                let mut samples = Pixel::default();
+                let value = Vec3::splat(if replicate % 2 == 0 { 0.9 * mean } else { 1.1 * mean });
+                samples.add(value, false, SCALE());
+                spread.add(samples.signed(SCALE()), 1, SCALE());
+                pixel += samples;
+            }
+            let error = spread.standard_error(None, &pixel, 1.0, SCALE()).x;
+            let expected = 0.1 * mean / 15_f32.sqrt();
+            let excess = if mean == 0.0 { 0.0 } else { 1e-10 };
+            assert!((0.9999 * expected..=1.0001 * expected + excess).contains(&error), "{mean}: {error}");
         }
     }
 

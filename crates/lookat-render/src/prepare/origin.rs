@@ -41,6 +41,8 @@ impl Lattice {
                 known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| of_object(&instance.object));
             placed_box(*object, |p| instance.world_from_object.point(p))
         }));
+        // Objects without an element have no box.
+        boxes.retain(|[low, high]| low.is_finite() && high.is_finite());
         let [low, high] = around(boxes.iter().copied());
         let mut sizes: Vec<f64> = boxes.iter().map(|[low, high]| (high - low).max_element()).collect();
         sizes.retain(|size| *size > 0.0);
@@ -53,7 +55,8 @@ impl Lattice {
 
     /// The origin for an eye: the nearest place of the lattice, or the eye itself where the lattice is too fine for it.
     pub fn origin(&self, eye: DVec3) -> DVec3 {
-        let origin = (eye / self.cell).round() * self.cell;
+        // Adds 0, so that no coordinate is -0.
+        let origin = (eye / self.cell).round() * self.cell + DVec3::ZERO;
         if origin.is_finite() { origin } else { eye }
     }
 }

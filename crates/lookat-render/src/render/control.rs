@@ -23,6 +23,7 @@ pub(super) struct Control<'p> {
     pixels_done: AtomicU64,
     rays: AtomicU64,
     rejected: AtomicU64,
+    clamped: AtomicU64,
 }
 
 impl<'p> Control<'p> {
@@ -44,6 +45,7 @@ impl<'p> Control<'p> {
             pixels_done: AtomicU64::new(0),
             rays: AtomicU64::new(0),
             rejected: AtomicU64::new(0),
+            clamped: AtomicU64::new(0),
         }
     }
 
@@ -82,10 +84,11 @@ impl<'p> Control<'p> {
         }
     }
 
-    /// Counts the rays and the rejected samples of a tile.
-    pub fn add(&self, rays: u64, rejected: u64) {
+    /// Counts the rays of a tile, and its rejected and clamped samples.
+    pub fn add(&self, rays: u64, rejected: u64, clamped: u64) {
         self.rays.fetch_add(rays, Ordering::Relaxed);
         self.rejected.fetch_add(rejected, Ordering::Relaxed);
+        self.clamped.fetch_add(clamped, Ordering::Relaxed);
     }
 
     pub fn is_stopped(&self) -> bool {
@@ -111,6 +114,10 @@ impl<'p> Control<'p> {
 
     pub fn rejected(&self) -> u64 {
         self.rejected.load(Ordering::Relaxed)
+    }
+
+    pub fn clamped(&self) -> u64 {
+        self.clamped.load(Ordering::Relaxed)
     }
 }
 

@@ -63,7 +63,10 @@ where
             let mut tile = lock(tile);
             policy.add(&jobs, film, &mut tile, state);
             policy.finish(film, &tile, state, control);
-            control.add(tracer.rays, jobs.iter().map(|job| job.samples.rejected).sum());
+            let samples = || jobs.iter().map(|job| &job.samples);
+            let [rejected, clamped] =
+                [samples().map(|it| it.rejected).sum(), samples().map(|it| it.clamped).sum()];
+            control.add(tracer.rays, rejected, clamped);
         });
     }
     states

@@ -4,7 +4,7 @@ use std::array::from_fn;
 use std::ops::Range;
 
 use glam::{DVec2, Vec3};
-use lookat_scene::{Sampler, SamplerKind, View};
+use lookat_scene::{Sampler, View};
 
 use super::control::{Control, Meter};
 use crate::camera::{CameraRay, CameraRays};
@@ -18,10 +18,10 @@ use crate::trace::BUNDLE;
 
 /// What every sample needs.
 pub(super) struct Context<'a, F> {
-    prepared: &'a Prepared,
+    pub(super) prepared: &'a Prepared,
     pub film: &'a Film<'a>,
     /// That of the film.
-    scale: Scale,
+    pub(super) scale: Scale,
     pub control: &'a Control<'a>,
     pub(super) filter: &'a FilterSampler,
     pub(super) camera: CameraRays,
@@ -97,6 +97,8 @@ pub(super) struct Samples {
     pub squares: f64,
     /// How many were infinite or not a number.
     pub rejected: u64,
+    /// How many were brighter than the film's sums hold.
+    pub clamped: u64,
 }
 
 /// Bounds of samples.
@@ -125,33 +127,10 @@ impl Seen {
     }
 }
 
-/// Pixels of the full picture across which brightness is looked for, in each direction.
-const EXPOSURE: u32 = 16;
-
 impl<F> Context<'_, F>
 where
     F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
 {
-    /// Finds out how bright samples are, by a few of them that depend on no seed and no crop window, and sets the scale of sums.
-    pub fn expose(&mut self) {
-        let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 1 };
-        let pattern = Pattern { sampler, seed: 0, is_watched: true };
-        let [width, height] = self.film.resolution().map(u64::from);
-        let place = |at: u64| {
-            let [x, y] = [at % u64::from(EXPOSURE), at / u64::from(EXPOSURE)];
-            [x * width, y * height].map(|at| (at / u64::from(EXPOSURE)) as u32)
-        };
-        let jobs = (0..u64::from(EXPOSURE).pow(2)).map(|at| Job::new(pattern, place(at), 0..1));
-        let (mut jobs, mut tracer): (Vec<Job>, _) = (jobs.collect(), self.tracer());
-        self.sample_all(&mut tracer, &mut Meter::silent(self.control), &mut jobs);
-        let squares: f64 = jobs.iter().map(|job| job.samples.squares).sum();
-        let brightness = (squares / f64::from(EXPOSURE.pow(2))).sqrt();
-        if brightness > 0.0 && brightness.is_finite() {
-            self.scale = Scale::new(brightness);
-        }
-        self.film.set_scale(self.scale);
-    }
-
     /// Does jobs, which are all for one kind and number of samples, as long as there is time: some may be left.
     pub fn sample_all(&self, tracer: &mut Tracer, meter: &mut Meter, jobs: &mut [Job]) {
         if let Some(lanes) = &self.lanes {
@@ -233,11 +212,11 @@ where
     #[inline(always)]
     pub(super) fn add(&self, pattern: &Pattern, mut radiance: Vec3, negative: bool, samples: &mut Samples) {
         if !radiance.is_finite() {
-            debug_assert!(false, "radiance {radiance}");
             samples.rejected += 1;
             radiance = Vec3::ZERO;
         }
         let radiance = self.film.limited(radiance);
+        samples.clamped += u64::from(self.scale.clamps(radiance));
         samples.pixel.add(radiance, negative, self.scale);
         if pattern.is_watched {
             samples.squares += radiance.as_dvec3().length_squared();

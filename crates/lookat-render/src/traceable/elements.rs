@@ -65,7 +65,7 @@ impl Builder {
                 }
                 Shape::TriangleMesh(mesh) => all.push_mesh(mesh, primitive),
             }
-            if shape.emission.is_some() {
+            if shape.emission.is_some() && all.references.len() > before {
                 all.emitters.push(around(&all.references[before..]));
             }
         }

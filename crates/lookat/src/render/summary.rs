@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use lookat_render::{Reached, Rendered, Settings, Stop, TargetError};
-use lookat_scene::Scene;
+use lookat_scene::{Integrator, Scene};
 use serde::Serialize;
 
 use crate::report::JsonDiagnostic;
@@ -30,6 +30,7 @@ pub(super) struct JsonPicture {
     pub seconds: f64,
     pub rays: u64,
     pub rejected_samples: u64,
+    pub clamped_samples: u64,
     pub complete: bool,
     /// True if no light reached the camera.
     pub black: bool,
@@ -118,12 +119,17 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
 /// Prints the reason why a picture is all black.
 pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &Scene) {
     if picture.black && rendered.complete && picture.least_samples > 0 {
+        let depth = match scene.view.integrator {
+            Integrator::Path { max_depth, .. } | Integrator::DirectLighting { max_depth, .. } => max_depth,
+            Integrator::AmbientOcclusion { .. } => 1,
+        };
         // Without secondary rays, no surface scattered light.
-        let is_alone = picture.rays == rendered.statistics.samples;
+        let is_alone = picture.rays == rendered.statistics.samples && depth > 0;
         crate::say(match is_alone {
             true => {
                 "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov"
             }
+            false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are seen",
             false
                 if scene.world.lights.is_empty()
                     && scene.world.shapes().any(|shape| shape.emission.is_some()) =>
@@ -136,6 +142,13 @@ pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &
     if rendered.statistics.rejected > 0 {
         let count = rendered.statistics.rejected;
         crate::say(&format!("{count} samples were infinite or NaN and are used as black"));
+    }
+    if rendered.statistics.clamped > 0 {
+        let count = rendered.statistics.clamped;
+        crate::say(&format!(
+            "{count} samples were about 2^31 times as bright as the picture, more than its sums hold, and are used as that bright; \
+            \"float maxsampleluminance\" of the Film sets a limit of your own"
+        ));
     }
 }
 
