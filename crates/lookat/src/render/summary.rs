@@ -146,8 +146,8 @@ pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &
     if rendered.statistics.clamped > 0 {
         let count = rendered.statistics.clamped;
         crate::say(&format!(
-            "{count} samples were about 2^31 times as bright as the picture, more than its sums hold, and are used as that bright; \
-            \"float maxsampleluminance\" of the Film sets a limit of your own"
+            "{count} samples were too bright for the film, about 2^31 times as bright as the picture, and are used as that bright; \
+            set \"float maxsampleluminance\" of the Film"
         ));
     }
 }
