@@ -84,3 +84,118 @@ fn what_is_not_rendered_is_explained_too() {
     assert!(explain(&["Accelerator", "bvh"]).out.contains("\"string splitmethod\", default \"sah\""));
     assert!(explain(&["MakeNamedMedium"]).out.contains("not supported: lookat renders empty space"));
 }
+
+#[test]
+fn directives_without_types_are_explained() {
+    let look = explain(&["LookAt"]).out;
+    assert!(look.starts_with("LookAt ex ey ez lx ly lz ux uy uz  places the camera"), "{look}");
+    for word in ["WorldBegin", "Include", "Transform", "ObjectInstance", "MediumInterface", "NamedMaterial"] {
+        let run = explain(&[word]);
+        assert!(run.status == 0 && run.out.starts_with(word) && run.out.lines().count() == 1, "{}", run.out);
+        let (written, meaning) = run.out.trim_end().split_once("  ").unwrap();
+        let is_listed = |line: &str| line.starts_with(written) && line.ends_with(meaning);
+        assert!(explain(&[]).out.lines().any(is_listed), "{word}");
+    }
+    let value: Value = serde_json::from_str(&explain(&["Include", "--json"]).out).unwrap();
+    assert_eq!((&value[0]["type"], &value[0]["arguments"]), (&Value::Null, &"\"file\"".into()));
+    assert!(explain(&["Scale", "x"]).err.contains("Scale has no types: write Scale x y z"));
+}
+
+#[test]
+fn the_type_of_a_named_material_is_a_parameter() {
+    for words in [&["MakeNamedMaterial", "matte", "type"], &["MakeNamedMedium", "homogeneous", "type"]] {
+        assert!(explain(words).out.starts_with("  \"string type\", required\n"), "{}", explain(words).err);
+    }
+}
+
+#[test]
+fn shapes_override_parameters_of_materials() {
+    let kd = explain(&["Shape", "sphere", "Kd"]).out;
+    assert!(kd.starts_with("a shape can override \"Kd\" of its material:\nMaterial matte Kd"), "{kd}");
+    assert!(explain(&["Shape", "sphere", "radius"]).out.contains("the radius of the sphere"));
+}
+
+#[test]
+fn default_types_are_marked() {
+    for (directive, name) in
+        [("Camera", "perspective"), ("PixelFilter", "box"), ("Sampler", "halton"), ("Integrator", "path")]
+    {
+        let out = explain(&[directive]).out;
+        let marked: Vec<&str> = out.lines().filter(|line| line.ends_with("; the default")).collect();
+        assert!(marked.len() == 1 && marked[0].contains(&format!("{directive} \"{name}\"")), "{out}");
+    }
+}
+
+#[test]
+fn the_empty_type_is_written_with_quotes() {
+    let err = explain(&["Material", "wood"]).err;
+    assert!(err.trim_end().ends_with("fourier, none, \"\""), "{err}");
+    let err = explain(&["Material", "none", "bumpmap"]).err;
+    assert!(err.contains("Material \"none\" has no parameter \"bumpmap\": it takes no parameters"), "{err}");
+}
+
+#[test]
+fn words_of_other_programs_lead_to_types() {
+    for (directive, word, name) in [
+        ("Material", "lambert", "matte"),
+        ("Material", "dielectric", "glass"),
+        ("Material", "principled", "disney"),
+        ("Shape", "obj", "plymesh"),
+        ("Shape", "mesh", "trianglemesh"),
+        ("LightSource", "sun", "distant"),
+        ("LightSource", "envmap", "infinite"),
+        ("Camera", "pinhole", "perspective"),
+        ("Texture", "bitmap", "imagemap"),
+        ("PixelFilter", "lanczos", "sinc"),
+    ] {
+        let out = explain(&[directive, word]).out;
+        assert!(out.starts_with(&format!("\"{word}\" is \"{name}\" in pbrt")), "{out}");
+        assert!(out.contains(&format!("\n{directive} \"{name}\": ")), "{out}");
+        assert!(explain(&[word]).out.contains(&format!("{directive} {name} ")), "{word}");
+    }
+    assert!(explain(&["Shape", "cube"]).out.starts_with("Shape  pbrt-v3 has no such shape: write it as"));
+    for (word, advice) in [
+        ("Filter", "write PixelFilter"),
+        ("Light", "write LightSource \"point\""),
+        ("AreaLight", "this is a directive of an older pbrt; in pbrt-v3 it is AreaLightSource"),
+        ("SurfaceIntegrator", "this is a directive of an older pbrt; in pbrt-v3 it is Integrator"),
+    ] {
+        assert!(explain(&[word]).out.starts_with(advice), "{word}: {}", explain(&[word]).out);
+    }
+}
+
+#[test]
+fn a_word_alone_leads_to_parameters() {
+    for (words, line) in [
+        (&["fov"][..], "Camera perspective fov "),
+        (&["aperture"], "Camera environment lensradius "),
+        (&["focus"], "Camera perspective focaldistance "),
+        (&["resolution"], "write \"integer xresolution\" and \"integer yresolution\""),
+        (&["albedo"], "Material mirror Kr "),
+        (&["ior"], "Material uber eta "),
+        (&["roughness"], "Material plastic roughness "),
+        (&["roughness"], "Material matte                  the roughness of matte is \"float sigma\""),
+        (&["emission"], "LightSource point I "),
+        (&["kd"], "Material matte Kd "),
+        (&["sphere"], "Shape sphere "),
+        (&["Camera", "aperture"], "Camera orthographic lensradius "),
+        (&["Material", "ior"], "Material glass eta "),
+    ] {
+        let run = explain(words);
+        assert!(run.status == 0 && run.out.contains(line), "{words:?}: {}{}", run.out, run.err);
+        let value: Value = serde_json::from_str(&explain(&[words, &["--json"]].concat()).out).unwrap();
+        assert!(!value["found"].as_array().unwrap().is_empty(), "{words:?}");
+    }
+    assert!(!explain(&["Camera", "aperture"]).out.contains("Film"));
+    assert!(explain(&["sphre"]).err.contains("did you mean sphere?"));
+}
+
+#[test]
+fn advice_is_in_json_too() {
+    let run = explain(&["Camra", "--json"]);
+    let value: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(run.status, 2);
+    assert_eq!(value["error"], "there is no directive \"Camra\": did you mean Camera?");
+    let value: Value = serde_json::from_str(&explain(&["Shape", "obj", "--json"]).out).unwrap();
+    assert!(value[0]["remark"].as_str().unwrap().contains("convert the mesh to PLY"));
+}

@@ -146,7 +146,8 @@ const REALISTIC: Keys =
     &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("Camera", "perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON]),
+    Kind::new("Camera", "perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON])
+        .by_default(),
     Kind::new("Camera", "orthographic", "parallel rays along +z", &[COMMON, &[&TELECENTRIC]]),
     Kind::new("Camera", "environment", "all directions around a point", &[COMMON]),
     Kind::new("Camera", "realistic", "lenses from a file", &[REALISTIC])

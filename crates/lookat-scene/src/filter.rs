@@ -73,7 +73,7 @@ const TWO: Sides = sides(2.0);
 const FOUR: Sides = sides(4.0);
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("PixelFilter", "box", "equal weights", &[&[&HALF.0, &HALF.1]]),
+    Kind::new("PixelFilter", "box", "equal weights", &[&[&HALF.0, &HALF.1]]).by_default(),
     Kind::new("PixelFilter", "triangle", "weights that fall to 0 at the edge", &[&[&TWO.0, &TWO.1]]),
     Kind::new(
         "PixelFilter",

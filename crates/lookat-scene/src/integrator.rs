@@ -93,7 +93,7 @@ const PIXEL_BOUNDS: Key<Integers> =
 const PATH: Keys = &[&MAX_DEPTH, &ROULETTE, &LIGHT_STRATEGY, &PIXEL_BOUNDS];
 
 pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("Integrator", "path", "path tracing", &[PATH]),
+    Kind::new("Integrator", "path", "path tracing", &[PATH]).by_default(),
     Kind::new("Integrator", "volpath", "path tracing; rays pass surfaces without a material", &[PATH]),
     Kind::new(
         "Integrator",

@@ -18,7 +18,7 @@ const NAMED_MATERIALS: &[Kind] = &{
     let mut kinds = [material::KINDS[0]; material::KINDS.len()];
     let mut index = 0;
     while index < kinds.len() {
-        kinds[index] = material::KINDS[index].of("MakeNamedMaterial");
+        kinds[index] = material::KINDS[index].of("MakeNamedMaterial", &[&material::TYPE]);
         index += 1;
     }
     kinds

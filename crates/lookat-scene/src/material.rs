@@ -20,9 +20,11 @@ mod uber;
 use std::rc::Rc;
 
 use glam::Vec3;
+use lookat_syntax::Text;
 
 use crate::names::Names;
-use crate::schema::names;
+use crate::params::Params;
+use crate::schema::{Key, Name, names};
 use crate::texture::{Texture, TextureParams};
 
 pub use glass::Glass;
@@ -111,6 +113,18 @@ impl Material {
     pub fn needs(&self) -> Needs {
         self.needs
     }
+}
+
+pub(crate) const TYPE: Key<Name> = Key::string("type", "the type of the material").required();
+
+/// The type of a named material, which is a parameter.
+pub(crate) fn named_type(params: &mut Params) -> Option<Text> {
+    let kind = params.take(&TYPE);
+    if kind.is_none() {
+        let message = format!("named material \"{}\" has no type", params.kind());
+        params.missing(TYPE.name, &message, "add \"string type\" \"matte\"");
+    }
+    kind
 }
 
 /// The named materials.

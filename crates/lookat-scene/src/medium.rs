@@ -29,7 +29,9 @@ const DENSITY: Key<Floats> = unread(
     Key::new("density", ParamType::Float, Floats, "nx times ny times nz densities, x fastest").required(),
 );
 
-const COMMON: Keys = &[&ABSORPTION, &SCATTERING, &PRESET, &G, &SCALE];
+const TYPE: Key<Name> = unread(Key::string("type", "the type").required());
+
+const COMMON: Keys = &[&TYPE, &ABSORPTION, &SCATTERING, &PRESET, &G, &SCALE];
 
 /// The types, which the parameter "string type" gives.
 pub(crate) const KINDS: &[Kind] = &[

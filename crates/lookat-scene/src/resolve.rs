@@ -133,7 +133,7 @@ impl<'a> Resolver<'a> {
             EntityKind::Shape => self.shape(entity),
             EntityKind::LightSource => self.light_source(entity),
             EntityKind::Material => self.state.material = Rc::new(self.material(entity, "Material")),
-            EntityKind::MakeNamedMaterial => self.make_named_material(entity)?,
+            EntityKind::MakeNamedMaterial => self.make_named_material(entity),
             EntityKind::AreaLightSource => {
                 let params = &mut Params::new("AreaLightSource", entity, &self.files, &mut self.report);
                 let emission = light::emission(params);

@@ -98,7 +98,8 @@ pub(crate) const KINDS: &[Kind] = &[
         "halton",
         "the Halton sequence, scrambled in each pixel",
         &[&[&PIXEL_SAMPLES, &PIXEL_CENTER]],
-    ),
+    )
+    .by_default(),
     Kind::new("Sampler", "sobol", "the Sobol' sequence, scrambled in each pixel", &[&[&PIXEL_SAMPLES]]),
     Kind::new("Sampler", "random", "independent samples", &[&[&FEW_PIXEL_SAMPLES]]),
     Kind::new(

@@ -9,8 +9,7 @@ use lookat_syntax::ParamType;
 
 pub(crate) use key::{Described, Key};
 pub(crate) use range::Range;
-pub(crate) use synonyms::type_synonym;
-pub use synonyms::{Synonym, parameter_synonyms};
+pub use synonyms::{Synonym, parameter_synonyms, type_synonym};
 pub(crate) use value::{
     Color, ColorTexture, DefaultValue, Edges, FloatTexture, Floats, Given, GivenTexture, Integers, Name,
     Needed, Pairs, Triples,
@@ -33,7 +32,11 @@ pub struct Kind {
     pub meaning: &'static str,
     /// What lookat renders instead; empty for a type that it renders.
     pub instead: &'static str,
+    /// True for the type that pbrt-v3 uses if a scene lacks the directive.
+    pub is_default: bool,
     keys: &'static [Keys],
+    /// Parameters before `keys`.
+    first: Keys,
 }
 
 impl Kind {
@@ -44,7 +47,7 @@ impl Kind {
         meaning: &'static str,
         keys: &'static [Keys],
     ) -> Kind {
-        Kind { directive, name, meaning, instead: "", keys }
+        Kind { directive, name, meaning, instead: "", is_default: false, keys, first: &[] }
     }
 
     /// A type that lookat does not render, and what it renders instead.
@@ -52,14 +55,19 @@ impl Kind {
         Kind { instead, ..self }
     }
 
-    /// The same type of another directive.
-    pub(crate) const fn of(self, directive: &'static str) -> Kind {
-        Kind { directive, ..self }
+    /// The type that pbrt-v3 uses if a scene lacks the directive.
+    pub(crate) const fn by_default(self) -> Kind {
+        Kind { is_default: true, ..self }
+    }
+
+    /// The same type of another directive, with more parameters.
+    pub(crate) const fn of(self, directive: &'static str, first: Keys) -> Kind {
+        Kind { directive, first, is_default: false, ..self }
     }
 
     /// The parameters, in the order of the documentation.
     pub fn parameters(&self) -> impl Iterator<Item = Parameter> {
-        let keys = self.keys.iter().flat_map(|keys| keys.iter());
+        let keys = self.first.iter().chain(self.keys.iter().copied().flatten());
         keys.map(|key| key.parameter()).map(|parameter| Parameter {
             synonyms: synonyms::words_for(self.directive, self.name, parameter.name),
             ..parameter

@@ -177,47 +177,6 @@ impl EntityKind {
 }
 
 impl Directive {
-    /// Every keyword of pbrt-v3.
-    pub const KEYWORDS: [&'static str; 37] = [
-        "Identity",
-        "Translate",
-        "Scale",
-        "Rotate",
-        "LookAt",
-        "Transform",
-        "ConcatTransform",
-        "CoordinateSystem",
-        "CoordSysTransform",
-        "ActiveTransform",
-        "TransformTimes",
-        "TransformBegin",
-        "TransformEnd",
-        "AttributeBegin",
-        "AttributeEnd",
-        "ObjectBegin",
-        "ObjectEnd",
-        "ObjectInstance",
-        "ReverseOrientation",
-        "WorldBegin",
-        "WorldEnd",
-        "NamedMaterial",
-        "MediumInterface",
-        "Texture",
-        "Include",
-        "Camera",
-        "Film",
-        "PixelFilter",
-        "Sampler",
-        "Integrator",
-        "Accelerator",
-        "Shape",
-        "Material",
-        "MakeNamedMaterial",
-        "LightSource",
-        "AreaLightSource",
-        "MakeNamedMedium",
-    ];
-
     /// The keyword of the directive.
     pub fn keyword(&self) -> &'static str {
         match self {

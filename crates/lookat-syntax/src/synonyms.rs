@@ -2,7 +2,7 @@
 //! plain data.
 
 /// What to write instead of a word from elsewhere that stands in place of a directive.
-pub(crate) fn directive_advice(word: &str) -> Option<&'static str> {
+pub fn directive_advice(word: &str) -> Option<&'static str> {
     let plain: String = word.to_ascii_lowercase().replace(['_', '-'], "");
     DIRECTIVES.iter().find(|(words, _)| words.contains(&&plain[..])).map(|(_, advice)| *advice)
 }

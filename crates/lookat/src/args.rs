@@ -117,9 +117,11 @@ pub struct Render {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Without arguments, it lists all types.")]
+#[command(
+    after_help = "Without arguments, it lists all directives and types. A type or parameter alone, also a word of another program, is looked up in all directives."
+)]
 pub struct Explain {
-    /// A directive, such as Camera
+    /// A directive, such as Camera, or any other word of the format
     pub directive: Option<String>,
     /// One of its types, such as perspective
     #[arg(value_name = "TYPE")]

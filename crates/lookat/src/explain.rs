@@ -1,175 +1,135 @@
 //! `lookat explain`: the directives, types and parameters of the format.
 
-use std::fmt::Write;
+mod search;
+mod show;
+
 use std::process::ExitCode;
 
 use lookat_scene::kinds;
-use lookat_scene::schema::{Count, Effect, Kind, Parameter, REQUIRED, Synonym, parameter_synonyms};
-use lookat_scene::syntax::nearest;
+use lookat_scene::schema::{Kind, Parameter, Synonym, parameter_synonyms, type_synonym};
+use lookat_scene::syntax::{Directive, directive_advice, nearest};
 use serde_json::{Value, json};
 
 use crate::args::Explain;
+use search::uses;
+
+/// What the command prints, as text and as JSON.
+struct Answer {
+    text: String,
+    json: Value,
+}
 
 /// Runs the command.
 pub fn explain(arguments: &Explain) -> ExitCode {
-    crate::exit_code(run(arguments).map(|()| 0))
+    let printed = match answer(arguments) {
+        Ok(Answer { json, .. }) if arguments.json => crate::print_json(&json).map(|()| 0),
+        Ok(Answer { text, .. }) => crate::print(&text).map(|()| 0),
+        Err(message) => {
+            crate::say(&format!("error: {message}"));
+            let printed = if arguments.json { crate::print_json(&json!({"error": message})) } else { Ok(()) };
+            printed.map(|()| crate::TROUBLE)
+        }
+    };
+    crate::exit_code(printed)
 }
 
-fn run(arguments: &Explain) -> Result<(), String> {
-    let mut found: Vec<&Kind> = kinds().collect();
-    if let Some(directive) = &arguments.directive {
-        found.retain(|kind| kind.directive == directive);
-        check(&found, "there is no directive", directive, kinds().map(|kind| kind.directive))?;
+fn answer(words: &Explain) -> Result<Answer, String> {
+    let Some(word) = &words.directive else {
+        return Ok(show::directives(&Directive::FORMS, &kinds().collect::<Vec<_>>()));
+    };
+    let Some(form) = Directive::FORMS.iter().find(|form| form.keyword == word) else {
+        return any(word);
+    };
+    let kinds: Vec<&Kind> = kinds().filter(|kind| kind.directive == word).collect();
+    let Some(name) = &words.kind else { return Ok(show::directives(&[*form], &kinds)) };
+    if kinds.is_empty() {
+        return Err(format!("{word} has no types: write {word} {}", form.arguments).trim().to_owned());
     }
-    if let (Some(directive), Some(name)) = (&arguments.directive, &arguments.kind) {
-        let names: Vec<&str> = found.iter().map(|kind| kind.name).collect();
-        found.retain(|kind| kind.name == name);
-        check(&found, &format!("{directive} has no type"), name, names)?;
+    let (kind, remark) = match find_kind(&kinds, name) {
+        Ok(found) => found,
+        Err(message) => {
+            let found = uses(name, &kinds);
+            return if found.is_empty() { Err(message) } else { Ok(search::answer("", &found)) };
+        }
+    };
+    match &words.parameter {
+        Some(parameter) => find_parameter(kind, parameter, remark),
+        None => Ok(show::kind(kind, remark)),
     }
-    if let ([kind], Some(name)) = (&found[..], &arguments.parameter) {
-        let (parameter, remark) = find(kind, name)?;
-        return match arguments.json {
-            true => crate::print_json(&as_json(&parameter)),
-            false => crate::print(&format!("{remark}{}", paragraph(&parameter))),
-        };
+}
+
+/// A type, a parameter or a word of other programs without its directive.
+fn any(word: &str) -> Result<Answer, String> {
+    // The parameters of MakeNamedMaterial are those of Material.
+    let kinds: Vec<&Kind> = kinds().filter(|kind| kind.directive != "MakeNamedMaterial").collect();
+    let found = uses(word, &kinds);
+    let advice = directive_advice(word).filter(|_| search::named(word, &kinds).is_empty());
+    let advice = advice.unwrap_or_default();
+    if !advice.is_empty() || !found.is_empty() {
+        return Ok(search::answer(advice, &found));
     }
-    if arguments.json {
-        return crate::print_json(&found.iter().map(|kind| kind_as_json(kind)).collect::<Vec<_>>());
+    let others = kinds.iter().flat_map(|kind| kind.parameters().map(|it| it.name).chain([kind.name]));
+    let near = nearest(word, Directive::KEYWORDS.into_iter().chain(others));
+    Err(unknown("there is no directive", word, near, &Directive::KEYWORDS))
+}
+
+/// A type by its name, or by a word of other programs and then with a line about that word.
+fn find_kind<'k>(kinds: &[&'k Kind], name: &str) -> Result<(&'k Kind, String), String> {
+    let lacks = format!("{} has no type", kinds[0].directive);
+    let named = |name: &str| kinds.iter().copied().find(|kind| kind.name == name);
+    if let Some(kind) = named(name) {
+        return Ok((kind, String::new()));
     }
-    crate::print(&match &found[..] {
-        [kind] => whole(kind),
-        _ => overview(&found),
+    let synonym = type_synonym(kinds[0].directive, name).filter(|synonym| !synonym.name.is_empty());
+    let renamed = synonym.and_then(|synonym| Some((named(synonym.name)?, rename(name, synonym))));
+    renamed.ok_or_else(|| {
+        let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
+        unknown(&lacks, name, nearest(name, names.iter().copied()), &names)
     })
 }
 
 /// A parameter by its name, or by a word of other programs and then with a line about that word.
-fn find(kind: &Kind, name: &str) -> Result<(Parameter, String), String> {
-    let mut parameters: Vec<Parameter> = kind.parameters().collect();
-    let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
-    let lacks = format!("{} has no parameter", title(kind));
-    let is_known = |synonym: &Synonym| synonym.name.is_empty() || names.contains(&synonym.name);
+fn find_parameter(kind: &Kind, name: &str, mut remark: String) -> Result<Answer, String> {
+    let parameters: Vec<Parameter> = kind.parameters().collect();
+    let named = |name: &str| parameters.iter().find(|parameter| parameter.name == name);
+    let lacks = format!("{} has no parameter", show::title(kind));
+    if let Some(parameter) = named(name) {
+        return Ok(show::parameter(parameter, remark));
+    }
+    let of_material: Vec<&Kind> = kinds().filter(|kind| kind.directive == "Material").collect();
+    let overridden = search::named(name, &of_material);
+    if kind.directive == "Shape" && !overridden.is_empty() {
+        let remark = format!("a shape can override \"{name}\" of its material:");
+        return Ok(search::answer(&remark, &overridden));
+    }
+    let is_known = |synonym: &Synonym| synonym.name.is_empty() || named(synonym.name).is_some();
     let synonym = parameter_synonyms(kind.directive, kind.name, name).find(is_known);
-    let (wanted, remark) = match synonym.filter(|_| !names.contains(&name)) {
-        None => (name, String::new()),
-        Some(Synonym { name: "", advice, .. }) => return Err(format!("{lacks} \"{name}\": {advice}")),
-        Some(Synonym { name: own, advice: "", .. }) => (own, format!("\"{name}\" is \"{own}\" in pbrt\n")),
-        Some(Synonym { name: own, advice, .. }) => {
-            (own, format!("\"{name}\" is \"{own}\" in pbrt: {advice}\n"))
-        }
-    };
-    parameters.retain(|parameter| parameter.name == wanted);
-    check(&parameters, &lacks, name, names)?;
-    Ok((parameters.swap_remove(0), remark))
+    if let Some(Synonym { name: "", advice, .. }) = synonym {
+        return Err(format!("{lacks} \"{name}\": {advice}"));
+    }
+    if let Some((synonym, parameter)) = synonym.and_then(|synonym| Some((synonym, named(synonym.name)?))) {
+        remark += &rename(name, synonym);
+        return Ok(show::parameter(parameter, remark));
+    }
+    if parameters.is_empty() {
+        return Err(format!("{lacks} \"{name}\": it takes no parameters"));
+    }
+    let names: Vec<&str> = parameters.iter().map(|parameter| parameter.name).collect();
+    Err(unknown(&lacks, name, nearest(name, names.iter().copied()), &names))
 }
 
-/// Fails if nothing is found, and suggests a known name. `lacks` is the beginning of the message.
-fn check<'n, T>(
-    found: &[T],
-    lacks: &str,
-    name: &str,
-    known: impl IntoIterator<Item = &'n str>,
-) -> Result<(), String> {
-    if !found.is_empty() {
-        return Ok(());
-    }
-    let mut known: Vec<&str> = known.into_iter().collect();
-    known.dedup();
-    let advice = match nearest(name, known.iter().copied()) {
+/// A line about a word of other programs.
+fn rename(word: &str, Synonym { name, advice, .. }: Synonym) -> String {
+    let colon = if advice.is_empty() { "" } else { ": " };
+    format!("\"{word}\" is \"{name}\" in pbrt{colon}{advice}\n")
+}
+
+/// The message about an unknown name. `lacks` is its beginning.
+fn unknown(lacks: &str, name: &str, near: Option<&str>, known: &[&str]) -> String {
+    let known: Vec<&str> = known.iter().map(|known| if known.is_empty() { "\"\"" } else { known }).collect();
+    let advice = match near {
         Some(near) => format!("did you mean {near}?"),
         None => format!("choose from {}", known.join(", ")),
     };
-    Err(format!("{lacks} \"{name}\": {advice}"))
-}
-
-fn title(kind: &Kind) -> String {
-    format!("{} \"{}\"", kind.directive, kind.name)
-}
-
-/// A line for each type.
-fn overview(kinds: &[&Kind]) -> String {
-    let width = kinds.iter().map(|kind| title(kind).len()).max().unwrap_or(0);
-    let line = |kind: &&Kind| format!("{:width$}  {}\n", title(kind), meaning(kind));
-    kinds.iter().map(line).collect()
-}
-
-fn meaning(kind: &Kind) -> String {
-    match kind.instead {
-        "" => kind.meaning.into(),
-        instead => format!("{}; not supported: lookat renders {instead}", kind.meaning),
-    }
-}
-
-/// A type with all its parameters.
-fn whole(kind: &Kind) -> String {
-    let mut text = format!("{}: {}\n", title(kind), meaning(kind));
-    kind.parameters().for_each(|parameter| text += &format!("\n{}", paragraph(&parameter)));
-    text
-}
-
-/// A parameter as a scene declares it, its facts, and its meaning.
-fn paragraph(parameter: &Parameter) -> String {
-    let Parameter { name, ty, default, range, unit, meaning, .. } = parameter;
-    let mut text = format!("\"{} {name}\"", ty.name());
-    match parameter.count {
-        Count::One if parameter.is_textured => text += " or the name of a texture",
-        Count::One => {}
-        Count::Exactly(count) => _ = write!(text, ", {count} values"),
-        Count::List => text += ", a list",
-    }
-    text += &match default.as_str() {
-        REQUIRED => ", required".into(),
-        _ => format!(", default {default}"),
-    };
-    if !range.is_empty() {
-        _ = write!(text, ", {range}");
-    }
-    if !unit.name().is_empty() {
-        _ = write!(text, ", in {}", unit.name());
-    }
-    let effect = match parameter.effect.words() {
-        "" => String::new(),
-        words => format!("; {words}"),
-    };
-    let synonyms = match &parameter.synonyms[..] {
-        [] => String::new(),
-        words => format!("      elsewhere: {}\n", words.join(", ")),
-    };
-    format!("  {text}\n      {meaning}{effect}\n{synonyms}")
-}
-
-fn kind_as_json(kind: &Kind) -> Value {
-    let parameters: Vec<Value> = kind.parameters().map(|parameter| as_json(&parameter)).collect();
-    json!({
-        "directive": kind.directive,
-        "type": kind.name,
-        "meaning": kind.meaning,
-        "instead": (!kind.instead.is_empty()).then_some(kind.instead),
-        "parameters": parameters,
-    })
-}
-
-fn as_json(parameter: &Parameter) -> Value {
-    let count = match parameter.count {
-        Count::One => json!(1),
-        Count::Exactly(count) => json!(count),
-        Count::List => Value::Null,
-    };
-    let effect = match parameter.effect {
-        Effect::Rendered => "rendered",
-        Effect::NoEffect => "none",
-        Effect::NotRendered => "ignored",
-        Effect::Own => "own",
-    };
-    json!({
-        "name": parameter.name,
-        "type": parameter.ty.name(),
-        "count": count,
-        "texture": parameter.is_textured,
-        "default": parameter.default,
-        "range": (!parameter.range.is_empty()).then_some(&parameter.range),
-        "unit": (!parameter.unit.name().is_empty()).then_some(parameter.unit.name()),
-        "meaning": parameter.meaning,
-        "effect": effect,
-        "synonyms": parameter.synonyms,
-    })
+    format!("{lacks} \"{name}\": {advice}")
 }

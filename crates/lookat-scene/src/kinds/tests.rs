@@ -48,6 +48,9 @@ fn construct(kind: &Kind, params: &mut TextureParams) {
         }
         "Accelerator" | "MakeNamedMedium" => {}
         "Material" | "MakeNamedMaterial" => {
+            if kind.directive == "MakeNamedMaterial" {
+                material::named_type(params);
+            }
             drop(material::material(params, &Names::new(SymbolKind::Material)))
         }
         "LightSource" => drop(light::light(params, here, pictures)),

@@ -10,7 +10,7 @@ const fn of(name: &'static str, meaning: &'static str, keys: &'static [Keys]) ->
 }
 
 pub(crate) const KINDS: &[Kind] = &[
-    of("matte", "a diffuse surface", &[matte::KEYS, BUMP]),
+    of("matte", "a diffuse surface", &[matte::KEYS, BUMP]).by_default(),
     of("plastic", "a diffuse base under a glossy coating", &[plastic::KEYS, BUMP]),
     of("translucent", "a thin surface that reflects and transmits", &[translucent::KEYS, BUMP]),
     of("glass", "smooth or rough glass", &[glass::KEYS, BUMP]),

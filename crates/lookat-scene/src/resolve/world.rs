@@ -3,7 +3,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
+use lookat_syntax::{Diagnostic, Entity, Param, Text};
 
 use super::Resolver;
 use crate::cutout::cutout;
@@ -32,29 +32,17 @@ impl Resolver<'_> {
     }
 
     /// Defines a named material. Its type is a parameter.
-    pub(super) fn make_named_material(&mut self, entity: Entity) -> Result<(), Box<Diagnostic>> {
-        let Entity { name, mut params } = entity;
-        let is_type = |param: &Param| param.name.value == "type" && param.ty == ParamType::String;
-        let given = params.iter().rposition(is_type).map(|at| params.remove(at).values);
-        let mut error = (given.is_none() && !self.report.partial).then(|| {
-            Diagnostic::error(name.span, format!("named material \"{}\" has no type", name.value))
-                .help("add \"string type\" \"matte\"")
-        });
-        let kind = given.and_then(|given| match given.value {
-            Values::Strings(mut kinds) if kinds.len() == 1 => kinds.pop(),
-            several => {
-                let message = format!("the type takes 1 value, not {}", several.len());
-                error = Some(Diagnostic::error(given.span, message));
-                None
-            }
-        });
+    pub(super) fn make_named_material(&mut self, entity: Entity) {
+        let name = entity.name.clone();
+        let params = &mut Params::new("MakeNamedMaterial", entity, &self.files, &mut self.report);
+        let kind = material::named_type(params);
+        let params = params.take_rest();
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
         let instance = self.material(Entity { name: kind, params }, "Material");
         if self.definitions.materials.get(&name.value).is_some() {
             self.facts.redefined.push((SymbolKind::Material, name.value.clone(), name.span));
         }
         self.definitions.materials.define(&name, Rc::new(instance), &mut self.report);
-        error.map_or(Ok(()), |error| Err(Box::new(error)))
     }
 
     pub(super) fn texture(&mut self, name: Text, value: Text, entity: Entity) {

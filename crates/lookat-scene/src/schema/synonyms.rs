@@ -48,7 +48,7 @@ const TABLES: &[Table] = &[
 ];
 
 /// The synonym of a type of `directive`.
-pub(crate) fn type_synonym(directive: &str, word: &str) -> Option<Synonym> {
+pub fn type_synonym(directive: &str, word: &str) -> Option<Synonym> {
     let plain = plain(word);
     let rows = table(directive)?.types.iter();
     rows.filter_map(|(words, name, advice)| found(&plain, words, name, advice)).next()
