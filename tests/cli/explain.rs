@@ -86,6 +86,13 @@ fn what_is_not_rendered_is_explained_too() {
 }
 
 #[test]
+fn the_readme_shows_what_is_printed() {
+    let readme = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../README.md")).unwrap();
+    let fov = explain(&["Camera", "perspective", "fov"]).out;
+    assert!(readme.contains(&format!("$ lookat explain Camera perspective fov\n{fov}```")), "{fov}");
+}
+
+#[test]
 fn directives_without_types_are_explained() {
     let look = explain(&["LookAt"]).out;
     assert!(look.starts_with("LookAt ex ey ez lx ly lz ux uy uz  places the camera"), "{look}");

@@ -192,6 +192,9 @@ fn perspective(params: &mut Params) -> Projection {
     if half <= 0.0 && params.was_taken("halffov") && params.usable() {
         params.warn("halffov", "halffov is not above 0: fov is used, as in pbrt-v3", "delete halffov or fov");
     }
+    if half > 0.0 {
+        params.replaced_by("fov", &["halffov"]);
+    }
     Projection::Perspective { fov: if half > 0.0 { 2.0 * half } else { fov } }
 }
 
@@ -251,6 +254,14 @@ fn lens(params: &mut Params) -> Option<Lens> {
         );
     }
     if radius <= 0.0 {
+        if !params.was_taken("lensradius") {
+            let reason = "without lensradius the camera is a pinhole, and everything is sharp";
+            params.unused(
+                "focaldistance",
+                reason,
+                "add \"float lensradius\" with the radius of the aperture",
+            );
+        }
         return None;
     }
     if !params.was_taken("focaldistance") {

@@ -10,6 +10,9 @@ use crate::report::Report;
 /// The largest component of a color. It is far above any light. Sums of many colors and products of two fit `f32`.
 pub(crate) const LARGEST: f32 = 1e18;
 
+/// The largest factor of colors.
+pub(crate) const LARGEST_FACTOR: f64 = LARGEST as f64;
+
 /// The luminance weights of linear RGB, as in pbrt-v3.
 pub const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);
 

@@ -95,9 +95,8 @@ const CROP_WINDOW: Key<Edges> = Key::new(
     "the part to render as fractions of the picture, y down: xmin xmax ymin ymax",
 )
 .default_words("0 1 0 1");
-const SCALE: Key<f64> =
-    Key::float("scale", 1.0, "a factor of the picture").within(Range::from_to(-LARGEST_SCALE, LARGEST_SCALE));
-const LARGEST_SCALE: f64 = color::LARGEST as f64;
+const SCALE: Key<f64> = Key::float("scale", 1.0, "a factor of the picture")
+    .within(Range::from_to(-color::LARGEST_FACTOR, color::LARGEST_FACTOR));
 const MAX_SAMPLE_LUMINANCE: Key<f64> = Key::float(
     "maxsampleluminance",
     f64::INFINITY,

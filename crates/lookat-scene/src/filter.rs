@@ -50,8 +50,10 @@ pub(crate) const ALPHA_RANGE: Range = Range::from_to(1e-6, 1e4);
 pub(crate) const TAU_RANGE: Range = Range::from_to(0.1, 1000.0);
 pub(crate) const RADIUS_RANGE: Range = Range::from_to(1e-3, 100.0);
 const ALPHA: Key<f64> = Key::float("alpha", 2.0, "how fast the filter falls off").within(ALPHA_RANGE);
-const B: Key<f64> = Key::float("B", 1.0 / 3.0, "B of Mitchell and Netravali").within(MITCHELL_RANGE);
-const C: Key<f64> = Key::float("C", 1.0 / 3.0, "C of Mitchell and Netravali").within(MITCHELL_RANGE);
+const B: Key<f64> =
+    Key::float("B", 1.0 / 3.0, "B of Mitchell and Netravali").within(MITCHELL_RANGE).default_words("1/3");
+const C: Key<f64> =
+    Key::float("C", 1.0 / 3.0, "C of Mitchell and Netravali").within(MITCHELL_RANGE).default_words("1/3");
 pub(crate) const MITCHELL_RANGE: Range = Range::from_to(-100.0, 100.0);
 const TAU: Key<f64> = Key::float("tau", 3.0, "the number of cycles of the sinc").within(TAU_RANGE);
 

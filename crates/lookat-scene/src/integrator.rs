@@ -69,6 +69,10 @@ impl Integrator {
 const MAX_DEPTH: Key<i32> =
     Key::integer("maxdepth", 5, "the most surfaces of a path; over 20000 counts as 20000")
         .within(Range::at_least(0.0));
+const MIRROR_DEPTH: Key<i32> = Key {
+    meaning: "the most surfaces along mirrors and glass, with the first; 0 counts as 1, over 20000 as 20000",
+    ..MAX_DEPTH
+};
 /// Light that loses a thousandth at each bounce is below `f32` precision after as many bounces.
 const LARGEST_DEPTH: i32 = 20_000;
 const ROULETTE: Key<f64> =
@@ -99,13 +103,13 @@ pub(crate) const KINDS: &[Kind] = &[
         "Integrator",
         "directlighting",
         "direct light, mirrors and glass",
-        &[&[&MAX_DEPTH, &DIRECT_STRATEGY, &PIXEL_BOUNDS]],
+        &[&[&MIRROR_DEPTH, &DIRECT_STRATEGY, &PIXEL_BOUNDS]],
     ),
     Kind::new(
         "Integrator",
         "whitted",
         "direct light with one sample of each light, mirrors and glass",
-        &[&[&MAX_DEPTH, &PIXEL_BOUNDS]],
+        &[&[&MIRROR_DEPTH, &PIXEL_BOUNDS]],
     ),
     Kind::new(
         "Integrator",

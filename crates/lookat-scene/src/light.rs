@@ -248,5 +248,7 @@ fn scaled(params: &mut Params, key: &Key<Color>) -> Vec3 {
 /// The number of light samples. `samples` has precedence, as in pbrt-v3.
 fn samples(params: &mut Params) -> u32 {
     let samples = params.nested_samples(&N_SAMPLES);
-    params.nested_samples(&Key { default: samples, ..SAMPLES }).max(1) as u32
+    let samples = params.nested_samples(&Key { default: samples, ..SAMPLES });
+    params.replaced_by("nsamples", &["samples"]);
+    samples.max(1) as u32
 }

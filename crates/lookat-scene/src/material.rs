@@ -24,7 +24,7 @@ use lookat_syntax::Text;
 
 use crate::names::Names;
 use crate::params::Params;
-use crate::schema::{Key, Name, names};
+use crate::schema::{Key, Kind, Name, names};
 use crate::texture::{Texture, TextureParams};
 
 pub use glass::Glass;
@@ -153,10 +153,13 @@ pub(crate) fn material(params: &mut TextureParams, named: &Named) -> Material {
             return Material::new(MaterialKind::None, None);
         }
         kind if names(KINDS).contains(&kind) => {
+            let known = KINDS.iter().filter(|known| known.name == params.kind());
+            let known: Vec<_> = known.flat_map(Kind::parameters).collect();
             let kind = stand_in::stand_in(params);
             // pbrt-v3's hair has no bump map.
             let bump = if params.kind() == "hair" { None } else { bump(params) };
-            params.ignore_rest();
+            params.ignore(known.into_iter());
+            params.finish();
             return Material::new(kind, bump);
         }
         _ => {

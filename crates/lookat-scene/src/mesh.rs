@@ -309,8 +309,7 @@ fn texture_coordinates(params: &mut Params) -> (&'static str, Vec<[f64; 2]>) {
     let mut given = pairs.iter().flatten().map(|it| it.0).chain(floats.iter().flatten().map(|it| it.0));
     let name = given.next().unwrap_or("uv");
     if let Some(other) = given.next() {
-        let help = "uv and st are two names for the texture coordinates; pbrt-v3 makes the same choice";
-        params.warn(other, &format!("{other} is ignored, because {name} is given"), help);
+        params.replaced_by(other, &[name]);
     }
     if let Some((_, pairs)) = pairs.into_iter().flatten().next() {
         return (name, pairs);

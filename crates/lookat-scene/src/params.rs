@@ -17,7 +17,7 @@ use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
 use crate::files::Files;
 use crate::report::Report;
-use crate::schema::{Key, Unit};
+use crate::schema::{Key, Parameter, Unit};
 
 /// The most related places of one message.
 const MOST_RELATED: usize = 10;
@@ -141,7 +141,16 @@ impl<'a> Params<'a> {
 
     /// True if a parameter was given as red, green and blue.
     pub fn was_rgb(&self, name: &str) -> bool {
-        self.places.iter().any(|(taken, _, ty)| *taken == name && *ty == ParamType::Rgb)
+        self.was_of_type(name, ParamType::Rgb)
+    }
+
+    /// True if a parameter was given as the name of a texture.
+    pub fn was_texture(&self, name: &str) -> bool {
+        self.was_of_type(name, ParamType::Texture)
+    }
+
+    fn was_of_type(&self, name: &str, ty: ParamType) -> bool {
+        self.places.iter().any(|(taken, _, given)| *taken == name && *given == ty)
     }
 
     /// The place of one number in a taken list.
@@ -211,6 +220,22 @@ impl<'a> Params<'a> {
         self.remark(Severity::Note, name, message, help);
     }
 
+    /// Warns about a given parameter that has no effect, and says why.
+    pub fn unused(&mut self, name: &str, reason: &str, help: &str) {
+        if self.was_taken(name) {
+            self.warn(name, &format!("{name} is ignored: {reason}"), help);
+        }
+    }
+
+    /// Warns about a given parameter that others replace.
+    pub fn replaced_by(&mut self, name: &str, others: &[&str]) {
+        if others.iter().all(|other| self.was_taken(other)) {
+            let replace = if let [_] = others { "replaces" } else { "replace" };
+            let reason = format!("{} {replace} it, as in pbrt-v3", others.join(" and "));
+            self.unused(name, &reason, &format!("delete {name}, or {}", others.join(" and ")));
+        }
+    }
+
     fn remark(&mut self, severity: Severity, name: &str, message: &str, help: &str) {
         if !self.report.partial {
             let remark = Diagnostic::warning(self.place(name), message).help(help);
@@ -243,6 +268,24 @@ impl<'a> Params<'a> {
     /// True if the unreadable parameter may be this one.
     pub fn may_lack(&self, name: &str) -> bool {
         self.report.partial && !self.was_taken(name)
+    }
+
+    /// Ignores known parameters that the constructor has not asked for, without a warning.
+    pub fn ignore(&mut self, known: impl Iterator<Item = Parameter>) {
+        for Parameter { name, ty, is_textured, .. } in known {
+            if self.types(name).next().is_some() {
+                continue;
+            }
+            self.ask(name, ty);
+            if is_textured {
+                self.ask(name, ParamType::Texture);
+            }
+            let asked = &self.asked;
+            let is_known = |param: &Param| {
+                asked.iter().any(|(asked, ty)| *asked == param.name.value && class(*ty) == class(param.ty))
+            };
+            self.params.retain(|param| param.name.value != name || !is_known(param));
+        }
     }
 
     /// Ignores the remaining parameters without a warning, for unsupported features.
@@ -284,8 +327,9 @@ impl<'a> Params<'a> {
 
     /// Warns about unused parameters. True if the result of the constructor is usable.
     pub fn finish(&mut self) -> bool {
-        for param in std::mem::take(&mut self.params) {
-            let warning = self.left_over(&param);
+        let params = std::mem::take(&mut self.params);
+        for param in &params {
+            let warning = self.left_over(param, &params);
             self.report.push(warning);
         }
         !self.failed && !self.report.partial

@@ -12,7 +12,7 @@ pub(crate) struct MaterialInstance {
     pub material: Arc<Material>,
     /// Its type and parameters as written.
     pub entity: Option<Entity>,
-    /// The names and types of its parameters. `None` for a stand-in.
+    /// The names and types of its parameters. `None` after an error in its type.
     pub known: Option<Vec<(&'static str, ParamType)>>,
 }
 

@@ -25,16 +25,16 @@ pub(super) fn share(params: &mut TextureParams, key: &Key<ColorTexture>) -> Text
     let share = params.take_texture(key);
     let name = key.name;
     let Texture::Constant(color) = share else { return share };
-    // A spectrum with values up to 1 may give a color above 1.
-    if color.max_element() > 1.0 && params.was_rgb(name) {
+    // A spectrum with values up to 1 may give a color above 1, or negative components.
+    let is_rgb = params.was_rgb(name) || params.was_texture(name);
+    if color.max_element() > 1.0 && is_rgb {
         params.warn(
             name,
             &format!("{name} is above 1: the surface reflects more light than it receives"),
             "use colors from 0 to 1: divide by 255 if yours go to 255",
         );
     }
-    // It may also give negative components.
-    if color.min_element() < 0.0 && params.was_rgb(name) {
+    if color.min_element() < 0.0 && is_rgb {
         params.warn(
             name,
             &format!("{name} is negative: it is used as 0, as in pbrt-v3"),
@@ -49,5 +49,6 @@ pub(super) fn index_of_refraction(params: &mut TextureParams) -> Texture<f64> {
     let eta = params.take_texture(&ETA);
     let range = if eta.is_some() { Range::ALL } else { INDEX.range };
     let index = params.take_texture(&Key { range, ..INDEX });
+    params.replaced_by("index", &["eta"]);
     eta.unwrap_or(index)
 }

@@ -62,6 +62,7 @@ impl Roughness {
         v: &Key<GivenTexture>,
     ) -> Self {
         let (both, [u, v]) = of_three(params, both, v);
+        params.replaced_by("roughness", &["uroughness", "vroughness"]);
         let is_isotropic = u.is_none() && v.is_none();
         let v = v.unwrap_or_else(|| both.clone());
         Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap: params.take(&REMAP) }
@@ -74,6 +75,7 @@ impl Roughness {
         v: &Key<GivenTexture>,
     ) -> Self {
         let (both, [u, v]) = of_three(params, both, v);
+        params.replaced_by("roughness", &["uroughness"]);
         Roughness { u: u.unwrap_or(both), v, remap: params.take(&REMAP) }
     }
 }

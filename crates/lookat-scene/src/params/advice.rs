@@ -109,7 +109,8 @@ impl Params<'_> {
         self.report.push(Diagnostic { severity, ..unknown });
     }
 
-    pub(super) fn left_over(&self, param: &Param) -> Diagnostic {
+    /// The warning about one of several parameters that the constructor has not taken.
+    pub(super) fn left_over(&self, param: &Param, all: &[Param]) -> Diagnostic {
         let (name, at, what) = (&param.name.value, param.name.span, self.subject());
         if self.was_taken(name) {
             return Diagnostic::warning(at, format!("\"{name}\" of {what} is also given with another type"))
@@ -127,7 +128,11 @@ impl Params<'_> {
         let left = || names.iter().copied().filter(|known| !self.was_taken(known));
         let is_left =
             |synonym: &Synonym| synonym.name.is_empty() || left().any(|known| known == synonym.name);
-        let synonym = parameter_synonyms(self.keyword, &self.kind.value, name).find(is_left);
+        let synonyms = |word: &str| parameter_synonyms(self.keyword, &self.kind.value, word);
+        // Of several names, one that no other parameter means.
+        let is_only = |other: &Param, name: &str| synonyms(&other.name.value).map(|it| it.name).eq([name]);
+        let is_free = |synonym: &Synonym| !all.iter().any(|other| is_only(other, synonym.name));
+        let synonym = synonyms(name).filter(is_left).find(is_free).or_else(|| synonyms(name).find(is_left));
         let synonym = match synonym {
             Some(Synonym { name: "", advice, .. }) => return warning.help(advice),
             Some(Synonym { name, advice, .. }) if !advice.is_empty() => {

@@ -68,6 +68,11 @@ impl Range {
 
 /// A number in few characters.
 pub(crate) fn number(value: f64) -> String {
+    // The nearest `f32` of a short decimal number.
+    let value = match (value as f32).to_string().parse::<f64>() {
+        Ok(short) if f64::from(value as f32) == value => short,
+        _ => value,
+    };
     match value.abs() {
         0.0 | 0.001..1e6 => value.to_string(),
         f64::INFINITY => "infinity".into(),
@@ -86,6 +91,10 @@ mod tests {
         assert_eq!(words, ["", "above 0", "above 0 and below 180", "from 1e-6 to 1e6"]);
         let words = [Range::above_to(0.0, 180.0), Range::at_least(1.0), Range::below(90.0)].map(Range::words);
         assert_eq!(words, ["above 0 and at most 180", "at least 1", "below 90"]);
+        assert_eq!(
+            [f64::from(1e18_f32), f64::from(0.1_f32), 0.1, -2.5].map(number),
+            ["1e18", "0.1", "0.1", "-2.5"]
+        );
         assert!(Range::above_to(0.0, 1.0).contains(1.0) && !Range::above_to(0.0, 1.0).contains(0.0));
         assert!(Range::from_to(0.0, 1.0).contains(1.0) && !Range::between(0.0, 1.0).contains(1.0));
         assert!(!Range::ALL.contains(f64::NAN) && !Range::above(0.0).contains(f64::NAN));

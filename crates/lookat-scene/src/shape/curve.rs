@@ -54,7 +54,7 @@ const TYPE: Key<&[&str]> = Key::choice(
 );
 const NORMALS: Key<Triples> =
     Key::new("N", ParamType::Normal, Triples, "a ribbon's normals at both ends of each segment");
-const WIDTH: Key<f64> = width("width", "the width");
+const WIDTH: Key<f64> = width("width", "the width; a curve of width 0 at both ends is an error");
 const WIDTH_0: Key<f64> = width("width0", "the width at the start").default_words("width");
 const WIDTH_1: Key<f64> = width("width1", "the width at the end").default_words("width");
 const SPLIT_DEPTH: Key<i32> =
@@ -116,6 +116,7 @@ fn widths(params: &mut Params) -> [f64; 2] {
     let range = if is_used { WIDTH.range } else { Range::ALL };
     let default = params.take(&Key { range, ..WIDTH });
     let widths = [WIDTH_0, WIDTH_1].map(|key| params.take(&Key { default, ..key }));
+    params.replaced_by("width", &["width0", "width1"]);
     if widths == [0.0; 2] {
         let name = if params.was_taken("width") { "width" } else { "width1" };
         params.reject(name, "a curve of width 0 is invisible", None);

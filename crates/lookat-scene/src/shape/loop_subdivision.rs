@@ -38,6 +38,7 @@ pub(crate) fn loop_subdivision(params: &mut Params, world_from_object: Transform
     let range = if params.given("levels") { Range::ALL } else { N_LEVELS.range };
     let default = params.take(&Key { range, ..N_LEVELS });
     let levels = params.take(&Key { default, ..LEVELS });
+    params.replaced_by("nlevels", &["levels"]);
     let indices = params.take(&INDICES);
     let positions = params.take(&POSITIONS);
     // The only scheme is "loop".

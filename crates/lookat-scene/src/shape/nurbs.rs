@@ -201,10 +201,8 @@ fn check(params: &mut Params, keys: &Direction, spline: &Spline, [least, most]: 
 fn control_points(params: &mut Params) -> Option<Vec<DVec4>> {
     let (plain, weighted) = (params.take(&POINTS), params.take(&WEIGHTED_POINTS));
     match (plain, weighted) {
-        (Some(plain), weighted) => {
-            if weighted.is_some() {
-                params.warn("Pw", "P and Pw are both given: P is used", "delete one of them");
-            }
+        (Some(plain), _) => {
+            params.replaced_by("Pw", &["P"]);
             Some(plain.into_iter().map(|[x, y, z]| DVec4::new(x, y, z, 1.0)).collect())
         }
         (None, Some(weighted)) => {

@@ -1,6 +1,6 @@
 //! `Texture "checkerboard"`: two alternating textures in unit squares or cubes.
 
-use super::mapping::{Mapping, mapping};
+use super::mapping::{Mapping, idle, mapping, no_mapping};
 use super::{Parameter, Texture, TextureParams, Value, Varying};
 use crate::schema::{ColorTexture, Key, Keys, Range};
 use crate::transform::Transform;
@@ -44,8 +44,11 @@ const TEX2: Key<ColorTexture> = Key::color_texture(
     0.0,
     "the value of cells with an odd sum of coordinates; a number or float texture in a float texture",
 );
-const AA_MODE: Key<&[&str]> =
-    Key::choice("aamode", &["closedform", "none"], "whether squares are averaged over the texture footprint");
+const AA_MODE: Key<&[&str]> = Key::choice(
+    "aamode",
+    &["closedform", "none"],
+    "for dimension 2, whether squares are averaged over the texture footprint",
+);
 
 pub(super) const KEYS: Keys = &[&DIMENSION, &TEX1, &TEX2, &AA_MODE];
 
@@ -53,7 +56,11 @@ pub(super) fn checkerboard<T: Parameter>(params: &mut TextureParams, ctm: Transf
     let dimension = params.take(&DIMENSION);
     let textures = [&TEX1, &TEX2].map(|key| T::texture(params, key));
     let cells = match dimension {
-        3 => Cells::Space { texture_from_world: ctm },
+        3 => {
+            idle(params, &[&AA_MODE], "dimension 3", "cubes are not averaged over the texture footprint");
+            no_mapping(params, "dimension 3");
+            Cells::Space { texture_from_world: ctm }
+        }
         _ => {
             let filtered = params.take(&AA_MODE) == "closedform";
             Cells::Plane { mapping: mapping(params, ctm), filtered }

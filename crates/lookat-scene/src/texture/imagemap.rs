@@ -8,6 +8,7 @@ use lookat_syntax::Text;
 
 use super::{Mapping, Parameter, Texture, Value, Varying, mapping};
 use crate::Transform;
+use crate::color::LARGEST_FACTOR;
 use crate::params::Params;
 use crate::picture::{Pictures, Settings};
 use crate::schema::{Key, Keys, Name, Range};
@@ -55,7 +56,8 @@ const MAX_ANISOTROPY: Key<f64> = Key::float(
     "the largest ratio of the axes of the ellipse; over 1000 counts as 1000",
 )
 .within(Range::above(0.0));
-const SCALE: Key<f64> = Key::float("scale", 1.0, "the factor of the values");
+const SCALE: Key<f64> = Key::float("scale", 1.0, "the factor of the values")
+    .within(Range::from_to(-LARGEST_FACTOR, LARGEST_FACTOR));
 const GAMMA: Key<bool> =
     Key::bool("gamma", false, "true if the values of the file are sRGB, false if linear")
         .default_words("true for png, tga and jpg, otherwise false");
@@ -108,7 +110,10 @@ fn filter(params: &mut Params) -> ImageFilter {
         params.note("maxanisotropy", &message, "more makes no visible difference; the default is 8");
     }
     match params.take(&TRILINEAR) {
-        true => ImageFilter::Trilinear,
+        true => {
+            params.unused("maxanisotropy", "the filter is trilinear", "delete maxanisotropy or trilinear");
+            ImageFilter::Trilinear
+        }
         false => ImageFilter::Ellipse { max_anisotropy: max_anisotropy.min(MOST_ANISOTROPY) },
     }
 }

@@ -64,22 +64,23 @@ pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Map
         // An unknown mapping may have any parameters.
         params.ignore_rest();
     }
+    let mapping = &format!("the mapping \"{name}\"");
     match name {
         "planar" => {
-            idle(params, &[&U_SCALE, &V_SCALE], name, SCALING);
+            idle(params, &[&U_SCALE, &V_SCALE], mapping, SCALING);
             let axes = [axis(params, &V1), axis(params, &V2)];
             Mapping::Planar { axes, offset: pair(params, [&U_DELTA, &V_DELTA]) }
         }
         "spherical" | "cylindrical" => {
-            idle(params, &[&U_SCALE, &V_SCALE, &U_DELTA, &V_DELTA], name, SCALING);
-            idle(params, &[&V1, &V2], name, DIRECTIONS);
+            idle(params, &[&U_SCALE, &V_SCALE, &U_DELTA, &V_DELTA], mapping, SCALING);
+            idle(params, &[&V1, &V2], mapping, DIRECTIONS);
             match name {
                 "spherical" => Mapping::Spherical { texture_from_world },
                 _ => Mapping::Cylindrical { texture_from_world },
             }
         }
         _ => {
-            idle(params, &[&V1, &V2], name, DIRECTIONS);
+            idle(params, &[&V1, &V2], mapping, DIRECTIONS);
             Mapping::Uv {
                 scale: pair(params, [&U_SCALE, &V_SCALE]),
                 offset: pair(params, [&U_DELTA, &V_DELTA]),
@@ -91,12 +92,20 @@ pub(super) fn mapping(params: &mut Params, world_from_texture: Transform) -> Map
 const SCALING: &str = "to scale this mapping, use the current transformation, or v1 and v2 of \"planar\"";
 const DIRECTIONS: &str = "v1 and v2 are directions of the mapping \"planar\"";
 
-/// Warns about parameters of other mappings.
-fn idle<T: Take>(params: &mut Params, keys: &[&Key<T>], mapping: &str, help: &str) {
+/// Warns about mapping parameters of a texture in space.
+pub(super) fn no_mapping(params: &mut Params, texture: &str) {
+    let help = "to scale or move it, use the current transformation where the texture is defined";
+    idle(params, &[&MAPPING], texture, help);
+    idle(params, &[&U_SCALE, &V_SCALE, &U_DELTA, &V_DELTA], texture, help);
+    idle(params, &[&V1, &V2], texture, help);
+}
+
+/// Warns about parameters that do not apply.
+pub(super) fn idle<T: Take>(params: &mut Params, keys: &[&Key<T>], to: &str, help: &str) {
     for key in keys {
         params.take(key);
         if params.was_taken(key.name) {
-            let message = format!("{} does not apply to the mapping \"{mapping}\": it is ignored", key.name);
+            let message = format!("{} does not apply to {to}: it is ignored", key.name);
             params.warn(key.name, &message, help);
         }
     }

@@ -2,19 +2,21 @@
 //! of a half space of the medium.
 
 use glam::Vec3;
-use lookat_syntax::{Diagnostic, ParamType, nearest};
+use lookat_syntax::{Diagnostic, ParamType, Text, nearest};
 
 use super::diffusion::{diffuse_transmittance, reflectance};
 use super::media::{MEDIA, Medium};
 use super::{MaterialKind, Roughness, constant_color, glossy, gray, share};
 use crate::material::roughness::{self, REMAP};
-use crate::schema::{ColorTexture, Effect, FloatTexture, Key, Keys, Name, Range};
+use crate::params::{Params, Take};
+use crate::schema::{ColorTexture, DefaultValue, Effect, FloatTexture, Key, Keys, Name, Range};
 use crate::texture::{Texture, TextureParams};
 
 const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
 const MEAN_FREE_PATH: Key<ColorTexture> =
     Key::color_texture("mfp", 1.0, "the mean free path of light inside").effect(Effect::NotRendered);
-const NAME: Key<Name> = Key::string("name", "the name of a measured medium, which gives the coefficients");
+const NAME: Key<MediumName> =
+    Key::new("name", ParamType::String, MediumName, "the measured medium that gives the coefficients");
 const SIGMA_A: Key<ColorTexture> =
     coefficient("sigma_a", [0.0011, 0.0024, 0.014], "the absorption coefficient, per millimeter");
 const SIGMA_S: Key<ColorTexture> =
@@ -30,6 +32,28 @@ const ROUGHNESS_V: Key<FloatTexture> = roughness::along_v(0.0);
 
 const fn coefficient(name: &'static str, default: [f32; 3], meaning: &'static str) -> Key<ColorTexture> {
     Key::new(name, ParamType::Rgb, ColorTexture(Vec3::from_array(default)), meaning)
+}
+
+/// The name of a measured medium, if given.
+#[derive(Clone, Copy)]
+struct MediumName;
+
+impl DefaultValue for MediumName {
+    fn words(self) -> String {
+        Name.words()
+    }
+
+    fn range(self, _: Range) -> String {
+        format!("one of {}", MEDIA.iter().map(|medium| medium.name).collect::<Vec<_>>().join(", "))
+    }
+}
+
+impl Take for MediumName {
+    type Taken = Option<Text>;
+
+    fn take(key: &Key<MediumName>, params: &mut Params) -> Option<Text> {
+        params.take(&Key::string(key.name, key.meaning))
+    }
 }
 
 const G_OF_COLOR: Key<f64> = G.effect(Effect::NotRendered);
