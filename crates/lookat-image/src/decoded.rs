@@ -37,6 +37,10 @@ pub(crate) trait Input: BufRead + Seek {}
 
 impl<T: BufRead + Seek> Input for T {}
 
+/// What is read.
+pub(crate) const READ: &str =
+    "lookat reads exr, pfm, png, tga, jpg and hdr, by the extension of the file name";
+
 /// Which of [`FORMATS`] the ending of a name stands for.
 pub(crate) fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, u64)> {
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
@@ -62,9 +66,7 @@ pub(crate) fn open<'a>(
     memory: &MemoryBudget,
 ) -> Result<Opened<'a>, Fault> {
     let Some((_, format, densest)) = known(path) else {
-        return Err(Fault::Unfit(
-            "lookat reads exr, pfm, png, tga, jpg and hdr, by the extension of the file name".into(),
-        ));
+        return Err(Fault::Unfit(READ.into()));
     };
     let length = input.seek(SeekFrom::End(0))?;
     let is_ended = *format != ImageFormat::Jpeg || jpeg_is_ended(&mut input, length)?;

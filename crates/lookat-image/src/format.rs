@@ -45,10 +45,14 @@ impl Format {
     }
 }
 
+/// True if the extension of a name stands for a format that is read.
+pub(crate) fn is_read(path: &Path) -> bool {
+    decoded::known(path).is_some() || Format::from_path(path).is_some()
+}
+
 /// Fails where the first bytes of a file are not those of the format that its name says. Other names say nothing.
 pub(crate) fn check_beginning(path: &Path, bytes: &[u8]) -> Result<(), Fault> {
-    let is_read = decoded::known(path).is_some() || Format::from_path(path).is_some();
-    if !is_read || bytes.is_empty() {
+    if !is_read(path) || bytes.is_empty() {
         return Ok(());
     }
     // PFM is none of these.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::decoded::{self, Curve, Input};
 use crate::error::{Fault, ImageError};
-use crate::format::check_beginning;
+use crate::format::{check_beginning, is_read};
 use crate::image::Placement;
 use crate::{Charge, Format, Image, MemoryBudget, exr, pfm};
 
@@ -83,6 +83,18 @@ impl<'a> PictureFile<'a> {
     /// As [`PictureFile::open`].
     pub fn of_bytes(path: &Path, bytes: &'a [u8], memory: &MemoryBudget) -> Result<Self, ImageError> {
         Self::of_input(path, Box::new(Cursor::new(bytes)), Curve::Stored, None, memory)
+    }
+
+    /// Checks only the extension of a picture's name.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::Read`] if it stands for no format that is read.
+    pub fn check_name(path: &Path) -> Result<(), ImageError> {
+        match is_read(path) {
+            true => Ok(()),
+            false => Err(ImageError::reading(path, Fault::Unfit(decoded::READ.into()))),
+        }
     }
 
     fn open_file(path: &Path, layer: Option<&str>, memory: &MemoryBudget) -> Result<Self, ImageError> {

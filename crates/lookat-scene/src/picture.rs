@@ -14,7 +14,7 @@ use crate::files::Files;
 use crate::params::{FileParam, Params};
 use crate::report::Report;
 use crate::schema::{self, Name};
-use decode::{Made, decode};
+use decode::{Made, check_name, decode};
 
 pub(crate) use decode::{FromColor, Settings};
 
@@ -39,12 +39,10 @@ impl Pictures {
         self.numbers.load(files, report);
     }
 
-    /// Reports missing files. Reads nothing.
+    /// Reports missing files, and what their names say. Reads nothing.
     pub fn check(&self, files: &Files, report: &mut Report) {
-        let of_colors = self.colors.handles.iter().map(|handle| &handle.file);
-        for file in of_colors.chain(self.numbers.handles.iter().map(|handle| &handle.file)) {
-            Params::of_file(file, files, report).check_file(&file.name);
-        }
+        self.colors.check(files, report);
+        self.numbers.check(files, report);
     }
 }
 
@@ -131,6 +129,19 @@ impl<T: FromColor> Cache<T> {
             let params = &mut Params::of_file(&file, files, report);
             let picture = self.get(params, parameter, &file.name, settings, &instead);
             self.loaded.insert(Arc::as_ptr(&stand_in).addr(), picture);
+        }
+    }
+
+    fn check(&self, files: &Files, report: &mut Report) {
+        for Handle { file, parameter, instead, .. } in &self.handles {
+            let params = &mut Params::of_file(file, files, report);
+            let Some((path, _)) = params.open(&file.name) else { continue };
+            match check_name(&path) {
+                Ok(()) => warn_of_format(params, parameter, &path, instead),
+                Err((message, help)) => {
+                    params.error_surely(Diagnostic::error(file.name.span, message).help(help))
+                }
+            }
         }
     }
 

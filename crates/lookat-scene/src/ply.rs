@@ -81,7 +81,7 @@ pub fn read(file: impl Read, memory: &MemoryBudget) -> io::Result<Result<PlyMesh
     stream.error().map_or(Ok(mesh), Err)
 }
 
-/// Reads the header of a PLY file and nothing after it.
+/// Reads the header of a PLY file, and checks that it declares a mesh. Reads nothing after it.
 ///
 /// # Errors
 ///
@@ -90,10 +90,11 @@ pub fn check_header(file: impl Read) -> io::Result<Result<(), PlyError>> {
     let (file, is_zipped) = opened(file)?;
     if is_zipped {
         let mut stream = Stream::new(MultiGzDecoder::new(file).take(INFLATED_LIMIT));
-        return Ok(header::parse(&mut stream).map(drop));
+        let checked = header::parse(&mut stream).and_then(|header| check(&header));
+        return Ok(unzipped(checked, stream.error()));
     }
     let mut stream = Stream::new(file);
-    let header = header::parse(&mut stream).map(drop);
+    let header = header::parse(&mut stream).and_then(|header| check(&header));
     stream.error().map_or(Ok(header), Err)
 }
 
@@ -111,17 +112,24 @@ fn read_zipped(file: impl Read, limit: u64, memory: &MemoryBudget) -> Result<Ply
     let mesh = read_stream(&mut stream, memory);
     // The checksum is at the end.
     let size = stream.skip_all();
-    if let Some(error) = stream.error() {
-        return Err(PlyError(format!("the gzip data is damaged or cut short ({error})")));
-    }
-    if size > limit {
+    let error = stream.error();
+    if error.is_none() && size > limit {
         return Err(PlyError(format!("the gzip data unpacks to more than {limit} bytes")));
     }
-    mesh.map_err(|error| PlyError(format!("in the unpacked data: {error}")))
+    unzipped(mesh, error)
+}
+
+/// What unpacked data contains, unless unpacking failed.
+fn unzipped<T>(read: Result<T, PlyError>, error: Option<io::Error>) -> Result<T, PlyError> {
+    match error {
+        Some(error) => Err(PlyError(format!("the gzip data is damaged or cut short ({error})"))),
+        None => read.map_err(|error| PlyError(format!("in the unpacked data: {error}"))),
+    }
 }
 
 fn read_stream(stream: &mut Stream<impl Read>, memory: &MemoryBudget) -> Result<PlyMesh, PlyError> {
     let header = header::parse(stream)?;
+    check(&header)?;
     let mesh = read_body(&header, stream, memory).map_err(|error| {
         // A count that does not fit the file explains other errors.
         let available = stream.skip_all() - header.size;
@@ -139,20 +147,21 @@ fn read_body(
     stream: &mut Stream<impl Read>,
     memory: &MemoryBudget,
 ) -> Result<PlyMesh, PlyError> {
+    let bytes = header.elements.iter().map(most_bytes).fold(0, u64::saturating_add);
+    let refused = |shortage| PlyError(format!("the mesh is too large: {shortage}"));
+    let _charge = memory.reserve(bytes).map_err(refused)?;
+    body::read(header, stream)
+}
+
+/// Checks that a header declares a mesh.
+fn check(header: &Header) -> Result<(), PlyError> {
     for (name, plural) in [("vertex", "vertices"), ("face", "faces")] {
         if header.elements.iter().all(|element| element.name != name || element.count == 0) {
             return Err(PlyError(format!("the PLY file has no {plural}")));
         }
     }
-    match header.elements.iter().find_map(too_many) {
-        Some(error) => Err(error),
-        None => {
-            let bytes = header.elements.iter().map(most_bytes).fold(0, u64::saturating_add);
-            let refused = |shortage| PlyError(format!("the mesh is too large: {shortage}"));
-            let _charge = memory.reserve(bytes).map_err(refused)?;
-            body::read(header, stream)
-        }
-    }
+    header.elements.iter().find_map(too_many).map_or(Ok(()), Err)?;
+    header.elements.iter().try_for_each(body::check)
 }
 
 /// The most that the rows of an element take in memory: a position, a normal and coordinates, or the corners of a quad.
@@ -166,18 +175,17 @@ fn most_bytes(element: &Element) -> u64 {
     element.count.saturating_mul(row)
 }
 
-/// The error for a count that does not fit the file or is too large.
+/// The error for a count that does not fit the file.
 fn broken_promise(header: &Header, element: &Element, available: u64) -> Option<PlyError> {
     // The extra byte: the last value of a text needs no space after it.
     let (size, room) = match header.format {
         Format::Ascii => (2 * element.properties.len(), available + 1),
         _ => (element.binary_size(), available),
     };
-    if element.count.saturating_mul(size as u64) > room {
+    (element.count.saturating_mul(size as u64) > room).then(|| {
         let promise = element.promise();
-        return Some(PlyError(format!("{promise}, but the file has only {available} bytes after it")));
-    }
-    too_many(element)
+        PlyError(format!("{promise}, but the file has only {available} bytes after it"))
+    })
 }
 
 /// The error for more vertices than indices can address.

@@ -97,9 +97,4 @@ impl Params<'_> {
     pub fn first_path(&self, name: &Text) -> PathBuf {
         self.files.beside(&name.value, name.span)
     }
-
-    /// Reports a file that cannot be opened. Reads nothing.
-    pub fn check_file(&mut self, name: &Text) {
-        self.open(name);
-    }
 }

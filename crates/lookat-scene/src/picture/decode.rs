@@ -64,7 +64,6 @@ pub(super) fn decode<T: FromColor>(
     // Escaped for messages.
     let shown = PathBuf::from(shown_path(path));
     let memory = params.memory();
-    let unreadable = |error: ImageError| (error.to_string(), help(&error));
     let file = PictureFile::of_bytes(&shown, &bytes, memory).map_err(unreadable)?;
     let Window { width, height, .. } = file.placement().data_window;
     let kept = MipMap::<T>::bytes_of(width, height);
@@ -95,6 +94,15 @@ pub(super) fn decode<T: FromColor>(
     let _ = charge.resize(kept);
     charge.keep();
     Ok(Arc::new(map))
+}
+
+/// Checks the extension of a picture's name. The error is a message and help.
+pub(super) fn check_name(path: &Path) -> Result<(), (String, String)> {
+    PictureFile::check_name(&PathBuf::from(shown_path(path))).map_err(unreadable)
+}
+
+fn unreadable(error: ImageError) -> (String, String) {
+    (error.to_string(), help(&error))
 }
 
 /// The help for a picture that cannot be decoded.

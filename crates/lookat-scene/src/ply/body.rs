@@ -51,6 +51,15 @@ fn for_rows<S: Source>(
     Ok(())
 }
 
+/// Checks that the properties of an element suffice for a mesh.
+pub fn check(element: &Element) -> Result<(), PlyError> {
+    match element.name.as_str() {
+        "vertex" => plan_vertices(element).map(drop),
+        "face" => find_corners(element).map(drop),
+        _ => Ok(()),
+    }
+}
+
 fn skip_rows<S: Source>(source: &mut S, element: &Element) -> Result<(), PlyError> {
     // Rows without properties take no bytes, so their number has no limit.
     if element.properties.is_empty() {
