@@ -55,14 +55,11 @@ pub fn check_scene(scene: &Scene) {
 /// A mesh that is read is one that its constructors make.
 fn check_mesh(primitive: &Primitive) {
     let Shape::TriangleMesh(mesh) = &primitive.shape else { return };
-    let count = mesh.positions().len();
-    // Meshes may have more texture coordinates than vertices, as in pbrt-v3.
-    let uvs = &mesh.uvs()[..count.min(mesh.uvs().len())];
     let made = Mesh::new(mesh.positions().to_vec(), mesh.indices().to_vec());
     let with = |made: Mesh| {
         let made =
             if mesh.normals().is_empty() { Ok(made) } else { made.with_normals(mesh.normals().to_vec()) }?;
-        let made = if uvs.is_empty() { Ok(made) } else { made.with_uvs(uvs.to_vec()) }?;
+        let made = if mesh.uvs().is_empty() { Ok(made) } else { made.with_uvs(mesh.uvs().to_vec()) }?;
         if mesh.tangents().is_empty() { Ok(made) } else { made.with_tangents(mesh.tangents().to_vec()) }
     };
     assert!(made.and_then(with).is_ok(), "{mesh:?}");

@@ -107,6 +107,11 @@ impl<T: Texel> MipMap<T> {
         self.levels[0].height
     }
 
+    /// The texels of the finest version, row by row.
+    pub fn texels(&self) -> &[T] {
+        &self.levels[0].texels
+    }
+
     /// Bytes that the texels of all versions take.
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(|level| size_of_val(&level.texels[..])).sum()

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use lookat_render::glam::{DMat3, DVec2, DVec3, Vec3};
+use lookat_render::glam::{DVec2, DVec3, Vec3};
 use lookat_render::scene::{
     Camera, Cells, Checkerboard, Emission, Film, Lens, Light, Mapping, Material, MaterialKind, Matte, Mesh,
     Plastic, Primitive, Projection, Quadric, Roughness, Sampler, SamplerKind, Scene, Shape, Texture,
@@ -38,6 +38,8 @@ fn world() -> Result<World, Box<dyn Error>> {
     let glossy = MaterialKind::Plastic(Plastic { kd: red, ks: gray(0.25), roughness });
     let ball = Quadric::sphere(1.0, Transform::translate(DVec3::Y));
 
+    let above = DVec3::new(4.0, 5.0, -3.0);
+    let spot_from_world = Transform::look_at(above, above - DVec3::Y, DVec3::Z)?;
     let lamp = Quadric::sphere(0.5, Transform::translate(DVec3::new(-2.5, 4.0, -2.0)));
     let lamp = Primitive::new(Shape::Quadric(Box::new(lamp)), Arc::new(matte(gray(0.0))));
     Ok(World {
@@ -49,8 +51,7 @@ fn world() -> Result<World, Box<dyn Error>> {
         lights: vec![
             Light::Infinite { radiance: Vec3::new(0.15, 0.2, 0.3), samples: 1 },
             Light::Spot {
-                position: DVec3::new(4.0, 5.0, -3.0),
-                light_from_world: DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::NEG_Y).transpose(),
+                world_from_light: spot_from_world.inverse(),
                 intensity: Vec3::splat(30.0),
                 cos_total_width: 0.9,
                 cos_falloff_start: 0.95,
@@ -63,13 +64,12 @@ fn world() -> Result<World, Box<dyn Error>> {
 fn main() -> Result<(), Box<dyn Error>> {
     let picture = std::env::args().nth(1).ok_or("usage: build_scene PICTURE")?;
     let film = Film::new([320, 200]);
-    let look_at = Transform::look_at(DVec3::new(0.0, 2.0, -7.0), DVec3::Y, DVec3::Y)
-        .map_err(|_| "the camera looks along its up vector")?;
+    let look_at = Transform::look_at(DVec3::new(0.0, 2.0, -7.0), DVec3::Y, DVec3::Y)?;
     let camera = Camera::new(look_at, Projection::Perspective { fov: 35.0 }, &film)
         .with_lens(Lens { radius: 0.05, focal_distance: 6.5 });
     let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 64 };
     let scene = Scene::new(View { sampler, ..View::new(camera, film) }, world()?);
-    scene.validate().map_err(|faults| faults[0].clone())?;
+    scene.validate()?;
 
     let rendered = render(&scene, &Settings::default(), &|_| ControlFlow::Continue(()));
     rendered.image.write(Path::new(&picture))?;

@@ -62,8 +62,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (sin, cos) = (TAU * number as f64 / VIEWS as f64).sin_cos();
         let started = Instant::now();
         let look_at = Transform::look_at(DVec3::new(3.0 * cos, 3.0 * sin, 1.0), DVec3::ZERO, DVec3::Z);
-        view.camera.world_from_camera =
-            look_at.map_err(|_| "the camera looks along its up vector")?.inverse();
+        view.camera.world_from_camera = look_at?.inverse();
         let rendered = prepared.render(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
         times.push(started.elapsed().as_secs_f64() * 1e3);
         assert_eq!(rendered.statistics.least, 1);

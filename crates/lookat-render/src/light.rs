@@ -15,7 +15,7 @@ mod surface;
 use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3, Vec3};
-use lookat_scene::{DirectStrategy, Light, Primitive, World};
+use lookat_scene::{DirectStrategy, Light, Primitive, Transform, World};
 
 use crate::bsdf::Domain;
 use crate::ray::{ElementId, Ray};
@@ -346,8 +346,8 @@ impl SceneLight {
             Light::Point { position, intensity } => {
                 SceneLight::Point { position: position - origin, intensity }
             }
-            Light::Spot { position, light_from_world, intensity, cos_total_width, cos_falloff_start } => {
-                let position = position - origin;
+            Light::Spot { ref world_from_light, intensity, cos_total_width, cos_falloff_start } => {
+                let (position, light_from_world) = placed(world_from_light, origin);
                 SceneLight::Spot { position, light_from_world, intensity, cos_total_width, cos_falloff_start }
             }
             Light::Distant { direction, radiance } => SceneLight::Distant { direction, radiance },
@@ -355,22 +355,23 @@ impl SceneLight {
             Light::Environment { ref map, scale, ref world_from_light, samples } => {
                 SceneLight::Environment(Box::new(Environment::new(map, scale, world_from_light, samples)))
             }
-            Light::Goniometric { position, light_from_world, intensity, ref map } => {
-                let position = position - origin;
-                SceneLight::Goniometric(Goniometric {
-                    position,
-                    light_from_world,
-                    intensity,
-                    map: map.clone(),
-                })
+            Light::Goniometric { ref world_from_light, intensity, ref map } => {
+                let (position, light_from_world) = placed(world_from_light, origin);
+                let map = map.clone();
+                SceneLight::Goniometric(Goniometric { position, light_from_world, intensity, map })
             }
-            Light::Projection { position, light_from_world, intensity, ref map, half_size } => {
-                let position = position - origin;
+            Light::Projection { ref world_from_light, intensity, ref map, half_size } => {
+                let (position, light_from_world) = placed(world_from_light, origin);
                 let map = map.clone();
                 SceneLight::Projection(Projection { position, light_from_world, intensity, map, half_size })
             }
         }
     }
+}
+
+/// The place of a light in render space, and the transformation of directions to light space.
+fn placed(world_from_light: &Transform, origin: DVec3) -> (DVec3, DMat3) {
+    (world_from_light.point(DVec3::ZERO) - origin, DMat3::from_mat4(world_from_light.inverse_matrix()))
 }
 
 /// pbrt-v3's SpotLight::Falloff.

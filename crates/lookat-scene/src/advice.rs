@@ -85,10 +85,11 @@ impl Evidence<'_> {
 
     /// The shapes of the world that are lights, with the places of their types.
     fn shape_lights(&self) -> impl Iterator<Item = (&Primitive, Emission, Span)> {
-        self.built.world.primitives.iter().filter_map(|primitive| {
-            let emission = primitive.emission.filter(|emission| !emission.is_black())?;
-            Some((primitive, emission, primitive.span?))
-        })
+        self.built
+            .world
+            .primitives
+            .iter()
+            .filter_map(|primitive| Some((primitive, primitive.light()?, primitive.span?)))
     }
 }
 

@@ -7,11 +7,14 @@ use crate::cie;
 use crate::files::Files;
 use crate::report::Report;
 
-/// The largest component of a color. It is far above any light. Sums of many colors and products of two fit `f32`.
-pub(crate) const LARGEST: f32 = 1e18;
+/// The largest component of a color, and the largest factor of one. It is far above any light. Sums of many colors and products of
+/// two fit `f32`.
+pub(crate) const LARGEST: f64 = 1e18;
 
-/// The largest factor of colors.
-pub(crate) const LARGEST_FACTOR: f64 = LARGEST as f64;
+/// True if the components are not too large.
+pub(crate) fn is_in_range(color: Vec3) -> bool {
+    color.to_array().iter().all(|x| f64::from(x.abs()) <= LARGEST)
+}
 
 /// The luminance weights of linear RGB, as in pbrt-v3.
 pub const LUMINANCE: DVec3 = DVec3::new(0.212671, 0.715160, 0.072169);

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 use crate::picture::Pictures;
 use crate::texture::{Node, Parameter};
@@ -58,10 +58,15 @@ impl<'p> Fill<'p> {
                 Some(loaded) => *map = loaded,
                 None => *light = Light::Infinite { radiance: *scale, samples: *samples },
             },
-            Light::Goniometric { map, position, intensity, .. } => match self.pictures.colors.loaded(map) {
-                Some(loaded) => *map = loaded,
-                None => *light = Light::Point { position: *position, intensity: *intensity },
-            },
+            Light::Goniometric { map, world_from_light, intensity } => {
+                match self.pictures.colors.loaded(map) {
+                    Some(loaded) => *map = loaded,
+                    None => {
+                        let position = world_from_light.point(DVec3::ZERO);
+                        *light = Light::Point { position, intensity: *intensity };
+                    }
+                }
+            }
             Light::Projection { map, half_size, .. } => {
                 *map = map.as_ref().and_then(|map| self.pictures.colors.loaded(map));
                 let aspect = map.as_ref().map_or(1.0, |map| {

@@ -12,7 +12,7 @@ use crate::schema::{Edges, Effect, Key, Kind, Name, Range, Unit, names};
 /// The film.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
-    /// Width and height of the full picture in pixels, at least 1 (`xresolution`, default 1280, and `yresolution`,
+    /// Width and height of the full picture in pixels, from 1 to [`MAX_SIDE`] (`xresolution`, default 1280, and `yresolution`,
     /// default 720).
     pub resolution: [u32; 2],
     /// The pixels to render (`cropwindow`, default all). Never empty.
@@ -26,7 +26,7 @@ pub struct Film {
 /// The size and the crop window of the picture, where the caller sets them instead of the scene.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct FilmOverride {
-    /// Width and height of the full picture in pixels, each at least 1.
+    /// Width and height of the full picture in pixels, each from 1 to [`MAX_SIDE`].
     pub resolution: Option<[u32; 2]>,
     /// Without `resolution`: a quarter of the scene's width and height, as with pbrt-v3's `--quick`. Default: false.
     pub quarter: bool,
@@ -78,12 +78,12 @@ impl PixelBounds {
 }
 
 /// The longest side of a film in pixels. A larger number is a typing mistake.
-const MAX_SIDE: f64 = 1e6;
-/// The most pixels of one run: about 7 GB for the film, 21 GB with error layers.
+pub const MAX_SIDE: u32 = 1_000_000;
+/// The most pixels of one run.
 pub const MAX_PIXELS: u64 = 100_000_000;
 
 const fn side(name: &'static str, default: i32, meaning: &'static str) -> Key<i32> {
-    Key::integer(name, default, meaning).within(Range::from_to(1.0, MAX_SIDE)).unit(Unit::Pixels)
+    Key::integer(name, default, meaning).within(Range::from_to(1.0, MAX_SIDE as f64)).unit(Unit::Pixels)
 }
 
 const X_RESOLUTION: Key<i32> = side("xresolution", 1280, "the width of the full picture");
@@ -95,8 +95,8 @@ const CROP_WINDOW: Key<Edges> = Key::new(
     "the part to render as fractions of the picture, y down: xmin xmax ymin ymax",
 )
 .default_words("0 1 0 1");
-const SCALE: Key<f64> = Key::float("scale", 1.0, "a factor of the picture")
-    .within(Range::from_to(-color::LARGEST_FACTOR, color::LARGEST_FACTOR));
+const SCALE: Key<f64> = Key::float("scale", 1.0, "a factor of the picture").within(SCALE_RANGE);
+pub(crate) const SCALE_RANGE: Range = Range::from_to(-color::LARGEST, color::LARGEST);
 const MAX_SAMPLE_LUMINANCE: Key<f64> = Key::float(
     "maxsampleluminance",
     f64::INFINITY,
@@ -206,6 +206,10 @@ fn crop(
     const ONE: PixelBounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
     let bounds = pixels(edges, resolution);
     let [width, height] = resolution;
+    if width.max(height) > MAX_SIDE {
+        params.misfit(format!("{width} x {height} is too large; the limit is {MAX_SIDE} pixels on a side"));
+        return ONE;
+    }
     if bounds.area() == 0 {
         params.misfit(format!("the crop window contains no pixel of {width} x {height}"));
         return ONE;
@@ -231,5 +235,30 @@ fn pixels([x0, x1, y0, y1]: [f64; 4], [width, height]: [u32; 2]) -> PixelBounds 
         x1: pixel(x0.max(x1), width),
         y0: pixel(y0.min(y1), height),
         y1: pixel(y0.max(y1), height),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::{LoadOptions, load};
+
+    #[test]
+    fn sides_have_a_limit_that_a_crop_window_does_not_lift() {
+        let misfit = |width| {
+            let film = FilmOverride {
+                resolution: Some([width, 1]),
+                crop: Some([0.0, 0.001, 0.0, 1.0]),
+                ..FilmOverride::default()
+            };
+            let options = LoadOptions { film, ..LoadOptions::default() };
+            let read = |_: &Path| Ok(b"WorldBegin Shape \"sphere\" WorldEnd".to_vec());
+            load(Path::new("a.pbrt"), &read, &options).misfit
+        };
+        assert_eq!(misfit(MAX_SIDE), None);
+        let message = "1000001 x 1 is too large; the limit is 1000000 pixels on a side";
+        assert_eq!(misfit(MAX_SIDE + 1).as_deref(), Some(message));
     }
 }

@@ -14,12 +14,12 @@ pub enum Integrator {
     DirectLighting {
         /// The lights sampled at each point.
         strategy: DirectStrategy,
-        /// The maximum number of bounces (`maxdepth`, default 5).
+        /// The maximum number of bounces, at most 20,000 (`maxdepth`, default 5).
         max_depth: u32,
     },
     /// Path tracing. The default of pbrt-v3.
     Path {
-        /// The maximum number of bounces (`maxdepth`, default 5).
+        /// The maximum number of bounces, at most 20,000 (`maxdepth`, default 5).
         max_depth: u32,
         /// The Russian roulette threshold of the path throughput (`rrthreshold`, default 1).
         roulette_threshold: f64,
@@ -30,7 +30,7 @@ pub enum Integrator {
     AmbientOcclusion {
         /// If true, rays are cosine-distributed; if false, uniform (`cossample`, default true).
         cosine: bool,
-        /// Rays per camera sample (`nsamples`, default 64).
+        /// Rays per camera sample, from 1 to 65,536 (`nsamples`, default 64).
         samples: u32,
     },
 }
@@ -74,7 +74,7 @@ const MIRROR_DEPTH: Key<i32> = Key {
     ..MAX_DEPTH
 };
 /// Light that loses a thousandth at each bounce is below `f32` precision after as many bounces.
-const LARGEST_DEPTH: i32 = 20_000;
+pub(crate) const LARGEST_DEPTH: i32 = 20_000;
 const ROULETTE: Key<f64> =
     Key::float("rrthreshold", 1.0, "the throughput below which Russian roulette may end a path");
 const LIGHT_STRATEGY: Key<&[&str]> = Key::choice(

@@ -76,7 +76,7 @@ pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use color::LUMINANCE;
 pub use cutout::Cutout;
 pub use files::{Open, Read};
-pub use film::{Film, FilmOverride, MAX_PIXELS, PixelBounds};
+pub use film::{Film, FilmOverride, MAX_PIXELS, MAX_SIDE, PixelBounds};
 pub use filter::{Filter, FilterKind};
 pub use glam;
 pub use integrator::{DirectStrategy, Integrator, LightChoice};
@@ -92,7 +92,7 @@ pub use material::{
 };
 pub use memory::Memory;
 pub use mesh::{Mesh, MeshFault};
-pub use sampler::{Sampler, SamplerKind};
+pub use sampler::{MAX_SAMPLES, Sampler, SamplerKind};
 pub use scene::{Instance, Object, Primitive, Scene, View, World};
 pub use shape::{
     Cone, Curve, CurveKind, Cylinder, Disk, Hyperboloid, Paraboloid, Quadric, QuadricForm, Shape, Sphere,
@@ -104,4 +104,4 @@ pub use texture::{
     Varying,
 };
 pub use transform::{LookAtFault, Transform};
-pub use validate::Invalid;
+pub use validate::{Faults, Invalid};

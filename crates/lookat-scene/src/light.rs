@@ -10,15 +10,16 @@ mod spot;
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
 use lookat_syntax::Text;
 
 use crate::Transform;
-use crate::color::LUMINANCE;
+use crate::color::{self, LUMINANCE};
 use crate::params::Params;
 use crate::picture::{Pictures, Settings};
 use crate::schema::{Color, Key, Kind, Name, Unit, names};
+use crate::transform::LARGEST;
 
 pub use area::Emission;
 pub(crate) use area::{AREA_KINDS, emission};
@@ -29,7 +30,7 @@ use point::point;
 use projection::projection;
 use spot::spot;
 
-/// A light without a shape.
+/// A light without a shape. Each component of its color is at most 1e18.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Light {
     /// A point light with equal intensity in all directions (`point`).
@@ -41,10 +42,9 @@ pub enum Light {
     },
     /// A point light within a cone (`spot`).
     Spot {
-        /// World position (`from`, default the origin).
-        position: DVec3,
-        /// Transforms world directions to light space, where +z is the axis (from `from` to `to`, default +z).
-        light_from_world: DMat3,
+        /// From light space, where the light is the origin (`from`, default the origin) and +z is the axis (from `from` to `to`,
+        /// default +z).
+        world_from_light: Transform,
         /// Radiant intensity along the axis (`I` times `scale`).
         intensity: Vec3,
         /// Cosine of the half angle of the cone (`coneangle`, default 30 degrees).
@@ -63,7 +63,7 @@ pub enum Light {
     Infinite {
         /// Radiance (`L` times `scale`).
         radiance: Vec3,
-        /// Light samples per camera sample in the direct lighting integrator (`nsamples`, default 1).
+        /// Light samples per camera sample in the direct lighting integrator, from 1 to 65,536 (`nsamples`, default 1).
         samples: u32,
     },
     /// An environment map (`infinite` with `mapname`).
@@ -75,15 +75,13 @@ pub enum Light {
         scale: Vec3,
         /// From light space to world space. Only directions count.
         world_from_light: Transform,
-        /// Light samples per camera sample in the direct lighting integrator (`nsamples`, default 1).
+        /// Light samples per camera sample in the direct lighting integrator, from 1 to 65,536 (`nsamples`, default 1).
         samples: u32,
     },
     /// A point light with a map of its intensity by direction (`goniometric`).
     Goniometric {
-        /// World position: the origin of light space.
-        position: DVec3,
-        /// Transforms world directions to light space.
-        light_from_world: DMat3,
+        /// From light space, where the light is the origin.
+        world_from_light: Transform,
         /// Radiant intensity where the map is 1 (`I` times `scale`).
         intensity: Vec3,
         /// Latitude from +y in the first row to -y in the last, longitude from +x through +z, in light space
@@ -92,10 +90,8 @@ pub enum Light {
     },
     /// A slide projector (`projection`).
     Projection {
-        /// World position: the origin of light space.
-        position: DVec3,
-        /// Transforms world directions to light space, where +z is the axis of projection.
-        light_from_world: DMat3,
+        /// From light space, where the light is the origin and +z the axis of projection.
+        world_from_light: Transform,
         /// Radiant intensity where the map is 1 (`I` times `scale`).
         intensity: Vec3,
         /// The picture, with the smallest y in its first row (`mapname`). `None` is 1 everywhere. Values are at least
@@ -197,6 +193,13 @@ fn point_in_range(params: &mut Params, key: &Key<[f64; 3]>) -> DVec3 {
     point
 }
 
+/// Reports a light outside the range of computation.
+fn check_placed(params: &mut Params, is_in_range: bool) {
+    if !is_in_range {
+        params.reject("from", format!("the light has coordinates above {LARGEST:e} in world space"), None);
+    }
+}
+
 fn same_points<T>(params: &mut Params) -> Option<T> {
     if params.usable() && !params.may_lack("from") {
         let are_given = params.was_taken("from") && params.was_taken("to");
@@ -242,7 +245,12 @@ fn scaled(params: &mut Params, key: &Key<Color>) -> Vec3 {
         }
         color
     });
-    color * scale
+    let product = color * scale;
+    if !color::is_in_range(product) {
+        let (name, limit) = (key.name, color::LARGEST);
+        params.reject(name, format!("{name} times scale is too bright; the limit is {limit:e}"), None);
+    }
+    product
 }
 
 /// The number of light samples. `samples` has precedence, as in pbrt-v3.

@@ -51,6 +51,8 @@ pub struct Material {
     pub(crate) kind: MaterialKind,
     pub(crate) bump: Option<Texture<f64>>,
     needs: Needs,
+    /// How many materials it comes to, counting the parts of nested mixes.
+    parts: u32,
 }
 
 /// The scattering of a material. Reflectances are colors or textures; negative values count as 0.
@@ -87,13 +89,18 @@ impl Material {
         }),
         bump: None,
         needs: Needs::NOTHING,
+        parts: 1,
     };
 
     /// A material with this scattering, and a bump map if there is one: a displacement in world units that changes the shading
     /// normal.
     pub fn new(kind: MaterialKind, bump: Option<Texture<f64>>) -> Self {
         let needs = Needs::of(&kind, bump.as_ref());
-        Material { kind, bump, needs }
+        let parts = match &kind {
+            MaterialKind::Mix(mix) => mix.parts(),
+            _ => 1,
+        };
+        Material { kind, bump, needs, parts }
     }
 
     /// Its scattering.

@@ -7,7 +7,7 @@ use crate::Transform;
 use crate::cutout::CUTOUT;
 use crate::params::{FileParam, Params};
 use crate::schema::{Effect, Floats, Integers, Key, Kind, Name, Pairs, Triples, Unit};
-use crate::transform::LARGEST;
+use crate::transform::{LARGEST, in_range};
 
 /// Triangles with shared vertices. Arrays other than those of positions and indices are empty if the mesh has no such
 /// data.
@@ -29,7 +29,7 @@ pub enum MeshFault {
     IndexOutOfRange,
     /// An array has fewer or more values than there are positions.
     WrongLength,
-    /// A number is infinite or not a number, or a position is beyond 1e50, where areas overflow.
+    /// A number is infinite or not a number, or one of a position, normal or tangent is beyond 1e50, where areas overflow.
     NotFinite,
 }
 
@@ -39,7 +39,7 @@ impl std::fmt::Display for MeshFault {
             MeshFault::OddIndices => "the number of indices is no multiple of 3",
             MeshFault::IndexOutOfRange => "an index is negative or not below the number of positions",
             MeshFault::WrongLength => "an array does not have a value for each position",
-            MeshFault::NotFinite => "a number is not finite, or a position is beyond 1e50",
+            MeshFault::NotFinite => "a number is not finite, or beyond 1e50",
         })
     }
 }
@@ -72,7 +72,7 @@ impl Mesh {
     ///
     /// See [`MeshFault`].
     pub fn with_normals(self, normals: Vec<[f64; 3]>) -> Result<Mesh, MeshFault> {
-        check_array(&normals, self.positions.len())?;
+        check_array(&normals, self.positions.len(), in_range)?;
         Ok(Mesh { normals, ..self })
     }
 
@@ -82,7 +82,7 @@ impl Mesh {
     ///
     /// See [`MeshFault`].
     pub fn with_tangents(self, tangents: Vec<[f64; 3]>) -> Result<Mesh, MeshFault> {
-        check_array(&tangents, self.positions.len())?;
+        check_array(&tangents, self.positions.len(), in_range)?;
         Ok(Mesh { tangents, ..self })
     }
 
@@ -92,7 +92,7 @@ impl Mesh {
     ///
     /// See [`MeshFault`].
     pub fn with_uvs(self, uvs: Vec<[f64; 2]>) -> Result<Mesh, MeshFault> {
-        check_array(&uvs, self.positions.len())?;
+        check_array(&uvs, self.positions.len(), |uvs| uvs.iter().all(|x| x.is_finite()))?;
         Ok(Mesh { uvs, ..self })
     }
 
@@ -174,11 +174,15 @@ impl Mesh {
     }
 }
 
-fn check_array<const N: usize>(values: &[[f64; N]], count: usize) -> Result<(), MeshFault> {
+fn check_array<const N: usize>(
+    values: &[[f64; N]],
+    count: usize,
+    are_right: fn(&[f64]) -> bool,
+) -> Result<(), MeshFault> {
     if values.len() != count {
         return Err(MeshFault::WrongLength);
     }
-    if values.as_flattened().iter().all(|x| x.is_finite()) { Ok(()) } else { Err(MeshFault::NotFinite) }
+    if are_right(values.as_flattened()) { Ok(()) } else { Err(MeshFault::NotFinite) }
 }
 
 pub(crate) const INDICES: Key<Integers> = Key::new(
@@ -233,6 +237,7 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
             (mesh.indices, mesh.positions) = (indices, positions);
             check_indices(params, &mesh);
             check_lengths(params, &mesh, uv);
+            mesh.uvs.truncate(mesh.positions.len());
         }
         (None, _) => params.missing(
             "indices",
@@ -279,11 +284,6 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
         params.note(name, &message, "their corners are collinear or coincide, so they are invisible");
     }
     Some(mesh)
-}
-
-/// True if all values are in range. Has no early exit, so that the comparison vectorizes.
-fn in_range(values: &[f64]) -> bool {
-    values.iter().fold(true, |all, x| all & (x.abs() <= LARGEST))
 }
 
 /// The indices of a grid of vertices stored in rows, with two triangles for each square.

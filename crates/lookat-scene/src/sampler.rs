@@ -3,12 +3,17 @@
 use crate::params::Params;
 use crate::schema::{Effect, Key, Keys, Kind, Range, names};
 
+/// The most samples per pixel of one picture: sums of more could overflow.
+pub const MAX_SAMPLES: u32 = 1 << 30;
+/// The most samples of a light, or of ambient occlusion, within each camera sample: about a hundredth of a second.
+pub(crate) const MOST_NESTED: i32 = 1 << 16;
+
 /// The sampler.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sampler {
     /// The pattern.
     pub kind: SamplerKind,
-    /// Samples per pixel, at least 1 (`pixelsamples`; `xsamples` times `ysamples` for the stratified sampler).
+    /// Samples per pixel, from 1 to [`MAX_SAMPLES`] (`pixelsamples`; `xsamples` times `ysamples` for the stratified sampler).
     pub samples_per_pixel: u32,
 }
 
@@ -47,10 +52,11 @@ impl Sampler {
         Sampler { kind, ..self }
     }
 
-    /// The same sampler with another number of samples, at least 1. A stratified sampler uses the grid of that size
+    /// The same sampler with another number of samples, at least 1; over [`MAX_SAMPLES`] counts as that many. A stratified sampler uses the grid of that size
     /// nearest to a square. If that grid is more than twice as wide as high, a jittered sampler uses a slightly
     /// larger one.
     pub fn with_samples(self, samples_per_pixel: u32) -> Sampler {
+        let samples_per_pixel = samples_per_pixel.min(MAX_SAMPLES);
         let kind = match self.kind {
             SamplerKind::Stratified { jitter, .. } => {
                 SamplerKind::Stratified { cells: grid(samples_per_pixel, jitter), jitter }
@@ -75,7 +81,7 @@ fn grid(samples: u32, jitter: bool) -> [u32; 2] {
 }
 
 const fn samples(name: &'static str, default: i32, meaning: &'static str) -> Key<i32> {
-    Key::integer(name, default, meaning).within(Range::at_least(1.0))
+    Key::integer(name, default, meaning).within(Range::from_to(1.0, MAX_SAMPLES as f64))
 }
 
 const PIXEL_SAMPLES: Key<i32> = samples("pixelsamples", 16, "the number of samples in each pixel");
@@ -138,9 +144,10 @@ fn stratified(params: &mut Params) -> (SamplerKind, i32) {
     let jitter = params.take(&JITTER);
     let [across, down] = [&X_SAMPLES, &Y_SAMPLES].map(|key| params.take(key));
     params.take(&DIMENSIONS);
-    let samples = across.checked_mul(down);
+    let samples = across.checked_mul(down).filter(|samples| *samples as u32 <= MAX_SAMPLES);
     if samples.is_none() {
-        params.reject("xsamples", "xsamples times ysamples must be at most 2147483647", None);
+        let message = format!("xsamples times ysamples must be at most {MAX_SAMPLES}");
+        params.reject("xsamples", message, None);
     }
     (SamplerKind::Stratified { cells: [across as u32, down as u32], jitter }, samples.unwrap_or(1))
 }
@@ -148,6 +155,20 @@ fn stratified(params: &mut Params) -> (SamplerKind, i32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn counts_have_a_limit() {
+        assert_eq!(Sampler::PBRT_DEFAULT.with_samples(u32::MAX).samples_per_pixel, MAX_SAMPLES);
+        let is_read = |sampler: &str| {
+            crate::load_str(&format!("Sampler {sampler} WorldBegin Shape \"sphere\" WorldEnd"))
+                .scene
+                .is_some()
+        };
+        assert!(is_read("\"halton\" \"integer pixelsamples\" 1073741824"));
+        assert!(!is_read("\"halton\" \"integer pixelsamples\" 1073741825"));
+        assert!(is_read("\"stratified\" \"integer xsamples\" 32768 \"integer ysamples\" 32768"));
+        assert!(!is_read("\"stratified\" \"integer xsamples\" 32769 \"integer ysamples\" 32768"));
+    }
 
     #[test]
     fn grids_are_near_squares() {
@@ -164,7 +185,7 @@ mod tests {
             assert_eq!(cells(samples, true), grid, "{samples}");
         }
         assert_eq!((cells(13, false), cells(12, false)), ([13, 1], [4, 3]));
-        for samples in (1..1000).chain([u32::MAX / 2, u32::MAX / 2 - 1]) {
+        for samples in (1..1000).chain([MAX_SAMPLES, MAX_SAMPLES - 1]) {
             let [across, down] = cells(samples, true);
             assert!(
                 across * down >= samples && across <= 2 * down && across * down - samples <= across,

@@ -67,16 +67,11 @@ impl Scene {
 impl Primitive {
     /// A shape of a material: without holes, and dark.
     pub fn new(shape: Shape, material: Arc<Material>) -> Primitive {
-        let mirrored = match &shape {
-            Shape::Quadric(quadric) => quadric.world_from_object.swaps_handedness(),
-            Shape::Curve(curve) => curve.world_from_object.swaps_handedness(),
-            Shape::TriangleMesh(_) => false,
-        };
         Primitive {
+            mirrored: shape.is_mirrored().unwrap_or(false),
             shape,
             span: None,
             reverse_orientation: false,
-            mirrored,
             material,
             cutout: None,
             emission: None,
@@ -86,6 +81,11 @@ impl Primitive {
     /// The same shape as an area light.
     pub fn with_emission(self, emission: Emission) -> Primitive {
         Primitive { emission: Some(emission), ..self }
+    }
+
+    /// Its emission, unless that is black.
+    pub(crate) fn light(&self) -> Option<Emission> {
+        self.emission.filter(|emission| !emission.is_black())
     }
 }
 
@@ -98,7 +98,7 @@ pub struct Primitive {
     pub span: Option<Span>,
     /// True under `ReverseOrientation`: normals are flipped.
     pub reverse_orientation: bool,
-    /// True if the transformation from object space swaps handedness.
+    /// True if the transformation from object space swaps handedness. For a mesh: the one that its vertices went through.
     pub mirrored: bool,
     /// The material.
     pub material: Arc<Material>,

@@ -21,7 +21,7 @@ use crate::Transform;
 use crate::mesh::{self, Mesh, ply_file, triangle_mesh};
 use crate::params::{FileParam, Params};
 use crate::schema::{Kind, names};
-use limits::{Limits, sweep};
+use limits::sweep;
 
 pub use cone::Cone;
 pub use curve::{Curve, CurveKind};
@@ -30,6 +30,8 @@ pub use disk::Disk;
 pub use hyperboloid::Hyperboloid;
 pub use paraboloid::Paraboloid;
 pub use sphere::Sphere;
+
+pub(crate) use limits::Limits;
 
 /// A placed shape.
 #[derive(Debug, Clone)]
@@ -43,6 +45,15 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Whether the transformation of a quadric or a curve swaps handedness. `None` for a mesh, whose vertices are transformed.
+    pub(crate) fn is_mirrored(&self) -> Option<bool> {
+        match self {
+            Shape::Quadric(quadric) => Some(quadric.world_from_object.swaps_handedness()),
+            Shape::Curve(curve) => Some(curve.world_from_object.swaps_handedness()),
+            Shape::TriangleMesh(_) => None,
+        }
+    }
+
     /// True for a mesh without triangles.
     pub(crate) fn is_empty(&self) -> bool {
         matches!(self, Shape::TriangleMesh(mesh) if mesh.indices.is_empty())

@@ -138,22 +138,27 @@ impl<T: Value> Texture<T> {
     }
 
     /// The number of textures evaluated for one value.
-    pub(crate) fn cost(&self) -> u32 {
+    fn cost(&self) -> u32 {
         match self {
             Texture::Constant(_) => 0,
             Texture::Varying(node) => node.cost,
         }
     }
 
+    /// True if it consists of more than a thousand textures.
+    pub(crate) fn is_too_long(&self) -> bool {
+        self.cost() > MOST_TEXTURES
+    }
+
     /// The product of two textures.
-    pub(crate) fn product(factors: [Self; 2]) -> Self {
+    fn product(factors: [Self; 2]) -> Self {
         match &factors {
             [Texture::Constant(a), Texture::Constant(b)] => Texture::Constant(*a * *b),
             _ => Texture::varying(Varying::Scale(factors)),
         }
     }
 
-    /// A texture that varies.
+    /// A texture that varies. It consists of at most 1,000 textures; one used twice counts twice.
     pub fn varying(texture: Varying<T>) -> Self {
         let of_two = |[a, b]: [&Self; 2]| {
             (a.is_filtered() || b.is_filtered(), a.cost().saturating_add(b.cost()).saturating_add(1))
@@ -231,6 +236,28 @@ pub(crate) const KINDS: &[Kind] = &[
 /// The most nested textures. Each level can double the work, so a short file could take forever.
 const MOST_TEXTURES: u32 = 1000;
 
+/// Reports a texture that takes too long to evaluate, and a constant that is not finite. True for any other.
+fn check<T: Value>(params: &mut Params, texture: &Texture<T>) -> bool {
+    if texture.is_too_long() {
+        let message = format!("this texture consists of more than {MOST_TEXTURES} textures");
+        let help = "use fewer textures; a texture named by two parameters counts twice, with all its parts";
+        params.reject("", message, Some(help));
+        return false;
+    }
+    let is_finite = texture.constant().is_none_or(T::is_finite);
+    if !is_finite {
+        let help = "use smaller numbers in the textures that it combines";
+        params.reject("", "the value of this texture is too large", Some(help));
+    }
+    is_finite
+}
+
+/// The product of two textures; after an error, the second.
+pub(crate) fn product<T: Value>(params: &mut Params, [a, b]: [Texture<T>; 2]) -> Texture<T> {
+    let product = Texture::product([a, b.clone()]);
+    if check(params, &product) { product } else { b }
+}
+
 /// pbrt-v3's MakeFloatTexture and MakeSpectrumTexture. `None` for an unsupported texture and after an error.
 pub(crate) fn texture<T: Parameter>(
     params: &mut TextureParams,
@@ -252,15 +279,7 @@ pub(crate) fn texture<T: Parameter>(
         "windy" => noise::windy(ctm),
         _ => return not_rendered(params),
     };
-    if texture.cost() > MOST_TEXTURES {
-        let message = format!("this texture consists of more than {MOST_TEXTURES} textures");
-        let help = "use fewer textures; a texture named by two parameters counts twice, with all its parts";
-        params.reject("", message, Some(help));
-    }
-    if texture.constant().is_some_and(|value| !value.is_finite()) {
-        let help = "use smaller numbers in the textures that it combines";
-        params.reject("", "the value of this texture is too large", Some(help));
-    }
+    check(params, &texture);
     params.finish().then_some(texture)
 }
 

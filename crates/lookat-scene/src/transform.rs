@@ -1,5 +1,7 @@
 //! Transformations between spaces, composed and inverted in `f64`.
 
+use std::error::Error;
+use std::fmt;
 use std::ops::Mul;
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
@@ -18,6 +20,11 @@ pub struct Transform {
 /// its areas, volumes and squares are finite.
 pub(crate) const LARGEST: f64 = 1e50;
 
+/// True if all values are in the range of computation. Has no early exit, so that the comparison vectorizes.
+pub(crate) fn in_range(values: &[f64]) -> bool {
+    values.iter().fold(true, |all, x| all & (x.abs() <= LARGEST))
+}
+
 /// The reason why a `LookAt` is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LookAtFault {
@@ -28,6 +35,18 @@ pub enum LookAtFault {
     /// The up vector is parallel to the view.
     UpParallel,
 }
+
+impl fmt::Display for LookAtFault {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            LookAtFault::EyeAtLook => "the eye and the target of LookAt are the same point",
+            LookAtFault::ZeroUp => "the up vector of LookAt is zero",
+            LookAtFault::UpParallel => "the up vector of LookAt is parallel to the view",
+        })
+    }
+}
+
+impl Error for LookAtFault {}
 
 impl Transform {
     /// The identity.
@@ -57,6 +76,11 @@ impl Transform {
         };
         let m = DMat4::from_cols(along(DVec3::X), along(DVec3::Y), along(DVec3::Z), DVec4::W);
         Some(Transform { m, inv: m.transpose() })
+    }
+
+    /// A rotation that takes the axes to the unit vectors of a frame.
+    pub(crate) fn to_frame(frame: DMat3) -> Self {
+        Transform { m: DMat4::from_mat3(frame), inv: DMat4::from_mat3(frame.transpose()) }
     }
 
     /// The viewing transformation of `LookAt`: camera from world space, left-handed, +z forward, +y up.
@@ -116,8 +140,7 @@ impl Transform {
 
     /// True if all entries, also of the inverse, can be multiplied a few times without overflow.
     pub(crate) fn in_range(&self) -> bool {
-        let in_range = |m: &DMat4| m.to_cols_array().iter().all(|x| x.abs() <= LARGEST);
-        in_range(&self.m) && in_range(&self.inv)
+        in_range(&self.m.to_cols_array()) && in_range(&self.inv.to_cols_array())
     }
 
     /// The matrix, for column vectors.

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use lookat_lab::bench::Suite;
+use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
 use crate::metric::{Limit, Metric};
 pub use chart::{Chart, Other};
@@ -69,7 +70,7 @@ pub struct Render {
     pub output: Option<PathBuf>,
     /// Samples per pixel, instead of the number in Sampler. With --target-error or --time, the maximum; with
     /// --adaptive, the mean
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u32, 1 << 30))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, MAX_SAMPLES))]
     pub spp: Option<u32>,
     /// Sample each pixel until its error is at most this fraction of its brightness, such as 0.05, with at most
     /// --spp samples (65536 without --spp)
@@ -240,7 +241,7 @@ pub struct Verify {
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub max: Vec<Limit>,
     /// Samples per pixel, instead of the numbers in the scenes
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u32, 1 << 30))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, MAX_SAMPLES))]
     pub spp: Option<u32>,
     /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
@@ -298,10 +299,10 @@ pub struct Report {
 }
 
 fn resolution(text: &str) -> Result<[u32; 2], String> {
-    let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=1_000_000).contains(side));
+    let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=MAX_SIDE).contains(side));
     text.split_once(['x', 'X'])
         .and_then(|(width, height)| Some([side(width)?, side(height)?]))
-        .ok_or_else(|| "expected width and height from 1 to 1000000 pixels, as in 640x480".into())
+        .ok_or_else(|| format!("expected width and height from 1 to {MAX_SIDE} pixels, as in 640x480"))
 }
 
 /// Parses a whole number from `least` to `most`.

@@ -71,7 +71,6 @@ fn materials() -> Vec<(&'static str, Material)> {
     let mix = MaterialKind::Mix(Mix {
         materials: [material(plastic.clone()), material(substrate(0.2, 0.5))].map(std::sync::Arc::new),
         amount: constant(Vec3::new(0.2, 0.5, 0.9)),
-        count: 2,
     });
     let all = [
         ("matte", MaterialKind::Matte(Matte { kd: color(1.0), sigma: constant(0.0) })),

@@ -10,10 +10,8 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
         return;
     }
     let world = &evidence.built.world;
-    // An object without an instance is not in the world.
-    let copied = world.instances.iter().flat_map(|instance| &instance.object.primitives);
     let emits = |primitive: &Primitive| primitive.emission.filter(|_| !primitive.shape.is_invisible());
-    let emissions: Vec<Emission> = world.primitives.iter().chain(copied).filter_map(emits).collect();
+    let emissions: Vec<Emission> = world.shapes().filter_map(emits).collect();
     let shows_emission_alone = matches!(integrator, Integrator::Path { max_depth: 0, .. });
     let (message, help) = if world.lights.is_empty() && emissions.is_empty() {
         let help = "add a light: LightSource \"infinite\" lights a scene from all sides";

@@ -11,13 +11,13 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
         warn(report, *at, message, help);
     }
     let of_objects = evidence.built.objects.iter().flat_map(|object| &object.primitives);
-    for at in of_objects.filter(|primitive| primitive.emission.is_some()).filter_map(|it| it.span) {
+    for at in of_objects.filter(|primitive| primitive.light().is_some()).filter_map(|it| it.span) {
         let message =
             "an emissive shape inside an object is visible but lights nothing: move it out of the object";
         report.unsupported(at, message.into());
     }
     let is_curve = |primitive: &&Primitive| matches!(primitive.shape, Shape::Curve(_));
-    let emissive = || evidence.built.world.primitives.iter().filter(|primitive| primitive.emission.is_some());
+    let emissive = || evidence.built.world.primitives.iter().filter(|primitive| primitive.light().is_some());
     for at in emissive().filter(is_curve).filter_map(|primitive| primitive.span) {
         let message = "an emissive curve is visible but lights nothing: use a mesh or a quadric as a light";
         report.unsupported(at, message.into());
@@ -26,7 +26,7 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
         return;
     }
     let is_boundary = |primitive: &&Primitive| matches!(primitive.material.kind, MaterialKind::None);
-    let emissive = evidence.built.shapes().filter(|primitive| primitive.emission.is_some());
+    let emissive = evidence.built.shapes().filter(|primitive| primitive.light().is_some());
     for at in emissive.filter(is_boundary).filter_map(|primitive| primitive.span) {
         let message = "pbrt-v3 lets shadow rays pass this emissive surface without a material, and finds its light by light samples only";
         let help = "write Material \"matte\" \"rgb Kd\" [0 0 0]: lookat and pbrt-v3 then agree";

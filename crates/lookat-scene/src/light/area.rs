@@ -9,11 +9,11 @@ use crate::schema::{Key, Keys, Kind, names};
 /// The emission of an area light: `AreaLightSource "diffuse"`, with equal radiance in all directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Emission {
-    /// Emitted radiance, linear RGB (parameters `L` times `scale`).
+    /// Emitted radiance, linear RGB, each component at most 1e18 (parameters `L` times `scale`).
     pub radiance: Vec3,
     /// True if both sides emit. Default: only the side of the normal emits.
     pub two_sided: bool,
-    /// Light samples per camera sample in the direct lighting integrator. Default 1.
+    /// Light samples per camera sample in the direct lighting integrator, from 1 to 65,536. Default 1.
     pub samples: u32,
 }
 

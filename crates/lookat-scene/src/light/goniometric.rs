@@ -1,6 +1,6 @@
 //! `LightSource "goniometric"`: a point light with a map of its intensity by direction.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::{INTENSITY, Light, MAP_NAME, SCALE, UNIFORM, map_name, no_map, scaled, shown};
 use crate::Transform;
@@ -23,12 +23,10 @@ pub(super) fn goniometric(
     pictures: &mut Pictures,
 ) -> Option<Light> {
     let intensity = scaled(params, &WHERE_ONE);
-    let position = world_from_light.point(DVec3::ZERO);
     let Some(file) = map_name(params) else {
         no_map(params, "it has equal intensity in all directions");
-        return Some(Light::Point { position, intensity });
+        return Some(Light::Point { position: world_from_light.point(DVec3::ZERO), intensity });
     };
     let map = shown(params, &file, pictures, UNIFORM);
-    let light_from_world = DMat3::from_mat4(world_from_light.inverse_matrix());
-    Some(Light::Goniometric { position, light_from_world, intensity, map })
+    Some(Light::Goniometric { world_from_light, intensity, map })
 }

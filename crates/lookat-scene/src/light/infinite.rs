@@ -6,7 +6,6 @@ use super::{
     Light, MAP_NAME, N_SAMPLES, RADIANCE, SAMPLES, SCALE, UNIFORM, map_name, samples, scaled, shown,
 };
 use crate::Transform;
-use crate::color::LARGEST;
 use crate::params::Params;
 use crate::picture::Pictures;
 use crate::schema::{Color, Key, Keys, Name};
@@ -33,7 +32,7 @@ pub(super) fn infinite(
     };
     Some(Light::Environment {
         map: shown(params, &file, pictures, UNIFORM),
-        scale: radiance.clamp(-glam::Vec3::splat(LARGEST), glam::Vec3::splat(LARGEST)),
+        scale: radiance,
         world_from_light,
         samples,
     })

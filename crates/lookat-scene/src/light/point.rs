@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::{FROM, INTENSITY, Light, SCALE, point_in_range, scaled};
+use super::{FROM, INTENSITY, Light, SCALE, check_placed, point_in_range, scaled};
 use crate::Transform;
 use crate::params::Params;
 use crate::schema::{Key, Keys, Unit};
+use crate::transform::in_range;
 
 const OFFSET: Key<[f64; 3]> =
     Key { meaning: "an offset from the origin of the current space", unit: Unit::WorldSpace, ..FROM };
@@ -17,5 +18,7 @@ pub(super) fn point(params: &mut Params, world_from_light: Transform) -> Light {
     let intensity = scaled(params, &INTENSITY);
     let from = point_in_range(params, &OFFSET);
     // pbrt-v3 adds `from` in world space, without the current transformation (lights/point.cpp).
-    Light::Point { position: world_from_light.point(DVec3::ZERO) + from, intensity }
+    let position = world_from_light.point(DVec3::ZERO) + from;
+    check_placed(params, in_range(&position.to_array()));
+    Light::Point { position, intensity }
 }

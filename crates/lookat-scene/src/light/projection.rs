@@ -1,6 +1,6 @@
 //! `LightSource "projection"`: a slide projector.
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::DVec2;
 
 use super::{INTENSITY, Light, MAP_NAME, SCALE, map_name, no_map, scaled, shown};
 use crate::Transform;
@@ -34,8 +34,7 @@ pub(super) fn projection(
     };
     let half_size = (fov.to_radians() / 2.0).tan();
     Some(Light::Projection {
-        position: world_from_light.point(DVec3::ZERO),
-        light_from_world: DMat3::from_mat4(world_from_light.inverse_matrix()),
+        world_from_light,
         intensity,
         map,
         // The loaded picture stretches it.

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::{FROM, INTENSITY, Light, SCALE, TO, point_in_range, same_points, scaled};
+use super::{FROM, INTENSITY, Light, SCALE, TO, check_placed, point_in_range, same_points, scaled};
 use crate::Transform;
 use crate::params::Params;
 use crate::schema::{Key, Keys, Range, Unit};
@@ -39,10 +39,11 @@ pub(super) fn spot(params: &mut Params, world_from_light: Transform) -> Option<L
     let Some(axis) = (to - from).try_normalize() else { return same_points(params) };
     // A non-uniform scale makes the choice of the frame visible, so this is pbrt's frame.
     let (x, y) = coordinate_system(axis);
-    let axes_from_frame = DMat3::from_cols(x, y, axis);
+    let frame = Transform::to_frame(DMat3::from_cols(x, y, axis));
+    let world_from_light = world_from_light * Transform::translate(from) * frame;
+    check_placed(params, world_from_light.in_range());
     Some(Light::Spot {
-        position: world_from_light.point(from),
-        light_from_world: axes_from_frame.transpose() * DMat3::from_mat4(world_from_light.inverse_matrix()),
+        world_from_light,
         intensity,
         cos_total_width: cone.to_radians().cos(),
         cos_falloff_start: (cone - delta).to_radians().cos(),

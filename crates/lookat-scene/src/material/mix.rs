@@ -9,19 +9,25 @@ use super::{Material, MaterialKind, Named, share};
 use crate::schema::{ColorTexture, Key, Keys, Name};
 use crate::texture::{Texture, TextureParams};
 
-/// A blend of two materials.
+/// A blend of two materials. It consists of at most 100, counting the parts of nested mixes.
 #[derive(Debug, Clone)]
 pub struct Mix {
     /// The two materials (`namedmaterial1`, `namedmaterial2`). Neither is [`MaterialKind::None`].
     pub materials: [Arc<Material>; 2],
     /// The weight of the first material. The second has the rest (`amount`, default 0.5).
     pub amount: Texture<Vec3>,
-    /// The number of materials, including parts of nested mixes.
-    pub count: u32,
 }
 
-/// The most materials in nested mixes. Each level can double the work, so a short file could take forever.
-const MOST: u32 = 100;
+impl Mix {
+    /// The most materials in nested mixes. Each level can double the work, so a short file could take forever.
+    pub(crate) const MOST: u32 = 100;
+
+    /// The number of materials, counting the parts of nested mixes.
+    pub(crate) fn parts(&self) -> u32 {
+        let [first, second] = &self.materials;
+        first.parts.saturating_add(second.parts)
+    }
+}
 
 const FIRST: Key<Name> =
     Key::string("namedmaterial1", "the name of the first material, whose bump map is used").required();
@@ -33,22 +39,13 @@ pub(super) const KEYS: Keys = &[&FIRST, &SECOND, &AMOUNT];
 pub(super) fn mix(params: &mut TextureParams, named: &Named) -> Mix {
     let materials = [&FIRST, &SECOND].map(|key| part(params, key, named));
     let amount = share(params, &AMOUNT);
-    let count = materials.iter().map(|part| count(part)).sum();
-    if count > MOST {
+    let mut mix = Mix { materials, amount };
+    if mix.parts() > Mix::MOST {
         let help = "use fewer materials; a material named by two parameters counts twice, with all its parts";
-        params.reject("", format!("this mix consists of more than {MOST} materials"), Some(help));
-        let materials = [0, 1].map(|_| Arc::new(Material::DEFAULT));
-        return Mix { materials, amount, count: 2 };
+        params.reject("", format!("this mix consists of more than {} materials", Mix::MOST), Some(help));
+        mix.materials = [0, 1].map(|_| Arc::new(Material::DEFAULT));
     }
-    Mix { materials, amount, count }
-}
-
-/// How many materials one comes to.
-pub(super) fn count(material: &Material) -> u32 {
-    match &material.kind {
-        MaterialKind::Mix(mix) => mix.count,
-        _ => 1,
-    }
+    mix
 }
 
 /// One of the two materials. After an error it is matte, as in pbrt-v3.

@@ -130,6 +130,6 @@ mod tests {
         else {
             panic!("several shares are a mix");
         };
-        assert_eq!((mix.count, mix.amount.constant()), (3, Some(Vec3::splat(0.5))));
+        assert_eq!((mix.parts(), mix.amount.constant()), (3, Some(Vec3::splat(0.5))));
     }
 }

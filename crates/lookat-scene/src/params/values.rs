@@ -4,12 +4,10 @@ use glam::{DVec3, Vec3};
 use lookat_syntax::{Param, ParamType, Text, Values};
 
 use super::{Params, SPECTRUM_TYPES};
+use crate::sampler::MOST_NESTED;
 use crate::schema::Key;
 use crate::transform::LARGEST;
 use crate::{angle, color};
-
-/// The most light samples of a camera sample: about a hundredth of a second.
-const MOST_NESTED: i32 = 1 << 16;
 
 impl Params<'_> {
     /// Takes a parameter of one of the types. pbrt-v3 ignores a parameter of another type.
@@ -128,7 +126,7 @@ impl Params<'_> {
             self.check_blackbody(name, pairs[0], *color);
         }
         match color {
-            Ok(color) if color.abs().max_element() <= color::LARGEST => color,
+            Ok(color) if color::is_in_range(color) => color,
             Ok(_) => {
                 self.reject(name, format!("{name} is too bright; the limit is {:e}", color::LARGEST), None);
                 default

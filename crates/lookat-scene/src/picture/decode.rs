@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_from_srgb};
 
-use crate::color::{LARGEST, LUMINANCE};
+use crate::color::{self, LUMINANCE};
 use crate::files::{Bytes, shown_path};
 use crate::params::Params;
 
@@ -45,6 +45,8 @@ impl FromColor for f32 {
         settle(color.dot(LUMINANCE.as_vec3()), settings)
     }
 }
+
+const LARGEST: f32 = color::LARGEST as f32;
 
 fn settle(value: f32, settings: &Settings) -> f32 {
     let linear = if settings.gamma { linear_from_srgb(value) } else { value };

@@ -39,21 +39,18 @@ impl Resolver<'_> {
         match Transform::look_at(eye, look, up) {
             Ok(transform) => self.concat(transform, span),
             Err(fault) => {
-                let (message, help) = match fault {
-                    LookAtFault::EyeAtLook => (
-                        "the eye and the target of LookAt are the same point",
-                        "the first three numbers are the eye, the next three the target: make them different",
-                    ),
-                    LookAtFault::ZeroUp => (
-                        "the up vector of LookAt is zero",
-                        "write the direction that is up in the picture, usually 0 1 0 or 0 0 1",
-                    ),
-                    LookAtFault::UpParallel => (
-                        "the up vector of LookAt is parallel to the view",
-                        "the last three numbers are the direction that is up in the picture: choose one that is not parallel to the view",
-                    ),
+                let help = match fault {
+                    LookAtFault::EyeAtLook => {
+                        "the first three numbers are the eye, the next three the target: make them different"
+                    }
+                    LookAtFault::ZeroUp => {
+                        "write the direction that is up in the picture, usually 0 1 0 or 0 0 1"
+                    }
+                    LookAtFault::UpParallel => {
+                        "the last three numbers are the direction that is up in the picture: choose one that is not parallel to the view"
+                    }
                 };
-                Err(Box::new(Diagnostic::error(span, message).help(help)))
+                Err(Box::new(Diagnostic::error(span, fault.to_string()).help(help)))
             }
         }
     }

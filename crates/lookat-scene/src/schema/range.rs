@@ -68,15 +68,19 @@ impl Range {
 
 /// A number in few characters.
 pub(crate) fn number(value: f64) -> String {
-    // The nearest `f32` of a short decimal number.
+    // The nearest `f32` of a short decimal number, unless it is a count.
+    let is_count = value.fract() == 0.0 && value.abs() < 9e15;
     let value = match (value as f32).to_string().parse::<f64>() {
-        Ok(short) if f64::from(value as f32) == value => short,
+        Ok(short) if f64::from(value as f32) == value && !is_count => short,
         _ => value,
     };
     match value.abs() {
         0.0 | 0.001..1e6 => value.to_string(),
         f64::INFINITY => "infinity".into(),
-        _ => format!("{value:e}"),
+        _ => {
+            let (plain, power) = (value.to_string(), format!("{value:e}"));
+            if plain.len() < power.len() { plain } else { power }
+        }
     }
 }
 
@@ -95,6 +99,7 @@ mod tests {
             [f64::from(1e18_f32), f64::from(0.1_f32), 0.1, -2.5].map(number),
             ["1e18", "0.1", "0.1", "-2.5"]
         );
+        assert_eq!(Range::from_to(1.0, 1073741824.0).words(), "from 1 to 1073741824");
         assert!(Range::above_to(0.0, 1.0).contains(1.0) && !Range::above_to(0.0, 1.0).contains(0.0));
         assert!(Range::from_to(0.0, 1.0).contains(1.0) && !Range::between(0.0, 1.0).contains(1.0));
         assert!(!Range::ALL.contains(f64::NAN) && !Range::above(0.0).contains(f64::NAN));

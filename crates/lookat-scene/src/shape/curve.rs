@@ -6,7 +6,7 @@ use lookat_syntax::ParamType;
 use crate::Transform;
 use crate::params::Params;
 use crate::schema::{Effect, Key, Kind, Range, Triples, Unit};
-use crate::transform::LARGEST;
+use crate::transform::{LARGEST, in_range};
 
 /// A curve, in object space.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,8 +73,19 @@ pub(super) const KIND: Kind = Kind::new(
     &[&[&POINTS, &BASIS, &DEGREE, &TYPE, &NORMALS, &WIDTH, &WIDTH_0, &WIDTH_1, &SPLIT_DEPTH]],
 );
 
-/// The largest `split_depth`. More boxes do not make a segment faster.
-const MOST_SPLITS: i32 = 5;
+impl Curve {
+    /// The largest `split_depth`. More boxes do not make a segment faster.
+    pub(crate) const MOST_SPLITS: u32 = 5;
+
+    /// True if its coordinates and widths are in the range of computation.
+    pub(crate) fn is_in_range(&self) -> bool {
+        let matrix = DMat3::from_mat4(self.world_from_object.matrix()).to_cols_array();
+        let scale = matrix.iter().fold(1.0_f64, |max, x| max.max(x.abs()));
+        let is_near =
+            |p: &DVec3| in_range(&p.to_array()) && in_range(&self.world_from_object.point(*p).to_array());
+        in_range(&self.widths.map(|width| width * scale)) && self.segments.as_flattened().iter().all(is_near)
+    }
+}
 
 /// pbrt-v3's CreateCurveShape.
 pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option<Curve> {
@@ -92,7 +103,6 @@ pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option
         params.missing("P", "a curve needs P", "add \"point P\" [...] with its control points");
         return None;
     };
-    check_points(params, &points, &world_from_object, widths);
     let segments = segments(params, &points, degree as usize, bspline)?;
     params.reserve("P", size_of_val(&segments[..]))?.keep();
     let kind = match kind {
@@ -107,7 +117,11 @@ pub(crate) fn curve(params: &mut Params, world_from_object: Transform) -> Option
             "to use N, add \"string type\" \"ribbon\"",
         );
     }
-    params.usable().then_some(Curve { segments, kind, widths, split_depth, world_from_object })
+    let curve = Curve { segments, kind, widths, split_depth, world_from_object };
+    if !curve.is_in_range() {
+        params.reject("P", format!("the curve has coordinates above {LARGEST:e} in world space"), None);
+    }
+    params.usable().then_some(curve)
 }
 
 fn widths(params: &mut Params) -> [f64; 2] {
@@ -129,20 +143,7 @@ fn split_depth(params: &mut Params) -> u32 {
     let Key { name, default, meaning, .. } = SPLIT_DEPTH;
     let default = params.take(&Key::float(name, default.into(), meaning)) as i32;
     let depth = params.take(&Key { default, ..SPLIT_DEPTH });
-    depth.clamp(0, MOST_SPLITS) as u32
-}
-
-fn check_points(params: &mut Params, points: &[[f64; 3]], transform: &Transform, widths: [f64; 2]) {
-    let widest = widths[0].max(widths[1]);
-    let scale =
-        DMat3::from_mat4(transform.matrix()).to_cols_array().iter().fold(1.0_f64, |max, x| max.max(x.abs()));
-    let within = |p: &[f64; 3]| {
-        let p = DVec3::from(*p);
-        p.abs().max_element() <= LARGEST && transform.point(p).abs().max_element() <= LARGEST
-    };
-    if widest * scale > LARGEST || !points.iter().all(within) {
-        params.reject("P", format!("the curve has coordinates above {LARGEST:e} in world space"), None);
-    }
+    (depth.max(0) as u32).min(Curve::MOST_SPLITS)
 }
 
 /// Converts the control points to cubic Bézier segments.

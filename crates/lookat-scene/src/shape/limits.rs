@@ -1,5 +1,7 @@
 //! Common checks of curved shapes. They report invalid values; the value returned then has no meaning.
 
+use std::ops::RangeInclusive;
+
 use glam::DMat3;
 
 use crate::Transform;
@@ -25,7 +27,7 @@ pub(super) const PHI_MAX: Key<f64> =
         .unit(Unit::Degrees);
 
 /// The valid lengths of a shape under its transformation.
-pub(super) struct Limits {
+pub(crate) struct Limits {
     largest: f64,
 }
 
@@ -35,11 +37,21 @@ impl Limits {
         Limits { largest: LARGEST / linear.iter().fold(1.0_f64, |max, x| max.max(x.abs())) }
     }
 
+    /// The valid lengths.
+    pub fn lengths(&self) -> RangeInclusive<f64> {
+        LARGEST.recip()..=self.largest
+    }
+
+    /// True if no coordinate is too large.
+    pub fn contain(&self, coordinates: &[f64]) -> bool {
+        coordinates.iter().all(|x| x.abs() <= self.largest)
+    }
+
     /// A length above 0.
     pub fn length(&self, params: &mut Params, key: &Key<f64>) -> f64 {
         let length = params.take(key);
-        let (least, largest) = (LARGEST.recip(), self.largest);
-        if !(least..=largest).contains(&length) {
+        let (least, largest) = self.lengths().into_inner();
+        if !self.lengths().contains(&length) {
             let range = format!("from {least:.1e} to {largest:.1e} under this transformation");
             params.reject(key.name, format!("{} must be {range}", key.name), None);
         }
@@ -48,7 +60,7 @@ impl Limits {
 
     /// Rejects a parameter with a coordinate that is too large under this transformation.
     pub fn check(&self, params: &mut Params, name: &str, coordinates: &[f64]) {
-        if coordinates.iter().any(|x| x.abs() > self.largest) {
+        if !self.contain(coordinates) {
             params.reject(
                 name,
                 format!("{name} must be at most {:.1e} under this transformation", self.largest),

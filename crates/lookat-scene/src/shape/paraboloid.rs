@@ -15,6 +15,13 @@ pub struct Paraboloid {
     pub z_max: f64,
 }
 
+impl Paraboloid {
+    /// True if it is neither too flat nor too narrow.
+    pub(crate) fn is_curved(&self) -> bool {
+        (1e-100..=1e100).contains(&(self.z_max / self.radius / self.radius))
+    }
+}
+
 const RADIUS: Key<f64> = radius("the radius at zmax");
 const Z_MIN: Key<f64> = z_min(0.0);
 const Z_MAX: Key<f64> = z_max(1.0);
@@ -32,11 +39,10 @@ pub(super) fn paraboloid(params: &mut Params, limits: &Limits) -> Paraboloid {
     if z_min < z_max && z_max <= 0.0 {
         let help = "its vertex is at z = 0 and it opens upward: to turn it over, use Scale 1 1 -1";
         params.reject(given(params), "the paraboloid is empty between zmin and zmax", Some(help));
-    } else if z_max > 0.0 {
-        let curvature = z_max / radius / radius;
-        if !(1e-100..=1e100).contains(&curvature) {
-            params.reject(given(params), "the paraboloid is too flat or too narrow", None);
-        }
     }
-    Paraboloid { radius, z_min, z_max }
+    let paraboloid = Paraboloid { radius, z_min, z_max };
+    if z_max > 0.0 && !paraboloid.is_curved() {
+        params.reject(given(params), "the paraboloid is too flat or too narrow", None);
+    }
+    paraboloid
 }

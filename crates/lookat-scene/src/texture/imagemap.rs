@@ -8,7 +8,7 @@ use lookat_syntax::Text;
 
 use super::{Mapping, Parameter, Texture, Value, Varying, mapping};
 use crate::Transform;
-use crate::color::LARGEST_FACTOR;
+use crate::color::LARGEST;
 use crate::params::Params;
 use crate::picture::{Pictures, Settings};
 use crate::schema::{Key, Keys, Name, Range};
@@ -56,8 +56,8 @@ const MAX_ANISOTROPY: Key<f64> = Key::float(
     "the largest ratio of the axes of the ellipse; over 1000 counts as 1000",
 )
 .within(Range::above(0.0));
-const SCALE: Key<f64> = Key::float("scale", 1.0, "the factor of the values")
-    .within(Range::from_to(-LARGEST_FACTOR, LARGEST_FACTOR));
+const SCALE: Key<f64> =
+    Key::float("scale", 1.0, "the factor of the values").within(Range::from_to(-LARGEST, LARGEST));
 const GAMMA: Key<bool> =
     Key::bool("gamma", false, "true if the values of the file are sRGB, false if linear")
         .default_words("true for png, tga and jpg, otherwise false");

@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::texture::is_texture;
-use crate::{AnyTexture, Material, MaterialKind, Texture};
+use crate::{AnyTexture, Material, MaterialKind, Mix, Texture};
 
-/// True if the textures of a material, and of the parts of a mix, have numbers in range.
+/// True if the textures of a material, and of the parts of a mix, have numbers in range and are not too many.
 pub(super) fn has_textures(material: &Material) -> bool {
     let is_right = |texture: &AnyTexture| match texture {
         AnyTexture::Number(texture) => is_texture(texture),
@@ -18,6 +18,11 @@ pub(super) fn has_textures(material: &Material) -> bool {
     material.kind().textures().iter().all(is_right)
         && material.bump().is_none_or(is_texture)
         && parts.iter().all(|part| has_textures(part))
+}
+
+/// True if it has not too many parts, and its parts no more: then they can be visited.
+pub(super) fn is_bounded(material: &Material) -> bool {
+    !matches!(material.kind(), MaterialKind::Mix(mix) if mix.parts() > Mix::MOST)
 }
 
 /// True if reflectances and indices of refraction that are constant are in range, and so are the parts of a mix.

@@ -1,12 +1,11 @@
 //! Whether quadrics and curves keep the promises of a scene.
 
-use std::ops::RangeInclusive;
+use std::f64::consts::TAU;
 
-use super::{is_length, is_placed};
+use glam::DVec2;
+
+use crate::shape::Limits;
 use crate::{Curve, CurveKind, Quadric, QuadricForm};
-
-/// The depths of splits that [`Curve`] allows.
-const SPLITS: RangeInclusive<u32> = 0..=5;
 
 pub(super) fn is_curve(curve: &Curve) -> bool {
     let [first, last] = curve.widths;
@@ -18,25 +17,39 @@ pub(super) fn is_curve(curve: &Curve) -> bool {
     };
     has_normals
         && !curve.segments.is_empty()
-        && curve.segments.as_flattened().iter().all(|p| p.is_finite())
-        && SPLITS.contains(&curve.split_depth)
+        && curve.split_depth <= Curve::MOST_SPLITS
         && first >= 0.0
         && last >= 0.0
-        && is_length(first + last)
-        && is_placed(&curve.world_from_object)
+        && first + last > 0.0
+        && curve.world_from_object.in_range()
+        && curve.is_in_range()
 }
 
 pub(super) fn is_quadric(quadric: &Quadric) -> bool {
     let Quadric { form, phi_max, world_from_object } = *quadric;
+    let limits = Limits::new(&world_from_object);
+    let is_length = |x: f64| limits.lengths().contains(&x);
     let has_form = match form {
-        QuadricForm::Sphere(f) => -f.radius <= f.z_min && f.z_min < f.z_max && f.z_max <= f.radius,
-        QuadricForm::Disk(f) => f.height.is_finite() && 0.0 <= f.inner_radius && f.inner_radius < f.radius,
-        QuadricForm::Cylinder(f) => f.radius > 0.0 && f.z_min < f.z_max,
-        QuadricForm::Cone(f) => f.radius > 0.0 && f.height > 0.0,
-        QuadricForm::Paraboloid(f) => f.radius > 0.0 && f.z_min < f.z_max && f.z_max > 0.0,
-        QuadricForm::Hyperboloid(f) => f.p1.z != f.p2.z && f.p2.z != 0.0,
+        QuadricForm::Sphere(f) => {
+            is_length(f.radius) && -f.radius <= f.z_min && f.z_min < f.z_max && f.z_max <= f.radius
+        }
+        QuadricForm::Disk(f) => {
+            let is_ring = 0.0 <= f.inner_radius && f.inner_radius < f.radius;
+            is_length(f.radius) && is_ring && limits.contain(&[f.height])
+        }
+        QuadricForm::Cylinder(f) => {
+            is_length(f.radius) && f.z_min < f.z_max && limits.contain(&[f.z_min, f.z_max])
+        }
+        QuadricForm::Cone(f) => is_length(f.radius) && is_length(f.height),
+        QuadricForm::Paraboloid(f) => {
+            let has_height = f.z_min < f.z_max && f.z_max > 0.0 && limits.contain(&[f.z_min, f.z_max]);
+            is_length(f.radius) && has_height && f.is_curved()
+        }
+        QuadricForm::Hyperboloid(f) => {
+            let is_off_axis = [f.p1, f.p2].iter().any(|p| p.truncate() != DVec2::ZERO);
+            let are_near = [f.p1, f.p2].iter().all(|p| limits.contain(&p.to_array()));
+            are_near && is_off_axis && f.p1.z != f.p2.z && f.p2.z != 0.0
+        }
     };
-    let (low, high) = quadric.corners();
-    let has_size = low.is_finite() && high.is_finite() && high.x > 0.0;
-    has_form && has_size && phi_max > 0.0 && phi_max <= std::f64::consts::TAU && is_placed(&world_from_object)
+    has_form && phi_max > 0.0 && phi_max <= TAU && world_from_object.in_range()
 }

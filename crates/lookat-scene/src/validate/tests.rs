@@ -5,10 +5,12 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3, Vec3};
 use lookat_image::{MipMap, Wrap};
 
+use super::shape::is_quadric;
 use crate::{
-    Bilerp, CurveKind, Cutout, FilterKind, ImageFilter, ImageMap, Integrator, Light, Mapping, Material,
-    MaterialKind, Matte, Mesh, MeshFault, Octaves, SamplerKind, Scene, Shape, Texture, Transform, Varying,
-    World, load_str,
+    Bilerp, Cone, CurveKind, Cutout, Cylinder, DirectStrategy, Disk, Emission, FilterKind, Hyperboloid,
+    ImageFilter, ImageMap, Integrator, Light, Mapping, Material, MaterialKind, Matte, Mesh, MeshFault, Mix,
+    Octaves, Paraboloid, Quadric, QuadricForm, SamplerKind, Scene, Shape, Texture, Transform, Varying, World,
+    load_str,
 };
 
 fn scene() -> Scene {
@@ -32,6 +34,8 @@ fn meshes_are_checked_when_they_are_made() {
     }
     let whole = mesh(&[0, 1, 2]).unwrap();
     assert_eq!(whole.clone().with_normals(vec![[0.0; 3]]), Err(MeshFault::WrongLength));
+    assert_eq!(whole.clone().with_normals(vec![[1e200; 3]; 3]), Err(MeshFault::NotFinite));
+    assert_eq!(whole.clone().with_tangents(vec![[f64::NAN; 3]; 3]), Err(MeshFault::NotFinite));
     assert_eq!(whole.clone().with_uvs(vec![[f64::INFINITY; 2]; 3]), Err(MeshFault::NotFinite));
     assert_eq!(whole.with_tangents(vec![[1.0, 0.0, 0.0]; 3]).unwrap().tangents().len(), 3);
 }
@@ -49,7 +53,7 @@ fn set_color(world: &mut World, color: Varying<Vec3>) {
 fn broken_promises_are_named() {
     assert_eq!(scene().validate(), Ok(()));
     type Change = fn(&mut Scene, &mut World);
-    let changes: [(&str, Change); 22] = [
+    let changes: &[(&str, Change)] = &[
         ("view.camera.world_from_camera", |scene, _| {
             scene.view.camera.world_from_camera = Transform::translate(DVec3::NAN);
         }),
@@ -116,6 +120,39 @@ fn broken_promises_are_named() {
             let alpha = Some(Texture::Constant(f64::NAN));
             world.primitives[0].cutout = Some(Cutout { alpha, shadow_alpha: None });
         }),
+        ("view.film", |scene, _| scene.view.film.resolution[0] = u32::MAX),
+        ("view.film", |scene, _| scene.view.film.scale = -2e18),
+        ("view.sampler", |scene, _| scene.view.sampler.samples_per_pixel = (1 << 30) + 1),
+        ("view.integrator", |scene, _| {
+            scene.view.integrator = Integrator::AmbientOcclusion { cosine: true, samples: u32::MAX };
+        }),
+        ("view.integrator", |scene, _| {
+            let strategy = DirectStrategy::All;
+            scene.view.integrator = Integrator::DirectLighting { strategy, max_depth: u32::MAX };
+        }),
+        ("view.camera.world_from_camera", |scene, _| {
+            scene.view.camera.world_from_camera = Transform::translate(DVec3::splat(1e200));
+        }),
+        ("world.primitives[0].shape", |_, world| {
+            let sphere = Quadric::sphere(1e30, Transform::scale(DVec3::splat(1e30)).unwrap());
+            world.primitives[0].shape = Shape::Quadric(Box::new(sphere));
+        }),
+        ("world.primitives[1].shape", |_, world| {
+            let Shape::Curve(curve) = &mut world.primitives[1].shape else { panic!() };
+            Arc::make_mut(curve).segments[0][1].y = 1e200;
+        }),
+        ("world.primitives[0].mirrored", |_, world| world.primitives[0].mirrored = true),
+        ("world.primitives[0].emission", |_, world| {
+            world.primitives[0].emission = Some(Emission::new(Vec3::splat(1e19)));
+        }),
+        ("world.primitives[0].emission", |_, world| {
+            world.primitives[0].emission = Some(Emission { samples: u32::MAX, ..Emission::new(Vec3::ONE) });
+        }),
+        // Once, although there are two instances.
+        ("world.instances[0].object.primitives[0].mirrored", |_, world| {
+            Arc::make_mut(&mut world.instances[0].object).primitives[0].mirrored = true;
+            world.instances.push(world.instances[0].clone());
+        }),
         ("world.instances[0]", |_, world| {
             Arc::make_mut(&mut world.instances[0].object).primitives.clear();
         }),
@@ -128,7 +165,126 @@ fn broken_promises_are_named() {
         let mut world = World::clone(&scene.world);
         change(&mut scene, &mut world);
         scene.world = Arc::new(world);
-        let found: Vec<String> = scene.validate().unwrap_err().into_iter().map(|it| it.field).collect();
-        assert_eq!(found, [field]);
+        let found: Vec<String> = scene.validate().unwrap_err().0.into_iter().map(|it| it.field).collect();
+        assert_eq!(found, [*field]);
     }
+}
+
+fn with_lights(lights: Vec<Light>) -> Scene {
+    let mut scene = scene();
+    Arc::make_mut(&mut scene.world).lights = lights;
+    scene
+}
+
+/// A map of two texels.
+fn map(texels: [f32; 2]) -> Arc<MipMap<Vec3>> {
+    Arc::new(MipMap::new(2, 1, texels.map(Vec3::splat).to_vec(), Wrap::Repeat))
+}
+
+#[test]
+fn lights_are_in_range() {
+    let (here, one) = (Transform::IDENTITY, Vec3::ONE);
+    let far = Transform::translate(DVec3::splat(1e200));
+    let spot = |world_from_light, intensity| Light::Spot {
+        world_from_light,
+        intensity,
+        cos_total_width: 0.5,
+        cos_falloff_start: 0.6,
+    };
+    let sky = |map, samples| Light::Environment { map, scale: one, world_from_light: here, samples };
+    let slide = |texels, half_size| Light::Projection {
+        world_from_light: here,
+        intensity: one,
+        map: Some(map(texels)),
+        half_size,
+    };
+    let lamp = |world_from_light, map| Light::Goniometric { world_from_light, intensity: one, map };
+    let right = with_lights(vec![
+        Light::Point { position: DVec3::splat(1e50), intensity: Vec3::splat(1e18) },
+        spot(here, one),
+        sky(map([0.0, 1.0]), 1 << 16),
+        slide([0.0, 1.0], DVec2::ONE),
+        lamp(here, map([0.0, 1.0])),
+    ]);
+    assert_eq!(right.validate(), Ok(()));
+    let wrong = with_lights(vec![
+        Light::Point { position: DVec3::splat(1e200), intensity: one },
+        Light::Point { position: DVec3::ZERO, intensity: Vec3::new(0.0, f32::NAN, 0.0) },
+        Light::Infinite { radiance: Vec3::splat(1e19), samples: 1 },
+        spot(far, one),
+        spot(here, Vec3::splat(-1e19)),
+        sky(map([-0.5, 1.0]), 1),
+        sky(map([0.0, 1.0]), u32::MAX),
+        slide([-0.5, 1.0], DVec2::ONE),
+        slide([0.0, 1.0], DVec2::ZERO),
+        lamp(far, map([0.0, 1.0])),
+        lamp(here, map([-0.5, 1.0])),
+    ]);
+    let found: Vec<String> = wrong.validate().unwrap_err().0.into_iter().map(|it| it.field).collect();
+    assert_eq!(found, (0..11).map(|index| format!("world.lights[{index}]")).collect::<Vec<_>>());
+}
+
+#[test]
+fn each_number_of_a_quadric_is_checked() {
+    let is_right = |form| is_quadric(&Quadric { form, phi_max: 1.0, world_from_object: Transform::IDENTITY });
+    let cone = |radius, height| is_right(QuadricForm::Cone(Cone { radius, height }));
+    let disk =
+        |height, radius, inner_radius| is_right(QuadricForm::Disk(Disk { height, radius, inner_radius }));
+    let cylinder = |radius, z_min, z_max| is_right(QuadricForm::Cylinder(Cylinder { radius, z_min, z_max }));
+    let paraboloid =
+        |radius, z_min, z_max| is_right(QuadricForm::Paraboloid(Paraboloid { radius, z_min, z_max }));
+    let hyperboloid = |p1, p2| is_right(QuadricForm::Hyperboloid(Hyperboloid { p1, p2 }));
+    let sphere = |radius| is_quadric(&Quadric::sphere(radius, Transform::IDENTITY));
+    assert!(cone(1.0, 1.0) && disk(0.0, 1.0, 0.0) && cylinder(1.0, -1.0, 1.0) && paraboloid(1.0, 0.0, 1.0));
+    assert!(hyperboloid(DVec3::X, DVec3::ONE) && hyperboloid(DVec3::ZERO, DVec3::ONE) && sphere(1e50));
+    for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e200, -1e200] {
+        assert!(!cone(x, 1.0) && !cone(1.0, x) && !sphere(x), "{x}");
+        assert!(!disk(x, 1.0, 0.0) && !disk(0.0, x, 0.0) && !disk(0.0, 1.0, x), "{x}");
+        assert!(!cylinder(x, -1.0, 1.0) && !cylinder(1.0, x, 1.0) && !cylinder(1.0, -1.0, x), "{x}");
+        assert!(!paraboloid(x, 0.0, 1.0) && !paraboloid(1.0, x, 1.0) && !paraboloid(1.0, 0.0, x), "{x}");
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            let (p1, p2) = (DVec3::X + x * axis, DVec3::ONE + x * axis);
+            assert!(!hyperboloid(p1, DVec3::ONE) && !hyperboloid(DVec3::X, p2), "{x} {axis}");
+        }
+    }
+    assert!(!hyperboloid(DVec3::ZERO, DVec3::Z) && !paraboloid(1e40, 0.0, 1e-40));
+}
+
+/// Nested too deeply to be visited.
+#[test]
+fn mixes_and_textures_have_a_limit() {
+    let nested = |levels| {
+        (0..levels).fold(Arc::new(Material::DEFAULT), |part, _| {
+            let mix = Mix { materials: [part.clone(), part], amount: Texture::Constant(Vec3::ONE) };
+            Arc::new(Material::new(MaterialKind::Mix(mix), None))
+        })
+    };
+    let scaled = |levels| {
+        (0..levels).fold(Texture::varying(Varying::Uv(PLAIN)), |part, _| {
+            Texture::varying(Varying::Scale([part.clone(), part]))
+        })
+    };
+    let chain = |length| {
+        (0..length).fold(Texture::varying(Varying::Uv(PLAIN)), |part, _| {
+            Texture::varying(Varying::Scale([part, Texture::Constant(Vec3::ONE)]))
+        })
+    };
+    let is_right = |change: &dyn Fn(&mut World)| {
+        let mut scene = scene();
+        change(Arc::make_mut(&mut scene.world));
+        scene.validate().is_ok()
+    };
+    let with_material =
+        |material: Arc<Material>| is_right(&|world| world.primitives[0].material = material.clone());
+    assert!(with_material(nested(6)) && !with_material(nested(7)) && !with_material(nested(40)));
+    let with_texture = |texture: &Texture<Vec3>| {
+        let Texture::Varying(node) = texture else { panic!("it varies") };
+        is_right(&|world| set_color(world, node.texture().clone()))
+    };
+    assert!(with_texture(&scaled(8)) && !with_texture(&scaled(10)) && !with_texture(&scaled(40)));
+    assert!(with_texture(&chain(999)) && !with_texture(&chain(1000)));
+    let long = chain(100_000);
+    assert!(!with_texture(&long));
+    // Each texture drops the next: that takes more than the stack.
+    std::mem::forget(long);
 }

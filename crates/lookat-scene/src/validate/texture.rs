@@ -1,29 +1,17 @@
 //! Whether textures keep the promises of a scene.
 
-use std::collections::HashSet;
-use std::sync::Arc;
-
-use super::is_placed;
 use crate::{Cells, Checkerboard, Dots, ImageFilter, Mapping, Octaves, Texture, Value, Varying};
 
-/// True if all numbers of a texture, and of the textures below it, are in range.
+/// True if all numbers of a texture, and of the textures below it, are in range, and if those are not too many.
 pub(super) fn is_texture<T: Value>(texture: &Texture<T>) -> bool {
-    is_new_texture(texture, &mut HashSet::new())
-}
-
-/// The same. `known` has the addresses of nodes that are right: textures can share them, so that each is checked once.
-fn is_new_texture<T: Value>(texture: &Texture<T>, known: &mut HashSet<usize>) -> bool {
     let node = match texture {
         Texture::Constant(value) => return value.is_finite(),
+        // Not even visited: it can be deeper than the stack.
+        Texture::Varying(_) if texture.is_too_long() => return false,
         Texture::Varying(node) => node,
     };
-    if !known.insert(Arc::as_ptr(node).addr()) {
-        return true;
-    }
     let (parts, weight) = node.texture().parts();
-    is_varying(node.texture())
-        && parts.into_iter().all(|part| is_new_texture(part, known))
-        && weight.is_none_or(|weight| is_new_texture(weight, known))
+    is_varying(node.texture()) && parts.into_iter().all(is_texture) && weight.is_none_or(is_texture)
 }
 
 /// True if the numbers of a texture itself are in range.
@@ -48,7 +36,7 @@ fn is_varying<T: Value>(varying: &Varying<T>) -> bool {
             is_mapping(mapping)
         }
         Varying::Checkerboard(Checkerboard { cells: Cells::Space { texture_from_world }, .. })
-        | Varying::Windy { texture_from_world } => is_placed(texture_from_world),
+        | Varying::Windy { texture_from_world } => texture_from_world.in_range(),
         Varying::Fbm(octaves) | Varying::Wrinkled(octaves) => is_octaves(octaves),
         Varying::Marble(marble) => {
             is_octaves(&marble.octaves) && marble.scale.is_finite() && marble.variation.is_finite()
@@ -58,14 +46,14 @@ fn is_varying<T: Value>(varying: &Varying<T>) -> bool {
 
 fn is_octaves(octaves: &Octaves) -> bool {
     let Octaves { texture_from_world, count, roughness } = octaves;
-    is_placed(texture_from_world) && *count <= Octaves::MOST && Octaves::ROUGHNESS_RANGE.contains(*roughness)
+    texture_from_world.in_range() && *count <= Octaves::MOST && Octaves::ROUGHNESS_RANGE.contains(*roughness)
 }
 
 fn is_mapping(mapping: &Mapping) -> bool {
     match mapping {
         Mapping::Uv { scale, offset } => scale.is_finite() && offset.is_finite(),
         Mapping::Spherical { texture_from_world } | Mapping::Cylindrical { texture_from_world } => {
-            is_placed(texture_from_world)
+            texture_from_world.in_range()
         }
         Mapping::Planar { axes, offset } => axes.iter().all(|axis| axis.is_finite()) && offset.is_finite(),
     }

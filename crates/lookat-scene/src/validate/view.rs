@@ -1,24 +1,41 @@
 //! Whether a view keeps the promises of a scene.
 
-use super::{Faults, Invalid, NO_TRANSFORM, is_length, is_placed};
+use super::{Faults, NO_TRANSFORM, has_samples};
+use crate::film::{MAX_SIDE, SCALE_RANGE};
 use crate::filter::{ALPHA_RANGE, MITCHELL_RANGE, RADIUS_RANGE, TAU_RANGE};
+use crate::integrator::LARGEST_DEPTH;
 use crate::{
-    Camera, Film, Filter, FilterKind, Integrator, Lens, MAX_PIXELS, Projection, Sampler, SamplerKind, View,
+    Camera, Film, Filter, FilterKind, Integrator, Lens, MAX_PIXELS, MAX_SAMPLES, Projection, Sampler,
+    SamplerKind, View,
 };
 
 /// Adds the promises that a view breaks.
-pub(super) fn view_faults(view: &View, found: &mut Vec<Invalid>) {
-    found.check(is_placed(&view.camera.world_from_camera), "view.camera.world_from_camera", NO_TRANSFORM);
+pub(super) fn view_faults(view: &View, found: &mut Faults) {
+    found.check(view.camera.world_from_camera.in_range(), "view.camera.world_from_camera", NO_TRANSFORM);
     found.check(is_camera(&view.camera), "view.camera", "its numbers are out of range");
     found.check(is_film(&view.film), "view.film", "its size, crop window or limits are out of range");
     found.check(is_filter(&view.filter), "view.filter", "its numbers are out of range");
-    found.check(is_sampler(&view.sampler), "view.sampler", "there are no samples, or not as many as cells");
-    let is_right = match view.integrator {
-        Integrator::Path { roulette_threshold, .. } => roulette_threshold.is_finite(),
-        Integrator::DirectLighting { .. } => true,
-        Integrator::AmbientOcclusion { samples, .. } => samples > 0,
-    };
-    found.check(is_right, "view.integrator", "its threshold is not finite, or it has no samples");
+    found.check(
+        is_sampler(&view.sampler),
+        "view.sampler",
+        "there are no samples, too many, or not as many as cells",
+    );
+    found.check(is_integrator(&view.integrator), "view.integrator", "its numbers are out of range");
+}
+
+fn is_integrator(integrator: &Integrator) -> bool {
+    let is_depth = |depth: u32| depth <= LARGEST_DEPTH as u32;
+    match *integrator {
+        Integrator::Path { max_depth, roulette_threshold, .. } => {
+            is_depth(max_depth) && roulette_threshold.is_finite()
+        }
+        Integrator::DirectLighting { max_depth, .. } => is_depth(max_depth),
+        Integrator::AmbientOcclusion { samples, .. } => has_samples(samples),
+    }
+}
+
+fn is_length(x: f64) -> bool {
+    x > 0.0 && x.is_finite()
 }
 
 fn is_camera(camera: &Camera) -> bool {
@@ -38,13 +55,14 @@ fn is_sampler(sampler: &Sampler) -> bool {
         }
         SamplerKind::Random | SamplerKind::Halton { .. } | SamplerKind::Sobol => true,
     };
-    has_cells && sampler.samples_per_pixel > 0
+    has_cells && (1..=MAX_SAMPLES).contains(&sampler.samples_per_pixel)
 }
 
 fn is_film(film: &Film) -> bool {
     let (crop, [width, height]) = (film.crop, film.resolution);
     let has_pixels = crop.x0 < crop.x1 && crop.x1 <= width && crop.y0 < crop.y1 && crop.y1 <= height;
-    has_pixels && crop.area() <= MAX_PIXELS && film.scale.is_finite() && film.max_sample_luminance > 0.0
+    let has_size = width.max(height) <= MAX_SIDE && crop.area() <= MAX_PIXELS;
+    has_pixels && has_size && SCALE_RANGE.contains(film.scale) && film.max_sample_luminance > 0.0
 }
 
 fn is_filter(filter: &Filter) -> bool {

@@ -7,10 +7,9 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::{constant, constant_or, glossy, gray, share};
-use crate::material::mix::count;
 use crate::material::{Glass, Material, MaterialKind, Mix, Roughness, Translucent};
 use crate::schema::{ColorTexture, Effect, FloatTexture, Key, Keys};
-use crate::texture::{Texture, TextureParams};
+use crate::texture::{Texture, TextureParams, product};
 
 /// An index so high that the surface reflects nearly all light in all directions, with the color of the metal.
 const INDEX_OF_METAL: f64 = 1e4;
@@ -135,7 +134,7 @@ fn roughness(params: &mut TextureParams) -> Roughness {
             Roughness { u, v: Some(v), remap: false }
         }
         varying => {
-            let u = Texture::product([varying.clone(), varying]);
+            let u = product(params, [varying.clone(), varying]);
             Roughness { u, v: None, remap: false }
         }
     }
@@ -150,6 +149,5 @@ fn mixed(first: MaterialKind, second: MaterialKind, amount: f64) -> MaterialKind
         return first;
     }
     let materials = [first, second].map(|kind| Arc::new(Material::new(kind, None)));
-    let count = materials.iter().map(|material| count(material)).sum();
-    MaterialKind::Mix(Mix { materials, amount: gray(amount as f32), count })
+    MaterialKind::Mix(Mix { materials, amount: gray(amount as f32) })
 }

@@ -10,7 +10,7 @@ use super::{MaterialKind, Roughness, constant_color, glossy, gray, share};
 use crate::material::roughness::{self, REMAP};
 use crate::params::{Params, Take};
 use crate::schema::{ColorTexture, DefaultValue, Effect, FloatTexture, Key, Keys, Name, Range};
-use crate::texture::{Texture, TextureParams};
+use crate::texture::{Texture, TextureParams, product};
 
 const KD: Key<ColorTexture> = Key::color_texture("Kd", 0.5, "the diffuse reflectance");
 const MEAN_FREE_PATH: Key<ColorTexture> =
@@ -111,8 +111,8 @@ fn under_gloss(params: &mut TextureParams, color: Texture<Vec3>, eta: f64) -> Ma
     let roughness = Roughness::of_two(params, [&ROUGHNESS_U, &ROUGHNESS_V]);
     let is_zero = |width: &Texture<f64>| width.constant() == Some(0.0);
     let is_smooth = is_zero(&roughness.u) && roughness.v.as_ref().is_some_and(is_zero);
-    let factor = Texture::product([gray(diffuse_transmittance(eta) as f32), kt]);
-    let kd = Texture::product([factor, color]);
+    let factor = product(params, [gray(diffuse_transmittance(eta) as f32), kt]);
+    let kd = product(params, [factor, color]);
     let mut uber = glossy(kd, kr, roughness, eta);
     if is_smooth {
         (uber.kr, uber.ks) = (uber.ks, gray(0.0));
