@@ -2,6 +2,8 @@
 
 use std::sync::LazyLock;
 
+use fearless_simd::Level;
+
 /// What the processor offers. Whoever has one may call the functions that ask for that.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Simd {
@@ -26,7 +28,9 @@ impl Simd {
     /// Its name for people.
     pub fn name(self) -> &'static str {
         match self.kind {
-            SimdKind::Portable => "portable",
+            SimdKind::Portable if cfg!(target_arch = "x86_64") => "SSE2",
+            SimdKind::Portable if cfg!(target_arch = "aarch64") => "NEON",
+            SimdKind::Portable => "none",
             #[cfg(target_arch = "x86_64")]
             SimdKind::Avx2 => "AVX2",
             #[cfg(target_arch = "x86_64")]
@@ -36,20 +40,20 @@ impl Simd {
 
     /// The best that this processor has. Asked for often, so that it is looked for once.
     pub fn best() -> Self {
-        static BEST: LazyLock<Simd> = LazyLock::new(Simd::detect);
+        static BEST: LazyLock<Simd> = LazyLock::new(|| Simd::of(Level::new()));
         *BEST
     }
 
-    fn detect() -> Self {
-        #[cfg(target_arch = "x86_64")]
-        if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
-            let more = is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512vl")
-                && is_x86_feature_detected!("bmi1")
-                && is_x86_feature_detected!("bmi2");
-            return Simd { kind: if more { SimdKind::Avx512 } else { SimdKind::Avx2 } };
-        }
-        Simd { kind: SimdKind::Portable }
+    /// That of a level.
+    pub fn of(level: Level) -> Self {
+        let kind = match level {
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512(_) => SimdKind::Avx512,
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2(_) => SimdKind::Avx2,
+            _ => SimdKind::Portable,
+        };
+        Simd { kind }
     }
 
     pub fn kind(self) -> SimdKind {

@@ -13,6 +13,7 @@ pub(crate) use slabs::DoubleSlabs;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use slabs::avx2::WideSlabs;
 pub(crate) use slabs::lanes::{BoxRays, ManySlabs};
+pub(crate) use slabs::packet::PacketSlabs;
 pub(crate) use slabs::{Slabs, within_box};
 
 /// Children of a node, and triangles of a block: what one instruction computes.
@@ -219,7 +220,7 @@ fn next_lane(hits: &mut u32) -> Option<usize> {
 
 /// A distance in `f32` that is not less.
 #[inline(always)]
-fn not_less(t: f64) -> f32 {
+pub(crate) fn not_less(t: f64) -> f32 {
     t as f32 * (1.0 + f32::EPSILON) + f32::MIN_POSITIVE
 }
 

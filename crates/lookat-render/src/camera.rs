@@ -104,11 +104,6 @@ pub(crate) struct CameraRay<'c> {
 }
 
 impl CameraRay<'_> {
-    /// The ray itself.
-    pub fn ray(&self) -> Ray {
-        self.camera.ray(self.film, self.on_lens)
-    }
-
     /// Origins and directions, of any length, of the neighbors to the right and below, through the same point of the lens.
     pub fn neighbors(&self) -> [(DVec3, DVec3); 2] {
         [DVec2::X, DVec2::Y].map(|step| self.camera.line(self.film + step * self.spacing, self.on_lens))

@@ -54,6 +54,11 @@ pub(crate) struct Meeting {
 }
 
 impl Curves {
+    /// How many pieces there are.
+    pub fn len(&self) -> usize {
+        self.pieces.len()
+    }
+
     /// Takes a curve in. Gives the number of each of its pieces, with two corners of the box around it and the largest
     /// coordinate that they were computed from.
     pub fn add(&mut self, curve: &Arc<Curve>, world_origin: DVec3) -> Vec<(u32, [DVec3; 2], f64)> {

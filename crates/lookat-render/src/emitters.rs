@@ -1,10 +1,11 @@
 //! Where a ray may find what glows.
 
-mod lanes;
+use fearless_simd::{Simd, mask64x8, prelude::*};
 
 use crate::bounds::Bounds;
-use crate::bvh::within_box;
-use crate::ray::Ray;
+use crate::bvh::BoxRays;
+use crate::lanes::bits;
+use crate::trace::lanes::Rays;
 
 /// Boxes around all shapes that emit light.
 #[derive(Debug)]
@@ -27,14 +28,20 @@ impl Emitters {
         self.0.is_empty()
     }
 
-    /// Whether a ray may meet one of them; it certainly does not if this is false.
-    #[inline]
-    pub fn may_be_met(&self, ray: &Ray) -> bool {
-        let inverse = ray.d.recip();
-        self.0.iter().any(|bounds| {
+    /// Which rays may meet one of them; others certainly do not.
+    #[inline(always)]
+    pub fn may_be_met_by<S: Simd>(&self, simd: S, rays: &Rays<S>) -> mask64x8<S> {
+        let mut may_be = bits(simd, 0);
+        if self.is_empty() {
+            return may_be;
+        }
+        let rays = BoxRays::new(rays.o, rays.d);
+        for bounds in &self.0 {
             let (low, high) = bounds.corners();
-            within_box(ray.o, inverse, low, high, 0.0).is_some()
-        })
+            let (near, far) = rays.ends(simd, &low, &high);
+            may_be |= near.simd_le(far);
+        }
+        may_be
     }
 }
 
@@ -43,7 +50,9 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::lanes::{Vec3x8, side_by_side};
     use crate::prepare::Prepared;
+    use crate::ray::Ray;
     use crate::testing::{noise, scene};
 
     /// Shapes of all kinds that glow, at many places; and one that does not, in front of some.
@@ -72,7 +81,10 @@ mod tests {
                     vector(1.1),
                     (vector(2.3) * DVec3::new(2.0, 4.0, 0.0) + DVec3::new(0.5, 1.0, 5.0)).normalize(),
                 );
-                let may_be_met = traceable.emitters.may_be_met(&ray);
+                let may_be_met = side_by_side!(fearless_simd::Level::new(), simd => {
+                    let rays = Rays::new(Vec3x8::splat(simd, ray.o), Vec3x8::splat(simd, ray.d));
+                    traceable.emitters.may_be_met_by(simd, &rays).all_true()
+                });
                 let is_light = traceable.nearest(&ray).is_some_and(|hit| traceable.emits(&hit));
                 assert!(may_be_met || !is_light, "{copies} {ray:?}");
                 found += u32::from(is_light);

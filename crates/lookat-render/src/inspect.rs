@@ -8,8 +8,7 @@ use crate::arithmetic::Simd;
 use crate::bsdf::{lambert, most_lobes};
 use crate::bvh::Node;
 use crate::filter::FilterSampler;
-use crate::integrator::lanes::Lanes;
-use crate::integrator::{Draw, direct, path};
+use crate::integrator::{Draw, SceneIntegrator, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
@@ -31,9 +30,6 @@ pub struct Inspection {
     pub objects: Vec<Elements>,
     /// True if shapes may have holes.
     pub has_cutouts: bool,
-    /// The instructions that compute eight samples side by side, "AVX-512" or "AVX2". `None` if samples are computed
-    /// one by one.
-    pub side_by_side: Option<&'static str>,
     /// True if rays traverse the BVH. False if eight rays at a time are tested against each shape directly.
     pub asks_tree: bool,
     /// The materials. `None` if the integrator does not use them.
@@ -102,7 +98,7 @@ pub enum Choice {
     One(LightChoice),
 }
 
-/// The instructions that trace rays on this processor: "AVX-512", "AVX2" or "portable".
+/// The instructions that samples are taken with on this processor: "AVX-512", "AVX2", "SSE2" or "NEON".
 pub fn simd() -> &'static str {
     Simd::best().name()
 }
@@ -111,7 +107,7 @@ pub fn simd() -> &'static str {
 pub fn inspect(scene: &Scene) -> Inspection {
     let prepared = Prepared::new(scene);
     let (view, Prepared { traceable, lights, .. }) = (&scene.view, &prepared);
-    let lanes = Lanes::new(view, traceable, lights);
+    let integrator = SceneIntegrator::new(&view.integrator, traceable, lights);
     let materials = surfaces(traceable);
     let (choice, draws, depth) = integration(&view.integrator, lights, materials.specular > 0);
     let asks_materials = !matches!(view.integrator, Integrator::AmbientOcclusion { .. });
@@ -122,8 +118,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
         has_cutouts: traceable.has_cutouts,
-        side_by_side: lanes.as_ref().map(Lanes::name),
-        asks_tree: lanes.as_ref().is_none_or(Lanes::asks_tree),
+        asks_tree: integrator.world().asks_tree(),
         surfaces: asks_materials.then_some(materials),
         lights: lights.kinds().collect(),
         constant_skies: lights.len() - lights.eligible(None),

@@ -1,53 +1,52 @@
-//! What all integrators share: tracing with a count of rays.
+//! Integrators, and what they share: tracing with a count of rays.
 
-pub(crate) mod ambient;
+mod ambient;
 pub(crate) mod direct;
-pub(crate) mod lanes;
+mod lighting;
 pub(crate) mod path;
+mod paths;
+pub(crate) mod wave;
 mod weighed;
+mod world;
 
 use std::ops::Range;
 
-use glam::DVec3;
+use arrayvec::ArrayVec;
+use fearless_simd::Simd;
+use glam::Vec3;
+use lookat_scene::Integrator;
 
-use crate::bsdf::{Bsdf, Lobes};
-use crate::camera::CameraRay;
+use crate::bsdf::Lobes;
+use crate::camera::lanes::Viewer;
+use crate::lanes::LANES;
+use crate::sampler::lanes::Streams;
+use crate::trace::lanes::Rays;
+use wave::Wave;
+use world::World;
+
 use crate::light::LightTable;
 use crate::ray::{Hit, Ray};
-use crate::shading;
 use crate::surface::Surface;
-use crate::trace::{BUNDLE, Form, Forms};
+use crate::trace::{Form, Forms, StreamSize};
 use crate::traceable::Traceable;
 
 /// The most surfaces without a material that a ray passes through in a row.
 pub(crate) const MAX_PASSED: u32 = 1000;
-
-/// A ray from the camera, and what it has met.
-pub(crate) struct FirstHit<'h> {
-    pub camera_ray: &'h CameraRay<'h>,
-    pub ray: &'h Ray,
-    pub hit: Option<&'h Hit>,
-}
 
 /// Traces rays and counts them.
 pub(crate) struct Tracer<'s> {
     scene: &'s Traceable,
     lights: &'s LightTable,
     pub rays: u64,
-    /// How many bundles of rays are traced one by one, after one that did not stay together.
-    apart: u32,
-    /// How many of them there are left.
-    apart_left: u32,
+    /// How many packets of camera rays go together.
+    pub stream_size: StreamSize,
     /// What has been made of rays that are traced next.
     pub forms: Box<Forms>,
 }
 
-/// Bundles of rays are not tried again for longer.
-const LONGEST_APART: u32 = 63;
-
 impl<'s> Tracer<'s> {
     pub fn new(scene: &'s Traceable, lights: &'s LightTable) -> Self {
-        Tracer { scene, lights, rays: 0, apart: 0, apart_left: 0, forms: Box::new(Forms::new()) }
+        Tracer { scene, lights, rays: 0, stream_size: StreamSize::LARGEST, forms: Box::new(Forms::new()) }
     }
 
     pub fn lights(&self) -> &'s LightTable {
@@ -60,37 +59,10 @@ impl<'s> Tracer<'s> {
         self.scene.nearest(ray)
     }
 
-    /// The same, put where it is to be: large values are best not moved.
-    pub fn find(&mut self, ray: &Ray, found: &mut Option<Hit>) {
-        self.rays += 1;
-        self.scene.find(ray, found);
-    }
-
-    /// The same of a ray of which a form has been made, that of `lane`.
+    /// The same of a ray of which a form has been made, that of `lane`, put where it is to be.
     pub fn find_formed(&mut self, ray: &Ray, lane: usize, found: &mut Option<Hit>) {
         self.rays += 1;
         self.scene.find_formed(ray, Form { of: &self.forms, lane }, found);
-    }
-
-    /// Whether so many bundles of rays are to be traced as such; if not, they count as traced one by one.
-    pub fn bundles(&mut self, count: u32) -> bool {
-        let are_apart = self.apart_left >= count;
-        self.apart_left -= if are_apart { count } else { 0 };
-        self.scene.is_cheap && !are_apart
-    }
-
-    /// The nearest hits of rays that run side by side.
-    pub fn nearest_of(&mut self, rays: &[Ray; BUNDLE]) -> [Option<Hit>; BUNDLE] {
-        if self.apart_left > 0 {
-            self.apart_left -= 1;
-            return rays.each_ref().map(|ray| self.nearest(ray));
-        }
-        self.rays += BUNDLE as u64;
-        let (hits, together) = self.scene.nearest_of(rays);
-        // Neighbors mostly fare alike; so twice as long each time.
-        self.apart = if together { 0 } else { LONGEST_APART.min(2 * self.apart + 1) };
-        self.apart_left = self.apart;
-        hits
     }
 
     /// The surface at a hit of `ray`. Apart from the search for it, because large values are best not moved.
@@ -99,16 +71,11 @@ impl<'s> Tracer<'s> {
         Surface::new(self.scene, ray, hit)
     }
 
-    /// How a surface scatters light towards `wo`. `camera_ray`: what has found it, if nothing lies between.
-    #[inline]
-    pub fn bsdf<'l>(
-        &self,
-        surface: &Surface<'s>,
-        wo: DVec3,
-        camera_ray: Option<&CameraRay>,
-        lobes: &'l mut Lobes,
-    ) -> Bsdf<'l> {
-        shading::bsdf(self.scene, surface, wo, camera_ray, lobes)
+    /// What a ray sees straight ahead. `glows`: also what has no material.
+    pub fn light_ahead(&self, ray: &Ray, hit: Option<&Hit>, glows: bool) -> Vec3 {
+        let Some(hit) = hit else { return self.lights.background(ray.d) };
+        let surface = self.surface(ray, hit);
+        if glows || !surface.is_passed() { surface.le(-ray.d) } else { Vec3::ZERO }
     }
 
     /// Whether there is light that rays find: other than that of points and of single directions.
@@ -116,32 +83,78 @@ impl<'s> Tracer<'s> {
         self.lights.has_skies() || !self.scene.emitters.is_empty()
     }
 
-    /// Whether a ray may meet what emits light.
-    pub fn may_meet_emitter(&self, ray: &Ray) -> bool {
-        self.scene.emitters.may_be_met(ray)
-    }
-
     /// Whether what is hit emits light.
     pub fn emits(&self, hit: &Hit) -> bool {
         self.scene.emits(hit)
     }
 
-    /// Whether a ray meets anything.
-    pub fn meets(&mut self, ray: &Ray) -> bool {
+    /// Whether something is in the way of a ray of which a form has been made, that of `lane`; of a shadow ray, if `is_shadow`.
+    pub fn occluded_formed(&mut self, ray: &Ray, lane: usize, is_shadow: bool) -> bool {
         self.rays += 1;
-        self.scene.meets(ray)
+        self.scene.occluded_formed(ray, Form { of: &self.forms, lane }, is_shadow)
+    }
+}
+
+/// What takes the samples of a scene.
+pub(crate) enum SceneIntegrator<'s> {
+    Path(path::Paths<'s>),
+    Direct(direct::Direct<'s>),
+    Ambient(ambient::Ambient<'s>),
+}
+
+impl<'s> SceneIntegrator<'s> {
+    pub fn new(integrator: &Integrator, traceable: &'s Traceable, lights: &'s LightTable) -> Self {
+        let world = World::new(traceable);
+        match *integrator {
+            Integrator::Path { max_depth, roulette_threshold, light_choice } => {
+                let rest = (max_depth, roulette_threshold);
+                SceneIntegrator::Path(path::Paths::new(world, lights, light_choice, rest))
+            }
+            Integrator::DirectLighting { strategy, max_depth } => {
+                SceneIntegrator::Direct(direct::Direct::new(world, lights, strategy, max_depth))
+            }
+            Integrator::AmbientOcclusion { cosine, samples } => {
+                SceneIntegrator::Ambient(ambient::Ambient { world, cosine, samples })
+            }
+        }
     }
 
-    /// Whether something is in the way of a shadow ray.
-    pub fn occluded(&mut self, ray: &Ray) -> bool {
-        self.rays += 1;
-        self.scene.occluded(ray)
+    /// The world, and what it is made of.
+    pub fn world(&self) -> &World<'s> {
+        match self {
+            SceneIntegrator::Path(path) => &path.world,
+            SceneIntegrator::Direct(direct) => &direct.world,
+            SceneIntegrator::Ambient(ambient) => &ambient.world,
+        }
     }
 
-    /// The same of a ray of which a form has been made, that of `lane`.
-    pub fn occluded_formed(&mut self, ray: &Ray, lane: usize) -> bool {
-        self.rays += 1;
-        self.scene.occluded_formed(ray, Form { of: &self.forms, lane })
+    /// Takes the samples of camera rays: adds what they see to the radiance in the wave. `dimension`: how many numbers camera rays have
+    /// taken.
+    #[inline(always)]
+    pub fn li<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
+        (packets, samples): (&[Rays<S>], &[ArrayVec<u16, LANES>]),
+        camera: (Viewer, u32),
+    ) {
+        let rays = (packets, samples);
+        match self {
+            SceneIntegrator::Path(path) => {
+                path.begin(simd, tracer, rays, wave);
+                path.follow::<_, LAMBERT>(simd, tracer, streams, (wave, lobes), camera);
+            }
+            SceneIntegrator::Direct(direct) => {
+                direct.begin(simd, tracer, rays, wave);
+                direct.follow::<_, LAMBERT>(simd, tracer, streams, (wave, lobes), camera);
+            }
+            SceneIntegrator::Ambient(ambient) => {
+                ambient.begin(simd, tracer, rays, wave);
+                ambient.follow(simd, tracer, streams, wave, camera.1);
+            }
+        }
     }
 }
 

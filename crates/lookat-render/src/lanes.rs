@@ -3,31 +3,13 @@
 //! What is computed side by side is what is computed for one, to the bit: each step is taken in the same order, and none
 //! is fused with the next. Functions are inlined into the one that is compiled for what the processor has.
 
-use fearless_simd::{Level, Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 
 /// So many samples side by side.
 pub(crate) const LANES: usize = 8;
 
-/// What the processor has for that, if it has enough.
-pub(crate) fn level() -> Option<Level> {
-    #[cfg(target_arch = "x86_64")]
-    return Some(Level::new()).filter(|level| level.as_avx2().is_some());
-    #[cfg(not(target_arch = "x86_64"))]
-    None
-}
-
-/// Its name for people.
-pub(crate) fn name(level: Level) -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    if level.as_avx512().is_some() {
-        return "AVX-512";
-    }
-    let _ = level;
-    "AVX2"
-}
-
-/// Does something with the instructions of a [`level`], `simd`; nothing where there is none.
+/// Does something with the instructions of a level, `simd`: AVX-512, AVX2, or what all processors of its kind have.
 macro_rules! side_by_side {
     ($level:expr, $simd:ident => $does:expr) => {
         match $level {
@@ -41,7 +23,18 @@ macro_rules! side_by_side {
                 #[inline(always)]
                 || $does,
             ),
-            _ => {}
+            #[cfg(target_arch = "x86_64")]
+            level => {
+                let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");
+                $does
+            }
+            #[cfg(target_arch = "aarch64")]
+            level => {
+                let $simd = level.as_neon().expect("every AArch64 processor has NEON");
+                $does
+            }
+            #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+            fearless_simd::Level::Fallback($simd) => $does,
         }
     };
 }

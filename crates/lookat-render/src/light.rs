@@ -20,6 +20,7 @@ use lookat_scene::{DirectStrategy, Light, Primitive, Transform, World};
 use crate::bsdf::Domain;
 use crate::ray::{ElementId, Ray};
 use crate::surface::Surface;
+use crate::trace::lanes::Labels;
 use crate::traceable::Traceable;
 use environment::{Environment, EnvironmentSample};
 use goniometric::Goniometric;
@@ -46,6 +47,7 @@ pub(crate) struct LightTable {
     background: Vec3,
     /// World position of the origin.
     origin: DVec3,
+    labels: Labels,
     source: Arc<World>,
 }
 
@@ -130,6 +132,7 @@ impl LightTable {
             of_primitive,
             background,
             origin,
+            labels: traceable.labels,
             source: source.clone(),
         }
     }

@@ -5,25 +5,22 @@ mod control;
 mod exposure;
 mod fixed;
 mod forecast;
-mod lanes;
 mod rounds;
 mod sample;
 mod settings;
 mod stop;
 mod target;
+mod waves;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
 use lookat_image::Image;
-use lookat_scene::{Integrator, Scene, View};
+use lookat_scene::{Scene, View};
 
 use crate::film::{Errors, Film};
 use crate::filter::FilterSampler;
-use crate::integrator::{FirstHit, Tracer, ambient, direct, path};
 use crate::prepare::Prepared;
-use crate::sampler::SampleStream;
 use crate::threads;
 use adaptive::Adaptive;
 use control::Control;
@@ -150,6 +147,7 @@ fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R
     }
 }
 
+/// Samples the film, in the way that the settings ask for, and develops it.
 fn run(
     prepared: &Prepared,
     view: &View,
@@ -157,51 +155,18 @@ fn run(
     deadline: Option<Instant>,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Rendered {
-    let filter = FilterSampler::new(&view.filter);
-    let film = Film::new(&view.film, &filter, settings.stop.errors());
-    let control = Control::new(progress, deadline, &film);
-    let all = (&filter, &film, &control);
-    // The integrator is chosen here, once, so that the loop over samples is compiled for it.
-    match view.integrator {
-        Integrator::DirectLighting { strategy, max_depth } => {
-            sample(prepared, view, settings, all, |tracer, first, stream| {
-                direct::li(tracer, first, stream, strategy, max_depth)
-            })
-        }
-        Integrator::Path { max_depth, roulette_threshold, light_choice } => {
-            let path = path::Settings { max_depth, roulette_threshold, light_choice };
-            sample(prepared, view, settings, all, |tracer, first, stream| {
-                path::li(tracer, first, stream, &path)
-            })
-        }
-        Integrator::AmbientOcclusion { cosine, samples } => {
-            sample(prepared, view, settings, all, |tracer, first, stream| {
-                ambient::li(tracer, first, stream, cosine, samples)
-            })
-        }
-    }
-}
-
-/// Samples the film, in the way that the settings ask for, and develops it.
-fn sample<F>(
-    prepared: &Prepared,
-    view: &View,
-    settings: &Settings,
-    all: (&FilterSampler, &Film, &Control),
-    li: F,
-) -> Rendered
-where
-    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
-{
     let Settings { seed, stop, .. } = *settings;
-    let mut context = Context::new(prepared, view, stop.nominal_samples(view), all, li);
+    let filter = FilterSampler::new(&view.filter);
+    let film = Film::new(&view.film, &filter, stop.errors());
+    let control = Control::new(progress, deadline, &film);
+    let mut context = Context::new(prepared, view, stop.nominal_samples(view), (&filter, &film, &control));
     context.expose();
-    let (film, control, sampler) = (context.film, context.control, stop.sampler(view));
+    let sampler = stop.sampler(view);
     let target = match stop {
         Stop::TargetError { target, limit, .. } => {
             let mut target = Target::new(sampler, seed, &target, limit.is_some());
             let parts = rounds::render(&context, seed, &mut target);
-            Some(target.reached(film, &parts))
+            Some(target.reached(&film, &parts))
         }
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => {
             let is_open = matches!(stop, Stop::Time { .. });

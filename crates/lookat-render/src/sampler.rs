@@ -126,12 +126,6 @@ impl SampleStream {
         self.dimension += dimensions;
     }
 
-    /// How many dimensions have been taken or left.
-    #[cfg(test)]
-    pub fn dimension(&self) -> u32 {
-        self.dimension
-    }
-
     /// One number.
     #[inline]
     pub fn next_1d(&mut self) -> f64 {

@@ -12,5 +12,5 @@ pub(crate) fn noise(i: usize, k: f64) -> f64 {
 /// The scene of a text without mistakes.
 pub(crate) fn scene(text: &str) -> Scene {
     let loaded = load(Path::new("test.pbrt"), &|_| Ok(text.to_owned().into()), &LoadOptions::default());
-    loaded.scene.expect("the scene is right")
+    loaded.scene.unwrap_or_else(|| panic!("{:?} {text}", loaded.diagnostics))
 }

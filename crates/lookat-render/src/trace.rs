@@ -1,16 +1,14 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
-mod bundle;
 mod forms;
 pub(crate) mod lanes;
+mod packet;
+mod stream;
 #[cfg(test)]
 mod tests;
 
-use std::array::from_fn;
-
-pub(crate) use bundle::BUNDLE;
-use bundle::{MOST_LEAVES, OTHER};
 pub(crate) use forms::{Form, Forms};
+pub(crate) use stream::{MOST_PACKETS, StreamSize, Together};
 
 use crate::arithmetic::SimdKind;
 #[cfg(test)]
@@ -53,25 +51,17 @@ impl<'q> Query<'q> {
     }
 }
 
-/// What came of a search.
-struct Search {
-    /// Whether there is a hit that was not there before.
-    found: bool,
-    /// Whether no nearer hit can be left.
-    is_complete: bool,
-}
-
 /// [`Traceable::search_by`] with the tests that `WideSlabs` and `WideFilter` have. A macro, since closures are compiled for the
 /// instructions of the function that they are in.
 #[cfg(target_arch = "x86_64")]
 macro_rules! search_with {
-    ($self:ident.search_by::<$any:ident, $n:tt>($queries:ident, $hits:ident, $rays:expr, $slabs:ident)) => {{
+    ($self:ident.search_by::<$any:ident>($query:ident, $hit:ident, $ray:expr, $slabs:ident)) => {{
         let boxes = |node: &$crate::bvh::Node, t_max| $slabs.meet(node, t_max);
         let filter =
             |ray: &WideFilter, block: &$crate::triangle::block::Block, t_max| ray.may_meet(block, t_max);
         let surely =
             |ray: &WideFilter, block: &$crate::triangle::block::Block, t_max| ray.surely_meets(block, t_max);
-        $self.search_by::<$any, $n, _>($queries, $hits, $rays, boxes, filter, surely)
+        $self.search_by::<$any, _>($query, $hit, $ray, boxes, filter, surely)
     }};
 }
 #[cfg(target_arch = "x86_64")]
@@ -98,11 +88,6 @@ impl Traceable {
         self.search::<true>(self.query(ray, true), &mut nothing(ray))
     }
 
-    /// Whether a ray meets anything at all.
-    pub fn meets(&self, ray: &Ray) -> bool {
-        self.search::<true>(self.query(ray, false), &mut nothing(ray))
-    }
-
     /// The nearest hit, found without trees.
     pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = nothing(ray);
@@ -113,159 +98,131 @@ impl Traceable {
         Query::new(&self.world, ray, ElementId::WORLD, is_shadow)
     }
 
-    /// Looks for hits that `hit` yields to. With `ANY` the first will do; the target of the ray is left out.
+    /// Looks for hits that `hit` yields to, and returns whether there is one. With `ANY` the first will do; the target of the ray is
+    /// left out.
     fn search<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        let (queries, hits) = (&[query], std::array::from_mut(hit));
         #[cfg(test)]
         if self.is_double {
-            return self.search_double::<ANY>(queries, hits).found;
+            return self.search_double::<ANY>(&query, hit);
         }
-        self.search_wide::<ANY, 1>(queries, hits).found
+        self.search_wide::<ANY>(&query, hit)
     }
 
-    /// By tests in `f32` that leave out what is not met. What is left is decided about in `f64`. Several rays are of one group, and
-    /// run the same way along each axis.
-    fn search_wide<const ANY: bool, const N: usize>(
-        &self,
-        queries: &[Query; N],
-        hits: &mut [Hit; N],
-    ) -> Search {
+    /// By tests in `f32` that leave out what is not met. What is left is decided about in `f64`.
+    fn search_wide<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
         match self.simd.kind() {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Simd` says what the processor has.
             #[allow(unsafe_code)]
-            SimdKind::Avx512 => unsafe { self.search_avx512::<ANY, N>(queries, hits) },
+            SimdKind::Avx512 => unsafe { self.search_avx512::<ANY>(query, hit) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
             #[allow(unsafe_code)]
-            SimdKind::Avx2 => unsafe { self.search_avx2::<ANY, N>(queries, hits) },
-            SimdKind::Portable => self.search_portable::<ANY, N>(queries, hits),
+            SimdKind::Avx2 => unsafe { self.search_avx2::<ANY>(query, hit) },
+            SimdKind::Portable => self.search_portable::<ANY>(query, hit),
         }
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn search_avx2<const ANY: bool, const N: usize>(
-        &self,
-        queries: &[Query; N],
-        hits: &mut [Hit; N],
-    ) -> Search {
-        let slabs = WideSlabs::new(&slabs(queries));
-        let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
-        search_with!(self.search_by::<ANY, N>(queries, hits, &rays, slabs))
+    fn search_avx2<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
+        let slabs = WideSlabs::new(&Slabs::new(query.ray));
+        let ray = &RayForms::new(query.ray, |ray, sheared| filter_ray(ray, sheared));
+        search_with!(self.search_by::<ANY>(query, hit, ray, slabs))
     }
 
     /// The same, with the registers of AVX-512.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
-    fn search_avx512<const ANY: bool, const N: usize>(
-        &self,
-        queries: &[Query; N],
-        hits: &mut [Hit; N],
-    ) -> Search {
-        let slabs = WideSlabs::new(&slabs(queries));
-        let rays = from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| filter_ray(ray, sheared)));
-        search_with!(self.search_by::<ANY, N>(queries, hits, &rays, slabs))
+    fn search_avx512<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
+        let slabs = WideSlabs::new(&Slabs::new(query.ray));
+        let ray = &RayForms::new(query.ray, |ray, sheared| filter_ray(ray, sheared));
+        search_with!(self.search_by::<ANY>(query, hit, ray, slabs))
     }
 
-    fn search_portable<const ANY: bool, const N: usize>(
-        &self,
-        queries: &[Query; N],
-        hits: &mut [Hit; N],
-    ) -> Search {
-        let slabs = slabs(queries);
-        let rays =
-            from_fn(|k| RayForms::new(queries[k].ray, |ray, sheared| FilterRay::new(ray, sheared, |x| x)));
+    fn search_portable<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
+        let slabs = Slabs::new(query.ray);
+        let ray = &RayForms::new(query.ray, |ray, sheared| FilterRay::new(ray, sheared, |x| x));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
         let filter = |ray: &FilterRay<f32>, block: &Block, t_max| ray.may_meet(block, t_max);
         let surely = |ray: &FilterRay<f32>, block: &Block, t_max| ray.surely_meets(block, t_max);
-        self.search_by::<ANY, N, _>(queries, hits, &rays, boxes, filter, surely)
+        self.search_by::<ANY, _>(query, hit, ray, boxes, filter, surely)
     }
 
-    /// By the forms of each ray: which boxes of a node any of them may meet, and which triangles of a block one of them.
+    /// By the forms of the ray: which boxes of a node it may meet, and which triangles of a block.
     #[inline(always)]
-    fn search_by<const ANY: bool, const N: usize, F>(
+    fn search_by<const ANY: bool, F>(
         &self,
-        queries: &[Query; N],
-        hits: &mut [Hit; N],
-        rays: &[RayForms<F>; N],
+        query: &Query,
+        hit: &mut Hit,
+        ray: &RayForms<F>,
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
         filter: impl Fn(&F, &Block, f64) -> u32,
         surely: impl Fn(&F, &Block, f64) -> u32,
-    ) -> Search {
-        let filter = |k: usize, block: &Block, t_max| filter(&rays[k].filter, block, t_max);
-        let surely = |k: usize, block: &Block, t_max| surely(&rays[k].filter, block, t_max);
-        let decide = |k: usize, triangle: &Triangle| rays[k].sheared.intersect(&triangle.corners);
-        self.search_with::<ANY, N>(queries, hits, boxes, filter, surely, decide)
+    ) -> bool {
+        let filter = |block: &Block, t_max| filter(&ray.filter, block, t_max);
+        let surely = |block: &Block, t_max| surely(&ray.filter, block, t_max);
+        let decide = |triangle: &Triangle| ray.sheared.intersect(&triangle.corners);
+        self.search_with::<ANY>(query, hit, boxes, filter, surely, decide)
     }
 
     /// All in `f64`.
     #[cfg(test)]
-    fn search_double<const ANY: bool>(&self, queries: &[Query; 1], hits: &mut [Hit; 1]) -> Search {
-        let ray = queries[0].ray;
-        let (sheared, slabs) = (ShearedRay::new(ray), DoubleSlabs::new(ray));
+    fn search_double<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
+        let (sheared, slabs) = (ShearedRay::new(query.ray), DoubleSlabs::new(query.ray));
         let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |_, block: &Block, _| block.all();
-        let decide = |_, triangle: &Triangle| sheared.intersect(&triangle.corners);
-        self.search_with::<ANY, 1>(queries, hits, boxes, filter, |_, _, _| 0, decide)
+        let decide = |triangle: &Triangle| sheared.intersect(&triangle.corners);
+        self.search_with::<ANY>(query, hit, boxes, |block, _| block.all(), |_, _| 0, decide)
     }
 
-    /// `boxes` tells which boxes of a node any of the rays may meet within a limit, as bits, and from which distance on;
-    /// `filter`, which triangles of a block the ray of a number may meet within a limit, as bits; `surely`, some of those
-    /// that `decide` would tell it meets; and `decide`, where it does meet a triangle, and in proportion to what its corners weigh.
+    /// `boxes` tells which boxes of a node the ray may meet within a limit, as bits, and from which distance on; `filter`, which
+    /// triangles of a block it may meet within a limit, as bits; `surely`, some of those that `decide` would tell it meets; and
+    /// `decide`, where it does meet a triangle, and in proportion to what its corners weigh.
     #[inline(always)]
-    fn search_with<const ANY: bool, const N: usize>(
+    fn search_with<const ANY: bool>(
         &self,
-        queries: &[Query; N],
-        hits: &mut [Hit; N],
+        query: &Query,
+        hit: &mut Hit,
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
-        filter: impl Fn(usize, &Block, f64) -> u32,
-        surely: impl Fn(usize, &Block, f64) -> u32,
-        decide: impl Fn(usize, &Triangle) -> Option<(f64, [f64; 3])>,
-    ) -> Search {
-        // Of several rays each goes on until all have their nearest hit.
-        const { assert!(N == 1 || !ANY) };
-        let group = queries[0].group;
-        let (mut found, mut leaves) = (false, 0);
-        let limit = farthest(hits);
+        filter: impl Fn(&Block, f64) -> u32,
+        surely: impl Fn(&Block, f64) -> u32,
+        decide: impl Fn(&Triangle) -> Option<(f64, [f64; 3])>,
+    ) -> bool {
+        let group = query.group;
+        let mut found = false;
+        let limit = hit.t;
         let visit = |leaf| {
-            leaves += if matches!(leaf, Leaf::Other(_)) { OTHER } else { 1 };
-            if N > 1 && leaves > MOST_LEAVES {
-                return None;
-            }
-            // Of what a shadow ray meets, it seldom has to be known where.
-            if let (false, Leaf::Block(number)) = (ANY, leaf) {
-                group.blocks[number].prefetch_triangles();
-            }
-            for (k, (query, hit)) in queries.iter().zip(&mut *hits).enumerate() {
-                match leaf {
-                    Leaf::Block(number) => {
-                        let block = &group.blocks[number];
-                        let others = !query.leaving_of(number);
-                        let mut rest = filter(k, block, hit.t) & others;
-                        // The target of a shadow ray never is wholly before its end.
-                        if ANY && rest != 0 && !self.has_cutouts && surely(k, block, hit.t) & others != 0 {
-                            found = true;
-                            return None;
-                        }
-                        while rest != 0 {
-                            let lane = rest.trailing_zeros();
-                            let (triangle, place) = (block.triangle(lane), place(number, lane));
-                            rest &= rest - 1;
-                            // A shadow ray ends at its target, or just before: no need to decide which.
-                            if ANY && triangle.element(query.instance) == query.ray.target {
-                                continue;
-                            }
-                            let met = decide(k, triangle)
-                                .and_then(|met| triangle_hit(*query, triangle, place, met))
-                                .filter(|met| !ANY || !is_end(query.ray, triangle, met.t));
-                            found |= met.is_some_and(|met| self.accept::<ANY>(*query, met, hit));
-                        }
+            match leaf {
+                Leaf::Block(number) => {
+                    let block = &group.blocks[number];
+                    // Of what a shadow ray meets, it seldom has to be known where.
+                    if !ANY {
+                        block.prefetch_triangles();
                     }
-                    Leaf::Other(other) => found |= self.meet_other::<ANY>(*query, group.others[other], hit),
+                    let others = !query.leaving_of(number);
+                    let mut rest = filter(block, hit.t) & others;
+                    // The target of a shadow ray never is wholly before its end.
+                    if ANY && rest != 0 && !self.has_cutouts && surely(block, hit.t) & others != 0 {
+                        found = true;
+                        return None;
+                    }
+                    while rest != 0 {
+                        let lane = rest.trailing_zeros();
+                        let (triangle, place) = (block.triangle(lane), place(number, lane));
+                        rest &= rest - 1;
+                        // A shadow ray ends at its target, or just before: no need to decide which.
+                        if ANY && triangle.element(query.instance) == query.ray.target {
+                            continue;
+                        }
+                        let met = decide(triangle)
+                            .and_then(|met| triangle_hit(*query, triangle, place, met))
+                            .filter(|met| !ANY || !is_end(query.ray, triangle, met.t));
+                        found |= met.is_some_and(|met| self.accept::<ANY>(*query, met, hit));
+                    }
                 }
+                Leaf::Other(other) => found |= self.meet_other::<ANY>(*query, group.others[other], hit),
             }
-            (!ANY || !found).then(|| farthest(hits))
+            (!ANY || !found).then_some(hit.t)
         };
         let prefetch = |leaf| {
             if let Leaf::Block(number) = leaf {
@@ -273,7 +230,7 @@ impl Traceable {
             }
         };
         group.bvh.traverse::<ANY>(limit, boxes, visit, prefetch);
-        Search { found, is_complete: N == 1 || leaves <= MOST_LEAVES }
+        found
     }
 
     /// All elements, one after the other.
@@ -383,26 +340,6 @@ impl<F> RayForms<F> {
         let sheared = ShearedRay::new(ray);
         RayForms { filter: filter(ray, &sheared), sheared }
     }
-}
-
-/// Boxes that any of the rays may meet.
-#[inline(always)]
-fn slabs<const N: usize>(queries: &[Query; N]) -> Slabs {
-    let mut slabs = Slabs::new(queries[0].ray);
-    for query in &queries[1..] {
-        slabs = slabs.union(&Slabs::new(query.ray));
-    }
-    slabs
-}
-
-/// Nothing beyond this is nearer than any of the hits.
-#[inline(always)]
-fn farthest<const N: usize>(hits: &[Hit; N]) -> f64 {
-    let mut t = hits[0].t;
-    for hit in &hits[1..] {
-        t = t.max(hit.t);
-    }
-    t
 }
 
 /// No hit yet, within the length of a ray.

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DVec3;
-use lookat_scene::{Object, Primitive, World};
+use lookat_scene::{MaterialKind, Object, Primitive, Shape, World};
 
 use crate::arithmetic::Simd;
 use crate::bounds::Bounds;
@@ -16,6 +16,7 @@ use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::instance::PlacedInstance;
 use crate::ray::Hit;
+use crate::trace::lanes::Labels;
 use elements::Builder;
 pub(crate) use group::{Group, Other};
 
@@ -35,10 +36,9 @@ pub(crate) struct Traceable {
     pub(crate) objects: Vec<Group>,
     pub(crate) instances: Vec<PlacedInstance>,
     pub emitters: Emitters,
+    pub labels: Labels,
     /// Whether any mesh may have holes.
     pub(crate) has_cutouts: bool,
-    /// Whether the world has only triangles and spheres, which are cheap to test: rays that go down its tree together test more.
-    pub(crate) is_cheap: bool,
     /// Whether rays are traced without filters in `f32`.
     #[cfg(test)]
     pub is_double: bool,
@@ -78,11 +78,11 @@ impl Traceable {
         let emitters = Emitters::new(std::mem::take(&mut world.emitters));
         let world = world.group();
         let Builder { curved, curved_of, curves } = builder;
-        let is_sphere = |shape: u32| curved[shape as usize].as_sphere().is_some();
-        let is_cheap = world
-            .others
-            .iter()
-            .all(|other| matches!(other, Other::Curved { shape, .. } if is_sphere(*shape)));
+        let in_mesh = source.shapes().map(|primitive| match &primitive.shape {
+            Shape::TriangleMesh(mesh) => mesh.triangles(),
+            Shape::Quadric(_) | Shape::Curve(_) => 0,
+        });
+        let labels = Labels::new(in_mesh.max().unwrap_or(0).max(curves.len()));
         let has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
         Traceable {
             origin,
@@ -95,8 +95,8 @@ impl Traceable {
             objects,
             instances,
             emitters,
+            labels,
             has_cutouts,
-            is_cheap,
             #[cfg(test)]
             is_double: false,
             simd: Simd::best(),
@@ -117,6 +117,11 @@ impl Traceable {
     /// All primitives, in the order of their numbers.
     pub fn primitives(&self) -> impl ExactSizeIterator<Item = &Primitive> {
         (0..self.curved_of.len() as u32).map(|number| self.primitive(number))
+    }
+
+    /// Whether any surface has no material, so that rays pass it.
+    pub fn has_passed(&self) -> bool {
+        self.primitives().any(|primitive| matches!(primitive.material.kind(), MaterialKind::None))
     }
 
     /// A box around everything.

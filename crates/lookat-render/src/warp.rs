@@ -32,13 +32,7 @@ pub(crate) fn square_to_cosine_hemisphere_pdf(cos_theta: f64) -> f64 {
     cos_theta.max(0.0) / PI
 }
 
-/// Directions around +z, all alike (PBR 13.6.1).
-pub(crate) fn square_to_uniform_hemisphere(u: DVec2) -> DVec3 {
-    let sin_theta = (1.0 - u.x * u.x).max(0.0).sqrt();
-    (at_turn(u.y) * sin_theta).extend(u.x)
-}
-
-/// Density of [`square_to_uniform_hemisphere`] by solid angle.
+/// Density of [`lanes::square_to_uniform_hemisphere`] by solid angle.
 pub(crate) fn square_to_uniform_hemisphere_pdf() -> f64 {
     1.0 / TAU
 }

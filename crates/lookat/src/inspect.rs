@@ -138,7 +138,7 @@ impl<'s> Inspected<'s> {
             },
             "world": elements(&it.world),
             "objects": it.objects.iter().map(elements).collect::<Vec<_>>(),
-            "has_cutouts": it.has_cutouts, "side_by_side": it.side_by_side,
+            "has_cutouts": it.has_cutouts,
             "asks_tree": it.asks_tree,
             "surfaces": it.surfaces.as_ref().map(|surfaces| json!({
                 "kinds": surfaces.kinds, "lambert": surfaces.lambert, "most_lobes": surfaces.most_lobes,

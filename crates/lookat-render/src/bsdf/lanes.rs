@@ -1,20 +1,20 @@
-//! Reflection side by side: by a diffuse lobe, a glossy one, or both.
+//! Scattering side by side: by a diffuse lobe, a glossy one, or both; and one by one by others.
 
 use std::f32::consts::FRAC_1_PI as FRAC_1_PI_F32;
 use std::f64::consts::FRAC_1_PI;
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DVec2, Vec3};
-use lookat_scene::{Material, MaterialKind};
+use lookat_scene::MaterialKind;
 
 use super::choice::ALIKE;
 use super::fresnel::Fresnel;
 use super::lobe::Lobe;
 use super::microfacet::lanes::Facets;
-use super::{Domain, LobeList, lambert, material};
+use super::{Bsdf, BsdfSample, Domain, LobeList, Part, lambert, material};
 use crate::frame::flipped;
 use crate::frame::lanes::Frames;
-use crate::lanes::{Colors, Vec3x8, splat_f32, to_f32};
+use crate::lanes::{Colors, LANES, Vec3x8, bits, splat_f32, to_f32};
 use crate::texture::TexturePoint;
 use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
@@ -38,17 +38,8 @@ struct Gloss {
 }
 
 impl Coat {
-    pub const BLACK: Coat = Coat { diffuse: Vec3::ZERO, rough: None, glossy: None, is_lambert: true };
-
-    /// Whether a material has these lobes and no others, at whatever point.
-    pub fn serves(material: &Material) -> bool {
-        match material.kind() {
-            // Rays pass what is of no material.
-            MaterialKind::None => false,
-            MaterialKind::Matte(_) | MaterialKind::Plastic(_) => true,
-            kind => !material.needs().coordinates && Coat::at(kind, &TexturePoint::default()).is_some(),
-        }
-    }
+    /// Without any lobe.
+    pub const NONE: Coat = Coat { diffuse: Vec3::ZERO, rough: None, glossy: None, is_lambert: false };
 
     /// That of a material at a point; `None` where it has other lobes.
     pub fn at(material: &MaterialKind, at: &TexturePoint) -> Option<Coat> {
@@ -129,6 +120,25 @@ impl<S: Simd> Coats<S> {
     }
 }
 
+/// The scattering at points where there are other lobes than [`Coats`] has.
+#[derive(Default)]
+pub(crate) struct Others<'l>([Option<Bsdf<'l>>; LANES]);
+
+impl<'l> Others<'l> {
+    pub fn put(&mut self, lane: usize, bsdf: Bsdf<'l>) {
+        self.0[lane] = Some(bsdf);
+    }
+
+    fn each(&self) -> impl Iterator<Item = (usize, &Bsdf<'l>)> {
+        self.0.iter().enumerate().filter_map(|(lane, bsdf)| Some((lane, bsdf.as_ref()?)))
+    }
+
+    /// Where they have lobes of a part.
+    fn has(&self, part: Part) -> u64 {
+        self.each().fold(0, |found, (lane, bsdf)| found | u64::from(bsdf.has(part)) << lane)
+    }
+}
+
 /// The scattering of light at points; as [`super::Bsdf`], to the bit. Where all are `LAMBERT`, nothing else is asked for.
 #[derive(Clone, Copy)]
 pub(crate) struct Bsdfs<'s, S: Simd, const LAMBERT: bool> {
@@ -138,6 +148,7 @@ pub(crate) struct Bsdfs<'s, S: Simd, const LAMBERT: bool> {
     /// These directions, in the shading frames.
     local_o: Vec3x8<S>,
     coats: &'s Coats<S>,
+    others: &'s Others<'s>,
     /// The probabilities of the diffuse lobe and of the glossy one; of no use where all are Lambert.
     shares: [f64x8<S>; 2],
 }
@@ -150,26 +161,41 @@ pub(crate) struct BsdfSamples<S: Simd> {
     pub pdf: f64x8<S>,
     /// By what radiance is multiplied.
     pub weight: Colors<S>,
+    pub is_specular: mask64x8<S>,
+    pub compression: f32x8<S>,
 }
 
 impl<'s, S: Simd, const LAMBERT: bool> Bsdfs<'s, S, LAMBERT> {
     /// Those at points with geometric normals `n`, towards `wo`.
     #[inline(always)]
-    pub fn new(n: Vec3x8<S>, frame: &'s Frames<S>, wo: Vec3x8<S>, coats: &'s Coats<S>) -> Self {
+    pub fn new(
+        n: Vec3x8<S>,
+        frame: &'s Frames<S>,
+        wo: Vec3x8<S>,
+        coats: &'s Coats<S>,
+        others: &'s Others<'s>,
+    ) -> Self {
         let local_o = frame.to_local(wo);
         let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
         let shares = if LAMBERT { [local_o.z; 2] } else { shares(coats, local_o.z) };
-        Bsdfs { frame, n, local_o, coats, shares }
+        Bsdfs { frame, n, local_o, coats, others, shares }
     }
 
-    /// Where there are any lobes.
+    /// Where there are lobes of a part; as [`Bsdf::has`].
     #[inline(always)]
-    pub fn has_lobes(&self) -> mask64x8<S> {
-        self.coats.has_diffuse | self.coats.has_gloss
+    pub fn has(&self, part: Part) -> mask64x8<S> {
+        let own = match part {
+            Part::Specular => bits(self.local_o.z.token(), 0),
+            Part::All | Part::Smooth => self.coats.has_diffuse | self.coats.has_gloss,
+        };
+        if LAMBERT { own } else { own | bits(own.token(), self.others.has(part)) }
     }
 
     /// What [`super::Bsdf::domain`] is at one of the points.
     pub fn domain(&self, lane: usize) -> Domain {
+        if let Some(bsdf) = &self.others.0[lane] {
+            return bsdf.domain();
+        }
         Domain {
             n: self.n.lane(lane),
             ns: flipped(self.frame.z.lane(lane), self.local_o.z[lane] < 0.0),
@@ -179,10 +205,23 @@ impl<'s, S: Simd, const LAMBERT: bool> Bsdfs<'s, S, LAMBERT> {
     }
 
     /// As [`super::Bsdf::f_cos`] and [`super::Bsdf::pdf`].
-    #[inline(always)]
-    pub fn f_cos_pdf(&self, wi: Vec3x8<S>) -> (Colors<S>, f64x8<S>) {
-        let local_i = self.frame.to_local(wi);
-        self.at(wi, local_i)
+    #[inline(never)]
+    pub fn f_cos_pdf(&self, wi: Vec3x8<S>, part: Part) -> (Colors<S>, f64x8<S>) {
+        wi.x.token().vectorize(
+            #[inline(always)]
+            || {
+                let local_i = self.frame.to_local(wi);
+                let (mut f_cos, mut pdf) = self.at(wi, local_i);
+                if !LAMBERT {
+                    for (lane, bsdf) in self.others.each() {
+                        let wi = wi.lane(lane);
+                        f_cos.put(lane, bsdf.f_cos(wi));
+                        pdf[lane] = bsdf.pdf(wi, part);
+                    }
+                }
+                (f_cos, pdf)
+            },
+        )
     }
 
     /// The same of a direction of the world and of the frames.
@@ -232,18 +271,27 @@ impl<'s, S: Simd, const LAMBERT: bool> Bsdfs<'s, S, LAMBERT> {
     }
 
     /// As [`super::Bsdf::sample`].
-    #[inline(always)]
-    pub fn sample(&self, [u, v]: [f64x8<S>; 2]) -> BsdfSamples<S> {
-        let Coats { has_diffuse, has_gloss, .. } = *self.coats;
-        if LAMBERT {
-            return self.sample_of([u, v], has_gloss);
-        }
-        // As `pick` does.
-        let is_gloss = has_gloss & (!has_diffuse | (u - self.shares[0]).simd_ge(0.0));
-        let share = is_gloss.select(self.shares[1], self.shares[0]);
-        let taken = (is_gloss & has_diffuse).select(u - self.shares[0], u);
-        let rest = (taken / share).min(1.0 - f64::EPSILON);
-        self.sample_of([self.coats.is_lambert.select(u, rest), v], is_gloss)
+    #[inline(never)]
+    pub fn sample(&self, [u, v]: [f64x8<S>; 2], part: Part) -> BsdfSamples<S> {
+        self.local_o.x.token().vectorize(
+            #[inline(always)]
+            || {
+                let Coats { has_diffuse, has_gloss, .. } = *self.coats;
+                if LAMBERT {
+                    return self.sample_of([u, v], has_gloss);
+                }
+                // As `pick` does.
+                let is_gloss = has_gloss & (!has_diffuse | (u - self.shares[0]).simd_ge(0.0));
+                let share = is_gloss.select(self.shares[1], self.shares[0]);
+                let taken = (is_gloss & has_diffuse).select(u - self.shares[0], u);
+                let rest = (taken / share).min(1.0 - f64::EPSILON);
+                let mut samples = self.sample_of([self.coats.is_lambert.select(u, rest), v], is_gloss);
+                for (lane, bsdf) in self.others.each() {
+                    samples.put(lane, bsdf.sample(DVec2::new(u[lane], v[lane]), part).as_ref());
+                }
+                samples
+            },
+        )
     }
 
     /// Those of the diffuse lobes, or of the glossy ones.
@@ -261,7 +309,27 @@ impl<'s, S: Simd, const LAMBERT: bool> Bsdfs<'s, S, LAMBERT> {
         let wi = self.frame.to_world(local);
         let (f_cos, pdf) = self.at(wi, local);
         is_there &= pdf.simd_gt(0.0) & f_cos.is_light();
-        BsdfSamples { is_there, wi, pdf, weight: f_cos / to_f32(pdf) }
+        let simd = u[0].token();
+        let (is_specular, compression) = (bits(simd, 0), splat_f32(simd, 1.0));
+        BsdfSamples { is_there, wi, pdf, weight: f_cos / to_f32(pdf), is_specular, compression }
+    }
+}
+
+impl<S: Simd> BsdfSamples<S> {
+    /// Puts what one of them is in its place.
+    #[inline(always)]
+    fn put(&mut self, lane: usize, sample: Option<&BsdfSample>) {
+        let own = bits(self.pdf.token(), 1 << lane);
+        self.is_there &= !own;
+        let Some(sample) = sample else { return };
+        self.is_there |= own;
+        self.wi.put(lane, sample.wi);
+        self.pdf[lane] = sample.pdf;
+        self.weight.put(lane, sample.weight());
+        if sample.is_specular {
+            self.is_specular |= own;
+        }
+        self.compression[lane] = sample.compression;
     }
 }
 

@@ -3,8 +3,9 @@
 #[cfg(target_arch = "x86_64")]
 pub(crate) mod avx2;
 pub(super) mod lanes;
+pub(super) mod packet;
 
-use glam::{BVec3A, DVec3, Vec3A};
+use glam::{DVec3, Vec3A};
 
 use super::{Node, WIDTH};
 #[cfg(test)]
@@ -46,24 +47,6 @@ impl Slabs {
             near_inverse: Vec3A::select(is_tiny, Vec3A::ZERO, (inverse * (1.0 - SLACK)).clamp(-most, most)),
             far_inverse: Vec3A::select(is_tiny, least.copysign(inverse), inverse * (1.0 + SLACK)),
             near: [negative & 1, negative >> 1 & 1, negative >> 2 & 1],
-        }
-    }
-
-    /// Those of two rays at once, which run the same way along each axis: boxes are entered where the first enters, and left
-    /// where the last leaves. Only of boxes behind the origin that is not true, and these are not met.
-    #[inline(always)]
-    pub fn union(&self, other: &Slabs) -> Slabs {
-        debug_assert_eq!(self.near, other.near);
-        let bits = self.far_inverse.is_negative_bitmask();
-        let is_backward = BVec3A::new(bits & 1 != 0, bits & 2 != 0, bits & 4 != 0);
-        let greater = |a: Vec3A, b: Vec3A| Vec3A::select(is_backward, a.min(b), a.max(b));
-        let less = |a: Vec3A, b: Vec3A| Vec3A::select(is_backward, a.max(b), a.min(b));
-        Slabs {
-            near_o: greater(self.near_o, other.near_o),
-            far_o: less(self.far_o, other.far_o),
-            near_inverse: less(self.near_inverse, other.near_inverse),
-            far_inverse: greater(self.far_inverse, other.far_inverse),
-            near: self.near,
         }
     }
 

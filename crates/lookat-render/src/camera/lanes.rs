@@ -4,8 +4,8 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DVec2, DVec3};
 use lookat_scene::{Lens, Projection};
 
-use super::{CameraRay, CameraRays};
-use crate::lanes::Vec3x8;
+use super::{CameraRay, CameraRays, around};
+use crate::lanes::{LANES, Vec3x8};
 use crate::warp::lanes::square_to_disk;
 
 type Vec2x8<S> = [f64x8<S>; 2];
@@ -26,18 +26,21 @@ pub(crate) struct Views<'v> {
     pub places: &'v [(DVec2, DVec2)],
     /// Which of the samples are side by side.
     pub samples: &'v [u16],
+    /// Those of them whose rays have not passed anything, as bits.
+    pub direct: u64,
 }
 
 impl Views<'_> {
-    /// One of the rays.
-    pub fn ray(&self, lane: usize) -> CameraRay<'_> {
+    /// One of the rays, if it has not passed anything.
+    pub fn ray(&self, lane: usize) -> Option<CameraRay<'_>> {
         let (film, on_lens) = self.places[usize::from(self.samples[lane])];
-        CameraRay { camera: self.of.camera, film, on_lens, spacing: self.of.spacing }
+        let is_direct = self.direct >> lane & 1 == 1;
+        is_direct.then_some(CameraRay { camera: self.of.camera, film, on_lens, spacing: self.of.spacing })
     }
 }
 
 impl CameraRays {
-    /// Origins and directions of the rays that [`CameraRays::ray`] gives, to the bit; not of an environment.
+    /// Origins and directions of the rays that [`CameraRays::ray`] gives, to the bit.
     #[inline(always)]
     pub fn rays<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
         let (start, step, middle) = (self.start, self.step, self.film_middle);
@@ -45,9 +48,12 @@ impl CameraRays {
         let p = [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)];
         let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
         let (o, d) = match (self.projection, self.lens.zip(u)) {
-            // Nothing asks for these.
             (Projection::Environment, _) => {
-                (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8::splat(simd, DVec3::NAN))
+                let mut d = Vec3x8::splat(simd, DVec3::ZERO);
+                for lane in 0..LANES {
+                    d.put(lane, around(DVec2::new(x[lane], y[lane]) / (self.film_middle * 2.0)));
+                }
+                (Vec3x8::splat(simd, DVec3::ZERO), d)
             }
             (Projection::Perspective { .. }, None) => {
                 (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8 { x: p[0], y: p[1], z: one })

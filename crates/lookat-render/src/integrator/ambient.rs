@@ -2,51 +2,82 @@
 
 use std::f64::consts::PI;
 
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::Vec3;
-use lookat_scene::MaterialKind;
 
-use super::{FirstHit, MAX_PASSED, Tracer};
-use crate::frame::Frame;
-use crate::sampler::SampleStream;
-use crate::surface::Surface;
-use crate::warp::{
-    square_to_cosine_hemisphere, square_to_uniform_hemisphere, square_to_uniform_hemisphere_pdf,
-};
+use super::Tracer;
+use crate::frame::lanes::Frames;
+use crate::integrator::paths::Sees;
+use crate::integrator::wave::Wave;
+use crate::integrator::world::World;
+use crate::lanes::{LANES, first_lanes, those};
+use crate::sampler::lanes::Streams;
+use crate::trace::lanes::Rays;
+use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
+use crate::warp::square_to_uniform_hemisphere_pdf;
 
-/// Pi times the share of the sky that the surface sees, weighed by the cosine.
-pub(crate) fn li(
-    tracer: &mut Tracer,
-    first: &FirstHit,
-    stream: &mut SampleStream,
-    cosine: bool,
-    samples: u32,
-) -> Vec3 {
-    let Some(surface) = first_material(tracer, first) else { return Vec3::ZERO };
-    let n = if surface.n.dot(first.ray.d) > 0.0 { -surface.n } else { surface.n };
-    let frame = Frame::from_z(n);
-    let mut sum = 0.0;
-    for k in 0..samples {
-        let u = stream.nested_2d(samples, k);
-        let local = if cosine { square_to_cosine_hemisphere(u) } else { square_to_uniform_hemisphere(u) };
-        // The cosine over the density by solid angle.
-        let value = if cosine { PI } else { local.z / square_to_uniform_hemisphere_pdf() };
-        if !tracer.occluded(&surface.leave(frame.to_world(local))) {
-            sum += value;
-        }
-    }
-    Vec3::splat((sum / f64::from(samples)) as f32)
+/// A scene with ambient occlusion.
+pub(crate) struct Ambient<'s> {
+    pub(in crate::integrator) world: World<'s>,
+    pub cosine: bool,
+    pub samples: u32,
 }
 
-/// The nearest surface that has a material.
-fn first_material<'s>(tracer: &mut Tracer<'s>, first: &FirstHit) -> Option<Surface<'s>> {
-    let (mut ray, mut found) = (*first.ray, first.hit.copied());
-    for _ in 0..MAX_PASSED {
-        let surface = tracer.surface(&ray, &found?);
-        if !matches!(surface.primitive.material.kind(), MaterialKind::None) {
-            return Some(surface);
-        }
-        ray = surface.leave(ray.d);
-        found = tracer.nearest(&ray);
+impl Ambient<'_> {
+    /// Begins with packets of camera rays: those of the samples of these numbers.
+    #[inline(always)]
+    pub fn begin<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
+        wave: &mut Wave,
+    ) {
+        self.world.begin(simd, tracer, rays, (true, Sees::Nothing), wave);
     }
-    None
+
+    /// Adds pi times the share of the sky that surfaces see, weighed by the cosine. `dimension`: how many numbers camera rays have taken.
+    #[inline(never)]
+    pub fn follow<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        wave: &mut Wave,
+        dimension: u32,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let count = wave.begin_surface();
+                for first in (0..count).step_by(LANES) {
+                    let paths = wave.take(simd, first, count.min(first + LANES));
+                    streams.choose(&paths.samples, dimension);
+                    let active = first_lanes(simd, paths.samples.len());
+                    let surfaces = self.world.plain(simd, (&paths.rays, &paths.hits), active).surfaces;
+                    let n = (-surfaces.n).or(surfaces.n.dot(paths.rays.d).simd_gt(0.0), surfaces.n);
+                    let frames = Frames::from_z(n);
+                    let mut sum: f64x8<S> = 0.0.simd_into(simd);
+                    for k in 0..self.samples {
+                        let u = streams.nested_2d(simd, active, (self.samples, k));
+                        // The cosine over the density by solid angle.
+                        let (local, value) = if self.cosine {
+                            (square_to_cosine_hemisphere(u), PI.simd_into(simd))
+                        } else {
+                            let local = square_to_uniform_hemisphere(u);
+                            (local, local.z / square_to_uniform_hemisphere_pdf())
+                        };
+                        let rays = surfaces.leave(frames.to_world(local));
+                        let blocked = self.world.met(simd, tracer, &rays, (active, true));
+                        sum = blocked.select(sum, sum + value);
+                    }
+                    let mean = sum / f64::from(self.samples);
+                    for lane in those(active) {
+                        wave.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane] as f32);
+                    }
+                }
+            },
+        )
+    }
 }

@@ -1,65 +1,25 @@
-//! Direct lighting (PBR 14.3).
+//! Direct lighting (PBR 14.3), by way of mirrors and glass too, at less than `max_depth` surfaces in a row.
+//!
+//! pbrt-v3 follows both the reflected and the refracted ray at glass; here one is chosen, at the same mean.
 
-pub(crate) mod lanes;
-
-use glam::{DVec2, Vec3};
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, prelude::*};
 use lookat_scene::{DirectStrategy, LightChoice};
 
-use super::weighed::{LightSamples, Samples, Sampling, Vertex, by_directions, one_light, sampled_light};
-use super::{Draw, FirstHit, MAX_PASSED, Tracer};
-use crate::bsdf::{Bsdf, Lobes, Part};
-use crate::light::{LightTable, Receiver};
-use crate::sampler::SampleStream;
-use crate::surface::Surface;
-
-/// The radiance along a camera ray from lights that are seen, and from lights that the surface sees; by way of mirrors and
-/// glass too, at less than `max_depth` surfaces in a row.
-///
-/// pbrt-v3 follows both the reflected and the refracted ray at glass; here one is chosen, at the same mean.
-pub(crate) fn li(
-    tracer: &mut Tracer,
-    first: &FirstHit,
-    stream: &mut SampleStream,
-    strategy: DirectStrategy,
-    max_depth: u32,
-) -> Vec3 {
-    let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
-    let (mut ray, mut found) = (*first.ray, first.hit.copied());
-    let mut seen_by = Some(first.camera_ray);
-    let mut lobes = Lobes::default();
-    let (mut depth, mut passed) = (0, 0);
-    loop {
-        let Some(hit) = &found else {
-            return radiance + beta * tracer.lights().background(ray.d);
-        };
-        let surface = tracer.surface(&ray, hit);
-        let wo = -ray.d;
-        if surface.is_passed() {
-            seen_by = None;
-            // pbrt-v3 looks through a surface without a material, and does not see it glow.
-            ray = surface.leave(ray.d);
-            passed += 1;
-            if passed > MAX_PASSED {
-                return radiance;
-            }
-            tracer.find(&ray, &mut found);
-            continue;
-        }
-        let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
-        radiance += beta * surface.le(wo);
-        if bsdf.has(Part::Smooth) {
-            radiance += beta * from_lights(tracer, &surface, &bsdf, stream, strategy);
-        }
-        depth += 1;
-        if depth >= max_depth || !bsdf.has(Part::Specular) {
-            return radiance;
-        }
-        let Some(sample) = bsdf.sample(stream.next_2d(), Part::Specular) else { return radiance };
-        beta *= sample.weight();
-        ray = surface.leave(sample.wi);
-        tracer.find(&ray, &mut found);
-    }
-}
+use super::{Draw, Tracer};
+use crate::bsdf::lanes::{Bsdfs, Others};
+use crate::bsdf::{Lobes, Part};
+use crate::camera::lanes::{Viewer, Views};
+use crate::integrator::lighting::{Lighting, Vertices};
+use crate::integrator::paths::{Found, Sees};
+use crate::integrator::wave::{Taken, Wave};
+use crate::integrator::weighed::{LightSamples, Samples, most_samples};
+use crate::integrator::world::World;
+use crate::lanes::{LANES, first_lanes};
+use crate::light::LightTable;
+use crate::sampler::lanes::Streams;
+use crate::shading::lanes::Shaded;
+use crate::trace::lanes::Rays;
 
 /// How one light is chosen; as in pbrt-v3.
 const CHOICE: LightChoice = LightChoice::Uniform;
@@ -77,7 +37,7 @@ pub(crate) fn draws(
     let (samples, scattered): (u32, u32) = match strategy {
         DirectStrategy::All | DirectStrategy::EachOnce => (
             total(extended.map(|light| table.samples(light, strategy))),
-            total(directions(table, strategy, eligible)),
+            Samples::of_each(table, strategy, None).directions,
         ),
         DirectStrategy::One => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };
@@ -90,52 +50,122 @@ pub(crate) fn draws(
     draws
 }
 
-/// Light that comes straight to the surface: from one light, chosen at random, or from all.
-fn from_lights(
-    tracer: &mut Tracer,
-    surface: &Surface,
-    bsdf: &Bsdf,
-    stream: &mut SampleStream,
-    strategy: DirectStrategy,
-) -> Vec3 {
-    let table = tracer.lights();
-    let receiver = &Receiver { p: surface.p, domain: bsdf.domain() };
-    let lune = table.lune(&receiver.domain);
-    let lune = lune.as_ref();
-    let vertex = |samples| {
-        let sampling = Sampling { receiver, lune, samples };
-        Vertex { surface, bsdf, part: Part::Smooth, sampling }
-    };
-    if strategy == DirectStrategy::One {
-        let vertex = &vertex(Samples::of_one(table, CHOICE, lune));
-        let light = one_light(tracer, vertex, stream, CHOICE);
-        return light + by_directions(tracer, vertex, stream, u32::from(table.has_extended()));
-    }
-    let eligible = table.eligible(lune);
-    let samples = Samples {
-        lights: LightSamples::Each(strategy),
-        directions: total(directions(table, strategy, eligible)),
-    };
-    let vertex = &vertex(samples);
-    let mut radiance = Vec3::ZERO;
-    for light in 0..eligible {
-        let count = table.samples(light, strategy);
-        for k in 0..count {
-            // Where nothing about a light is left to chance, no numbers are.
-            let u = if table.is_delta(light) { DVec2::ZERO } else { stream.nested_2d(count, k) };
-            radiance += sampled_light(tracer, vertex, (light, f64::from(count)), u);
-        }
-    }
-    directions(table, strategy, eligible)
-        .fold(radiance, |sum, count| sum + by_directions(tracer, vertex, stream, count))
+/// A scene with direct lighting.
+pub(crate) struct Direct<'s> {
+    pub(in crate::integrator) world: World<'s>,
+    lighting: Lighting<'s>,
+    /// How many numbers the light at a surface takes.
+    numbers: u32,
+    /// Whether there is one more direction than samples of a light.
+    has_direction: bool,
+    max_depth: u32,
 }
 
-/// How many directions from the BSDF look for all lights, pattern by pattern, where the first so many lights are eligible
-/// for samples: as many as the most that a light asks for, and those that the others ask for.
-fn directions(table: &LightTable, strategy: DirectStrategy, eligible: usize) -> impl Iterator<Item = u32> {
-    let samples = move |light| table.samples(light, strategy);
-    let most = (0..table.len()).map(samples).max().filter(|_| table.has_extended());
-    most.into_iter().chain((eligible..table.len()).map(samples))
+impl<'s> Direct<'s> {
+    pub fn new(world: World<'s>, lights: &'s LightTable, strategy: DirectStrategy, max_depth: u32) -> Self {
+        let is_one = strategy == DirectStrategy::One;
+        let sampled = if is_one { LightSamples::One(CHOICE) } else { LightSamples::Each(strategy) };
+        let lighting = Lighting::new(lights, sampled, Part::Smooth, world.has_normals());
+        let (numbers, has_direction) = (numbers(lights, strategy), is_one && lights.has_extended());
+        Direct { world, lighting, numbers, has_direction, max_depth }
+    }
+
+    /// Begins with packets of camera rays: those of the samples of these numbers.
+    #[inline(always)]
+    pub fn begin<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
+        wave: &mut Wave,
+    ) {
+        self.world.begin(simd, tracer, rays, (true, Sees::Materials), wave);
+    }
+
+    /// Follows rays that have begun to their ends. `dimension`: how many numbers camera rays
+    /// have taken.
+    #[inline(always)]
+    pub fn follow<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
+        (camera, dimension): (Viewer, u32),
+    ) {
+        for depth in 0..self.max_depth.max(1) {
+            let count = wave.begin_surface();
+            if count == 0 {
+                return;
+            }
+            for first in (0..count).step_by(LANES) {
+                let paths = wave.take(simd, first, count.min(first + LANES));
+                streams.choose(&paths.samples, dimension + depth * (self.numbers + 2));
+                let camera = (depth == 0).then_some(camera);
+                self.surface::<S, LAMBERT>(simd, tracer, streams, &paths, (camera, depth), (wave, lobes));
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn surface<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        paths: &Taken<S>,
+        (camera, depth): (Option<Viewer>, u32),
+        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let Taken { rays, hits, samples, direct, .. } = paths;
+                let active = first_lanes(simd, samples.len());
+                let views = camera.map(|of| Views { of, places: &wave.places, samples, direct: *direct });
+                let mut others = Others::default();
+                let kept = (lobes, &mut others);
+                let shaded = &self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, kept);
+                let Shaded { surfaces, frames, coats, .. } = shaded;
+                let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats, &others);
+                let lunes = &self.lighting.lunes(&bsdfs, active);
+                let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdfs: &bsdfs, lunes };
+                let smooth = active & bsdfs.has(Part::Smooth);
+                if smooth.any_true() {
+                    let mut light = self.lighting.direct(simd, tracer, streams, vertices, smooth);
+                    if self.has_direction {
+                        let u = streams.next_2d(simd, smooth);
+                        light = light + self.lighting.by_direction(simd, tracer, vertices, u, smooth);
+                    }
+                    wave.add(samples, paths.beta * light, smooth);
+                } else {
+                    streams.skip(self.numbers);
+                }
+                let specular = active & bsdfs.has(Part::Specular);
+                if depth + 1 >= self.max_depth || !specular.any_true() {
+                    return;
+                }
+                let sample = bsdfs.sample(streams.next_2d(simd, specular), Part::Specular);
+                let active = specular & sample.is_there;
+                let rays = surfaces.leave(sample.wi);
+                let hits = self.world.nearest(simd, tracer, &rays, active);
+                let weight = (paths.beta * sample.weight, paths.compression);
+                let found = Found { rays, hits, weight };
+                self.world.see(tracer, &found, samples, (active, Sees::Materials), wave);
+                self.world.go_on(simd, tracer, found, samples, (active, active, Sees::Materials), wave);
+            },
+        )
+    }
+}
+
+/// How many numbers the light at a surface takes.
+fn numbers(table: &LightTable, strategy: DirectStrategy) -> u32 {
+    if strategy == DirectStrategy::One {
+        return 3 + if table.has_extended() { 2 } else { 0 };
+    }
+    let extended = (0..table.len()).filter(|light| !table.is_delta(*light));
+    let sampled = extended.filter(|light| table.samples(*light, strategy) > 0).count() as u32;
+    2 * (sampled + u32::from(most_samples(table, strategy) > 0))
 }
 
 fn total(counts: impl Iterator<Item = u32>) -> u32 {

@@ -1,25 +1,28 @@
-//! Path tracing (PBR 14.5).
+//! Path tracing (PBR 14.5). Paths that go on are brought together at each surface.
+//!
+//! pbrt-v3 draws two directions from the BSDF at each surface, one for direct light and one to go on; here one serves both, at the same
+//! mean.
 
-pub(crate) mod lanes;
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, f32x8, mask64x8};
+use lookat_scene::LightChoice;
 
 use std::ops::Range;
 
-use glam::Vec3;
-use lookat_scene::LightChoice;
-
-use super::weighed::{Emission, Samples, Sampling, Vertex, found_light, light_of, one_light};
-use super::{Draw, FirstHit, MAX_PASSED, Tracer};
+use super::{Draw, Tracer};
+use crate::bsdf::lanes::{Bsdfs, Others};
 use crate::bsdf::{Lobes, Part};
-use crate::light::{LightTable, Receiver};
-use crate::sampler::SampleStream;
-
-/// What the path integrator is set to.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Settings {
-    pub max_depth: u32,
-    pub roulette_threshold: f64,
-    pub light_choice: LightChoice,
-}
+use crate::camera::lanes::{Viewer, Views};
+use crate::integrator::lighting::{Directions, Lighting, Vertices};
+use crate::integrator::paths::{Found, Sees};
+use crate::integrator::wave::{Taken, Wave};
+use crate::integrator::weighed::LightSamples;
+use crate::integrator::world::World;
+use crate::lanes::{Colors, LANES, bits, first_lanes, those};
+use crate::light::LightTable;
+use crate::sampler::lanes::Streams;
+use crate::shading::lanes::Shaded;
+use crate::trace::lanes::Rays;
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;
@@ -27,6 +30,12 @@ const FIRST_ROULETTE: u32 = 4;
 /// The surfaces at which Russian roulette may be played: not the last, where all that is left is to look for light.
 fn roulette(max_depth: u32) -> Range<u32> {
     FIRST_ROULETTE..max_depth.saturating_sub(1)
+}
+
+/// How many numbers a surface takes: for the choice of a light, the light, the direction, and roulette. All take as many, so that the
+/// dimensions of a surface do not depend on those before.
+fn numbers(max_depth: u32) -> u32 {
+    5 + u32::from(!roulette(max_depth).is_empty())
 }
 
 /// What is drawn at each surface with a material, among these lights.
@@ -45,173 +54,214 @@ pub(crate) fn draws(max_depth: u32, lights: &LightTable) -> Vec<Draw> {
     draws.into_iter().flatten().collect()
 }
 
-/// The radiance along a camera ray.
-///
-/// pbrt-v3 draws two directions from the BSDF at each surface, one for direct light and one to go on; here one serves
-/// both, at the same mean.
-pub(crate) fn li(
-    tracer: &mut Tracer,
-    first: &FirstHit,
-    stream: &mut SampleStream,
-    settings: &Settings,
-) -> Vec3 {
-    let lights = tracer.lights();
-    let (mut radiance, mut beta) = (Vec3::ZERO, Vec3::ONE);
-    // What refraction has done to beta: roulette is to count light, not its density.
-    let mut compression = 1.0;
-    // Whether light that the ray finds counts in full: it comes from the camera or from single directions. Other rays have been
-    // asked what they find, and weighed, as they left their surface.
-    let mut is_full = true;
-    let has_roulette = !roulette(settings.max_depth).is_empty();
-    let (mut ray, mut found) = (*first.ray, first.hit.copied());
-    let mut seen_by = Some(first.camera_ray);
-    let mut lobes = Lobes::default();
-    let (mut bounces, mut passed) = (0, 0);
-    loop {
-        let Some(hit) = &found else {
-            return if is_full { radiance + beta * lights.background(ray.d) } else { radiance };
-        };
-        let surface = tracer.surface(&ray, hit);
-        let wo = -ray.d;
-        if is_full {
-            radiance += beta * surface.le(wo);
-        }
-        if bounces >= settings.max_depth {
-            return radiance;
-        }
-        if surface.is_passed() {
-            // pbrt-v3 sees no light through a surface without a material, except from the camera or from single directions.
-            seen_by = None;
-            ray = surface.leave(ray.d);
-            passed += 1;
-            if passed > MAX_PASSED {
-                return radiance;
+/// A scene with path tracing.
+pub(crate) struct Paths<'s> {
+    pub(in crate::integrator) world: World<'s>,
+    lighting: Lighting<'s>,
+    max_depth: u32,
+    roulette_threshold: f64,
+}
+
+impl<'s> Paths<'s> {
+    pub fn new(
+        world: World<'s>,
+        lights: &'s LightTable,
+        choice: LightChoice,
+        (max_depth, roulette_threshold): (u32, f64),
+    ) -> Self {
+        let sampled = LightSamples::One(choice);
+        let lighting = Lighting::new(lights, sampled, Part::All, world.has_normals());
+        Paths { world, lighting, max_depth, roulette_threshold }
+    }
+
+    /// Begins paths with packets of camera rays: those of the samples of these numbers.
+    #[inline(always)]
+    pub fn begin<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
+        wave: &mut Wave,
+    ) {
+        self.world.begin(simd, tracer, rays, (self.max_depth > 0, Sees::All), wave);
+    }
+
+    /// Follows paths that have begun to their ends. `dimension`: how many numbers camera rays
+    /// have taken.
+    #[inline(always)]
+    pub fn follow<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
+        (camera, dimension): (Viewer, u32),
+    ) {
+        let numbers = numbers(self.max_depth);
+        for depth in 0..self.max_depth {
+            let count = wave.begin_surface();
+            if count == 0 {
+                return;
             }
-            tracer.find(&ray, &mut found);
-            continue;
+            for first in (0..count).step_by(LANES) {
+                let paths = wave.take(simd, first, count.min(first + LANES));
+                streams.choose(&paths.samples, dimension + depth * numbers);
+                let camera = (depth == 0).then_some(camera);
+                self.surface::<S, LAMBERT>(simd, tracer, streams, &paths, (camera, depth), (wave, lobes));
+            }
         }
-        let bsdf = tracer.bsdf(&surface, wo, seen_by.take(), &mut lobes);
-        let is_smooth = bsdf.has(Part::Smooth);
-        let receiver = &Receiver { p: surface.p, domain: bsdf.domain() };
-        let lune = if is_smooth { lights.lune(&receiver.domain) } else { None };
-        let lune = lune.as_ref();
-        let samples = Samples::of_one(lights, settings.light_choice, lune);
-        let sampling = Sampling { receiver, lune, samples };
-        let vertex = Vertex { surface: &surface, bsdf: &bsdf, part: Part::All, sampling };
-        if is_smooth {
-            radiance += beta * one_light(tracer, &vertex, stream, settings.light_choice);
-        }
-        bounces += 1;
-        let is_last = bounces >= settings.max_depth;
-        if is_last && !tracer.may_find_light() {
-            return radiance;
-        }
-        let sample = bsdf.sample(stream.next_2d(), Part::All);
-        let Some(sample) = &sample else { return radiance };
-        beta *= sample.weight();
-        compression *= sample.compression;
-        ray = surface.leave(sample.wi);
-        let emission = Emission::by(&vertex, sample);
-        if is_last {
-            return radiance + beta * found_light(tracer, emission, &ray);
-        }
-        if has_roulette {
-            // As pbrt-v3: from the fifth surface on, by the brightest channel.
-            let strength = f64::from(beta.max_element() / compression);
-            if bounces > FIRST_ROULETTE && strength < settings.roulette_threshold {
-                let end = (1.0 - strength).max(0.05);
-                if stream.next_1d() < end {
-                    return radiance;
+    }
+
+    /// What becomes of paths at a surface.
+    #[inline(never)]
+    fn surface<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        streams: &mut Streams,
+        paths: &Taken<S>,
+        (camera, depth): (Option<Viewer>, u32),
+        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let Taken { rays, hits, samples, direct, .. } = paths;
+                let mut active = first_lanes(simd, samples.len());
+                let views = camera.map(|of| Views { of, places: &wave.places, samples, direct: *direct });
+                let mut others = Others::default();
+                let kept = (lobes, &mut others);
+                let shaded = &self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, kept);
+                let Shaded { surfaces, frames, coats, .. } = shaded;
+                let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats, &others);
+                let lunes = &self.lighting.lunes(&bsdfs, active);
+                let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdfs: &bsdfs, lunes };
+                active &= bsdfs.has(Part::All);
+                let smooth = active & bsdfs.has(Part::Smooth);
+                let light = self.lighting.direct(simd, tracer, streams, vertices, smooth);
+                wave.add(samples, paths.beta * light, active);
+                let is_last = depth + 1 >= self.max_depth;
+                if is_last && !tracer.may_find_light() {
+                    return;
                 }
-                beta /= (1.0 - end) as f32;
-            } else {
-                stream.skip(1);
+                let sample = bsdfs.sample(streams.next_2d(simd, active), Part::All);
+                active &= sample.is_there;
+                let mut beta = paths.beta * sample.weight;
+                let compression = paths.compression * sample.compression;
+                let directions = Directions {
+                    rays: surfaces.leave(sample.wi),
+                    pdf: sample.pdf,
+                    is_specular: sample.is_specular,
+                };
+                if is_last {
+                    let light = self.lighting.found_light(simd, tracer, vertices, &directions, active);
+                    wave.add(samples, beta * light, active);
+                    return;
+                }
+                if !roulette(self.max_depth).is_empty() {
+                    active = self.roulette(simd, streams, (&mut beta, compression), depth, active);
+                }
+                let found = self.world.nearest(simd, tracer, &directions.rays, active);
+                let light = self.lighting.light_of(simd, tracer, vertices, &directions, &found, active);
+                wave.add(samples, beta * light, active);
+                let found = Found { rays: directions.rays, hits: found, weight: (beta, compression) };
+                self.world.go_on(simd, tracer, found, samples, (active, sample.is_specular, Sees::All), wave);
+            },
+        )
+    }
+
+    /// Those that go on.
+    #[inline(always)]
+    fn roulette<S: Simd>(
+        &self,
+        simd: S,
+        streams: &mut Streams,
+        (beta, compression): (&mut Colors<S>, f32x8<S>),
+        depth: u32,
+        active: mask64x8<S>,
+    ) -> mask64x8<S> {
+        let mut asked = 0;
+        if depth + 1 > FIRST_ROULETTE {
+            for lane in those(active) {
+                let strength = f64::from(beta.lane(lane).max_element() / compression[lane]);
+                asked |= u64::from(strength < self.roulette_threshold) << lane;
             }
         }
-        tracer.find(&ray, &mut found);
-        is_full = matches!(emission, Emission::Full);
-        if !is_full {
-            radiance += beta * light_of(tracer, emission, &ray, found.as_ref());
+        let numbers = streams.next_1d(bits(simd, asked));
+        let mut ended = 0;
+        for lane in those(bits(simd, asked)) {
+            let own = beta.lane(lane);
+            let end = (1.0 - f64::from(own.max_element() / compression[lane])).max(0.05);
+            ended |= u64::from(numbers[lane] < end) << lane;
+            beta.put(lane, own / (1.0 - end) as f32);
         }
+        active & !bits(simd, ended)
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
+    use std::ops::ControlFlow;
 
     use super::*;
-    use crate::camera::CameraRay;
     use crate::prepare::Prepared;
+    use crate::render::{Settings, render};
     use crate::testing::scene;
+
+    /// A scene of one pixel, with squares above and below the eye.
+    fn between(down: bool, integrator: &str, squares: &[(f64, &str, &str)]) -> f32 {
+        let square = |(y, material, mask): &(f64, &str, &str)| {
+            format!(
+                "Material \"{material}\" \"rgb Kd\" [.5 .5 .5] Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
+                 \"point P\" [-1e6 {y} -1e6 1e6 {y} -1e6 1e6 {y} 1e6 -1e6 {y} 1e6] {mask}"
+            )
+        };
+        let scene = scene(&format!(
+            "LookAt 0 1 0 0 {} 0 0 0 1 Film \"image\" \"integer xresolution\" 1 \"integer yresolution\" 1
+             Camera \"perspective\" \"float fov\" 20 Sampler \"sobol\" \"integer pixelsamples\" 64
+             Integrator {integrator} WorldBegin LightSource \"infinite\" {} WorldEnd",
+            if down { 0 } else { 2 },
+            squares.iter().map(square).collect::<String>(),
+        ));
+        let rendered = render(&scene, &Settings::default(), &|_| ControlFlow::Continue(()));
+        rendered.image.channels[0].samples[0]
+    }
 
     /// A floor under a sky is lit, but not by way of a surface without a material; nor does that hide the sky from the camera.
     #[test]
     fn no_light_comes_through_what_has_no_material() {
-        let quad = |y: f64| {
-            format!(
-                "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]
-                 \"point P\" [-1e6 {y} -1e6 1e6 {y} -1e6 1e6 {y} 1e6 -1e6 {y} 1e6]"
-            )
-        };
-        for (down, above, expected) in [(true, false, 0.5), (true, true, 0.0), (false, true, 1.0)] {
-            let above = if above { format!("Material \"\" {}", quad(2.0)) } else { String::new() };
-            let scene = scene(&format!(
-                "LookAt 0 1 0 0 {} 0 0 0 1 Film \"image\" Camera \"perspective\" \"float fov\" 20 Sampler \"sobol\"
-                 Integrator \"path\" WorldBegin LightSource \"infinite\" Material \"matte\" \"rgb Kd\" [.5 .5 .5] {} {above}
-                 WorldEnd",
-                if down { 0 } else { 2 },
-                quad(0.0),
-            ));
-            let prepared = Prepared::new(&scene);
-            let Prepared { traceable, lights, .. } = &prepared;
-            let camera = prepared.camera(&scene.view);
-            let film = DVec2::new(641.0, 361.0);
-            let camera_ray = &CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
-            let settings =
-                Settings { max_depth: 5, roulette_threshold: 0.0, light_choice: LightChoice::Spatial };
-            let (mut tracer, mut sum) = (Tracer::new(traceable, lights), Vec3::ZERO);
-            let (mut stream, ray) = (SampleStream::new(&scene.view.sampler, 0, [0, 0]), camera_ray.ray());
-            let hit = tracer.nearest(&ray);
-            let first = FirstHit { camera_ray, ray: &ray, hit: hit.as_ref() };
-            for index in 0..64 {
-                stream.restart(index);
-                sum += li(&mut tracer, &first, &mut stream, &settings) / 64.0;
-            }
-            assert!((sum - expected).abs().max_element() < 1e-3, "{expected} {sum}");
+        let (floor, above) = ((0.0, "matte", ""), (2.0, "", ""));
+        let path = "\"path\"";
+        for (down, squares, expected) in
+            [(true, &[floor][..], 0.5), (true, &[floor, above], 0.0), (false, &[floor, above], 1.0)]
+        {
+            let found = between(down, path, squares);
+            assert!((found - expected).abs() < 1e-3, "{expected} {found}");
         }
     }
 
-    /// In a closed room that absorbs nothing, a path takes at each surface all dimensions that it ever takes.
+    /// Rays of the BSDF meet what shadow rays pass; as in pbrt-v3.
+    #[test]
+    fn what_casts_no_shadow_hides_the_sky() {
+        let squares = [(0.0, "matte", ""), (2.0, "matte", "\"float shadowalpha\" 0")];
+        for integrator in ["\"path\" \"integer maxdepth\" 1", "\"directlighting\""] {
+            assert_eq!(between(true, integrator, &squares), 0.0);
+        }
+        assert!((between(true, "\"ambientocclusion\"", &squares) / std::f32::consts::PI - 1.0).abs() < 1e-3);
+    }
+
+    /// Where all that can be drawn is drawn, a surface takes as many numbers as it is said to.
     #[test]
     fn a_surface_takes_as_many_dimensions_as_it_is_said_to_draw() {
         let scene = scene(
             "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
-            Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"sphere\" AreaLightSource \"diffuse\" Translate .5 0 .5
+            AreaLightSource \"diffuse\" Translate .5 0 .5
             Shape \"sphere\" \"float radius\" .1 Translate -1 0 0 Shape \"sphere\" \"float radius\" .1 WorldEnd",
         );
-        let prepared = Prepared::new(&scene);
-        let Prepared { traceable, lights, .. } = &prepared;
-        let camera = prepared.camera(&scene.view);
-        for max_depth in [5, 9] {
-            let film = DVec2::new(700.0, 300.0);
-            let camera_ray = CameraRay { camera: &camera, film, on_lens: DVec2::ZERO, spacing: 1.0 };
-            let settings = Settings { max_depth, roulette_threshold: 0.0, light_choice: LightChoice::Power };
-            let mut stream = SampleStream::new(&scene.view.sampler, 0, [0, 0]);
-            let mut tracer = Tracer::new(traceable, lights);
-            let ray = camera_ray.ray();
-            let hit = tracer.nearest(&ray);
-            let first = FirstHit { camera_ray: &camera_ray, ray: &ray, hit: hit.as_ref() };
-            li(&mut tracer, &first, &mut stream, &settings);
-            let draws = draws(max_depth, lights);
-            let at_each: u32 = draws.iter().map(|draw| draw.numbers).sum();
-            // Those of roulette are taken also where it is not played, but for the last surface.
-            let has_roulette = !roulette(max_depth).is_empty();
-            let taken = at_each * max_depth - u32::from(has_roulette);
-            assert_eq!(stream.dimension(), taken);
-            let drawn = |draw: &Draw| draw.numbers * draw.surfaces.len() as u32;
-            let skipped = if has_roulette { FIRST_ROULETTE } else { 0 };
-            assert_eq!(draws.iter().map(drawn).sum::<u32>(), taken - skipped);
+        let lights = &Prepared::new(&scene).lights;
+        for (max_depth, expected) in [(5, 5), (9, 6)] {
+            let drawn: u32 = draws(max_depth, lights).iter().map(|draw| draw.numbers).sum();
+            assert_eq!((drawn, numbers(max_depth)), (expected, expected));
         }
     }
 }

@@ -9,7 +9,6 @@ use super::lune::Lune;
 use super::receiver::Receiver;
 use super::{LightTable, SceneLight};
 use crate::color::strength;
-use crate::sampler::SampleStream;
 use crate::traceable::Traceable;
 use crate::warp::pick;
 
@@ -20,24 +19,7 @@ const MOST: f64 = 1e300;
 const MANY: usize = 32;
 
 impl LightTable {
-    /// A light for a point of a surface with that [`Lune`], and its probability; by one number, whether there is a choice or
-    /// not.
-    pub fn choose(
-        &self,
-        choice: LightChoice,
-        at: &Receiver,
-        lune: Option<&Lune>,
-        stream: &mut SampleStream,
-    ) -> Option<(usize, f64)> {
-        let count = self.eligible(lune);
-        if count < 2 {
-            stream.skip(1);
-            return (count == 1).then_some((0, 1.0));
-        }
-        self.chosen(choice, at, lune, stream.next_1d())
-    }
-
-    /// The same where there are several lights to choose from, by the number `u`.
+    /// A light for a point of a surface with that [`Lune`], and its probability; by the number `u`, where there are several.
     pub fn chosen(
         &self,
         choice: LightChoice,
@@ -70,7 +52,7 @@ impl LightTable {
         (probability > 0.0).then_some((light, probability))
     }
 
-    /// The probability with which [`LightTable::choose`] gives a light.
+    /// The probability with which [`LightTable::chosen`] gives a light.
     pub fn probability(&self, choice: LightChoice, at: &Receiver, lune: Option<&Lune>, light: usize) -> f64 {
         let count = self.eligible(lune);
         match self.rule(choice) {
@@ -205,6 +187,7 @@ mod tests {
     use crate::Prepared;
     use crate::bsdf::Domain;
     use crate::render::{Settings, render};
+    use crate::sampler::SampleStream;
 
     /// A lamp, one that is dark, a sphere and two skies; and the same with more lamps than "spatial" estimates.
     const LAMPS: &str = r#"LightSource "infinite" "rgb L" [.5 .5 .5] LightSource "point" "rgb I" [9 9 9]
@@ -253,11 +236,12 @@ mod tests {
                             for index in 0..sampler.samples_per_pixel {
                                 let mut stream = SampleStream::new(&sampler, 0, [0, 0]);
                                 stream.restart(index);
-                                let Some((light, said)) =
-                                    table.choose(choice, &at, lune.as_ref(), &mut stream)
-                                else {
-                                    continue;
+                                let chosen = match table.eligible(lune.as_ref()) {
+                                    0 => None,
+                                    1 => Some((0, 1.0)),
+                                    _ => table.chosen(choice, &at, lune.as_ref(), stream.next_1d()),
                                 };
+                                let Some((light, said)) = chosen else { continue };
                                 let expected = table.probability(choice, &at, lune.as_ref(), light);
                                 assert!((said / expected - 1.0).abs() < 1e-12, "{choice:?} {light}");
                                 found[light] += 1;

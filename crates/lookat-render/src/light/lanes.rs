@@ -22,20 +22,15 @@ pub(crate) enum SampledLight<'s> {
 }
 
 impl LightTable {
-    /// All lights but skies that are everywhere alike; `None` where any is not plain.
-    pub fn plain_lights(&self) -> Option<Vec<PlainLight>> {
-        self.lights[..self.uneven].iter().map(SceneLight::as_plain).collect()
-    }
-
-    /// All lights but skies that are everywhere alike.
+    /// All lights.
     pub fn sampled_lights(&self) -> Vec<SampledLight<'_>> {
-        self.lights[..self.uneven].iter().map(|light| self.as_sampled(light)).collect()
+        self.lights.iter().map(|light| self.as_sampled(light)).collect()
     }
 
     fn as_sampled<'s>(&'s self, light: &'s SceneLight) -> SampledLight<'s> {
         match light {
             SceneLight::Surface(surface) => surface
-                .lamp(self.primitive(surface), self.origin)
+                .lamp(self.primitive(surface), self.origin, self.labels)
                 .map_or(SampledLight::Other, SampledLight::Lamp),
             _ => light.as_plain().map_or(SampledLight::Other, SampledLight::Plain),
         }

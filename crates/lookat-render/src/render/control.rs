@@ -154,11 +154,6 @@ impl<'c, 'p> Meter<'c, 'p> {
         Meter { control, counts, unreported: 0, rays: 0, batch: FIRST_BATCH }
     }
 
-    /// The samples in the next batch. Slow samples make the batch small, so that it ends soon.
-    pub fn batch(&self) -> u32 {
-        self.batch
-    }
-
     /// True if samples are so slow that the batch is smaller than the first one.
     pub fn is_slow(&self) -> bool {
         self.batch < FIRST_BATCH

@@ -1,14 +1,11 @@
 //! How bright the samples of a view are, for the scale of the film's sums.
 
-use glam::Vec3;
 use lookat_scene::{Sampler, SamplerKind};
 
 use super::control::Meter;
 use super::sample::{Context, Job, Pattern};
 use crate::film::Scale;
-use crate::integrator::{FirstHit, Tracer};
 use crate::prepare::Brightest;
-use crate::sampler::SampleStream;
 
 /// Pixels of the full picture across which brightness is looked for, in each direction.
 const PROBES: u32 = 16;
@@ -16,10 +13,7 @@ const PROBES: u32 = 16;
 /// A sample may be eight times as bright as the brightest light that a camera ray can hit: [`Scale`] has room for 2^31.
 const SHARE_OF_BRIGHTEST: f64 = 1.0 / (1 << 28) as f64;
 
-impl<F> Context<'_, F>
-where
-    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
-{
+impl Context<'_> {
     /// Sets the scale of sums: by the root mean square of a few samples that depend on no seed and no crop window, and by the
     /// brightest light, which these samples may miss.
     pub fn expose(&mut self) {

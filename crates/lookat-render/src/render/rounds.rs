@@ -1,6 +1,5 @@
 //! The loop over samples: rounds over all tiles, each of as many samples as a policy asks for.
 
-use glam::Vec3;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_pcg::Pcg64Mcg;
@@ -9,8 +8,6 @@ use rayon::prelude::*;
 use super::control::{Control, Meter};
 use super::sample::{Context, Job};
 use crate::film::{Film, Tile, lock};
-use crate::integrator::{FirstHit, Tracer};
-use crate::sampler::SampleStream;
 
 /// Where the next samples go, and when there are enough of them.
 pub(super) trait Policy: Sync {
@@ -39,11 +36,7 @@ pub(super) trait Policy: Sync {
 }
 
 /// Renders round after round, and returns what the policy has kept of each tile.
-pub(super) fn render<P, F>(context: &Context<F>, seed: u64, policy: &mut P) -> Vec<P::State>
-where
-    P: Policy,
-    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3 + Sync,
-{
+pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) -> Vec<P::State> {
     let Context { film, control, .. } = context;
     let mut states: Vec<P::State> = film.tiles.iter().map(|tile| policy.begin(&lock(tile))).collect();
     while policy.next(film, &mut states, control) && !control.is_stopped() {

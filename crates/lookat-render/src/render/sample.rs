@@ -1,23 +1,20 @@
 //! Samples of pixels.
 
-use std::array::from_fn;
 use std::ops::Range;
 
+use fearless_simd::Level;
 use glam::{DVec2, Vec3};
 use lookat_scene::{Sampler, View};
 
-use super::control::{Control, Meter};
-use crate::camera::{CameraRay, CameraRays};
+use super::control::Control;
+use crate::camera::CameraRays;
 use crate::film::{Film, Pixel, Scale};
 use crate::filter::FilterSampler;
-use crate::integrator::lanes::Lanes;
-use crate::integrator::{FirstHit, Tracer};
+use crate::integrator::{SceneIntegrator, Tracer};
 use crate::prepare::Prepared;
-use crate::sampler::SampleStream;
-use crate::trace::BUNDLE;
 
 /// What every sample needs.
-pub(super) struct Context<'a, F> {
+pub(super) struct Context<'a> {
     pub(super) prepared: &'a Prepared,
     pub film: &'a Film<'a>,
     /// That of the film.
@@ -27,13 +24,12 @@ pub(super) struct Context<'a, F> {
     pub(super) camera: CameraRays,
     /// The distance of samples on the film, in pixels.
     pub(super) spacing: f64,
-    /// Light along a camera ray.
-    li: F,
-    /// The same for samples side by side, of scenes that it serves for.
-    pub(super) lanes: Option<Lanes<'a>>,
+    pub(super) integrator: SceneIntegrator<'a>,
+    /// The instructions that are used.
+    pub(super) level: Level,
 }
 
-impl<'a, F> Context<'a, F> {
+impl<'a> Context<'a> {
     /// `nominal_samples`: those of a pixel that textures are filtered for. They have to be known in advance, so that all
     /// samples of a pixel have one mean.
     pub fn new(
@@ -41,7 +37,6 @@ impl<'a, F> Context<'a, F> {
         view: &View,
         nominal_samples: u32,
         (filter, film, control): (&'a FilterSampler, &'a Film<'a>, &'a Control<'a>),
-        li: F,
     ) -> Self {
         Context {
             prepared,
@@ -51,8 +46,8 @@ impl<'a, F> Context<'a, F> {
             filter,
             camera: prepared.camera(view),
             spacing: f64::from(nominal_samples).sqrt().recip(),
-            li,
-            lanes: Lanes::new(view, &prepared.traceable, &prepared.lights),
+            integrator: SceneIntegrator::new(&view.integrator, &prepared.traceable, &prepared.lights),
+            level: Level::new(),
         }
     }
 
@@ -127,87 +122,7 @@ impl Seen {
     }
 }
 
-impl<F> Context<'_, F>
-where
-    F: Fn(&mut Tracer, &FirstHit, &mut SampleStream) -> Vec3,
-{
-    /// Does jobs, which are all for one kind and number of samples, as long as there is time: some may be left.
-    pub fn sample_all(&self, tracer: &mut Tracer, meter: &mut Meter, jobs: &mut [Job]) {
-        if let Some(lanes) = &self.lanes {
-            return self.sample_side_by_side(lanes, tracer, meter, jobs);
-        }
-        for job in jobs {
-            let mut from = job.indices.start;
-            while from < job.indices.end {
-                let to = job.indices.end.min(from.saturating_add(meter.batch()));
-                self.sample(tracer, job, from..to);
-                if !meter.add(to - from, tracer.rays) {
-                    return;
-                }
-                from = to;
-            }
-        }
-    }
-
-    /// Takes some samples of a job: those whose camera rays are traced together, and those that are left.
-    fn sample(&self, tracer: &mut Tracer, job: &mut Job, indices: Range<u32>) {
-        let Job { pattern, place, samples, .. } = job;
-        let mut stream = SampleStream::new(&pattern.sampler, pattern.seed, *place);
-        let mut from = indices.start;
-        if indices.len() >= BUNDLE {
-            // Apart from what else there is of a sample, and used again: large values are best not moved.
-            let mut streams: [_; BUNDLE] = from_fn(|_| stream.clone());
-            while let Some(to) = from.checked_add(BUNDLE as u32).filter(|to| *to <= indices.end) {
-                let starts = from_fn(|k| self.start(&mut streams[k], *place, from + k as u32));
-                let rays = starts.each_ref().map(|start: &Start| start.camera_ray.ray());
-                let hits = tracer.nearest_of(&rays);
-                for (k, Start { camera_ray, negative }) in starts.iter().enumerate() {
-                    let first = FirstHit { camera_ray, ray: &rays[k], hit: hits[k].as_ref() };
-                    self.follow(tracer, pattern, &first, *negative, &mut streams[k], samples);
-                }
-                from = to;
-            }
-        }
-        for index in from..indices.end {
-            let Start { camera_ray, negative } = self.start(&mut stream, *place, index);
-            let ray = camera_ray.ray();
-            let hit = tracer.nearest(&ray);
-            let first = FirstHit { camera_ray: &camera_ray, ray: &ray, hit: hit.as_ref() };
-            self.follow(tracer, pattern, &first, negative, &mut stream, samples);
-        }
-    }
-
-    /// Begins a sample of a pixel.
-    #[inline(always)]
-    fn start(&self, stream: &mut SampleStream, place: [u32; 2], index: u32) -> Start<'_> {
-        stream.restart(index);
-        let (offset, negative) = self.filter.sample(stream.next_2d());
-        let on_lens = if self.camera.has_lens() { stream.next_2d() } else { DVec2::ZERO };
-        let camera_ray = CameraRay {
-            camera: &self.camera,
-            film: center_of(place) + offset,
-            on_lens,
-            spacing: self.spacing,
-        };
-        Start { camera_ray, negative }
-    }
-
-    /// Adds the light along a camera ray to the samples of its pixel. Not inlined, so that there is one copy of the
-    /// integrator.
-    #[inline(never)]
-    fn follow(
-        &self,
-        tracer: &mut Tracer,
-        pattern: &Pattern,
-        first: &FirstHit,
-        negative: bool,
-        stream: &mut SampleStream,
-        samples: &mut Samples,
-    ) {
-        let radiance = (self.li)(tracer, first, stream);
-        self.add(pattern, radiance, negative, samples);
-    }
-
+impl Context<'_> {
     /// Adds the radiance of a sample to those of its pixel.
     #[inline(always)]
     pub(super) fn add(&self, pattern: &Pattern, mut radiance: Vec3, negative: bool, samples: &mut Samples) {
@@ -223,13 +138,6 @@ where
             samples.seen = samples.seen.union(Seen { least: radiance, most: radiance });
         }
     }
-}
-
-/// What a sample starts with.
-struct Start<'c> {
-    camera_ray: CameraRay<'c>,
-    /// Whether the filter is negative there.
-    negative: bool,
 }
 
 /// The middle of a pixel on the film.

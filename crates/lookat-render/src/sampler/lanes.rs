@@ -4,6 +4,7 @@ use std::array::from_fn;
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::DVec2;
 use lookat_scene::{Sampler, SamplerKind};
 
 use super::halton::Seeds;
@@ -124,6 +125,39 @@ impl Streams {
         [x.simd_into(simd), y.simd_into(simd)]
     }
 
+    /// Points for the `k`-th of `count` samples that are nested in each; as [`SampleStream::nested_2d`].
+    pub fn nested_2d<S: Simd>(
+        &mut self,
+        simd: S,
+        active: mask64x8<S>,
+        (count, k): (u32, u32),
+    ) -> [f64x8<S>; 2] {
+        if count == 1 {
+            return self.next_2d(simd, active);
+        }
+        let mut points = [[0.5; LANES]; 2];
+        let mut put = |lane: usize, point: DVec2| [points[0][lane], points[1][lane]] = point.into();
+        match &mut self.kind {
+            Kind::Halton(halton) => {
+                for lane in those(active) {
+                    put(lane, halton.stream(lane, halton.dimension).nested_2d(count, k));
+                }
+                halton.dimension += if k + 1 == count { 2 } else { 0 };
+            }
+            Kind::Each(streams) => {
+                for (lane, sample) in self.chosen.iter().enumerate() {
+                    let stream = &mut streams[usize::from(*sample)].1;
+                    if active.to_bitmask() >> lane & 1 == 1 {
+                        put(lane, stream.nested_2d(count, k));
+                    } else if k + 1 == count {
+                        stream.skip(2);
+                    }
+                }
+            }
+        }
+        points.map(|numbers| numbers.simd_into(simd))
+    }
+
     /// Numbers for those that are active, in the same way.
     pub fn next_1d<S: Simd>(&mut self, active: mask64x8<S>) -> [f64; LANES] {
         match &mut self.kind {
@@ -177,9 +211,14 @@ impl Halton {
     /// Beyond what there is of the sequence.
     #[cold]
     fn one_by_one(&self, dimension: u32) -> [f64; LANES] {
-        from_fn(|lane| {
-            SampleStream::halton(self.seeds.lane(lane), self.indices[lane], self.count).number(dimension)
-        })
+        from_fn(|lane| self.stream(lane, dimension).next_1d())
+    }
+
+    /// That of a lane, from a dimension on.
+    fn stream(&self, lane: usize, dimension: u32) -> SampleStream {
+        let mut stream = SampleStream::halton(self.seeds.lane(lane), self.indices[lane], self.count);
+        stream.skip(dimension);
+        stream
     }
 }
 

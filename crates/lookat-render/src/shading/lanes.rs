@@ -1,11 +1,11 @@
 //! Surfaces where rays have hit them side by side, and their lobes.
 
 use fearless_simd::{Simd, mask64x8, prelude::*};
-use lookat_scene::{Material, Primitive, Shape};
+use lookat_scene::{Material, MaterialKind, Primitive, Shape};
 
-use super::point;
-use crate::bsdf::lambert;
+use super::{bsdf, point};
 use crate::bsdf::lanes::{Coat, Coats};
+use crate::bsdf::{Bsdf, Lobes, lambert};
 use crate::camera::CameraRay;
 use crate::frame::lanes::Frames;
 use crate::lanes::{LANES, bits, those};
@@ -23,31 +23,37 @@ pub(crate) struct Shaded<S: Simd> {
     pub surfaces: Surfaces<S>,
     pub frames: Frames<S>,
     pub coats: Coats<S>,
-    /// Where textures have to be looked up.
-    pub is_textured: mask64x8<S>,
+    /// Where the lobes have to be asked for one by one.
+    pub is_open: mask64x8<S>,
 }
 
 impl<S: Simd> Shaded<S> {
-    /// Looks up the textures of one of them, as `shading::bsdf` does.
+    /// Asks for the lobes of one of them, as `shading::bsdf` does; what it scatters by, if these are others than [`Coats`] has.
     #[inline(never)]
-    pub fn paint(
+    pub fn paint<'l>(
         &mut self,
         simd: S,
         lane: usize,
         scene: &Traceable,
         (ray, hit): (&Ray, &Hit),
         camera_ray: Option<&CameraRay>,
-    ) {
-        let surface = Surface::new(scene, ray, hit);
-        let (at, frame) = point(scene, &surface, -ray.d, camera_ray);
+        lobes: &'l mut Lobes,
+    ) -> Option<Bsdf<'l>> {
+        let (surface, wo) = (Surface::new(scene, ray, hit), -ray.d);
+        let material = surface.primitive.material.kind();
+        if !matches!(material, MaterialKind::Matte(_) | MaterialKind::Plastic(_)) {
+            return Some(bsdf(scene, &surface, wo, camera_ray, lobes));
+        }
+        let (at, frame) = point(scene, &surface, wo, camera_ray);
         self.frames.put(lane, &frame);
-        if let Some(coat) = Coat::at(surface.primitive.material.kind(), &at) {
+        if let Some(coat) = Coat::at(material, &at) {
             self.coats = Coats::splat(simd, &coat).or(bits(simd, 1 << lane), self.coats);
         }
+        None
     }
 }
 
-/// That of a material everywhere; `None` of one with textures.
+/// That of a material everywhere; `None` of one with textures or other lobes.
 fn coat(material: &Material) -> Option<Coat> {
     if material.needs().coordinates { None } else { Coat::at(material.kind(), &TexturePoint::default()) }
 }
@@ -61,13 +67,16 @@ pub(crate) struct ListShading<'s> {
 }
 
 impl<'s> ListShading<'s> {
-    /// `None` where any has normals of its own, or other lobes than [`Coat`] has.
+    /// `None` where any has normals of its own, or no material.
     pub fn new(traceable: &'s Traceable, list: &List<'s>) -> Option<Self> {
+        if traceable.has_passed() {
+            return None;
+        }
         let primitives = || list.elements.iter().map(|element| traceable.primitive(element.id.primitive));
         let materials = || primitives().map(|primitive| &*primitive.material);
         let elements = list.elements.iter().map(|element| {
             let primitive = traceable.primitive(element.id.primitive);
-            let sheet = Sheet::new(element, primitive).filter(|_| Coat::serves(&primitive.material))?;
+            let sheet = Sheet::new(element, primitive)?;
             Some((sheet, coat(&primitive.material)))
         });
         Some(ListShading {
@@ -82,19 +91,19 @@ impl<'s> ListShading<'s> {
     #[inline(always)]
     pub fn at<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>, active: mask64x8<S>) -> Shaded<S> {
         let mut rest = hits.is_hit() & active;
-        let (mut surfaces, mut coats, mut is_textured) = self.next(simd, rays, hits, &mut rest);
+        let (mut surfaces, mut coats, mut is_open) = self.next(simd, rays, hits, &mut rest);
         // Mostly it is one element.
         while rest.any_true() {
             let others = rest;
             let own = self.next(simd, rays, hits, &mut rest);
             surfaces = own.0.or(others, surfaces);
             coats = own.1.or(others, coats);
-            is_textured |= own.2;
+            is_open |= own.2;
         }
-        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_textured }
+        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_open }
     }
 
-    /// The same of the element that the first of the rest has hit, and which of all have textures there. Takes all that have hit it
+    /// The same of the element that the first of the rest has hit, and which of all are open there. Takes all that have hit it
     /// from the rest.
     #[inline(always)]
     fn next<S: Simd>(
@@ -108,8 +117,8 @@ impl<'s> ListShading<'s> {
         let is_same = hits.element.simd_eq(element);
         *rest &= !is_same;
         let (sheet, coat) = &self.elements[element as usize];
-        let is_textured = if coat.is_none() { is_same } else { bits(simd, 0) };
-        (sheet.points(simd, rays, hits), Coats::splat(simd, &coat.unwrap_or(Coat::BLACK)), is_textured)
+        let is_open = if coat.is_none() { is_same } else { bits(simd, 0) };
+        (sheet.points(simd, rays, hits), Coats::splat(simd, &coat.unwrap_or(Coat::NONE)), is_open)
     }
 }
 
@@ -119,29 +128,28 @@ pub(crate) struct TreeShading<'s> {
     primitives: Vec<(Turned, Option<Coat>)>,
     pub is_lambert: bool,
     pub has_textures: bool,
+    /// Whether any surface has no material.
+    pub has_passed: bool,
     /// Whether shading normals may differ from geometric ones.
     pub has_normals: bool,
 }
 
 impl<'s> TreeShading<'s> {
-    /// `None` where any has other lobes than [`Coat`] has.
-    pub fn new(traceable: &'s Traceable) -> Option<Self> {
-        let materials = || traceable.source.primitives.iter().map(|primitive| &*primitive.material);
-        if !materials().all(Coat::serves) {
-            return None;
-        }
+    pub fn new(traceable: &'s Traceable) -> Self {
+        let materials = || traceable.primitives().map(|primitive| &*primitive.material);
         let of = |primitive: &Primitive| (Turned::new(primitive), coat(&primitive.material));
         let has_normals =
             |shape: &Shape| matches!(shape, Shape::TriangleMesh(mesh) if !mesh.normals().is_empty());
         let is_bent =
             |primitive: &Primitive| primitive.material.bump().is_some() || has_normals(&primitive.shape);
-        Some(TreeShading {
+        TreeShading {
             scene: traceable,
-            primitives: traceable.source.primitives.iter().map(of).collect(),
+            primitives: traceable.primitives().map(of).collect(),
             is_lambert: materials().all(|material| lambert(material.kind()).is_some()),
             has_textures: materials().any(|material| material.needs().coordinates),
-            has_normals: traceable.source.primitives.iter().any(is_bent),
-        })
+            has_passed: traceable.has_passed(),
+            has_normals: traceable.primitives().any(is_bent),
+        }
     }
 
     /// Where the rays have hit something, and the lobes there; one of them has.
@@ -156,13 +164,14 @@ impl<'s> TreeShading<'s> {
     ) -> Shaded<S> {
         let is_hit = hits.is_hit() & active;
         // What is far in memory is asked for before any of it is needed.
-        let mut elements = [ElementId::NONE; LANES];
+        let mut elements = [(ElementId::NONE, Hit::NO_PLACE); LANES];
         for lane in those(is_hit) {
-            elements[lane] = tree.element(hits.element[lane]);
-            if let Shape::TriangleMesh(mesh) = &self.scene.primitive(elements[lane].primitive).shape
+            elements[lane] = tree.element(hits, lane);
+            let (element, _) = elements[lane];
+            if let Shape::TriangleMesh(mesh) = &self.scene.primitive(element.primitive).shape
                 && !mesh.normals().is_empty()
             {
-                for vertex in mesh.triangle(elements[lane].index as usize) {
+                for vertex in mesh.triangle(element.index as usize) {
                     prefetch(&mesh.normals()[vertex], 0..1);
                 }
             }
@@ -170,10 +179,10 @@ impl<'s> TreeShading<'s> {
         let (mut primitives, mut there) = ([0; LANES], 0);
         let mut triangles = Triangles::new();
         for lane in those(is_hit) {
-            let (element, place) = (elements[lane], tree.place(hits.element[lane]));
+            let (element, place) = elements[lane];
             primitives[lane] = element.primitive;
             match &self.scene.primitive(element.primitive).shape {
-                Shape::TriangleMesh(mesh) if place != Hit::NO_PLACE => {
+                Shape::TriangleMesh(mesh) if element.instance == ElementId::WORLD => {
                     let corners = self.scene.world.triangle(place).in_order();
                     let (turned, _) = self.primitives[element.primitive as usize];
                     triangles.put(lane, corners, mesh, element.index as usize, turned);
@@ -190,12 +199,13 @@ impl<'s> TreeShading<'s> {
             ns: points.ns,
             magnitude: points.magnitude,
             element: hits.element,
+            instance: hits.instance,
         };
         if others.any_true() {
             self.put_others(tree, rays, hits, others, &mut surfaces);
         }
-        let (coats, is_textured) = self.coats(simd, &primitives, is_hit);
-        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_textured }
+        let (coats, is_open) = self.coats(simd, &primitives, is_hit);
+        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_open }
     }
 
     /// Those that are no triangles.
@@ -213,7 +223,7 @@ impl<'s> TreeShading<'s> {
         }
     }
 
-    /// The lobes, and where textures are to be looked up for them.
+    /// The lobes, and where they have to be asked for one by one.
     #[inline(always)]
     fn coats<S: Simd>(
         &self,
@@ -221,8 +231,8 @@ impl<'s> TreeShading<'s> {
         primitives: &[u32; LANES],
         is_hit: mask64x8<S>,
     ) -> (Coats<S>, mask64x8<S>) {
-        let mut coats = Coats::splat(simd, &Coat::BLACK);
-        let (mut rest, mut is_textured) = (is_hit.to_bitmask(), 0);
+        let mut coats = Coats::splat(simd, &Coat::NONE);
+        let (mut rest, mut is_open) = (is_hit.to_bitmask(), 0);
         while rest != 0 {
             let first = primitives[rest.trailing_zeros() as usize];
             let mut is_same = 0;
@@ -231,10 +241,10 @@ impl<'s> TreeShading<'s> {
             }
             match &self.primitives[first as usize].1 {
                 Some(coat) => coats = Coats::splat(simd, coat).or(bits(simd, is_same), coats),
-                None => is_textured |= is_same,
+                None => is_open |= is_same,
             }
             rest &= !is_same;
         }
-        (coats, bits(simd, is_textured))
+        (coats, bits(simd, is_open))
     }
 }

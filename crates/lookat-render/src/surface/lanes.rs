@@ -19,8 +19,10 @@ pub(crate) struct Surfaces<S: Simd> {
     pub n: Vec3x8<S>,
     pub ns: Vec3x8<S>,
     pub magnitude: f64x8<S>,
-    /// The numbers of the elements in their world.
+    /// The numbers of the elements in their groups.
     pub element: f64x8<S>,
+    /// Their instances.
+    pub instance: f64x8<S>,
 }
 
 impl<S: Simd> Surfaces<S> {
@@ -34,6 +36,7 @@ impl<S: Simd> Surfaces<S> {
             magnitude: mask.select(self.magnitude, others.magnitude),
             // Of the same hits.
             element: self.element,
+            instance: self.instance,
         }
     }
 
@@ -41,7 +44,8 @@ impl<S: Simd> Surfaces<S> {
     #[inline(always)]
     pub fn leave(&self, d: Vec3x8<S>) -> Rays<S> {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
-        Rays { leaving: self.element, ..Rays::new(self.p + offset, d) }
+        let (leaving, leaving_instance) = (self.element, self.instance);
+        Rays { leaving, leaving_instance, ..Rays::new(self.p + offset, d) }
     }
 
     /// As [`super::Surface::towards`].
@@ -117,7 +121,8 @@ impl<'s> Sheet<'s> {
                 (p, if *is_inward { -outward } else { outward })
             }
         };
-        Surfaces { p, n, ns: n, magnitude: self.magnitude.simd_into(simd), element: hits.element }
+        let Hits { element, instance, .. } = *hits;
+        Surfaces { p, n, ns: n, magnitude: self.magnitude.simd_into(simd), element, instance }
     }
 }
 

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, mask64x8};
 
 #[cfg(target_arch = "x86_64")]
 use super::search_with;
-use super::{Query, RayForms, Search, nothing};
+use super::{Query, RayForms, nothing};
 use crate::arithmetic::SimdKind;
 use crate::bvh::ManySlabs;
 #[cfg(target_arch = "x86_64")]
@@ -49,61 +49,50 @@ impl Traceable {
     /// As [`Traceable::find`], in `f32` and `f64`.
     pub(crate) fn find_formed(&self, ray: &Ray, form: Form, found: &mut Option<Hit>) {
         let hit = found.insert(nothing(ray));
-        if !self.search_formed::<false>(self.query(ray, false), form, hit).found {
+        if !self.search_formed::<false>(&self.query(ray, false), form, hit) {
             *found = None;
         }
     }
 
-    /// As [`Traceable::occluded`], likewise.
-    pub(crate) fn occluded_formed(&self, ray: &Ray, form: Form) -> bool {
-        self.search_formed::<true>(self.query(ray, true), form, &mut nothing(ray)).found
+    /// As [`Traceable::occluded`], likewise; `is_shadow` of shadow rays, which pass other holes.
+    pub(crate) fn occluded_formed(&self, ray: &Ray, form: Form, is_shadow: bool) -> bool {
+        self.search_formed::<true>(&self.query(ray, is_shadow), form, &mut nothing(ray))
     }
 
-    fn search_formed<const ANY: bool>(&self, query: Query, form: Form, hit: &mut Hit) -> Search {
-        let (queries, hits) = (&[query], std::array::from_mut(hit));
+    fn search_formed<const ANY: bool>(&self, query: &Query, form: Form, hit: &mut Hit) -> bool {
         match self.simd.kind() {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: `Simd` says what the processor has.
             #[allow(unsafe_code)]
-            SimdKind::Avx512 => unsafe { self.search_formed_avx512::<ANY>(queries, form, hits) },
+            SimdKind::Avx512 => unsafe { self.search_formed_avx512::<ANY>(query, form, hit) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
             #[allow(unsafe_code)]
-            SimdKind::Avx2 => unsafe { self.search_formed_avx2::<ANY>(queries, form, hits) },
+            SimdKind::Avx2 => unsafe { self.search_formed_avx2::<ANY>(query, form, hit) },
             SimdKind::Portable => {
                 let _ = form;
-                self.search_wide::<ANY, 1>(queries, hits)
+                self.search_wide::<ANY>(query, hit)
             }
         }
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma")]
-    fn search_formed_avx2<const ANY: bool>(
-        &self,
-        queries: &[Query; 1],
-        form: Form,
-        hits: &mut [Hit; 1],
-    ) -> Search {
+    fn search_formed_avx2<const ANY: bool>(&self, query: &Query, form: Form, hit: &mut Hit) -> bool {
         let slabs = WideSlabs::of(&form.of.slabs, form.lane);
         let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
-        let rays = &[form.forms(queries[0].ray, filter)];
-        search_with!(self.search_by::<ANY, 1>(queries, hits, rays, slabs))
+        let ray = &form.forms(query.ray, filter);
+        search_with!(self.search_by::<ANY>(query, hit, ray, slabs))
     }
 
     /// The same, with the registers of AVX-512.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
-    fn search_formed_avx512<const ANY: bool>(
-        &self,
-        queries: &[Query; 1],
-        form: Form,
-        hits: &mut [Hit; 1],
-    ) -> Search {
+    fn search_formed_avx512<const ANY: bool>(&self, query: &Query, form: Form, hit: &mut Hit) -> bool {
         let slabs = WideSlabs::of(&form.of.slabs, form.lane);
         let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
-        let rays = &[form.forms(queries[0].ray, filter)];
-        search_with!(self.search_by::<ANY, 1>(queries, hits, rays, slabs))
+        let ray = &form.forms(query.ray, filter);
+        search_with!(self.search_by::<ANY>(query, hit, ray, slabs))
     }
 }
 

@@ -7,8 +7,6 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::lanes::Vec3x8;
 use crate::ray::ElementId;
-#[cfg(test)]
-pub(crate) use list::MOST;
 pub(crate) use list::{Element, List, Shape};
 pub(crate) use tree::{Found, Tree};
 
@@ -18,9 +16,11 @@ pub(crate) struct Rays<S: Simd> {
     pub o: Vec3x8<S>,
     pub d: Vec3x8<S>,
     pub t_max: f64x8<S>,
-    /// The number, in its world, of the element that each leaves; [`NONE`] of those that leave none.
+    /// The number, in its group, of the element that each leaves; [`NONE`] of those that leave none.
     pub leaving: f64x8<S>,
-    /// The [`label`] of the element that each shadow ray goes to, [`POINT_LIGHT`] or [`NONE`].
+    /// Which instance that belongs to, or [`WORLD`].
+    pub leaving_instance: f64x8<S>,
+    /// The label of the element that each shadow ray goes to, [`POINT_LIGHT`] or [`NONE`].
     pub target: f64x8<S>,
 }
 
@@ -29,8 +29,9 @@ impl<S: Simd> Rays<S> {
     #[inline(always)]
     pub fn new(o: Vec3x8<S>, d: Vec3x8<S>) -> Self {
         let simd = o.x.token();
-        let none = NONE.simd_into(simd);
-        Rays { o, d, t_max: f64::INFINITY.simd_into(simd), leaving: none, target: none }
+        let (none, world) = (NONE.simd_into(simd), WORLD.simd_into(simd));
+        let t_max = f64::INFINITY.simd_into(simd);
+        Rays { o, d, t_max, leaving: none, leaving_instance: world, target: none }
     }
 
     /// These where `mask` says so, and the others elsewhere.
@@ -41,6 +42,7 @@ impl<S: Simd> Rays<S> {
             d: self.d.or(mask, others.d),
             t_max: mask.select(self.t_max, others.t_max),
             leaving: mask.select(self.leaving, others.leaving),
+            leaving_instance: mask.select(self.leaving_instance, others.leaving_instance),
             target: mask.select(self.target, others.target),
         }
     }
@@ -54,40 +56,54 @@ impl<S: Simd> Rays<S> {
 
 /// The number of no element.
 pub(crate) const NONE: f64 = -1.0;
+/// [`ElementId::WORLD`] as a number.
+pub(crate) const WORLD: f64 = ElementId::WORLD as f64;
 /// The label of [`ElementId::POINT_LIGHT`].
 pub(crate) const POINT_LIGHT: f64 = -2.0;
 
-/// 2^32.
-const INDICES: f64 = 4_294_967_296.0;
+/// 2^32: more than the place of any triangle.
+const PLACES: f64 = 4_294_967_296.0;
 
-/// With more primitives, [`label`] and what is added to it would not be exact.
-const MOST_PRIMITIVES: usize = 1 << 20;
-
-/// Tells elements of the world apart; [`NONE`] is no element.
-pub(crate) fn label(element: ElementId) -> f64 {
-    match element {
-        ElementId::NONE => NONE,
-        ElementId::POINT_LIGHT => POINT_LIGHT,
-        element => f64::from(element.primitive) * INDICES + f64::from(element.index),
-    }
+/// Tells elements of the world, or those of an object, apart, by labels: numbers that are exact; [`NONE`] is no element.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Labels {
+    /// A power of two, more than any index.
+    indices: f64,
 }
 
-/// The element of a label.
-#[inline(always)]
-fn labeled(label: f64) -> ElementId {
-    if label < 0.0 {
-        return if label == POINT_LIGHT { ElementId::POINT_LIGHT } else { ElementId::NONE };
+impl Labels {
+    /// Those of elements with indices below a number.
+    pub fn new(indices: usize) -> Self {
+        Labels { indices: indices.next_power_of_two() as f64 }
     }
-    let label = label as u64;
-    ElementId { instance: ElementId::WORLD, primitive: (label >> 32) as u32, index: label as u32 }
+
+    pub fn of(self, element: ElementId) -> f64 {
+        match element {
+            ElementId::NONE => NONE,
+            ElementId::POINT_LIGHT => POINT_LIGHT,
+            element => f64::from(element.primitive) * self.indices + f64::from(element.index),
+        }
+    }
+
+    /// The element of a label, and of an instance or the world.
+    #[inline(always)]
+    fn element(self, label: f64, instance: u32) -> ElementId {
+        if label < 0.0 {
+            return if label == POINT_LIGHT { ElementId::POINT_LIGHT } else { ElementId::NONE };
+        }
+        let primitive = (label / self.indices).floor();
+        ElementId { instance, primitive: primitive as u32, index: (label - primitive * self.indices) as u32 }
+    }
 }
 
 /// The nearest hits.
 #[derive(Clone, Copy)]
 pub(crate) struct Hits<S: Simd> {
     pub t: f64x8<S>,
-    /// Numbers of elements in their world; [`NONE`] where there is no hit.
+    /// Numbers of elements in their groups; [`NONE`] where there is no hit.
     pub element: f64x8<S>,
+    /// Which instances they belong to, or [`WORLD`].
+    pub instance: f64x8<S>,
     /// Of triangles, in proportion to what the corners weigh in a [`List`], and the weights of the vertices in a [`Tree`].
     pub sides: [f64x8<S>; 3],
     /// Which of them emit.
@@ -99,7 +115,8 @@ impl<S: Simd> Hits<S> {
     #[inline(always)]
     pub fn none(simd: S) -> Self {
         let none: f64x8<S> = NONE.simd_into(simd);
-        Hits { t: none, element: none, sides: [none; 3], emits: mask64x8::splat(simd, false) }
+        let (instance, emits) = (WORLD.simd_into(simd), mask64x8::splat(simd, false));
+        Hits { t: none, element: none, instance, sides: [none; 3], emits }
     }
 
     /// Where there is one.

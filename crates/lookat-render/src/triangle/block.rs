@@ -6,8 +6,11 @@ pub(crate) mod avx2;
 use std::array::from_fn;
 use std::mem::offset_of;
 
+use fearless_simd::{Simd, f32x8, prelude::*};
+
 use super::{Axis, ShearedRay, Triangle};
 use crate::bvh::WIDTH;
+use crate::lanes::splat_f32;
 use crate::prefetch::{LINE, prefetch};
 use crate::ray::{Hit, Ray};
 
@@ -62,6 +65,38 @@ impl Block {
         (1 << self.count) - 1
     }
 
+    /// A corner of a triangle.
+    #[inline(always)]
+    pub fn corner(&self, corner: usize, lane: usize) -> [f32; 3] {
+        let [x, y, z] = &self.corners[corner];
+        [x[lane % WIDTH], y[lane % WIDTH], z[lane % WIDTH]]
+    }
+
+    /// The least and the greatest coordinates of the triangles along each axis, wider by what rounding has taken.
+    #[inline(always)]
+    pub fn boxes<S: Simd>(&self, simd: S) -> [[f32x8<S>; 3]; 2] {
+        let rounding = f32::EPSILON * self.magnitude + f32::MIN_POSITIVE;
+        let mut boxes = [[splat_f32(simd, 0.0); 3]; 2];
+        let [a, b, c] = &self.corners;
+        for axis in 0..3 {
+            let (a, b): (f32x8<S>, f32x8<S>) = (a[axis].simd_into(simd), b[axis].simd_into(simd));
+            let c: f32x8<S> = c[axis].simd_into(simd);
+            boxes[0][axis] = a.min(b).min(c) - rounding;
+            boxes[1][axis] = a.max(b).max(c) + rounding;
+        }
+        boxes
+    }
+
+    /// What rounding may do to rays whose origins have no larger coordinates than `magnitude`.
+    #[inline(always)]
+    pub fn tolerance(&self, magnitude: f32) -> Tolerance {
+        let error = 12.0 * UNIT * (self.magnitude + magnitude) + f32::MIN_POSITIVE;
+        let size = 2.0 * (self.extent + error);
+        let is_safe = (1e-15..1e18).contains(&size);
+        let side = if is_safe { 4.0 * size * (error + UNIT * size) } else { f32::INFINITY };
+        Tolerance { error, size, side }
+    }
+
     pub fn triangles(&self) -> &[Triangle] {
         &self.triangles[..self.count]
     }
@@ -113,6 +148,18 @@ pub(crate) struct FilterRay<Lanes> {
     scale: Scale,
 }
 
+/// What rounding may do to triangles, seen from a ray that runs along z from the origin.
+///
+/// Corners and origin are rounded, and their difference, and its product with the shear: a corner moves by less than
+/// `error`. Where the ray passes the box of a triangle, its corners are not farther from it than `size`. The cross
+/// product of two of them then moves by less than `side`. Where products overflow or vanish, nothing is known.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tolerance {
+    pub error: f32,
+    size: f32,
+    pub side: f32,
+}
+
 /// What the rounding of a ray is in proportion to.
 #[derive(Debug, Clone, Copy)]
 struct Scale {
@@ -151,15 +198,9 @@ struct Sides<Lanes> {
 const UNIT: f32 = f32::EPSILON / 2.0;
 
 impl Scale {
-    /// Corners and origin are rounded, and their difference, and its product with the shear: a corner moves by less than
-    /// `error`. Where the ray passes the box of a triangle, its corners are not farther from it than `size`. The cross
-    /// product of two of them then moves by less than `side`. Where products overflow or vanish, nothing is known.
     #[inline(always)]
     fn limits(&self, block: &Block, t_max: f64) -> Limits {
-        let error = 12.0 * UNIT * (block.magnitude + self.magnitude) + f32::MIN_POSITIVE;
-        let size = 2.0 * (block.extent + error);
-        let is_safe = (1e-15..1e18).contains(&size);
-        let side = if is_safe { 4.0 * size * (error + UNIT * size) } else { f32::INFINITY };
+        let Tolerance { error, size, side } = block.tolerance(self.magnitude);
         // A product in f32 may overflow to infinity, which is a limit too.
         let end = (t_max * self.length) as f32;
         let farthest = end * (1.0 + 4.0 * UNIT) + error;

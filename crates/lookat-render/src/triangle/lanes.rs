@@ -141,6 +141,21 @@ impl<S: Simd> ShearedRays<S> {
         (met & t.simd_gt(0.0), t, [u, v, w])
     }
 
+    /// The axes, the longest of the directions last, if these are the same for all rays.
+    #[inline(always)]
+    pub fn axes(&self) -> Option<[Axis; 3]> {
+        match self.turn {
+            Turn::Alike(axes) => Some(axes),
+            Turn::Mixed { .. } => None,
+        }
+    }
+
+    /// The origins along the axes, and how far the directions go along each of them while they go one along the last.
+    #[inline(always)]
+    pub fn turned(&self) -> (Vec3x8<S>, Vec3x8<S>) {
+        (self.turned, self.shear)
+    }
+
     /// One over the directions.
     #[inline(always)]
     pub fn inverse(&self) -> Vec3x8<S> {

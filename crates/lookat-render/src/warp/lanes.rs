@@ -31,3 +31,11 @@ pub(crate) fn square_to_cosine_hemisphere<S: Simd>(u: [f64x8<S>; 2]) -> Vec3x8<S
 pub(crate) fn square_to_cosine_hemisphere_pdf<S: Simd>(cos_theta: f64x8<S>) -> f64x8<S> {
     cos_theta.max(0.0) / PI
 }
+
+/// Directions around +z, all alike (PBR 13.6.1).
+#[inline(always)]
+pub(crate) fn square_to_uniform_hemisphere<S: Simd>([u, v]: [f64x8<S>; 2]) -> Vec3x8<S> {
+    let sin_theta = (1.0 - u * u).max(0.0).sqrt();
+    let [cos, sin] = circle::lanes::at_turn(v);
+    Vec3x8 { x: cos * sin_theta, y: sin * sin_theta, z: u }
+}

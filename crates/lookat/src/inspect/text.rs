@@ -135,15 +135,12 @@ impl Inspected<'_> {
     }
 
     fn arithmetic(&self) -> String {
-        match (self.inspection.side_by_side, lookat_render::simd()) {
-            (Some(by), _) if !self.inspection.asks_tree => format!("f64, eight samples at a time, {by}"),
-            (Some(by), _) => {
+        let by = lookat_render::simd();
+        match self.inspection.asks_tree {
+            false => format!("f64, eight samples at a time, {by}"),
+            true => {
                 format!("f32, eight boxes or triangles at a time; f64 decides; eight samples at a time, {by}")
             }
-            (None, "portable") => {
-                "f32, eight boxes or triangles at a time, portable code; f64 decides".into()
-            }
-            (None, by) => format!("f32, eight boxes or triangles at a time, {by}; f64 decides"),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Rays side by side against boxes.
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
 use super::{PAD, SLACK};
@@ -70,17 +70,13 @@ impl ManySlabs {
     /// As [`super::Slabs::new`], to the bit. `inverse` is one over the directions.
     #[inline(always)]
     pub fn put<S: Simd>(&mut self, simd: S, o: Vec3x8<S>, inverse: Vec3x8<S>) {
-        let (least, most) = (splat_f32(simd, f32::MIN_POSITIVE), splat_f32(simd, f32::MAX));
         let (o, inverse) = ([o.x, o.y, o.z], [inverse.x, inverse.y, inverse.z]);
         for axis in 0..3 {
             let (o, inverse) = (to_f32(o[axis]), to_f32(inverse[axis]));
-            let along = (o.abs() * f32::EPSILON + least).copysign(inverse);
-            let is_tiny = inverse.abs().simd_lt(least);
-            let near_inverse = (inverse * (1.0 - SLACK)).max(-most).min(most);
-            let far_inverse = is_tiny.select(least.copysign(inverse), inverse * (1.0 + SLACK));
-            (o + along).store_slice(&mut self.near_o[axis]);
-            (o - along).store_slice(&mut self.far_o[axis]);
-            is_tiny.select(splat_f32(simd, 0.0), near_inverse).store_slice(&mut self.near_inverse[axis]);
+            let [near_o, far_o, near_inverse, far_inverse] = conservative(simd, o, inverse);
+            near_o.store_slice(&mut self.near_o[axis]);
+            far_o.store_slice(&mut self.far_o[axis]);
+            near_inverse.store_slice(&mut self.near_inverse[axis]);
             far_inverse.store_slice(&mut self.far_inverse[axis]);
             self.negative[axis] = inverse.is_sign_negative().to_bitmask();
         }
@@ -92,4 +88,16 @@ impl ManySlabs {
         let [x, y, z] = self.negative;
         [(x >> lane & 1) as usize, (y >> lane & 1) as usize, (z >> lane & 1) as usize]
     }
+}
+
+/// The origin and one over the direction along an axis, for the planes where boxes are entered and where they are left; as
+/// [`super::Slabs::new`] rounds them: `near_o`, `far_o`, `near_inverse` and `far_inverse`.
+#[inline(always)]
+pub(super) fn conservative<S: Simd>(simd: S, o: f32x8<S>, inverse: f32x8<S>) -> [f32x8<S>; 4] {
+    let (least, most) = (splat_f32(simd, f32::MIN_POSITIVE), splat_f32(simd, f32::MAX));
+    let along = (o.abs() * f32::EPSILON + least).copysign(inverse);
+    let is_tiny = inverse.abs().simd_lt(least);
+    let near_inverse = (inverse * (1.0 - SLACK)).max(-most).min(most);
+    let far_inverse = is_tiny.select(least.copysign(inverse), inverse * (1.0 + SLACK));
+    [o + along, o - along, is_tiny.select(splat_f32(simd, 0.0), near_inverse), far_inverse]
 }

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::lanes::{Colors, bits};
 use crate::light::LightSample;
-use crate::trace::lanes::{Rays, label};
+use crate::trace::lanes::{Labels, Rays};
 
 /// As [`LightSample`], where there is one.
 pub(crate) struct LightSamples<S: Simd> {
@@ -32,7 +32,7 @@ impl<S: Simd> LightSamples<S> {
     }
 
     /// Puts what one of them is in its place.
-    pub fn put(&mut self, lane: usize, sample: Option<&LightSample>) {
+    pub fn put(&mut self, lane: usize, sample: Option<&LightSample>, labels: Labels) {
         let simd = self.pdf.token();
         let lane_bit = bits(simd, 1 << lane);
         self.is_open &= !lane_bit;
@@ -45,6 +45,6 @@ impl<S: Simd> LightSamples<S> {
         self.shadow.o.put(lane, shadow.o);
         self.shadow.d.put(lane, shadow.d);
         self.shadow.t_max[lane] = shadow.t_max;
-        self.shadow.target[lane] = label(shadow.target);
+        self.shadow.target[lane] = labels.of(shadow.target);
     }
 }

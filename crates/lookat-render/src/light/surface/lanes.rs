@@ -13,7 +13,7 @@ use crate::lanes::{Colors, LANES, Vec3x8};
 use crate::light::lanes::sample::LightSamples;
 use crate::light::mesh::MeshAreas;
 use crate::surface::lanes::{Surfaces, Triangles, Turned};
-use crate::trace::lanes::{Rays, label};
+use crate::trace::lanes::{Labels, Rays};
 use crate::triangle::corners;
 
 /// A shape of the world that emits.
@@ -47,9 +47,9 @@ pub(crate) struct MeshLamp<'s> {
 
 impl SurfaceLight {
     /// `None` of shapes that are sampled one by one. `origin`: the world position of the origin.
-    pub fn lamp<'s>(&'s self, primitive: &'s Primitive, origin: DVec3) -> Option<Lamp<'s>> {
+    pub fn lamp<'s>(&'s self, primitive: &'s Primitive, origin: DVec3, labels: Labels) -> Option<Lamp<'s>> {
         let emission = primitive.emission?;
-        let label = label(element(self.number, 0));
+        let label = labels.of(element(self.number, 0));
         match &self.form {
             SurfaceForm::Curved(shape) => {
                 let sphere = shape.as_sphere().filter(|sphere| sphere.is_whole())?;
@@ -92,66 +92,86 @@ impl Lamp<'_> {
 
 impl Ball {
     /// As those of `VisibleCone`.
-    #[inline(always)]
+    #[inline(never)]
     fn samples<S: Simd>(&self, simd: S, from: &Surfaces<S>, [u, v]: [f64x8<S>; 2]) -> LightSamples<S> {
-        let radius: f64x8<S> = self.radius.simd_into(simd);
-        let to_center = Vec3x8::splat(simd, self.center) - from.p;
-        let distance = to_center.length_squared().sqrt();
-        let is_outside = !distance.simd_le(self.radius * (1.0 + 1e-9));
-        let sine = radius / distance;
-        let sin_squared = sine * sine;
-        let one_minus_cos_max = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
-        let axis = Vec3x8 { x: to_center.x / distance, y: to_center.y / distance, z: to_center.z / distance };
-        let one_minus_cos = u * one_minus_cos_max;
-        let sin_theta = (one_minus_cos * (2.0 - one_minus_cos)).max(0.0).sqrt();
-        let [x, y] = at_turn(v);
-        let local = Vec3x8 { x: x * sin_theta, y: y * sin_theta, z: 1.0 - one_minus_cos };
-        let sin_squared = (1.0 - local.z) * (1.0 + local.z);
-        let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
-        let wi = Frames::from_z(axis).to_world(local);
-        let t_max = from.reach(distance * local.z - half, self.magnitude.simd_into(simd));
-        let target = self.label.simd_into(simd);
-        LightSamples {
-            is_there: is_outside & mask64x8::splat(simd, self.radiance != Vec3::ZERO),
-            li: Colors::splat(simd, self.radiance),
-            pdf: 1.0 / (TAU * one_minus_cos_max),
-            has_pdf: mask64x8::splat(simd, true),
-            shadow: Rays { t_max, target, ..from.leave(wi) },
-            is_open: !is_outside,
-        }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let radius: f64x8<S> = self.radius.simd_into(simd);
+                let to_center = Vec3x8::splat(simd, self.center) - from.p;
+                let distance = to_center.length_squared().sqrt();
+                let is_outside = !distance.simd_le(self.radius * (1.0 + 1e-9));
+                let sine = radius / distance;
+                let sin_squared = sine * sine;
+                let one_minus_cos_max = sin_squared / (1.0 + (1.0 - sin_squared).sqrt());
+                let axis = Vec3x8 {
+                    x: to_center.x / distance,
+                    y: to_center.y / distance,
+                    z: to_center.z / distance,
+                };
+                let one_minus_cos = u * one_minus_cos_max;
+                let sin_theta = (one_minus_cos * (2.0 - one_minus_cos)).max(0.0).sqrt();
+                let [x, y] = at_turn(v);
+                let local = Vec3x8 { x: x * sin_theta, y: y * sin_theta, z: 1.0 - one_minus_cos };
+                let sin_squared = (1.0 - local.z) * (1.0 + local.z);
+                let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+                let wi = Frames::from_z(axis).to_world(local);
+                let t_max = from.reach(distance * local.z - half, self.magnitude.simd_into(simd));
+                let target = self.label.simd_into(simd);
+                LightSamples {
+                    is_there: is_outside & mask64x8::splat(simd, self.radiance != Vec3::ZERO),
+                    li: Colors::splat(simd, self.radiance),
+                    pdf: 1.0 / (TAU * one_minus_cos_max),
+                    has_pdf: mask64x8::splat(simd, true),
+                    shadow: Rays { t_max, target, ..from.leave(wi) },
+                    is_open: !is_outside,
+                }
+            },
+        )
     }
 }
 
 impl MeshLamp<'_> {
-    #[inline(always)]
+    #[inline(never)]
     fn samples<S: Simd>(&self, simd: S, from: &Surfaces<S>, [u, v]: [f64x8<S>; 2]) -> LightSamples<S> {
-        let at = u * self.areas.total();
-        let (mut before, mut own, mut target) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-        let mut triangles = Triangles::new();
-        for lane in 0..LANES {
-            let (index, sums) = self.areas.at(at[lane]);
-            [before[lane], own[lane]] = sums;
-            triangles.put(lane, corners(self.mesh, index, self.origin), self.mesh, index, self.turned);
-            target[lane] = self.label + index as f64;
-        }
-        let (before, own): (f64x8<S>, f64x8<S>) = (before.simd_into(simd), own.simd_into(simd));
-        let rest = ((at - before) / (own - before)).max(0.0).min(1.0);
-        let root = rest.sqrt();
-        let (b0, b1) = (1.0 - root, v * root);
-        let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], mask64x8::splat(simd, true));
-        let squared = (on_light.p - from.p).length_squared();
-        let way = from.towards(on_light.p);
-        let wi = way.d;
-        let shines = mask64x8::splat(simd, self.two_sided) | on_light.emitting.dot(-wi).simd_gt(0.0);
-        let pdf = squared / (on_light.n.dot(wi).abs() * self.area);
-        let t_max = from.reach(way.t_max, on_light.magnitude);
-        LightSamples {
-            is_there: shines & pdf.is_finite() & pdf.simd_gt(0.0),
-            li: Colors::splat(simd, self.radiance),
-            pdf,
-            has_pdf: mask64x8::splat(simd, true),
-            shadow: Rays { t_max, target: target.simd_into(simd), ..way },
-            is_open: mask64x8::splat(simd, false),
-        }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let at = u * self.areas.total();
+                let (mut before, mut own, mut target) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+                let mut triangles = Triangles::new();
+                for lane in 0..LANES {
+                    let (index, sums) = self.areas.at(at[lane]);
+                    [before[lane], own[lane]] = sums;
+                    triangles.put(
+                        lane,
+                        corners(self.mesh, index, self.origin),
+                        self.mesh,
+                        index,
+                        self.turned,
+                    );
+                    target[lane] = self.label + index as f64;
+                }
+                let (before, own): (f64x8<S>, f64x8<S>) = (before.simd_into(simd), own.simd_into(simd));
+                let rest = ((at - before) / (own - before)).max(0.0).min(1.0);
+                let root = rest.sqrt();
+                let (b0, b1) = (1.0 - root, v * root);
+                let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], mask64x8::splat(simd, true));
+                let squared = (on_light.p - from.p).length_squared();
+                let way = from.towards(on_light.p);
+                let wi = way.d;
+                let shines = mask64x8::splat(simd, self.two_sided) | on_light.emitting.dot(-wi).simd_gt(0.0);
+                let pdf = squared / (on_light.n.dot(wi).abs() * self.area);
+                let t_max = from.reach(way.t_max, on_light.magnitude);
+                LightSamples {
+                    is_there: shines & pdf.is_finite() & pdf.simd_gt(0.0),
+                    li: Colors::splat(simd, self.radiance),
+                    pdf,
+                    has_pdf: mask64x8::splat(simd, true),
+                    shadow: Rays { t_max, target: target.simd_into(simd), ..way },
+                    is_open: mask64x8::splat(simd, false),
+                }
+            },
+        )
     }
 }

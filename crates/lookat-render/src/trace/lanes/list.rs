@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use super::{Hits, MOST_PRIMITIVES, NONE, POINT_LIGHT, Rays, label};
+use super::{Hits, NONE, POINT_LIGHT, Rays};
 use crate::curved::Curved;
 use crate::curved::sphere::lanes::Meetings;
 use crate::lanes::{LANES, Vec3x8, bits, those};
@@ -26,7 +26,7 @@ pub(crate) struct Element<'s> {
     pub id: ElementId,
     /// As in [`Hit::place`].
     pub place: u32,
-    /// See [`label`].
+    /// See [`super::Labels`].
     label: f64,
     emits: bool,
     pub shape: Shape<'s>,
@@ -43,7 +43,7 @@ impl<'s> List<'s> {
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
         let count = world.triangles().take(MOST + 1).count() + SPHERE * world.others.len();
-        if count > MOST || scene.has_cutouts || scene.primitives().len() > MOST_PRIMITIVES {
+        if count > MOST || scene.has_cutouts {
             return None;
         }
         let triangle = |(place, triangle): (u32, &'s Triangle)| {
@@ -79,8 +79,7 @@ impl<'s> List<'s> {
     pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
         let sheared = ShearedRays::new(rays.o, rays.d, active);
         let none: f64x8<S> = NONE.simd_into(simd);
-        let no = mask64x8::splat(simd, false);
-        let mut hits = Hits { t: rays.t_max, element: none, sides: [none; 3], emits: no };
+        let mut hits = Hits { t: rays.t_max, ..Hits::none(simd) };
         // They come in the order of their names: of hits as near as each other, the first counts.
         for (number, element) in self.elements.iter().enumerate() {
             let own: f64x8<S> = (number as f64).simd_into(simd);
@@ -128,7 +127,7 @@ impl<'s> List<'s> {
 impl<'s> Element<'s> {
     fn new(scene: &Traceable, id: ElementId, place: u32, shape: Shape<'s>) -> Self {
         let emits = scene.primitive(id.primitive).emission.is_some();
-        Element { id, place, label: label(id), emits, shape }
+        Element { id, place, label: scene.labels.of(id), emits, shape }
     }
 
     /// Which of some shadow rays to point lights, that meet it, do so nowhere but at their ends. `own` is its number.

@@ -2,12 +2,13 @@
 
 use fearless_simd::Simd;
 
-use super::{Hits, INDICES, MOST_PRIMITIVES, NONE, Rays, labeled};
+use super::{Hits, Labels, NONE, PLACES, Rays, WORLD};
 use crate::lanes::LANES;
 use crate::ray::{ElementId, Hit, Ray};
-use crate::traceable::{Other, Traceable};
+use crate::traceable::{Group, Traceable};
 
-/// A world with its tree. Its elements are numbered: triangles by their place, others from 2^32 on, by their names.
+/// A world with its tree. The elements of the world, and those of an object, are numbered: triangles by their place, others from
+/// 2^32 on, by their names.
 pub(crate) struct Tree<'s> {
     pub scene: &'s Traceable,
 }
@@ -17,40 +18,45 @@ pub(crate) struct Tree<'s> {
 pub(crate) struct Found {
     pub t: [f64; LANES],
     pub element: [f64; LANES],
+    pub instance: [f64; LANES],
     pub weights: [[f64; LANES]; 2],
     /// Which of them emit, as bits.
     pub emits: u64,
 }
 
 impl Found {
-    pub const NOTHING: Found =
-        Found { t: [0.0; LANES], element: [NONE; LANES], weights: [[0.0; LANES]; 2], emits: 0 };
+    pub const NOTHING: Found = Found {
+        t: [0.0; LANES],
+        element: [NONE; LANES],
+        instance: [WORLD; LANES],
+        weights: [[0.0; LANES]; 2],
+        emits: 0,
+    };
 
     #[inline(always)]
-    pub fn put(&mut self, lane: usize, hit: &Hit, emits: bool) {
+    pub fn put(&mut self, lane: usize, hit: &Hit, emits: bool, labels: Labels) {
         self.emits |= u64::from(emits) << lane;
         self.t[lane] = hit.t;
-        self.element[lane] = match hit.place {
-            Hit::NO_PLACE => INDICES + super::label(hit.element),
-            place => f64::from(place),
-        };
+        (self.element[lane], self.instance[lane]) = (number(hit, labels), f64::from(hit.element.instance));
         [self.weights[0][lane], self.weights[1][lane]] = hit.barycentric;
     }
 }
 
-impl<'s> Tree<'s> {
-    /// `None` of worlds with holes or copies of objects, and of too many primitives.
-    pub fn new(scene: &'s Traceable) -> Option<Self> {
-        let has_instances = scene.world.others.iter().any(|other| matches!(other, Other::Instance { .. }));
-        let are_few = scene.primitives().len() <= MOST_PRIMITIVES;
-        (!has_instances && !scene.has_cutouts && are_few).then_some(Tree { scene })
+/// That of what is hit.
+#[inline(always)]
+fn number(hit: &Hit, labels: Labels) -> f64 {
+    match hit.place {
+        Hit::NO_PLACE => PLACES + labels.of(hit.element),
+        place => f64::from(place),
     }
+}
 
+impl<'s> Tree<'s> {
     /// One of the rays.
     #[inline(always)]
     pub fn ray<S: Simd>(&self, rays: &Rays<S>, lane: usize) -> Ray {
-        let (leaving, leaving_place) = self.left(rays.leaving[lane]);
-        let target = labeled(rays.target[lane]);
+        let (leaving, leaving_place) = self.left(rays.leaving[lane], rays.leaving_instance[lane] as u32);
+        let target = self.scene.labels.element(rays.target[lane], ElementId::WORLD);
         Ray {
             t_max: rays.t_max[lane],
             leaving,
@@ -60,38 +66,51 @@ impl<'s> Tree<'s> {
         }
     }
 
-    /// The name and the place of an element; of triangles, the place is enough.
+    /// The elements of an instance, or of the world.
     #[inline(always)]
-    fn left(&self, number: f64) -> (ElementId, u32) {
+    fn group(&self, instance: u32) -> &'s Group {
+        self.scene.instance(instance).map_or(&self.scene.world, |placed| &self.scene.objects[placed.object])
+    }
+
+    /// The name and the place of an element of a number; of triangles, the instance and the place are enough.
+    #[inline(always)]
+    fn left(&self, number: f64, instance: u32) -> (ElementId, u32) {
+        let nameless = ElementId { instance, ..ElementId::NONE };
         match number {
             number if number < 0.0 => (ElementId::NONE, Hit::NO_PLACE),
-            number if number < INDICES => (ElementId::NONE, number as u32),
-            number => (labeled(number - INDICES), Hit::NO_PLACE),
+            number if number < PLACES => (nameless, number as u32),
+            number => (self.scene.labels.element(number - PLACES, instance), Hit::NO_PLACE),
         }
     }
 
-    /// The place of a triangle, see [`Hit::place`].
+    /// The name of an element that is hit, and its place, see [`Hit::place`].
     #[inline(always)]
-    pub fn place(&self, number: f64) -> u32 {
-        self.left(number).1
-    }
-
-    /// The name of an element.
-    #[inline(always)]
-    pub fn element(&self, number: f64) -> ElementId {
-        match number < INDICES {
-            true => self.scene.world.triangle(number as u32).element(ElementId::WORLD),
-            false => labeled(number - INDICES),
+    pub fn element<S: Simd>(&self, hits: &Hits<S>, lane: usize) -> (ElementId, u32) {
+        let (number, instance) = (hits.element[lane], hits.instance[lane] as u32);
+        match self.left(number, instance) {
+            (element, Hit::NO_PLACE) => (element, Hit::NO_PLACE),
+            (_, place) => (self.group(instance).triangle(place).element(instance), place),
         }
     }
 
     /// One of the hits.
     pub fn hit<S: Simd>(&self, hits: &Hits<S>, lane: usize) -> Hit {
-        Hit {
-            t: hits.t[lane],
-            element: self.element(hits.element[lane]),
-            barycentric: [hits.sides[0][lane], hits.sides[1][lane]],
-            place: self.place(hits.element[lane]),
-        }
+        let (element, place) = self.element(hits, lane);
+        let barycentric = [hits.sides[0][lane], hits.sides[1][lane]];
+        Hit { t: hits.t[lane], element, barycentric, place }
+    }
+}
+
+impl<S: Simd> Hits<S> {
+    /// Puts what one ray has hit in a world with a tree in its place.
+    pub fn put(&mut self, lane: usize, hit: Option<&Hit>, labels: Labels) {
+        let Some(hit) = hit else {
+            self.element[lane] = NONE;
+            return;
+        };
+        let [b0, b1] = hit.barycentric;
+        (self.t[lane], self.element[lane], self.instance[lane]) =
+            (hit.t, number(hit, labels), f64::from(hit.element.instance));
+        (self.sides[0][lane], self.sides[1][lane], self.sides[2][lane]) = (b0, b1, 1.0 - b0 - b1);
     }
 }

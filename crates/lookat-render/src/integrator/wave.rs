@@ -19,19 +19,26 @@ pub(crate) struct Wave {
     pub radiance: [Vec3; WAVE],
     /// Their places on the film, and what chooses the points on the lens.
     pub places: [(DVec2, DVec2); WAVE],
-    /// Origins and directions of rays, distances and numbers of elements that they have hit, and where on these.
-    numbers: [[f64; ROOM]; 11],
-    beta: [[f32; ROOM]; 3],
+    /// Origins and directions of rays, distances, numbers and instances of elements that they have hit, and where on these.
+    numbers: [[f64; ROOM]; 12],
+    /// What the light is multiplied by, and what refraction has done to that.
+    beta: [[f32; ROOM]; 4],
     samples: [u16; ROOM],
+    /// Whether the ray has passed anything.
+    passed: [bool; ROOM],
     count: usize,
 }
 
 /// Some of them.
-pub(super) struct Paths<S: Simd> {
+pub(in crate::integrator) struct Taken<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
     /// By what radiance along the rays is multiplied.
     pub beta: Colors<S>,
+    /// What refraction has done to beta: roulette is to count light, not its density.
+    pub compression: f32x8<S>,
+    /// Those that have passed nothing since their last surface, as bits.
+    pub direct: u64,
     /// The samples that they are for.
     pub samples: ArrayVec<u16, LANES>,
 }
@@ -41,9 +48,10 @@ impl Wave {
         Wave {
             radiance: [Vec3::ZERO; WAVE],
             places: [Default::default(); WAVE],
-            numbers: [[0.0; ROOM]; 11],
-            beta: [[0.0; ROOM]; 3],
+            numbers: [[0.0; ROOM]; 12],
+            beta: [[0.0; ROOM]; 4],
             samples: [0; ROOM],
+            passed: [false; ROOM],
             count: 0,
         }
     }
@@ -54,23 +62,25 @@ impl Wave {
     }
 
     /// How many paths are at this surface. Those that go on, of all that are taken, will be at the next one.
-    pub(super) fn begin_surface(&mut self) -> usize {
+    pub(in crate::integrator) fn begin_surface(&mut self) -> usize {
         std::mem::take(&mut self.count)
     }
 
     /// Those from one number to before another, at most eight; of no more than are at this surface.
     #[inline(always)]
-    pub(super) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Paths<S> {
-        let [ox, oy, oz, dx, dy, dz, t, element, a, b, c] = &self.numbers;
-        let mut samples = ArrayVec::new();
-        for sample in &self.samples[from..to] {
-            samples.push(*sample);
+    pub(in crate::integrator) fn take<S: Simd>(&self, simd: S, from: usize, to: usize) -> Taken<S> {
+        let [ox, oy, oz, dx, dy, dz, t, element, instance, a, b, c] = &self.numbers;
+        let (mut samples, mut direct) = (ArrayVec::new(), 0);
+        for (lane, at) in (from..to).enumerate() {
+            samples.push(self.samples[at]);
+            direct |= u64::from(!self.passed[at]) << lane;
         }
-        Paths {
+        Taken {
             rays: Rays::new(load_vectors(simd, [ox, oy, oz], from), load_vectors(simd, [dx, dy, dz], from)),
             hits: Hits {
                 t: load(simd, t, from),
                 element: load(simd, element, from),
+                instance: load(simd, instance, from),
                 sides: [load(simd, a, from), load(simd, b, from), load(simd, c, from)],
                 // That has been asked for.
                 emits: mask64x8::splat(simd, false),
@@ -80,41 +90,49 @@ impl Wave {
                 g: f32x8::from_slice(simd, &self.beta[1][from..from + LANES]),
                 b: f32x8::from_slice(simd, &self.beta[2][from..from + LANES]),
             },
+            compression: f32x8::from_slice(simd, &self.beta[3][from..from + LANES]),
+            direct,
             samples,
         }
     }
 
-    /// Adds those that go on to the next surface.
+    /// Adds those that go on to the next surface; `passed`: which of them have passed anything, as bits.
     #[inline(always)]
-    pub(super) fn push<S: Simd>(
+    pub(in crate::integrator) fn push<S: Simd>(
         &mut self,
         simd: S,
         (rays, hits): (&Rays<S>, &Hits<S>),
-        beta: Colors<S>,
+        (beta, compression): (Colors<S>, f32x8<S>),
         samples: &[u16],
-        goes_on: mask64x8<S>,
+        (goes_on, passed): (mask64x8<S>, u64),
     ) {
-        let (Rays { o, d, .. }, Hits { t, element, sides: [a, b, c], .. }) = (rays, hits);
+        let (Rays { o, d, .. }, Hits { t, element, instance, sides: [a, b, c], .. }) = (rays, hits);
         let at = self.count;
         for (own, values) in
-            self.numbers.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, *t, *element, *a, *b, *c])
+            self.numbers.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, *t, *element, *instance, *a, *b, *c])
         {
             simd.compress_f64x8(values, goes_on).store_slice(&mut own[at..at + LANES]);
         }
         let bits = goes_on.to_bitmask();
         let narrow = mask32x8::from_bitmask(simd, bits);
-        for (own, values) in self.beta.iter_mut().zip([beta.r, beta.g, beta.b]) {
+        for (own, values) in self.beta.iter_mut().zip([beta.r, beta.g, beta.b, compression]) {
             simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
         }
         for lane in those(goes_on) {
             self.samples[self.count] = samples[lane];
+            self.passed[self.count] = passed >> lane & 1 == 1;
             self.count += 1;
         }
     }
 
     /// Adds light to the samples of paths.
     #[inline(always)]
-    pub(super) fn add<S: Simd>(&mut self, samples: &[u16], light: Colors<S>, active: mask64x8<S>) {
+    pub(in crate::integrator) fn add<S: Simd>(
+        &mut self,
+        samples: &[u16],
+        light: Colors<S>,
+        active: mask64x8<S>,
+    ) {
         for lane in those(active) {
             self.radiance[usize::from(samples[lane])] += light.lane(lane);
         }

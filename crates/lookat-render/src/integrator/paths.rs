@@ -1,0 +1,103 @@
+//! Rays of paths, followed from one surface to the next.
+
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, f32x8, mask64x8};
+use glam::Vec3;
+
+use super::world::World;
+use crate::integrator::Tracer;
+use crate::integrator::wave::Wave;
+use crate::lanes::{Colors, LANES, first_lanes, splat_f32, those};
+use crate::trace::MOST_PACKETS;
+use crate::trace::lanes::{Hits, Rays};
+
+/// Rays with what they have hit, and by what radiance along them is multiplied: beta, and what refraction has done to it.
+pub(crate) struct Found<S: Simd> {
+    pub rays: Rays<S>,
+    pub hits: Hits<S>,
+    pub weight: (Colors<S>, f32x8<S>),
+}
+
+/// What light rays see straight ahead.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sees {
+    Nothing,
+    /// But not of surfaces without a material.
+    Materials,
+    All,
+}
+
+impl World<'_> {
+    /// Begins paths with packets of camera rays, those of the samples of these numbers: adds the light that they see, and, if paths
+    /// go on, what they hit.
+    #[inline(always)]
+    pub fn begin<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        (packets, samples): (&[Rays<S>], &[ArrayVec<u16, LANES>]),
+        (goes_on, sees): (bool, Sees),
+        wave: &mut Wave,
+    ) {
+        let mut active: ArrayVec<mask64x8<S>, MOST_PACKETS> = ArrayVec::new();
+        for samples in samples {
+            active.push(first_lanes(simd, samples.len()));
+        }
+        let hits = self.nearest_of(simd, tracer, packets, &active);
+        for (at, active) in active.iter().enumerate() {
+            let weight = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
+            let found = Found { rays: packets[at], hits: hits[at], weight };
+            self.see(tracer, &found, &samples[at], (*active, sees), wave);
+            if goes_on {
+                self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), wave);
+            }
+        }
+    }
+
+    /// Adds the light that rays see straight ahead.
+    #[inline(always)]
+    pub fn see<S: Simd>(
+        &self,
+        tracer: &Tracer,
+        Found { rays, hits, weight }: &Found<S>,
+        samples: &[u16],
+        (active, sees): (mask64x8<S>, Sees),
+        wave: &mut Wave,
+    ) {
+        if sees == Sees::Nothing {
+            return;
+        }
+        for lane in those(active & (hits.emits | !hits.is_hit())) {
+            let (ray, hit) = self.one(rays, hits, lane);
+            let light = tracer.light_ahead(&ray, hit.as_ref(), sees == Sees::All);
+            wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+        }
+    }
+
+    /// Follows rays through what has no material, and adds those that find a surface to the wave. Where rays see all light on their
+    /// way, `is_full`, that of what comes after the first hit is added.
+    #[inline(never)]
+    pub fn go_on<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        Found { mut rays, mut hits, weight }: Found<S>,
+        samples: &[u16],
+        (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
+        wave: &mut Wave,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut passed = 0;
+                if self.has_passed() {
+                    let add = |lane, light| {
+                        wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light
+                    };
+                    passed = self.pass(tracer, &mut rays, &mut hits, (active, is_full, sees), add);
+                }
+                wave.push(simd, (&rays, &hits), weight, samples, (active & hits.is_hit(), passed));
+            },
+        )
+    }
+}

@@ -1,0 +1,306 @@
+//! Worlds in which rays of samples are traced side by side, and counted.
+
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::Vec3;
+
+use super::paths::Sees;
+use crate::bsdf::Lobes;
+use crate::bsdf::lanes::Others;
+use crate::camera::lanes::Views;
+use crate::integrator::{MAX_PASSED, Tracer};
+use crate::lanes::{LANES, bits, count, those};
+use crate::ray::{Hit, Ray};
+use crate::shading::lanes::{ListShading, Shaded, TreeShading};
+use crate::surface::Surface;
+use crate::trace::lanes::{Found, Hits, List, Rays, Tree};
+use crate::trace::{MOST_PACKETS, Together};
+use crate::traceable::Traceable;
+
+/// A world, and what it is made of.
+pub(crate) enum World<'s> {
+    List(List<'s>, ListShading<'s>),
+    Tree(Tree<'s>, TreeShading<'s>),
+}
+
+impl<'s> World<'s> {
+    pub fn new(traceable: &'s Traceable) -> Self {
+        let small = || {
+            let list = List::new(traceable)?;
+            let shading = ListShading::new(traceable, &list)?;
+            Some(World::List(list, shading))
+        };
+        small().unwrap_or_else(|| World::Tree(Tree { scene: traceable }, TreeShading::new(traceable)))
+    }
+
+    /// Whether rays go down a tree.
+    pub fn asks_tree(&self) -> bool {
+        matches!(self, World::Tree(..))
+    }
+
+    /// Whether all materials are diffuse and nothing else.
+    pub fn is_lambert(&self) -> bool {
+        match self {
+            World::List(_, shading) => shading.is_lambert,
+            World::Tree(_, shading) => shading.is_lambert,
+        }
+    }
+
+    /// Whether any material has textures.
+    pub fn has_textures(&self) -> bool {
+        match self {
+            World::List(_, shading) => shading.has_textures,
+            World::Tree(_, shading) => shading.has_textures,
+        }
+    }
+
+    /// Whether any surface has no material.
+    pub fn has_passed(&self) -> bool {
+        matches!(self, World::Tree(_, shading) if shading.has_passed)
+    }
+
+    /// Whether shading normals may differ from geometric ones.
+    pub fn has_normals(&self) -> bool {
+        match self {
+            World::List(_, shading) => shading.has_bumps,
+            World::Tree(_, shading) => shading.has_normals,
+        }
+    }
+
+    /// The nearest hits of packets of camera rays, of those that are active.
+    #[inline(never)]
+    pub fn nearest_of<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: &[Rays<S>],
+        active: &[mask64x8<S>],
+    ) -> ArrayVec<Hits<S>, MOST_PACKETS> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut hits = ArrayVec::new();
+                while hits.len() < rays.len() {
+                    let from = hits.len();
+                    if let World::Tree(tree, _) = self
+                        && !tree.scene.has_cutouts
+                    {
+                        let packets = tracer.stream_size.next(rays.len() - from);
+                        if packets > 0 {
+                            let all = from..from + packets;
+                            let mut found = [Hits::none(simd); MOST_PACKETS];
+                            let together = tree.nearest_of(
+                                simd,
+                                &rays[all.clone()],
+                                &active[all.clone()],
+                                &mut found[..packets],
+                            );
+                            tracer.stream_size.learn(packets, together);
+                            if together != Together::No {
+                                for (at, found) in all.zip(found) {
+                                    tracer.rays += count(active[at]);
+                                    hits.push(found);
+                                }
+                                continue;
+                            }
+                            if packets > 1 {
+                                continue;
+                            }
+                        }
+                    }
+                    hits.push(self.nearest(simd, tracer, &rays[from], active[from]));
+                }
+                hits
+            },
+        )
+    }
+
+    /// The nearest hits of the rays that are active.
+    #[inline(never)]
+    pub fn nearest<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: &Rays<S>,
+        active: mask64x8<S>,
+    ) -> Hits<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || match self {
+                World::List(list, _) => {
+                    tracer.rays += count(active);
+                    list.nearest(simd, rays, active)
+                }
+                World::Tree(tree, _) => {
+                    let mut found = Found::NOTHING;
+                    tracer.forms.put(simd, rays, active);
+                    search(tree, tracer, rays, active, &mut found);
+                    let [b0, b1]: [f64x8<S>; 2] =
+                        [found.weights[0].simd_into(simd), found.weights[1].simd_into(simd)];
+                    Hits {
+                        t: found.t.simd_into(simd),
+                        element: found.element.simd_into(simd),
+                        instance: found.instance.simd_into(simd),
+                        sides: [b0, b1, 1.0 - b0 - b1],
+                        emits: bits(simd, found.emits),
+                    }
+                }
+            },
+        )
+    }
+
+    /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
+    #[inline(never)]
+    pub fn met<S: Simd>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        rays: &Rays<S>,
+        (active, is_shadow): (mask64x8<S>, bool),
+    ) -> mask64x8<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || match self {
+                World::List(list, _) => {
+                    tracer.rays += count(active);
+                    list.met(simd, rays, active)
+                }
+                World::Tree(tree, _) => {
+                    tracer.forms.put(simd, rays, active);
+                    bits(simd, occluded(tree, tracer, rays, (active, is_shadow)))
+                }
+            },
+        )
+    }
+
+    /// Where the rays have hit something, and the lobes there that do not have to be asked for; one of them has.
+    #[inline(never)]
+    pub fn plain<S: Simd>(
+        &self,
+        simd: S,
+        (rays, hits): (&Rays<S>, &Hits<S>),
+        active: mask64x8<S>,
+    ) -> Shaded<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || match self {
+                World::List(_, shading) => shading.at(simd, rays, hits, active),
+                World::Tree(tree, shading) => shading.at(simd, tree, rays, hits, active),
+            },
+        )
+    }
+
+    /// Where the rays have hit something, and the lobes there; one of them has. `views`: what has found it, if these are camera
+    /// rays. `lobes` is where other lobes are kept, for `others`.
+    #[inline(always)]
+    pub fn shaded<'l, S: Simd>(
+        &self,
+        simd: S,
+        tracer: &Tracer,
+        (rays, hits): (&Rays<S>, &Hits<S>),
+        views: Option<&Views>,
+        active: mask64x8<S>,
+        (lobes, others): (&'l mut [Lobes; LANES], &mut Others<'l>),
+    ) -> Shaded<S> {
+        let mut shaded = self.plain(simd, (rays, hits), active);
+        let open = (shaded.is_open & active).to_bitmask();
+        if open == 0 {
+            return shaded;
+        }
+        for (lane, lobes) in lobes.iter_mut().enumerate().filter(|(lane, _)| open >> lane & 1 == 1) {
+            if let (ray, Some(hit)) = self.one(rays, hits, lane) {
+                let camera_ray = views.and_then(|views| views.ray(lane));
+                let own = shaded.paint(simd, lane, tracer.scene, (&ray, &hit), camera_ray.as_ref(), lobes);
+                if let Some(bsdf) = own {
+                    others.put(lane, bsdf);
+                }
+            }
+        }
+        shaded
+    }
+
+    /// One of the rays with what it has hit.
+    pub fn one<S: Simd>(&self, rays: &Rays<S>, hits: &Hits<S>, lane: usize) -> (Ray, Option<Hit>) {
+        let is_hit = hits.element[lane] >= 0.0;
+        match self {
+            World::List(list, _) => {
+                let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
+                (ray, is_hit.then(|| list.hit(hits, lane)))
+            }
+            World::Tree(tree, _) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
+        }
+    }
+
+    /// The surface that one of the rays has hit.
+    pub fn surface<S: Simd>(
+        &self,
+        tracer: &Tracer<'s>,
+        rays: &Rays<S>,
+        hits: &Hits<S>,
+        lane: usize,
+    ) -> Option<Surface<'s>> {
+        let (ray, hit) = self.one(rays, hits, lane);
+        hit.map(|hit| tracer.surface(&ray, &hit))
+    }
+
+    /// Goes on straight through what has no material. Where rays see what emits on their way, `is_full`, `add` takes its light.
+    /// Returns the rays that have passed anything, as bits.
+    #[inline(never)]
+    pub fn pass<S: Simd>(
+        &self,
+        tracer: &mut Tracer,
+        rays: &mut Rays<S>,
+        hits: &mut Hits<S>,
+        (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
+        mut add: impl FnMut(usize, Vec3),
+    ) -> u64 {
+        let mut all = 0;
+        for lane in those(active & hits.is_hit()) {
+            let (mut ray, mut found) = self.one(rays, hits, lane);
+            let is_full = is_full.to_bitmask() >> lane & 1 == 1;
+            let mut passed = 0;
+            while let Some(surface) = found.map(|hit| tracer.surface(&ray, &hit)).filter(Surface::is_passed) {
+                ray = surface.leave(ray.d);
+                passed += 1;
+                // Nothing more is seen by then.
+                found = if passed > MAX_PASSED { None } else { tracer.nearest(&ray) };
+                if is_full && sees != Sees::Nothing && passed <= MAX_PASSED {
+                    add(lane, tracer.light_ahead(&ray, found.as_ref(), sees == Sees::All));
+                }
+            }
+            if passed > 0 {
+                all |= 1 << lane;
+                rays.o.put(lane, ray.o);
+                hits.put(lane, found.as_ref(), tracer.scene.labels);
+            }
+        }
+        all
+    }
+}
+
+/// Traces rays down a tree one by one.
+#[inline(never)]
+fn search<S: Simd>(tree: &Tree, tracer: &mut Tracer, rays: &Rays<S>, active: mask64x8<S>, found: &mut Found) {
+    let mut hit = None;
+    for lane in those(active) {
+        tracer.find_formed(&tree.ray(rays, lane), lane, &mut hit);
+        if let Some(hit) = &hit {
+            found.put(lane, hit, tracer.emits(hit), tracer.scene.labels);
+        }
+    }
+}
+
+/// The rays that are stopped on their way, as bits.
+#[inline(never)]
+fn occluded<S: Simd>(
+    tree: &Tree,
+    tracer: &mut Tracer,
+    rays: &Rays<S>,
+    (active, is_shadow): (mask64x8<S>, bool),
+) -> u64 {
+    let mut occluded = 0;
+    for lane in those(active) {
+        occluded |= u64::from(tracer.occluded_formed(&tree.ray(rays, lane), lane, is_shadow)) << lane;
+    }
+    occluded
+}

@@ -1,0 +1,148 @@
+//! Taking samples, of one pixel or several: eight side by side.
+
+#[cfg(test)]
+mod tests;
+
+use arrayvec::ArrayVec;
+use fearless_simd::Simd;
+use glam::DVec2;
+
+use super::control::Meter;
+use super::sample::{Context, Job, center_of};
+use crate::bsdf::Lobes;
+use crate::camera::lanes::Viewer;
+use crate::integrator::Tracer;
+use crate::integrator::wave::{WAVE, Wave};
+use crate::lanes::{LANES, first_lanes, side_by_side};
+use crate::sampler::lanes::{Sample, Streams};
+use crate::trace::MOST_PACKETS;
+use crate::trace::lanes::Rays;
+
+/// A sample of a job: the job's number, and which of the pattern.
+type Place = (usize, u32);
+
+/// What is used again for one batch of samples after the other.
+struct Batch {
+    streams: Streams,
+    wave: Box<Wave>,
+    lobes: Box<[Lobes; LANES]>,
+    /// Whether the filter is negative at each sample.
+    negative: [bool; WAVE],
+}
+
+impl Context<'_> {
+    /// Does jobs, which are all for one kind and number of samples, as long as there is time: some may be left. The samples of one
+    /// pixel are added in their order.
+    pub(super) fn sample_all(&self, tracer: &mut Tracer, meter: &mut Meter, jobs: &mut [Job]) {
+        let Some(Job { pattern, indices, .. }) = jobs.first() else { return };
+        let (mut number, mut index) = (0, indices.start);
+        let mut batch = Batch {
+            streams: Streams::new(&pattern.sampler),
+            wave: Box::new(Wave::new()),
+            lobes: Box::default(),
+            negative: [false; WAVE],
+        };
+        loop {
+            let mut places: ArrayVec<Place, WAVE> = ArrayVec::new();
+            let most = if meter.is_slow() { LANES } else { WAVE };
+            while places.len() < most && number < jobs.len() {
+                if index < jobs[number].indices.end {
+                    places.push((number, index));
+                    index += 1;
+                } else {
+                    number += 1;
+                    index = jobs.get(number).map_or(0, |job| job.indices.start);
+                }
+            }
+            if places.is_empty() {
+                return;
+            }
+            self.sample_places(tracer, jobs, &places, &mut batch);
+            if !meter.add(places.len() as u32, tracer.rays) {
+                return;
+            }
+        }
+    }
+
+    fn sample_places(&self, tracer: &mut Tracer, jobs: &mut [Job], places: &[Place], batch: &mut Batch) {
+        let sample = |(number, index): &Place| {
+            let Job { pattern, place, .. } = &jobs[*number];
+            (pattern.seed, *place, *index)
+        };
+        let samples: ArrayVec<Sample, WAVE> = places.iter().map(sample).collect();
+        let sampler = &jobs[places[0].0].pattern.sampler;
+        debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
+        batch.streams.restart(sampler, &samples);
+        batch.wave.clear();
+        match self.integrator.world().is_lambert() {
+            true => side_by_side!(self.level, simd => self.take::<_, true>(simd, tracer, batch, &samples)),
+            false => side_by_side!(self.level, simd => self.take::<_, false>(simd, tracer, batch, &samples)),
+        }
+        for (at, (number, _)) in places.iter().enumerate() {
+            let Job { pattern, samples, .. } = &mut jobs[*number];
+            self.add(pattern, batch.wave.radiance[at], batch.negative[at], samples);
+        }
+    }
+
+    /// Takes samples of scenes that are all diffuse, `LAMBERT`, or of others.
+    #[inline(always)]
+    fn take<S: Simd, const LAMBERT: bool>(
+        &self,
+        simd: S,
+        tracer: &mut Tracer,
+        batch: &mut Batch,
+        samples: &[Sample],
+    ) {
+        let mut packets: ArrayVec<Rays<S>, MOST_PACKETS> = ArrayVec::new();
+        let mut numbers: ArrayVec<_, MOST_PACKETS> = ArrayVec::new();
+        for first in (0..samples.len()).step_by(LANES) {
+            let (own, rays) = self.camera_rays(simd, batch, samples, first);
+            packets.push(rays);
+            numbers.push(own);
+        }
+        let dimension = if self.camera.has_lens() { 4 } else { 2 };
+        let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
+        let Batch { streams, wave, lobes, .. } = batch;
+        let rays = (&packets[..], &numbers[..]);
+        self.integrator.li::<_, LAMBERT>(simd, tracer, streams, (wave, lobes), rays, (viewer, dimension));
+    }
+
+    /// The camera rays of up to eight samples, from one on, and the numbers of these samples.
+    #[inline(never)]
+    fn camera_rays<S: Simd>(
+        &self,
+        simd: S,
+        batch: &mut Batch,
+        samples: &[Sample],
+        first: usize,
+    ) -> (ArrayVec<u16, LANES>, Rays<S>) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let samples = &samples[first..samples.len().min(first + LANES)];
+                let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
+                let streams = &mut batch.streams;
+                let all = first_lanes(simd, numbers.len());
+                streams.choose(&numbers, 0);
+                let mut film = streams.next_2d(simd, all);
+                for (lane, (_, place, _)) in samples.iter().enumerate() {
+                    let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
+                    (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
+                    batch.negative[first + lane] = is_negative;
+                }
+                let camera = &self.camera;
+                let on_lens = camera.has_lens().then(|| streams.next_2d(simd, all));
+                // Nothing else asks for these.
+                if self.integrator.world().has_textures() {
+                    for lane in 0..samples.len() {
+                        let on_lens =
+                            on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
+                        batch.wave.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);
+                    }
+                }
+                let (o, d) = camera.rays(simd, film, on_lens);
+                (numbers, Rays::new(o, d))
+            },
+        )
+    }
+}

@@ -1,0 +1,279 @@
+//! Streams: packets of camera rays that go down the tree together.
+
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, mask64x8, prelude::*};
+
+use super::lanes::{Hits, Rays, Tree};
+use super::packet::Packet;
+use crate::bvh::{Leaf, PacketSlabs, not_less};
+use crate::lanes::{Vec3x8, to_f32};
+use crate::triangle::block::place;
+
+/// At most so many packets go together.
+pub(crate) const MOST_PACKETS: usize = 8;
+
+/// If more triangles than that are tested for each packet, packets are faster apart.
+const MOST_TESTS: usize = 24;
+
+/// An element that is no triangle takes as long as so many.
+const OTHER_TESTS: usize = 16;
+
+/// What became of packets that were to go together.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Together {
+    /// They did, with few tests: more might.
+    Easily,
+    Yes,
+    /// They run different ways, or meet too much.
+    No,
+}
+
+/// How many packets go together next: neighbors mostly fare alike.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StreamSize {
+    packets: usize,
+    /// For how many packets rays went one by one, after a packet that did not stay together.
+    apart: u32,
+    /// How many of them are left.
+    apart_left: u32,
+}
+
+/// Rays go one by one for no more packets than that in a row.
+const LONGEST_APART: u32 = 63;
+
+impl StreamSize {
+    pub const LARGEST: StreamSize = StreamSize { packets: MOST_PACKETS, apart: 0, apart_left: 0 };
+
+    /// So many of those that are left; 0 where the rays of one packet go one by one.
+    pub fn next(&mut self, left: usize) -> usize {
+        if self.apart_left > 0 {
+            self.apart_left -= 1;
+            return 0;
+        }
+        self.packets.min(left)
+    }
+
+    /// Learns what became of so many.
+    pub fn learn(&mut self, count: usize, together: Together) {
+        match together {
+            Together::No if count == 1 => {
+                self.packets = 1;
+                self.apart = LONGEST_APART.min(2 * self.apart + 1);
+                self.apart_left = self.apart;
+            }
+            Together::No => self.packets = count / 2,
+            Together::Easily if count == self.packets => {
+                (self.packets, self.apart) = (MOST_PACKETS.min(2 * count), 0);
+            }
+            Together::Easily | Together::Yes => self.apart = 0,
+        }
+    }
+}
+
+impl Tree<'_> {
+    /// The nearest hits of packets of rays from free space, of those that are active; nothing where they do not go together. There
+    /// are as many `hits` as packets.
+    #[inline(always)]
+    pub fn nearest_of<S: Simd>(
+        &self,
+        simd: S,
+        rays: &[Rays<S>],
+        active: &[mask64x8<S>],
+        hits: &mut [Hits<S>],
+    ) -> Together {
+        let mut packets: ArrayVec<Packet<S>, MOST_PACKETS> = ArrayVec::new();
+        let mut all: Option<PacketSlabs<S>> = None;
+        let mut magnitude = 0.0_f32;
+        for (rays, active) in rays.iter().zip(active) {
+            let rays = whole(simd, rays, *active);
+            let Some(packet) = Packet::new(simd, &rays, *active) else { return Together::No };
+            let Some(own) = PacketSlabs::new(simd, rays.o, packet.inverse()) else { return Together::No };
+            let Some(union) = all.map_or(Some(own), |all| all.union(own)) else { return Together::No };
+            all = Some(union);
+            magnitude = magnitude.max(to_f32(rays.o.magnitude()).reduce_max());
+            packets.push(packet);
+        }
+        let Some(slabs) = all else { return Together::No };
+        let slabs = slabs.of_all(simd);
+        let (world, most) = (&self.scene.world, MOST_TESTS * packets.len());
+        let mut tests = 0;
+        let mut limit = farthest(&packets);
+        world.bvh.traverse::<false>(
+            limit,
+            #[inline(always)]
+            |node, t_max| slabs.meet(simd, node, t_max),
+            #[inline(always)]
+            |leaf| {
+                match leaf {
+                    Leaf::Block(number) => {
+                        let block = &world.blocks[number];
+                        block.prefetch_triangles();
+                        let tolerance = block.tolerance(magnitude);
+                        let mut rest = slabs.meet_triangles(simd, block, not_less(limit));
+                        while rest != 0 {
+                            let lane = rest.trailing_zeros();
+                            rest &= rest - 1;
+                            tests += packets.len();
+                            for packet in &mut packets {
+                                let may = packet.may_meet(simd, block, lane as usize, &tolerance);
+                                if may != 0 {
+                                    packet.meet(
+                                        simd,
+                                        self.scene,
+                                        block.triangle(lane),
+                                        place(number, lane),
+                                        may,
+                                    );
+                                }
+                            }
+                        }
+                    }
+                    Leaf::Other(other) => {
+                        tests += OTHER_TESTS * packets.len();
+                        for (packet, rays) in packets.iter_mut().zip(rays) {
+                            packet.meet_other(simd, self.scene, rays, world.others[other]);
+                        }
+                    }
+                }
+                limit = farthest(&packets);
+                (tests <= most).then_some(limit)
+            },
+            |leaf| {
+                if let Leaf::Block(number) = leaf {
+                    world.blocks[number].prefetch_filter();
+                }
+            },
+        );
+        if tests > most {
+            return Together::No;
+        }
+        for (hits, packet) in hits.iter_mut().zip(&packets) {
+            *hits = packet.hits;
+        }
+        if 4 * tests <= most { Together::Easily } else { Together::Yes }
+    }
+}
+
+/// The distance of the farthest of all nearest hits.
+#[inline(always)]
+fn farthest<S: Simd>(packets: &[Packet<S>]) -> f64 {
+    let mut t = packets[0].hits.t;
+    for packet in &packets[1..] {
+        t = t.max(packet.hits.t);
+    }
+    t.reduce_max()
+}
+
+/// The rays that are active, and the first of them in the place of the others.
+#[inline(always)]
+fn whole<S: Simd>(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Rays<S> {
+    if active.all_true() {
+        return *rays;
+    }
+    let first = active.to_bitmask().trailing_zeros() as usize % crate::lanes::LANES;
+    let (o, d) = (rays.o.lane(first), rays.d.lane(first));
+    rays.or(active, Rays::new(Vec3x8::splat(simd, o), Vec3x8::splat(simd, d)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::array::from_fn;
+    use std::fmt::Write;
+
+    use glam::DVec3;
+    use lookat_scene::Scene;
+
+    use super::*;
+    use crate::lanes::{LANES, first_lanes, side_by_side};
+    use crate::ray::Ray;
+    use crate::testing::{self, noise};
+    use crate::traceable::Traceable;
+
+    /// A wavy field, with shapes on it.
+    fn scene(shapes: &str) -> Scene {
+        let mut heights = String::new();
+        for at in 0..50 * 50 {
+            let [x, y] = [at % 50, at / 50].map(f64::from);
+            let _ = write!(heights, "{:.4} ", 0.1 * (0.7 * x).sin() * (0.4 * y).cos());
+        }
+        testing::scene(&format!(
+            "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
+             Shape \"heightfield\" \"integer nu\" 50 \"integer nv\" 50 \"float Pz\" [{heights}] {shapes} WorldEnd"
+        ))
+    }
+
+    /// From rays that are almost one to some that have little in common, from one point or from many.
+    fn rays(case: usize) -> [Ray; LANES * MOST_PACKETS] {
+        let vector = |i, k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
+        let (o, target) =
+            (DVec3::new(0.5, -1.0, 1.5) + vector(case, 1.1) * 0.3, vector(case, 2.9) * 0.5 + 0.5);
+        let spread = 10_f64.powi(case as i32 % 7 - 6);
+        from_fn(|k| {
+            let i = case * LANES * MOST_PACKETS + k;
+            let o = if case.is_multiple_of(2) { o } else { o + vector(i, 5.1) * spread };
+            let d = target.with_z(0.0) + vector(i, 3.7) * spread - o;
+            // Sometimes along a plane, and on one side of it or the other.
+            let d = if case.is_multiple_of(5) { d.with_x([0.0, -0.0][case % 2]) } else { d };
+            Ray::new(o, d.normalize())
+        })
+    }
+
+    /// What becomes of some rays, and how many of them meet something, each just what it meets alone.
+    fn trace<S: Simd>(simd: S, scene: &Traceable, rays: &[Ray]) -> (Together, usize) {
+        let (mut packets, mut active) = (Vec::new(), Vec::new());
+        for rays in rays.chunks(LANES) {
+            // What is not active is anything.
+            let of = |vector: fn(&Ray) -> DVec3| {
+                let vectors: [DVec3; LANES] = from_fn(|lane| rays.get(lane).map_or(DVec3::NAN, vector));
+                Vec3x8::from_arrays(simd, &[0, 1, 2].map(|axis| vectors.map(|vector| vector[axis])))
+            };
+            packets.push(Rays::new(of(|ray| ray.o), of(|ray| ray.d)));
+            active.push(first_lanes(simd, rays.len()));
+        }
+        let mut hits = vec![Hits::none(simd); packets.len()];
+        let tree = Tree { scene };
+        let together = tree.nearest_of(simd, &packets, &active, &mut hits);
+        if together == Together::No {
+            return (together, 0);
+        }
+        let mut met = 0;
+        for (at, ray) in rays.iter().enumerate() {
+            let (hits, lane) = (&hits[at / LANES], at % LANES);
+            let own = (hits.element[lane] >= 0.0).then(|| tree.hit(hits, lane));
+            let name = |hit: crate::ray::Hit| {
+                (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits), hit.place)
+            };
+            assert_eq!(own.map(name), scene.nearest(ray).map(name), "{ray:?}");
+            assert_eq!(own.is_some_and(|hit| scene.emits(&hit)), hits.emits.to_bitmask() >> lane & 1 == 1);
+            met += usize::from(own.is_some());
+        }
+        (together, met)
+    }
+
+    /// What rays meet is the same to the bit, whether they stay together or not.
+    #[test]
+    fn rays_meet_together_what_they_meet_alone() {
+        let level = fearless_simd::Level::new();
+        let spheres = "AreaLightSource \"diffuse\" Shape \"sphere\" \"float radius\" .2 Translate .6 .6 0
+            Shape \"sphere\" \"float radius\" .1";
+        // Two squares in one place, of which the first counts.
+        let squares = "Translate 0 0 .3 Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0]
+            \"integer indices\" [0 1 2 0 2 3] AreaLightSource \"diffuse\" Shape \"trianglemesh\"
+            \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"integer indices\" [1 2 0 2 3 0]";
+        for shapes in ["", spheres, squares] {
+            let scene = crate::Prepared::new(&scene(shapes)).traceable;
+            let (mut met, mut stayed) = (0, [0; 3]);
+            for case in 0..2000 {
+                let rays = rays(case);
+                for count in [rays.len(), LANES, 3] {
+                    side_by_side!(level, simd => {
+                        let (together, own) = trace(simd, &scene, &rays[..count]);
+                        met += own;
+                        stayed[together as usize] += 1;
+                    });
+                }
+            }
+            assert!(met > 20_000 && stayed.iter().all(|count| *count > 100), "{met} {stayed:?}");
+        }
+    }
+}
