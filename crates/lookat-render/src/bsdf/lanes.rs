@@ -205,23 +205,18 @@ impl<'s, S: Simd, const LAMBERT: bool> Bsdfs<'s, S, LAMBERT> {
     }
 
     /// As [`super::Bsdf::f_cos`] and [`super::Bsdf::pdf`].
-    #[inline(never)]
+    #[inline(always)]
     pub fn f_cos_pdf(&self, wi: Vec3x8<S>, part: Part) -> (Colors<S>, f64x8<S>) {
-        wi.x.token().vectorize(
-            #[inline(always)]
-            || {
-                let local_i = self.frame.to_local(wi);
-                let (mut f_cos, mut pdf) = self.at(wi, local_i);
-                if !LAMBERT {
-                    for (lane, bsdf) in self.others.each() {
-                        let wi = wi.lane(lane);
-                        f_cos.put(lane, bsdf.f_cos(wi));
-                        pdf[lane] = bsdf.pdf(wi, part);
-                    }
-                }
-                (f_cos, pdf)
-            },
-        )
+        let local_i = self.frame.to_local(wi);
+        let (mut f_cos, mut pdf) = self.at(wi, local_i);
+        if !LAMBERT {
+            for (lane, bsdf) in self.others.each() {
+                let wi = wi.lane(lane);
+                f_cos.put(lane, bsdf.f_cos(wi));
+                pdf[lane] = bsdf.pdf(wi, part);
+            }
+        }
+        (f_cos, pdf)
     }
 
     /// The same of a direction of the world and of the frames.

@@ -37,7 +37,7 @@ pub(crate) fn draws(
     let (samples, scattered): (u32, u32) = match strategy {
         DirectStrategy::All | DirectStrategy::EachOnce => (
             total(extended.map(|light| table.samples(light, strategy))),
-            Samples::of_each(table, strategy, None).directions,
+            Samples::new(table, LightSamples::Each(strategy), None).directions,
         ),
         DirectStrategy::One => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };

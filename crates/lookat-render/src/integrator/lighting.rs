@@ -23,7 +23,8 @@ pub(in crate::integrator) struct Lighting<'s> {
     table: &'s LightTable,
     /// All of them, those first that are sampled where there is no [`Lune`].
     sampled: Vec<SampledLight<'s>>,
-    lights: LightSamples,
+    /// How many samples there are where there is no lune.
+    usual: Samples,
     /// What of the BSDFs directions are sampled from.
     part: Part,
     /// Whether skies are sampled in another way where normals differ.
@@ -60,11 +61,9 @@ impl<'s> Lighting<'s> {
     /// ones.
     pub fn new(table: &'s LightTable, lights: LightSamples, part: Part, has_normals: bool) -> Self {
         let has_lunes = has_normals && table.has_skies();
-        let mut lighting =
-            Lighting { table, sampled: table.sampled_lights(), lights, part, has_lunes, even_sky: None };
-        let directions = lighting.samples(None).directions;
-        lighting.even_sky = table.even_sky().filter(|_| !has_lunes).map(|sky| sky / directions as f32);
-        lighting
+        let usual = Samples::new(table, lights, None);
+        let even_sky = table.even_sky().filter(|_| !has_lunes).map(|sky| sky / usual.directions as f32);
+        Lighting { table, sampled: table.sampled_lights(), usual, part, has_lunes, even_sky }
     }
 
     /// The lunes of surfaces that scatter light into all directions.
@@ -85,10 +84,7 @@ impl<'s> Lighting<'s> {
 
     /// How many samples of each kind there are at a surface.
     fn samples(&self, lune: Option<&Lune>) -> Samples {
-        match self.lights {
-            LightSamples::One(choice) => Samples::of_one(self.table, choice, lune),
-            LightSamples::Each(strategy) => Samples::of_each(self.table, strategy, lune),
-        }
+        if lune.is_none() { self.usual } else { Samples::new(self.table, self.usual.lights, lune) }
     }
 
     /// Light that comes straight to surfaces by way of samples of lights.
@@ -103,7 +99,7 @@ impl<'s> Lighting<'s> {
     ) -> Colors<S> {
         simd.vectorize(
             #[inline(always)]
-            || match self.lights {
+            || match self.usual.lights {
                 LightSamples::One(choice) => {
                     self.one_light(simd, tracer, streams, vertices, (choice, active))
                 }
@@ -155,12 +151,7 @@ impl<'s> Lighting<'s> {
                 let mut sum = Colors::splat(simd, Vec3::ZERO);
                 for light in 0..self.table.len() {
                     let count = self.table.samples(light, strategy);
-                    let mut sampled = 0;
-                    for lane in those(active) {
-                        let eligible = self.table.eligible(vertices.lunes[lane].as_ref());
-                        sampled |= u64::from(light < eligible) << lane;
-                    }
-                    let sampled = bits(simd, sampled);
+                    let sampled = self.eligible(simd, vertices.lunes, light, active);
                     let scattered = active & !sampled;
                     for k in 0..count {
                         let u = match self.table.is_delta(light) {
@@ -242,11 +233,11 @@ impl<'s> Lighting<'s> {
                 let reflected = f_cos * sample.li;
                 active &= sample.is_there & reflected.is_light();
                 active &= !vertices.world.met(simd, tracer, &sample.shadow, (active, true));
-                let mut count = [1.0; LANES];
-                let mut is_sky = 0;
+                let (mut count, mut is_sky) = ([1.0; LANES], 0);
+                let first_sky = self.table.first_sky();
                 for (lane, (light, probability)) in chosen.iter().enumerate() {
                     count[lane] = *probability;
-                    is_sky |= u64::from(*light >= self.table.first_sky()) << lane;
+                    is_sky |= u64::from(*light >= first_sky) << lane;
                 }
                 let count: f64x8<S> = count.simd_into(simd);
                 let direct = reflected / to_f32(count);
@@ -258,11 +249,24 @@ impl<'s> Lighting<'s> {
         )
     }
 
+    /// Where a light is sampled.
+    #[inline(always)]
+    fn eligible<S: Simd>(&self, simd: S, lunes: &Lunes, light: usize, active: mask64x8<S>) -> mask64x8<S> {
+        if !self.has_lunes {
+            return if light < self.table.eligible(None) { active } else { bits(simd, 0) };
+        }
+        let mut eligible = 0;
+        for lane in those(active) {
+            eligible |= u64::from(light < self.table.eligible(lunes[lane].as_ref())) << lane;
+        }
+        bits(simd, eligible)
+    }
+
     /// How many directions there are at each surface.
     #[inline(always)]
     fn directions<S: Simd>(&self, simd: S, lunes: &Lunes) -> f64x8<S> {
         if !self.has_lunes {
-            return f64::from(self.samples(None).directions).simd_into(simd);
+            return f64::from(self.usual.directions).simd_into(simd);
         }
         let directions: [f64; LANES] =
             from_fn(|lane| f64::from(self.samples(lunes[lane].as_ref()).directions));

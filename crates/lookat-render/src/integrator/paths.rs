@@ -67,7 +67,8 @@ impl World<'_> {
         if sees == Sees::Nothing {
             return;
         }
-        for lane in those(active & (hits.emits | !hits.is_hit())) {
+        let lit = if tracer.lights().has_skies() { hits.emits | !hits.is_hit() } else { hits.emits };
+        for lane in those(active & lit) {
             let (ray, hit) = self.one(rays, hits, lane);
             let light = tracer.light_ahead(&ray, hit.as_ref(), sees == Sees::All);
             wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;

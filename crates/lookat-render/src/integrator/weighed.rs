@@ -25,17 +25,18 @@ pub(super) enum LightSamples {
 }
 
 impl Samples {
-    /// One light, and one direction; or two, where no light is to be sampled.
-    pub fn of_one(lights: &LightTable, choice: LightChoice, lune: Option<&Lune>) -> Self {
-        let directions = if lights.leaves_all_to_directions(lune) { 2 } else { 1 };
-        Samples { lights: LightSamples::One(choice), directions }
-    }
-
-    /// All lights, and as many directions as the most that a light asks for, and those that the lights ask for that are not sampled.
-    pub fn of_each(table: &LightTable, strategy: DirectStrategy, lune: Option<&Lune>) -> Self {
-        let others = (table.eligible(lune)..table.len()).map(|light| table.samples(light, strategy));
-        let directions = others.fold(most_samples(table, strategy), u32::saturating_add);
-        Samples { lights: LightSamples::Each(strategy), directions }
+    /// Of one light, and one direction, or two where no light is to be sampled; or of all lights, and as many directions as the most that
+    /// a light asks for, and those that the lights ask for that are not sampled.
+    pub fn new(table: &LightTable, lights: LightSamples, lune: Option<&Lune>) -> Self {
+        let directions = match lights {
+            LightSamples::One(_) if table.leaves_all_to_directions(lune) => 2,
+            LightSamples::One(_) => 1,
+            LightSamples::Each(strategy) => {
+                let others = (table.eligible(lune)..table.len()).map(|light| table.samples(light, strategy));
+                others.fold(most_samples(table, strategy), u32::saturating_add)
+            }
+        };
+        Samples { lights, directions }
     }
 }
 
