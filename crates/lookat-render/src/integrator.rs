@@ -1,10 +1,11 @@
-//! Integrators, and what they share: tracing with a count of rays.
+//! Integrators: the light along camera rays.
 
 mod ambient;
 pub(crate) mod direct;
 mod lighting;
 pub(crate) mod path;
 mod paths;
+mod tracer;
 pub(crate) mod wave;
 mod weighed;
 mod world;
@@ -13,87 +14,18 @@ use std::ops::Range;
 
 use arrayvec::ArrayVec;
 use fearless_simd::Simd;
-use glam::Vec3;
 use lookat_scene::Integrator;
 
 use crate::bsdf::Lobes;
 use crate::camera::lanes::Viewer;
 use crate::lanes::LANES;
+use crate::light::LightTable;
 use crate::sampler::lanes::Streams;
 use crate::trace::lanes::Rays;
+use crate::traceable::Traceable;
+pub(crate) use tracer::Tracer;
 use wave::Wave;
 use world::World;
-
-use crate::light::LightTable;
-use crate::ray::{Hit, Ray};
-use crate::surface::Surface;
-use crate::trace::{Form, Forms, StreamSize};
-use crate::traceable::Traceable;
-
-/// The most surfaces without a material that a ray passes through in a row.
-pub(crate) const MAX_PASSED: u32 = 1000;
-
-/// Traces rays and counts them.
-pub(crate) struct Tracer<'s> {
-    scene: &'s Traceable,
-    lights: &'s LightTable,
-    pub rays: u64,
-    /// How many packets of camera rays go together.
-    pub stream_size: StreamSize,
-    /// What has been made of rays that are traced next.
-    pub forms: Box<Forms>,
-}
-
-impl<'s> Tracer<'s> {
-    pub fn new(scene: &'s Traceable, lights: &'s LightTable) -> Self {
-        Tracer { scene, lights, rays: 0, stream_size: StreamSize::LARGEST, forms: Box::new(Forms::new()) }
-    }
-
-    pub fn lights(&self) -> &'s LightTable {
-        self.lights
-    }
-
-    /// The nearest hit.
-    pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
-        self.rays += 1;
-        self.scene.nearest(ray)
-    }
-
-    /// The same of a ray of which a form has been made, that of `lane`, put where it is to be.
-    pub fn find_formed(&mut self, ray: &Ray, lane: usize, found: &mut Option<Hit>) {
-        self.rays += 1;
-        self.scene.find_formed(ray, Form { of: &self.forms, lane }, found);
-    }
-
-    /// The surface at a hit of `ray`. Apart from the search for it, because large values are best not moved.
-    #[inline]
-    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Surface<'s> {
-        Surface::new(self.scene, ray, hit)
-    }
-
-    /// What a ray sees straight ahead. `glows`: also what has no material.
-    pub fn light_ahead(&self, ray: &Ray, hit: Option<&Hit>, glows: bool) -> Vec3 {
-        let Some(hit) = hit else { return self.lights.background(ray.d) };
-        let surface = self.surface(ray, hit);
-        if glows || !surface.is_passed() { surface.le(-ray.d) } else { Vec3::ZERO }
-    }
-
-    /// Whether there is light that rays find: other than that of points and of single directions.
-    pub fn may_find_light(&self) -> bool {
-        self.lights.has_skies() || !self.scene.emitters.is_empty()
-    }
-
-    /// Whether what is hit emits light.
-    pub fn emits(&self, hit: &Hit) -> bool {
-        self.scene.emits(hit)
-    }
-
-    /// Whether something is in the way of a ray of which a form has been made, that of `lane`; of a shadow ray, if `is_shadow`.
-    pub fn occluded_formed(&mut self, ray: &Ray, lane: usize, is_shadow: bool) -> bool {
-        self.rays += 1;
-        self.scene.occluded_formed(ray, Form { of: &self.forms, lane }, is_shadow)
-    }
-}
 
 /// What takes the samples of a scene.
 pub(crate) enum SceneIntegrator<'s> {

@@ -6,11 +6,10 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::Vec3;
 
-use super::Tracer;
+use super::tracer::Tracer;
 use crate::frame::lanes::Frames;
-use crate::integrator::paths::Sees;
 use crate::integrator::wave::Wave;
-use crate::integrator::world::World;
+use crate::integrator::world::{Sees, World};
 use crate::lanes::{LANES, first_lanes, those};
 use crate::sampler::lanes::Streams;
 use crate::trace::lanes::Rays;

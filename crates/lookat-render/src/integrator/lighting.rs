@@ -6,10 +6,10 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, Vec3};
 use lookat_scene::{DirectStrategy, LightChoice};
 
+use super::tracer::Tracer;
 use super::weighed::{LightSamples, Samples, Sampling, Weighed, most_samples};
 use crate::bsdf::Part;
 use crate::bsdf::lanes::Bsdfs;
-use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::lanes::{Colors, LANES, bits, those, to_f32};
 use crate::light::lanes::{LightSamples as SampledLights, SampledLight, weights};

@@ -9,15 +9,16 @@ use lookat_scene::LightChoice;
 
 use std::ops::Range;
 
-use super::{Draw, Tracer};
+use super::Draw;
+use super::tracer::Tracer;
 use crate::bsdf::lanes::{Bsdfs, Others};
 use crate::bsdf::{Lobes, Part};
 use crate::camera::lanes::{Viewer, Views};
 use crate::integrator::lighting::{Directions, Lighting, Vertices};
-use crate::integrator::paths::{Found, Sees};
+use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::weighed::LightSamples;
-use crate::integrator::world::World;
+use crate::integrator::world::{Sees, World};
 use crate::lanes::{Colors, LANES, bits, first_lanes, those};
 use crate::light::LightTable;
 use crate::sampler::lanes::Streams;

@@ -4,8 +4,8 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, mask64x8};
 use glam::Vec3;
 
-use super::world::World;
-use crate::integrator::Tracer;
+use super::tracer::Tracer;
+use super::world::{Sees, World};
 use crate::integrator::wave::Wave;
 use crate::lanes::{Colors, LANES, first_lanes, splat_f32, those};
 use crate::trace::MOST_PACKETS;
@@ -16,15 +16,6 @@ pub(crate) struct Found<S: Simd> {
     pub rays: Rays<S>,
     pub hits: Hits<S>,
     pub weight: (Colors<S>, f32x8<S>),
-}
-
-/// What light rays see straight ahead.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sees {
-    Nothing,
-    /// But not of surfaces without a material.
-    Materials,
-    All,
 }
 
 impl World<'_> {

@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use lookat_scene::{DirectStrategy, LightChoice};
 
-use super::Tracer;
+use super::tracer::Tracer;
 use crate::light::{LightTable, Lune, Receiver};
 use crate::ray::{Hit, Ray};
 use crate::surface::Surface;

@@ -4,11 +4,10 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
 
-use super::paths::Sees;
+use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Lobes;
 use crate::bsdf::lanes::Others;
 use crate::camera::lanes::Views;
-use crate::integrator::{MAX_PASSED, Tracer};
 use crate::lanes::{LANES, bits, count, those};
 use crate::ray::{Hit, Ray};
 use crate::shading::lanes::{ListShading, Shaded, TreeShading};
@@ -16,6 +15,15 @@ use crate::surface::Surface;
 use crate::trace::lanes::{Found, Hits, List, Rays, Tree};
 use crate::trace::{MOST_PACKETS, Together};
 use crate::traceable::Traceable;
+
+/// What light rays see straight ahead.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Sees {
+    Nothing,
+    /// But not of surfaces without a material.
+    Materials,
+    All,
+}
 
 /// A world, and what it is made of.
 pub(crate) enum World<'s> {
