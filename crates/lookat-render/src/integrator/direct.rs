@@ -101,7 +101,9 @@ impl<'s> Direct<'s> {
             }
             for first in (0..count).step_by(LANES) {
                 let paths = wave.take(simd, first, count.min(first + LANES));
-                streams.choose(&paths.samples, dimension + depth * (self.numbers + 2));
+                // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
+                let before = depth.wrapping_mul(self.numbers + 2);
+                streams.choose(&paths.samples, dimension.wrapping_add(before));
                 let camera = (depth == 0).then_some(camera);
                 self.surface::<S, LAMBERT>(simd, tracer, streams, &paths, (camera, depth), (wave, lobes));
             }
