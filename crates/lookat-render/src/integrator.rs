@@ -25,7 +25,7 @@ use crate::trace::lanes::Rays;
 use crate::traceable::Traceable;
 pub(crate) use tracer::Tracer;
 use wave::Wave;
-use world::World;
+use world::{Sees, World};
 
 /// What takes the samples of a scene.
 pub(crate) enum SceneIntegrator<'s> {
@@ -60,8 +60,7 @@ impl<'s> SceneIntegrator<'s> {
         }
     }
 
-    /// Takes the samples of camera rays: adds what they see to the radiance in the wave. `dimension`: how many numbers camera rays have
-    /// taken.
+    /// Adds what camera rays see to the radiance in the wave, surface by surface. `dimension`: how many numbers camera rays have taken.
     #[inline(always)]
     pub fn li<S: Simd, const LAMBERT: bool>(
         &self,
@@ -69,22 +68,37 @@ impl<'s> SceneIntegrator<'s> {
         tracer: &mut Tracer,
         streams: &mut Streams,
         (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
-        (packets, samples): (&[Rays<S>], &[ArrayVec<u16, LANES>]),
-        camera: (Viewer, u32),
+        rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
+        (camera, dimension): (Viewer, u32),
     ) {
-        let rays = (packets, samples);
-        match self {
-            SceneIntegrator::Path(path) => {
-                path.begin(simd, tracer, rays, wave);
-                path.follow::<_, LAMBERT>(simd, tracer, streams, (wave, lobes), camera);
+        let (surfaces, numbers, sees) = match self {
+            SceneIntegrator::Path(path) => (path.max_depth, path::numbers(path.max_depth), Sees::All),
+            SceneIntegrator::Direct(direct) => (direct.surfaces(), direct.numbers(), Sees::Materials),
+            SceneIntegrator::Ambient(_) => (1, 0, Sees::Nothing),
+        };
+        self.world().begin(simd, tracer, rays, (surfaces > 0, sees), wave);
+        for depth in 0..surfaces {
+            let count = wave.begin_surface();
+            if count == 0 {
+                return;
             }
-            SceneIntegrator::Direct(direct) => {
-                direct.begin(simd, tracer, rays, wave);
-                direct.follow::<_, LAMBERT>(simd, tracer, streams, (wave, lobes), camera);
-            }
-            SceneIntegrator::Ambient(ambient) => {
-                ambient.begin(simd, tracer, rays, wave);
-                ambient.follow(simd, tracer, streams, wave, camera.1);
+            for first in (0..count).step_by(LANES) {
+                let paths = wave.take(simd, first, count.min(first + LANES));
+                // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
+                let before = dimension.wrapping_add(depth.wrapping_mul(numbers));
+                streams.choose(&paths.samples, before);
+                let at = ((depth == 0).then_some(camera), depth);
+                match self {
+                    SceneIntegrator::Path(path) => {
+                        path.surface::<_, LAMBERT>(simd, tracer, streams, &paths, at, (wave, lobes));
+                    }
+                    SceneIntegrator::Direct(direct) => {
+                        direct.surface::<_, LAMBERT>(simd, tracer, streams, &paths, at, (wave, lobes));
+                    }
+                    SceneIntegrator::Ambient(ambient) => {
+                        ambient.surface(simd, tracer, streams, &paths, wave);
+                    }
+                }
             }
         }
     }

@@ -175,9 +175,9 @@ impl Traceable {
         self.search_with::<ANY>(query, hit, boxes, |block, _| block.all(), |_, _| 0, decide)
     }
 
-    /// `boxes` tells which boxes of a node the ray may meet within a limit, as bits, and from which distance on; `filter`, which
-    /// triangles of a block it may meet within a limit, as bits; `surely`, some of those that `decide` would tell it meets; and
-    /// `decide`, where it does meet a triangle, and in proportion to what its corners weigh.
+    /// `boxes` gives the boxes of a node that the ray may meet within a limit, as bits, and where it enters them. `filter` gives the
+    /// triangles of a block that it may meet within a limit, as bits. `surely` gives some of the triangles that it certainly meets.
+    /// `decide` tells where it meets a triangle, and in proportion to what its corners weigh.
     #[inline(always)]
     fn search_with<const ANY: bool>(
         &self,

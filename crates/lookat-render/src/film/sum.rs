@@ -407,7 +407,7 @@ mod tests {
         }
     }
 
-    /// Squares far below the unit make an error that is too large, and none of 0 but for black.
+    /// Squares far below the unit give an error that is too large. Only black has an error of 0.
     #[test]
     fn errors_of_dark_pixels_are_not_lost() {
         for mean in [1e-4_f32, 1e-8, 1e-10, 1e-12, 0.0] {

@@ -2,17 +2,15 @@
 
 use std::f64::consts::PI;
 
-use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::Vec3;
 
 use super::tracer::Tracer;
 use crate::frame::lanes::Frames;
-use crate::integrator::wave::Wave;
-use crate::integrator::world::{Sees, World};
-use crate::lanes::{LANES, first_lanes, those};
+use crate::integrator::wave::{Taken, Wave};
+use crate::integrator::world::World;
+use crate::lanes::{first_lanes, those};
 use crate::sampler::lanes::Streams;
-use crate::trace::lanes::Rays;
 use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 use crate::warp::square_to_uniform_hemisphere_pdf;
 
@@ -24,57 +22,40 @@ pub(crate) struct Ambient<'s> {
 }
 
 impl Ambient<'_> {
-    /// Begins with packets of camera rays: those of the samples of these numbers.
-    #[inline(always)]
-    pub fn begin<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
-        wave: &mut Wave,
-    ) {
-        self.world.begin(simd, tracer, rays, (true, Sees::Nothing), wave);
-    }
-
-    /// Adds pi times the share of the sky that surfaces see, weighed by the cosine. `dimension`: how many numbers camera rays have taken.
+    /// Adds pi times the share of the sky that surfaces see, weighed by the cosine.
     #[inline(never)]
-    pub fn follow<S: Simd>(
+    pub(super) fn surface<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
+        paths: &Taken<S>,
         wave: &mut Wave,
-        dimension: u32,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
-                let count = wave.begin_surface();
-                for first in (0..count).step_by(LANES) {
-                    let paths = wave.take(simd, first, count.min(first + LANES));
-                    streams.choose(&paths.samples, dimension);
-                    let active = first_lanes(simd, paths.samples.len());
-                    let surfaces = self.world.plain(simd, (&paths.rays, &paths.hits), active).surfaces;
-                    let n = (-surfaces.n).or(surfaces.n.dot(paths.rays.d).simd_gt(0.0), surfaces.n);
-                    let frames = Frames::from_z(n);
-                    let mut sum: f64x8<S> = 0.0.simd_into(simd);
-                    for k in 0..self.samples {
-                        let u = streams.nested_2d(simd, active, (self.samples, k));
-                        // The cosine over the density by solid angle.
-                        let (local, value) = if self.cosine {
-                            (square_to_cosine_hemisphere(u), PI.simd_into(simd))
-                        } else {
-                            let local = square_to_uniform_hemisphere(u);
-                            (local, local.z / square_to_uniform_hemisphere_pdf())
-                        };
-                        let rays = surfaces.leave(frames.to_world(local));
-                        let blocked = self.world.met(simd, tracer, &rays, (active, true));
-                        sum = blocked.select(sum, sum + value);
-                    }
-                    let mean = sum / f64::from(self.samples);
-                    for lane in those(active) {
-                        wave.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane] as f32);
-                    }
+                let active = first_lanes(simd, paths.samples.len());
+                let surfaces = self.world.plain(simd, (&paths.rays, &paths.hits), active).surfaces;
+                let n = (-surfaces.n).or(surfaces.n.dot(paths.rays.d).simd_gt(0.0), surfaces.n);
+                let frames = Frames::from_z(n);
+                let mut sum: f64x8<S> = 0.0.simd_into(simd);
+                for k in 0..self.samples {
+                    let u = streams.nested_2d(simd, active, (self.samples, k));
+                    // The cosine over the density by solid angle.
+                    let (local, value) = if self.cosine {
+                        (square_to_cosine_hemisphere(u), PI.simd_into(simd))
+                    } else {
+                        let local = square_to_uniform_hemisphere(u);
+                        (local, local.z / square_to_uniform_hemisphere_pdf())
+                    };
+                    let rays = surfaces.leave(frames.to_world(local));
+                    let blocked = self.world.met(simd, tracer, &rays, (active, true));
+                    sum = blocked.select(sum, sum + value);
+                }
+                let mean = sum / f64::from(self.samples);
+                for lane in those(active) {
+                    wave.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane] as f32);
                 }
             },
         )

@@ -2,7 +2,6 @@
 //!
 //! pbrt-v3 follows both the reflected and the refracted ray at glass; here one is chosen, at the same mean.
 
-use arrayvec::ArrayVec;
 use fearless_simd::{Simd, prelude::*};
 use lookat_scene::{DirectStrategy, LightChoice};
 
@@ -20,7 +19,6 @@ use crate::lanes::{LANES, first_lanes};
 use crate::light::LightTable;
 use crate::sampler::lanes::Streams;
 use crate::shading::lanes::Shaded;
-use crate::trace::lanes::Rays;
 
 /// How one light is chosen; as in pbrt-v3.
 const CHOICE: LightChoice = LightChoice::Uniform;
@@ -71,47 +69,19 @@ impl<'s> Direct<'s> {
         Direct { world, lighting, numbers, has_direction, max_depth }
     }
 
-    /// Begins with packets of camera rays: those of the samples of these numbers.
-    #[inline(always)]
-    pub fn begin<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
-        wave: &mut Wave,
-    ) {
-        self.world.begin(simd, tracer, rays, (true, Sees::Materials), wave);
+    /// At how many surfaces in a row there is direct light.
+    pub fn surfaces(&self) -> u32 {
+        self.max_depth.max(1)
     }
 
-    /// Follows rays that have begun to their ends. `dimension`: how many numbers camera rays
-    /// have taken.
-    #[inline(always)]
-    pub fn follow<S: Simd, const LAMBERT: bool>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        streams: &mut Streams,
-        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
-        (camera, dimension): (Viewer, u32),
-    ) {
-        for depth in 0..self.max_depth.max(1) {
-            let count = wave.begin_surface();
-            if count == 0 {
-                return;
-            }
-            for first in (0..count).step_by(LANES) {
-                let paths = wave.take(simd, first, count.min(first + LANES));
-                // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
-                let before = depth.wrapping_mul(self.numbers + 2);
-                streams.choose(&paths.samples, dimension.wrapping_add(before));
-                let camera = (depth == 0).then_some(camera);
-                self.surface::<S, LAMBERT>(simd, tracer, streams, &paths, (camera, depth), (wave, lobes));
-            }
-        }
+    /// How many numbers a surface takes: for its light, and for the direction to go on.
+    pub fn numbers(&self) -> u32 {
+        self.numbers + 2
     }
 
+    /// What becomes of paths at a surface.
     #[inline(never)]
-    fn surface<S: Simd, const LAMBERT: bool>(
+    pub(super) fn surface<S: Simd, const LAMBERT: bool>(
         &self,
         simd: S,
         tracer: &mut Tracer,

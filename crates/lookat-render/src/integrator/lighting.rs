@@ -18,7 +18,7 @@ use crate::sampler::lanes::Streams;
 use crate::surface::lanes::Surfaces;
 use crate::trace::lanes::{Hits, Rays};
 
-/// The light of a scene, in which one light is chosen at each surface.
+/// The lights of a scene, and how surfaces sample them.
 pub(in crate::integrator) struct Lighting<'s> {
     table: &'s LightTable,
     /// All of them, those first that are sampled where there is no [`Lune`].

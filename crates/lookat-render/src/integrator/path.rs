@@ -3,11 +3,10 @@
 //! pbrt-v3 draws two directions from the BSDF at each surface, one for direct light and one to go on; here one serves both, at the same
 //! mean.
 
-use arrayvec::ArrayVec;
+use std::ops::Range;
+
 use fearless_simd::{Simd, f32x8, mask64x8};
 use lookat_scene::LightChoice;
-
-use std::ops::Range;
 
 use super::Draw;
 use super::tracer::Tracer;
@@ -23,7 +22,6 @@ use crate::lanes::{Colors, LANES, bits, first_lanes, those};
 use crate::light::LightTable;
 use crate::sampler::lanes::Streams;
 use crate::shading::lanes::Shaded;
-use crate::trace::lanes::Rays;
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;
@@ -35,7 +33,7 @@ fn roulette(max_depth: u32) -> Range<u32> {
 
 /// How many numbers a surface takes: for the choice of a light, the light, the direction, and roulette. All take as many, so that the
 /// dimensions of a surface do not depend on those before.
-fn numbers(max_depth: u32) -> u32 {
+pub(super) fn numbers(max_depth: u32) -> u32 {
     5 + u32::from(!roulette(max_depth).is_empty())
 }
 
@@ -59,7 +57,7 @@ pub(crate) fn draws(max_depth: u32, lights: &LightTable) -> Vec<Draw> {
 pub(crate) struct Paths<'s> {
     pub(in crate::integrator) world: World<'s>,
     lighting: Lighting<'s>,
-    max_depth: u32,
+    pub max_depth: u32,
     roulette_threshold: f64,
 }
 
@@ -75,47 +73,9 @@ impl<'s> Paths<'s> {
         Paths { world, lighting, max_depth, roulette_threshold }
     }
 
-    /// Begins paths with packets of camera rays: those of the samples of these numbers.
-    #[inline(always)]
-    pub fn begin<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
-        wave: &mut Wave,
-    ) {
-        self.world.begin(simd, tracer, rays, (self.max_depth > 0, Sees::All), wave);
-    }
-
-    /// Follows paths that have begun to their ends. `dimension`: how many numbers camera rays
-    /// have taken.
-    #[inline(always)]
-    pub fn follow<S: Simd, const LAMBERT: bool>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        streams: &mut Streams,
-        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
-        (camera, dimension): (Viewer, u32),
-    ) {
-        let numbers = numbers(self.max_depth);
-        for depth in 0..self.max_depth {
-            let count = wave.begin_surface();
-            if count == 0 {
-                return;
-            }
-            for first in (0..count).step_by(LANES) {
-                let paths = wave.take(simd, first, count.min(first + LANES));
-                streams.choose(&paths.samples, dimension + depth * numbers);
-                let camera = (depth == 0).then_some(camera);
-                self.surface::<S, LAMBERT>(simd, tracer, streams, &paths, (camera, depth), (wave, lobes));
-            }
-        }
-    }
-
     /// What becomes of paths at a surface.
     #[inline(never)]
-    fn surface<S: Simd, const LAMBERT: bool>(
+    pub(super) fn surface<S: Simd, const LAMBERT: bool>(
         &self,
         simd: S,
         tracer: &mut Tracer,

@@ -19,8 +19,8 @@ pub(crate) struct Found<S: Simd> {
 }
 
 impl World<'_> {
-    /// Begins paths with packets of camera rays, those of the samples of these numbers: adds the light that they see, and, if paths
-    /// go on, what they hit.
+    /// Traces packets of camera rays, each for the samples of some numbers. Adds the light that they see. If paths go on, adds what they
+    /// hit to the wave.
     #[inline(always)]
     pub fn begin<S: Simd>(
         &self,
@@ -66,8 +66,8 @@ impl World<'_> {
         }
     }
 
-    /// Follows rays through what has no material, and adds those that find a surface to the wave. Where rays see all light on their
-    /// way, `is_full`, that of what comes after the first hit is added.
+    /// Follows rays through surfaces without a material, and adds those that find one with a material to the wave. Where `is_full`, adds
+    /// the light that rays see behind the first hit.
     #[inline(never)]
     pub fn go_on<S: Simd>(
         &self,

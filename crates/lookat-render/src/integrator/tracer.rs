@@ -37,7 +37,7 @@ impl<'s> Tracer<'s> {
         self.scene.nearest(ray)
     }
 
-    /// The same of a ray of which a form has been made, that of `lane`, put where it is to be.
+    /// The nearest hit of the ray whose form is in `lane`, written to `found`.
     pub fn find_formed(&mut self, ray: &Ray, lane: usize, found: &mut Option<Hit>) {
         self.rays += 1;
         self.scene.find_formed(ray, Form { of: &self.forms, lane }, found);
@@ -56,7 +56,7 @@ impl<'s> Tracer<'s> {
         if glows || !surface.is_passed() { surface.le(-ray.d) } else { Vec3::ZERO }
     }
 
-    /// Whether there is light that rays find: other than that of points and of single directions.
+    /// Whether rays can find light: a sky, or a shape that emits.
     pub fn may_find_light(&self) -> bool {
         self.lights.has_skies() || !self.scene.emitters.is_empty()
     }
@@ -66,7 +66,7 @@ impl<'s> Tracer<'s> {
         self.scene.emits(hit)
     }
 
-    /// Whether something is in the way of a ray of which a form has been made, that of `lane`; of a shadow ray, if `is_shadow`.
+    /// Whether anything blocks the ray whose form is in `lane`. `is_shadow`: it is a shadow ray, which passes other holes.
     pub fn occluded_formed(&mut self, ray: &Ray, lane: usize, is_shadow: bool) -> bool {
         self.rays += 1;
         self.scene.occluded_formed(ray, Form { of: &self.forms, lane }, is_shadow)

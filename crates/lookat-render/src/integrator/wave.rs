@@ -96,7 +96,7 @@ impl Wave {
         }
     }
 
-    /// Adds those that go on to the next surface; `passed`: which of them have passed anything, as bits.
+    /// Adds the paths that go on to the next surface. `passed`: bits of the rays that have passed surfaces without a material.
     #[inline(always)]
     pub(in crate::integrator) fn push<S: Simd>(
         &mut self,

@@ -25,8 +25,8 @@ pub(super) enum LightSamples {
 }
 
 impl Samples {
-    /// Of one light, and one direction, or two where no light is to be sampled; or of all lights, and as many directions as the most that
-    /// a light asks for, and those that the lights ask for that are not sampled.
+    /// For one light: one direction, or two where no light is sampled. For all lights: as many directions as the light with the most
+    /// samples has, and the samples of each light that is not sampled.
     pub fn new(table: &LightTable, lights: LightSamples, lune: Option<&Lune>) -> Self {
         let directions = match lights {
             LightSamples::One(_) if table.leaves_all_to_directions(lune) => 2,

@@ -75,7 +75,7 @@ impl<'s> World<'s> {
         }
     }
 
-    /// The nearest hits of packets of camera rays, of those that are active.
+    /// The nearest hits of the active rays of packets of camera rays.
     #[inline(never)]
     pub fn nearest_of<S: Simd>(
         &self,
