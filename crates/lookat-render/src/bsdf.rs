@@ -1,54 +1,26 @@
-//! How surfaces scatter light.
+//! How surfaces scatter light, at points side by side. Directions are in the world and point away from the surface.
 
 mod choice;
 mod fresnel;
-pub(crate) mod lanes;
 mod lobe;
 mod material;
 mod microfacet;
+mod slots;
+mod specular;
 #[cfg(test)]
 mod tests;
 
-use std::f32::consts::FRAC_1_PI;
+use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
+use glam::{DVec3, Vec3};
 
-use glam::{DVec2, DVec3, Vec3};
-use lookat_scene::{Material, MaterialKind, Matte, Texture};
-use smallvec::SmallVec;
-
-use crate::frame::{Frame, flipped};
-use crate::texture::TexturePoint;
-use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
-use choice::LikelyLobe;
-use lobe::Lobe;
+use crate::frame::flipped;
+use crate::frame::lanes::Frames;
+use crate::lanes::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, widen};
+use lobe::Kind;
 pub(crate) use material::most_lobes;
-
-/// The scattering of light at a point of a surface towards one direction, `wo`. Directions are in the world and point away
-/// from the surface.
-#[derive(Debug, Clone)]
-pub(crate) struct Bsdf<'l> {
-    /// The shading frame: z is the shading normal.
-    frame: Frame,
-    /// The geometric normal on the side of `wo`: it decides which directions are on the same side.
-    n: DVec3,
-    /// `wo` in the shading frame.
-    local_o: DVec3,
-    scattering: Scattering<'l>,
-}
-
-/// Most surfaces are diffuse and nothing else: they go without a list.
-#[derive(Debug, Clone, Copy)]
-enum Scattering<'l> {
-    /// One [`Lobe::Lambert`] of this reflectance.
-    Lambert(Vec3),
-    /// Any lobes, and how many of them are specular.
-    Lobes { lobes: &'l [LikelyLobe], specular: usize },
-}
-
-/// A place for lobes that serves one surface after the other. Few materials have more than these.
-#[derive(Debug, Default)]
-pub(crate) struct Lobes(LobeList);
-
-type LobeList = SmallVec<[LikelyLobe; 8]>;
+use slots::Slot;
+pub(crate) use slots::{PointLobes, Slots};
+use specular::Single;
 
 /// Which lobes are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,11 +33,11 @@ pub(crate) enum Part {
 }
 
 impl Part {
-    fn holds(self, lobe: &Lobe) -> bool {
+    fn holds(self, kind: Kind) -> bool {
         match self {
             Part::All => true,
-            Part::Smooth => !lobe.is_specular(),
-            Part::Specular => lobe.is_specular(),
+            Part::Smooth => !kind.is_specular(),
+            Part::Specular => kind.is_specular(),
         }
     }
 }
@@ -83,190 +55,182 @@ pub(crate) struct Domain {
     pub is_diffuse: bool,
 }
 
-/// A direction that light may come from.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct BsdfSample {
-    pub wi: DVec3,
-    /// The BSDF times the cosine to the shading normal.
-    pub f_cos: Vec3,
-    /// Density of `wi` by solid angle, more than 0. Of a specular sample the probability of its direction.
-    pub pdf: f64,
-    /// No other direction could have been sampled nearby.
-    pub is_specular: bool,
-    /// What refraction alone does to radiance, and the way out undoes: the ratio of the squared indices of refraction, or 1.
-    pub compression: f32,
+/// The scattering of light at points, each towards one direction, `wo`.
+#[derive(Clone, Copy)]
+pub(crate) struct Bsdf<'s, S: Simd> {
+    /// The geometric normals on the side of `wo`: they decide which directions are on the same side.
+    n: Vec3x8<S>,
+    /// The shading normals, and the frames around them.
+    ns: Vec3x8<S>,
+    frames: Frames<f32x8<S>>,
+    wo: Vec3x8<S>,
+    /// `wo` in these frames.
+    local_o: V3<f32x8<S>>,
+    slots: &'s [Slot<S>],
 }
 
-impl BsdfSample {
+/// Directions that light may come from.
+pub(crate) struct BsdfSample<S: Simd> {
+    /// Where there is one.
+    pub is_there: mask64x8<S>,
+    pub wi: Vec3x8<S>,
+    /// Densities of `wi` by solid angle, more than 0. Of specular samples the probabilities of their directions.
+    pub pdf: f64x8<S>,
     /// By what radiance from `wi` is multiplied.
-    pub fn weight(&self) -> Vec3 {
-        self.f_cos / self.pdf as f32
-    }
+    pub weight: Colors<S>,
+    /// No other direction could have been sampled nearby.
+    pub is_specular: mask64x8<S>,
+    /// What refraction alone does to radiance, and the way out undoes: the ratio of the squared indices of refraction, or 1.
+    pub compression: f32x8<S>,
 }
 
-/// The reflectance of a material that goes without a list of lobes.
-#[inline(always)]
-pub(crate) fn lambert(material: &MaterialKind) -> Option<&Texture<Vec3>> {
-    match material {
-        MaterialKind::Matte(Matte { kd, sigma: Texture::Constant(0.0) }) => Some(kd),
-        _ => None,
-    }
-}
+/// The largest number below 1.
+const BELOW_ONE: f32 = 1.0 - f32::EPSILON / 2.0;
 
-impl<'l> Bsdf<'l> {
-    /// The scattering at a point of a material towards `wo`: `frame` holds the shading normal, `n` is the geometric normal.
-    /// A material that is not there scatters nothing.
+impl<'s, S: Simd> Bsdf<'s, S> {
+    /// Those at points with geometric normals `n` and shading normals `ns`. Weighs the lobes.
     #[inline(always)]
     pub fn new(
-        material: &Material,
-        at: &TexturePoint,
-        (frame, n): (Frame, DVec3),
-        wo: DVec3,
-        lobes: &'l mut Lobes,
+        (n, ns, frames): (Vec3x8<S>, Vec3x8<S>, Frames<f32x8<S>>),
+        wo: Vec3x8<S>,
+        slots: &'s mut Slots<S>,
     ) -> Self {
-        let local_o = frame.to_local(wo);
-        let n = flipped(n, n.dot(wo) < 0.0);
-        // Twice, so that it is built where it is to be.
-        match lambert(material.kind()) {
-            Some(kd) => {
-                let scattering = Scattering::Lambert(at.value(kd).max(Vec3::ZERO));
-                Bsdf { frame, n, local_o, scattering }
-            }
-            None => {
-                let scattering = Scattering::of(material.kind(), at, local_o, &mut lobes.0);
-                Bsdf { frame, n, local_o, scattering }
-            }
-        }
+        let local_o = frames.to_local(wo.narrow());
+        let n = (-n).or(n.dot(wo).simd_lt(0.0), n);
+        choice::weigh(&mut slots.0, local_o.z);
+        Bsdf { n, ns, frames, wo, local_o, slots: &slots.0 }
     }
 
-    /// Whether any of its lobes are of a kind.
-    pub fn has(&self, part: Part) -> bool {
-        match (self.scattering, part) {
-            (Scattering::Lambert(_), part) => part != Part::Specular,
-            (Scattering::Lobes { lobes, .. }, Part::All) => !lobes.is_empty(),
-            (Scattering::Lobes { lobes, specular }, Part::Smooth) => specular < lobes.len(),
-            (Scattering::Lobes { specular, .. }, Part::Specular) => specular > 0,
-        }
-    }
-
-    /// Where its light comes from, single directions aside.
-    pub fn domain(&self) -> Domain {
-        let (is_diffuse, is_two_sided) = match self.scattering {
-            Scattering::Lambert(_) => (true, false),
-            Scattering::Lobes { lobes, .. } => (false, lobes.iter().any(|likely| likely.lobe.transmits())),
-        };
-        let ns = flipped(self.frame.z, self.local_o.z < 0.0);
-        Domain { n: self.n, ns, is_two_sided, is_diffuse }
-    }
-
-    /// The BSDF times the cosine between `wi` and the shading normal; specular lobes count for nothing.
+    /// Where there are lobes of a part.
     #[inline(always)]
-    pub fn f_cos(&self, wi: DVec3) -> Vec3 {
-        let Some(through) = self.through(wi) else { return Vec3::ZERO };
-        match self.scattering {
-            Scattering::Lambert(_) if through => Vec3::ZERO,
-            Scattering::Lambert(reflectance) => reflectance * FRAC_1_PI * self.frame.z.dot(wi).abs() as f32,
-            Scattering::Lobes { lobes, .. } => self.f_cos_of(lobes, through, self.frame.to_local(wi)),
+    pub fn has(&self, part: Part) -> mask64x8<S> {
+        let none = mask32x8::splat(self.local_o.z.token(), false);
+        let own = self.slots.iter().filter(|slot| part.holds(slot.lobe.kind));
+        widen(own.fold(none, |all, slot| all | slot.mask))
+    }
+
+    /// Where the light of one of the points comes from, single directions aside.
+    pub fn domain(&self, lane: usize) -> Domain {
+        let own = || self.slots.iter().filter(|slot| slot.mask.to_bitmask() >> lane & 1 == 1);
+        Domain {
+            n: self.n.lane(lane),
+            ns: flipped(self.ns.lane(lane), self.local_o.z[lane] < 0.0),
+            is_two_sided: own().any(|slot| slot.lobe.kind.transmits()),
+            is_diffuse: own().all(|slot| slot.lobe.kind == Kind::Lambert),
         }
     }
 
-    /// Whether light from `wi` comes through the surface; `None` where it comes along it.
+    /// The BSDF times the cosine between `wi` and the shading normal, and the density by solid angle with which [`Bsdf::sample`] gives
+    /// `wi`; single directions aside.
     #[inline(always)]
-    fn through(&self, wi: DVec3) -> Option<bool> {
-        let side = wi.dot(self.n);
-        (self.local_o.z != 0.0 && side != 0.0).then_some(side < 0.0)
+    pub fn f_cos_pdf(&self, wi: Vec3x8<S>, part: Part) -> (Colors<S>, f64x8<S>) {
+        let (f_cos, pdf) = self.at(wi, self.frames.to_local(wi.narrow()), part);
+        (f_cos, to_f64(pdf))
     }
 
-    /// The geometric normal tells the sides, so that bent normals let no light through.
+    /// The same of a direction of the world and of the frames. The geometric normal tells the sides, so that bent normals let no light
+    /// through.
     #[inline(never)]
-    fn f_cos_of(&self, lobes: &[LikelyLobe], through: bool, local_i: DVec3) -> Vec3 {
-        let mut f = Vec3::ZERO;
-        for LikelyLobe { lobe, .. } in lobes.iter().filter(|likely| likely.lobe.transmits() == through) {
-            f += lobe.f(self.local_o, local_i);
-        }
-        f * local_i.z.abs() as f32
+    fn at(&self, wi: Vec3x8<S>, local_i: V3<f32x8<S>>, part: Part) -> (Colors<S>, f32x8<S>) {
+        let simd = wi.x.token();
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (none, black) = (splat_f32(simd, 0.0), Colors::splat(simd, Vec3::ZERO));
+                let (wo, side) = (self.local_o, wi.dot(self.n));
+                let is_seen = wo.z.simd_ne(0.0);
+                let above = narrow(side.simd_gt(0.0)) & is_seen;
+                let through = narrow(side.simd_lt(0.0)) & is_seen;
+                let same_side = (wo.z * local_i.z).simd_gt(0.0);
+                let (mut f, mut pdf) = (black, none);
+                for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_specular()) {
+                    let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i);
+                    let (side, sampled) =
+                        if slot.lobe.kind.transmits() { (through, !same_side) } else { (above, same_side) };
+                    f = f + own_f.or_narrow(side & slot.mask, black);
+                    pdf += (sampled & slot.mask).select(slot.probability * own_pdf, none);
+                }
+                if part == Part::Smooth {
+                    let all = choice::probability(simd, self.slots, part);
+                    pdf = all.simd_gt(0.0).select(pdf / all, none);
+                }
+                (f * local_i.z.abs(), pdf)
+            },
+        )
     }
 
-    /// Density by solid angle with which [`Bsdf::sample`] gives `wi`, specular directions aside.
-    #[inline]
-    pub fn pdf(&self, wi: DVec3, part: Part) -> f64 {
-        match self.scattering {
-            Scattering::Lambert(_) => lambert_pdf(self.local_o.z, self.frame.z.dot(wi)),
-            Scattering::Lobes { lobes, .. } => self.pdf_of(lobes, self.frame.to_local(wi), part),
-        }
+    /// Directions of one of the lobes, the likelier the more it scatters.
+    #[inline(never)]
+    pub fn sample(&self, [u, v]: [f64x8<S>; 2], part: Part) -> BsdfSample<S> {
+        let simd = u.token();
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let choice = choice::choose(self.slots, part, u);
+                let one = splat_f32(simd, 1.0);
+                let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
+                let none = mask32x8::splat(simd, false);
+                let (mut local, mut compression, mut is_smooth) = (self.local_o, one, none);
+                let mut single: Option<(mask64x8<S>, Single<S>)> = None;
+                for (number, slot) in self.slots.iter().enumerate() {
+                    let own = choice.slot.simd_eq(number as f32);
+                    if !own.any_true() {
+                        continue;
+                    }
+                    if slot.lobe.kind.is_specular() {
+                        let sample = slot.lobe.single(self.ns, self.wo, choice.rest);
+                        let own = widen(own);
+                        single = Some(match single {
+                            Some((others, all)) => (own | others, sample.or(own, all)),
+                            None => (own, sample),
+                        });
+                    } else {
+                        let (wi, is_there) = slot.lobe.sample(self.local_o, square);
+                        local = wi.or(own, local);
+                        is_smooth |= own & is_there;
+                        compression = own.select(slot.lobe.compression(self.local_o.z), compression);
+                    }
+                }
+                let mut sample = self.smooth(local, is_smooth, part);
+                sample.compression = compression;
+                if let Some((own, single)) = single {
+                    sample.put(own, single, choice.probability);
+                }
+                sample.is_there &= widen(self.local_o.z.simd_ne(0.0));
+                sample
+            },
+        )
     }
 
-    fn pdf_of(&self, lobes: &[LikelyLobe], local_i: DVec3, part: Part) -> f64 {
-        if !self.has(part) {
-            return 0.0;
-        }
-        let density = |likely: &LikelyLobe| likely.probability * likely.lobe.pdf(self.local_o, local_i);
-        // Specular lobes add nothing, but are chosen too.
-        lobes.iter().map(density).sum::<f64>() / choice::probability(lobes, part)
-    }
-
-    /// A direction of one of the lobes, the likelier the more it scatters. `None` where no light is scattered.
-    #[inline]
-    pub fn sample(&self, u: DVec2, part: Part) -> Option<BsdfSample> {
-        if self.local_o.z == 0.0 {
-            return None;
-        }
-        match self.scattering {
-            Scattering::Lambert(_) if part == Part::Specular => None,
-            Scattering::Lambert(reflectance) => {
-                let local = square_to_cosine_hemisphere(u);
-                let wi = self.frame.to_world(local.with_z(local.z.copysign(self.local_o.z)));
-                let is_above = self.through(wi) == Some(false);
-                let f_cos = if is_above { reflectance * FRAC_1_PI * local.z as f32 } else { Vec3::ZERO };
-                smooth_sample(wi, f_cos, square_to_cosine_hemisphere_pdf(local.z), 1.0)
+    /// Samples of directions of the frames.
+    #[inline(always)]
+    fn smooth(&self, local: V3<f32x8<S>>, is_there: mask32x8<S>, part: Part) -> BsdfSample<S> {
+        let simd = local.x.token();
+        let wi = self.frames.to_world(local).widen().normalize();
+        let (weight, pdf) = match is_there.any_true() {
+            true => {
+                let (f_cos, pdf) = self.at(wi, local, part);
+                (f_cos / pdf, pdf)
             }
-            Scattering::Lobes { lobes, .. } => self.sample_of(lobes, u, part),
-        }
-    }
-
-    fn sample_of(&self, lobes: &[LikelyLobe], u: DVec2, part: Part) -> Option<BsdfSample> {
-        let (lobe, probability, rest) = choice::choose(lobes, part, u.x)?;
-        if lobe.is_specular() {
-            return self.single(lobe, rest, probability);
-        }
-        let local_i = lobe.sample(self.local_o, DVec2::new(rest, u.y))?;
-        let wi = self.frame.to_world(local_i);
-        let pdf = self.pdf_of(lobes, local_i, part);
-        let f_cos = self.f_cos_of(lobes, self.through(wi)?, local_i);
-        smooth_sample(wi, f_cos, pdf, lobe.compression(self.local_o, local_i))
-    }
-
-    fn single(&self, lobe: &Lobe, u: f64, probability: f64) -> Option<BsdfSample> {
-        let single = lobe.single(self.local_o, u)?;
-        let sample = BsdfSample {
-            wi: self.frame.to_world(single.wi).normalize(),
-            f_cos: single.factor,
-            pdf: single.probability * probability,
-            is_specular: true,
-            compression: single.compression,
+            false => (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0)),
         };
-        (single.factor != Vec3::ZERO && sample.pdf > 0.0).then_some(sample)
+        let is_there = widen(is_there & pdf.simd_gt(0.0)) & weight.is_light();
+        let (is_specular, compression) = (bits(simd, 0), splat_f32(simd, 1.0));
+        BsdfSample { is_there, wi, pdf: to_f64(pdf), weight, is_specular, compression }
     }
 }
 
-impl<'l> Scattering<'l> {
-    fn of(material: &MaterialKind, at: &TexturePoint, local_o: DVec3, lobes: &'l mut LobeList) -> Self {
-        lobes.clear();
-        material::add_lobes(material, at, lobes);
-        choice::weigh(lobes, local_o);
-        let specular = lobes.iter().filter(|likely| likely.lobe.is_specular()).count();
-        Scattering::Lobes { lobes: lobes.as_slice(), specular }
+impl<S: Simd> BsdfSample<S> {
+    /// Puts single directions in their places, `own`; `probability` is that of their lobes.
+    #[inline(always)]
+    fn put(&mut self, own: mask64x8<S>, single: Single<S>, probability: f32x8<S>) {
+        let pdf = single.probability * probability;
+        let is_there = single.is_there & single.factor.is_light() & widen(pdf.simd_gt(0.0));
+        self.is_there = self.is_there & !own | own & is_there;
+        self.wi = single.wi.or(own, self.wi);
+        self.pdf = own.select(to_f64(pdf), self.pdf);
+        self.weight = (single.factor / pdf).or(own, self.weight);
+        self.is_specular |= own;
+        self.compression = narrow(own).select(single.compression, self.compression);
     }
-}
-
-/// Density of directions in proportion to the cosine, on the same side.
-fn lambert_pdf(cos_o: f64, cos_i: f64) -> f64 {
-    if cos_o * cos_i > 0.0 { square_to_cosine_hemisphere_pdf(cos_i.abs()) } else { 0.0 }
-}
-
-/// A sample, if light comes that way.
-#[inline]
-fn smooth_sample(wi: DVec3, f_cos: Vec3, pdf: f64, compression: f32) -> Option<BsdfSample> {
-    let sample = BsdfSample { wi, f_cos, pdf, is_specular: false, compression };
-    (pdf > 0.0 && f_cos != Vec3::ZERO).then_some(sample)
 }

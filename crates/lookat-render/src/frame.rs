@@ -47,6 +47,7 @@ impl Frame {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 
+    #[cfg(test)]
     pub fn to_local(self, v: DVec3) -> DVec3 {
         DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, Scene};
 
 use crate::arithmetic::Simd;
-use crate::bsdf::{lambert, most_lobes};
+use crate::bsdf::most_lobes;
 use crate::bvh::Node;
 use crate::filter::FilterSampler;
 use crate::integrator::{Draw, SceneIntegrator, direct, path};
@@ -71,9 +71,7 @@ pub struct Elements {
 pub struct Surfaces {
     /// The type of each material, in the order of the first shapes that use them.
     pub kinds: Vec<&'static str>,
-    /// Materials that are only diffuse. They need no list of lobes.
-    pub lambert: usize,
-    /// The most lobes of a material that is not only diffuse.
+    /// The most lobes of a material.
     pub most_lobes: usize,
     /// Materials with specular lobes, such as mirrors and smooth glass.
     pub specular: usize,
@@ -176,11 +174,9 @@ fn surfaces(traceable: &Traceable) -> Surfaces {
         }
     }
     let count = |is: &dyn Fn(&Material) -> bool| materials.iter().filter(|material| is(material)).count();
-    let others = materials.iter().filter(|material| lambert(material.kind()).is_none());
     Surfaces {
         kinds: materials.iter().map(|material| material.kind().name()).collect(),
-        lambert: count(&|material| lambert(material.kind()).is_some()),
-        most_lobes: others.map(|material| most_lobes(material).all).max().unwrap_or(0),
+        most_lobes: materials.iter().map(|material| most_lobes(material).all).max().unwrap_or(0),
         specular: count(&|material| most_lobes(material).specular > 0),
         coordinates: count(&|material| material.needs().coordinates),
         footprints: count(&|material| material.needs().footprint),

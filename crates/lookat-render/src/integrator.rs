@@ -16,7 +16,6 @@ use arrayvec::ArrayVec;
 use fearless_simd::Simd;
 use lookat_scene::Integrator;
 
-use crate::bsdf::Lobes;
 use crate::camera::lanes::Viewer;
 use crate::lanes::LANES;
 use crate::light::LightTable;
@@ -62,12 +61,12 @@ impl<'s> SceneIntegrator<'s> {
 
     /// Adds what camera rays see to the radiance in the wave, surface by surface. `dimension`: how many numbers camera rays have taken.
     #[inline(always)]
-    pub fn li<S: Simd, const LAMBERT: bool>(
+    pub fn li<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
+        wave: &mut Wave,
         rays: (&[Rays<S>], &[ArrayVec<u16, LANES>]),
         (camera, dimension): (Viewer, u32),
     ) {
@@ -90,10 +89,10 @@ impl<'s> SceneIntegrator<'s> {
                 let at = ((depth == 0).then_some(camera), depth);
                 match self {
                     SceneIntegrator::Path(path) => {
-                        path.surface::<_, LAMBERT>(simd, tracer, streams, &paths, at, (wave, lobes));
+                        path.surface(simd, tracer, streams, &paths, at, wave);
                     }
                     SceneIntegrator::Direct(direct) => {
-                        direct.surface::<_, LAMBERT>(simd, tracer, streams, &paths, at, (wave, lobes));
+                        direct.surface(simd, tracer, streams, &paths, at, wave);
                     }
                     SceneIntegrator::Ambient(ambient) => {
                         ambient.surface(simd, tracer, streams, &paths, wave);

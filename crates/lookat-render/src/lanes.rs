@@ -3,6 +3,8 @@
 //! What is computed side by side is what is computed for one, to the bit: each step is taken in the same order, and none
 //! is fused with the next. Functions are inlined into the one that is compiled for what the processor has.
 
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 
@@ -40,29 +42,61 @@ macro_rules! side_by_side {
 }
 pub(crate) use side_by_side;
 
-/// Vectors.
-#[derive(Clone, Copy)]
-pub(crate) struct Vec3x8<S: Simd> {
-    pub x: f64x8<S>,
-    pub y: f64x8<S>,
-    pub z: f64x8<S>,
+/// Numbers side by side: `f64` for places, `f32` for light.
+pub(crate) trait Number<S: Simd>: SimdFloat<S> {
+    /// The same one everywhere.
+    fn of(simd: S, x: f64) -> Self;
 }
 
-impl<S: Simd> Vec3x8<S> {
+impl<S: Simd> Number<S> for f64x8<S> {
+    #[inline(always)]
+    fn of(simd: S, x: f64) -> Self {
+        x.simd_into(simd)
+    }
+}
+
+impl<S: Simd> Number<S> for f32x8<S> {
+    #[inline(always)]
+    fn of(simd: S, x: f64) -> Self {
+        (x as f32).simd_into(simd)
+    }
+}
+
+/// Vectors.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct V3<T> {
+    pub x: T,
+    pub y: T,
+    pub z: T,
+}
+
+/// Points and directions of the world.
+pub(crate) type Vec3x8<S> = V3<f64x8<S>>;
+
+impl<T> V3<T> {
     /// The same one everywhere.
     #[inline(always)]
-    pub fn splat(simd: S, v: DVec3) -> Self {
-        Vec3x8 { x: v.x.simd_into(simd), y: v.y.simd_into(simd), z: v.z.simd_into(simd) }
+    pub fn splat<S: Simd>(simd: S, v: DVec3) -> Self
+    where
+        T: Number<S>,
+    {
+        V3 { x: T::of(simd, v.x), y: T::of(simd, v.y), z: T::of(simd, v.z) }
     }
 
     #[inline(always)]
-    pub fn dot(self, other: Self) -> f64x8<S> {
+    pub fn dot<S: Simd>(self, other: Self) -> T
+    where
+        T: Number<S>,
+    {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     #[inline(always)]
-    pub fn cross(self, other: Self) -> Self {
-        Vec3x8 {
+    pub fn cross<S: Simd>(self, other: Self) -> Self
+    where
+        T: Number<S>,
+    {
+        V3 {
             x: self.y * other.z - other.y * self.z,
             y: self.z * other.x - other.z * self.x,
             z: self.x * other.y - other.x * self.y,
@@ -70,61 +104,82 @@ impl<S: Simd> Vec3x8<S> {
     }
 
     #[inline(always)]
-    pub fn length_squared(self) -> f64x8<S> {
+    pub fn length_squared<S: Simd>(self) -> T
+    where
+        T: Number<S>,
+    {
         self.dot(self)
     }
 
     /// Of length one.
     #[inline(always)]
-    pub fn normalize(self) -> Self {
-        self * (1.0 / self.length_squared().sqrt())
+    pub fn normalize<S: Simd>(self) -> Self
+    where
+        T: Number<S>,
+    {
+        self * (T::of(self.x.token(), 1.0) / self.length_squared().sqrt())
     }
 
     /// Of length one, and where there is such a vector.
     #[inline(always)]
-    pub fn try_normalize(self) -> (Self, mask64x8<S>) {
-        let inverse = 1.0 / self.length_squared().sqrt();
-        (self * inverse, inverse.is_finite() & inverse.simd_gt(0.0))
+    pub fn try_normalize<S: Simd>(self) -> (Self, T::Mask)
+    where
+        T: Number<S>,
+    {
+        let simd = self.x.token();
+        let inverse = T::of(simd, 1.0) / self.length_squared().sqrt();
+        (self * inverse, inverse.is_finite() & inverse.simd_gt(T::of(simd, 0.0)))
     }
 
     /// Of length one, or else `v`.
     #[inline(always)]
-    pub fn normalize_or(self, v: DVec3) -> Self {
+    pub fn normalize_or<S: Simd>(self, v: DVec3) -> Self
+    where
+        T: Number<S>,
+    {
         let (normalized, is_there) = self.try_normalize();
-        normalized.or(is_there, Vec3x8::splat(self.x.token(), v))
+        normalized.or(is_there, V3::splat(self.x.token(), v))
     }
 
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
-        Vec3x8 {
+    pub fn or<S: Simd>(self, mask: T::Mask, others: Self) -> Self
+    where
+        T: Number<S>,
+    {
+        V3 {
             x: mask.select(self.x, others.x),
             y: mask.select(self.y, others.y),
             z: mask.select(self.z, others.z),
         }
     }
 
+    /// The size of the largest coordinate.
+    #[inline(always)]
+    pub fn magnitude<S: Simd>(self) -> T
+    where
+        T: Number<S>,
+    {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+}
+
+impl<S: Simd> Vec3x8<S> {
     /// Transformed.
     #[inline(always)]
     pub fn by(self, m: &DMat3) -> Self {
         let (x, y, z) = (&m.x_axis, &m.y_axis, &m.z_axis);
-        Vec3x8 {
+        V3 {
             x: self.x * x.x + self.y * y.x + self.z * z.x,
             y: self.x * x.y + self.y * y.y + self.z * z.y,
             z: self.x * x.z + self.y * y.z + self.z * z.z,
         }
     }
 
-    /// The size of the largest coordinate.
-    #[inline(always)]
-    pub fn magnitude(self) -> f64x8<S> {
-        self.x.abs().max(self.y.abs()).max(self.z.abs())
-    }
-
     /// Those whose coordinates are these.
     #[inline(always)]
     pub fn from_arrays(simd: S, [x, y, z]: &[[f64; LANES]; 3]) -> Self {
-        Vec3x8 { x: (*x).simd_into(simd), y: (*y).simd_into(simd), z: (*z).simd_into(simd) }
+        V3 { x: (*x).simd_into(simd), y: (*y).simd_into(simd), z: (*z).simd_into(simd) }
     }
 
     /// That of a lane.
@@ -138,37 +193,50 @@ impl<S: Simd> Vec3x8<S> {
     pub fn put(&mut self, lane: usize, v: DVec3) {
         (self.x[lane], self.y[lane], self.z[lane]) = v.into();
     }
+
+    /// Rounded to `f32`.
+    #[inline(always)]
+    pub fn narrow(self) -> V3<f32x8<S>> {
+        V3 { x: to_f32(self.x), y: to_f32(self.y), z: to_f32(self.z) }
+    }
 }
 
-impl<S: Simd> std::ops::Add for Vec3x8<S> {
+impl<S: Simd> V3<f32x8<S>> {
+    #[inline(always)]
+    pub fn widen(self) -> Vec3x8<S> {
+        V3 { x: to_f64(self.x), y: to_f64(self.y), z: to_f64(self.z) }
+    }
+}
+
+impl<T: Add<Output = T>> Add for V3<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Vec3x8 { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+        V3 { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
     }
 }
 
-impl<S: Simd> std::ops::Sub for Vec3x8<S> {
+impl<T: Sub<Output = T>> Sub for V3<T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Vec3x8 { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+        V3 { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
     }
 }
 
-impl<S: Simd> std::ops::Neg for Vec3x8<S> {
+impl<T: Neg<Output = T>> Neg for V3<T> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Vec3x8 { x: -self.x, y: -self.y, z: -self.z }
+        V3 { x: -self.x, y: -self.y, z: -self.z }
     }
 }
 
-impl<S: Simd> std::ops::Mul<f64x8<S>> for Vec3x8<S> {
+impl<T: Mul<Output = T> + Copy> Mul<T> for V3<T> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: f64x8<S>) -> Self {
-        Vec3x8 { x: self.x * factor, y: self.y * factor, z: self.z * factor }
+    fn mul(self, factor: T) -> Self {
+        V3 { x: self.x * factor, y: self.y * factor, z: self.z * factor }
     }
 }
 
@@ -190,7 +258,12 @@ impl<S: Simd> Colors<S> {
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
     pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
-        let mask = mask32x8::from_bitmask(self.r.token(), mask.to_bitmask());
+        self.or_narrow(narrow(mask), others)
+    }
+
+    /// The same, by a mask of `f32`.
+    #[inline(always)]
+    pub fn or_narrow(self, mask: mask32x8<S>, others: Self) -> Self {
         Colors {
             r: mask.select(self.r, others.r),
             g: mask.select(self.g, others.g),
@@ -200,17 +273,15 @@ impl<S: Simd> Colors<S> {
 
     /// The sums of the channels, as far as these are not negative.
     #[inline(always)]
-    pub fn amount(self) -> f64x8<S> {
-        let simd = self.r.token();
-        let sum = self.r.max(0.0) * 1.0 + self.g.max(0.0) * 1.0 + self.b.max(0.0) * 1.0;
-        sum.to_array().map(f64::from).simd_into(simd)
+    pub fn amount(self) -> f32x8<S> {
+        let positive = |x: f32x8<S>| x.simd_gt(0.0).select(x, splat_f32(x.token(), 0.0));
+        positive(self.r) + positive(self.g) + positive(self.b)
     }
 
     /// Where they are not black.
     #[inline(always)]
     pub fn is_light(self) -> mask64x8<S> {
-        let is_black = self.r.simd_eq(0.0) & self.g.simd_eq(0.0) & self.b.simd_eq(0.0);
-        mask64x8::from_bitmask(self.r.token(), !is_black.to_bitmask())
+        widen(!(self.r.simd_eq(0.0) & self.g.simd_eq(0.0) & self.b.simd_eq(0.0)))
     }
 
     /// That of a lane.
@@ -226,7 +297,7 @@ impl<S: Simd> Colors<S> {
     }
 }
 
-impl<S: Simd> std::ops::Add for Colors<S> {
+impl<S: Simd> Add for Colors<S> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -234,7 +305,15 @@ impl<S: Simd> std::ops::Add for Colors<S> {
     }
 }
 
-impl<S: Simd> std::ops::Mul for Colors<S> {
+impl<S: Simd> Sub for Colors<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Colors { r: self.r - other.r, g: self.g - other.g, b: self.b - other.b }
+    }
+}
+
+impl<S: Simd> Mul for Colors<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -242,7 +321,7 @@ impl<S: Simd> std::ops::Mul for Colors<S> {
     }
 }
 
-impl<S: Simd> std::ops::Mul<f32x8<S>> for Colors<S> {
+impl<S: Simd> Mul<f32x8<S>> for Colors<S> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f32x8<S>) -> Self {
@@ -250,7 +329,7 @@ impl<S: Simd> std::ops::Mul<f32x8<S>> for Colors<S> {
     }
 }
 
-impl<S: Simd> std::ops::Div<f32x8<S>> for Colors<S> {
+impl<S: Simd> Div<f32x8<S>> for Colors<S> {
     type Output = Self;
     #[inline(always)]
     fn div(self, divisor: f32x8<S>) -> Self {
@@ -294,4 +373,26 @@ pub(crate) fn splat_f32<S: Simd>(simd: S, x: f32) -> f32x8<S> {
 pub(crate) fn to_f32<S: Simd>(x: f64x8<S>) -> f32x8<S> {
     let simd = x.token();
     simd.split_f32x16(simd.narrow_f64x8(x, x)).0
+}
+
+/// As `f64`.
+#[inline(always)]
+pub(crate) fn to_f64<S: Simd>(x: f32x8<S>) -> f64x8<S> {
+    let (low, high) = x.widen();
+    x.token().combine_f64x4(low, high)
+}
+
+/// A mask of `f64` as one of `f32`.
+#[inline(always)]
+pub(crate) fn narrow<S: Simd>(mask: mask64x8<S>) -> mask32x8<S> {
+    let simd = mask.token();
+    let (low, high) = simd.split_mask64x8(mask);
+    low.narrow(high)
+}
+
+/// A mask of `f32` as one of `f64`.
+#[inline(always)]
+pub(crate) fn widen<S: Simd>(mask: mask32x8<S>) -> mask64x8<S> {
+    let (low, high) = mask.widen();
+    mask.token().combine_mask64x4(low, high)
 }

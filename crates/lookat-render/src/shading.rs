@@ -6,7 +6,6 @@ pub(crate) mod lanes;
 use glam::{DMat2, DVec2, DVec3};
 use lookat_scene::Texture;
 
-use crate::bsdf::{Bsdf, Lobes};
 use crate::camera::CameraRay;
 use crate::frame::{Frame, flipped};
 use crate::parametric::Parametric;
@@ -14,26 +13,6 @@ use crate::surface::Surface;
 use crate::texture::{Footprint, TexturePoint};
 use crate::traceable::Traceable;
 use coordinates::Coordinates;
-
-/// How the surface scatters light towards `wo`. `camera_ray`: what has found it, if nothing lies between. `lobes` is where
-/// the result is kept.
-#[inline]
-pub(crate) fn bsdf<'l>(
-    scene: &Traceable,
-    surface: &Surface,
-    wo: DVec3,
-    camera_ray: Option<&CameraRay>,
-    lobes: &'l mut Lobes,
-) -> Bsdf<'l> {
-    let material = &surface.primitive.material;
-    // Apart, so that neither point is copied.
-    if !material.needs().coordinates {
-        let frame = Frame::from_z(surface.ns);
-        return Bsdf::new(material, &TexturePoint::default(), (frame, surface.n), wo, lobes);
-    }
-    let (at, frame) = point(scene, surface, wo, camera_ray);
-    Bsdf::new(material, &at, (frame, surface.n), wo, lobes)
-}
 
 /// Where on a surface its textures are looked up, and its shading frame there.
 #[inline(always)]

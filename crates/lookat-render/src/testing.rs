@@ -14,3 +14,18 @@ pub(crate) fn scene(text: &str) -> Scene {
     let loaded = load(Path::new("test.pbrt"), &|_| Ok(text.to_owned().into()), &LoadOptions::default());
     loaded.scene.unwrap_or_else(|| panic!("{:?} {text}", loaded.diagnostics))
 }
+
+/// Does something with the instructions that all processors of a kind have.
+macro_rules! baseline {
+    ($simd:ident => $does:expr) => {{
+        let level = fearless_simd::Level::new();
+        #[cfg(target_arch = "x86_64")]
+        let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");
+        #[cfg(target_arch = "aarch64")]
+        let $simd = level.as_neon().expect("every AArch64 processor has NEON");
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        let $simd = level.as_fallback().expect("every processor can do without");
+        $does
+    }};
+}
+pub(crate) use baseline;

@@ -2,7 +2,7 @@
 
 pub(crate) mod lanes;
 
-use std::f64::consts::{FRAC_PI_4, PI, TAU};
+use std::f64::consts::{FRAC_PI_4, TAU};
 
 use glam::{DVec2, DVec3, Vec2Swizzles};
 
@@ -21,20 +21,9 @@ pub(crate) fn square_to_disk(u: DVec2) -> DVec2 {
     }
 }
 
-/// Directions around +z in proportion to their cosine (PBR 13.6.3).
-pub(crate) fn square_to_cosine_hemisphere(u: DVec2) -> DVec3 {
-    let disk = square_to_disk(u);
-    disk.extend((1.0 - disk.length_squared()).max(0.0).sqrt())
-}
-
-/// Density of [`square_to_cosine_hemisphere`] by solid angle.
-pub(crate) fn square_to_cosine_hemisphere_pdf(cos_theta: f64) -> f64 {
-    cos_theta.max(0.0) / PI
-}
-
 /// Density of [`lanes::square_to_uniform_hemisphere`] by solid angle.
-pub(crate) fn square_to_uniform_hemisphere_pdf() -> f64 {
-    1.0 / TAU
+pub(crate) fn square_to_uniform_hemisphere_pdf() -> f32 {
+    1.0 / TAU as f32
 }
 
 /// Directions within a cone around +z, given `1 - cos` of its half angle, which small cones need for accuracy.

@@ -94,7 +94,7 @@ impl<'s> Inspected<'s> {
         match &it.surfaces {
             None => absent.push((true, "materials, textures and lights")),
             Some(surfaces) => absent.extend([
-                (surfaces.lambert == surfaces.kinds.len(), "lists of lobes"),
+                (surfaces.most_lobes < 2, "lobe selection"),
                 (surfaces.coordinates == 0, "texture coordinates"),
                 (surfaces.footprints == 0, "texture footprints"),
                 (surfaces.bumps == 0, "bumps"),
@@ -141,7 +141,7 @@ impl<'s> Inspected<'s> {
             "has_cutouts": it.has_cutouts,
             "asks_tree": it.asks_tree,
             "surfaces": it.surfaces.as_ref().map(|surfaces| json!({
-                "kinds": surfaces.kinds, "lambert": surfaces.lambert, "most_lobes": surfaces.most_lobes,
+                "kinds": surfaces.kinds, "most_lobes": surfaces.most_lobes,
                 "specular": surfaces.specular, "coordinates": surfaces.coordinates,
                 "footprints": surfaces.footprints, "bumps": surfaces.bumps,
             })),

@@ -85,8 +85,8 @@ mod tests {
         let base = &inspected[0].1;
         assert!(!base.has_lens && !base.has_filter_table && !base.has_cutouts && base.world.instances == 0);
         assert_eq!(
-            base.surfaces.as_ref().map(|surfaces| (surfaces.lambert, surfaces.coordinates)),
-            Some((2, 0))
+            base.surfaces.as_ref().map(|surfaces| (surfaces.most_lobes, surfaces.coordinates)),
+            Some((1, 0))
         );
         // Neither the sampler nor error layers are a part of the inspection.
         for (name, inspection) in &inspected[1..] {

@@ -1,47 +1,48 @@
 //! How much a smooth boundary reflects (PBR 8.2.1).
 
+use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
+use crate::lanes::{Colors, splat_f32};
+
 /// What reflects.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Fresnel {
     /// Everything is reflected.
     Perfect,
-    /// A boundary between dielectrics. `eta` is the index of refraction behind it by that before it, where the normal
-    /// points.
-    Dielectric { eta: f64 },
-    /// A conductor in air: index of refraction and absorption coefficient.
-    Conductor { eta: Vec3, k: Vec3 },
+    /// A boundary between dielectrics.
+    Dielectric,
+    /// A conductor in air.
+    Conductor,
 }
 
-impl Fresnel {
-    /// The reflected share of unpolarized light that comes at an angle of cosine `cos` to the normal.
-    pub fn reflected(&self, cos: f64) -> Vec3 {
-        match *self {
-            Fresnel::Perfect => Vec3::ONE,
-            Fresnel::Dielectric { eta } => Vec3::splat(dielectric(cos, eta) as f32),
-            Fresnel::Conductor { eta, k } => conductor(cos.abs() as f32, eta, k),
-        }
-    }
-}
-
-/// The reflected share at a boundary between dielectrics. A negative `cos` is that of light from behind it.
-pub(super) fn dielectric(cos: f64, eta: f64) -> f64 {
-    let ratio = if cos > 0.0 { eta } else { 1.0 / eta };
+/// The reflected share of unpolarized light at a boundary between dielectrics, at an angle of cosine `cos` to the normal. A negative
+/// `cos` is that of light from behind it. `eta` is the index of refraction behind it by that before it, where the normal points.
+#[inline(always)]
+pub(super) fn dielectric<S: Simd>(cos: f32x8<S>, eta: f32x8<S>) -> f32x8<S> {
+    let ratio = cos.simd_gt(0.0).select(eta, 1.0 / eta);
     let cos = cos.abs();
-    let squared = 1.0 - (1.0 - cos * cos) / (ratio * ratio);
-    if squared <= 0.0 {
-        return 1.0;
-    }
-    let cos_t = squared.sqrt();
-    let parallel = (ratio * cos - cos_t) / (ratio * cos + cos_t);
-    let perpendicular = (cos - ratio * cos_t) / (cos + ratio * cos_t);
-    (parallel * parallel + perpendicular * perpendicular) / 2.0
+    // The squared cosine behind the boundary times the squared ratio, without a difference of nearly equal numbers where media are alike.
+    let squared = (ratio - 1.0) * (ratio + 1.0) + cos * cos;
+    let (behind, before) = (squared.sqrt(), ratio * ratio * cos);
+    let parallel = (before - behind) / (before + behind);
+    let perpendicular = (cos - behind) / (cos + behind);
+    let share = (parallel * parallel + perpendicular * perpendicular) * 0.5;
+    squared.simd_le(0.0).select(splat_f32(cos.token(), 1.0), share)
 }
 
-/// The reflected share at a conductor, channel by channel.
-fn conductor(cos: f32, eta: Vec3, k: Vec3) -> Vec3 {
-    let (cos2, sin2) = (Vec3::splat(cos * cos), Vec3::splat((1.0 - cos * cos).max(0.0)));
+/// The reflected share at a conductor of some index of refraction and absorption coefficient, channel by channel.
+#[inline(always)]
+pub(super) fn conductor<S: Simd>(cos: f32x8<S>, [eta, k]: [Colors<S>; 2]) -> Colors<S> {
+    let of = |eta, k| conductor_channel(cos.abs(), eta, k);
+    Colors { r: of(eta.r, k.r), g: of(eta.g, k.g), b: of(eta.b, k.b) }
+}
+
+#[inline(always)]
+fn conductor_channel<S: Simd>(cos: f32x8<S>, eta: f32x8<S>, k: f32x8<S>) -> f32x8<S> {
+    let root = |x: f32x8<S>| x.max(0.0).sqrt();
+    let cos2 = cos * cos;
+    let sin2 = (1.0 - cos2).max(0.0);
     let (eta2, k2) = (eta * eta, k * k);
     let t0 = eta2 - k2 - sin2;
     let a2_plus_b2 = root(t0 * t0 + 4.0 * eta2 * k2);
@@ -52,27 +53,44 @@ fn conductor(cos: f32, eta: Vec3, k: Vec3) -> Vec3 {
     let parallel = perpendicular * (sum - along) / (sum + along);
     // Without an index, 0 by 0 at grazing light, which is reflected.
     let both = 0.5 * (perpendicular + parallel);
-    Vec3::select(both.is_nan_mask(), Vec3::ONE, both)
+    both.is_nan().select(splat_f32(cos.token(), 1.0), both)
 }
 
-fn root(x: Vec3) -> Vec3 {
-    x.max(Vec3::ZERO).map(f32::sqrt)
+/// Schlick's approximation of what is reflected: `at_normal` at normal incidence.
+#[inline(always)]
+pub(super) fn schlick<S: Simd>(at_normal: Colors<S>, cos: f32x8<S>) -> Colors<S> {
+    let (white, x) = (Colors::splat(cos.token(), Vec3::ONE), 1.0 - cos);
+    at_normal + (white - at_normal) * (x * x * x * x * x)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::baseline;
+
+    fn dielectric_at(cos: f32, eta: f32) -> f32 {
+        baseline!(simd => dielectric(splat_f32(simd, cos), splat_f32(simd, eta))[0])
+    }
+
+    fn conductor_at(cos: f32, eta: Vec3, k: Vec3) -> Vec3 {
+        let of = |eta, k| {
+            baseline!(simd => {
+                conductor_channel(splat_f32(simd, cos), splat_f32(simd, eta), splat_f32(simd, k))[0]
+            })
+        };
+        Vec3::new(of(eta.x, k.x), of(eta.y, k.y), of(eta.z, k.z))
+    }
 
     /// At normal incidence ((eta - 1) / (eta + 1))^2; at Brewster's angle half of what is perpendicular; beyond the
     /// critical angle everything.
     #[test]
     fn dielectrics_have_their_known_values() {
-        assert!((dielectric(1.0, 1.5) - 0.04).abs() < 1e-12);
-        assert!((dielectric(-1.0, 1.5) - 0.04).abs() < 1e-12);
-        let brewster = 1.5_f64.atan().cos();
-        assert!((dielectric(brewster, 1.5) - 0.5 * (1.25 / 3.25_f64).powi(2)).abs() < 1e-12);
-        assert_eq!(dielectric(-0.7, 1.5), 1.0);
-        assert!(dielectric(0.3, 1.0) < 1e-30);
+        assert!((dielectric_at(1.0, 1.5) - 0.04).abs() < 1e-7);
+        assert!((dielectric_at(-1.0, 1.5) - 0.04).abs() < 1e-7);
+        let brewster = 1.5_f32.atan().cos();
+        assert!((dielectric_at(brewster, 1.5) - 0.5 * (1.25 / 3.25_f32).powi(2)).abs() < 1e-7);
+        assert_eq!(dielectric_at(-0.7, 1.5), 1.0);
+        assert!(dielectric_at(0.3, 1.0) < 1e-12);
     }
 
     /// At normal incidence ((eta - 1)^2 + k^2) / ((eta + 1)^2 + k^2); grazing light is reflected; without absorption it is
@@ -81,12 +99,12 @@ mod tests {
     fn conductors_have_their_known_values() {
         let (eta, k) = (Vec3::new(0.2, 0.9, 1.1), Vec3::new(3.9, 2.4, 2.1));
         let normal = ((eta - 1.0) * (eta - 1.0) + k * k) / ((eta + 1.0) * (eta + 1.0) + k * k);
-        assert!((conductor(1.0, eta, k) - normal).abs().max_element() < 1e-6);
-        assert!((conductor(0.0, eta, k) - Vec3::ONE).abs().max_element() < 1e-6);
+        assert!((conductor_at(1.0, eta, k) - normal).abs().max_element() < 1e-6);
+        assert!((conductor_at(0.0, eta, k) - Vec3::ONE).abs().max_element() < 1e-6);
         for cos in [0.1, 0.5, 0.9] {
-            let clear = conductor(cos as f32, Vec3::splat(1.5), Vec3::ZERO);
-            assert!((f64::from(clear.x) - dielectric(cos, 1.5)).abs() < 1e-5);
+            let clear = conductor_at(cos, Vec3::splat(1.5), Vec3::ZERO);
+            assert!((clear.x - dielectric_at(cos, 1.5)).abs() < 1e-5);
         }
-        assert!(conductor(0.0, Vec3::ZERO, Vec3::ZERO).is_finite());
+        assert!(conductor_at(0.0, Vec3::ZERO, Vec3::ZERO).is_finite());
     }
 }

@@ -1,283 +1,241 @@
-//! One way of scattering light. Directions are in the shading frame, where z is the shading normal, and point away from
-//! the surface.
+//! Ways of scattering light. Directions are in the shading frame, where z is the shading normal, and point away from the surface.
 
-use std::f64::consts::{FRAC_1_PI, PI};
+use std::f32::consts::{FRAC_1_PI, PI};
 
-use glam::{DVec2, DVec3, Vec3};
+use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
+use glam::Vec3;
 
-use super::fresnel::{Fresnel, dielectric};
-use super::microfacet::TrowbridgeReitz;
-use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use super::fresnel::{Fresnel, conductor, dielectric, schlick};
+use super::microfacet::{TrowbridgeReitz, half, ratio, upward};
+use crate::lanes::{Colors, V3, splat_f32};
+use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
-/// A way of scattering light. Reflectances and transmittances are factors of at least 0, most at most 1.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Lobe {
+/// What scatters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
     /// PBR 8.3.
-    Lambert { reflectance: Vec3 },
+    Lambert,
     /// PBR 8.3: to the other side.
-    LambertTransmission { transmittance: Vec3 },
+    LambertTransmission,
     /// PBR 8.4.1.
-    OrenNayar { reflectance: Vec3, a: f64, b: f64 },
+    OrenNayar,
     /// Torrance and Sparrow's model (PBR 8.4.4).
-    Microfacet { reflectance: Vec3, facets: TrowbridgeReitz, fresnel: Fresnel },
-    /// Walter et al.'s model of rough refraction (PBR 8.4.4). `eta`: index behind the surface by that before it.
-    MicrofacetTransmission { transmittance: Vec3, facets: TrowbridgeReitz, eta: f64 },
-    /// Ashikhmin and Shirley's model (PBR 8.5), times `weight`.
-    Substrate { weight: Vec3, diffuse: Vec3, specular: Vec3, facets: TrowbridgeReitz },
+    Microfacet(Fresnel),
+    /// Walter et al.'s model of rough refraction (PBR 8.4.4).
+    MicrofacetTransmission,
+    /// Ashikhmin and Shirley's model (PBR 8.5).
+    Substrate,
     /// PBR 8.2.2.
-    Mirror { reflectance: Vec3, fresnel: Fresnel },
+    Mirror(Fresnel),
     /// PBR 8.2.3.
-    Refraction { transmittance: Vec3, eta: f64 },
+    Refraction,
     /// Reflection and refraction in one, chosen as Fresnel's equations say (PBR 8.2.3, FresnelSpecular).
-    Glass { reflectance: Vec3, transmittance: Vec3, eta: f64 },
+    Glass,
 }
 
-/// A direction of a lobe that has only single ones.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Single {
-    pub wi: DVec3,
-    /// Radiance from `wi` times this comes along `wo`.
-    pub factor: Vec3,
-    /// The probability of this direction among those of the lobe.
-    pub probability: f64,
-    /// What refraction alone does to radiance: the ratio of the squared indices, or 1.
-    pub compression: f32,
-}
-
-impl Lobe {
+impl Kind {
     /// Whether it has only single directions.
     #[inline]
-    pub fn is_specular(&self) -> bool {
-        matches!(self, Lobe::Mirror { .. } | Lobe::Refraction { .. } | Lobe::Glass { .. })
+    pub fn is_specular(self) -> bool {
+        matches!(self, Kind::Mirror(_) | Kind::Refraction | Kind::Glass)
     }
 
-    /// Whether it scatters to the other side.
+    /// Whether it scatters to the other side, into all directions.
     #[inline]
-    pub fn transmits(&self) -> bool {
-        matches!(self, Lobe::LambertTransmission { .. } | Lobe::MicrofacetTransmission { .. })
+    pub fn transmits(self) -> bool {
+        matches!(self, Kind::LambertTransmission | Kind::MicrofacetTransmission)
+    }
+}
+
+/// A way of scattering light: at one point, of a color and a number, or at eight.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lobe<C, N> {
+    pub kind: Kind,
+    /// By what all it scatters is multiplied, at least 0: mostly a reflectance or a transmittance.
+    pub color: C,
+    /// Of conductors the index of refraction and the absorption coefficient; of substrates the colors of the base and of the coat; of
+    /// glass what it reflects and what it transmits.
+    pub colors: [C; 2],
+    /// The widths of the distribution of microfacets; of rough matte surfaces the terms A and B of Oren and Nayar's model.
+    pub roughness: [N; 2],
+    /// The index of refraction behind the surface by that before it.
+    pub eta: N,
+}
+
+/// That of a point.
+pub(super) type PointLobe = Lobe<Vec3, f32>;
+/// Those of points side by side.
+pub(super) type Lobes<S> = Lobe<Colors<S>, f32x8<S>>;
+
+type Directions<S> = V3<f32x8<S>>;
+
+impl PointLobe {
+    /// One that needs no more than a color.
+    pub fn new(kind: Kind, color: Vec3) -> Self {
+        Lobe { kind, color, colors: [Vec3::ZERO; 2], roughness: [1.0; 2], eta: 1.0 }
+    }
+}
+
+impl<S: Simd> Lobes<S> {
+    /// The same one everywhere.
+    #[inline(always)]
+    pub fn splat(simd: S, lobe: &PointLobe) -> Self {
+        Lobe {
+            kind: lobe.kind,
+            color: Colors::splat(simd, lobe.color),
+            colors: lobe.colors.map(
+                #[inline(always)]
+                |color| Colors::splat(simd, color),
+            ),
+            roughness: [splat_f32(simd, lobe.roughness[0]), splat_f32(simd, lobe.roughness[1])],
+            eta: splat_f32(simd, lobe.eta),
+        }
+    }
+
+    /// These where `mask` says so, and others of the same kind elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: mask32x8<S>, others: Self) -> Self {
+        let ([a, b], [x, y]) = (self.colors, self.roughness);
+        Lobe {
+            kind: self.kind,
+            color: self.color.or_narrow(mask, others.color),
+            colors: [a.or_narrow(mask, others.colors[0]), b.or_narrow(mask, others.colors[1])],
+            roughness: [mask.select(x, others.roughness[0]), mask.select(y, others.roughness[1])],
+            eta: mask.select(self.eta, others.eta),
+        }
+    }
+
+    fn facets(&self) -> TrowbridgeReitz<S> {
+        TrowbridgeReitz { alpha: self.roughness }
+    }
+
+    /// What is reflected of light at an angle of cosine `cos`.
+    #[inline(always)]
+    pub fn fresnel(&self, fresnel: Fresnel, cos: f32x8<S>) -> Colors<S> {
+        match fresnel {
+            Fresnel::Perfect => self.color,
+            Fresnel::Dielectric => self.color * dielectric(cos, self.eta),
+            Fresnel::Conductor => self.color * conductor(cos, self.colors),
+        }
     }
 
     /// About what it scatters, in all, of light that comes along `wo`: exact where it does not depend on roughness.
-    pub fn albedo(&self, wo: DVec3) -> Vec3 {
-        let share = |eta| dielectric(wo.z, eta) as f32;
-        match *self {
-            Lobe::Lambert { reflectance } | Lobe::OrenNayar { reflectance, .. } => reflectance,
-            Lobe::LambertTransmission { transmittance } => transmittance,
-            Lobe::Microfacet { reflectance, fresnel, .. } | Lobe::Mirror { reflectance, fresnel } => {
-                reflectance * fresnel.reflected(wo.z)
+    #[inline(always)]
+    pub fn albedo(&self, cos_o: f32x8<S>) -> Colors<S> {
+        let share = |of: Colors<S>| of * dielectric(cos_o, self.eta);
+        match self.kind {
+            Kind::Lambert | Kind::OrenNayar | Kind::LambertTransmission => self.color,
+            Kind::Microfacet(fresnel) | Kind::Mirror(fresnel) => self.fresnel(fresnel, cos_o),
+            Kind::MicrofacetTransmission | Kind::Refraction => self.color - share(self.color),
+            Kind::Substrate => {
+                let [base, coat] = self.colors;
+                self.color * (base - base * coat + schlick(coat, cos_o.abs()))
             }
-            Lobe::MicrofacetTransmission { transmittance, eta, .. }
-            | Lobe::Refraction { transmittance, eta } => transmittance * (1.0 - share(eta)),
-            Lobe::Substrate { weight, diffuse, specular, .. } => {
-                weight * (diffuse * (Vec3::ONE - specular) + schlick(specular, wo.z.abs()))
-            }
-            Lobe::Glass { reflectance, transmittance, eta } => {
-                reflectance * share(eta) + transmittance * (1.0 - share(eta))
+            Kind::Glass => {
+                let [reflectance, transmittance] = self.colors;
+                transmittance + share(reflectance - transmittance)
             }
         }
     }
 
-    /// The value of the BSDF; 0 for single directions.
-    #[inline]
-    pub fn f(&self, wo: DVec3, wi: DVec3) -> Vec3 {
-        match *self {
-            Lobe::Lambert { reflectance } => reflectance * FRAC_1_PI as f32,
-            Lobe::LambertTransmission { transmittance } => transmittance * FRAC_1_PI as f32,
-            Lobe::OrenNayar { reflectance, a, b } => {
-                reflectance * (FRAC_1_PI * (a + b * oren_nayar(wo, wi))) as f32
+    /// The value of the BSDF, and the density by solid angle of [`Lobes::sample`] where `wi` is on its side; neither of single
+    /// directions.
+    #[inline(always)]
+    pub fn f_pdf(&self, wo: Directions<S>, wi: Directions<S>) -> (Colors<S>, f32x8<S>) {
+        let simd = wi.z.token();
+        let none = splat_f32(simd, 0.0);
+        match self.kind {
+            Kind::Lambert | Kind::LambertTransmission => {
+                (self.color * splat_f32(simd, FRAC_1_PI), cosine(wi))
             }
-            Lobe::Microfacet { reflectance, facets, fresnel } => {
-                reflectance * microfacet(&facets, &fresnel, wo, wi)
+            Kind::OrenNayar => {
+                let [a, b] = self.roughness;
+                (self.color * (FRAC_1_PI * (a + b * oren_nayar(wo, wi))), cosine(wi))
             }
-            Lobe::MicrofacetTransmission { transmittance, facets, eta } => {
-                transmittance * microfacet_transmission(&facets, eta, wo, wi)
+            Kind::Microfacet(fresnel) => {
+                let (wh, is_there) = half(wo, wi);
+                let (value, pdf) = self.facets().reflection(wo, wi, wh);
+                let value = is_there.select(value, none);
+                (self.fresnel(fresnel, wi.dot(upward(wh))) * value, is_there.select(pdf, none))
             }
-            Lobe::Substrate { weight, diffuse, specular, facets } => {
-                weight * substrate(diffuse, specular, &facets, wo, wi)
+            Kind::MicrofacetTransmission => {
+                let (value, pdf, is_there) = self.facets().transmission(self.eta, wo, wi);
+                (self.color * is_there.select(value, none), is_there.select(pdf, none))
             }
-            Lobe::Mirror { .. } | Lobe::Refraction { .. } | Lobe::Glass { .. } => Vec3::ZERO,
+            Kind::Substrate => {
+                let [base, coat] = self.colors;
+                let (wh, is_there) = half(wo, wi);
+                let (_, pdf) = self.facets().reflection(wo, wi, wh);
+                let base = (base - base * coat) * (28.0 / (23.0 * PI) * flat(wi.z) * flat(wo.z));
+                let cos = wi.dot(wh);
+                let value = self.facets().density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
+                let sum = base + schlick(coat, cos) * value;
+                let sum = sum.or_narrow(is_there, Colors::splat(simd, Vec3::ZERO));
+                (self.color * sum, 0.5 * (cosine(wi) + is_there.select(pdf, none)))
+            }
+            Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (Colors::splat(simd, Vec3::ZERO), none),
         }
     }
 
-    /// Density by solid angle of [`Lobe::sample`]; 0 for single directions.
-    #[inline]
-    pub fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
-        let same_side = wo.z * wi.z > 0.0;
-        match self {
-            Lobe::Lambert { .. } | Lobe::OrenNayar { .. } if same_side => cosine_pdf(wi),
-            Lobe::LambertTransmission { .. } if !same_side => cosine_pdf(wi),
-            Lobe::Microfacet { facets, .. } if same_side => reflected_pdf(facets, wo, wi),
-            Lobe::Substrate { facets, .. } if same_side => {
-                0.5 * (cosine_pdf(wi) + reflected_pdf(facets, wo, wi))
+    /// A direction, and where there is one; none of single directions.
+    #[inline(always)]
+    pub fn sample(&self, wo: Directions<S>, [u, v]: [f32x8<S>; 2]) -> (Directions<S>, mask32x8<S>) {
+        let all = mask32x8::splat(u.token(), true);
+        match self.kind {
+            Kind::Lambert | Kind::OrenNayar => (cosine_direction(wo.z, [u, v]), all),
+            Kind::LambertTransmission => (cosine_direction(-wo.z, [u, v]), all),
+            Kind::Microfacet(_) => self.facets().reflected(wo, [u, v]),
+            Kind::MicrofacetTransmission => self.facets().refracted(self.eta, wo, [u, v]),
+            Kind::Substrate => {
+                let is_coat = u.simd_ge(0.5);
+                let u = [is_coat.select(2.0 * u - 1.0, 2.0 * u), v];
+                let (reflected, is_there) = self.facets().reflected(wo, u);
+                (reflected.or(is_coat, cosine_direction(wo.z, u)), is_there | !is_coat)
             }
-            Lobe::MicrofacetTransmission { facets, eta, .. } if !same_side => {
-                refracted_pdf(facets, *eta, wo, wi)
-            }
-            _ => 0.0,
+            Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (wo, !all),
         }
     }
 
-    /// A direction; `None` where there is none, and for single directions.
-    #[inline]
-    pub fn sample(&self, wo: DVec3, u: DVec2) -> Option<DVec3> {
-        match self {
-            Lobe::Lambert { .. } | Lobe::OrenNayar { .. } => Some(cosine(wo.z, u)),
-            Lobe::LambertTransmission { .. } => Some(cosine(-wo.z, u)),
-            Lobe::Microfacet { facets, .. } => reflected(facets, wo, u),
-            Lobe::Substrate { facets, .. } if u.x >= 0.5 => {
-                reflected(facets, wo, DVec2::new(2.0 * u.x - 1.0, u.y))
-            }
-            Lobe::Substrate { .. } => Some(cosine(wo.z, DVec2::new(2.0 * u.x, u.y))),
-            Lobe::MicrofacetTransmission { facets, eta, .. } => {
-                let (wi, _) = refract(wo, facets.sample(wo, u), *eta)?;
-                (wo.z * wi.z < 0.0).then_some(wi)
-            }
-            Lobe::Mirror { .. } | Lobe::Refraction { .. } | Lobe::Glass { .. } => None,
-        }
-    }
-
-    /// What refraction alone does to radiance on the way from `wi` to `wo`.
-    pub fn compression(&self, wo: DVec3, wi: DVec3) -> f32 {
-        match self {
-            Lobe::MicrofacetTransmission { eta, .. } if wo.z * wi.z < 0.0 => ratio(wo, *eta).powi(-2) as f32,
-            _ => 1.0,
-        }
-    }
-
-    /// One of the single directions; `None` where there is none.
-    pub fn single(&self, wo: DVec3, u: f64) -> Option<Single> {
-        let mirrored = |factor, probability| Single {
-            wi: DVec3::new(-wo.x, -wo.y, wo.z),
-            factor,
-            probability,
-            compression: 1.0,
+    /// What refraction alone does to radiance on the way to `wo`.
+    #[inline(always)]
+    pub fn compression(&self, cos_o: f32x8<S>) -> f32x8<S> {
+        let ratio = match self.kind {
+            Kind::MicrofacetTransmission | Kind::Refraction | Kind::Glass => ratio(cos_o, self.eta),
+            _ => splat_f32(cos_o.token(), 1.0),
         };
-        match *self {
-            Lobe::Mirror { reflectance, fresnel } => {
-                Some(mirrored(reflectance * fresnel.reflected(wo.z), 1.0))
-            }
-            Lobe::Refraction { transmittance, eta } => {
-                let share = 1.0 - dielectric(wo.z, eta);
-                refracted(wo, eta, transmittance * share as f32, 1.0)
-            }
-            Lobe::Glass { reflectance, transmittance, eta } => {
-                let share = dielectric(wo.z, eta);
-                if u < share {
-                    return Some(mirrored(reflectance * share as f32, share));
-                }
-                refracted(wo, eta, transmittance * (1.0 - share) as f32, 1.0 - share)
-            }
-            _ => None,
-        }
+        1.0 / (ratio * ratio)
     }
 }
 
-fn cosine_pdf(w: DVec3) -> f64 {
+#[inline(always)]
+fn cosine<S: Simd>(w: Directions<S>) -> f32x8<S> {
     square_to_cosine_hemisphere_pdf(w.z.abs())
 }
 
-fn cosine(side: f64, u: DVec2) -> DVec3 {
+#[inline(always)]
+fn cosine_direction<S: Simd>(side: f32x8<S>, u: [f32x8<S>; 2]) -> Directions<S> {
     let w = square_to_cosine_hemisphere(u);
-    w.with_z(w.z.copysign(side))
+    V3 { z: w.z.copysign(side), ..w }
 }
 
 /// The term of Oren and Nayar's model that depends on the directions.
-fn oren_nayar(wo: DVec3, wi: DVec3) -> f64 {
-    let (sin_i, sin_o) = (wi.truncate().length(), wo.truncate().length());
-    let across = wi.truncate().dot(wo.truncate());
-    let cos_phi = if sin_i * sin_o > 1e-8 { (across / (sin_i * sin_o)).max(0.0) } else { 0.0 };
+#[inline(always)]
+fn oren_nayar<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> f32x8<S> {
+    let sin_i = (wi.x * wi.x + wi.y * wi.y).sqrt();
+    let sin_o = (wo.x * wo.x + wo.y * wo.y).sqrt();
+    let (across, product) = (wi.x * wo.x + wi.y * wo.y, sin_i * sin_o);
+    let none = splat_f32(product.token(), 0.0);
+    let cos_phi = product.simd_gt(1e-8).select((across / product).max(0.0), none);
     // The larger angle to the normal is alpha, the smaller one beta.
-    let (sin_alpha, tan_beta) =
-        if wi.z.abs() > wo.z.abs() { (sin_o, sin_i / wi.z.abs()) } else { (sin_i, sin_o / wo.z.abs()) };
+    let is_steep = wi.z.abs().simd_gt(wo.z.abs());
+    let sin_alpha = is_steep.select(sin_o, sin_i);
+    let tan_beta = is_steep.select(sin_i / wi.z.abs(), sin_o / wo.z.abs());
     cos_phi * sin_alpha * tan_beta
 }
 
-/// Normals of facets are on the side of the surface's, so that light from within is told from light from outside.
-fn upward(wh: DVec3) -> DVec3 {
-    if wh.z < 0.0 { -wh } else { wh }
-}
-
-fn microfacet(facets: &TrowbridgeReitz, fresnel: &Fresnel, wo: DVec3, wi: DVec3) -> Vec3 {
-    let Some(wh) = half(wo, wi) else { return Vec3::ZERO };
-    let shape = facets.density(wh) * facets.masking_shadowing(wo, wi) / (4.0 * wi.z * wo.z).abs();
-    fresnel.reflected(wi.dot(upward(wh))) * shape as f32
-}
-
-/// The normal that reflects one direction into the other; `None` where a direction is in the plane of the surface.
-fn half(wo: DVec3, wi: DVec3) -> Option<DVec3> {
-    if wo.z == 0.0 || wi.z == 0.0 { None } else { (wo + wi).try_normalize() }
-}
-
-fn reflected(facets: &TrowbridgeReitz, wo: DVec3, u: DVec2) -> Option<DVec3> {
-    let wh = facets.sample(wo, u);
-    let wi = wh * (2.0 * wo.dot(wh)) - wo;
-    (wi.z * wo.z > 0.0).then_some(wi)
-}
-
-fn reflected_pdf(facets: &TrowbridgeReitz, wo: DVec3, wi: DVec3) -> f64 {
-    half(wo, wi).map_or(0.0, |wh| facets.pdf(wo, wh) / (4.0 * wo.dot(wh).abs()))
-}
-
-/// The index on the side of `wi` by that on the side of `wo`.
-fn ratio(wo: DVec3, eta: f64) -> f64 {
-    if wo.z > 0.0 { eta } else { 1.0 / eta }
-}
-
-/// The direction that a boundary of normal `wh`, on the side of `wo`, refracts into, and the ratio of the indices there by
-/// those here. `None` where all is reflected.
-fn refract(wo: DVec3, wh: DVec3, eta: f64) -> Option<(DVec3, f64)> {
-    let (ratio, cos) = (ratio(wo, eta), wo.dot(wh));
-    let along = (wo - wh * cos) / -ratio;
-    let squared = 1.0 - along.length_squared();
-    (squared > 0.0 && cos > 0.0).then(|| ((along - wh * squared.sqrt()).normalize(), ratio))
-}
-
-/// Light that a smooth boundary refracts.
-fn refracted(wo: DVec3, eta: f64, factor: Vec3, probability: f64) -> Option<Single> {
-    let (wi, ratio) = refract(wo, DVec3::new(0.0, 0.0, wo.z.signum()), eta)?;
-    let compression = (1.0 / (ratio * ratio)) as f32;
-    Some(Single { wi, factor: factor * compression, probability, compression })
-}
-
-/// The normal of the facet that refracts `wo` into `wi`, upward, and the ratio of the indices; `None` where none does, or
-/// where one direction sees it from behind (which pbrt-v3 counts, but never samples).
-fn refracting(wo: DVec3, wi: DVec3, eta: f64) -> Option<(DVec3, f64)> {
-    if wo.z * wi.z >= 0.0 {
-        return None;
-    }
-    let ratio = ratio(wo, eta);
-    let wh = upward((wo + wi * ratio).try_normalize()?);
-    (wo.dot(wh) * wo.z > 0.0 && wi.dot(wh) * wi.z > 0.0).then_some((wh, ratio))
-}
-
-/// By how much solid angle around `wi` is larger than that of the normals, times the cosine between them.
-fn spread(wo: DVec3, wi: DVec3, wh: DVec3, ratio: f64) -> f64 {
-    let sum = wo.dot(wh) + ratio * wi.dot(wh);
-    ratio * ratio * wi.dot(wh).abs() / (sum * sum)
-}
-
-fn microfacet_transmission(facets: &TrowbridgeReitz, eta: f64, wo: DVec3, wi: DVec3) -> f32 {
-    let Some((wh, ratio)) = refracting(wo, wi, eta) else { return 0.0 };
-    let shape = facets.density(wh) * facets.masking_shadowing(wo, wi) * spread(wo, wi, wh, ratio);
-    let passes = 1.0 - dielectric(wo.dot(wh), eta);
-    // Radiance is denser where the index is larger.
-    (passes * shape * wo.dot(wh).abs() / (ratio * ratio * (wi.z * wo.z).abs())) as f32
-}
-
-fn refracted_pdf(facets: &TrowbridgeReitz, eta: f64, wo: DVec3, wi: DVec3) -> f64 {
-    refracting(wo, wi, eta).map_or(0.0, |(wh, ratio)| facets.pdf(wo, wh) * spread(wo, wi, wh, ratio))
-}
-
-fn substrate(diffuse: Vec3, specular: Vec3, facets: &TrowbridgeReitz, wo: DVec3, wi: DVec3) -> Vec3 {
-    let flat = |w: DVec3| 1.0 - (1.0 - 0.5 * w.z.abs()).powi(5);
-    let base = diffuse * (Vec3::ONE - specular) * (28.0 / (23.0 * PI) * flat(wi) * flat(wo)) as f32;
-    let Some(wh) = half(wo, wi) else { return Vec3::ZERO };
-    let cos = wi.dot(wh);
-    let shape = facets.density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
-    base + schlick(specular, cos) * shape as f32
-}
-
-/// Schlick's approximation of what is reflected, of light at an angle of cosine `cos` to the normal.
-fn schlick(specular: Vec3, cos: f64) -> Vec3 {
-    specular + (Vec3::ONE - specular) * (1.0 - cos).powi(5) as f32
+/// How much of the base of a substrate is seen at an angle.
+#[inline(always)]
+fn flat<S: Simd>(cos: f32x8<S>) -> f32x8<S> {
+    let x = 1.0 - 0.5 * cos.abs();
+    1.0 - x * x * x * x * x
 }

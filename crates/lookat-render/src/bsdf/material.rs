@@ -1,21 +1,24 @@
 //! From a material at a point to its lobes, as pbrt-v3's materials have them.
 
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 use lookat_scene::{
     Glass, Material, MaterialKind, Matte, Metal, Mix, Plastic, Roughness, Substrate, Texture, Translucent,
     Uber,
 };
 
-use super::LobeList;
-use super::choice::LikelyLobe;
 use super::fresnel::Fresnel;
-use super::lobe::Lobe;
-use super::microfacet::TrowbridgeReitz;
+use super::lobe::{Kind, PointLobe};
+use super::microfacet::{alpha, alpha_of_roughness};
+use super::slots::PointLobes;
 use crate::texture::TexturePoint;
 
-/// Adds the lobes at a point.
-pub(super) fn add_lobes(material: &MaterialKind, at: &TexturePoint, lobes: &mut LobeList) {
-    Builder { at, lobes }.add(material, Vec3::ONE);
+impl PointLobes {
+    /// Those of a material at a point.
+    pub fn new(material: &MaterialKind, at: &TexturePoint) -> Self {
+        let mut lobes = PointLobes::default();
+        Builder { at, lobes: &mut lobes }.add(material, Vec3::ONE);
+        lobes
+    }
 }
 
 /// The most lobes that a material has at any point, and how many of them are specular at most.
@@ -30,9 +33,8 @@ pub(crate) fn most_lobes(material: &Material) -> MostLobes {
     if material.needs().coordinates {
         return bound(material.kind());
     }
-    let mut lobes = LobeList::new();
-    add_lobes(material.kind(), &TexturePoint::default(), &mut lobes);
-    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|likely| likely.lobe.is_specular()).count() }
+    let PointLobes(lobes) = PointLobes::new(material.kind(), &TexturePoint::default());
+    MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.kind.is_specular()).count() }
 }
 
 /// What [`Builder`] adds at most, whatever the textures give.
@@ -57,7 +59,7 @@ fn bound(material: &MaterialKind) -> MostLobes {
 /// Collects the lobes of a material.
 struct Builder<'a> {
     at: &'a TexturePoint,
-    lobes: &'a mut LobeList,
+    lobes: &'a mut PointLobes,
 }
 
 impl Builder<'_> {
@@ -69,8 +71,7 @@ impl Builder<'_> {
             MaterialKind::Translucent(translucent) => self.translucent(translucent, weight),
             MaterialKind::Glass(glass) => self.glass(glass, weight),
             MaterialKind::Mirror(mirror) => {
-                let reflectance = weight * self.share(&mirror.kr);
-                self.push(reflectance, Lobe::Mirror { reflectance, fresnel: Fresnel::Perfect });
+                self.push(Kind::Mirror(Fresnel::Perfect), weight * self.share(&mirror.kr));
             }
             MaterialKind::Metal(metal) => self.metal(metal, weight),
             MaterialKind::Substrate(layers) => self.substrate(layers, weight),
@@ -81,9 +82,13 @@ impl Builder<'_> {
     }
 
     /// Adds a lobe, unless nothing comes of it.
-    fn push(&mut self, factor: Vec3, lobe: Lobe) {
-        if factor != Vec3::ZERO {
-            self.lobes.push(LikelyLobe::alone(lobe));
+    fn push(&mut self, kind: Kind, color: Vec3) {
+        self.push_lobe(PointLobe::new(kind, color));
+    }
+
+    fn push_lobe(&mut self, lobe: PointLobe) {
+        if lobe.color != Vec3::ZERO {
+            self.lobes.0.push(lobe);
         }
     }
 
@@ -96,95 +101,90 @@ impl Builder<'_> {
         let reflectance = weight * self.share(&matte.kd);
         let sigma = self.at.value(&matte.sigma).clamp(0.0, 90.0);
         if sigma == 0.0 {
-            return self.push(reflectance, Lobe::Lambert { reflectance });
+            return self.push(Kind::Lambert, reflectance);
         }
         let squared = sigma.to_radians().powi(2);
         let a = 1.0 - squared / (2.0 * (squared + 0.33));
         let b = 0.45 * squared / (squared + 0.09);
-        self.push(reflectance, Lobe::OrenNayar { reflectance, a, b });
+        let roughness = [a as f32, b as f32];
+        self.push_lobe(PointLobe { roughness, ..PointLobe::new(Kind::OrenNayar, reflectance) });
     }
 
     fn plastic(&mut self, plastic: &Plastic, weight: Vec3) {
-        let diffuse = weight * self.share(&plastic.kd);
-        self.push(diffuse, Lobe::Lambert { reflectance: diffuse });
-        let reflectance = weight * self.share(&plastic.ks);
+        self.push(Kind::Lambert, weight * self.share(&plastic.kd));
         // pbrt-v3 has the inside out: the light comes from what has an index of 1.5.
-        let fresnel = Fresnel::Dielectric { eta: 1.0 / PLASTIC };
-        let facets = self.facets(&plastic.roughness);
-        self.push(reflectance, Lobe::Microfacet { reflectance, facets, fresnel });
+        let eta = (1.0 / PLASTIC) as f32;
+        self.glossy(weight * self.share(&plastic.ks), self.alpha(&plastic.roughness), eta);
+    }
+
+    /// Facets of a dielectric that reflect.
+    fn glossy(&mut self, reflectance: Vec3, roughness: [f32; 2], eta: f32) {
+        let lobe = PointLobe::new(Kind::Microfacet(Fresnel::Dielectric), reflectance);
+        self.push_lobe(PointLobe { roughness, eta, ..lobe });
     }
 
     fn translucent(&mut self, translucent: &Translucent, weight: Vec3) {
         let reflect = weight * self.share(&translucent.reflect);
         let transmit = weight * self.share(&translucent.transmit);
         let (kd, ks) = (self.share(&translucent.kd), self.share(&translucent.ks));
-        self.push(reflect * kd, Lobe::Lambert { reflectance: reflect * kd });
-        self.push(transmit * kd, Lobe::LambertTransmission { transmittance: transmit * kd });
-        let facets = self.facets(&translucent.roughness);
-        self.rough_dielectric(reflect * ks, transmit * ks, facets, PLASTIC);
+        self.push(Kind::Lambert, reflect * kd);
+        self.push(Kind::LambertTransmission, transmit * kd);
+        self.rough_dielectric([reflect * ks, transmit * ks], self.alpha(&translucent.roughness), PLASTIC);
     }
 
-    fn rough_dielectric(
-        &mut self,
-        reflectance: Vec3,
-        transmittance: Vec3,
-        facets: TrowbridgeReitz,
-        eta: f64,
-    ) {
+    fn rough_dielectric(&mut self, [reflectance, transmittance]: [Vec3; 2], roughness: [f32; 2], eta: f64) {
         // Between alike media no facet reflects or bends light; pbrt-v3 ends there.
         if (eta - 1.0).abs() < ALIKE {
-            return self.push(transmittance, Lobe::Refraction { transmittance, eta: 1.0 });
+            return self.refraction(transmittance, 1.0);
         }
-        let fresnel = Fresnel::Dielectric { eta };
-        self.push(reflectance, Lobe::Microfacet { reflectance, facets, fresnel });
-        self.push(transmittance, Lobe::MicrofacetTransmission { transmittance, facets, eta });
+        self.glossy(reflectance, roughness, eta as f32);
+        let lobe = PointLobe::new(Kind::MicrofacetTransmission, transmittance);
+        self.push_lobe(PointLobe { roughness, eta: eta as f32, ..lobe });
+    }
+
+    fn refraction(&mut self, transmittance: Vec3, eta: f64) {
+        self.push_lobe(PointLobe { eta: eta as f32, ..PointLobe::new(Kind::Refraction, transmittance) });
     }
 
     fn glass(&mut self, glass: &Glass, weight: Vec3) {
-        let (reflectance, transmittance) = (weight * self.share(&glass.kr), weight * self.share(&glass.kt));
+        let colors = [weight * self.share(&glass.kr), weight * self.share(&glass.kt)];
         let eta = self.index(&glass.eta);
         let v = glass.roughness.v.as_ref().unwrap_or(&glass.roughness.u);
         if self.at.value(&glass.roughness.u) == 0.0 && self.at.value(v) == 0.0 {
-            let lobe = Lobe::Glass { reflectance, transmittance, eta };
-            return self.push(reflectance.max(transmittance), lobe);
+            let lobe = PointLobe::new(Kind::Glass, colors[0].max(colors[1]));
+            return self.push_lobe(PointLobe { colors, eta: eta as f32, ..lobe });
         }
-        let facets = self.facets(&glass.roughness);
-        self.rough_dielectric(reflectance, transmittance, facets, eta);
+        self.rough_dielectric(colors, self.alpha(&glass.roughness), eta);
     }
 
     fn metal(&mut self, metal: &Metal, weight: Vec3) {
-        let (eta, k) = (self.at.value(&metal.eta), self.at.value(&metal.k));
-        let facets = self.facets(&metal.roughness);
-        let fresnel = Fresnel::Conductor { eta, k };
-        self.push(weight, Lobe::Microfacet { reflectance: weight, facets, fresnel });
+        let colors = [self.at.value(&metal.eta), self.at.value(&metal.k)];
+        let roughness = self.alpha(&metal.roughness);
+        let lobe = PointLobe::new(Kind::Microfacet(Fresnel::Conductor), weight);
+        self.push_lobe(PointLobe { colors, roughness, ..lobe });
     }
 
     fn substrate(&mut self, substrate: &Substrate, weight: Vec3) {
-        let (diffuse, specular) = (self.share(&substrate.kd), self.share(&substrate.ks));
-        if diffuse != Vec3::ZERO || specular != Vec3::ZERO {
-            let facets = self.facets(&substrate.roughness);
-            self.push(weight, Lobe::Substrate { weight, diffuse, specular, facets });
+        let colors = [self.share(&substrate.kd), self.share(&substrate.ks)];
+        if colors != [Vec3::ZERO; 2] {
+            let roughness = self.alpha(&substrate.roughness);
+            self.push_lobe(PointLobe { colors, roughness, ..PointLobe::new(Kind::Substrate, weight) });
         }
     }
 
     fn uber(&mut self, uber: &Uber, weight: Vec3) {
         let opacity = self.share(&uber.opacity);
-        let clear = weight * (Vec3::ONE - opacity).max(Vec3::ZERO);
-        self.push(clear, Lobe::Refraction { transmittance: clear, eta: 1.0 });
+        self.refraction(weight * (Vec3::ONE - opacity).max(Vec3::ZERO), 1.0);
         let share = |builder: &Self, texture| weight * opacity * builder.share(texture);
-        let diffuse = share(self, &uber.kd);
-        self.push(diffuse, Lobe::Lambert { reflectance: diffuse });
+        self.push(Kind::Lambert, share(self, &uber.kd));
         let eta = self.index(&uber.eta);
-        let fresnel = Fresnel::Dielectric { eta };
         let glossy = share(self, &uber.ks);
         if glossy != Vec3::ZERO {
-            let facets = self.facets(&uber.roughness);
-            self.push(glossy, Lobe::Microfacet { reflectance: glossy, facets, fresnel });
+            self.glossy(glossy, self.alpha(&uber.roughness), eta as f32);
         }
-        let mirrored = share(self, &uber.kr);
-        self.push(mirrored, Lobe::Mirror { reflectance: mirrored, fresnel });
-        let refracted = share(self, &uber.kt);
-        self.push(refracted, Lobe::Refraction { transmittance: refracted, eta });
+        let mirror = PointLobe::new(Kind::Mirror(Fresnel::Dielectric), share(self, &uber.kr));
+        self.push_lobe(PointLobe { eta: eta as f32, ..mirror });
+        self.refraction(share(self, &uber.kt), eta);
     }
 
     fn mix(&mut self, mix: &Mix, weight: Vec3) {
@@ -203,17 +203,18 @@ impl Builder<'_> {
         self.at.value(texture).max(1e-3)
     }
 
-    fn facets(&self, roughness: &Roughness) -> TrowbridgeReitz {
+    /// The widths of the distribution of facets.
+    fn alpha(&self, roughness: &Roughness) -> [f32; 2] {
         let width = |texture: &Texture<f64>| {
-            let roughness_here = self.at.value(texture);
-            if roughness.remap { TrowbridgeReitz::alpha_of(roughness_here) } else { roughness_here }
+            let here = self.at.value(texture);
+            alpha(if roughness.remap { alpha_of_roughness(here) } else { here })
         };
         let u = width(&roughness.u);
-        TrowbridgeReitz::new(DVec2::new(u, roughness.v.as_ref().map_or(u, width)))
+        [u, roughness.v.as_ref().map_or(u, width)]
     }
 }
 
 /// The index of refraction of plastic and translucent surfaces.
 const PLASTIC: f64 = 1.5;
 /// Indices that differ by less are the same: the direction of a facet that bends light so little is lost in rounding.
-const ALIKE: f64 = 1e-9;
+const ALIKE: f64 = 1e-4;

@@ -1,76 +1,163 @@
-//! The distribution of the normals of a rough surface, by Trowbridge and Reitz (GGX; PBR 8.4). Directions are in the
-//! shading frame.
+//! Rough surfaces of many small facets (PBR 8.4). Directions are in the shading frame.
 
-pub(super) mod lanes;
+use std::f32::consts::PI;
 
-use std::f64::consts::PI;
+use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
+use glam::DVec3;
 
-use glam::{DVec2, DVec3};
-
-use crate::circle::at_turn;
+use super::fresnel::dielectric;
+use crate::circle::lanes::at_turn;
+use crate::lanes::V3;
 
 /// The least width, as in pbrt-v3: a mirror in all but name.
-const LEAST: f64 = 1e-3;
+const LEAST: f32 = 1e-3;
+/// The largest, so that products of widths stay finite.
+const MOST: f32 = 1e6;
 
-/// Trowbridge and Reitz's distribution.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct TrowbridgeReitz {
-    /// Width along the two axes of the frame, at least 1e-3.
-    alpha: DVec2,
+/// The width that a distribution has where this is asked for.
+pub(super) fn alpha(width: f64) -> f32 {
+    (width as f32).clamp(LEAST, MOST)
 }
 
-impl TrowbridgeReitz {
-    pub fn new(alpha: DVec2) -> Self {
-        TrowbridgeReitz { alpha: alpha.max(DVec2::splat(LEAST)) }
-    }
+/// The width that pbrt-v3 gives a roughness from 0 to 1 (PBR 8.4.2).
+pub(super) fn alpha_of_roughness(roughness: f64) -> f64 {
+    let x = roughness.max(1e-3).ln();
+    1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
+}
 
-    /// The width that pbrt-v3 gives a roughness from 0 to 1 (PBR 8.4.2).
-    pub fn alpha_of(roughness: f64) -> f64 {
-        let x = roughness.max(1e-3).ln();
-        1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
-    }
+/// Trowbridge and Reitz's distribution of the normals of facets (GGX): its widths along the two axes of the frame.
+#[derive(Clone, Copy)]
+pub(super) struct TrowbridgeReitz<S: Simd> {
+    pub alpha: [f32x8<S>; 2],
+}
 
-    /// Its widths.
-    pub fn alpha(&self) -> DVec2 {
-        self.alpha
-    }
+type Directions<S> = V3<f32x8<S>>;
 
+impl<S: Simd> TrowbridgeReitz<S> {
     /// Density of normals around `wh`, by area of the surface (`D`).
-    pub fn density(&self, wh: DVec3) -> f64 {
-        let slope = (wh.truncate() / self.alpha).length_squared() + wh.z * wh.z;
-        1.0 / (PI * self.alpha.x * self.alpha.y * slope * slope)
+    #[inline(always)]
+    pub fn density(&self, wh: Directions<S>) -> f32x8<S> {
+        let [ax, ay] = self.alpha;
+        let (x, y) = (wh.x / ax, wh.y / ay);
+        let slope = x * x + y * y + wh.z * wh.z;
+        1.0 / (PI * ax * ay * slope * slope)
     }
 
-    /// What is hidden, by what is seen, from direction `w` (`Lambda`).
-    fn lambda(&self, w: DVec3) -> f64 {
-        let squared = (w.truncate() * self.alpha).length_squared() / (w.z * w.z);
-        ((1.0 + squared).sqrt() - 1.0) / 2.0
+    /// The cosine of `w` by the share of facets that it sees, `|cos| (1 + Lambda)`: without Smith's fractions, which grow beyond all
+    /// bounds at grazing angles.
+    #[inline(always)]
+    fn unmasked(&self, w: Directions<S>) -> f32x8<S> {
+        let (x, y) = (w.x * self.alpha[0], w.y * self.alpha[1]);
+        ((w.z * w.z + (x * x + y * y)).sqrt() + w.z.abs()) * 0.5
     }
 
-    /// The share of facets that both directions see (`G`).
-    pub fn masking_shadowing(&self, wo: DVec3, wi: DVec3) -> f64 {
-        1.0 / (1.0 + self.lambda(wo) + self.lambda(wi))
+    /// The product of the cosines by the share of facets that both directions see, `|cos_o cos_i| / G`, and that of `wo` alone.
+    #[inline(always)]
+    fn masked(&self, wo: Directions<S>, wi: Directions<S>) -> (f32x8<S>, f32x8<S>) {
+        let (of_o, of_i) = (self.unmasked(wo), self.unmasked(wi));
+        let (cos_o, cos_i) = (wo.z.abs(), wi.z.abs());
+        (cos_i * of_o + cos_o * (of_i - cos_i), of_o)
     }
 
-    /// Density of [`TrowbridgeReitz::sample`] by solid angle around `wh`.
-    pub fn pdf(&self, wo: DVec3, wh: DVec3) -> f64 {
-        self.density(wh) * wo.dot(wh).abs() / ((1.0 + self.lambda(wo)) * wo.z.abs())
+    /// What facets reflect if each reflects all, and the density of [`TrowbridgeReitz::reflected`].
+    #[inline(always)]
+    pub fn reflection(
+        &self,
+        wo: Directions<S>,
+        wi: Directions<S>,
+        wh: Directions<S>,
+    ) -> (f32x8<S>, f32x8<S>) {
+        let density = self.density(wh) * 0.25;
+        let (both, of_o) = self.masked(wo, wi);
+        (density / both, density / of_o)
+    }
+
+    /// What facets let through between media of relative index `eta`, and the density of [`TrowbridgeReitz::refracted`]; and where any
+    /// facet does. pbrt-v3 also counts those that one direction sees from behind, but never samples them.
+    #[inline(always)]
+    pub fn transmission(
+        &self,
+        eta: f32x8<S>,
+        wo: Directions<S>,
+        wi: Directions<S>,
+    ) -> (f32x8<S>, f32x8<S>, mask32x8<S>) {
+        let ratio = ratio(wo.z, eta);
+        let (wh, is_there) = (wo + wi * ratio).try_normalize();
+        let wh = upward(wh);
+        let (cos_o, cos_i) = (wo.dot(wh), wi.dot(wh));
+        let is_there =
+            is_there & (wo.z * wi.z).simd_lt(0.0) & (cos_o * wo.z).simd_gt(0.0) & (cos_i * wi.z).simd_gt(0.0);
+        // Solid angle around wi by that of the normals.
+        let sum = cos_o + ratio * cos_i;
+        let spread = ratio * ratio * cos_i.abs() / (sum * sum);
+        let density = self.density(wh) * spread * cos_o.abs();
+        let (both, of_o) = self.masked(wo, wi);
+        // Radiance is denser where the index is larger.
+        let value = (1.0 - dielectric(cos_o, eta)) * density / (ratio * ratio * both);
+        (value, density / of_o, is_there)
     }
 
     /// One of the normals that `wo` sees, on its side (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT
     /// 7(4), 2018).
-    pub fn sample(&self, wo: DVec3, u: DVec2) -> DVec3 {
-        let up = if wo.z < 0.0 { -wo } else { wo };
-        let stretched = (up.truncate() * self.alpha).extend(up.z).normalize();
-        let across = DVec2::new(-stretched.y, stretched.x).normalize_or(DVec2::X).extend(0.0);
+    #[inline(always)]
+    fn visible_normal(&self, wo: Directions<S>, [u, v]: [f32x8<S>; 2]) -> Directions<S> {
+        let simd = u.token();
+        let is_below = wo.z.simd_lt(0.0);
+        let up = (-wo).or(is_below, wo);
+        let [ax, ay] = self.alpha;
+        let stretched = V3 { x: up.x * ax, y: up.y * ay, z: up.z }.normalize();
+        let across = V3 { x: -stretched.y, y: stretched.x, z: 0.0.simd_into(simd) }.normalize_or(DVec3::X);
         let along = stretched.cross(across);
-        let (p, s) = (at_turn(u.y) * u.x.sqrt(), 0.5 * (1.0 + stretched.z));
-        let x = p.x;
-        let y = (1.0 - s) * (1.0 - x * x).max(0.0).sqrt() + s * p.y;
+        let ([x, y], root) = (at_turn(v), u.sqrt());
+        let (x, y, s) = (x * root, y * root, 0.5 * (1.0 + stretched.z));
+        let y = (1.0 - s) * (1.0 - x * x).max(0.0).sqrt() + s * y;
         let n = across * x + along * y + stretched * (1.0 - x * x - y * y).max(0.0).sqrt();
-        let wh = (n.truncate() * self.alpha).extend(n.z.max(0.0)).normalize_or(DVec3::Z);
-        if wo.z < 0.0 { -wh } else { wh }
+        let wh = V3 { x: n.x * ax, y: n.y * ay, z: n.z.max(0.0) }.normalize_or(DVec3::Z);
+        (-wh).or(is_below, wh)
     }
+
+    /// A direction that a facet reflects to `wo`, and where there is one.
+    #[inline(always)]
+    pub fn reflected(&self, wo: Directions<S>, u: [f32x8<S>; 2]) -> (Directions<S>, mask32x8<S>) {
+        let wh = self.visible_normal(wo, u);
+        let wi = wh * (2.0 * wo.dot(wh)) - wo;
+        (wi, (wi.z * wo.z).simd_gt(0.0))
+    }
+
+    /// A direction that a facet refracts to `wo`, and where there is one.
+    #[inline(always)]
+    pub fn refracted(
+        &self,
+        eta: f32x8<S>,
+        wo: Directions<S>,
+        u: [f32x8<S>; 2],
+    ) -> (Directions<S>, mask32x8<S>) {
+        let wh = self.visible_normal(wo, u);
+        let (ratio, cos) = (ratio(wo.z, eta), wo.dot(wh));
+        let along = (wh * cos - wo) * (1.0 / ratio);
+        let squared = 1.0 - along.length_squared();
+        let wi = (along - wh * squared.max(0.0).sqrt()).normalize();
+        (wi, squared.simd_gt(0.0) & cos.simd_gt(0.0) & (wo.z * wi.z).simd_lt(0.0))
+    }
+}
+
+/// The normal that reflects one direction into the other, and where there is one: not where a direction is in the plane of the surface.
+#[inline(always)]
+pub(super) fn half<S: Simd>(wo: Directions<S>, wi: Directions<S>) -> (Directions<S>, mask32x8<S>) {
+    let (wh, is_there) = (wo + wi).try_normalize();
+    (wh, is_there & wo.z.simd_ne(0.0) & wi.z.simd_ne(0.0))
+}
+
+/// Normals of facets are on the side of the surface's, so that light from within is told from light from outside.
+#[inline(always)]
+pub(super) fn upward<S: Simd>(wh: Directions<S>) -> Directions<S> {
+    (-wh).or(wh.z.simd_lt(0.0), wh)
+}
+
+/// The index on the side of `wi` by that on the side of `wo`.
+#[inline(always)]
+pub(super) fn ratio<S: Simd>(cos_o: f32x8<S>, eta: f32x8<S>) -> f32x8<S> {
+    cos_o.simd_gt(0.0).select(eta, 1.0 / eta)
 }
 
 #[cfg(test)]
@@ -78,29 +165,34 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
+    use crate::lanes::splat_f32;
+    use crate::testing::baseline;
 
     /// Facets cover the surface exactly: the density times the cosine is one in all.
     #[test]
     fn facets_cover_the_surface() {
-        for alpha in [DVec2::new(0.3, 0.3), DVec2::new(0.8, 0.2)] {
-            let facets = TrowbridgeReitz::new(alpha);
+        for [x, y] in [[0.3, 0.3], [0.8, 0.2]] {
             let side = 800;
             let cell = |i: u32| (f64::from(i) + 0.5) / f64::from(side);
-            let sum: f64 = (0..side * side)
-                .map(|i| {
-                    let (cos, phi) = (cell(i / side), TAU * cell(i % side));
-                    let sin = (1.0 - cos * cos).sqrt();
-                    facets.density(DVec3::new(sin * phi.cos(), sin * phi.sin(), cos)) * cos
-                })
-                .sum();
-            assert!((sum * TAU / f64::from(side * side) - 1.0).abs() < 1e-3, "{alpha} {sum}");
+            let sum: f64 = baseline!(simd => {
+                let facets = TrowbridgeReitz { alpha: [splat_f32(simd, x), splat_f32(simd, y)] };
+                (0..side * side)
+                    .map(|i| {
+                        let (cos, phi) = (cell(i / side), TAU * cell(i % side));
+                        let sin = (1.0 - cos * cos).sqrt();
+                        let wh = V3::splat(simd, DVec3::new(sin * phi.cos(), sin * phi.sin(), cos));
+                        f64::from(facets.density(wh)[0]) * cos
+                    })
+                    .sum()
+            });
+            assert!((sum * TAU / f64::from(side * side) - 1.0).abs() < 1e-3, "{x} {y} {sum}");
         }
     }
 
     #[test]
     fn roughness_becomes_the_width_of_pbrt() {
-        assert!((TrowbridgeReitz::alpha_of(1.0) - 1.62142).abs() < 1e-12);
+        assert!((alpha_of_roughness(1.0) - 1.62142).abs() < 1e-12);
         // Of 0.1: by hand.
-        assert!((TrowbridgeReitz::alpha_of(0.1) - 0.46176).abs() < 1e-5);
+        assert!((alpha_of_roughness(0.1) - 0.46176).abs() < 1e-5);
     }
 }

@@ -2,13 +2,18 @@
 
 use std::f64::consts::{PI, TAU};
 
+use glam::DVec2;
 use lookat_scene::{
-    Glass, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Texture, Transform, Translucent, Uber, Value,
-    Varying,
+    Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Texture,
+    Transform, Translucent, Uber, Value, Varying,
 };
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::*;
+use crate::frame::Frame;
+use crate::lanes::{LANES, those};
+use crate::testing::baseline;
+use crate::texture::TexturePoint;
 
 const COLOR: Vec3 = Vec3::new(0.9, 0.5, 0.7);
 
@@ -103,15 +108,74 @@ fn frame() -> Frame {
     Frame::from_z(DVec3::new(0.3, -0.5, 0.8).normalize())
 }
 
-fn bsdf<'l>(material: &Material, local_o: DVec3, lobes: &'l mut Lobes) -> Bsdf<'l> {
-    let frame = frame();
-    let wo = frame.to_world(local_o.normalize());
-    Bsdf::new(material, &TexturePoint::default(), (frame, frame.z), wo, lobes)
+/// A point of a surface, seen from a direction of its frame.
+struct Point<'m> {
+    material: &'m Material,
+    local_o: DVec3,
 }
 
-fn grid(side: u32) -> impl Iterator<Item = DVec2> {
+/// A sample at a point.
+struct Sample {
+    wi: DVec3,
+    pdf: f64,
+    weight: Vec3,
+    is_specular: bool,
+    compression: f32,
+}
+
+impl Point<'_> {
+    fn wo(&self) -> DVec3 {
+        frame().to_world(self.local_o.normalize())
+    }
+
+    /// Does something with the BSDF.
+    fn ask<S: Simd, T>(&self, simd: S, ask: impl FnOnce(&Bsdf<S>) -> T) -> T {
+        let mut slots = Slots::new();
+        let lobes = PointLobes::new(self.material.kind(), &TexturePoint::default());
+        slots.add(simd, &lobes, bits(simd, 0xff));
+        let n = Vec3x8::splat(simd, frame().z);
+        ask(&Bsdf::new((n, n, Frames::from_z(n.narrow())), Vec3x8::splat(simd, self.wo()), &mut slots))
+    }
+
+    fn has(&self, part: Part) -> bool {
+        baseline!(simd => self.ask(simd, |bsdf| bsdf.has(part).any_true()))
+    }
+
+    /// Values and densities.
+    fn f_cos_pdf(&self, wi: &[DVec3], part: Part) -> Vec<(Vec3, f64)> {
+        let mut all = Vec::new();
+        baseline!(simd => self.ask(simd, |bsdf| for wi in wi.chunks(LANES) {
+            let mut directions = Vec3x8::splat(simd, DVec3::Z);
+            wi.iter().enumerate().for_each(|(lane, wi)| directions.put(lane, *wi));
+            let (f_cos, pdf) = bsdf.f_cos_pdf(directions, part);
+            all.extend((0..wi.len()).map(|lane| (f_cos.lane(lane), pdf[lane])));
+        }));
+        all
+    }
+
+    /// Samples, where there are some.
+    fn samples(&self, u: &[DVec2], part: Part) -> Vec<Option<Sample>> {
+        let mut all = Vec::new();
+        baseline!(simd => self.ask(simd, |bsdf| for u in u.chunks(LANES) {
+            let of = |lane: usize| u.get(lane).copied().unwrap_or_default();
+            let square = [f64x8::from_fn(simd, |lane| of(lane).x), f64x8::from_fn(simd, |lane| of(lane).y)];
+            let sample = bsdf.sample(square, part);
+            let is_there: Vec<usize> = those(sample.is_there).collect();
+            all.extend((0..u.len()).map(|lane| is_there.contains(&lane).then(|| Sample {
+                wi: sample.wi.lane(lane),
+                pdf: sample.pdf[lane],
+                weight: sample.weight.lane(lane),
+                is_specular: sample.is_specular.to_bitmask() >> lane & 1 == 1,
+                compression: sample.compression[lane],
+            })));
+        }));
+        all
+    }
+}
+
+fn grid(side: u32) -> Vec<DVec2> {
     let cell = move |i: u32| (f64::from(i) + 0.5) / f64::from(side);
-    (0..side * side).map(move |i| DVec2::new(cell(i % side), cell(i / side)))
+    (0..side * side).map(move |i| DVec2::new(cell(i % side), cell(i / side))).collect()
 }
 
 const RINGS: usize = 20;
@@ -125,7 +189,7 @@ fn cell(local: DVec3) -> usize {
 }
 
 /// The density over the cells of the sphere, by Simpson's rule with 32 steps each way.
-fn expected(bsdf: &Bsdf) -> Vec<f64> {
+fn expected(point: &Point) -> Vec<f64> {
     const STEPS: usize = 32;
     let weight = |i: usize| match i {
         0 | STEPS => 1.0,
@@ -134,16 +198,17 @@ fn expected(bsdf: &Bsdf) -> Vec<f64> {
     };
     let area = (PI / RINGS as f64) * (TAU / SECTORS as f64) / (3.0 * STEPS as f64).powi(2);
     let one = |ring: usize, sector: usize| {
-        let mut sum = 0.0;
+        let (mut directions, mut weights) = (Vec::new(), Vec::new());
         for (i, j) in (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| (i, j))) {
             // Just inside, so that the step of the density at the horizon stays on its side.
-            let along = (i as f64).clamp(1e-9, STEPS as f64 - 1e-9) / STEPS as f64;
+            let along = (i as f64).clamp(1e-5, STEPS as f64 - 1e-5) / STEPS as f64;
             let (r, z) = (PI * (ring as f64 + along) / RINGS as f64).sin_cos();
             let phi = TAU * (sector as f64 + j as f64 / STEPS as f64) / SECTORS as f64;
-            let wi = bsdf.frame.to_world(DVec3::new(r * phi.cos(), r * phi.sin(), z));
-            sum += weight(i) * weight(j) * r * bsdf.pdf(wi, Part::Smooth);
+            directions.push(frame().to_world(DVec3::new(r * phi.cos(), r * phi.sin(), z)));
+            weights.push(weight(i) * weight(j) * r);
         }
-        sum * area
+        let found = point.f_cos_pdf(&directions, Part::Smooth);
+        found.iter().zip(weights).map(|((_, pdf), weight)| pdf * weight).sum::<f64>() * area
     };
     (0..RINGS * SECTORS).map(|at| one(at / SECTORS, at % SECTORS)).collect()
 }
@@ -152,21 +217,21 @@ fn expected(bsdf: &Bsdf) -> Vec<f64> {
 #[test]
 fn samples_follow_their_density() {
     const SAMPLES: u32 = 300;
-    let (mut lobes, mut count) = (Lobes::default(), 0.0);
-    for (name, material) in materials() {
+    let mut count = 0.0;
+    for (name, material) in &materials() {
         for (number, local_o) in OUT.into_iter().enumerate() {
-            let bsdf = bsdf(&material, local_o, &mut lobes);
-            if !bsdf.has(Part::Smooth) {
+            let point = Point { material, local_o };
+            if !point.has(Part::Smooth) {
                 continue;
             }
             let mut found = vec![0.0; RINGS * SECTORS + 1];
             let mut random = random_numbers(number as u64);
-            for _ in 0..SAMPLES * SAMPLES {
-                let sample = bsdf.sample(DVec2::new(random(), random()), Part::Smooth);
-                let at = sample.map_or(RINGS * SECTORS, |sample| cell(bsdf.frame.to_local(sample.wi)));
+            let square: Vec<_> = (0..SAMPLES * SAMPLES).map(|_| DVec2::new(random(), random())).collect();
+            for sample in point.samples(&square, Part::Smooth) {
+                let at = sample.map_or(RINGS * SECTORS, |sample| cell(frame().to_local(sample.wi)));
                 found[at] += 1.0;
             }
-            let mut expected = expected(&bsdf);
+            let mut expected = expected(&point);
             // Lobes that pass light on absorb what cannot pass.
             expected.push((1.0 - expected.iter().sum::<f64>()).max(0.0));
             let p = p_value(&found, &expected, f64::from(SAMPLES * SAMPLES));
@@ -205,16 +270,25 @@ fn p_value(found: &[f64], expected: &[f64], samples: f64) -> f64 {
     if degrees < 1.0 { 1.0 } else { 1.0 - ChiSquared::new(degrees).unwrap().cdf(chi2) }
 }
 
+/// Up to what rounding the direction to `f32` does to facets of a tenth, and to cosines.
 #[test]
 fn sampled_values_are_those_of_f_and_pdf() {
-    let mut lobes = Lobes::default();
-    for (name, material) in materials() {
+    for (name, material) in &materials() {
         for local_o in OUT {
-            let bsdf = bsdf(&material, local_o, &mut lobes);
-            for sample in grid(16).filter_map(|u| bsdf.sample(u, Part::Smooth)) {
-                let (f_cos, pdf) = (bsdf.f_cos(sample.wi), bsdf.pdf(sample.wi, Part::Smooth));
-                assert!((sample.pdf / pdf - 1.0).abs() < 1e-6, "{name} {local_o}");
-                assert!((sample.f_cos - f_cos).length() <= 1e-4 * f_cos.length(), "{name} {local_o}");
+            let point = Point { material, local_o };
+            let samples: Vec<Sample> = point.samples(&grid(16), Part::Smooth).into_iter().flatten().collect();
+            let directions: Vec<DVec3> = samples.iter().map(|sample| sample.wi).collect();
+            for (sample, (f_cos, pdf)) in samples.iter().zip(point.f_cos_pdf(&directions, Part::Smooth)) {
+                assert!(
+                    (sample.pdf - pdf).abs() <= 1e-4 * pdf + 1e-7,
+                    "{name} {local_o}: {} {pdf}",
+                    sample.pdf
+                );
+                let own = sample.weight * sample.pdf as f32;
+                assert!(
+                    (own - f_cos).length() <= 1e-4 * f_cos.length() + 1e-7,
+                    "{name} {local_o}: {own} {f_cos}"
+                );
             }
         }
     }
@@ -223,12 +297,10 @@ fn sampled_values_are_those_of_f_and_pdf() {
 /// The share of white light from all around that comes towards `local_o`, refraction's density aside: that of the channel
 /// that most comes back of, and its standard error.
 fn albedo(material: &Material, local_o: DVec3) -> (f64, f64) {
-    let mut lobes = Lobes::default();
-    let bsdf = bsdf(material, local_o, &mut lobes);
     let side = 256;
     let (mut sum, mut squares) = (DVec3::ZERO, DVec3::ZERO);
-    for sample in grid(side).filter_map(|u| bsdf.sample(u, Part::All)) {
-        let weight = (sample.weight() / sample.compression).as_dvec3();
+    for sample in (Point { material, local_o }).samples(&grid(side), Part::All).into_iter().flatten() {
+        let weight = (sample.weight / sample.compression).as_dvec3();
         (sum, squares) = (sum + weight, squares + weight * weight);
     }
     let count = f64::from(side * side);
@@ -267,15 +339,15 @@ fn no_light_is_made() {
 /// Light that is reflected goes both ways alike; what is refracted changes with the squared index.
 #[test]
 fn what_goes_one_way_goes_the_other() {
-    let (mut there, mut back) = (Lobes::default(), Lobes::default());
-    for (name, material) in materials() {
+    for (name, material) in &materials() {
         for a in OUT {
             for b in OUT.into_iter().chain([DVec3::new(0.1, -0.2, -0.97)]) {
                 let (a, b) = (a.normalize(), b.normalize());
-                let [to_a, to_b] =
-                    [(a, &mut there), (b, &mut back)].map(|(w, lobes)| bsdf(&material, w, lobes));
-                let f = |bsdf: &Bsdf, wi: DVec3| bsdf.f_cos(bsdf.frame.to_world(wi)) / wi.z.abs() as f32;
-                let (one, other) = (f(&to_a, b), f(&to_b, a));
+                let f = |local_o: DVec3, wi: DVec3| {
+                    let found = Point { material, local_o }.f_cos_pdf(&[frame().to_world(wi)], Part::All);
+                    found[0].0 / wi.z.abs() as f32
+                };
+                let (one, other) = (f(a, b), f(b, a));
                 if a.z * b.z > 0.0 {
                     assert!((one - other).length() <= 1e-5 * one.length(), "{name} {a} {b}: {one} {other}");
                 } else if name.ends_with("glass") {
@@ -291,20 +363,20 @@ fn what_goes_one_way_goes_the_other() {
 #[test]
 fn refraction_is_undone_on_the_way_out() {
     let material = material(glass(0.0, 0.0));
-    let (mut lobes, mut others) = (Lobes::default(), Lobes::default());
-    for local in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.9, 0.2, 0.4)] {
-        let into = bsdf(&material, local, &mut lobes);
-        let (wo, n) = (into.frame.to_world(into.local_o), into.frame.z);
-        let through = into.sample(DVec2::splat(0.999_999), Part::All).unwrap();
+    for local_o in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.9, 0.2, 0.4)] {
+        let into = Point { material: &material, local_o };
+        let (wo, n) = (into.wo(), frame().z);
+        let one = |point: &Point, u: f64| point.samples(&[DVec2::splat(u)], Part::All).remove(0).unwrap();
+        let through = one(&into, 0.999_999);
         assert!(through.is_specular && through.wi.dot(n) < 0.0);
         let sines = [wo, through.wi].map(|w| w.cross(n).length());
         assert!((sines[0] - 1.5 * sines[1]).abs() < 1e-12);
-        let out = bsdf(&material, into.frame.to_local(through.wi), &mut others);
-        let back = out.sample(DVec2::splat(0.999_999), Part::All).unwrap();
+        let out = Point { local_o: frame().to_local(through.wi), ..into };
+        let back = one(&out, 0.999_999);
         assert!((back.wi - wo).length() < 1e-12);
-        assert!((through.weight() * back.weight() - Vec3::ONE).length() < 1e-6);
+        assert!((through.weight * back.weight - Vec3::ONE).length() < 1e-6);
         assert!((through.compression * back.compression - 1.0).abs() < 1e-6);
-        let mirrored = into.sample(DVec2::ZERO, Part::All).unwrap().wi;
+        let mirrored = one(&into, 0.0).wi;
         assert!((mirrored + wo - n * (2.0 * wo.dot(n))).length() < 1e-12);
     }
 }
@@ -313,14 +385,13 @@ fn refraction_is_undone_on_the_way_out() {
 #[test]
 fn opacity_lets_light_through() {
     let clear = Uber { opacity: constant(Vec3::splat(0.25)), ..uber() };
-    let material = material(MaterialKind::Uber(Box::new(clear)));
-    let mut lobes = Lobes::default();
-    let bsdf = bsdf(&material, OUT[1], &mut lobes);
-    let wo = bsdf.frame.to_world(bsdf.local_o);
+    let material = &material(MaterialKind::Uber(Box::new(clear)));
+    let point = Point { material, local_o: OUT[1] };
     // The first number chooses the lobe: a fine row finds its probability to 1 in 65536.
-    let row = (0..65536).map(|i| DVec2::new((f64::from(i) + 0.5) / 65536.0, 0.5));
-    let straight = row.filter_map(|u| bsdf.sample(u, Part::Specular)).filter(|s| (s.wi + wo).length() < 1e-9);
-    let share: f64 = straight.map(|sample| f64::from(sample.weight().x)).sum::<f64>() / 65536.0;
+    let row: Vec<_> = (0..65536).map(|i| DVec2::new((f64::from(i) + 0.5) / 65536.0, 0.5)).collect();
+    let straight = point.samples(&row, Part::Specular).into_iter().flatten();
+    let straight = straight.filter(|sample| (sample.wi + point.wo()).length() < 1e-9);
+    let share: f64 = straight.map(|sample| f64::from(sample.weight.x)).sum::<f64>() / 65536.0;
     assert!((share - 0.75).abs() < 1e-4, "{share}");
 }
 

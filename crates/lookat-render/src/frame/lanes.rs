@@ -1,45 +1,60 @@
 //! Frames side by side.
 
-use fearless_simd::{Simd, f64x8, prelude::*};
+use fearless_simd::{Simd, f32x8};
+use glam::DVec3;
 
 use super::Frame;
-use crate::lanes::Vec3x8;
+use crate::lanes::{Number, V3};
 
 /// As [`Frame`].
 #[derive(Clone, Copy)]
-pub(crate) struct Frames<S: Simd> {
-    x: Vec3x8<S>,
-    y: Vec3x8<S>,
-    pub z: Vec3x8<S>,
+pub(crate) struct Frames<T> {
+    x: V3<T>,
+    y: V3<T>,
+    z: V3<T>,
 }
 
-impl<S: Simd> Frames<S> {
-    /// As [`Frame::from_z`], to the bit.
+impl<T> Frames<T> {
+    /// As [`Frame::from_z`].
     #[inline(always)]
-    pub fn from_z(z: Vec3x8<S>) -> Self {
-        let one: f64x8<S> = 1.0.simd_into(z.z.token());
+    pub fn from_z<S: Simd>(z: V3<T>) -> Self
+    where
+        T: Number<S>,
+    {
+        let one = T::of(z.z.token(), 1.0);
         let sign = one.copysign(z.z);
-        let a = -1.0 / (sign + z.z);
+        let a = -one / (sign + z.z);
         let b = z.x * z.y * a;
-        let x = Vec3x8 { x: 1.0 + sign * z.x * z.x * a, y: sign * b, z: -sign * z.x };
-        let y = Vec3x8 { x: b, y: sign + z.y * z.y * a, z: -z.y };
+        let x = V3 { x: one + sign * z.x * z.x * a, y: sign * b, z: -sign * z.x };
+        let y = V3 { x: b, y: sign + z.y * z.y * a, z: -z.y };
         Frames { x, y, z }
     }
 
+    #[inline(always)]
+    pub fn to_local<S: Simd>(self, v: V3<T>) -> V3<T>
+    where
+        T: Number<S>,
+    {
+        V3 { x: self.x.dot(v), y: self.y.dot(v), z: self.z.dot(v) }
+    }
+
+    #[inline(always)]
+    pub fn to_world<S: Simd>(self, v: V3<T>) -> V3<T>
+    where
+        T: Number<S>,
+    {
+        self.x * v.x + self.y * v.y + self.z * v.z
+    }
+}
+
+impl<S: Simd> Frames<f32x8<S>> {
     /// Puts another one in a lane.
     pub fn put(&mut self, lane: usize, frame: &Frame) {
-        self.x.put(lane, frame.x);
-        self.y.put(lane, frame.y);
-        self.z.put(lane, frame.z);
-    }
-
-    #[inline(always)]
-    pub fn to_local(self, v: Vec3x8<S>) -> Vec3x8<S> {
-        Vec3x8 { x: self.x.dot(v), y: self.y.dot(v), z: self.z.dot(v) }
-    }
-
-    #[inline(always)]
-    pub fn to_world(self, v: Vec3x8<S>) -> Vec3x8<S> {
-        self.x * v.x + self.y * v.y + self.z * v.z
+        let put = |own: &mut V3<f32x8<S>>, v: DVec3| {
+            (own.x[lane], own.y[lane], own.z[lane]) = v.as_vec3().into();
+        };
+        put(&mut self.x, frame.x);
+        put(&mut self.y, frame.y);
+        put(&mut self.z, frame.z);
     }
 }

@@ -1,15 +1,16 @@
 //! Ambient occlusion, as pbrt-v3's AOIntegrator.
 
-use std::f64::consts::PI;
+use std::f32::consts::PI;
 
-use fearless_simd::{Simd, f64x8, prelude::*};
+use fearless_simd::{Simd, prelude::*};
 use glam::Vec3;
 
 use super::tracer::Tracer;
+use crate::bsdf::Slots;
 use crate::frame::lanes::Frames;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::world::World;
-use crate::lanes::{first_lanes, those};
+use crate::lanes::{first_lanes, narrow, splat_f32, those, to_f32};
 use crate::sampler::lanes::Streams;
 use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 use crate::warp::square_to_uniform_hemisphere_pdf;
@@ -36,26 +37,30 @@ impl Ambient<'_> {
             #[inline(always)]
             || {
                 let active = first_lanes(simd, paths.samples.len());
-                let surfaces = self.world.plain(simd, (&paths.rays, &paths.hits), active).surfaces;
+                let hits = (&paths.rays, &paths.hits);
+                let surfaces = self.world.plain(simd, hits, active, &mut Slots::new()).surfaces;
                 let n = (-surfaces.n).or(surfaces.n.dot(paths.rays.d).simd_gt(0.0), surfaces.n);
-                let frames = Frames::from_z(n);
-                let mut sum: f64x8<S> = 0.0.simd_into(simd);
+                let frames = Frames::from_z(n.narrow());
+                let mut sum = splat_f32(simd, 0.0);
                 for k in 0..self.samples {
-                    let u = streams.nested_2d(simd, active, (self.samples, k));
+                    let u = streams.nested_2d(simd, active, (self.samples, k)).map(
+                        #[inline(always)]
+                        |u| to_f32(u),
+                    );
                     // The cosine over the density by solid angle.
                     let (local, value) = if self.cosine {
-                        (square_to_cosine_hemisphere(u), PI.simd_into(simd))
+                        (square_to_cosine_hemisphere(u), splat_f32(simd, PI))
                     } else {
                         let local = square_to_uniform_hemisphere(u);
                         (local, local.z / square_to_uniform_hemisphere_pdf())
                     };
-                    let rays = surfaces.leave(frames.to_world(local));
+                    let rays = surfaces.leave(frames.to_world(local).widen().normalize());
                     let blocked = self.world.met(simd, tracer, &rays, (active, true));
-                    sum = blocked.select(sum, sum + value);
+                    sum = narrow(blocked).select(sum, sum + value);
                 }
-                let mean = sum / f64::from(self.samples);
+                let mean = sum / self.samples as f32;
                 for lane in those(active) {
-                    wave.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane] as f32);
+                    wave.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane]);
                 }
             },
         )

@@ -7,15 +7,14 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::Draw;
 use super::tracer::Tracer;
-use crate::bsdf::lanes::{Bsdfs, Others};
-use crate::bsdf::{Lobes, Part};
+use crate::bsdf::{Bsdf, Part, Slots};
 use crate::camera::lanes::{Viewer, Views};
 use crate::integrator::lighting::{Lighting, Vertices};
 use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::weighed::{LightSamples, Samples, most_samples};
 use crate::integrator::world::{Sees, World};
-use crate::lanes::{LANES, first_lanes};
+use crate::lanes::first_lanes;
 use crate::light::LightTable;
 use crate::sampler::lanes::Streams;
 use crate::shading::lanes::Shaded;
@@ -81,14 +80,14 @@ impl<'s> Direct<'s> {
 
     /// What becomes of paths at a surface.
     #[inline(never)]
-    pub(super) fn surface<S: Simd, const LAMBERT: bool>(
+    pub(super) fn surface<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
         paths: &Taken<S>,
         (camera, depth): (Option<Viewer>, u32),
-        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
+        wave: &mut Wave,
     ) {
         simd.vectorize(
             #[inline(always)]
@@ -96,14 +95,14 @@ impl<'s> Direct<'s> {
                 let Taken { rays, hits, samples, direct, .. } = paths;
                 let active = first_lanes(simd, samples.len());
                 let views = camera.map(|of| Views { of, places: &wave.places, samples, direct: *direct });
-                let mut others = Others::default();
-                let kept = (lobes, &mut others);
-                let shaded = &self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, kept);
-                let Shaded { surfaces, frames, coats, .. } = shaded;
-                let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats, &others);
-                let lunes = &self.lighting.lunes(&bsdfs, active);
-                let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdfs: &bsdfs, lunes };
-                let smooth = active & bsdfs.has(Part::Smooth);
+                let mut slots = Slots::new();
+                let shaded =
+                    self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
+                let Shaded { surfaces, frames, .. } = &shaded;
+                let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
+                let lunes = &self.lighting.lunes(bsdf, active);
+                let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdf, lunes };
+                let smooth = active & bsdf.has(Part::Smooth);
                 if smooth.any_true() {
                     let mut light = self.lighting.direct(simd, tracer, streams, vertices, smooth);
                     if self.has_direction {
@@ -114,11 +113,11 @@ impl<'s> Direct<'s> {
                 } else {
                     streams.skip(self.numbers);
                 }
-                let specular = active & bsdfs.has(Part::Specular);
+                let specular = active & bsdf.has(Part::Specular);
                 if depth + 1 >= self.max_depth || !specular.any_true() {
                     return;
                 }
-                let sample = bsdfs.sample(streams.next_2d(simd, specular), Part::Specular);
+                let sample = bsdf.sample(streams.next_2d(simd, specular), Part::Specular);
                 let active = specular & sample.is_there;
                 let rays = surfaces.leave(sample.wi);
                 let hits = self.world.nearest(simd, tracer, &rays, active);

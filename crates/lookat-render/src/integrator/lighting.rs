@@ -8,8 +8,7 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::tracer::Tracer;
 use super::weighed::{LightSamples, Samples, Sampling, Weighed, most_samples};
-use crate::bsdf::Part;
-use crate::bsdf::lanes::Bsdfs;
+use crate::bsdf::{Bsdf, Part};
 use crate::integrator::world::World;
 use crate::lanes::{Colors, LANES, bits, those, to_f32};
 use crate::light::lanes::{LightSamples as SampledLights, SampledLight, weights};
@@ -37,12 +36,12 @@ pub(in crate::integrator) struct Lighting<'s> {
 pub(in crate::integrator) type Lunes = [Option<Lune>; LANES];
 
 /// Surfaces that rays have hit.
-pub(in crate::integrator) struct Vertices<'v, S: Simd, const LAMBERT: bool> {
+pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub world: &'v World<'v>,
     pub rays: &'v Rays<S>,
     pub hits: &'v Hits<S>,
     pub surfaces: &'v Surfaces<S>,
-    pub bsdfs: &'v Bsdfs<'v, S, LAMBERT>,
+    pub bsdf: &'v Bsdf<'v, S>,
     pub lunes: &'v Lunes,
 }
 
@@ -68,15 +67,11 @@ impl<'s> Lighting<'s> {
 
     /// The lunes of surfaces that scatter light into all directions.
     #[inline(always)]
-    pub fn lunes<S: Simd, const LAMBERT: bool>(
-        &self,
-        bsdfs: &Bsdfs<S, LAMBERT>,
-        active: mask64x8<S>,
-    ) -> Lunes {
+    pub fn lunes<S: Simd>(&self, bsdf: &Bsdf<S>, active: mask64x8<S>) -> Lunes {
         let mut lunes = [None; LANES];
         if self.has_lunes {
-            for lane in those(active & bsdfs.has(Part::Smooth)) {
-                lunes[lane] = self.table.lune(&bsdfs.domain(lane));
+            for lane in those(active & bsdf.has(Part::Smooth)) {
+                lunes[lane] = self.table.lune(&bsdf.domain(lane));
             }
         }
         lunes
@@ -89,12 +84,12 @@ impl<'s> Lighting<'s> {
 
     /// Light that comes straight to surfaces by way of samples of lights.
     #[inline(never)]
-    pub fn direct<S: Simd, const LAMBERT: bool>(
+    pub fn direct<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        vertices: &Vertices<S, LAMBERT>,
+        vertices: &Vertices<S>,
         active: mask64x8<S>,
     ) -> Colors<S> {
         simd.vectorize(
@@ -113,12 +108,12 @@ impl<'s> Lighting<'s> {
     /// What one light, chosen at random, brings straight to a surface; where none is to be sampled, what one more direction
     /// finds.
     #[inline(always)]
-    fn one_light<S: Simd, const LAMBERT: bool>(
+    fn one_light<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        vertices: &Vertices<S, LAMBERT>,
+        vertices: &Vertices<S>,
         (choice, active): (LightChoice, mask64x8<S>),
     ) -> Colors<S> {
         let mut chosen = [(0, 1.0); LANES];
@@ -137,12 +132,12 @@ impl<'s> Lighting<'s> {
 
     /// Light from all lights, as often as the strategy says; where a light is not sampled, directions take its place.
     #[inline(never)]
-    fn each_light<S: Simd, const LAMBERT: bool>(
+    fn each_light<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        vertices: &Vertices<S, LAMBERT>,
+        vertices: &Vertices<S>,
         (strategy, active): (DirectStrategy, mask64x8<S>),
     ) -> Colors<S> {
         simd.vectorize(
@@ -181,18 +176,18 @@ impl<'s> Lighting<'s> {
 
     /// Light that one direction from each BSDF finds.
     #[inline(never)]
-    pub fn by_direction<S: Simd, const LAMBERT: bool>(
+    pub fn by_direction<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        vertices: &Vertices<S, LAMBERT>,
+        vertices: &Vertices<S>,
         u: [f64x8<S>; 2],
         active: mask64x8<S>,
     ) -> Colors<S> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let sample = vertices.bsdfs.sample(u, self.part);
+                let sample = vertices.bsdf.sample(u, self.part);
                 // What lies in single directions counts in full where the path goes on there.
                 let asked = active & sample.is_there & !sample.is_specular;
                 let (rays, is_specular) = (vertices.surfaces.leave(sample.wi), sample.is_specular);
@@ -206,11 +201,11 @@ impl<'s> Lighting<'s> {
     /// The share of one sample of each chosen light in what it brings straight to a surface. `chosen`: the light, and how many samples
     /// of it there are, in the mean.
     #[inline(never)]
-    fn sampled_light<S: Simd, const LAMBERT: bool>(
+    fn sampled_light<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        vertices: &Vertices<S, LAMBERT>,
+        vertices: &Vertices<S>,
         u: [f64x8<S>; 2],
         mut active: mask64x8<S>,
         chosen: &[(usize, f64); LANES],
@@ -218,7 +213,7 @@ impl<'s> Lighting<'s> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let Vertices { surfaces, bsdfs, .. } = *vertices;
+                let Vertices { surfaces, bsdf, .. } = *vertices;
                 let mut sample = self.sample(simd, surfaces, u, active, chosen);
                 for lane in those(sample.is_open & active) {
                     // A scalar surface is needed for that.
@@ -229,7 +224,7 @@ impl<'s> Lighting<'s> {
                     });
                     sample.put(lane, one.as_ref(), tracer.scene.labels);
                 }
-                let (f_cos, pdf) = bsdfs.f_cos_pdf(sample.shadow.d, self.part);
+                let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, self.part);
                 let reflected = f_cos * sample.li;
                 active &= sample.is_there & reflected.is_light();
                 active &= !vertices.world.met(simd, tracer, &sample.shadow, (active, true));
@@ -275,11 +270,11 @@ impl<'s> Lighting<'s> {
 
     /// A light for each surface, and its probability: where there is one, and where one more direction takes its place.
     #[inline(always)]
-    fn choose<S: Simd, const LAMBERT: bool>(
+    fn choose<S: Simd>(
         &self,
         simd: S,
         streams: &mut Streams,
-        vertices: &Vertices<S, LAMBERT>,
+        vertices: &Vertices<S>,
         (choice, active): (LightChoice, mask64x8<S>),
         chosen: &mut [(usize, f64); LANES],
     ) -> (mask64x8<S>, mask64x8<S>) {
@@ -354,11 +349,11 @@ impl<'s> Lighting<'s> {
 
     /// Light that rays find. Most rays cannot find any, and need not be traced.
     #[inline(never)]
-    pub fn found_light<S: Simd, const LAMBERT: bool>(
+    pub fn found_light<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
-        vertices: &Vertices<S, LAMBERT>,
+        vertices: &Vertices<S>,
         directions: &Directions<S>,
         active: mask64x8<S>,
     ) -> Colors<S> {
@@ -385,11 +380,11 @@ impl<'s> Lighting<'s> {
 
     /// Light of what rays have found, weighed against samples of lights.
     #[inline(never)]
-    pub fn light_of<S: Simd, const LAMBERT: bool>(
+    pub fn light_of<S: Simd>(
         &self,
         simd: S,
         tracer: &Tracer,
-        vertices: &Vertices<S, LAMBERT>,
+        vertices: &Vertices<S>,
         directions: &Directions<S>,
         hits: &Hits<S>,
         active: mask64x8<S>,
@@ -426,9 +421,9 @@ impl<'s> Lighting<'s> {
     }
 }
 
-impl<S: Simd, const LAMBERT: bool> Vertices<'_, S, LAMBERT> {
+impl<S: Simd> Vertices<'_, S> {
     /// One of them.
     fn receiver(&self, lane: usize) -> Receiver {
-        Receiver { p: self.surfaces.p.lane(lane), domain: self.bsdfs.domain(lane) }
+        Receiver { p: self.surfaces.p.lane(lane), domain: self.bsdf.domain(lane) }
     }
 }

@@ -10,15 +10,14 @@ use lookat_scene::LightChoice;
 
 use super::Draw;
 use super::tracer::Tracer;
-use crate::bsdf::lanes::{Bsdfs, Others};
-use crate::bsdf::{Lobes, Part};
+use crate::bsdf::{Bsdf, Part, Slots};
 use crate::camera::lanes::{Viewer, Views};
 use crate::integrator::lighting::{Directions, Lighting, Vertices};
 use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::weighed::LightSamples;
 use crate::integrator::world::{Sees, World};
-use crate::lanes::{Colors, LANES, bits, first_lanes, those};
+use crate::lanes::{Colors, bits, first_lanes, those};
 use crate::light::LightTable;
 use crate::sampler::lanes::Streams;
 use crate::shading::lanes::Shaded;
@@ -75,14 +74,14 @@ impl<'s> Paths<'s> {
 
     /// What becomes of paths at a surface.
     #[inline(never)]
-    pub(super) fn surface<S: Simd, const LAMBERT: bool>(
+    pub(super) fn surface<S: Simd>(
         &self,
         simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
         paths: &Taken<S>,
         (camera, depth): (Option<Viewer>, u32),
-        (wave, lobes): (&mut Wave, &mut [Lobes; LANES]),
+        wave: &mut Wave,
     ) {
         simd.vectorize(
             #[inline(always)]
@@ -90,22 +89,22 @@ impl<'s> Paths<'s> {
                 let Taken { rays, hits, samples, direct, .. } = paths;
                 let mut active = first_lanes(simd, samples.len());
                 let views = camera.map(|of| Views { of, places: &wave.places, samples, direct: *direct });
-                let mut others = Others::default();
-                let kept = (lobes, &mut others);
-                let shaded = &self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, kept);
-                let Shaded { surfaces, frames, coats, .. } = shaded;
-                let bsdfs: Bsdfs<S, LAMBERT> = Bsdfs::new(surfaces.n, frames, -rays.d, coats, &others);
-                let lunes = &self.lighting.lunes(&bsdfs, active);
-                let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdfs: &bsdfs, lunes };
-                active &= bsdfs.has(Part::All);
-                let smooth = active & bsdfs.has(Part::Smooth);
+                let mut slots = Slots::new();
+                let shaded =
+                    self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
+                let Shaded { surfaces, frames, .. } = &shaded;
+                let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
+                let lunes = &self.lighting.lunes(bsdf, active);
+                let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdf, lunes };
+                active &= bsdf.has(Part::All);
+                let smooth = active & bsdf.has(Part::Smooth);
                 let light = self.lighting.direct(simd, tracer, streams, vertices, smooth);
                 wave.add(samples, paths.beta * light, active);
                 let is_last = depth + 1 >= self.max_depth;
                 if is_last && !tracer.may_find_light() {
                     return;
                 }
-                let sample = bsdfs.sample(streams.next_2d(simd, active), Part::All);
+                let sample = bsdf.sample(streams.next_2d(simd, active), Part::All);
                 active &= sample.is_there;
                 let mut beta = paths.beta * sample.weight;
                 let compression = paths.compression * sample.compression;

@@ -5,10 +5,9 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
 
 use super::tracer::{MAX_PASSED, Tracer};
-use crate::bsdf::Lobes;
-use crate::bsdf::lanes::Others;
+use crate::bsdf::Slots;
 use crate::camera::lanes::Views;
-use crate::lanes::{LANES, bits, count, those};
+use crate::lanes::{bits, count, those};
 use crate::ray::{Hit, Ray};
 use crate::shading::lanes::{ListShading, Shaded, TreeShading};
 use crate::surface::Surface;
@@ -44,14 +43,6 @@ impl<'s> World<'s> {
     /// Whether rays go down a tree.
     pub fn asks_tree(&self) -> bool {
         matches!(self, World::Tree(..))
-    }
-
-    /// Whether all materials are diffuse and nothing else.
-    pub fn is_lambert(&self) -> bool {
-        match self {
-            World::List(_, shading) => shading.is_lambert,
-            World::Tree(_, shading) => shading.is_lambert,
-        }
     }
 
     /// Whether any material has textures.
@@ -188,40 +179,35 @@ impl<'s> World<'s> {
         simd: S,
         (rays, hits): (&Rays<S>, &Hits<S>),
         active: mask64x8<S>,
+        slots: &mut Slots<S>,
     ) -> Shaded<S> {
         simd.vectorize(
             #[inline(always)]
             || match self {
-                World::List(_, shading) => shading.at(simd, rays, hits, active),
-                World::Tree(tree, shading) => shading.at(simd, tree, rays, hits, active),
+                World::List(_, shading) => shading.at(simd, (rays, hits), active, slots),
+                World::Tree(tree, shading) => shading.at(simd, tree, (rays, hits), active, slots),
             },
         )
     }
 
     /// Where the rays have hit something, and the lobes there; one of them has. `views`: what has found it, if these are camera
-    /// rays. `lobes` is where other lobes are kept, for `others`.
+    /// rays.
     #[inline(always)]
-    pub fn shaded<'l, S: Simd>(
+    pub fn shaded<S: Simd>(
         &self,
         simd: S,
         tracer: &Tracer,
         (rays, hits): (&Rays<S>, &Hits<S>),
         views: Option<&Views>,
         active: mask64x8<S>,
-        (lobes, others): (&'l mut [Lobes; LANES], &mut Others<'l>),
+        slots: &mut Slots<S>,
     ) -> Shaded<S> {
-        let mut shaded = self.plain(simd, (rays, hits), active);
-        let open = (shaded.is_open & active).to_bitmask();
-        if open == 0 {
-            return shaded;
-        }
-        for (lane, lobes) in lobes.iter_mut().enumerate().filter(|(lane, _)| open >> lane & 1 == 1) {
+        let mut shaded = self.plain(simd, (rays, hits), active, slots);
+        for lane in those(shaded.is_open & active) {
             if let (ray, Some(hit)) = self.one(rays, hits, lane) {
                 let camera_ray = views.and_then(|views| views.ray(lane));
-                let own = shaded.paint(simd, lane, tracer.scene, (&ray, &hit), camera_ray.as_ref(), lobes);
-                if let Some(bsdf) = own {
-                    others.put(lane, bsdf);
-                }
+                let lobes = shaded.paint(lane, tracer.scene, (&ray, &hit), camera_ray.as_ref());
+                slots.add(simd, &lobes, bits(simd, 1 << lane));
             }
         }
         shaded

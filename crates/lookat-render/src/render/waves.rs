@@ -9,7 +9,6 @@ use glam::DVec2;
 
 use super::control::Meter;
 use super::sample::{Context, Job, center_of};
-use crate::bsdf::Lobes;
 use crate::camera::lanes::Viewer;
 use crate::integrator::Tracer;
 use crate::integrator::wave::{WAVE, Wave};
@@ -25,7 +24,6 @@ type Place = (usize, u32);
 struct Batch {
     streams: Streams,
     wave: Box<Wave>,
-    lobes: Box<[Lobes; LANES]>,
     /// Whether the filter is negative at each sample.
     negative: [bool; WAVE],
 }
@@ -39,7 +37,6 @@ impl Context<'_> {
         let mut batch = Batch {
             streams: Streams::new(&pattern.sampler),
             wave: Box::new(Wave::new()),
-            lobes: Box::default(),
             negative: [false; WAVE],
         };
         loop {
@@ -74,25 +71,16 @@ impl Context<'_> {
         debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
         batch.streams.restart(sampler, &samples);
         batch.wave.clear();
-        match self.integrator.world().is_lambert() {
-            true => side_by_side!(self.level, simd => self.take::<_, true>(simd, tracer, batch, &samples)),
-            false => side_by_side!(self.level, simd => self.take::<_, false>(simd, tracer, batch, &samples)),
-        }
+        side_by_side!(self.level, simd => self.take(simd, tracer, batch, &samples));
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
             self.add(pattern, batch.wave.radiance[at], batch.negative[at], samples);
         }
     }
 
-    /// Takes samples of scenes that are all diffuse, `LAMBERT`, or of others.
+    /// Takes samples.
     #[inline(always)]
-    fn take<S: Simd, const LAMBERT: bool>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        batch: &mut Batch,
-        samples: &[Sample],
-    ) {
+    fn take<S: Simd>(&self, simd: S, tracer: &mut Tracer, batch: &mut Batch, samples: &[Sample]) {
         let mut packets: ArrayVec<Rays<S>, MOST_PACKETS> = ArrayVec::new();
         let mut numbers: ArrayVec<_, MOST_PACKETS> = ArrayVec::new();
         for first in (0..samples.len()).step_by(LANES) {
@@ -102,9 +90,9 @@ impl Context<'_> {
         }
         let dimension = if self.camera.has_lens() { 4 } else { 2 };
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        let Batch { streams, wave, lobes, .. } = batch;
+        let Batch { streams, wave, .. } = batch;
         let rays = (&packets[..], &numbers[..]);
-        self.integrator.li::<_, LAMBERT>(simd, tracer, streams, (wave, lobes), rays, (viewer, dimension));
+        self.integrator.li(simd, tracer, streams, wave, rays, (viewer, dimension));
     }
 
     /// The camera rays of up to eight samples, from one on, and the numbers of these samples.

@@ -1,11 +1,13 @@
 //! Surfaces where rays have hit them side by side, and their lobes.
 
-use fearless_simd::{Simd, mask64x8, prelude::*};
-use lookat_scene::{Material, MaterialKind, Primitive, Shape};
+use std::collections::HashMap;
+use std::sync::Arc;
 
-use super::{bsdf, point};
-use crate::bsdf::lanes::{Coat, Coats};
-use crate::bsdf::{Bsdf, Lobes, lambert};
+use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
+use lookat_scene::{Material, Primitive, Shape};
+
+use super::point;
+use crate::bsdf::{PointLobes, Slots};
 use crate::camera::CameraRay;
 use crate::frame::lanes::Frames;
 use crate::lanes::{LANES, bits, those};
@@ -17,51 +19,99 @@ use crate::texture::TexturePoint;
 use crate::trace::lanes::{Hits, List, Rays, Tree};
 use crate::traceable::Traceable;
 
-/// Surfaces, and how they scatter light.
+/// Surfaces, and their shading frames.
 #[derive(Clone, Copy)]
 pub(crate) struct Shaded<S: Simd> {
     pub surfaces: Surfaces<S>,
-    pub frames: Frames<S>,
-    pub coats: Coats<S>,
+    pub frames: Frames<f32x8<S>>,
     /// Where the lobes have to be asked for one by one.
     pub is_open: mask64x8<S>,
 }
 
 impl<S: Simd> Shaded<S> {
-    /// Asks for the lobes of one of them, as `shading::bsdf` does; what it scatters by, if these are others than [`Coats`] has.
+    /// Asks for the lobes of one of them, and for its shading normal.
     #[inline(never)]
-    pub fn paint<'l>(
+    pub fn paint(
         &mut self,
-        simd: S,
         lane: usize,
         scene: &Traceable,
         (ray, hit): (&Ray, &Hit),
         camera_ray: Option<&CameraRay>,
-        lobes: &'l mut Lobes,
-    ) -> Option<Bsdf<'l>> {
-        let (surface, wo) = (Surface::new(scene, ray, hit), -ray.d);
-        let material = surface.primitive.material.kind();
-        if !matches!(material, MaterialKind::Matte(_) | MaterialKind::Plastic(_)) {
-            return Some(bsdf(scene, &surface, wo, camera_ray, lobes));
-        }
-        let (at, frame) = point(scene, &surface, wo, camera_ray);
+    ) -> PointLobes {
+        let surface = Surface::new(scene, ray, hit);
+        let (at, frame) = point(scene, &surface, -ray.d, camera_ray);
         self.frames.put(lane, &frame);
-        if let Some(coat) = Coat::at(material, &at) {
-            self.coats = Coats::splat(simd, &coat).or(bits(simd, 1 << lane), self.coats);
-        }
-        None
+        self.surfaces.ns.put(lane, frame.z);
+        PointLobes::new(surface.primitive.material.kind(), &at)
     }
 }
 
-/// That of a material everywhere; `None` of one with textures or other lobes.
-fn coat(material: &Material) -> Option<Coat> {
-    if material.needs().coordinates { None } else { Coat::at(material.kind(), &TexturePoint::default()) }
+/// The materials of a scene.
+struct Materials<'s> {
+    /// Their lobes where these are everywhere alike; `None` of those with textures.
+    lobes: Vec<Option<PointLobes>>,
+    all: Vec<&'s Material>,
+    /// The material of each primitive.
+    of_primitive: Vec<u32>,
+}
+
+impl<'s> Materials<'s> {
+    fn new(traceable: &'s Traceable) -> Self {
+        let (mut known, mut all) = (HashMap::new(), Vec::new());
+        let number = |primitive: &'s Primitive| {
+            *known.entry(Arc::as_ptr(&primitive.material)).or_insert_with(|| {
+                all.push(&*primitive.material);
+                all.len() as u32 - 1
+            })
+        };
+        let of_primitive = traceable.primitives().map(number).collect();
+        let alike = |material: &&Material| {
+            let is_alike = !material.needs().coordinates;
+            is_alike.then(|| PointLobes::new(material.kind(), &TexturePoint::default()))
+        };
+        Materials { lobes: all.iter().map(alike).collect(), all, of_primitive }
+    }
+
+    fn has_textures(&self) -> bool {
+        self.all.iter().any(|material| material.needs().coordinates)
+    }
+
+    fn has_bumps(&self) -> bool {
+        self.all.iter().any(|material| material.bump().is_some())
+    }
+
+    /// The lobes of points on primitives, and where they have to be asked for one by one.
+    #[inline(always)]
+    fn lobes<S: Simd>(
+        &self,
+        simd: S,
+        primitives: &[u32; LANES],
+        is_hit: mask64x8<S>,
+        slots: &mut Slots<S>,
+    ) -> mask64x8<S> {
+        let (mut rest, mut is_open) = (is_hit.to_bitmask(), 0);
+        let of = |lane: usize| self.of_primitive[primitives[lane] as usize];
+        while rest != 0 {
+            let first = of(rest.trailing_zeros() as usize);
+            let mut is_same = 0;
+            for lane in those(bits(simd, rest)) {
+                is_same |= u64::from(of(lane) == first) << lane;
+            }
+            match &self.lobes[first as usize] {
+                Some(lobes) => slots.add(simd, lobes, bits(simd, is_same)),
+                None => is_open |= is_same,
+            }
+            rest &= !is_same;
+        }
+        bits(simd, is_open)
+    }
 }
 
 /// What elements of a list are made of.
 pub(crate) struct ListShading<'s> {
-    elements: Vec<(Sheet<'s>, Option<Coat>)>,
-    pub is_lambert: bool,
+    /// Their forms, and the primitives that they are of.
+    elements: Vec<(Sheet<'s>, u32)>,
+    materials: Materials<'s>,
     pub has_textures: bool,
     pub has_bumps: bool,
 }
@@ -72,39 +122,38 @@ impl<'s> ListShading<'s> {
         if traceable.has_passed() {
             return None;
         }
-        let primitives = || list.elements.iter().map(|element| traceable.primitive(element.id.primitive));
-        let materials = || primitives().map(|primitive| &*primitive.material);
         let elements = list.elements.iter().map(|element| {
-            let primitive = traceable.primitive(element.id.primitive);
-            let sheet = Sheet::new(element, primitive)?;
-            Some((sheet, coat(&primitive.material)))
+            let number = element.id.primitive;
+            Some((Sheet::new(element, traceable.primitive(number))?, number))
         });
-        Some(ListShading {
-            elements: elements.collect::<Option<Vec<_>>>()?,
-            is_lambert: materials().all(|material| lambert(material.kind()).is_some()),
-            has_textures: materials().any(|material| material.needs().coordinates),
-            has_bumps: materials().any(|material| material.bump().is_some()),
-        })
+        let elements = elements.collect::<Option<Vec<_>>>()?;
+        let materials = Materials::new(traceable);
+        let (has_textures, has_bumps) = (materials.has_textures(), materials.has_bumps());
+        Some(ListShading { elements, materials, has_textures, has_bumps })
     }
 
     /// Where the rays have hit something, and the lobes there; one of them has.
     #[inline(always)]
-    pub fn at<S: Simd>(&self, simd: S, rays: &Rays<S>, hits: &Hits<S>, active: mask64x8<S>) -> Shaded<S> {
-        let mut rest = hits.is_hit() & active;
-        let (mut surfaces, mut coats, mut is_open) = self.next(simd, rays, hits, &mut rest);
+    pub fn at<S: Simd>(
+        &self,
+        simd: S,
+        (rays, hits): (&Rays<S>, &Hits<S>),
+        active: mask64x8<S>,
+        slots: &mut Slots<S>,
+    ) -> Shaded<S> {
+        let is_hit = hits.is_hit() & active;
+        let (mut rest, mut primitives) = (is_hit, [0; LANES]);
+        let mut surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives);
         // Mostly it is one element.
         while rest.any_true() {
             let others = rest;
-            let own = self.next(simd, rays, hits, &mut rest);
-            surfaces = own.0.or(others, surfaces);
-            coats = own.1.or(others, coats);
-            is_open |= own.2;
+            surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives).or(others, surfaces);
         }
-        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_open }
+        let is_open = self.materials.lobes(simd, &primitives, is_hit, slots);
+        Shaded { surfaces, frames: Frames::from_z(surfaces.ns.narrow()), is_open }
     }
 
-    /// The same of the element that the first of the rest has hit, and which of all are open there. Takes all that have hit it
-    /// from the rest.
+    /// The same of the element that the first of the rest has hit. Takes all that have hit it from the rest, and notes its primitive.
     #[inline(always)]
     fn next<S: Simd>(
         &self,
@@ -112,21 +161,25 @@ impl<'s> ListShading<'s> {
         rays: &Rays<S>,
         hits: &Hits<S>,
         rest: &mut mask64x8<S>,
-    ) -> (Surfaces<S>, Coats<S>, mask64x8<S>) {
+        primitives: &mut [u32; LANES],
+    ) -> Surfaces<S> {
         let element = hits.element[rest.to_bitmask().trailing_zeros() as usize];
         let is_same = hits.element.simd_eq(element);
         *rest &= !is_same;
-        let (sheet, coat) = &self.elements[element as usize];
-        let is_open = if coat.is_none() { is_same } else { bits(simd, 0) };
-        (sheet.points(simd, rays, hits), Coats::splat(simd, &coat.unwrap_or(Coat::NONE)), is_open)
+        let (sheet, primitive) = &self.elements[element as usize];
+        for lane in those(is_same) {
+            primitives[lane] = *primitive;
+        }
+        sheet.points(simd, rays, hits)
     }
 }
 
 /// What the primitives of a world with a tree are made of.
 pub(crate) struct TreeShading<'s> {
     scene: &'s Traceable,
-    primitives: Vec<(Turned, Option<Coat>)>,
-    pub is_lambert: bool,
+    /// How the normals of each primitive are turned.
+    turned: Vec<Turned>,
+    materials: Materials<'s>,
     pub has_textures: bool,
     /// Whether any surface has no material.
     pub has_passed: bool,
@@ -136,19 +189,17 @@ pub(crate) struct TreeShading<'s> {
 
 impl<'s> TreeShading<'s> {
     pub fn new(traceable: &'s Traceable) -> Self {
-        let materials = || traceable.primitives().map(|primitive| &*primitive.material);
-        let of = |primitive: &Primitive| (Turned::new(primitive), coat(&primitive.material));
         let has_normals =
             |shape: &Shape| matches!(shape, Shape::TriangleMesh(mesh) if !mesh.normals().is_empty());
-        let is_bent =
-            |primitive: &Primitive| primitive.material.bump().is_some() || has_normals(&primitive.shape);
+        let materials = Materials::new(traceable);
         TreeShading {
             scene: traceable,
-            primitives: traceable.primitives().map(of).collect(),
-            is_lambert: materials().all(|material| lambert(material.kind()).is_some()),
-            has_textures: materials().any(|material| material.needs().coordinates),
+            turned: traceable.primitives().map(Turned::new).collect(),
+            has_textures: materials.has_textures(),
             has_passed: traceable.has_passed(),
-            has_normals: traceable.primitives().any(is_bent),
+            has_normals: materials.has_bumps()
+                || traceable.primitives().any(|primitive| has_normals(&primitive.shape)),
+            materials,
         }
     }
 
@@ -158,9 +209,9 @@ impl<'s> TreeShading<'s> {
         &self,
         simd: S,
         tree: &Tree,
-        rays: &Rays<S>,
-        hits: &Hits<S>,
+        (rays, hits): (&Rays<S>, &Hits<S>),
         active: mask64x8<S>,
+        slots: &mut Slots<S>,
     ) -> Shaded<S> {
         let is_hit = hits.is_hit() & active;
         // What is far in memory is asked for before any of it is needed.
@@ -184,7 +235,7 @@ impl<'s> TreeShading<'s> {
             match &self.scene.primitive(element.primitive).shape {
                 Shape::TriangleMesh(mesh) if element.instance == ElementId::WORLD => {
                     let corners = self.scene.world.triangle(place).in_order();
-                    let (turned, _) = self.primitives[element.primitive as usize];
+                    let turned = self.turned[element.primitive as usize];
                     triangles.put(lane, corners, mesh, element.index as usize, turned);
                     there |= 1 << lane;
                 }
@@ -204,8 +255,8 @@ impl<'s> TreeShading<'s> {
         if others.any_true() {
             self.put_others(tree, rays, hits, others, &mut surfaces);
         }
-        let (coats, is_open) = self.coats(simd, &primitives, is_hit);
-        Shaded { surfaces, frames: Frames::from_z(surfaces.ns), coats, is_open }
+        let is_open = self.materials.lobes(simd, &primitives, is_hit, slots);
+        Shaded { surfaces, frames: Frames::from_z(surfaces.ns.narrow()), is_open }
     }
 
     /// Those that are no triangles.
@@ -221,30 +272,5 @@ impl<'s> TreeShading<'s> {
         for lane in those(others) {
             surfaces.put(lane, &Surface::new(self.scene, &tree.ray(rays, lane), &tree.hit(hits, lane)));
         }
-    }
-
-    /// The lobes, and where they have to be asked for one by one.
-    #[inline(always)]
-    fn coats<S: Simd>(
-        &self,
-        simd: S,
-        primitives: &[u32; LANES],
-        is_hit: mask64x8<S>,
-    ) -> (Coats<S>, mask64x8<S>) {
-        let mut coats = Coats::splat(simd, &Coat::NONE);
-        let (mut rest, mut is_open) = (is_hit.to_bitmask(), 0);
-        while rest != 0 {
-            let first = primitives[rest.trailing_zeros() as usize];
-            let mut is_same = 0;
-            for (lane, primitive) in primitives.iter().enumerate() {
-                is_same |= u64::from(*primitive == first) << lane;
-            }
-            match &self.primitives[first as usize].1 {
-                Some(coat) => coats = Coats::splat(simd, coat).or(bits(simd, is_same), coats),
-                None => is_open |= is_same,
-            }
-            rest &= !is_same;
-        }
-        (coats, bits(simd, is_open))
     }
 }

@@ -173,14 +173,10 @@ fn elements(elements: &Elements) -> Vec<String> {
 }
 
 fn materials(surfaces: &Surfaces) -> String {
-    let others = surfaces.kinds.len() - surfaces.lambert;
     let kinds = tallied(&surfaces.kinds);
-    let lobes = count(surfaces.most_lobes as u64, "lobe");
-    match (surfaces.lambert, others) {
-        (0, 0) => kinds,
-        (_, 0) => format!("{kinds}; all diffuse, one lobe"),
-        (0, _) => format!("{kinds}; up to {lobes}"),
-        (lambert, _) => format!("{kinds}; {lambert} without a list of lobes, the others up to {lobes}"),
+    match surfaces.most_lobes {
+        0 => kinds,
+        most => format!("{kinds}; up to {}", count(most as u64, "lobe")),
     }
 }
 

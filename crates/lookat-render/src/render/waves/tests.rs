@@ -13,7 +13,7 @@ use crate::Progress;
 use crate::arithmetic::Simd;
 use crate::film::{Errors, Film};
 use crate::filter::FilterSampler;
-use crate::integrator::SceneIntegrator;
+use crate::inspect::inspect;
 use crate::prepare::Prepared;
 use crate::render::control::Control;
 use crate::render::sample::{Pattern, Samples};
@@ -273,19 +273,20 @@ fn shapes(case: usize, mut text: String) -> String {
     text + "WorldEnd"
 }
 
-/// Whether a scene has a tree, and whether all is diffuse.
+/// Whether a scene has a tree, and whether any material is more than matte.
 fn kind(text: &str) -> [bool; 2] {
-    let scene = scene(text);
-    let Prepared { traceable, lights, .. } = &Prepared::new(&scene);
-    let integrator = SceneIntegrator::new(&scene.view.integrator, traceable, lights);
-    [integrator.world().asks_tree(), integrator.world().is_lambert()]
+    let found = inspect(&scene(text));
+    [
+        found.asks_tree,
+        found.surfaces.is_some_and(|surfaces| surfaces.kinds.iter().any(|kind| *kind != "matte")),
+    ]
 }
 
 /// The scenes of a test are of all kinds.
 #[test]
 fn scenes_have_trees_and_materials_of_all_kinds() {
     for scenes in [direct_scene, path_scene] {
-        let kinds: Vec<_> = (0..200).map(|case| kind(&scenes(case))).collect();
+        let kinds: Vec<_> = (0..300).map(|case| kind(&scenes(case))).collect();
         for asked in [[false, false], [false, true], [true, false], [true, true]] {
             let count = kinds.iter().filter(|kind| **kind == asked).count();
             assert!(count >= 15, "{asked:?}: {count}");

@@ -1,0 +1,59 @@
+//! The lobes at points side by side: a lobe of a kind, where it is, and how likely it is to be sampled.
+
+use fearless_simd::{Simd, f32x8, mask32x8, mask64x8};
+use smallvec::SmallVec;
+
+use super::lobe::{Lobe, Lobes, PointLobe};
+use crate::lanes::{narrow, splat_f32};
+
+/// A lobe.
+#[derive(Clone, Copy)]
+pub(super) struct Slot<S: Simd> {
+    pub lobe: Lobes<S>,
+    /// Where it is.
+    pub mask: mask32x8<S>,
+    /// The probability that a sample of all lobes is one of it.
+    pub probability: f32x8<S>,
+}
+
+/// All lobes, those of each point in their order. Few materials have more than these.
+pub(crate) struct Slots<S: Simd>(pub(super) SmallVec<[Slot<S>; 6]>);
+
+/// The lobes of a material at a point.
+#[derive(Debug, Default)]
+pub(crate) struct PointLobes(pub(super) SmallVec<[PointLobe; 8]>);
+
+impl<S: Simd> Slots<S> {
+    /// Of points without any.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Slots(SmallVec::new())
+    }
+
+    /// Adds the lobes of points that are alike, and have none yet.
+    #[inline(never)]
+    pub fn add(&mut self, simd: S, lobes: &PointLobes, points: mask64x8<S>) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (own, mut from) = (narrow(points), 0);
+                for lobe in &lobes.0 {
+                    let lobes = Lobe::splat(simd, lobe);
+                    match self.0[from..].iter().position(|slot| slot.lobe.kind == lobe.kind) {
+                        Some(at) => {
+                            let slot = &mut self.0[from + at];
+                            slot.lobe = lobes.or(own, slot.lobe);
+                            slot.mask |= own;
+                            from += at + 1;
+                        }
+                        None => {
+                            let probability = splat_f32(simd, 1.0);
+                            self.0.push(Slot { lobe: lobes, mask: own, probability });
+                            from = self.0.len();
+                        }
+                    }
+                }
+            },
+        )
+    }
+}
