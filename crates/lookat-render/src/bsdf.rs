@@ -11,9 +11,8 @@ mod specular;
 mod tests;
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 
-use crate::frame::flipped;
 use crate::frame::lanes::Frames;
 use crate::lanes::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, widen};
 use lobe::Kind;
@@ -42,17 +41,17 @@ impl Part {
     }
 }
 
-/// Where the light comes from that a surface scatters into all directions.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Domain {
-    /// The geometric normal on the side of `wo`.
-    pub n: DVec3,
-    /// The shading normal on the side of `wo`: the BSDF samples directions on the same side of it.
-    pub ns: DVec3,
+/// Where the light comes from that surfaces scatter into all directions.
+#[derive(Clone, Copy)]
+pub(crate) struct Domain<S: Simd> {
+    /// The geometric normals on the side of `wo`.
+    pub n: Vec3x8<S>,
+    /// The shading normals on the side of `wo`: the BSDF samples directions on the same side of them.
+    pub ns: Vec3x8<S>,
     /// Light comes through from behind, too.
-    pub is_two_sided: bool,
+    pub is_two_sided: mask64x8<S>,
     /// All directions count by their cosine: it is evenly diffuse.
-    pub is_diffuse: bool,
+    pub is_diffuse: mask64x8<S>,
 }
 
 /// The scattering of light at points, each towards one direction, `wo`.
@@ -109,14 +108,19 @@ impl<'s, S: Simd> Bsdf<'s, S> {
         widen(own.fold(none, |all, slot| all | slot.mask))
     }
 
-    /// Where the light of one of the points comes from, single directions aside.
-    pub fn domain(&self, lane: usize) -> Domain {
-        let own = || self.slots.iter().filter(|slot| slot.mask.to_bitmask() >> lane & 1 == 1);
+    /// Where the light comes from, single directions aside.
+    #[inline(always)]
+    pub fn domain(&self) -> Domain<S> {
+        let none = mask32x8::splat(self.local_o.z.token(), false);
+        let of = |holds: fn(Kind) -> bool| {
+            let own = self.slots.iter().filter(|slot| holds(slot.lobe.kind));
+            widen(own.fold(none, |all, slot| all | slot.mask))
+        };
         Domain {
-            n: self.n.lane(lane),
-            ns: flipped(self.ns.lane(lane), self.local_o.z[lane] < 0.0),
-            is_two_sided: own().any(|slot| slot.lobe.kind.transmits()),
-            is_diffuse: own().all(|slot| slot.lobe.kind == Kind::Lambert),
+            n: self.n,
+            ns: (-self.ns).or(widen(self.local_o.z.simd_lt(0.0)), self.ns),
+            is_two_sided: of(Kind::transmits),
+            is_diffuse: !of(|kind| kind != Kind::Lambert),
         }
     }
 

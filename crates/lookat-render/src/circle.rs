@@ -2,20 +2,7 @@
 
 pub(crate) mod lanes;
 
-use std::f64::consts::TAU;
-
 use glam::DVec2;
-
-/// The point at `turn` of the way around from (1, 0) to (0, 1) and on, for numbers from 0 to 1.
-#[inline]
-pub(crate) fn at_turn(turn: f64) -> DVec2 {
-    debug_assert!((0.0..=1.0).contains(&turn), "{turn}");
-    // The nearest; what is left of the turn is exact.
-    let quarter = (turn * 4.0 + 0.5) as i32;
-    let p = at_angle(TAU * (turn - f64::from(quarter) * 0.25));
-    let p = if quarter & 1 == 0 { p } else { p.perp() };
-    if quarter & 2 == 0 { p } else { -p }
-}
 
 /// The point at an angle of at most an eighth of the way around, either way.
 ///
@@ -52,9 +39,17 @@ const COS: [f64; 6] = [
 
 #[cfg(test)]
 mod tests {
-    use std::f64::consts::FRAC_PI_4;
+    use std::f64::consts::{FRAC_PI_4, TAU};
+
+    use fearless_simd::f64x8;
+    use fearless_simd::prelude::*;
 
     use super::*;
+    use crate::testing::baseline;
+
+    fn at_turn(turn: f64) -> DVec2 {
+        baseline!(simd => DVec2::from(lanes::at_turn::<_, f64x8<_>>(turn.simd_into(simd)).map(|x| x[0])))
+    }
 
     /// Half of the last place of numbers just below one.
     const UNIT: f64 = f64::EPSILON / 2.0;

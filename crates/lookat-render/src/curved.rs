@@ -100,6 +100,11 @@ impl Curved {
         }
     }
 
+    /// Its radius, if it is a whole sphere, and one in the world.
+    pub fn whole_sphere(&self) -> Option<f64> {
+        self.as_sphere().filter(|sphere| sphere.is_whole())?.world_radius
+    }
+
     /// The nearest distance at which the ray meets the shape, more than 0 and at most `t_max`.
     ///
     /// A line meets a curved form twice at most. Of a ray that leaves the shape, one of the two is where it starts, and
@@ -141,8 +146,8 @@ impl Curved {
         self.form.value(own).abs() <= ROUNDING * self.form.gradient(own).abs().dot(size)
     }
 
-    /// Whether the end of the ray, a point of the shape, lies behind another part of it.
-    pub fn hides_end_of(&self, ray: &Ray) -> bool {
+    /// Whether the end of the ray, a point of the shape, lies behind another part of it. `leaving`: the ray leaves the shape.
+    pub fn hides_end_of(&self, ray: &Ray, leaving: bool) -> bool {
         let (o, d) = self.own_ray(ray);
         let middle = match &self.form {
             Form::Disk(_) => None,
@@ -150,9 +155,7 @@ impl Curved {
             Form::TurnedSegment(segment) => segment.profile.meet(o, d).map(|line| line.middle()),
             Form::Paraboloid(paraboloid) => paraboloid.profile.meet(o, d).map(|line| line.middle()),
         };
-        middle.is_some_and(|middle| {
-            ray.t_max > middle && self.intersect(ray, middle, ray.leaving == ray.target).is_some()
-        })
+        middle.is_some_and(|middle| ray.t_max > middle && self.intersect(ray, middle, leaving).is_some())
     }
 
     fn own_ray(&self, ray: &Ray) -> (DVec3, DVec3) {

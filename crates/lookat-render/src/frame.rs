@@ -43,6 +43,7 @@ impl Frame {
         }
     }
 
+    #[cfg(test)]
     pub fn to_world(self, v: DVec3) -> DVec3 {
         self.x * v.x + self.y * v.y + self.z * v.z
     }

@@ -119,7 +119,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
         asks_tree: integrator.world().asks_tree(),
         surfaces: asks_materials.then_some(materials),
         lights: lights.kinds().collect(),
-        constant_skies: lights.len() - lights.eligible(None),
+        constant_skies: lights.len() - lights.eligible(false),
         choice,
         draws,
         depth,

@@ -7,6 +7,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
+use lookat_scene::LUMINANCE;
 
 /// So many samples side by side.
 pub(crate) const LANES: usize = 8;
@@ -253,6 +254,23 @@ impl<S: Simd> Colors<S> {
     #[inline(always)]
     pub fn splat(simd: S, color: Vec3) -> Self {
         Colors { r: color.x.simd_into(simd), g: color.y.simd_into(simd), b: color.z.simd_into(simd) }
+    }
+
+    /// Those that a function gives for each lane.
+    #[inline(always)]
+    pub fn from_fn(simd: S, color: impl Fn(usize) -> Vec3) -> Self {
+        let mut all = Colors::splat(simd, Vec3::ZERO);
+        for lane in 0..LANES {
+            all.put(lane, color(lane));
+        }
+        all
+    }
+
+    /// As [`crate::color::strength`].
+    #[inline(always)]
+    pub fn strength(self) -> f64x8<S> {
+        let of = |x: f32x8<S>, share: f64| to_f64(x.abs()) * share;
+        of(self.r, LUMINANCE.x) + of(self.g, LUMINANCE.y) + of(self.b, LUMINANCE.z)
     }
 
     /// These where `mask` says so, and the others elsewhere.

@@ -1,32 +1,31 @@
-//! Lights: where to look for light from a point, and how likely each direction is looked at.
+//! Lights: where to look for light from points, and how likely each direction is looked at.
 
 mod choice;
 mod environment;
 mod facing;
-mod goniometric;
-pub(crate) mod lanes;
 mod lune;
 mod mesh;
-mod projection;
+mod point;
 mod receiver;
-mod sphere;
+mod sample;
 mod surface;
 
 use std::sync::Arc;
 
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
+use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Light, Primitive, Transform, World};
 
-use crate::bsdf::Domain;
-use crate::ray::{ElementId, Ray};
+use crate::lanes::{Colors, Vec3x8, bits, to_f32};
+use crate::ray::ElementId;
 use crate::surface::Surface;
-use crate::trace::lanes::Labels;
 use crate::traceable::Traceable;
+pub(crate) use choice::{Chosen, LightSampler};
 use environment::{Environment, EnvironmentSample};
-use goniometric::Goniometric;
-pub(crate) use lune::Lune;
-use projection::Projection;
-pub(crate) use receiver::Receiver;
+pub(crate) use lune::Lunes;
+use point::{PointLight, Spread};
+pub(crate) use receiver::Receivers;
+pub(crate) use sample::LightSample;
 use surface::{SurfaceForm, SurfaceLight};
 
 /// All lights of a scene.
@@ -35,7 +34,7 @@ pub(crate) struct LightTable {
     lights: Vec<SceneLight>,
     /// The number of the first sky.
     first_sky: usize,
-    /// How many are not everywhere alike: all that there is to sample from a surface without a [`Lune`].
+    /// How many are not everywhere alike: all that there is to sample from a surface without a lune, see [`Lunes`].
     uneven: usize,
     /// The share of each light in the power of all, about; and the sums up to each that is no sky.
     power_shares: Vec<f64>,
@@ -47,57 +46,16 @@ pub(crate) struct LightTable {
     background: Vec3,
     /// World position of the origin.
     origin: DVec3,
-    labels: Labels,
     source: Arc<World>,
 }
 
 /// A light, relative to the origin.
 enum SceneLight {
-    Point {
-        position: DVec3,
-        intensity: Vec3,
-    },
-    Spot {
-        position: DVec3,
-        light_from_world: DMat3,
-        intensity: Vec3,
-        cos_total_width: f64,
-        cos_falloff_start: f64,
-    },
-    Distant {
-        direction: DVec3,
-        radiance: Vec3,
-    },
-    Infinite {
-        radiance: Vec3,
-        samples: u32,
-    },
+    Point(PointLight),
+    Distant { direction: DVec3, radiance: Vec3 },
+    Infinite { radiance: Vec3, samples: u32 },
     Environment(Box<Environment>),
-    Goniometric(Goniometric),
-    Projection(Projection),
-    Surface(SurfaceLight),
-}
-
-/// Light that may reach a point from one direction.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct LightSample {
-    /// Radiance, or for lights that are only a point or direction the irradiance on a surface that faces them. Nothing
-    /// has been looked up about what is in the way.
-    pub li: Vec3,
-    /// Density by solid angle; `None` for lights that no other direction can hit.
-    pub pdf: Option<f64>,
-    /// The ray that must be free.
-    pub shadow: Ray,
-}
-
-/// A light that is a point, as it is seen from somewhere.
-struct PointLight {
-    position: DVec3,
-    /// The direction to it.
-    wi: DVec3,
-    squared_distance: f64,
-    /// That towards the place from where it is seen, not 0.
-    intensity: Vec3,
+    Surface(Box<SurfaceLight>),
 }
 
 impl LightTable {
@@ -110,7 +68,7 @@ impl LightTable {
         for (number, primitive) in source.primitives.iter().enumerate() {
             if let Some(light) = SurfaceLight::new(number as u32, primitive, traceable) {
                 of_primitive[number] = Some(lights.len());
-                lights.push(SceneLight::Surface(light));
+                lights.push(SceneLight::Surface(Box::new(light)));
             }
         }
         let background = source.lights.iter().fold(Vec3::ZERO, |sum, light| match light {
@@ -132,7 +90,6 @@ impl LightTable {
             of_primitive,
             background,
             origin,
-            labels: traceable.labels,
             source: source.clone(),
         }
     }
@@ -145,15 +102,14 @@ impl LightTable {
     /// The kind of each light, skies last.
     pub fn kinds(&self) -> impl Iterator<Item = &'static str> {
         self.lights.iter().map(|light| match light {
-            SceneLight::Point { .. } => "point",
-            SceneLight::Spot { .. } => "spot",
+            SceneLight::Point(light) => light.kind(),
             SceneLight::Distant { .. } => "distant",
             SceneLight::Infinite { .. } => "infinite",
             SceneLight::Environment(_) => "infinite with a picture",
-            SceneLight::Goniometric(_) => "goniometric",
-            SceneLight::Projection(_) => "projection",
-            SceneLight::Surface(SurfaceLight { form: SurfaceForm::Mesh(_), .. }) => "mesh",
-            SceneLight::Surface(SurfaceLight { form: SurfaceForm::Curved(_), .. }) => "quadric",
+            SceneLight::Surface(light) => match light.form {
+                SurfaceForm::Mesh(_) => "mesh",
+                SurfaceForm::Curved(_) => "quadric",
+            },
         })
     }
 
@@ -168,9 +124,9 @@ impl LightTable {
         }
     }
 
-    /// Whether directions from the BSDF alone look for light, at a surface with that [`Lune`].
-    pub fn leaves_all_to_directions(&self, lune: Option<&Lune>) -> bool {
-        self.eligible(lune) == 0 && self.len() > 0
+    /// Whether directions from the BSDF alone look for light, at a surface with a lune or without.
+    pub fn leaves_all_to_directions(&self, has_lune: bool) -> bool {
+        self.eligible(has_lune) == 0 && self.len() > 0
     }
 
     /// Whether light may come from where there is nothing.
@@ -188,68 +144,57 @@ impl LightTable {
         self.lights[light].is_delta()
     }
 
-    /// Radiance from a direction in which there is nothing.
-    pub fn background(&self, d: DVec3) -> Vec3 {
-        let shown = self.lights[self.first_sky..].iter().map(|light| match light {
-            SceneLight::Environment(environment) => environment.radiance(d),
-            _ => Vec3::ZERO,
-        });
-        self.background + shown.sum::<Vec3>()
+    /// Radiance from directions in which there is nothing.
+    #[inline(always)]
+    pub fn background<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
+        self.lights[self.first_sky..].iter().fold(Colors::splat(simd, self.background), |sum, light| {
+            match light {
+                SceneLight::Environment(environment) => sum + environment.radiance(simd, d),
+                _ => sum,
+            }
+        })
     }
 
-    /// The directions that samples of the BSDF miss, if there is a sky from which light may come there.
-    #[inline]
-    pub fn lune(&self, domain: &Domain) -> Option<Lune> {
-        if self.has_skies() { Lune::new(domain) } else { None }
-    }
-
-    /// A direction towards a light, for a surface with that [`Lune`].
-    pub fn sample(&self, light: usize, from: &Surface, lune: Option<&Lune>, u: DVec2) -> Option<LightSample> {
+    /// Directions towards a light. `leaving`: where the surface is the light itself.
+    #[inline(always)]
+    pub fn sample<S: Simd>(
+        &self,
+        simd: S,
+        light: usize,
+        (at, leaving): (&Receivers<S>, mask64x8<S>),
+        u: [f64x8<S>; 2],
+    ) -> LightSample<S> {
+        let all = bits(simd, 0xff);
         match &self.lights[light] {
+            SceneLight::Point(light) => light.sample(simd, at),
             SceneLight::Distant { direction, radiance } => {
-                Some(LightSample { li: *radiance, pdf: None, shadow: from.leave(*direction) })
+                let shadow = at.surfaces.leave(Vec3x8::splat(simd, *direction));
+                LightSample::of_delta(all, Colors::splat(simd, *radiance), shadow)
             }
             SceneLight::Infinite { radiance, .. } => {
-                let lune = lune?;
-                let (wi, pdf) = (lune.sample(u), lune.inside_pdf());
-                Some(LightSample { li: *radiance, pdf: Some(pdf), shadow: from.leave(wi) })
+                let (is_there, wi, pdf) = match &at.lunes {
+                    Some(lunes) => (lunes.is_there, lunes.sample(u), lunes.inside_pdf()),
+                    None => (!all, at.surfaces.n, 1.0.simd_into(simd)),
+                };
+                LightSample::with_pdf(is_there, Colors::splat(simd, *radiance), pdf, at.surfaces.leave(wi))
             }
             SceneLight::Environment(environment) => {
-                let EnvironmentSample { wi, radiance, pdf } = environment.sample(lune, u)?;
-                Some(LightSample { li: radiance, pdf: Some(pdf), shadow: from.leave(wi) })
+                let EnvironmentSample { wi, radiance, pdf } = environment.sample(simd, at.lunes.as_ref(), u);
+                LightSample::with_pdf(all, radiance, pdf, at.surfaces.leave(wi))
             }
-            SceneLight::Surface(surface) => surface.sample(self.primitive(surface), self.origin, from, u),
-            light @ (SceneLight::Point { .. }
-            | SceneLight::Spot { .. }
-            | SceneLight::Goniometric(_)
-            | SceneLight::Projection(_)) => {
-                let PointLight { position, squared_distance, intensity, .. } = light.seen_from(from.p)?;
-                let li = intensity / squared_distance as f32;
-                let shadow = Ray { target: ElementId::POINT_LIGHT, ..from.towards(position) };
-                Some(LightSample { li, pdf: None, shadow })
+            SceneLight::Surface(surface) => {
+                let shape = (self.primitive(surface), self.origin);
+                surface.sample(simd, shape, (at, leaving), u)
             }
         }
     }
 
-    /// The weight of a sample that was drawn with density `a`, where another way would have drawn it with density `b`
-    /// (Veach; PBR 13.10.1). Densities are multiplied by the number of samples of each way.
-    pub fn weight(&self, light: usize, a: f64, b: f64) -> f32 {
-        let ratio = b / a;
-        match light >= self.first_sky {
-            // The balance heuristic: samples of skies leave to the BSDF what it finds.
-            true => (1.0 / (1.0 + ratio)) as f32,
-            // The power heuristic with exponent 2; as a ratio, so that no square overflows.
-            false => (1.0 / (1.0 + ratio * ratio)) as f32,
+    /// The element that is a light, if it is a curved shape.
+    pub fn curved_element(&self, light: usize) -> ElementId {
+        match &self.lights[light] {
+            SceneLight::Surface(light) if matches!(light.form, SurfaceForm::Curved(_)) => light.element(),
+            _ => ElementId::NONE,
         }
-    }
-
-    /// The sum of all skies, where each is of one color; `None` where any is a picture.
-    pub fn even_sky(&self) -> Option<Vec3> {
-        let color = |light: &SceneLight| match light {
-            SceneLight::Infinite { radiance, .. } => Some(*radiance),
-            _ => None,
-        };
-        self.lights[self.first_sky..].iter().map(color).sum()
     }
 
     /// The shape that is a light.
@@ -277,19 +222,34 @@ impl LightTable {
         }
     }
 
-    /// The skies, with their radiance and the density with which direction `wi` is sampled.
-    pub fn skies(&self, lune: Option<&Lune>, wi: DVec3) -> impl Iterator<Item = (usize, Vec3, f64)> {
-        self.lights.iter().enumerate().skip(self.first_sky).filter_map(move |(number, light)| match light {
+    /// The radiance of a sky from directions of length one, and the densities with which they are sampled.
+    #[inline(always)]
+    pub fn sky<S: Simd>(
+        &self,
+        simd: S,
+        light: usize,
+        lunes: Option<&Lunes<S>>,
+        wi: Vec3x8<S>,
+    ) -> (Colors<S>, f64x8<S>) {
+        match &self.lights[light] {
+            SceneLight::Environment(environment) => environment.evaluate(simd, lunes, wi),
             SceneLight::Infinite { radiance, .. } => {
-                Some((number, *radiance, lune.map_or(0.0, |lune| lune.pdf(wi))))
+                let pdf = lunes.map_or(0.0.simd_into(simd), |lunes| lunes.pdf(wi));
+                (Colors::splat(simd, *radiance), pdf)
             }
-            SceneLight::Environment(environment) => {
-                let (radiance, pdf) = environment.evaluate(lune, wi);
-                Some((number, radiance, pdf))
-            }
-            _ => None,
-        })
+            _ => (Colors::splat(simd, Vec3::ZERO), 0.0.simd_into(simd)),
+        }
     }
+}
+
+/// The weights of samples that were drawn with density `a`, where another way would have drawn them with density `b` (Veach; PBR 13.10.1).
+/// Densities are multiplied by the number of samples of each way.
+#[inline(always)]
+pub(crate) fn weights<S: Simd>(is_sky: mask64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f32x8<S> {
+    let ratio = b / a;
+    // The balance heuristic: samples of skies leave to the BSDF what it finds. Of others the power heuristic with exponent 2; as a ratio,
+    // so that no square overflows.
+    to_f32(1.0 / (1.0 + is_sky.select(ratio, ratio * ratio)))
 }
 
 impl SceneLight {
@@ -299,30 +259,6 @@ impl SceneLight {
 
     fn is_sky(&self) -> bool {
         matches!(self, SceneLight::Infinite { .. } | SceneLight::Environment(_))
-    }
-
-    /// A light that is a point, as it is seen from `p`. `None` where it shines elsewhere.
-    fn seen_from(&self, p: DVec3) -> Option<PointLight> {
-        let position = match self {
-            SceneLight::Point { position, .. } | SceneLight::Spot { position, .. } => *position,
-            SceneLight::Goniometric(light) => light.position,
-            SceneLight::Projection(light) => light.position,
-            _ => return None,
-        };
-        let to_light = position - p;
-        let squared_distance = to_light.length_squared();
-        let wi = to_light.try_normalize()?;
-        let intensity = match self {
-            SceneLight::Point { intensity, .. } => *intensity,
-            SceneLight::Spot { light_from_world, intensity, cos_total_width, cos_falloff_start, .. } => {
-                let axis = (*light_from_world * -wi).normalize_or_zero();
-                *intensity * falloff(axis.z, *cos_total_width, *cos_falloff_start) as f32
-            }
-            SceneLight::Goniometric(light) => light.intensity * light.factor(-wi),
-            SceneLight::Projection(light) => light.intensity * light.factor(-wi)?,
-            _ => return None,
-        };
-        (intensity != Vec3::ZERO).then_some(PointLight { position, wi, squared_distance, intensity })
     }
 
     /// Whether it is a sky that is everywhere alike.
@@ -335,23 +271,27 @@ impl SceneLight {
     }
 
     /// The share of its light that samples of it are for: of a sky, what samples of the BSDF do not find as well.
-    fn sampled_share(&self, lune: Option<&Lune>) -> f64 {
+    #[inline(always)]
+    fn sampled_share<S: Simd>(&self, simd: S, lunes: Option<&Lunes<S>>) -> f64x8<S> {
         let above = match self {
             SceneLight::Infinite { .. } => 0.0,
             SceneLight::Environment(environment) => environment.share_above(),
-            _ => return 1.0,
+            _ => return 1.0.simd_into(simd),
         };
-        above + lune.map_or(0.0, Lune::share)
+        lunes.map_or(above.simd_into(simd), |lunes| lunes.share() + above)
     }
 
     fn new(light: &Light, origin: DVec3) -> Self {
+        let point = |(position, light_from_world), intensity, spread| {
+            SceneLight::Point(PointLight { position, light_from_world, intensity, spread })
+        };
         match *light {
             Light::Point { position, intensity } => {
-                SceneLight::Point { position: position - origin, intensity }
+                point((position - origin, DMat3::IDENTITY), intensity, Spread::Even)
             }
             Light::Spot { ref world_from_light, intensity, cos_total_width, cos_falloff_start } => {
-                let (position, light_from_world) = placed(world_from_light, origin);
-                SceneLight::Spot { position, light_from_world, intensity, cos_total_width, cos_falloff_start }
+                let spread = Spread::Cone { total_width: cos_total_width, falloff_start: cos_falloff_start };
+                point(placed(world_from_light, origin), intensity, spread)
             }
             Light::Distant { direction, radiance } => SceneLight::Distant { direction, radiance },
             Light::Infinite { radiance, samples } => SceneLight::Infinite { radiance, samples },
@@ -359,14 +299,11 @@ impl SceneLight {
                 SceneLight::Environment(Box::new(Environment::new(map, scale, world_from_light, samples)))
             }
             Light::Goniometric { ref world_from_light, intensity, ref map } => {
-                let (position, light_from_world) = placed(world_from_light, origin);
-                let map = map.clone();
-                SceneLight::Goniometric(Goniometric { position, light_from_world, intensity, map })
+                point(placed(world_from_light, origin), intensity, Spread::Goniometric(map.clone()))
             }
             Light::Projection { ref world_from_light, intensity, ref map, half_size } => {
-                let (position, light_from_world) = placed(world_from_light, origin);
-                let map = map.clone();
-                SceneLight::Projection(Projection { position, light_from_world, intensity, map, half_size })
+                let spread = Spread::Projection { map: map.clone(), half_size };
+                point(placed(world_from_light, origin), intensity, spread)
             }
         }
     }
@@ -375,17 +312,4 @@ impl SceneLight {
 /// The place of a light in render space, and the transformation of directions to light space.
 fn placed(world_from_light: &Transform, origin: DVec3) -> (DVec3, DMat3) {
     (world_from_light.point(DVec3::ZERO) - origin, DMat3::from_mat4(world_from_light.inverse_matrix()))
-}
-
-/// pbrt-v3's SpotLight::Falloff.
-fn falloff(cos_theta: f64, cos_total_width: f64, cos_falloff_start: f64) -> f64 {
-    if cos_theta < cos_total_width {
-        return 0.0;
-    }
-    if cos_theta >= cos_falloff_start {
-        return 1.0;
-    }
-    let within = (cos_theta - cos_total_width) / (cos_falloff_start - cos_total_width);
-    let squared = within * within;
-    squared * squared
 }

@@ -155,15 +155,6 @@ impl<'s> Surface<'s> {
         let offset = self.n * (self.magnitude * OFFSET).copysign(self.n.dot(d));
         Ray { leaving: self.element, leaving_place: self.place, ..Ray::new(self.p + offset, d) }
     }
-
-    /// A shadow ray to a point of a light: from where rays leave the surface to just there. Were it to run beside the line
-    /// from the surface to the light, it would meet the plane that the light lies in before its end.
-    pub fn towards(&self, light: DVec3) -> Ray {
-        let start = self.leave(light - self.p);
-        let way = light - start.o;
-        let distance = way.length();
-        Ray { d: way * (1.0 / distance.max(f64::MIN_POSITIVE)), t_max: distance, ..start }
-    }
 }
 
 /// The direction of the cross product of two edges, of length one.
@@ -176,13 +167,6 @@ fn direction_across(e1: DVec3, e2: DVec3) -> DVec3 {
     // Scaled, so that the product of edges of any length neither vanishes nor overflows.
     let size = e1.abs().max_element().max(e2.abs().max_element());
     (e1 / size).cross(e2 / size).normalize_or(DVec3::Z)
-}
-
-/// The distance up to which a shadow ray from `from` is blocked on its way to a point whose coordinates are up to
-/// `magnitude`: all the way, but for rounding, so that what lies in the plane of a light does not hide it, and the light is not
-/// before the end.
-pub(crate) fn reach(from: &Surface, distance: f64, magnitude: f64) -> f64 {
-    distance - from.magnitude.max(magnitude) * 4.0 * OFFSET
 }
 
 /// 2^-40.

@@ -2,7 +2,13 @@
 
 use std::path::Path;
 
+use fearless_simd::{Simd, prelude::*};
+use glam::DVec3;
 use lookat_scene::{LoadOptions, Scene, load};
+
+use crate::lanes::Vec3x8;
+use crate::surface::lanes::Surfaces;
+use crate::trace::lanes::{NONE, WORLD};
 
 /// A number without a pattern, from -1 to 1.
 pub(crate) fn noise(i: usize, k: f64) -> f64 {
@@ -13,6 +19,13 @@ pub(crate) fn noise(i: usize, k: f64) -> f64 {
 pub(crate) fn scene(text: &str) -> Scene {
     let loaded = load(Path::new("test.pbrt"), &|_| Ok(text.to_owned().into()), &LoadOptions::default());
     loaded.scene.unwrap_or_else(|| panic!("{:?} {text}", loaded.diagnostics))
+}
+
+/// Points that all lie at one place, on a plane across z.
+pub(crate) fn surfaces_at<S: Simd>(simd: S, p: DVec3) -> Surfaces<S> {
+    let n = Vec3x8::splat(simd, DVec3::Z);
+    let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
+    Surfaces { p: Vec3x8::splat(simd, p), n, ns: n, magnitude: 0.0.simd_into(simd), element, instance }
 }
 
 /// Does something with the instructions that all processors of a kind have.

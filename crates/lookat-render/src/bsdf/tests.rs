@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use lookat_scene::{
     Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Texture,
     Transform, Translucent, Uber, Value, Varying,

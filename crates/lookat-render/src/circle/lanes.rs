@@ -1,6 +1,6 @@
 //! Angles side by side.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
 
@@ -36,7 +36,7 @@ impl<S: Simd> Angle for f32x8<S> {
     }
 }
 
-/// As [`super::at_turn`]; of `f64` to the bit.
+/// The points at `turn` of the way around from (1, 0) to (0, 1) and on, for numbers from 0 to 1.
 #[inline(always)]
 pub(crate) fn at_turn<S: Simd, T: Number<S> + Angle>(turn: T) -> [T; 2] {
     let n = |x| T::of(turn.token(), x);
@@ -46,4 +46,71 @@ pub(crate) fn at_turn<S: Simd, T: Number<S> + Angle>(turn: T) -> [T; 2] {
     let (x, y) = (is_odd.select(-y, x), is_odd.select(x, y));
     let is_back = quarter.simd_eq(n(2.0)) | quarter.simd_eq(n(3.0));
     [is_back.select(-x, x), is_back.select(-y, y)]
+}
+
+/// The angle from (1, 0) to the point (`x`, `y`), from minus pi to pi; the polynomials are those of Cephes (`atan.c`), off by a few units
+/// in the last place.
+#[inline(always)]
+pub(crate) fn angle<S: Simd>(y: f64x8<S>, x: f64x8<S>) -> f64x8<S> {
+    let zero: f64x8<S> = 0.0.simd_into(x.token());
+    let (width, height) = (x.abs(), y.abs());
+    let is_steep = height.simd_gt(width);
+    let (short, long) = (is_steep.select(width, height), is_steep.select(height, width));
+    // Half of the eighth of a turn and more: less than an eighth remains.
+    let is_wide = short.simd_gt(long * 0.66);
+    let slope = is_wide.select(short - long, short) / is_wide.select(short + long, long);
+    let slope = (short.simd_eq(0.0) | slope.is_nan()).select(zero, slope);
+    let z = slope * slope;
+    let above = (((ATAN[0] * z + ATAN[1]) * z + ATAN[2]) * z + ATAN[3]) * z + ATAN[4];
+    let below = ((((z + BELOW[0]) * z + BELOW[1]) * z + BELOW[2]) * z + BELOW[3]) * z + BELOW[4];
+    let rest = slope + slope * (z * above / below);
+    let eighth = is_wide.select(rest + FRAC_PI_4, rest);
+    let quarter = is_steep.select(FRAC_PI_2 - eighth, eighth);
+    x.is_sign_negative().select(PI - quarter, quarter).copysign(y)
+}
+
+/// The numerator of a rational approximation of the arc tangent, from the highest power on.
+const ATAN: [f64; 5] = [
+    -8.750608600031904e-1,
+    -1.6157537187333652e1,
+    -7.500855792314705e1,
+    -1.2288666844901361e2,
+    -6.485021904942025e1,
+];
+
+/// Its denominator, after a first coefficient of 1.
+const BELOW: [f64; 5] =
+    [2.485846490142306e1, 1.650270098316988e2, 4.328810604912903e2, 4.853903996359137e2, 1.945506571482614e2];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::splat_f32;
+    use crate::testing::baseline;
+
+    #[test]
+    fn angles_are_those_of_the_arc_tangent() {
+        let of = |y: f64, x: f64| baseline!(simd => angle(y.simd_into(simd), x.simd_into(simd))[0]);
+        for k in -100_000..=100_000 {
+            let (y, x) = (TAU * f64::from(k) / 200_000.0).sin_cos();
+            for scale in [1.0, 1e-300, 1e300] {
+                let (y, x) = (y * scale, x * scale);
+                assert!((of(y, x) - y.atan2(x)).abs() <= 8.0 * f64::EPSILON, "{y} {x}");
+            }
+        }
+        for (y, x) in [(0.0, 0.0), (0.0, -1.0), (-0.0, -1.0), (1.0, 0.0), (-1.0, 0.0), (1e-310, 1.0)] {
+            assert_eq!(of(y, x), f64::atan2(y, x), "{y} {x}");
+        }
+    }
+
+    #[test]
+    fn points_of_f32_are_those_of_sine_and_cosine() {
+        for k in 0..=100_000 {
+            let turn = k as f32 / 100_000.0;
+            let [x, y] = baseline!(simd => at_turn(splat_f32(simd, turn)).map(|x| x[0]));
+            let (sin, cos) = (TAU * f64::from(turn)).sin_cos();
+            let error = (f64::from(x) - cos).abs().max((f64::from(y) - sin).abs());
+            assert!(error <= 2.0 * f64::from(f32::EPSILON), "{turn}: {error}");
+        }
+    }
 }

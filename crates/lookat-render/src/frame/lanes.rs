@@ -9,7 +9,7 @@ use crate::lanes::{Number, V3};
 /// As [`Frame`].
 #[derive(Clone, Copy)]
 pub(crate) struct Frames<T> {
-    x: V3<T>,
+    pub x: V3<T>,
     y: V3<T>,
     z: V3<T>,
 }

@@ -30,12 +30,12 @@ pub(crate) fn draws(
     is_specular: bool,
 ) -> Vec<Draw> {
     // A sky that is not sampled gives its samples to directions, so that the sum is the same for all surfaces.
-    let eligible = table.eligible(None);
+    let eligible = table.eligible(false);
     let extended = (0..eligible).filter(|light| !table.is_delta(*light));
     let (samples, scattered): (u32, u32) = match strategy {
         DirectStrategy::All | DirectStrategy::EachOnce => (
             total(extended.map(|light| table.samples(light, strategy))),
-            Samples::new(table, LightSamples::Each(strategy), None).directions,
+            Samples::new(table, LightSamples::Each(strategy), false).directions,
         ),
         DirectStrategy::One => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };
@@ -63,7 +63,7 @@ impl<'s> Direct<'s> {
     pub fn new(world: World<'s>, lights: &'s LightTable, strategy: DirectStrategy, max_depth: u32) -> Self {
         let is_one = strategy == DirectStrategy::One;
         let sampled = if is_one { LightSamples::One(CHOICE) } else { LightSamples::Each(strategy) };
-        let lighting = Lighting::new(lights, sampled, Part::Smooth, world.has_normals());
+        let lighting = Lighting::new(&world, lights, sampled, Part::Smooth);
         let (numbers, has_direction) = (numbers(lights, strategy), is_one && lights.has_extended());
         Direct { world, lighting, numbers, has_direction, max_depth }
     }
@@ -100,8 +100,9 @@ impl<'s> Direct<'s> {
                     self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
                 let Shaded { surfaces, frames, .. } = &shaded;
                 let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
-                let lunes = &self.lighting.lunes(bsdf, active);
-                let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdf, lunes };
+                let receivers = &self.lighting.receivers(surfaces, bsdf, active);
+                let sampler = &self.lighting.sampler(simd, receivers);
+                let vertices = &Vertices { world: &self.world, bsdf, receivers, sampler };
                 let smooth = active & bsdf.has(Part::Smooth);
                 if smooth.any_true() {
                     let mut light = self.lighting.direct(simd, tracer, streams, vertices, smooth);
@@ -123,7 +124,7 @@ impl<'s> Direct<'s> {
                 let hits = self.world.nearest(simd, tracer, &rays, active);
                 let weight = (paths.beta * sample.weight, paths.compression);
                 let found = Found { rays, hits, weight };
-                self.world.see(tracer, &found, samples, (active, Sees::Materials), wave);
+                self.world.see(simd, tracer, &found, samples, (active, Sees::Materials), wave);
                 self.world.go_on(simd, tracer, found, samples, (active, active, Sees::Materials), wave);
             },
         )

@@ -1,48 +1,38 @@
 //! Light that samples of lights and directions from BSDFs find from points side by side, weighed against each other.
 
-use std::array::from_fn;
-
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use glam::{DVec2, Vec3};
+use glam::Vec3;
 use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::tracer::Tracer;
-use super::weighed::{LightSamples, Samples, Sampling, Weighed, most_samples};
+use super::weighed::{LightSamples, Samples, most_samples};
 use crate::bsdf::{Bsdf, Part};
 use crate::integrator::world::World;
-use crate::lanes::{Colors, LANES, bits, those, to_f32};
-use crate::light::lanes::{LightSamples as SampledLights, SampledLight, weights};
-use crate::light::{LightTable, Lune, Receiver};
+use crate::lanes::{Colors, bits, those, to_f32};
+use crate::light::{Chosen, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
 use crate::sampler::lanes::Streams;
-use crate::surface::lanes::Surfaces;
-use crate::trace::lanes::{Hits, Rays};
+use crate::trace::lanes::{Hits, Rays, WORLD};
 
 /// The lights of a scene, and how surfaces sample them.
 pub(in crate::integrator) struct Lighting<'s> {
     table: &'s LightTable,
-    /// All of them, those first that are sampled where there is no [`Lune`].
-    sampled: Vec<SampledLight<'s>>,
-    /// How many samples there are where there is no lune.
-    usual: Samples,
+    /// The number in the world of the element that each light is, see [`World::number`].
+    numbers: Vec<f64>,
+    /// How many samples there are at a surface without a lune, and with one.
+    samples: [Samples; 2],
     /// What of the BSDFs directions are sampled from.
     part: Part,
     /// Whether skies are sampled in another way where normals differ.
     has_lunes: bool,
-    /// What a direction brings from where there is nothing, as its part of all, if no sky is a picture, and there are no lunes.
-    even_sky: Option<Vec3>,
 }
-
-/// The [`Lune`] of each surface.
-pub(in crate::integrator) type Lunes = [Option<Lune>; LANES];
 
 /// Surfaces that rays have hit.
 pub(in crate::integrator) struct Vertices<'v, S: Simd> {
     pub world: &'v World<'v>,
-    pub rays: &'v Rays<S>,
-    pub hits: &'v Hits<S>,
-    pub surfaces: &'v Surfaces<S>,
     pub bsdf: &'v Bsdf<'v, S>,
-    pub lunes: &'v Lunes,
+    pub receivers: &'v Receivers<'v, S>,
+    /// By which lights are chosen, if one is at each surface.
+    pub sampler: &'v LightSampler<'v, S>,
 }
 
 /// Directions from there.
@@ -56,30 +46,38 @@ pub(in crate::integrator) struct Directions<S: Simd> {
 }
 
 impl<'s> Lighting<'s> {
-    /// `part`: what of the BSDFs directions are sampled from; `has_normals`: whether shading normals may differ from geometric
-    /// ones.
-    pub fn new(table: &'s LightTable, lights: LightSamples, part: Part, has_normals: bool) -> Self {
-        let has_lunes = has_normals && table.has_skies();
-        let usual = Samples::new(table, lights, None);
-        let even_sky = table.even_sky().filter(|_| !has_lunes).map(|sky| sky / usual.directions as f32);
-        Lighting { table, sampled: table.sampled_lights(), usual, part, has_lunes, even_sky }
-    }
-
-    /// The lunes of surfaces that scatter light into all directions.
-    #[inline(always)]
-    pub fn lunes<S: Simd>(&self, bsdf: &Bsdf<S>, active: mask64x8<S>) -> Lunes {
-        let mut lunes = [None; LANES];
-        if self.has_lunes {
-            for lane in those(active & bsdf.has(Part::Smooth)) {
-                lunes[lane] = self.table.lune(&bsdf.domain(lane));
-            }
+    /// `part`: what of the BSDFs directions are sampled from.
+    pub fn new(world: &World, table: &'s LightTable, lights: LightSamples, part: Part) -> Self {
+        Lighting {
+            table,
+            numbers: (0..table.len()).map(|light| world.number(table.curved_element(light))).collect(),
+            samples: [false, true].map(|has_lune| Samples::new(table, lights, has_lune)),
+            part,
+            has_lunes: world.has_normals() && table.has_skies(),
         }
-        lunes
     }
 
-    /// How many samples of each kind there are at a surface.
-    fn samples(&self, lune: Option<&Lune>) -> Samples {
-        if lune.is_none() { self.usual } else { Samples::new(self.table, self.usual.lights, lune) }
+    /// Where surfaces look for light.
+    #[inline(always)]
+    pub fn receivers<'v, S: Simd>(
+        &self,
+        surfaces: &'v crate::surface::lanes::Surfaces<S>,
+        bsdf: &Bsdf<S>,
+        active: mask64x8<S>,
+    ) -> Receivers<'v, S> {
+        let domain = bsdf.domain();
+        let lunes = if self.has_lunes { Lunes::new(&domain, active & bsdf.has(Part::Smooth)) } else { None };
+        Receivers { surfaces, domain, lunes }
+    }
+
+    /// Chooses lights for surfaces.
+    #[inline(always)]
+    pub fn sampler<'v, S: Simd>(&'v self, simd: S, at: &'v Receivers<'v, S>) -> LightSampler<'v, S> {
+        let choice = match self.samples[0].lights {
+            LightSamples::One(choice) => choice,
+            LightSamples::Each(_) => LightChoice::Uniform,
+        };
+        LightSampler::new(simd, self.table, choice, at)
     }
 
     /// Light that comes straight to surfaces by way of samples of lights.
@@ -94,10 +92,8 @@ impl<'s> Lighting<'s> {
     ) -> Colors<S> {
         simd.vectorize(
             #[inline(always)]
-            || match self.usual.lights {
-                LightSamples::One(choice) => {
-                    self.one_light(simd, tracer, streams, vertices, (choice, active))
-                }
+            || match self.samples[0].lights {
+                LightSamples::One(_) => self.one_light(simd, tracer, streams, vertices, active),
                 LightSamples::Each(strategy) => {
                     self.each_light(simd, tracer, streams, vertices, (strategy, active))
                 }
@@ -114,15 +110,23 @@ impl<'s> Lighting<'s> {
         tracer: &mut Tracer,
         streams: &mut Streams,
         vertices: &Vertices<S>,
-        (choice, active): (LightChoice, mask64x8<S>),
+        active: mask64x8<S>,
     ) -> Colors<S> {
-        let mut chosen = [(0, 1.0); LANES];
-        let (sampled, scattered) = self.choose(simd, streams, vertices, (choice, active), &mut chosen);
-        let extended = self.extended(simd, &chosen) & sampled;
-        let u = streams.next_2d(simd, extended | scattered);
+        let scattered = active & self.table.eligible_at(simd, vertices.receivers).simd_eq(0.0);
+        let has_choice = vertices.sampler.has_choice() & active;
+        let number: f64x8<S> = match has_choice.any_true() {
+            true => streams.next_1d(has_choice).simd_into(simd),
+            false => {
+                streams.skip(1);
+                0.0.simd_into(simd)
+            }
+        };
+        let chosen = vertices.sampler.choose(number, active & !scattered);
+        let scattered = if self.table.len() > 0 { scattered } else { bits(simd, 0) };
+        let u = streams.next_2d(simd, self.extended(simd, &chosen) | scattered);
         let mut found = Colors::splat(simd, Vec3::ZERO);
-        if sampled.any_true() {
-            found = self.sampled_light(simd, tracer, vertices, u, sampled, &chosen);
+        if chosen.is_there.any_true() {
+            found = self.sampled_light(simd, tracer, vertices, u, &chosen);
         }
         if scattered.any_true() {
             found = self.by_direction(simd, tracer, vertices, u, scattered).or(scattered, found);
@@ -146,7 +150,8 @@ impl<'s> Lighting<'s> {
                 let mut sum = Colors::splat(simd, Vec3::ZERO);
                 for light in 0..self.table.len() {
                     let count = self.table.samples(light, strategy);
-                    let sampled = self.eligible(simd, vertices.lunes, light, active);
+                    let eligible = self.table.eligible_at(simd, vertices.receivers);
+                    let sampled = active & eligible.simd_gt(light as f64);
                     let scattered = active & !sampled;
                     for k in 0..count {
                         let u = match self.table.is_delta(light) {
@@ -154,8 +159,13 @@ impl<'s> Lighting<'s> {
                             false => streams.nested_2d(simd, active, (count, k)),
                         };
                         if sampled.any_true() {
-                            let chosen = &[(light, f64::from(count)); LANES];
-                            let own = self.sampled_light(simd, tracer, vertices, u, sampled, chosen);
+                            let probability = f64::from(count).simd_into(simd);
+                            let chosen = Chosen {
+                                is_there: sampled,
+                                light: (light as f64).simd_into(simd),
+                                probability,
+                            };
+                            let own = self.sampled_light(simd, tracer, vertices, u, &chosen);
                             sum = (sum + own).or(sampled, sum);
                         }
                         if scattered.any_true() {
@@ -190,7 +200,7 @@ impl<'s> Lighting<'s> {
                 let sample = vertices.bsdf.sample(u, self.part);
                 // What lies in single directions counts in full where the path goes on there.
                 let asked = active & sample.is_there & !sample.is_specular;
-                let (rays, is_specular) = (vertices.surfaces.leave(sample.wi), sample.is_specular);
+                let (rays, is_specular) = (vertices.receivers.surfaces.leave(sample.wi), sample.is_specular);
                 let directions = Directions { rays, pdf: sample.pdf, is_specular };
                 let light = self.found_light(simd, tracer, vertices, &directions, asked);
                 (sample.weight * light).or(asked, Colors::splat(simd, Vec3::ZERO))
@@ -198,8 +208,8 @@ impl<'s> Lighting<'s> {
         )
     }
 
-    /// The share of one sample of each chosen light in what it brings straight to a surface. `chosen`: the light, and how many samples
-    /// of it there are, in the mean.
+    /// The share of one sample of each chosen light in what it brings straight to a surface. The probabilities say how many samples of the
+    /// lights there are, in the mean.
     #[inline(never)]
     fn sampled_light<S: Simd>(
         &self,
@@ -207,113 +217,41 @@ impl<'s> Lighting<'s> {
         tracer: &mut Tracer,
         vertices: &Vertices<S>,
         u: [f64x8<S>; 2],
-        mut active: mask64x8<S>,
-        chosen: &[(usize, f64); LANES],
+        chosen: &Chosen<S>,
     ) -> Colors<S> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let Vertices { surfaces, bsdf, .. } = *vertices;
-                let mut sample = self.sample(simd, surfaces, u, active, chosen);
-                for lane in those(sample.is_open & active) {
-                    // A scalar surface is needed for that.
-                    let surface = vertices.world.surface(tracer, vertices.rays, vertices.hits, lane);
-                    let one = surface.and_then(|surface| {
-                        let u = DVec2::new(u[0][lane], u[1][lane]);
-                        self.table.sample(chosen[lane].0, &surface, vertices.lunes[lane].as_ref(), u)
-                    });
-                    sample.put(lane, one.as_ref(), tracer.scene.labels);
-                }
+                let Vertices { world, bsdf, receivers, .. } = *vertices;
+                let sample = self.sample(simd, receivers, u, chosen);
                 let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, self.part);
                 let reflected = f_cos * sample.li;
-                active &= sample.is_there & reflected.is_light();
-                active &= !vertices.world.met(simd, tracer, &sample.shadow, (active, true));
-                let (mut count, mut is_sky) = ([1.0; LANES], 0);
-                let first_sky = self.table.first_sky();
-                for (lane, (light, probability)) in chosen.iter().enumerate() {
-                    count[lane] = *probability;
-                    is_sky |= u64::from(*light >= first_sky) << lane;
-                }
-                let count: f64x8<S> = count.simd_into(simd);
-                let direct = reflected / to_f32(count);
-                let other = pdf * self.directions(simd, vertices.lunes);
-                let weight = weights(bits(simd, is_sky), sample.pdf * count, other);
+                let mut active = chosen.is_there & sample.is_there & reflected.is_light();
+                active &= !world.met(simd, tracer, &sample.shadow, (active, true));
+                let is_sky = chosen.light.simd_ge(self.table.first_sky() as f64);
+                let direct = reflected / to_f32(chosen.probability);
+                let other = pdf * self.directions(simd, receivers);
+                let weight = weights(is_sky, sample.pdf * chosen.probability, other);
                 let weighed = direct * weight / to_f32(sample.pdf);
                 weighed.or(sample.has_pdf, direct).or(active, Colors::splat(simd, Vec3::ZERO))
             },
         )
     }
 
-    /// Where a light is sampled.
-    #[inline(always)]
-    fn eligible<S: Simd>(&self, simd: S, lunes: &Lunes, light: usize, active: mask64x8<S>) -> mask64x8<S> {
-        if !self.has_lunes {
-            return if light < self.table.eligible(None) { active } else { bits(simd, 0) };
-        }
-        let mut eligible = 0;
-        for lane in those(active) {
-            eligible |= u64::from(light < self.table.eligible(lunes[lane].as_ref())) << lane;
-        }
-        bits(simd, eligible)
-    }
-
     /// How many directions there are at each surface.
     #[inline(always)]
-    fn directions<S: Simd>(&self, simd: S, lunes: &Lunes) -> f64x8<S> {
-        if !self.has_lunes {
-            return f64::from(self.usual.directions).simd_into(simd);
-        }
-        let directions: [f64; LANES] =
-            from_fn(|lane| f64::from(self.samples(lunes[lane].as_ref()).directions));
-        directions.simd_into(simd)
-    }
-
-    /// A light for each surface, and its probability: where there is one, and where one more direction takes its place.
-    #[inline(always)]
-    fn choose<S: Simd>(
-        &self,
-        simd: S,
-        streams: &mut Streams,
-        vertices: &Vertices<S>,
-        (choice, active): (LightChoice, mask64x8<S>),
-        chosen: &mut [(usize, f64); LANES],
-    ) -> (mask64x8<S>, mask64x8<S>) {
-        let no = bits(simd, 0);
-        if !self.has_lunes && self.table.eligible(None) < 2 {
-            streams.skip(1);
-            return match self.table.eligible(None) {
-                1 => (active, no),
-                _ if self.table.len() > 0 => (no, active),
-                _ => (no, no),
-            };
-        }
-        let (mut sampled, mut asked) = (active.to_bitmask(), 0);
-        for lane in those(active) {
-            let eligible = self.table.eligible(vertices.lunes[lane].as_ref());
-            asked |= u64::from(eligible > 1) << lane;
-            if eligible == 0 {
-                sampled &= !(1 << lane);
-            }
-        }
-        let scattered = active & !bits(simd, sampled);
-        let numbers = streams.next_1d(bits(simd, asked));
-        for lane in those(bits(simd, asked)) {
-            let (receiver, lune) = (vertices.receiver(lane), vertices.lunes[lane].as_ref());
-            match self.table.chosen(choice, &receiver, lune, numbers[lane]) {
-                Some(light) => chosen[lane] = light,
-                None => sampled &= !(1 << lane),
-            }
-        }
-        (bits(simd, sampled), scattered)
+    fn directions<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
+        let [without, with] = self.samples.map(|samples| f64::from(samples.directions).simd_into(simd));
+        at.lunes.as_ref().map_or(without, |lunes| lunes.is_there.select(with, without))
     }
 
     /// Where the light that is chosen is more than a point or a direction. Where nothing about a light is left to chance, its
     /// numbers stay untaken.
     #[inline(always)]
-    fn extended<S: Simd>(&self, simd: S, chosen: &[(usize, f64); LANES]) -> mask64x8<S> {
+    fn extended<S: Simd>(&self, simd: S, chosen: &Chosen<S>) -> mask64x8<S> {
         let mut extended = 0;
-        for (lane, (light, _)) in chosen.iter().enumerate() {
-            extended |= u64::from(*light < self.table.len() && !self.table.is_delta(*light)) << lane;
+        for lane in those(chosen.is_there) {
+            extended |= u64::from(!self.table.is_delta(chosen.light[lane] as usize)) << lane;
         }
         bits(simd, extended)
     }
@@ -323,25 +261,23 @@ impl<'s> Lighting<'s> {
     fn sample<S: Simd>(
         &self,
         simd: S,
-        surfaces: &Surfaces<S>,
+        at: &Receivers<S>,
         u: [f64x8<S>; 2],
-        active: mask64x8<S>,
-        chosen: &[(usize, f64); LANES],
-    ) -> SampledLights<S> {
-        let (first, _) = chosen[0];
-        let mut of_first = 0;
-        for (lane, (light, _)) in chosen.iter().enumerate() {
-            of_first |= u64::from(*light == first) << lane;
-        }
-        let mut samples = self.sampled[first].samples(simd, surfaces, u);
-        let mut rest = active.to_bitmask() & !of_first;
-        while rest != 0 {
-            let (light, _) = chosen[rest.trailing_zeros() as usize];
-            let mut is_same = 0;
-            for (lane, (other, _)) in chosen.iter().enumerate() {
-                is_same |= u64::from(*other == light) << lane;
-            }
-            samples = self.sampled[light].samples(simd, surfaces, u).or(bits(simd, is_same), samples);
+        chosen: &Chosen<S>,
+    ) -> LightSample<S> {
+        let of = |light: f64| {
+            let number = light as usize;
+            let is_own = at.surfaces.element.simd_eq(self.numbers[number]);
+            let leaving = is_own & at.surfaces.instance.simd_eq(WORLD);
+            self.table.sample(simd, number, (at, leaving), u)
+        };
+        let first = chosen.light[chosen.is_there.to_bitmask().trailing_zeros() as usize];
+        let mut rest = chosen.is_there & !chosen.light.simd_eq(first);
+        let mut samples = of(first);
+        while rest.any_true() {
+            let light = chosen.light[rest.to_bitmask().trailing_zeros() as usize];
+            let is_same = chosen.light.simd_eq(light);
+            samples = of(light).or(is_same, samples);
             rest &= !is_same;
         }
         samples
@@ -392,38 +328,69 @@ impl<'s> Lighting<'s> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let mut found = Colors::splat(simd, Vec3::ZERO);
-                let mut is_light = hits.emits & active;
-                if self.table.has_skies() {
-                    let is_free = active & !hits.is_hit();
-                    match self.even_sky {
-                        Some(sky) => {
-                            found = Colors::splat(simd, sky).or(is_free, found);
-                            is_light |= is_free & directions.is_specular;
+                let Vertices { world, receivers, sampler, .. } = *vertices;
+                let black = Colors::splat(simd, Vec3::ZERO);
+                let mut found = black;
+                let pdf = directions.pdf * self.directions(simd, receivers);
+                let all: f64x8<S> =
+                    directions.is_specular.select(1.0.simd_into(simd), self.directions(simd, receivers));
+                let is_lit = hits.emits & active;
+                if is_lit.any_true() {
+                    let (mut density, mut light): (f64x8<S>, f64x8<S>) =
+                        (0.0.simd_into(simd), 0.0.simd_into(simd));
+                    for lane in those(is_lit) {
+                        let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
+                        let surface = tracer.surface(&ray, &hit);
+                        found.put(lane, surface.le(-ray.d));
+                        if let Some(number) = self.table.of_element(surface.element) {
+                            let p = receivers.surfaces.p.lane(lane);
+                            light[lane] = number as f64;
+                            density[lane] = self.table.surface_pdf(number, p, ray.d, &surface);
                         }
-                        None => is_light |= is_free,
                     }
+                    let other = density * self.samples_of(simd, sampler, light, is_lit);
+                    let weight = weights(bits(simd, 0), pdf, other);
+                    found = (found * weight).or(!directions.is_specular, found);
                 }
-                for lane in those(is_light) {
-                    let (ray, hit) = vertices.world.one(&directions.rays, hits, lane);
-                    if directions.is_specular.to_bitmask() >> lane & 1 == 1 {
-                        found.put(lane, tracer.light_ahead(&ray, hit.as_ref(), true));
-                        continue;
+                let is_free = active & !hits.is_hit();
+                if self.table.has_skies() && is_free.any_true() {
+                    let mut sum = black;
+                    for sky in self.table.first_sky()..self.table.len() {
+                        let (radiance, density) =
+                            self.table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
+                        // Most often nothing else finds it.
+                        let weighed = density.simd_gt(0.0) & !directions.is_specular & is_free;
+                        let mut own = radiance;
+                        if weighed.any_true() {
+                            let light = (sky as f64).simd_into(simd);
+                            let other = density * self.samples_of(simd, sampler, light, is_free);
+                            let weight = weights(bits(simd, 0xff), pdf, other);
+                            own = (radiance * weight).or(weighed, radiance);
+                        }
+                        sum = sum + own;
                     }
-                    let (receiver, lune) = (&vertices.receiver(lane), vertices.lunes[lane].as_ref());
-                    let sampling = &Sampling { receiver, lune, samples: self.samples(lune) };
-                    let weighed = Weighed::new(sampling, directions.pdf[lane]);
-                    found.put(lane, weighed.light(tracer, &ray, hit.as_ref()));
+                    found = sum.or(is_free, found);
                 }
-                found
+                found / to_f32(all)
             },
         )
     }
-}
 
-impl<S: Simd> Vertices<'_, S> {
-    /// One of them.
-    fn receiver(&self, lane: usize) -> Receiver {
-        Receiver { p: self.surfaces.p.lane(lane), domain: self.bsdf.domain(lane) }
+    /// How many samples there are of lights, in the mean.
+    #[inline(always)]
+    fn samples_of<S: Simd>(
+        &self,
+        simd: S,
+        sampler: &LightSampler<S>,
+        light: f64x8<S>,
+        active: mask64x8<S>,
+    ) -> f64x8<S> {
+        match self.samples[0].lights {
+            LightSamples::One(_) => sampler.probability(light, active),
+            LightSamples::Each(strategy) => {
+                let count = |lane: usize| f64::from(self.table.samples(light[lane] as usize, strategy));
+                f64x8::from_fn(simd, count)
+            }
+        }
     }
 }

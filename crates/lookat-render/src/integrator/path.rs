@@ -41,12 +41,12 @@ pub(crate) fn draws(max_depth: u32, lights: &LightTable) -> Vec<Draw> {
     let draw = |of, numbers, surfaces, needed: bool| needed.then_some(Draw { of, numbers, surfaces });
     let all = 0..max_depth;
     // Where no light is sampled, another direction takes its numbers.
-    let is_sampled = lights.has_extended() && !lights.leaves_all_to_directions(None);
+    let is_sampled = lights.has_extended() && !lights.leaves_all_to_directions(false);
     let draws = [
         draw("light choice", 1, all.clone(), lights.len() > 1),
         draw("light", 2, all.clone(), is_sampled),
         draw("direction", 2, all.clone(), !lights.has_extended() || is_sampled),
-        draw("directions", 4, all, lights.leaves_all_to_directions(None)),
+        draw("directions", 4, all, lights.leaves_all_to_directions(false)),
         draw("roulette", 1, roulette(max_depth), !roulette(max_depth).is_empty()),
     ];
     draws.into_iter().flatten().collect()
@@ -68,7 +68,7 @@ impl<'s> Paths<'s> {
         (max_depth, roulette_threshold): (u32, f64),
     ) -> Self {
         let sampled = LightSamples::One(choice);
-        let lighting = Lighting::new(lights, sampled, Part::All, world.has_normals());
+        let lighting = Lighting::new(&world, lights, sampled, Part::All);
         Paths { world, lighting, max_depth, roulette_threshold }
     }
 
@@ -94,8 +94,9 @@ impl<'s> Paths<'s> {
                     self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
                 let Shaded { surfaces, frames, .. } = &shaded;
                 let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
-                let lunes = &self.lighting.lunes(bsdf, active);
-                let vertices = &Vertices { world: &self.world, rays, hits, surfaces, bsdf, lunes };
+                let receivers = &self.lighting.receivers(surfaces, bsdf, active);
+                let sampler = &self.lighting.sampler(simd, receivers);
+                let vertices = &Vertices { world: &self.world, bsdf, receivers, sampler };
                 active &= bsdf.has(Part::All);
                 let smooth = active & bsdf.has(Part::Smooth);
                 let light = self.lighting.direct(simd, tracer, streams, vertices, smooth);

@@ -1,7 +1,7 @@
 //! Rays of paths, followed from one surface to the next.
 
 use arrayvec::ArrayVec;
-use fearless_simd::{Simd, f32x8, mask64x8};
+use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
 use glam::Vec3;
 
 use super::tracer::Tracer;
@@ -38,7 +38,7 @@ impl World<'_> {
         for (at, active) in active.iter().enumerate() {
             let weight = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
             let found = Found { rays: packets[at], hits: hits[at], weight };
-            self.see(tracer, &found, &samples[at], (*active, sees), wave);
+            self.see(simd, tracer, &found, &samples[at], (*active, sees), wave);
             if goes_on {
                 self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), wave);
             }
@@ -49,6 +49,7 @@ impl World<'_> {
     #[inline(always)]
     pub fn see<S: Simd>(
         &self,
+        simd: S,
         tracer: &Tracer,
         Found { rays, hits, weight }: &Found<S>,
         samples: &[u16],
@@ -58,11 +59,15 @@ impl World<'_> {
         if sees == Sees::Nothing {
             return;
         }
-        let lit = if tracer.lights().has_skies() { hits.emits | !hits.is_hit() } else { hits.emits };
-        for lane in those(active & lit) {
-            let (ray, hit) = self.one(rays, hits, lane);
-            let light = tracer.light_ahead(&ray, hit.as_ref(), sees == Sees::All);
-            wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+        for lane in those(active & hits.emits) {
+            if let (ray, Some(hit)) = self.one(rays, hits, lane) {
+                let light = tracer.emitted(&ray, &hit, sees == Sees::All);
+                wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+            }
+        }
+        let escaped = active & !hits.is_hit();
+        if tracer.lights().has_skies() && escaped.any_true() {
+            wave.add(samples, weight.0 * tracer.lights().background(simd, rays.d), escaped);
         }
     }
 
@@ -86,7 +91,7 @@ impl World<'_> {
                     let add = |lane, light| {
                         wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light
                     };
-                    passed = self.pass(tracer, &mut rays, &mut hits, (active, is_full, sees), add);
+                    passed = self.pass(simd, tracer, &mut rays, &mut hits, (active, is_full, sees), add);
                 }
                 wave.push(simd, (&rays, &hits), weight, samples, (active & hits.is_hit(), passed));
             },

@@ -49,9 +49,8 @@ impl<'s> Tracer<'s> {
         Surface::new(self.scene, ray, hit)
     }
 
-    /// What a ray sees straight ahead. `glows`: also what has no material.
-    pub fn light_ahead(&self, ray: &Ray, hit: Option<&Hit>, glows: bool) -> Vec3 {
-        let Some(hit) = hit else { return self.lights.background(ray.d) };
+    /// What a surface that a ray has hit emits towards it. `glows`: also what has no material.
+    pub fn emitted(&self, ray: &Ray, hit: &Hit, glows: bool) -> Vec3 {
         let surface = self.surface(ray, hit);
         if glows || !surface.is_passed() { surface.le(-ray.d) } else { Vec3::ZERO }
     }

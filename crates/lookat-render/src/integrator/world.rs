@@ -8,7 +8,7 @@ use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Slots;
 use crate::camera::lanes::Views;
 use crate::lanes::{bits, count, those};
-use crate::ray::{Hit, Ray};
+use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::lanes::{ListShading, Shaded, TreeShading};
 use crate::surface::Surface;
 use crate::trace::lanes::{Found, Hits, List, Rays, Tree};
@@ -213,6 +213,14 @@ impl<'s> World<'s> {
         shaded
     }
 
+    /// The number of an element of the world, as [`Hits::element`] has it; of no element one that is nowhere.
+    pub fn number(&self, element: ElementId) -> f64 {
+        match self {
+            World::List(list, _) => list.number(element),
+            World::Tree(tree, _) => tree.number(element),
+        }
+    }
+
     /// One of the rays with what it has hit.
     pub fn one<S: Simd>(&self, rays: &Rays<S>, hits: &Hits<S>, lane: usize) -> (Ray, Option<Hit>) {
         let is_hit = hits.element[lane] >= 0.0;
@@ -225,30 +233,19 @@ impl<'s> World<'s> {
         }
     }
 
-    /// The surface that one of the rays has hit.
-    pub fn surface<S: Simd>(
-        &self,
-        tracer: &Tracer<'s>,
-        rays: &Rays<S>,
-        hits: &Hits<S>,
-        lane: usize,
-    ) -> Option<Surface<'s>> {
-        let (ray, hit) = self.one(rays, hits, lane);
-        hit.map(|hit| tracer.surface(&ray, &hit))
-    }
-
     /// Goes on straight through what has no material. Where rays see what emits on their way, `is_full`, `add` takes its light.
     /// Returns the rays that have passed anything, as bits.
-    #[inline(never)]
+    #[inline(always)]
     pub fn pass<S: Simd>(
         &self,
+        simd: S,
         tracer: &mut Tracer,
         rays: &mut Rays<S>,
         hits: &mut Hits<S>,
         (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
         mut add: impl FnMut(usize, Vec3),
     ) -> u64 {
-        let mut all = 0;
+        let (mut all, mut escaped) = (0, 0);
         for lane in those(active & hits.is_hit()) {
             let (mut ray, mut found) = self.one(rays, hits, lane);
             let is_full = is_full.to_bitmask() >> lane & 1 == 1;
@@ -259,7 +256,10 @@ impl<'s> World<'s> {
                 // Nothing more is seen by then.
                 found = if passed > MAX_PASSED { None } else { tracer.nearest(&ray) };
                 if is_full && sees != Sees::Nothing && passed <= MAX_PASSED {
-                    add(lane, tracer.light_ahead(&ray, found.as_ref(), sees == Sees::All));
+                    match &found {
+                        Some(hit) => add(lane, tracer.emitted(&ray, hit, sees == Sees::All)),
+                        None => escaped |= 1 << lane,
+                    }
                 }
             }
             if passed > 0 {
@@ -267,6 +267,10 @@ impl<'s> World<'s> {
                 rays.o.put(lane, ray.o);
                 hits.put(lane, found.as_ref(), tracer.scene.labels);
             }
+        }
+        if escaped != 0 {
+            let light = tracer.lights().background(simd, rays.d);
+            those(bits(simd, escaped)).for_each(|lane| add(lane, light.lane(lane)));
         }
         all
     }

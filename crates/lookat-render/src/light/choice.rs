@@ -2,76 +2,51 @@
 
 use std::f64::consts::PI;
 
-use arrayvec::ArrayVec;
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::LightChoice;
+use smallvec::SmallVec;
 
-use super::lune::Lune;
-use super::receiver::Receiver;
+use super::receiver::Receivers;
 use super::{LightTable, SceneLight};
 use crate::color::strength;
+use crate::lanes::{Colors, LANES, Vec3x8, bits, those};
 use crate::traceable::Traceable;
-use crate::warp::pick;
-
-/// No estimate is larger, so that their sum is finite.
-const MOST: f64 = 1e300;
 
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
 const MANY: usize = 32;
 
+/// Lights that are chosen, and their probabilities.
+#[derive(Clone, Copy)]
+pub(crate) struct Chosen<S: Simd> {
+    /// Where one is to be sampled.
+    pub is_there: mask64x8<S>,
+    /// Their numbers.
+    pub light: f64x8<S>,
+    pub probability: f64x8<S>,
+}
+
+/// Chooses one light for each of some points.
+pub(crate) struct LightSampler<'v, S: Simd> {
+    table: &'v LightTable,
+    rule: LightChoice,
+    /// How many lights there are to sample: the first ones.
+    count: f64x8<S>,
+    /// By "spatial" the estimates of all lights, and by power those of skies.
+    estimates: SmallVec<[f64x8<S>; MANY]>,
+    total: f64x8<S>,
+}
+
 impl LightTable {
-    /// A light for a point of a surface with that [`Lune`], and its probability; by the number `u`, where there are several.
-    pub fn chosen(
-        &self,
-        choice: LightChoice,
-        at: &Receiver,
-        lune: Option<&Lune>,
-        u: f64,
-    ) -> Option<(usize, f64)> {
-        let count = self.eligible(lune);
-        let (light, probability) = match self.rule(choice) {
-            LightChoice::Uniform => (((u * count as f64) as usize).min(count - 1), 1.0 / count as f64),
-            LightChoice::Power => {
-                let total = self.total_power(count, lune);
-                let mark = u * total;
-                let light = self.power_cdf.partition_point(|sum| *sum <= mark);
-                if light < self.first_sky {
-                    (light, share(self.power_shares[light], total))
-                } else {
-                    let (sky, power, _) =
-                        pick(self.powers_of_skies(count, lune), mark - self.power_of_others())?;
-                    (self.first_sky + sky, share(power, total))
-                }
-            }
-            LightChoice::Spatial => {
-                let estimates: ArrayVec<f64, MANY> = self.estimates(count, at, lune).collect();
-                let total: f64 = estimates.iter().sum();
-                let (light, estimate, _) = pick(estimates.iter().copied(), u * total)?;
-                (light, share(estimate, total))
-            }
-        };
-        (probability > 0.0).then_some((light, probability))
+    /// How many lights there are to sample from a surface with a lune or without: the first ones.
+    pub fn eligible(&self, has_lune: bool) -> usize {
+        if has_lune { self.lights.len() } else { self.uneven }
     }
 
-    /// The probability with which [`LightTable::chosen`] gives a light.
-    pub fn probability(&self, choice: LightChoice, at: &Receiver, lune: Option<&Lune>, light: usize) -> f64 {
-        let count = self.eligible(lune);
-        match self.rule(choice) {
-            _ if light >= count => 0.0,
-            _ if count == 1 => 1.0,
-            LightChoice::Uniform => 1.0 / count as f64,
-            LightChoice::Power => {
-                let power = self.power_shares[light] * self.lights[light].sampled_share(lune);
-                share(power, self.total_power(count, lune))
-            }
-            LightChoice::Spatial => {
-                share(self.lights[light].estimate(at, lune), self.estimates(count, at, lune).sum())
-            }
-        }
-    }
-
-    /// How many lights there are to sample from a surface with that [`Lune`]: the first ones.
-    pub fn eligible(&self, lune: Option<&Lune>) -> usize {
-        if lune.is_some() { self.lights.len() } else { self.uneven }
+    /// Where there is a lune, or where there is none, the number of lights to sample.
+    #[inline(always)]
+    pub fn eligible_at<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
+        let [without, with] = [false, true].map(|has_lune| (self.eligible(has_lune) as f64).simd_into(simd));
+        at.lunes.as_ref().map_or(without, |lunes| lunes.is_there.select(with, without))
     }
 
     /// How lights are chosen where `choice` is asked for.
@@ -79,30 +54,157 @@ impl LightTable {
         if choice == LightChoice::Spatial && self.lights.len() > MANY { LightChoice::Power } else { choice }
     }
 
-    /// Of the first `count` lights.
-    fn total_power(&self, count: usize, lune: Option<&Lune>) -> f64 {
-        self.power_of_others() + self.powers_of_skies(count, lune).sum::<f64>()
-    }
-
     /// Of all that are no skies.
     fn power_of_others(&self) -> f64 {
         self.power_cdf.last().copied().unwrap_or(0.0)
     }
+}
 
-    /// Of the first `count` lights, those of skies that their samples are for.
-    fn powers_of_skies(&self, count: usize, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
-        (self.first_sky..count).map(move |sky| self.power_shares[sky] * self.lights[sky].sampled_share(lune))
+impl<'v, S: Simd> LightSampler<'v, S> {
+    #[inline(never)]
+    pub fn new(simd: S, table: &'v LightTable, choice: LightChoice, at: &Receivers<S>) -> Self {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (rule, count) = (table.rule(choice), table.eligible_at(simd, at));
+                let mut sampler = LightSampler {
+                    table,
+                    rule,
+                    count,
+                    estimates: SmallVec::new(),
+                    total: 0.0.simd_into(simd),
+                };
+                // Where there is no choice, none is asked for.
+                if table.eligible(at.lunes.is_some()) < 2 {
+                    return sampler;
+                }
+                let first = match rule {
+                    LightChoice::Uniform => return sampler,
+                    LightChoice::Power => table.first_sky,
+                    LightChoice::Spatial => 0,
+                };
+                if rule == LightChoice::Power {
+                    sampler.total = table.power_of_others().simd_into(simd);
+                }
+                for (number, light) in table.lights.iter().enumerate().skip(first) {
+                    let estimate = match rule {
+                        LightChoice::Power => {
+                            light.sampled_share(simd, at.lunes.as_ref()) * table.power_shares[number]
+                        }
+                        _ => light.estimate(simd, at),
+                    };
+                    let is_eligible = count.simd_gt(number as f64);
+                    let estimate = is_eligible.select(estimate, 0.0.simd_into(simd));
+                    sampler.total += estimate;
+                    sampler.estimates.push(estimate);
+                }
+                sampler
+            },
+        )
     }
 
-    /// Of the first `count` lights.
-    fn estimates(&self, count: usize, at: &Receiver, lune: Option<&Lune>) -> impl Iterator<Item = f64> {
-        self.lights[..count].iter().map(move |light| light.estimate(at, lune))
+    /// The points where there is more than one light.
+    #[inline(always)]
+    pub fn has_choice(&self) -> mask64x8<S> {
+        self.count.simd_gt(1.0)
+    }
+
+    /// A light for each of the points that are active, by a number.
+    #[inline(never)]
+    pub fn choose(&self, u: f64x8<S>, active: mask64x8<S>) -> Chosen<S> {
+        let simd = u.token();
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let one = 1.0.simd_into(simd);
+                let (mut light, mut estimate) = (0.0.simd_into(simd), one);
+                let total = if self.rule == LightChoice::Uniform { self.count } else { self.total };
+                if self.has_choice().any_true() {
+                    (light, estimate) = match self.rule {
+                        LightChoice::Uniform => ((u * self.count).floor().min(self.count - 1.0), one),
+                        LightChoice::Power => self.by_power(u * total),
+                        LightChoice::Spatial => {
+                            self.pick(u * total, (0.0.simd_into(simd), bits(simd, 0xff)), one)
+                        }
+                    };
+                }
+                let probability = self.has_choice().select(share(estimate, total), one);
+                let is_there = active & self.count.simd_gt(0.0) & probability.simd_gt(0.0);
+                Chosen { is_there, light, probability }
+            },
+        )
+    }
+
+    /// The light where the sum of all powers passes `mark`, and its power.
+    #[inline(always)]
+    fn by_power(&self, mark: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
+        let (simd, table) = (mark.token(), self.table);
+        let (mut light, mut power): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 0.0.simd_into(simd));
+        for lane in 0..LANES {
+            let found = table.power_cdf.partition_point(|sum| *sum <= mark[lane]);
+            light[lane] = found as f64;
+            power[lane] = if found < table.first_sky { table.power_shares[found] } else { 0.0 };
+        }
+        let is_sky = light.simd_ge(table.first_sky as f64);
+        if !is_sky.any_true() {
+            return (light, power);
+        }
+        self.pick(mark - table.power_of_others(), (light, is_sky), power)
+    }
+
+    /// The light where the sum of the estimates passes `mark`, or else the last, and its estimate; where `open`.
+    #[inline(always)]
+    fn pick(
+        &self,
+        mark: f64x8<S>,
+        (mut light, mut open): (f64x8<S>, mask64x8<S>),
+        mut estimate: f64x8<S>,
+    ) -> (f64x8<S>, f64x8<S>) {
+        let mut rest = mark;
+        let first = self.table.lights.len() - self.estimates.len();
+        for (number, own) in self.estimates.iter().enumerate() {
+            let number: f64x8<S> = ((first + number) as f64).simd_into(mark.token());
+            let is_eligible = open & number.simd_lt(self.count);
+            light = is_eligible.select(number, light);
+            estimate = is_eligible.select(*own, estimate);
+            rest -= *own;
+            open &= !rest.simd_lt(0.0);
+        }
+        (light, estimate)
+    }
+
+    /// The probabilities with which [`LightSampler::choose`] gives lights.
+    #[inline(always)]
+    pub fn probability(&self, light: f64x8<S>, active: mask64x8<S>) -> f64x8<S> {
+        let (simd, table) = (self.count.token(), self.table);
+        let (one, none): (f64x8<S>, f64x8<S>) = (1.0.simd_into(simd), 0.0.simd_into(simd));
+        if !self.has_choice().any_true() {
+            return light.simd_lt(self.count).select(one, none);
+        }
+        let first = table.lights.len() - self.estimates.len();
+        let mut estimate = none;
+        for lane in those(active) {
+            let number = light[lane] as usize;
+            estimate[lane] = match self.rule {
+                LightChoice::Power if number < first => table.power_shares[number],
+                LightChoice::Uniform => 1.0,
+                // Where there is no choice, none is estimated.
+                _ => number
+                    .checked_sub(first)
+                    .and_then(|at| self.estimates.get(at))
+                    .map_or(0.0, |own| own[lane]),
+            };
+        }
+        let total = if self.rule == LightChoice::Uniform { self.count } else { self.total };
+        let probability = self.has_choice().select(share(estimate, total), one);
+        light.simd_lt(self.count).select(probability, none)
     }
 }
 
-/// The share of an estimate in the sum of all.
-fn share(estimate: f64, total: f64) -> f64 {
-    if total > 0.0 { estimate / total } else { 0.0 }
+/// The shares of estimates in the sums of all.
+#[inline(always)]
+fn share<S: Simd>(estimate: f64x8<S>, total: f64x8<S>) -> f64x8<S> {
+    total.simd_gt(0.0).select(estimate / total, 0.0.simd_into(total.token()))
 }
 
 /// This much of all samples goes to lights alike, so that a weak light next to what it lights is not forgotten over a
@@ -140,31 +242,25 @@ pub(super) fn radius(traceable: &Traceable) -> f64 {
 
 impl SceneLight {
     /// About the irradiance that its samples are for, were nothing in the way.
-    fn estimate(&self, at: &Receiver, lune: Option<&Lune>) -> f64 {
+    #[inline(always)]
+    fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
+        let of_sky = |brightness: f64| self.sampled_share(simd, at.lunes.as_ref()) * (brightness * PI);
         match self {
-            SceneLight::Distant { direction, radiance } => strength(*radiance) * at.cosine(*direction, 0.0),
-            SceneLight::Infinite { radiance, .. } => strength(*radiance) * PI * self.sampled_share(lune),
-            SceneLight::Environment(environment) => environment.brightness() * PI * self.sampled_share(lune),
-            SceneLight::Surface(surface) => surface.estimate(at),
-            SceneLight::Point { .. }
-            | SceneLight::Spot { .. }
-            | SceneLight::Goniometric(_)
-            | SceneLight::Projection(_) => self.seen_from(at.p).map_or(0.0, |seen| {
-                let irradiance = strength(seen.intensity) / seen.squared_distance;
-                irradiance.min(MOST) * at.cosine(seen.wi, 0.0)
-            }),
+            SceneLight::Distant { direction, radiance } => {
+                let cosine = at.cosine(Vec3x8::splat(simd, *direction), 0.0.simd_into(simd));
+                Colors::splat(simd, *radiance).strength() * cosine
+            }
+            SceneLight::Infinite { radiance, .. } => of_sky(strength(*radiance)),
+            SceneLight::Environment(environment) => of_sky(environment.brightness()),
+            SceneLight::Surface(surface) => surface.estimate(simd, at),
+            SceneLight::Point(light) => light.estimate(simd, at),
         }
     }
 
     /// About the power that the light brings into a scene of the given radius.
     fn power(&self, radius: f64) -> f64 {
         match self {
-            SceneLight::Point { intensity, .. } => 4.0 * PI * strength(*intensity),
-            SceneLight::Spot { intensity, cos_total_width, cos_falloff_start, .. } => {
-                2.0 * PI * (1.0 - 0.5 * (cos_total_width + cos_falloff_start)) * strength(*intensity)
-            }
-            SceneLight::Goniometric(light) => 4.0 * PI * strength(light.mean()),
-            SceneLight::Projection(light) => light.solid_angle() * strength(light.mean()),
+            SceneLight::Point(light) => light.power(),
             SceneLight::Distant { radiance, .. } => PI * radius * radius * strength(*radiance),
             SceneLight::Infinite { radiance, .. } => PI * PI * radius * radius * strength(*radiance),
             SceneLight::Environment(environment) => PI * PI * radius * radius * environment.brightness(),
@@ -186,8 +282,10 @@ mod tests {
     use super::*;
     use crate::Prepared;
     use crate::bsdf::Domain;
+    use crate::light::Lunes;
     use crate::render::{Settings, render};
     use crate::sampler::SampleStream;
+    use crate::testing::{baseline, surfaces_at};
 
     /// A lamp, one that is dark, a sphere and two skies; and the same with more lamps than "spatial" estimates.
     const LAMPS: &str = r#"LightSource "infinite" "rgb L" [.5 .5 .5] LightSource "point" "rgb I" [9 9 9]
@@ -210,9 +308,41 @@ mod tests {
         check(&Prepared::new(&scene).lights);
     }
 
-    fn lune(degrees: f64, is_two_sided: bool) -> Option<Lune> {
-        let ns = DVec2::from_angle((90.0 - degrees).to_radians()).extend(0.0);
-        Lune::new(&Domain { n: DVec3::Y, ns, is_two_sided, is_diffuse: false })
+    /// A point that looks for light: its normals, whether light comes through, and whether it is diffuse.
+    #[derive(Clone, Copy)]
+    struct At {
+        p: DVec3,
+        ns: DVec3,
+        is_two_sided: bool,
+        is_diffuse: bool,
+    }
+
+    /// A diffuse floor.
+    const FLOOR: At = At { p: DVec3::ZERO, ns: DVec3::Y, is_two_sided: false, is_diffuse: true };
+
+    impl At {
+        /// Asks the lights of a table at this point.
+        fn ask<S: Simd, T>(
+            self,
+            (simd, table, choice): (S, &LightTable, LightChoice),
+            ask: impl FnOnce(&LightSampler<S>) -> T,
+        ) -> T {
+            let mask = |all: bool| bits(simd, if all { 0xff } else { 0 });
+            let (n, ns) = (Vec3x8::splat(simd, DVec3::Y), Vec3x8::splat(simd, self.ns));
+            let (is_two_sided, is_diffuse) = (mask(self.is_two_sided), mask(self.is_diffuse));
+            let domain = Domain { n, ns, is_two_sided, is_diffuse };
+            let lunes = if table.has_skies() { Lunes::new(&domain, mask(true)) } else { None };
+            let at = Receivers { surfaces: &surfaces_at(simd, self.p), domain, lunes };
+            ask(&LightSampler::new(simd, table, choice, &at))
+        }
+
+        /// The probabilities of all lights.
+        fn probabilities(self, table: &LightTable, choice: LightChoice) -> Vec<f64> {
+            baseline!(simd => self.ask((simd, table, choice), |sampler| {
+                let of = |light| sampler.probability(f64::from(light).simd_into(simd), bits(simd, 1))[0];
+                (0..table.len() as u32).map(of).collect()
+            }))
+        }
     }
 
     /// Lights are chosen as often as they are said to be.
@@ -220,10 +350,9 @@ mod tests {
     fn probabilities_are_those_of_choices() {
         let sampler = lookat_scene::Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 1 << 14 };
         let p = DVec3::new(0.5, 1.0, 2.0);
-        let at = Receiver {
-            p,
-            domain: Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false, is_diffuse: true },
-        };
+        let tilted = |degrees: f64| DVec2::from_angle((90.0 - degrees).to_radians()).extend(0.0);
+        let (plain, lune) = (At { p, ..FLOOR }, At { p, ns: tilted(20.0), is_diffuse: false, ..FLOOR });
+        let double = At { ns: tilted(60.0), is_two_sided: true, ..lune };
         let many = LAMPS.to_string() + &r#" LightSource "point" "rgb I" [.1 .1 .1]"#.repeat(MANY);
         for lamps in
             [LAMPS, &many, r#"LightSource "infinite""#, r#"LightSource "infinite" LightSource "point""#]
@@ -231,24 +360,25 @@ mod tests {
             for with_sky in [false, true] {
                 with(lamps, with_sky, |table| {
                     for choice in [LightChoice::Uniform, LightChoice::Power, LightChoice::Spatial] {
-                        for lune in [None, lune(20.0, false), lune(60.0, true)] {
+                        for at in [plain, lune, double] {
+                            let expected = at.probabilities(table, choice);
                             let mut found = vec![0_u32; table.len()];
                             for index in 0..sampler.samples_per_pixel {
                                 let mut stream = SampleStream::new(&sampler, 0, [0, 0]);
                                 stream.restart(index);
-                                let chosen = match table.eligible(lune.as_ref()) {
-                                    0 => None,
-                                    1 => Some((0, 1.0)),
-                                    _ => table.chosen(choice, &at, lune.as_ref(), stream.next_1d()),
-                                };
+                                let u = stream.next_1d();
+                                let chosen = baseline!(simd => at.ask((simd, table, choice), |sampler| {
+                                    let chosen = sampler.choose(u.simd_into(simd), bits(simd, 1));
+                                    chosen.is_there.any_true().then(|| (chosen.light[0], chosen.probability[0]))
+                                }));
                                 let Some((light, said)) = chosen else { continue };
-                                let expected = table.probability(choice, &at, lune.as_ref(), light);
-                                assert!((said / expected - 1.0).abs() < 1e-12, "{choice:?} {light}");
+                                let light = light as usize;
+                                assert!((said / expected[light] - 1.0).abs() < 1e-12, "{choice:?} {light}");
                                 found[light] += 1;
                             }
                             for (light, found) in found.into_iter().enumerate() {
                                 let found = f64::from(found) / f64::from(sampler.samples_per_pixel);
-                                let said = table.probability(choice, &at, lune.as_ref(), light);
+                                let said = expected[light];
                                 assert!((found - said).abs() < 3e-4, "{choice:?} {light}: {found} {said}");
                             }
                         }
@@ -286,29 +416,23 @@ mod tests {
     #[test]
     fn lights_that_shine_elsewhere_are_not_chosen() {
         with(BESIDE, false, |table| {
-            let domain = Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false, is_diffuse: true };
-            let shares = |domain| -> Vec<bool> {
-                let at = Receiver { p: DVec3::ZERO, domain };
-                let share = |light| table.probability(LightChoice::Spatial, &at, None, light);
-                let shares: Vec<f64> = (0..table.len()).map(share).collect();
+            let shares = |at: At| -> Vec<bool> {
+                let shares = at.probabilities(table, LightChoice::Spatial);
                 assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{shares:?}");
                 shares.iter().map(|share| *share > 0.0).collect()
             };
             let (above, below) = ([true, false, false], [true; 3]);
-            assert_eq!(shares(domain), [above.as_slice(), &[false; 7]].concat());
+            assert_eq!(shares(FLOOR), [above.as_slice(), &[false; 7]].concat());
             // Through what lets light through, two more shine.
-            let domain = Domain { is_two_sided: true, is_diffuse: false, ..domain };
-            assert_eq!(shares(domain), [below.as_slice(), &[false; 7]].concat());
+            let through = At { is_two_sided: true, is_diffuse: false, ..FLOOR };
+            assert_eq!(shares(through), [below.as_slice(), &[false; 7]].concat());
         });
         with(AROUND, false, |table| {
-            let domain = Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false, is_diffuse: true };
             // From a floor, and from the middle of each of the lamps.
             for p in
                 [DVec3::ZERO, DVec3::Y * 3.0, DVec3::new(1.0, 9.0, -1.0) / 3.0, DVec3::new(3.0, -0.5, 0.0)]
             {
-                let at = Receiver { p, domain };
-                let share = |light| table.probability(LightChoice::Spatial, &at, None, light);
-                let shares: Vec<f64> = (0..table.len()).map(share).collect();
+                let shares = At { p, ..FLOOR }.probabilities(table, LightChoice::Spatial);
                 assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{p} {shares:?}");
                 assert!(p != DVec3::ZERO || shares.iter().all(|share| *share > 0.0), "{shares:?}");
             }
@@ -321,11 +445,7 @@ mod tests {
         let lamps =
             r#"LightSource "distant" "point from" [0 9 0] LightSource "distant" "point from" [9 .01 0]"#;
         with(lamps, false, |table| {
-            let domain = Domain { n: DVec3::Y, ns: DVec3::Y, is_two_sided: false, is_diffuse: false };
-            let share = |is_diffuse| {
-                let at = Receiver { p: DVec3::ZERO, domain: Domain { is_diffuse, ..domain } };
-                table.probability(LightChoice::Spatial, &at, None, 1)
-            };
+            let share = |is_diffuse| At { is_diffuse, ..FLOOR }.probabilities(table, LightChoice::Spatial)[1];
             assert_eq!(share(false), 0.5);
             assert!(share(true) < 0.1);
         });

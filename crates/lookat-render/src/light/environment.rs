@@ -5,11 +5,14 @@ mod table;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
+use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 use lookat_scene::Transform;
 
-use super::lune::Lune;
+use super::lune::Lunes;
+use crate::circle::lanes::angle;
+use crate::lanes::{Colors, Vec3x8};
 use table::{DirectionTable, TableSample};
 
 /// An infinite light with a picture.
@@ -25,14 +28,14 @@ pub(super) struct Environment {
     pub samples: u32,
 }
 
-/// A direction of the world that has been sampled.
-pub(super) struct EnvironmentSample {
+/// Directions of the world that have been sampled.
+pub(super) struct EnvironmentSample<S: Simd> {
     /// Of length one.
-    pub wi: DVec3,
+    pub wi: Vec3x8<S>,
     /// From there.
-    pub radiance: Vec3,
-    /// Density by solid angle.
-    pub pdf: f64,
+    pub radiance: Colors<S>,
+    /// Densities by solid angle; 0 where there is no sample.
+    pub pdf: f64x8<S>,
 }
 
 impl Environment {
@@ -50,57 +53,100 @@ impl Environment {
         }
     }
 
-    /// The radiance from direction `wi` of the world.
-    pub fn radiance(&self, wi: DVec3) -> Vec3 {
-        self.shown(place(self.light_from_world * wi))
+    /// The radiance from directions of the world.
+    #[inline(always)]
+    pub fn radiance<S: Simd>(&self, simd: S, wi: Vec3x8<S>) -> Colors<S> {
+        self.shown(simd, places(wi.by(&self.light_from_world)))
     }
 
-    /// The radiance from a place on the picture.
-    fn shown(&self, st: DVec2) -> Vec3 {
-        self.scale * self.map.bilinear(st)
+    /// The radiance from places on the picture.
+    #[inline(always)]
+    fn shown<S: Simd>(&self, simd: S, [s, t]: [f64x8<S>; 2]) -> Colors<S> {
+        let shown = |lane| self.map.bilinear(DVec2::new(s[lane], t[lane]));
+        Colors::splat(simd, self.scale) * Colors::from_fn(simd, shown)
     }
 
-    /// A direction, about in proportion to how much brighter it is than the mean, or one of the lune. `None` if neither is
-    /// to be had.
-    pub fn sample(&self, lune: Option<&Lune>, u: DVec2) -> Option<EnvironmentSample> {
-        let Some(lune) = lune else { return self.sample_bright(u) };
-        let share = self.lune_share(lune);
-        if u.x < share {
-            let wi = lune.sample(DVec2::new(u.x / share, u.y));
-            let (radiance, pdf) = self.evaluate(Some(lune), wi);
-            return (pdf > 0.0).then_some(EnvironmentSample { wi, radiance, pdf });
+    /// Directions, about in proportion to how much brighter it is than the mean, or of the lunes.
+    #[inline(never)]
+    pub fn sample<S: Simd>(
+        &self,
+        simd: S,
+        lunes: Option<&Lunes<S>>,
+        [u, v]: [f64x8<S>; 2],
+    ) -> EnvironmentSample<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let Some(lunes) = lunes else { return self.sample_bright(simd, [u, v]) };
+                let share = self.lune_share(lunes);
+                let in_lune = u.simd_lt(share);
+                let rest = in_lune.select(u / share, (u - share) / (1.0 - share));
+                let bright = self.sample_bright(simd, [rest, v]);
+                let wi = lunes.sample([rest, v]).or(in_lune, bright.wi);
+                let (radiance, pdf) = self.evaluate(simd, Some(lunes), wi);
+                let is_there = in_lune | bright.pdf.simd_gt(0.0);
+                EnvironmentSample { wi, radiance, pdf: is_there.select(pdf, 0.0.simd_into(simd)) }
+            },
+        )
+    }
+
+    #[inline(always)]
+    fn sample_bright<S: Simd>(&self, simd: S, u: [f64x8<S>; 2]) -> EnvironmentSample<S> {
+        if self.is_even() {
+            let wi = Vec3x8::splat(simd, DVec3::Z);
+            return EnvironmentSample {
+                wi,
+                radiance: Colors::splat(simd, Vec3::ZERO),
+                pdf: 0.0.simd_into(simd),
+            };
         }
-        let sample = self.sample_bright(DVec2::new((u.x - share) / (1.0 - share), u.y))?;
-        let pdf = mixed(share, lune.pdf(sample.wi), sample.pdf);
-        Some(EnvironmentSample { pdf, ..sample })
-    }
-
-    fn sample_bright(&self, u: DVec2) -> Option<EnvironmentSample> {
-        let TableSample { d, st, pdf } = self.table.sample(u)?;
-        let in_world = self.world_from_light * d;
-        let wi = in_world.try_normalize()?;
+        let TableSample { d, st, pdf } = self.table.sample(simd, u);
+        let in_world = d.by(&self.world_from_light);
+        let (wi, is_there) = in_world.try_normalize();
         // In light space, `wi` is `d` over that length.
-        let pdf = pdf / self.stretch(in_world.length().recip());
-        (pdf > 0.0).then(|| EnvironmentSample { wi, radiance: self.shown(st), pdf })
+        let pdf = pdf / self.stretch(1.0 / in_world.length_squared().sqrt());
+        let pdf = is_there.select(pdf, 0.0.simd_into(simd));
+        EnvironmentSample { wi, radiance: self.shown(simd, st), pdf }
     }
 
-    /// The radiance from `wi`, of length one, and the density of [`Environment::sample`] by solid angle there.
-    pub fn evaluate(&self, lune: Option<&Lune>, wi: DVec3) -> (Vec3, f64) {
-        let in_light = self.light_from_world * wi;
-        let st = place(in_light);
-        let bright = self.table.pdf(st) / self.stretch(in_light.length());
-        let pdf = lune.map_or(bright, |lune| mixed(self.lune_share(lune), lune.pdf(wi), bright));
-        (self.shown(st), pdf)
+    /// The radiance from directions of length one, and the densities of [`Environment::sample`] by solid angle there.
+    #[inline(never)]
+    pub fn evaluate<S: Simd>(
+        &self,
+        simd: S,
+        lunes: Option<&Lunes<S>>,
+        wi: Vec3x8<S>,
+    ) -> (Colors<S>, f64x8<S>) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let in_light = wi.by(&self.light_from_world);
+                let st = places(in_light);
+                let bright = self.table.pdf(simd, st) / self.stretch(in_light.length_squared().sqrt());
+                let pdf = match lunes {
+                    Some(lunes) => {
+                        let share = self.lune_share(lunes);
+                        share * lunes.pdf(wi) + (1.0 - share) * bright
+                    }
+                    None => bright,
+                };
+                (self.shown(simd, st), pdf)
+            },
+        )
     }
 
-    /// The share of a lune in the samples: that in the light which they are for.
-    fn lune_share(&self, lune: &Lune) -> f64 {
-        lune.share() / (lune.share() + self.share_above())
+    /// The shares of lunes in the samples: those in the light which they are for.
+    #[inline(always)]
+    fn lune_share<S: Simd>(&self, lunes: &Lunes<S>) -> f64x8<S> {
+        let share = lunes.share();
+        let none = 0.0.simd_into(share.token());
+        lunes.is_there.select(share / (share + self.share_above()), none)
     }
 
-    /// The solid angle that a direction of light space covers in the world, given the length of the world's there.
-    fn stretch(&self, length_in_light: f64) -> f64 {
-        self.growth * length_in_light.powi(3)
+    /// The solid angles that directions of light space cover in the world, given the lengths of the world's there.
+    #[inline(always)]
+    fn stretch<S: Simd>(&self, length_in_light: f64x8<S>) -> f64x8<S> {
+        length_in_light * length_in_light * length_in_light * self.growth
     }
 
     /// Whether it is everywhere alike, or nearly so, and not sampled but in a lune.
@@ -119,17 +165,20 @@ impl Environment {
     }
 }
 
-/// The density where a share of all samples has the density `a`, and the others have `b`.
-fn mixed(share: f64, a: f64, b: f64) -> f64 {
-    share * a + (1.0 - share) * b
-}
-
 /// The place of a direction, of any length, on a picture: longitude from +x by way of +y and latitude from +z, each from
 /// 0 to 1.
 pub(super) fn place(d: DVec3) -> DVec2 {
     let phi = d.y.atan2(d.x) / TAU;
     let theta = d.truncate().length().atan2(d.z) / PI;
     DVec2::new(if phi < 0.0 { phi + 1.0 } else { phi }, theta)
+}
+
+/// The same of directions side by side.
+#[inline(always)]
+fn places<S: Simd>(d: Vec3x8<S>) -> [f64x8<S>; 2] {
+    let longitude = angle(d.y, d.x) * (1.0 / TAU);
+    let latitude = angle((d.x * d.x + d.y * d.y).sqrt(), d.z) * (1.0 / PI);
+    [longitude.simd_lt(0.0).select(longitude + 1.0, longitude), latitude]
 }
 
 #[cfg(test)]
@@ -140,6 +189,32 @@ mod tests {
     use super::*;
     use crate::bsdf::Domain;
     use crate::color::luminance;
+    use crate::lanes::bits;
+    use crate::testing::baseline;
+
+    /// The radiance from a direction and its density.
+    fn evaluated(light: &Environment, lune: Option<[DVec3; 2]>, wi: DVec3) -> (Vec3, f64) {
+        baseline!(simd => {
+            let lunes = lune.map(|normals| lunes(simd, normals));
+            let (radiance, pdf) = light.evaluate(simd, lunes.as_ref(), Vec3x8::splat(simd, wi));
+            (radiance.lane(0), pdf[0])
+        })
+    }
+
+    /// A sample, its radiance and its density, if there is one.
+    fn sampled(light: &Environment, lune: Option<[DVec3; 2]>, u: DVec2) -> Option<(DVec3, Vec3, f64)> {
+        baseline!(simd => {
+            let lunes = lune.map(|normals| lunes(simd, normals));
+            let sample = light.sample(simd, lunes.as_ref(), [u.x.simd_into(simd), u.y.simd_into(simd)]);
+            (sample.pdf[0] > 0.0).then(|| (sample.wi.lane(0), sample.radiance.lane(0), sample.pdf[0]))
+        })
+    }
+
+    /// Between two normals.
+    fn lunes<S: Simd>(simd: S, [n, ns]: [DVec3; 2]) -> Lunes<S> {
+        let (n, ns, none) = (Vec3x8::splat(simd, n), Vec3x8::splat(simd, ns), bits(simd, 0));
+        Lunes::new(&Domain { n, ns, is_two_sided: none, is_diffuse: none }, bits(simd, 0xff)).unwrap()
+    }
 
     /// Turns, shears and mirrors.
     fn skewed() -> Transform {
@@ -168,7 +243,7 @@ mod tests {
     #[test]
     fn the_density_has_an_integral_of_one() {
         with(skewed(), |light| {
-            let sum: f64 = grid(1500).map(|u| light.evaluate(None, on_sphere(u)).1).sum();
+            let sum: f64 = grid(1500).map(|u| evaluated(light, None, on_sphere(u)).1).sum();
             let integral = sum * 4.0 * PI / (1500.0 * 1500.0);
             assert!((integral - 1.0).abs() < 0.01, "{integral}");
         });
@@ -187,13 +262,13 @@ mod tests {
             let each = 4.0 * PI / f64::from(side * side) * f64::from(samples * samples);
             for u in grid(side) {
                 let d = on_sphere(u);
-                expected[part(d)] += light.evaluate(None, d).1 * each;
+                expected[part(d)] += evaluated(light, None, d).1 * each;
             }
             for u in grid(samples) {
-                let EnvironmentSample { wi, pdf, .. } = light.sample(None, u).expect("it is not dark");
+                let (wi, _, pdf) = sampled(light, None, u).expect("it is not dark");
                 found[part(wi)] += 1.0;
                 // No sample of this grid is so near to the border of a cell that rounding takes it across.
-                assert!((pdf / light.evaluate(None, wi).1 - 1.0).abs() < 1e-9, "{wi}");
+                assert!((pdf / evaluated(light, None, wi).1 - 1.0).abs() < 1e-9, "{wi}");
             }
             let chi: f64 = expected.iter().zip(&found).map(|(e, f)| (f - e).powi(2) / e.max(5.0)).sum();
             // Of 127 random degrees of freedom one in a million is beyond 215; a grid is nearer.
@@ -206,13 +281,14 @@ mod tests {
     #[test]
     fn weights_are_bounded() {
         with(Transform::from_matrix(DMat4::from_rotation_y(1.0)).expect("a rotation"), |light| {
-            let shown = |d| luminance(light.radiance(d));
+            let radiance_from = |d| evaluated(light, None, d).0;
+            let shown = |d| luminance(radiance_from(d));
             let mean = grid(1500).map(|u| shown(on_sphere(u))).sum::<f64>() / (1500.0 * 1500.0);
             assert!((light.brightness() / mean - 1.0).abs() < 0.01);
             for u in grid(300) {
-                let EnvironmentSample { wi, radiance, pdf } = light.sample(None, u).expect("it is not dark");
+                let (wi, radiance, pdf) = sampled(light, None, u).expect("it is not dark");
                 // What is told with the sample is what is told of its direction.
-                assert!((radiance - light.radiance(wi)).abs().max_element() < 1e-3 * radiance.max_element());
+                assert!((radiance - radiance_from(wi)).abs().max_element() < 1e-3 * radiance.max_element());
                 let all_alike = 1.0 / (4.0 * PI);
                 assert!(shown(wi) / (pdf + all_alike) < 4.01 * 4.0 * PI * light.brightness());
             }
@@ -222,29 +298,34 @@ mod tests {
     /// With a lune the density is that of the samples too, also where the sky is everywhere alike.
     #[test]
     fn samples_in_a_lune_have_the_density_of_both() {
-        let n = DVec3::new(0.6, 0.0, 0.8);
-        let lune = Lune::new(&Domain { n, ns: DVec3::Z, is_two_sided: false, is_diffuse: false }).unwrap();
+        let normals = [DVec3::new(0.6, 0.0, 0.8), DVec3::Z];
+        let lune_pdf = |wi: DVec3| {
+            baseline!(simd => {
+                let lunes = lunes(simd, normals);
+                (lunes.pdf(Vec3x8::splat(simd, wi))[0], lunes.inside_pdf()[0])
+            })
+        };
         // A number and a size with which sums are rounded.
         let even = MipMap::new(63, 31, vec![Vec3::splat(0.2); 63 * 31], Wrap::Repeat);
         let light = Environment::new(&Arc::new(even), Vec3::ONE, &skewed(), 1);
-        assert!(light.is_even() && light.sample(None, DVec2::splat(0.5)).is_none());
+        assert!(light.is_even() && sampled(&light, None, DVec2::splat(0.5)).is_none());
         let share = |light: &Environment| {
             let (mut inside, side) = (0, 200);
             for u in grid(side) {
-                let EnvironmentSample { wi, pdf, .. } = light.sample(Some(&lune), u).unwrap();
-                assert!((pdf / light.evaluate(Some(&lune), wi).1 - 1.0).abs() < 1e-9, "{wi}");
-                inside += u32::from(lune.pdf(wi) > 0.0);
+                let (wi, _, pdf) = sampled(light, Some(normals), u).unwrap();
+                assert!((pdf / evaluated(light, Some(normals), wi).1 - 1.0).abs() < 1e-9, "{wi}");
+                inside += u32::from(lune_pdf(wi).0 > 0.0);
             }
             f64::from(inside) / f64::from(side * side)
         };
         assert_eq!(share(&light), 1.0);
         with(skewed(), |light| {
-            let sum: f64 = grid(1500).map(|u| light.evaluate(Some(&lune), on_sphere(u)).1).sum();
+            let sum: f64 = grid(1500).map(|u| evaluated(light, Some(normals), on_sphere(u)).1).sum();
             let integral = sum * 4.0 * PI / (1500.0 * 1500.0);
             assert!((integral - 1.0).abs() < 0.01, "{integral}");
-            let within = |u| lune.pdf(on_sphere(u)) / lune.inside_pdf();
+            let within = |u| lune_pdf(on_sphere(u)).0 / lune_pdf(DVec3::Z).1;
             let expected: f64 =
-                grid(1500).map(|u| light.evaluate(Some(&lune), on_sphere(u)).1 * within(u)).sum::<f64>()
+                grid(1500).map(|u| evaluated(light, Some(normals), on_sphere(u)).1 * within(u)).sum::<f64>()
                     * 4.0
                     * PI
                     / (1500.0 * 1500.0);
@@ -264,7 +345,7 @@ mod tests {
     fn darkness_is_not_sampled() {
         let map = MipMap::new(4, 2, vec![Vec3::ZERO; 8], Wrap::Repeat);
         let light = Environment::new(&Arc::new(map), Vec3::ONE, &Transform::IDENTITY, 1);
-        assert!(light.sample(None, DVec2::splat(0.5)).is_none());
-        assert_eq!((light.evaluate(None, DVec3::X).1, light.brightness()), (0.0, 0.0));
+        assert!(sampled(&light, None, DVec2::splat(0.5)).is_none());
+        assert_eq!((evaluated(&light, None, DVec3::X).1, light.brightness()), (0.0, 0.0));
     }
 }

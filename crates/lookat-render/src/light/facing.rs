@@ -1,8 +1,10 @@
 //! Which way a shape that emits is turned.
 
+use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec3;
 
 use super::receiver::LEAST_COSINE;
+use crate::lanes::Vec3x8;
 
 /// A patch of a shape.
 #[derive(Debug, Clone, Copy)]
@@ -46,14 +48,16 @@ impl Facing {
 
     /// About the share of the area that shines in direction `d` from the center, foreshortened; 0 on the dark side of what is
     /// flat. `spread`: how large the shape is, over the distance that it is seen from.
-    #[inline]
-    pub fn share(&self, d: DVec3, spread: f64) -> f64 {
-        let along = self.mean_normal.dot(d);
+    #[inline(always)]
+    pub fn share<S: Simd>(&self, simd: S, d: Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
+        let along = Vec3x8::splat(simd, self.mean_normal).dot(d);
         let along = if self.sides > 1.0 { along.abs() } else { along };
         match self.is_flat {
-            true if along <= GRAZING => 0.0,
-            // Parts of it are seen less aslant than the center.
-            true => (along + 0.5 * spread).clamp(LEAST_COSINE, 1.0),
+            true => {
+                // Parts of it are seen less aslant than the center.
+                let share = (along + spread * 0.5).max(LEAST_COSINE).min(1.0);
+                along.simd_gt(GRAZING).select(share, 0.0.simd_into(simd))
+            }
             // A closed convex shape shows a quarter.
             false => along.max(0.25),
         }
@@ -63,6 +67,11 @@ impl Facing {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::testing::baseline;
+
+    fn share(facing: &Facing, d: DVec3, spread: f64) -> f64 {
+        baseline!(simd => facing.share(simd, Vec3x8::splat(simd, d), spread.simd_into(simd))[0])
+    }
 
     fn patch(p: DVec3, emitting: DVec3) -> Patch {
         Patch { p, emitting, area: 1.0 }
@@ -74,20 +83,20 @@ mod tests {
         let flat = [patch(middle + DVec3::X, DVec3::Z), patch(middle - DVec3::X, DVec3::Z)];
         let shares = |two_sided| {
             let facing = Facing::new(flat.into_iter(), middle, two_sided);
-            [DVec3::Z, slanted, DVec3::X, -DVec3::Z].map(|d| facing.share(d, 0.0))
+            [DVec3::Z, slanted, DVec3::X, -DVec3::Z].map(|d| share(&facing, d, 0.0))
         };
         assert_eq!(shares(false), [1.0, 0.8, 0.0, 0.0]);
         assert_eq!(shares(true), [1.0, 0.8, 0.0, 1.0]);
         // Steps are seen from between them.
         let steps = [patch(middle + slanted, DVec3::Z), patch(middle - slanted, DVec3::Z)];
-        assert_eq!(Facing::new(steps.into_iter(), middle, false).share(-DVec3::Z, 0.0), 0.25);
+        assert_eq!(share(&Facing::new(steps.into_iter(), middle, false), -DVec3::Z, 0.0), 0.25);
         // All around.
         let cube = DVec3::AXES.map(|axis| [axis, -axis]).concat();
         let cube = cube.iter().map(|n| patch(middle + n, *n));
-        assert_eq!(Facing::new(cube, middle, false).share(slanted, 0.0), 0.25);
+        assert_eq!(share(&Facing::new(cube, middle, false), slanted, 0.0), 0.25);
         // From nearby, more of a large shape is seen than of its middle; from its plane nothing.
         let facing = Facing::new(flat.into_iter(), middle, false);
         let lifted = DVec3::new(1.0, 0.0, 1e-7);
-        assert_eq!([slanted, DVec3::X, lifted].map(|d| facing.share(d, 0.2)), [0.9, 0.0, 0.0]);
+        assert_eq!([slanted, DVec3::X, lifted].map(|d| share(&facing, d, 0.2)), [0.9, 0.0, 0.0]);
     }
 }

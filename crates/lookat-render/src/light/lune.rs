@@ -1,79 +1,95 @@
 //! Directions that light comes from, but that BSDF samples miss.
 
-use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
+
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::bsdf::Domain;
-use crate::frame::Frame;
+use crate::circle::lanes::{angle, at_turn};
+use crate::frame::lanes::Frames;
+use crate::lanes::{Number, Vec3x8};
 
 /// Directions between two planes: above the surface, but on the other side of the shading normal than `wo`. Where light
 /// comes through the surface, also those opposite to them.
 ///
 /// pbrt-v3 counts light from there, by the absolute cosine to the shading normal, and does not sample it by the BSDF.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Lune {
-    n: DVec3,
-    ns: DVec3,
+#[derive(Clone, Copy)]
+pub(crate) struct Lunes<S: Simd> {
+    /// Where there is one: not where the normals are the same, but for rounding.
+    pub is_there: mask64x8<S>,
+    n: Vec3x8<S>,
+    ns: Vec3x8<S>,
     /// The edge of the lune, of length one: across both normals.
-    axis: DVec3,
+    axis: Vec3x8<S>,
     /// Between the normals, more than 0 and up to pi.
-    angle: f64,
+    angle: f64x8<S>,
     /// With the opposite lune.
-    is_double: bool,
+    is_double: mask64x8<S>,
 }
 
 /// The sine of the least angle between normals that counts: below it, less than 1e-12 of the light is left out, and
 /// rounding would decide what lies inside.
 const LEAST: f64 = 1e-6;
 
-impl Lune {
-    /// `None` where the normals are the same, but for rounding.
-    #[inline]
-    pub fn new(domain: &Domain) -> Option<Lune> {
-        (domain.n != domain.ns).then(|| Lune::between(domain)).flatten()
-    }
-
-    fn between(&Domain { n, ns, is_two_sided, .. }: &Domain) -> Option<Lune> {
+impl<S: Simd> Lunes<S> {
+    /// Those of some points; `None` where there is none at all.
+    #[inline(always)]
+    pub fn new(&Domain { n, ns, is_two_sided, .. }: &Domain<S>, active: mask64x8<S>) -> Option<Self> {
         let (across, cos) = (n.cross(ns), n.dot(ns));
-        let sin = across.length();
-        let axis = match sin > LEAST {
-            true => across / sin,
-            false if cos > 0.0 => return None,
-            // Any, as the lune is a hemisphere.
-            false => Frame::from_z(n).x,
-        };
-        Some(Lune { n, ns, axis, angle: sin.atan2(cos), is_double: is_two_sided })
+        let sin = across.length_squared().sqrt();
+        let is_wide = sin.simd_gt(LEAST);
+        let is_there = active & (is_wide | !cos.simd_gt(0.0));
+        if !is_there.any_true() {
+            return None;
+        }
+        // Any axis, as the lune is a hemisphere.
+        let axis = (across * (1.0 / sin)).or(is_wide, Frames::from_z(n).x);
+        Some(Lunes { is_there, n, ns, axis, angle: angle(sin, cos), is_double: is_two_sided })
     }
 
-    /// What it adds to the irradiance under a sky that is everywhere alike, by the cosine to the shading normal, over that of
-    /// a whole hemisphere; for two lunes the sum.
-    pub fn share(&self) -> f64 {
-        (0.5 * self.angle).sin().powi(2) * if self.is_double { 2.0 } else { 1.0 }
+    /// What they add to the irradiance under a sky that is everywhere alike, by the cosine to the shading normal, over that of
+    /// a whole hemisphere; for two lunes the sum. 0 where there is none.
+    #[inline(always)]
+    pub fn share(&self) -> f64x8<S> {
+        let [_, sine] = at_turn(self.angle * (0.5 / TAU));
+        let none = 0.0.simd_into(sine.token());
+        self.is_there.select(sine * sine * self.count(), none)
     }
 
-    /// A direction, all alike.
-    pub fn sample(&self, u: DVec2) -> DVec3 {
-        let z = 2.0 * u.x - 1.0;
-        let (sign, u) = match self.is_double {
-            true if u.y < 0.5 => (-1.0, 2.0 * u.y),
-            true => (1.0, 2.0 * u.y - 1.0),
-            false => (1.0, u.y),
-        };
+    /// Two where the opposite lunes count.
+    #[inline(always)]
+    fn count(&self) -> f64x8<S> {
+        let simd = self.angle.token();
+        self.is_double.select(f64x8::of(simd, 2.0), f64x8::of(simd, 1.0))
+    }
+
+    /// Directions, all alike.
+    #[inline(always)]
+    pub fn sample(&self, [u, v]: [f64x8<S>; 2]) -> Vec3x8<S> {
+        let simd = u.token();
+        let z = 2.0 * u - 1.0;
+        let is_low = v.simd_lt(0.5);
+        let half = 2.0 * v - is_low.select(f64x8::of(simd, 0.0), f64x8::of(simd, 1.0));
+        let v = self.is_double.select(half, v);
+        let sign = (self.is_double & is_low).select(f64x8::of(simd, -1.0), f64x8::of(simd, 1.0));
         // From the plane of the surface, which is a quarter turn before its normal.
-        let (sin, cos) = (self.angle * u).sin_cos();
+        let [cos, sin] = at_turn(self.angle * v * (1.0 / TAU));
         let around = self.n * sin - self.axis.cross(self.n) * cos;
-        sign * (self.axis * z + around * ((1.0 - z) * (1.0 + z)).max(0.0).sqrt())
+        (self.axis * z + around * ((1.0 - z) * (1.0 + z)).max(0.0).sqrt()) * sign
     }
 
-    /// Density of [`Lune::sample`] by solid angle.
-    pub fn pdf(&self, wi: DVec3) -> f64 {
+    /// Densities of [`Lunes::sample`] by solid angle.
+    #[inline(always)]
+    pub fn pdf(&self, wi: Vec3x8<S>) -> f64x8<S> {
         let (above, before) = (wi.dot(self.n), wi.dot(self.ns));
-        let is_inside = above * before < 0.0 && (self.is_double || above > 0.0);
-        if is_inside { self.inside_pdf() } else { 0.0 }
+        let is_inside = (above * before).simd_lt(0.0) & (self.is_double | above.simd_gt(0.0));
+        (self.is_there & is_inside).select(self.inside_pdf(), 0.0.simd_into(above.token()))
     }
 
-    /// The density inside.
-    pub fn inside_pdf(&self) -> f64 {
-        1.0 / (2.0 * self.angle * if self.is_double { 2.0 } else { 1.0 })
+    /// The densities inside.
+    #[inline(always)]
+    pub fn inside_pdf(&self) -> f64x8<S> {
+        1.0 / (2.0 * self.angle * self.count())
     }
 }
 
@@ -81,12 +97,22 @@ impl Lune {
 mod tests {
     use std::f64::consts::PI;
 
-    use super::*;
+    use glam::{DVec2, DVec3};
 
-    fn domain(degrees: f64, is_two_sided: bool) -> Domain {
+    use super::*;
+    use crate::lanes::bits;
+    use crate::testing::baseline;
+
+    /// Normals at an angle.
+    fn normals(degrees: f64) -> [DVec3; 2] {
         let n = DVec3::new(0.6, 0.0, 0.8);
-        let ns = glam::DQuat::from_axis_angle(DVec3::new(0.8, 0.0, -0.6), degrees.to_radians()) * n;
-        Domain { n, ns, is_two_sided, is_diffuse: false }
+        [n, glam::DQuat::from_axis_angle(DVec3::new(0.8, 0.0, -0.6), degrees.to_radians()) * n]
+    }
+
+    fn lunes<S: Simd>(simd: S, [n, ns]: [DVec3; 2], is_two_sided: bool) -> Option<Lunes<S>> {
+        let (n, ns) = (Vec3x8::splat(simd, n), Vec3x8::splat(simd, ns));
+        let is_two_sided = bits(simd, if is_two_sided { 0xff } else { 0 });
+        Lunes::new(&Domain { n, ns, is_two_sided, is_diffuse: bits(simd, 0) }, bits(simd, 0xff))
     }
 
     fn grid(side: u32) -> impl Iterator<Item = DVec2> {
@@ -100,16 +126,19 @@ mod tests {
         for (degrees, is_two_sided) in
             [(1e-4, false), (5.0, false), (40.0, true), (130.0, false), (180.0, false)]
         {
-            let domain = domain(degrees, is_two_sided);
-            let lune = Lune::new(&domain).unwrap();
-            let mut irradiance = 0.0;
-            for u in grid(200) {
-                let wi = lune.sample(u);
-                assert!((wi.length() - 1.0).abs() < 1e-12);
-                assert_eq!(lune.pdf(wi), lune.inside_pdf(), "{domain:?} {wi}");
-                irradiance += wi.dot(domain.ns).abs() / lune.inside_pdf() / 40_000.0;
-            }
-            assert!((irradiance / (PI * lune.share()) - 1.0).abs() < 1e-3, "{domain:?} {irradiance}");
+            baseline!(simd => {
+                let lunes = lunes(simd, normals(degrees), is_two_sided).unwrap();
+                let mut irradiance = 0.0;
+                for u in grid(200) {
+                    let wi = lunes.sample([u.x.simd_into(simd), u.y.simd_into(simd)]);
+                    assert!((wi.lane(0).length() - 1.0).abs() < 1e-12);
+                    let inside = lunes.inside_pdf()[0];
+                    assert_eq!(lunes.pdf(wi)[0], inside, "{degrees} {}", wi.lane(0));
+                    irradiance += wi.lane(0).dot(normals(degrees)[1]).abs() / inside / 40_000.0;
+                }
+                let share = lunes.share()[0];
+                assert!((irradiance / (PI * share) - 1.0).abs() < 1e-3, "{degrees} {irradiance} {share}");
+            });
         }
     }
 
@@ -117,24 +146,26 @@ mod tests {
     #[test]
     fn the_density_has_an_integral_of_one() {
         for (degrees, is_two_sided) in [(20.0, false), (20.0, true), (100.0, false)] {
-            let domain = domain(degrees, is_two_sided);
-            let lune = Lune::new(&domain).unwrap();
             let on_sphere = |u: DVec2| {
                 let z = 1.0 - 2.0 * u.y;
                 (DVec2::from_angle(2.0 * PI * u.x) * ((1.0 - z) * (1.0 + z)).sqrt()).extend(z)
             };
-            let mean = grid(1000).map(|u| lune.pdf(on_sphere(u))).sum::<f64>() / 1e6;
-            assert!((mean * 4.0 * PI - 1.0).abs() < 0.01, "{domain:?} {mean}");
+            let mean = baseline!(simd => {
+                let lunes = lunes(simd, normals(degrees), is_two_sided).unwrap();
+                grid(1000).map(|u| lunes.pdf(Vec3x8::splat(simd, on_sphere(u)))[0]).sum::<f64>() / 1e6
+            });
+            assert!((mean * 4.0 * PI - 1.0).abs() < 0.01, "{degrees} {mean}");
         }
     }
 
     #[test]
     fn equal_normals_leave_nothing_out() {
-        assert!(Lune::new(&domain(0.0, true)).is_none());
-        let Domain { n, .. } = domain(0.0, false);
+        let is_there = |normals| baseline!(simd => lunes(simd, normals, false).is_some());
+        let [n, same] = normals(0.0);
+        assert!(!is_there([n, same]));
         for tilt in [1e-17, 1e-16, 3e-16, 1e-12, 1e-8] {
             let ns = (n + DVec3::new(0.8, 0.0, -0.6) * tilt).normalize();
-            assert!(Lune::new(&Domain { n, ns, is_two_sided: false, is_diffuse: false }).is_none(), "{tilt}");
+            assert!(!is_there([n, ns]), "{tilt}");
         }
     }
 }

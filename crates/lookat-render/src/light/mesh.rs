@@ -1,10 +1,9 @@
 //! Light from meshes.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use lookat_scene::Mesh;
 
 use crate::triangle::corners;
-use crate::warp::square_to_triangle;
 
 /// The areas of the triangles of a mesh, summed up.
 pub(super) struct MeshAreas {
@@ -42,17 +41,5 @@ impl MeshAreas {
         let index = self.sums.partition_point(|sum| *sum <= amount).min(self.sums.len() - 1);
         let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
         (index, [before, self.sums[index]])
-    }
-
-    /// A point, all alike: the triangle, and the weights of its corners.
-    // Inlined, as what it returns is needed at once.
-    #[inline(always)]
-    pub fn sample(&self, u: DVec2) -> (usize, [f64; 3]) {
-        let at = u.x * self.total();
-        let (index, [before, after]) = self.at(at);
-        // What is left of the number after the choice is uniform again.
-        let rest = ((at - before) / (after - before)).clamp(0.0, 1.0);
-        let [b0, b1] = square_to_triangle(DVec2::new(rest, u.y));
-        (index, [b0, b1, 1.0 - b0 - b1])
     }
 }

@@ -1,50 +1,67 @@
 //! Where light is looked for.
 
-use glam::DVec3;
+use fearless_simd::{Simd, f64x8, prelude::*};
 
+use super::lune::Lunes;
 use crate::bsdf::Domain;
+use crate::surface::lanes::Surfaces;
 
-/// A point of a surface, relative to the origin, and the directions that it scatters light from.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Receiver {
-    pub p: DVec3,
-    pub domain: Domain,
+/// Points of surfaces, and the directions that these scatter light from.
+pub(crate) struct Receivers<'v, S: Simd> {
+    pub surfaces: &'v Surfaces<S>,
+    pub domain: Domain<S>,
+    /// Where samples of the BSDF miss light of skies; `None` if nowhere.
+    pub lunes: Option<Lunes<S>>,
 }
 
 /// Estimates are no better than this: a smaller cosine counts for as much.
 pub(super) const LEAST_COSINE: f64 = 0.1;
 
-impl Receiver {
+impl<S: Simd> Receivers<'_, S> {
     /// About the cosine at which light arrives from a ball in direction `wi`, whose radius is `spread` times its distance.
     /// 0 where all of it arrives from a side that nothing is scattered from. 1 from elsewhere, where that depends on more than
     /// the cosine: highlights are brightest in grazing light.
-    #[inline]
-    pub fn cosine(&self, wi: DVec3, spread: f64) -> f64 {
+    #[inline(always)]
+    pub fn cosine(&self, wi: crate::lanes::Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
         let Domain { n, ns, is_two_sided, is_diffuse } = self.domain;
-        if !is_two_sided && wi.dot(n) <= -spread {
-            return 0.0;
-        }
+        let (none, one) = (0.0.simd_into(spread.token()), 1.0.simd_into(spread.token()));
+        let is_behind = !is_two_sided & wi.dot(n).simd_le(-spread);
         // Of the part that is highest above the surface.
-        if is_diffuse { (wi.dot(ns) + spread).clamp(LEAST_COSINE, 1.0) } else { 1.0 }
+        let cosine = (wi.dot(ns) + spread).max(LEAST_COSINE).min(1.0);
+        is_behind.select(none, is_diffuse.select(cosine, one))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
+    use crate::lanes::{Vec3x8, bits};
+    use crate::testing::{baseline, surfaces_at};
 
     #[test]
     fn light_from_behind_counts_where_it_comes_through() {
         let ns = DVec3::new(0.6, 0.0, 0.8);
-        let domain = Domain { n: DVec3::Z, ns, is_two_sided: false, is_diffuse: true };
-        let at = |domain| Receiver { p: DVec3::ZERO, domain };
-        let through = at(Domain { is_two_sided: true, is_diffuse: false, ..domain });
-        let glossy = at(Domain { is_diffuse: false, ..domain });
+        let cosine = |[is_two_sided, is_diffuse]: [bool; 2], wi: DVec3, spread: f64| {
+            baseline!(simd => {
+                let mask = |all: bool| bits(simd, if all { 0xff } else { 0 });
+                let domain = Domain {
+                    n: Vec3x8::splat(simd, DVec3::Z),
+                    ns: Vec3x8::splat(simd, ns),
+                    is_two_sided: mask(is_two_sided),
+                    is_diffuse: mask(is_diffuse),
+                };
+                let receivers = Receivers { surfaces: &surfaces_at(simd, DVec3::ZERO), domain, lunes: None };
+                receivers.cosine(Vec3x8::splat(simd, wi), spread.simd_into(simd))[0]
+            })
+        };
+        let (diffuse, through, glossy) = ([false, true], [true, false], [false, false]);
         let (above, below, grazing) = (DVec3::Z, -DVec3::Z, DVec3::new(-0.8, 0.0, 0.6));
-        assert_eq!([above, below].map(|wi| at(domain).cosine(wi, 0.0)), [0.8, 0.0]);
-        assert_eq!([above, below].map(|wi| through.cosine(wi, 0.0)), [1.0, 1.0]);
-        assert_eq!([at(domain), glossy].map(|at| at.cosine(grazing, 0.0)), [LEAST_COSINE, 1.0]);
+        assert_eq!([above, below].map(|wi| cosine(diffuse, wi, 0.0)), [0.8, 0.0]);
+        assert_eq!([above, below].map(|wi| cosine(through, wi, 0.0)), [1.0, 1.0]);
+        assert_eq!([diffuse, glossy].map(|of| cosine(of, grazing, 0.0)), [LEAST_COSINE, 1.0]);
         // What reaches above the surface.
-        assert_eq!([0.9, 1.1].map(|spread| at(domain).cosine(below, spread) > 0.0), [false, true]);
+        assert_eq!([0.9, 1.1].map(|spread| cosine(diffuse, below, spread) > 0.0), [false, true]);
     }
 }

@@ -1,23 +1,26 @@
 //! Light from shapes of the world.
 
-pub(super) mod lanes;
+use std::f64::consts::{PI, TAU};
 
-use std::f64::consts::PI;
-
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3, Vec3};
 use lookat_scene::{Mesh, Primitive, Shape};
 
-use super::LightSample;
 use super::facing::{Facing, Patch};
 use super::mesh::MeshAreas;
-use super::receiver::Receiver;
-use super::sphere::VisibleCone;
+use super::receiver::Receivers;
+use super::sample::LightSample;
+use crate::circle::lanes::at_turn;
 use crate::color::strength;
 use crate::curved::Curved;
 use crate::cutout;
 use crate::frame::flipped;
+use crate::frame::lanes::Frames;
+use crate::lanes::{Colors, LANES, V3, Vec3x8, bits, those};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::surface::{Surface, on_triangle, reach};
+use crate::surface::lanes::{Points, Triangles, Turned};
+use crate::surface::{Surface, on_triangle};
+use crate::trace::lanes::Rays;
 use crate::traceable::Traceable;
 use crate::triangle::corners;
 
@@ -34,6 +37,10 @@ pub(super) struct SurfaceLight {
     /// Luminance of its radiance, about.
     pub brightness: f64,
     pub samples: u32,
+    radiance: Vec3,
+    two_sided: bool,
+    /// The label of its first element.
+    label: f64,
 }
 
 pub(super) enum SurfaceForm {
@@ -63,122 +70,216 @@ impl SurfaceLight {
             }
             (Shape::Quadric(_), None) | (Shape::Curve(_), _) => return None,
         };
-        let (brightness, samples) = (strength(emission.radiance), emission.samples);
-        let light = SurfaceLight { number, form, center, radius, area, facing, brightness, samples };
+        let light = SurfaceLight {
+            number,
+            form,
+            center,
+            radius,
+            area,
+            facing,
+            brightness: strength(emission.radiance),
+            samples: emission.samples,
+            radiance: emission.radiance,
+            two_sided,
+            label: traceable.labels.of(element(number, 0)),
+        };
         (area > 0.0).then_some(light)
     }
 
-    /// About the irradiance that it brings to a surface, were nothing in the way.
-    pub fn estimate(&self, at: &Receiver) -> f64 {
-        let offset = self.center - at.p;
-        let inverse = offset.length_recip();
+    /// About the irradiance that it brings to surfaces, were nothing in the way.
+    #[inline(always)]
+    pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
+        let offset = Vec3x8::splat(simd, self.center) - at.surfaces.p;
+        let inverse = 1.0 / offset.length_squared().sqrt();
+        let (wi, spread) = (offset * inverse, inverse * self.radius);
+        let solid_angle = (inverse * inverse * self.area * self.facing.share(simd, -wi, spread)).min(PI);
+        let estimate = solid_angle * self.brightness * at.cosine(wi, spread);
         // No shape fills more than the sky, which it does from its middle.
-        if !inverse.is_finite() {
-            return self.brightness * PI;
-        }
-        let (wi, spread) = (offset * inverse, self.radius * inverse);
-        let solid_angle = PI.min(self.area * inverse * inverse * self.facing.share(-wi, spread));
-        self.brightness * solid_angle * at.cosine(wi, spread)
+        inverse.is_finite().select(estimate, (self.brightness * PI).simd_into(simd))
     }
 
-    /// A direction from a point of a surface to the light, which is this primitive. `origin`: the world position of the origin.
-    pub fn sample(
+    /// Directions from points of surfaces to the light, which is this primitive. `origin`: the world position of the origin; `leaving`:
+    /// where the surface is the light itself.
+    #[inline(always)]
+    pub fn sample<S: Simd>(
         &self,
-        primitive: &Primitive,
-        origin: DVec3,
-        from: &Surface,
-        u: DVec2,
-    ) -> Option<LightSample> {
-        match &self.form {
-            SurfaceForm::Curved(shape) => match VisibleCone::new(shape, from.p) {
-                Some(cone) => self.sample_cone(primitive, (shape, &cone), from, u),
-                None => {
-                    let sample = self.sample_point(from, &self.on_curved(primitive, shape, u))?;
-                    // Another part of the same shape may be in front.
-                    (!shape.hides_end_of(&sample.shadow)).then_some(sample)
+        simd: S,
+        (primitive, origin): (&Primitive, DVec3),
+        (at, leaving): (&Receivers<S>, mask64x8<S>),
+        u: [f64x8<S>; 2],
+    ) -> LightSample<S> {
+        match (&self.form, &primitive.shape) {
+            (SurfaceForm::Mesh(areas), Shape::TriangleMesh(mesh)) => {
+                self.sample_mesh(simd, (primitive, origin), (mesh, areas), at, u)
+            }
+            (SurfaceForm::Curved(shape), _) => {
+                let Some(radius) = shape.whole_sphere() else {
+                    return self.sample_points(simd, (primitive, shape), (at, leaving), u);
+                };
+                let (seen, is_outside) = self.sample_cone(simd, (primitive, shape, radius), at, u);
+                if is_outside.all_true() {
+                    return seen;
                 }
-            },
-            SurfaceForm::Mesh(areas) => {
-                let Shape::TriangleMesh(mesh) = &primitive.shape else { return None };
-                let (index, barycentric) = areas.sample(u);
-                let element = element(self.number, index);
-                // No light comes out of a hole, as none is seen there.
-                let is_there = cutout::is_there(primitive, element, [barycentric[0], barycentric[1]], false);
-                is_there
-                    .then(|| {
-                        on_triangle(
-                            primitive,
-                            mesh,
-                            element,
-                            Hit::NO_PLACE,
-                            corners(mesh, index, origin),
-                            barycentric,
-                        )
-                    })
-                    .and_then(|on_light| self.sample_point(from, &on_light))
+                seen.or(is_outside, self.sample_points(simd, (primitive, shape), (at, leaving), u))
+            }
+            (SurfaceForm::Mesh(_), _) => {
+                let shadow = at.surfaces.leave(at.surfaces.n);
+                LightSample::of_delta(bits(simd, 0), Colors::splat(simd, Vec3::ZERO), shadow)
             }
         }
     }
 
-    /// A direction in which a whole sphere is seen from outside.
-    fn sample_cone(
+    /// Directions in which a whole sphere is seen from outside, and from where it is.
+    #[inline(never)]
+    fn sample_cone<S: Simd>(
         &self,
-        primitive: &Primitive,
-        (shape, cone): (&Curved, &VisibleCone),
-        from: &Surface,
-        u: DVec2,
-    ) -> Option<LightSample> {
-        let emission = primitive.emission?;
-        if primitive.reverse_orientation && !emission.two_sided {
-            return None;
-        }
-        let (wi, distance) = cone.sample(u);
-        let t_max = reach(from, distance, shape.magnitude());
-        let shadow = Ray { t_max, target: self.element(), ..from.leave(wi) };
-        Some(LightSample { li: emission.radiance, pdf: Some(cone.pdf()), shadow })
+        simd: S,
+        (primitive, shape, radius): (&Primitive, &Curved, f64),
+        at: &Receivers<S>,
+        [u, v]: [f64x8<S>; 2],
+    ) -> (LightSample<S>, mask64x8<S>) {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let to_center = Vec3x8::splat(simd, shape.center) - at.surfaces.p;
+                let distance = to_center.length_squared().sqrt();
+                let sine = radius / distance;
+                // One minus the cosine of half the angle at which the sphere is seen, without cancellation.
+                let one_minus_cos_max = sine * sine / (1.0 + (1.0 - sine * sine).max(0.0).sqrt());
+                let one_minus_cos = u * one_minus_cos_max;
+                let sin_squared = one_minus_cos * (2.0 - one_minus_cos);
+                let sin = sin_squared.max(0.0).sqrt();
+                let [x, y] = at_turn(v);
+                let local = V3 { x: x * sin, y: y * sin, z: 1.0 - one_minus_cos };
+                let wi = Frames::from_z(to_center * (1.0 / distance)).to_world(local);
+                // By the law of sines.
+                let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+                let t_max = at.surfaces.reach(distance * local.z - half, shape.magnitude().simd_into(simd));
+                let target = self.label.simd_into(simd);
+                let shadow = Rays { t_max, target, ..at.surfaces.leave(wi) };
+                let is_outside = distance.simd_gt(radius * OUTSIDE);
+                let shines =
+                    bits(simd, if primitive.reverse_orientation && !self.two_sided { 0 } else { 0xff });
+                let pdf = 1.0 / (one_minus_cos_max * TAU);
+                let li = Colors::splat(simd, self.radiance);
+                (LightSample::with_pdf(is_outside & shines, li, pdf, shadow), is_outside)
+            },
+        )
     }
 
-    /// The direction to a point of the light.
-    fn sample_point(&self, from: &Surface, on_light: &Surface) -> Option<LightSample> {
-        let way = from.towards(on_light.p);
-        let wi = way.d;
-        let li = on_light.le(-wi);
-        if li == Vec3::ZERO {
-            return None;
-        }
-        let pdf = self.point_pdf(on_light, wi, (on_light.p - from.p).length_squared())?;
+    /// Directions to points of a mesh.
+    #[inline(never)]
+    fn sample_mesh<S: Simd>(
+        &self,
+        simd: S,
+        (primitive, origin): (&Primitive, DVec3),
+        (mesh, areas): (&Mesh, &MeshAreas),
+        at: &Receivers<S>,
+        [u, v]: [f64x8<S>; 2],
+    ) -> LightSample<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let place = u * areas.total();
+                let (mut before, mut own, mut indices) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
+                let mut triangles = Triangles::new();
+                let turned = Turned::new(primitive);
+                for lane in 0..LANES {
+                    (indices[lane], [before[lane], own[lane]]) = areas.at(place[lane]);
+                    let corners = corners(mesh, indices[lane], origin);
+                    triangles.put(lane, corners, mesh, indices[lane], turned);
+                }
+                let (before, own): (f64x8<S>, f64x8<S>) = (before.simd_into(simd), own.simd_into(simd));
+                // What is left of the number after the choice is uniform again (PBR 13.6.5).
+                let root = ((place - before) / (own - before)).max(0.0).min(1.0).sqrt();
+                let (b0, b1) = (1.0 - root, v * root);
+                let all = bits(simd, 0xff);
+                let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], all);
+                let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
+                let mut sample = self.towards(at, &on_light, index + self.label, self.area.simd_into(simd));
+                if primitive.cutout.is_some() {
+                    for lane in those(sample.is_there) {
+                        // No light comes out of a hole, as none is seen there.
+                        let element = element(self.number, indices[lane]);
+                        let is_there = cutout::is_there(primitive, element, [b0[lane], b1[lane]], false);
+                        sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
+                    }
+                }
+                sample
+            },
+        )
+    }
+
+    /// Directions to points of a curved shape.
+    #[inline(never)]
+    fn sample_points<S: Simd>(
+        &self,
+        simd: S,
+        (primitive, shape): (&Primitive, &Curved),
+        (at, leaving): (&Receivers<S>, mask64x8<S>),
+        [u, v]: [f64x8<S>; 2],
+    ) -> LightSample<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let (mut p, mut n) = (at.surfaces.p, at.surfaces.n);
+                let mut areas = [0.0; LANES];
+                for (lane, area) in areas.iter_mut().enumerate() {
+                    let (own_p, own_n) = shape.placed(shape.sample(DVec2::new(u[lane], v[lane])));
+                    p.put(lane, own_p);
+                    n.put(lane, own_n);
+                    *area = shape.stretch(own_p);
+                }
+                let emitting = if primitive.reverse_orientation { -n } else { n };
+                let magnitude = shape.magnitude().simd_into(simd);
+                let on_light = Points { p, magnitude, n, ns: n, emitting };
+                let mut sample =
+                    self.towards(at, &on_light, self.label.simd_into(simd), areas.simd_into(simd));
+                for lane in those(sample.is_there) {
+                    let Rays { o, d, t_max, .. } = &sample.shadow;
+                    let ray = Ray { t_max: t_max[lane], ..Ray::new(o.lane(lane), d.lane(lane)) };
+                    // Another part of the same shape may be in front.
+                    let is_hidden = shape.hides_end_of(&ray, leaving.to_bitmask() >> lane & 1 == 1);
+                    sample.is_there &= bits(simd, !(u64::from(is_hidden) << lane));
+                }
+                sample
+            },
+        )
+    }
+
+    /// The directions to points of the light, which are chosen on `area`; `target`: the labels of their elements.
+    #[inline(always)]
+    fn towards<S: Simd>(
+        &self,
+        at: &Receivers<S>,
+        on_light: &Points<S>,
+        target: f64x8<S>,
+        area: f64x8<S>,
+    ) -> LightSample<S> {
+        let simd = area.token();
+        let way = at.surfaces.towards(on_light.p);
+        let squared_distance = (on_light.p - at.surfaces.p).length_squared();
+        let shines =
+            bits(simd, if self.two_sided { 0xff } else { 0 }) | on_light.emitting.dot(-way.d).simd_gt(0.0);
+        let pdf = squared_distance / (on_light.n.dot(way.d).abs() * area);
         // The ray ends at the light, which does not block it.
-        let t_max = reach(from, way.t_max, on_light.magnitude);
-        let shadow = Ray { t_max, target: on_light.element, ..way };
-        (pdf > 0.0).then_some(LightSample { li, pdf: Some(pdf), shadow })
-    }
-
-    /// A point of a curved shape.
-    fn on_curved<'s>(&self, primitive: &'s Primitive, shape: &Curved, u: DVec2) -> Surface<'s> {
-        let (p, n) = shape.placed(shape.sample(u));
-        Surface {
-            p,
-            magnitude: shape.magnitude(),
-            n,
-            ns: n,
-            emitting: flipped(n, primitive.reverse_orientation),
-            element: self.element(),
-            place: Hit::NO_PLACE,
-            barycentric: [0.0; 2],
-            primitive,
-        }
+        let t_max = at.surfaces.reach(way.t_max, on_light.magnitude);
+        let shadow = Rays { t_max, target, ..way };
+        LightSample::with_pdf(shines, Colors::splat(simd, self.radiance), pdf, shadow)
     }
 
     /// Density by solid angle with which a point of the light is sampled, that is seen from `p` in direction `d`.
     pub fn pdf(&self, p: DVec3, d: DVec3, on_light: &Surface) -> Option<f64> {
-        let cone = match &self.form {
-            SurfaceForm::Curved(shape) => VisibleCone::new(shape, p),
-            SurfaceForm::Mesh(_) => None,
-        };
-        match cone {
-            Some(cone) => Some(cone.pdf()),
-            None => self.point_pdf(on_light, d, (on_light.p - p).length_squared()),
+        if let SurfaceForm::Curved(shape) = &self.form
+            && let Some(radius) = shape.whole_sphere()
+        {
+            let distance = (shape.center - p).length();
+            if distance > radius * OUTSIDE {
+                let sin_squared = (radius / distance).powi(2);
+                return Some(1.0 / (TAU * (sin_squared / (1.0 + (1.0 - sin_squared).sqrt()))));
+            }
         }
+        self.point_pdf(on_light, d, (on_light.p - p).length_squared())
     }
 
     /// The same of points that are sampled on all of the light.
@@ -193,10 +294,13 @@ impl SurfaceLight {
     }
 
     /// The light, or the first triangle of it.
-    fn element(&self) -> ElementId {
+    pub fn element(&self) -> ElementId {
         element(self.number, 0)
     }
 }
+
+/// From so many radii on a point is outside of a sphere, in spite of rounding.
+const OUTSIDE: f64 = 1.0 + 1e-9;
 
 /// The element that is triangle `index` of a primitive of the world, or the first.
 fn element(number: u32, index: usize) -> ElementId {

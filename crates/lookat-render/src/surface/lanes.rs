@@ -48,7 +48,8 @@ impl<S: Simd> Surfaces<S> {
         Rays { leaving, leaving_instance, ..Rays::new(self.p + offset, d) }
     }
 
-    /// As [`super::Surface::towards`].
+    /// Shadow rays to points of a light: from where rays leave the surface to just there. Were they to run beside the lines
+    /// from the surface to the light, they would meet the plane that the light lies in before their end.
     #[inline(always)]
     pub fn towards(&self, light: Vec3x8<S>) -> Rays<S> {
         let start = self.leave(light - self.p);
@@ -57,7 +58,8 @@ impl<S: Simd> Surfaces<S> {
         Rays { d: way * (1.0 / distance.max(f64::MIN_POSITIVE)), t_max: distance, ..start }
     }
 
-    /// As [`super::reach`].
+    /// The distances up to which shadow rays are blocked on their way to points whose coordinates are up to `magnitude`: all the way, but
+    /// for rounding, so that what lies in the plane of a light does not hide it, and the light is not before the end.
     #[inline(always)]
     pub fn reach(&self, distance: f64x8<S>, magnitude: f64x8<S>) -> f64x8<S> {
         distance - self.magnitude.max(magnitude) * 4.0 * OFFSET

@@ -2,12 +2,16 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec2, DVec3, Vec3};
+use std::array::from_fn;
+
+use fearless_simd::{Simd, f64x8, prelude::*};
+use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
 use rayon::prelude::*;
 
-use crate::circle::at_turn;
+use crate::circle::lanes::{angle, at_turn};
 use crate::color::luminance;
+use crate::lanes::{LANES, V3, Vec3x8};
 
 /// A density over the sphere that is the same within each cell of a grid over longitude and latitude: in proportion to
 /// what is brighter there than the mean. What is not is left to BSDF samples (Karlik et al., "MIS Compensation",
@@ -29,14 +33,14 @@ pub(super) struct DirectionTable {
     mean: f64,
 }
 
-/// A direction that has been sampled.
-pub(super) struct TableSample {
+/// Directions that have been sampled.
+pub(super) struct TableSample<S: Simd> {
     /// Of length one.
-    pub d: DVec3,
-    /// Its longitude and latitude, from 0 to 1.
-    pub st: DVec2,
-    /// Density by solid angle.
-    pub pdf: f64,
+    pub d: Vec3x8<S>,
+    /// Their longitudes and latitudes, from 0 to 1.
+    pub st: [f64x8<S>; 2],
+    /// Densities by solid angle.
+    pub pdf: f64x8<S>,
 }
 
 /// A sky that is nowhere brighter than this times its mean counts as everywhere alike: directions of the BSDF find it with a
@@ -86,24 +90,33 @@ impl DirectionTable {
         }
     }
 
-    /// A direction. `None` if nothing is brighter than the rest.
-    pub fn sample(&self, u: DVec2) -> Option<TableSample> {
-        let (row, down) = pick(&self.row_sums, u.y)?;
-        let (column, along) = pick(self.row(row), u.x)?;
-        let (top, bottom) = (self.cosines[row], self.cosines[row + 1]);
+    /// Directions; of no use if nothing is brighter than the rest.
+    #[inline(always)]
+    pub fn sample<S: Simd>(&self, simd: S, [u, v]: [f64x8<S>; 2]) -> TableSample<S> {
+        let (rows, down) = pick(simd, [&self.row_sums; LANES], v);
+        let (columns, along) = pick(simd, rows.map(|row| self.row(row)), u);
+        let edge = |next: usize| -> f64x8<S> { f64x8::from_fn(simd, |lane| self.cosines[rows[lane] + next]) };
+        let (top, bottom) = (edge(0), edge(1));
         let cos = top + (bottom - top) * down;
         let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
-        let st = DVec2::new((column as f64 + along) / self.columns as f64, sin.atan2(cos) / PI);
-        let d = (at_turn(st.x) * sin).extend(cos);
-        Some(TableSample { d, st, pdf: self.cell_pdf(column, row) })
+        let column: f64x8<S> = f64x8::from_fn(simd, |lane| columns[lane] as f64);
+        let longitude = (column + along) / self.columns as f64;
+        let [x, y] = at_turn(longitude);
+        TableSample {
+            d: V3 { x: x * sin, y: y * sin, z: cos },
+            st: [longitude, angle(sin, cos) * (1.0 / PI)],
+            pdf: f64x8::from_fn(simd, |lane| self.cell_pdf(columns[lane], rows[lane])),
+        }
     }
 
-    /// Density by solid angle of the direction at `st`, longitude and latitude from 0 to 1.
-    pub fn pdf(&self, st: DVec2) -> f64 {
+    /// Densities by solid angle of the directions at `st`, longitude and latitude from 0 to 1.
+    #[inline(always)]
+    pub fn pdf<S: Simd>(&self, simd: S, [s, t]: [f64x8<S>; 2]) -> f64x8<S> {
         let index = |x: f64, count: usize| ((x * count as f64) as usize).min(count - 1);
-        self.cell_pdf(index(st.x, self.columns), index(st.y, self.rows))
+        f64x8::from_fn(simd, |lane| self.cell_pdf(index(s[lane], self.columns), index(t[lane], self.rows)))
     }
 
+    #[inline(always)]
     fn cell_pdf(&self, column: usize, row: usize) -> f64 {
         let row = self.row(row);
         let before = if column == 0 { 0.0 } else { row[column - 1] };
@@ -149,11 +162,23 @@ fn cell_mean(map: &MipMap<Vec3>, scale: Vec3, cell: [usize; 2], cells: [usize; 2
     sum / (wide * high) as f64
 }
 
-/// One of the shares that `sums` adds up, by a number from 0 to 1, and what is left of that number, from 0 to 1 again.
-fn pick(sums: &[f64], u: f64) -> Option<(usize, f64)> {
-    let at = u * sums.last()?;
-    let index = sums.partition_point(|sum| *sum <= at);
-    let end = *sums.get(index)?;
-    let before = if index == 0 { 0.0 } else { sums[index - 1] };
-    Some((index, ((at - before) / (end - before)).clamp(0.0, 1.0)))
+/// One of the shares that each of some sums of equal length adds up, by a number from 0 to 1, and what is left of that number, from 0 to 1
+/// again. All are searched together, as each step waits for memory.
+#[inline(always)]
+fn pick<S: Simd>(simd: S, sums: [&[f64]; LANES], u: f64x8<S>) -> ([usize; LANES], f64x8<S>) {
+    let at: [f64; LANES] = from_fn(|lane| u[lane] * sums[lane][sums[lane].len() - 1]);
+    let (mut first, mut count) = ([0; LANES], sums[0].len());
+    while count > 1 {
+        let half = count / 2;
+        for lane in 0..LANES {
+            let is_beyond = sums[lane][first[lane] + half - 1] <= at[lane];
+            first[lane] += if is_beyond { half } else { 0 };
+        }
+        count -= half;
+    }
+    let end: f64x8<S> = f64x8::from_fn(simd, |lane| sums[lane][first[lane]]);
+    let before: f64x8<S> =
+        f64x8::from_fn(simd, |lane| if first[lane] == 0 { 0.0 } else { sums[lane][first[lane] - 1] });
+    let at: f64x8<S> = at.simd_into(simd);
+    (first, ((at - before) / (end - before)).max(0.0).min(1.0))
 }

@@ -62,6 +62,11 @@ impl<'s> List<'s> {
         Some(List { has_emitters: elements.iter().any(|element| element.emits), elements })
     }
 
+    /// The number of an element, or [`NONE`].
+    pub fn number(&self, id: ElementId) -> f64 {
+        self.elements.iter().position(|element| element.id == id).map_or(NONE, |number| number as f64)
+    }
+
     /// One of the hits.
     pub fn hit<S: Simd>(&self, hits: &Hits<S>, lane: usize) -> Hit {
         let element = &self.elements[hits.element[lane] as usize];

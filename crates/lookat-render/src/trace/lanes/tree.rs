@@ -52,6 +52,11 @@ fn number(hit: &Hit, labels: Labels) -> f64 {
 }
 
 impl<'s> Tree<'s> {
+    /// The number of an element that is no triangle, or [`NONE`].
+    pub fn number(&self, element: ElementId) -> f64 {
+        if element == ElementId::NONE { NONE } else { PLACES + self.scene.labels.of(element) }
+    }
+
     /// One of the rays.
     #[inline(always)]
     pub fn ray<S: Simd>(&self, rays: &Rays<S>, lane: usize) -> Ray {

@@ -1,0 +1,188 @@
+//! Light from a point.
+
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::{DMat3, DVec2, DVec3, Vec3};
+use lookat_image::MipMap;
+
+use super::environment::place;
+use super::receiver::Receivers;
+use super::sample::LightSample;
+use crate::color::strength;
+use crate::lanes::{Colors, Vec3x8, to_f32};
+use crate::trace::lanes::{POINT_LIGHT, Rays};
+
+/// A light that is a point, relative to the origin.
+pub(super) struct PointLight {
+    pub position: DVec3,
+    pub light_from_world: DMat3,
+    pub intensity: Vec3,
+    pub spread: Spread,
+}
+
+/// How its light spreads over directions of light space.
+pub(super) enum Spread {
+    Even,
+    /// A spot: the cosines of its angles.
+    Cone {
+        total_width: f64,
+        falloff_start: f64,
+    },
+    /// As a picture has it. In pbrt-v3 such pictures have y as their axis.
+    Goniometric(Arc<MipMap<Vec3>>),
+    /// As a projector of slides: half of the picture at z = 1 in light space.
+    Projection {
+        map: Option<Arc<MipMap<Vec3>>>,
+        half_size: DVec2,
+    },
+}
+
+/// A light as it is seen from points.
+pub(super) struct Seen<S: Simd> {
+    /// Where it shines to them.
+    is_there: mask64x8<S>,
+    wi: Vec3x8<S>,
+    squared_distance: f64x8<S>,
+    intensity: Colors<S>,
+}
+
+/// What a projector lights has at least this z in light space, for directions of length one in the world, as in pbrt-v3.
+const NEAR: f64 = 1e-3;
+
+/// No estimate is larger, so that their sum is finite.
+const MOST: f64 = 1e300;
+
+impl PointLight {
+    pub fn kind(&self) -> &'static str {
+        match self.spread {
+            Spread::Even => "point",
+            Spread::Cone { .. } => "spot",
+            Spread::Goniometric(_) => "goniometric",
+            Spread::Projection { .. } => "projection",
+        }
+    }
+
+    /// About its power.
+    pub fn power(&self) -> f64 {
+        match &self.spread {
+            Spread::Even => 4.0 * PI * strength(self.intensity),
+            Spread::Cone { total_width, falloff_start } => {
+                2.0 * PI * (1.0 - 0.5 * (total_width + falloff_start)) * strength(self.intensity)
+            }
+            Spread::Goniometric(map) => 4.0 * PI * strength(self.intensity * map.mean()),
+            Spread::Projection { map, half_size } => {
+                // That of the cone around the picture, as pbrt-v3 has it.
+                let solid_angle = TAU * (1.0 - half_size.extend(1.0).length().recip());
+                solid_angle * strength(self.intensity * map.as_ref().map_or(Vec3::ONE, |map| map.mean()))
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn seen<S: Simd>(&self, simd: S, p: Vec3x8<S>) -> Seen<S> {
+        let to_light = Vec3x8::splat(simd, self.position) - p;
+        let squared_distance = to_light.length_squared();
+        let (wi, is_apart) = to_light.try_normalize();
+        let intensity = Colors::splat(simd, self.intensity) * self.factor(simd, -wi);
+        Seen { is_there: is_apart & intensity.is_light(), wi, squared_distance, intensity }
+    }
+
+    /// By what the intensity is multiplied in directions of length one from the light.
+    #[inline(always)]
+    fn factor<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
+        let of_picture = |picture: &dyn Fn(DVec3) -> Vec3| {
+            Colors::from_fn(simd, |lane| picture(self.light_from_world * d.lane(lane)))
+        };
+        match &self.spread {
+            Spread::Even => Colors::splat(simd, Vec3::ONE),
+            Spread::Cone { total_width, falloff_start } => {
+                let cos = d.by(&self.light_from_world).normalize_or(DVec3::ZERO).z;
+                let within = (cos - *total_width) / (falloff_start - total_width);
+                let squared = within * within;
+                let (none, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
+                let inside = cos.simd_ge(*falloff_start).select(one, squared * squared);
+                Colors::splat(simd, Vec3::ONE) * to_f32(cos.simd_lt(*total_width).select(none, inside))
+            }
+            Spread::Goniometric(map) => of_picture(&|d| goniometric(map, d)),
+            Spread::Projection { map, half_size } => {
+                of_picture(&|d| projected(map.as_deref(), *half_size, d))
+            }
+        }
+    }
+
+    /// About the irradiance at points, were nothing in the way.
+    #[inline(always)]
+    pub fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
+        let Seen { is_there, wi, squared_distance, intensity } = self.seen(simd, at.surfaces.p);
+        let irradiance = (intensity.strength() / squared_distance).min(MOST);
+        let none = 0.0.simd_into(simd);
+        is_there.select(irradiance * at.cosine(wi, none), none)
+    }
+
+    #[inline(never)]
+    pub fn sample<S: Simd>(&self, simd: S, at: &Receivers<S>) -> LightSample<S> {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let Seen { is_there, squared_distance, intensity, .. } = self.seen(simd, at.surfaces.p);
+                let way = at.surfaces.towards(Vec3x8::splat(simd, self.position));
+                let shadow = Rays { target: POINT_LIGHT.simd_into(simd), ..way };
+                let is_there = is_there & squared_distance.is_finite();
+                LightSample::of_delta(is_there, intensity / to_f32(squared_distance), shadow)
+            },
+        )
+    }
+}
+
+/// The value of a picture in direction `d` of light space.
+fn goniometric(map: &MipMap<Vec3>, d: DVec3) -> Vec3 {
+    map.bilinear(place(DVec3::new(d.x, d.z, d.y)))
+}
+
+/// The value of a picture in direction `d` of light space; black outside of it.
+fn projected(map: Option<&MipMap<Vec3>>, half_size: DVec2, d: DVec3) -> Vec3 {
+    let place = d.truncate() / d.z / half_size;
+    if d.z < NEAR || place.abs().max_element() > 1.0 {
+        return Vec3::ZERO;
+    }
+    map.map_or(Vec3::ONE, |map| map.bilinear((place + 1.0) * 0.5))
+}
+
+#[cfg(test)]
+mod tests {
+    use lookat_image::Wrap;
+
+    use super::*;
+
+    /// The first row is up, by y, and the columns begin at x and go on to z.
+    #[test]
+    fn where_a_goniometric_picture_goes() {
+        let gray = |i: usize| Vec3::splat(i as f32);
+        let map = MipMap::new(4, 4, (0..16).map(gray).collect(), Wrap::Repeat);
+        // The center of column 1 in row 1: longitude 135 degrees, 67.5 degrees from +y.
+        let (sin, cos) = 67.5_f64.to_radians().sin_cos();
+        let half = 0.5_f64.sqrt();
+        let d = DVec3::new(-half * sin, cos, half * sin);
+        assert!((goniometric(&map, d * 3.0).x - 5.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn where_a_projected_picture_goes() {
+        let map = MipMap::new(2, 2, vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE], Wrap::Repeat);
+        let half_size = DVec2::new(0.8, 0.4);
+        // The first texel is at the left and at the bottom.
+        let at = |x, y, z| projected(Some(&map), half_size, DVec3::new(x, y, z).normalize());
+        assert_eq!(at(-0.4, -0.2, 1.0), Vec3::X);
+        assert_eq!(at(0.4, -0.2, 1.0), Vec3::Y);
+        assert_eq!(at(-0.4, 0.2, 1.0), Vec3::Z);
+        let outside = [at(0.81, 0.0, 1.0), at(0.0, 0.41, 1.0), at(-0.4, -0.2, -1.0)];
+        assert_eq!(outside, [Vec3::ZERO; 3]);
+        let spread = Spread::Projection { map: Some(Arc::new(map)), half_size };
+        let (position, light_from_world) = (DVec3::ZERO, DMat3::IDENTITY);
+        let light = PointLight { position, light_from_world, intensity: Vec3::splat(2.0), spread };
+        let solid_angle = TAU * (1.0 - 1.8_f64.sqrt().recip());
+        assert!((light.power() - solid_angle * strength(Vec3::ONE)).abs() < 1e-6);
+    }
+}
