@@ -19,7 +19,7 @@ use lookat_scene::Integrator;
 use crate::camera::lanes::Viewer;
 use crate::lanes::LANES;
 use crate::light::LightTable;
-use crate::sampler::lanes::Streams;
+use crate::sampler::Streams;
 use crate::trace::lanes::Rays;
 use crate::traceable::Traceable;
 pub(crate) use tracer::Tracer;

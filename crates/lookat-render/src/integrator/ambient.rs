@@ -11,7 +11,7 @@ use crate::frame::lanes::Frames;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::world::World;
 use crate::lanes::{first_lanes, narrow, splat_f32, those, to_f32};
-use crate::sampler::lanes::Streams;
+use crate::sampler::Streams;
 use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 use crate::warp::square_to_uniform_hemisphere_pdf;
 
@@ -43,7 +43,7 @@ impl Ambient<'_> {
                 let frames = Frames::from_z(n.narrow());
                 let mut sum = splat_f32(simd, 0.0);
                 for k in 0..self.samples {
-                    let u = streams.nested_2d(simd, active, (self.samples, k)).map(
+                    let u = streams.nested_2d(simd, (self.samples, k)).map(
                         #[inline(always)]
                         |u| to_f32(u),
                     );

@@ -16,7 +16,7 @@ use crate::integrator::weighed::{LightSamples, Samples, most_samples};
 use crate::integrator::world::{Sees, World};
 use crate::lanes::first_lanes;
 use crate::light::LightTable;
-use crate::sampler::lanes::Streams;
+use crate::sampler::Streams;
 use crate::shading::lanes::Shaded;
 
 /// How one light is chosen; as in pbrt-v3.
@@ -107,7 +107,7 @@ impl<'s> Direct<'s> {
                 if smooth.any_true() {
                     let mut light = self.lighting.direct(simd, tracer, streams, vertices, smooth);
                     if self.has_direction {
-                        let u = streams.next_2d(simd, smooth);
+                        let u = streams.next_2d(simd);
                         light = light + self.lighting.by_direction(simd, tracer, vertices, u, smooth);
                     }
                     wave.add(samples, paths.beta * light, smooth);
@@ -118,7 +118,7 @@ impl<'s> Direct<'s> {
                 if depth + 1 >= self.max_depth || !specular.any_true() {
                     return;
                 }
-                let sample = bsdf.sample(streams.next_2d(simd, specular), Part::Specular);
+                let sample = bsdf.sample(streams.next_2d(simd), Part::Specular);
                 let active = specular & sample.is_there;
                 let rays = surfaces.leave(sample.wi);
                 let hits = self.world.nearest(simd, tracer, &rays, active);

@@ -10,7 +10,7 @@ use crate::bsdf::{Bsdf, Part};
 use crate::integrator::world::World;
 use crate::lanes::{Colors, bits, those, to_f32};
 use crate::light::{Chosen, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
-use crate::sampler::lanes::Streams;
+use crate::sampler::Streams;
 use crate::trace::lanes::{Hits, Rays, WORLD};
 
 /// The lights of a scene, and how surfaces sample them.
@@ -114,8 +114,8 @@ impl<'s> Lighting<'s> {
     ) -> Colors<S> {
         let scattered = active & self.table.eligible_at(simd, vertices.receivers).simd_eq(0.0);
         let has_choice = vertices.sampler.has_choice() & active;
-        let number: f64x8<S> = match has_choice.any_true() {
-            true => streams.next_1d(has_choice).simd_into(simd),
+        let number = match has_choice.any_true() {
+            true => streams.next_1d(simd),
             false => {
                 streams.skip(1);
                 0.0.simd_into(simd)
@@ -123,7 +123,7 @@ impl<'s> Lighting<'s> {
         };
         let chosen = vertices.sampler.choose(number, active & !scattered);
         let scattered = if self.table.len() > 0 { scattered } else { bits(simd, 0) };
-        let u = streams.next_2d(simd, self.extended(simd, &chosen) | scattered);
+        let u = streams.next_2d(simd);
         let mut found = Colors::splat(simd, Vec3::ZERO);
         if chosen.is_there.any_true() {
             found = self.sampled_light(simd, tracer, vertices, u, &chosen);
@@ -156,7 +156,7 @@ impl<'s> Lighting<'s> {
                     for k in 0..count {
                         let u = match self.table.is_delta(light) {
                             true => [0.0.simd_into(simd); 2],
-                            false => streams.nested_2d(simd, active, (count, k)),
+                            false => streams.nested_2d(simd, (count, k)),
                         };
                         if sampled.any_true() {
                             let probability = f64::from(count).simd_into(simd);
@@ -176,7 +176,7 @@ impl<'s> Lighting<'s> {
                 }
                 let most = most_samples(self.table, strategy);
                 for k in 0..most {
-                    let u = streams.nested_2d(simd, active, (most, k));
+                    let u = streams.nested_2d(simd, (most, k));
                     sum = sum + self.by_direction(simd, tracer, vertices, u, active);
                 }
                 sum
@@ -243,17 +243,6 @@ impl<'s> Lighting<'s> {
     fn directions<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
         let [without, with] = self.samples.map(|samples| f64::from(samples.directions).simd_into(simd));
         at.lunes.as_ref().map_or(without, |lunes| lunes.is_there.select(with, without))
-    }
-
-    /// Where the light that is chosen is more than a point or a direction. Where nothing about a light is left to chance, its
-    /// numbers stay untaken.
-    #[inline(always)]
-    fn extended<S: Simd>(&self, simd: S, chosen: &Chosen<S>) -> mask64x8<S> {
-        let mut extended = 0;
-        for lane in those(chosen.is_there) {
-            extended |= u64::from(!self.table.is_delta(chosen.light[lane] as usize)) << lane;
-        }
-        bits(simd, extended)
     }
 
     /// Samples of lights that are chosen.

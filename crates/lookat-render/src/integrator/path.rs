@@ -19,7 +19,7 @@ use crate::integrator::weighed::LightSamples;
 use crate::integrator::world::{Sees, World};
 use crate::lanes::{Colors, bits, first_lanes, those};
 use crate::light::LightTable;
-use crate::sampler::lanes::Streams;
+use crate::sampler::Streams;
 use crate::shading::lanes::Shaded;
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
@@ -105,7 +105,7 @@ impl<'s> Paths<'s> {
                 if is_last && !tracer.may_find_light() {
                     return;
                 }
-                let sample = bsdf.sample(streams.next_2d(simd, active), Part::All);
+                let sample = bsdf.sample(streams.next_2d(simd), Part::All);
                 active &= sample.is_there;
                 let mut beta = paths.beta * sample.weight;
                 let compression = paths.compression * sample.compression;
@@ -148,7 +148,7 @@ impl<'s> Paths<'s> {
                 asked |= u64::from(strength < self.roulette_threshold) << lane;
             }
         }
-        let numbers = streams.next_1d(bits(simd, asked));
+        let numbers = streams.next_1d(simd);
         let mut ended = 0;
         for lane in those(bits(simd, asked)) {
             let own = beta.lane(lane);

@@ -12,8 +12,8 @@ use super::sample::{Context, Job, center_of};
 use crate::camera::lanes::Viewer;
 use crate::integrator::Tracer;
 use crate::integrator::wave::{WAVE, Wave};
-use crate::lanes::{LANES, first_lanes, side_by_side};
-use crate::sampler::lanes::{Sample, Streams};
+use crate::lanes::{LANES, side_by_side};
+use crate::sampler::{Sample, Streams};
 use crate::trace::MOST_PACKETS;
 use crate::trace::lanes::Rays;
 
@@ -110,16 +110,15 @@ impl Context<'_> {
                 let samples = &samples[first..samples.len().min(first + LANES)];
                 let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
                 let streams = &mut batch.streams;
-                let all = first_lanes(simd, numbers.len());
                 streams.choose(&numbers, 0);
-                let mut film = streams.next_2d(simd, all);
+                let mut film = streams.next_2d(simd);
                 for (lane, (_, place, _)) in samples.iter().enumerate() {
                     let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
                     (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
                     batch.negative[first + lane] = is_negative;
                 }
                 let camera = &self.camera;
-                let on_lens = camera.has_lens().then(|| streams.next_2d(simd, all));
+                let on_lens = camera.has_lens().then(|| streams.next_2d(simd));
                 // Nothing else asks for these.
                 if self.integrator.world().has_textures() {
                     for lane in 0..samples.len() {

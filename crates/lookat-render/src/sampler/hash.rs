@@ -1,0 +1,102 @@
+//! Hashes of numbers, one by one and side by side.
+
+use fearless_simd::{Simd, f64x8, prelude::*, u32x8, u64x4, u64x8};
+
+/// Chooses the scramble of one dimension of a pixel.
+pub(super) fn of_dimension(seed: u64, dimension: u32) -> u64 {
+    mix(seed ^ (u64::from(dimension) << 32 | 0x5bd1))
+}
+
+/// A random number of sample `index`.
+pub(super) fn random(seed: u64, dimension: u32, index: u32) -> f64 {
+    unit(mix(of_dimension(seed, dimension) ^ u64::from(index) << 32))
+}
+
+/// 53 bits as a number from 0 to below 1.
+pub(super) fn unit(bits: u64) -> f64 {
+    (bits >> 11) as f64 * (0.5 / (1_u64 << 52) as f64)
+}
+
+/// Spreads every bit over all bits (Stafford's variant 13 of the finaliser of MurmurHash3).
+pub(super) fn mix(mut x: u64) -> u64 {
+    x ^= x >> 30;
+    x = x.wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x ^= x >> 27;
+    x = x.wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// The same of 32 bits (Wellons's hash "lowbias32").
+#[inline(always)]
+pub(super) fn lowbias<S: Simd>(mut x: u32x8<S>) -> u32x8<S> {
+    x ^= x >> 16;
+    x *= 0x7feb_352d;
+    x ^= x >> 15;
+    x *= 0x846c_a68b;
+    x ^ x >> 16
+}
+
+/// Owen's scramble of numbers whose bits are in reverse; that of `sobol_burley` (Burley, "Practical Hash-based Owen Scrambling", JCGT
+/// 9(4), 2020).
+#[inline(always)]
+pub(super) fn owen_scramble_rev<S: Simd>(mut x: u32x8<S>, scramble: u32x8<S>) -> u32x8<S> {
+    x ^= x * 0x3d20_adea;
+    x += scramble;
+    x *= scramble >> 16 | 1;
+    x ^= x * 0x0552_6c56;
+    x ^ x * 0x53a2_2864
+}
+
+/// The bits in reverse.
+#[inline(always)]
+pub(super) fn reversed<S: Simd>(mut x: u32x8<S>) -> u32x8<S> {
+    x = (x >> 1 & 0x5555_5555) | ((x & 0x5555_5555) << 1);
+    x = (x >> 2 & 0x3333_3333) | ((x & 0x3333_3333) << 2);
+    x = (x >> 4 & 0x0f0f_0f0f) | ((x & 0x0f0f_0f0f) << 4);
+    x = (x >> 8 & 0x00ff_00ff) | ((x & 0x00ff_00ff) << 8);
+    x >> 16 | x << 16
+}
+
+/// The upper halves of products: of random numbers, numbers below `n`.
+#[inline(always)]
+pub(super) fn high<S: Simd>(x: u32x8<S>, n: u32x8<S>) -> u32x8<S> {
+    const LOW: u64 = u32::MAX as u64;
+    let (x, n): (u64x4<S>, u64x4<S>) = (x.bitcast(), n.bitcast());
+    let even = ((x & LOW) * (n & LOW)) >> 32;
+    let odd = ((x >> 32) * (n >> 32)) & !LOW;
+    (even | odd).bitcast()
+}
+
+/// As `f64`: the bits of 2^52 and more, less 2^52.
+#[inline(always)]
+pub(super) fn to_f64<S: Simd>(x: u32x8<S>) -> f64x8<S> {
+    const SHIFT: f64 = 4_503_599_627_370_496.0;
+    let (low, high) = x.widen();
+    let wide: u64x8<S> = x.token().combine_u64x4(low, high);
+    let shifted: f64x8<S> = (wide | SHIFT.to_bits()).bitcast();
+    shifted - SHIFT
+}
+
+#[cfg(test)]
+mod tests {
+    use sobol_burley::parts;
+
+    use super::*;
+    use crate::testing::baseline;
+
+    #[test]
+    fn side_by_side_is_as_one_by_one() {
+        for k in 0..10_000 {
+            let bits = mix(k);
+            let (a, b) = (bits as u32 >> (k % 32), (bits >> 32) as u32 >> (k / 32 % 32));
+            baseline!(simd => {
+                let (x, y): (u32x8<_>, u32x8<_>) = (a.simd_into(simd), b.simd_into(simd));
+                assert_eq!(owen_scramble_rev(x, y)[3], parts::owen_scramble_rev(a, b));
+                assert_eq!(reversed(x)[5], a.reverse_bits());
+                assert_eq!(high(x, y)[2], ((u64::from(a) * u64::from(b)) >> 32) as u32);
+                assert_eq!(high(x, y)[7], high(x, y)[2]);
+                assert_eq!(to_f64(x)[7], f64::from(a));
+            });
+        }
+    }
+}

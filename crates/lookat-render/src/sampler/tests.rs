@@ -1,0 +1,137 @@
+//! All samplers: numbers that lie as they should.
+
+use super::*;
+use crate::testing::baseline;
+
+const KINDS: [SamplerKind; 4] = [
+    SamplerKind::Random,
+    SamplerKind::Stratified { cells: [8, 8], jitter: true },
+    SamplerKind::Halton { pixel_center: false },
+    SamplerKind::Sobol,
+];
+
+/// The numbers of one sample, as [`Streams`] gives them.
+#[derive(Clone)]
+struct Stream(Streams);
+
+impl Stream {
+    fn next_1d(&mut self) -> f64 {
+        baseline!(simd => self.0.next_1d(simd)[3])
+    }
+
+    fn nested_2d(&mut self, count: u32, k: u32) -> DVec2 {
+        baseline!(simd => DVec2::from(self.0.nested_2d(simd, (count, k)).map(|x| x[3])))
+    }
+}
+
+fn streams(kind: SamplerKind, count: u32, pixel: [u32; 2]) -> impl Iterator<Item = Stream> {
+    let sampler = Sampler { kind, samples_per_pixel: count };
+    (0..count).map(move |index| of_sample(&sampler, pixel, index))
+}
+
+fn of_sample(sampler: &Sampler, pixel: [u32; 2], index: u32) -> Stream {
+    let mut streams = Streams::new(sampler);
+    streams.restart(sampler, &[(7, pixel, index)]);
+    streams.choose(&[0], 0);
+    Stream(streams)
+}
+
+#[test]
+fn numbers_lie_in_the_unit_interval_and_repeat() {
+    for kind in KINDS {
+        for mut stream in streams(kind, 64, [3, 4]) {
+            let mut again = stream.clone();
+            for _ in 0..300 {
+                let x = stream.next_1d();
+                assert!((0.0..1.0).contains(&x), "{kind:?}");
+                assert_eq!(x, again.next_1d());
+            }
+        }
+    }
+}
+
+/// Every stratum of a well distributed pattern holds one sample.
+#[test]
+fn first_dimensions_are_stratified() {
+    let occupied = |kind, base: u32, dimension| {
+        let mut cells = vec![0; 64];
+        for mut stream in streams(kind, 64, [1, 2]) {
+            let numbers: Vec<f64> = (0..4).map(|_| stream.next_1d()).collect();
+            cells[(numbers[dimension] * f64::from(base)) as usize] += 1;
+        }
+        cells[..base as usize].iter().filter(|count| **count > 0).count()
+    };
+    assert_eq!(occupied(KINDS[1], 64, 0), 64);
+    assert_eq!(occupied(KINDS[2], 64, 0), 64);
+    assert_eq!(occupied(KINDS[2], 27, 1), 27);
+    assert_eq!(occupied(KINDS[3], 64, 0), 64);
+    assert_eq!(occupied(KINDS[3], 64, 3), 64);
+}
+
+/// The errors of estimates in neighboring pixels, and of different dimensions in one pixel, have nothing in common.
+#[test]
+fn errors_of_neighbors_are_not_correlated() {
+    let pixels = 2000;
+    for kind in KINDS {
+        // The share of 16 samples that fall below a threshold, less its mean.
+        let error = |pixel: [u32; 2], dimension: usize| -> f64 {
+            let number = |mut stream: Stream| (0..=dimension).map(|_| stream.next_1d()).last();
+            let below = streams(kind, 16, pixel).filter_map(number).filter(|x| *x < 0.37).count();
+            below as f64 / 16.0 - 0.37
+        };
+        let errors = |step: [u32; 2], dimension| -> Vec<f64> {
+            (0..pixels).map(|x| error([x + step[0], step[1]], dimension)).collect()
+        };
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let here = errors([0, 0], 0);
+        for (step, dimension) in [([1, 0], 0), ([0, 1], 0), ([0, 0], 1), ([0, 0], 7)] {
+            let there = errors(step, dimension);
+            let r = product(&here, &there) / (product(&here, &here) * product(&there, &there)).sqrt();
+            // Four standard deviations.
+            assert!(r.abs() < 4.0 / f64::from(pixels).sqrt(), "{kind:?} {step:?} {dimension}: {r}");
+        }
+    }
+}
+
+/// Samples that are nested in those of a pixel are as well distributed as so many samples of it.
+#[test]
+fn nested_samples_differ_from_each_other() {
+    for kind in KINDS {
+        let nested = streams(kind, 16, [3, 8])
+            .flat_map(|stream| (0..4).map(move |k| stream.clone().nested_2d(4, k).x));
+        let mut numbers: Vec<f64> = nested.collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers.dedup();
+        assert_eq!(numbers.len(), 64, "{kind:?}");
+        let mean = numbers.iter().sum::<f64>() / 64.0;
+        // Four standard deviations of independent samples.
+        assert!((mean - 0.5).abs() < 4.0 * (1.0 / 12.0_f64 / 64.0).sqrt(), "{kind:?}: {mean}");
+    }
+}
+
+/// However many samples there may be, those that are nested belong to one pattern.
+#[test]
+fn nested_samples_of_sobol_need_no_count() {
+    let few = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 16 };
+    let many = Sampler { samples_per_pixel: 1 << 30, ..few };
+    for index in 0..16 {
+        let number = |sampler| of_sample(&sampler, [1, 2], index).nested_2d(8, 3).x;
+        assert_eq!(number(few), number(many));
+    }
+}
+
+/// With more samples than can be numbered, nested ones still differ.
+#[test]
+fn nested_samples_need_no_numbers() {
+    for kind in KINDS {
+        let sampler = Sampler { kind, samples_per_pixel: 1 << 30 };
+        let mut numbers: Vec<f64> = (0..64)
+            .flat_map(|index| (0..4).map(move |k| (index << 24, k * 16_000)))
+            .flat_map(|(index, k)| of_sample(&sampler, [1, 2], index).nested_2d(1 << 16, k).to_array())
+            .collect();
+        numbers.sort_by(f64::total_cmp);
+        numbers.dedup();
+        assert_eq!(numbers.len(), 512, "{kind:?}");
+        assert!(numbers.iter().all(|x| (0.0..1.0).contains(x)), "{kind:?}");
+    }
+}
