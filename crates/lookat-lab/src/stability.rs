@@ -12,6 +12,7 @@ mod prelude;
 mod quadric;
 pub(crate) mod random;
 mod refused;
+mod scattering;
 mod sphere;
 mod table;
 mod tally;
@@ -39,6 +40,7 @@ pub fn cases() -> Vec<Case> {
         triangle::MEASURES,
         coplanar::MEASURES,
         traversal::MEASURES,
+        scattering::MEASURES,
     ]
     .concat();
     let lines = CASES.lines().filter(|line| !line.starts_with('#'));
@@ -67,7 +69,7 @@ mod tests {
     fn each_measure_has_its_line() {
         let count = [camera::MEASURES, sphere::MEASURES, quadric::MEASURES, triangle::MEASURES]
             .iter()
-            .chain(&[coplanar::MEASURES, traversal::MEASURES])
+            .chain(&[coplanar::MEASURES, traversal::MEASURES, scattering::MEASURES])
             .map(|measures| measures.len());
         assert_eq!(cases().len(), count.sum::<usize>());
     }

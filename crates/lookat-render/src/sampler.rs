@@ -43,13 +43,13 @@ struct Points {
 
 impl Streams {
     /// Those of no samples as yet.
-    pub fn new(sampler: &Sampler) -> Self {
-        let (kind, count) = (sampler.kind, sampler.samples_per_pixel);
+    pub fn new() -> Self {
+        let (kind, count) = (SamplerKind::Random, 0);
         let points = Points { kind, count, seeds: [[0; LANES]; 2], indices: [0; LANES] };
         Streams { samples: Vec::new(), points, dimension: 0 }
     }
 
-    /// Goes to the beginning of others, of a sampler of the same kind.
+    /// Goes to the beginning of others.
     pub fn restart(&mut self, sampler: &Sampler, samples: &[Sample]) {
         (self.points.kind, self.points.count) = (sampler.kind, sampler.samples_per_pixel);
         self.samples.clear();

@@ -6,7 +6,7 @@ use super::tally::Tally;
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
     /// A letter and a number: C for cameras, S for spheres and quadrics, T for triangles, P for eyes and lights in a plane, V for
-    /// BVHs, secondary rays, samples and pictures.
+    /// BVHs, secondary rays, samples and pictures, B for BSDFs.
     pub id: &'static str,
     /// A word or two, with hyphens.
     pub name: &'static str,

@@ -123,8 +123,8 @@ impl<'s> Direct<'s> {
                 let rays = surfaces.leave(sample.wi);
                 let hits = self.world.nearest(simd, tracer, &rays, active);
                 let weight = (paths.beta * sample.weight, paths.compression);
-                let found = Found { rays, hits, weight };
-                self.world.see(simd, tracer, &found, samples, (active, Sees::Materials), wave);
+                let found = &mut Found { rays, hits, weight };
+                self.world.see(simd, tracer, found, samples, (active, Sees::Materials), wave);
                 self.world.go_on(simd, tracer, found, samples, (active, active, Sees::Materials), wave);
             },
         )

@@ -125,7 +125,7 @@ impl<'s> Paths<'s> {
                 let found = self.world.nearest(simd, tracer, &directions.rays, active);
                 let light = self.lighting.light_of(simd, tracer, vertices, &directions, &found, active);
                 wave.add(samples, beta * light, active);
-                let found = Found { rays: directions.rays, hits: found, weight: (beta, compression) };
+                let found = &mut Found { rays: directions.rays, hits: found, weight: (beta, compression) };
                 self.world.go_on(simd, tracer, found, samples, (active, sample.is_specular, Sees::All), wave);
             },
         )

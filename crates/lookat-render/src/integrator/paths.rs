@@ -37,8 +37,8 @@ impl World<'_> {
         let hits = self.nearest_of(simd, tracer, packets, &active);
         for (at, active) in active.iter().enumerate() {
             let weight = (Colors::splat(simd, Vec3::ONE), splat_f32(simd, 1.0));
-            let found = Found { rays: packets[at], hits: hits[at], weight };
-            self.see(simd, tracer, &found, &samples[at], (*active, sees), wave);
+            let found = &mut Found { rays: packets[at], hits: hits[at], weight };
+            self.see(simd, tracer, found, &samples[at], (*active, sees), wave);
             if goes_on {
                 self.go_on(simd, tracer, found, &samples[at], (*active, *active, sees), wave);
             }
@@ -78,7 +78,7 @@ impl World<'_> {
         &self,
         simd: S,
         tracer: &mut Tracer,
-        Found { mut rays, mut hits, weight }: Found<S>,
+        Found { rays, hits, weight }: &mut Found<S>,
         samples: &[u16],
         (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
         wave: &mut Wave,
@@ -91,9 +91,9 @@ impl World<'_> {
                     let add = |lane, light| {
                         wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light
                     };
-                    passed = self.pass(simd, tracer, &mut rays, &mut hits, (active, is_full, sees), add);
+                    passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);
                 }
-                wave.push(simd, (&rays, &hits), weight, samples, (active & hits.is_hit(), passed));
+                wave.push(simd, (rays, hits), *weight, samples, (active & hits.is_hit(), passed));
             },
         )
     }

@@ -1,10 +1,10 @@
 //! Paths that are followed together, surface by surface.
 
 use arrayvec::ArrayVec;
-use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, Vec3};
 
-use crate::lanes::{Colors, LANES, Vec3x8, those};
+use crate::lanes::{Colors, LANES, Vec3x8, narrow, those};
 use crate::trace::lanes::{Hits, Rays};
 
 /// So many paths begin together.
@@ -108,13 +108,26 @@ impl Wave {
     ) {
         let (Rays { o, d, .. }, Hits { t, element, instance, sides: [a, b, c], .. }) = (rays, hits);
         let at = self.count;
-        for (own, values) in
-            self.numbers.iter_mut().zip([o.x, o.y, o.z, d.x, d.y, d.z, *t, *element, *instance, *a, *b, *c])
-        {
-            simd.compress_f64x8(values, goes_on).store_slice(&mut own[at..at + LANES]);
-        }
-        let bits = goes_on.to_bitmask();
-        let narrow = mask32x8::from_bitmask(simd, bits);
+        let mut columns = self.numbers.iter_mut();
+        let mut put = |values: f64x8<S>| {
+            if let Some(column) = columns.next() {
+                simd.compress_f64x8(values, goes_on).store_slice(&mut column[at..at + LANES]);
+            }
+        };
+        // One by one, as an array of them would be copied.
+        put(o.x);
+        put(o.y);
+        put(o.z);
+        put(d.x);
+        put(d.y);
+        put(d.z);
+        put(*t);
+        put(*element);
+        put(*instance);
+        put(*a);
+        put(*b);
+        put(*c);
+        let narrow = narrow(goes_on);
         for (own, values) in self.beta.iter_mut().zip([beta.r, beta.g, beta.b, compression]) {
             simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
         }

@@ -4,6 +4,7 @@ use lookat_scene::{Sampler, SamplerKind};
 
 use super::control::Meter;
 use super::sample::{Context, Job, Pattern};
+use super::waves::Worker;
 use crate::film::Scale;
 use crate::prepare::Brightest;
 
@@ -25,8 +26,8 @@ impl Context<'_> {
             [x * width, y * height].map(|at| (at / u64::from(PROBES)) as u32)
         };
         let jobs = (0..u64::from(PROBES).pow(2)).map(|at| Job::new(pattern, place(at), 0..1));
-        let (mut jobs, mut tracer): (Vec<Job>, _) = (jobs.collect(), self.tracer());
-        self.sample_all(&mut tracer, &mut Meter::silent(self.control), &mut jobs);
+        let mut jobs: Vec<Job> = jobs.collect();
+        self.sample_all(&mut Worker::new(self), &mut Meter::silent(self.control), &mut jobs);
         let squares: f64 = jobs.iter().map(|job| job.samples.squares).sum();
         let seen = (squares / f64::from(PROBES.pow(2))).sqrt();
         let Brightest { emitted, intensity } = self.prepared.brightest;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::control::{Control, Meter};
 use super::sample::{Context, Job};
+use super::waves::Worker;
 use crate::film::{Film, Tile, lock};
 
 /// Where the next samples go, and when there are enough of them.
@@ -45,22 +46,26 @@ pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) ->
             tiles.shuffle(&mut Pcg64Mcg::seed_from_u64(seed));
         }
         let policy = &*policy;
-        tiles.into_par_iter().for_each(|(tile, state)| {
-            if control.is_stopped() {
-                return;
-            }
-            let (mut tracer, mut meter) = (context.tracer(), Meter::new(control));
-            let mut jobs = policy.jobs(&lock(tile), state);
-            // Not locked meanwhile: another thread may take a snapshot.
-            context.sample_all(&mut tracer, &mut meter, &mut jobs);
-            let mut tile = lock(tile);
-            policy.add(&jobs, film, &mut tile, state);
-            policy.finish(film, &tile, state, control);
-            let samples = || jobs.iter().map(|job| &job.samples);
-            let [rejected, clamped] =
-                [samples().map(|it| it.rejected).sum(), samples().map(|it| it.clamped).sum()];
-            control.add(tracer.rays, rejected, clamped);
-        });
+        tiles.into_par_iter().for_each_init(
+            || Worker::new(context),
+            |worker, (tile, state)| {
+                if control.is_stopped() {
+                    return;
+                }
+                let mut meter = Meter::new(control);
+                worker.tracer.rays = 0;
+                let mut jobs = policy.jobs(&lock(tile), state);
+                // Not locked meanwhile: another thread may take a snapshot.
+                context.sample_all(worker, &mut meter, &mut jobs);
+                let mut tile = lock(tile);
+                policy.add(&jobs, film, &mut tile, state);
+                policy.finish(film, &tile, state, control);
+                let samples = || jobs.iter().map(|job| &job.samples);
+                let [rejected, clamped] =
+                    [samples().map(|it| it.rejected).sum(), samples().map(|it| it.clamped).sum()];
+                control.add(worker.tracer.rays, rejected, clamped);
+            },
+        );
     }
     states
 }

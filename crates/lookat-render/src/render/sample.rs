@@ -10,7 +10,7 @@ use super::control::Control;
 use crate::camera::CameraRays;
 use crate::film::{Film, Pixel, Scale};
 use crate::filter::FilterSampler;
-use crate::integrator::{SceneIntegrator, Tracer};
+use crate::integrator::SceneIntegrator;
 use crate::prepare::Prepared;
 
 /// What every sample needs.
@@ -49,10 +49,6 @@ impl<'a> Context<'a> {
             integrator: SceneIntegrator::new(&view.integrator, &prepared.traceable, &prepared.lights),
             level: Level::new(),
         }
-    }
-
-    pub fn tracer(&self) -> Tracer<'a> {
-        Tracer::new(&self.prepared.traceable, &self.prepared.lights)
     }
 }
 

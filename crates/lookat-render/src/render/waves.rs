@@ -20,25 +20,32 @@ use crate::trace::lanes::Rays;
 /// A sample of a job: the job's number, and which of the pattern.
 type Place = (usize, u32);
 
-/// What is used again for one batch of samples after the other.
-struct Batch {
+/// Takes samples, and what is used again for one batch of them after the other.
+pub(super) struct Worker<'a> {
+    pub tracer: Tracer<'a>,
     streams: Streams,
     wave: Box<Wave>,
     /// Whether the filter is negative at each sample.
     negative: [bool; WAVE],
 }
 
+impl<'a> Worker<'a> {
+    pub fn new(context: &Context<'a>) -> Self {
+        Worker {
+            tracer: Tracer::new(&context.prepared.traceable, &context.prepared.lights),
+            streams: Streams::new(),
+            wave: Box::new(Wave::new()),
+            negative: [false; WAVE],
+        }
+    }
+}
+
 impl Context<'_> {
     /// Does jobs, which are all for one kind and number of samples, as long as there is time: some may be left. The samples of one
     /// pixel are added in their order.
-    pub(super) fn sample_all(&self, tracer: &mut Tracer, meter: &mut Meter, jobs: &mut [Job]) {
-        let Some(Job { pattern, indices, .. }) = jobs.first() else { return };
+    pub(super) fn sample_all(&self, worker: &mut Worker, meter: &mut Meter, jobs: &mut [Job]) {
+        let Some(Job { indices, .. }) = jobs.first() else { return };
         let (mut number, mut index) = (0, indices.start);
-        let mut batch = Batch {
-            streams: Streams::new(&pattern.sampler),
-            wave: Box::new(Wave::new()),
-            negative: [false; WAVE],
-        };
         loop {
             let mut places: ArrayVec<Place, WAVE> = ArrayVec::new();
             let most = if meter.is_slow() { LANES } else { WAVE };
@@ -54,14 +61,14 @@ impl Context<'_> {
             if places.is_empty() {
                 return;
             }
-            self.sample_places(tracer, jobs, &places, &mut batch);
-            if !meter.add(places.len() as u32, tracer.rays) {
+            self.sample_places(worker, jobs, &places);
+            if !meter.add(places.len() as u32, worker.tracer.rays) {
                 return;
             }
         }
     }
 
-    fn sample_places(&self, tracer: &mut Tracer, jobs: &mut [Job], places: &[Place], batch: &mut Batch) {
+    fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) {
         let sample = |(number, index): &Place| {
             let Job { pattern, place, .. } = &jobs[*number];
             (pattern.seed, *place, *index)
@@ -69,28 +76,28 @@ impl Context<'_> {
         let samples: ArrayVec<Sample, WAVE> = places.iter().map(sample).collect();
         let sampler = &jobs[places[0].0].pattern.sampler;
         debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
-        batch.streams.restart(sampler, &samples);
-        batch.wave.clear();
-        side_by_side!(self.level, simd => self.take(simd, tracer, batch, &samples));
+        worker.streams.restart(sampler, &samples);
+        worker.wave.clear();
+        side_by_side!(self.level, simd => self.take(simd, worker, &samples));
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
-            self.add(pattern, batch.wave.radiance[at], batch.negative[at], samples);
+            self.add(pattern, worker.wave.radiance[at], worker.negative[at], samples);
         }
     }
 
     /// Takes samples.
     #[inline(always)]
-    fn take<S: Simd>(&self, simd: S, tracer: &mut Tracer, batch: &mut Batch, samples: &[Sample]) {
+    fn take<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample]) {
         let mut packets: ArrayVec<Rays<S>, MOST_PACKETS> = ArrayVec::new();
         let mut numbers: ArrayVec<_, MOST_PACKETS> = ArrayVec::new();
         for first in (0..samples.len()).step_by(LANES) {
-            let (own, rays) = self.camera_rays(simd, batch, samples, first);
+            let (own, rays) = self.camera_rays(simd, worker, samples, first);
             packets.push(rays);
             numbers.push(own);
         }
         let dimension = if self.camera.has_lens() { 4 } else { 2 };
         let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
-        let Batch { streams, wave, .. } = batch;
+        let Worker { tracer, streams, wave, .. } = worker;
         let rays = (&packets[..], &numbers[..]);
         self.integrator.li(simd, tracer, streams, wave, rays, (viewer, dimension));
     }
@@ -100,7 +107,7 @@ impl Context<'_> {
     fn camera_rays<S: Simd>(
         &self,
         simd: S,
-        batch: &mut Batch,
+        worker: &mut Worker,
         samples: &[Sample],
         first: usize,
     ) -> (ArrayVec<u16, LANES>, Rays<S>) {
@@ -109,13 +116,13 @@ impl Context<'_> {
             || {
                 let samples = &samples[first..samples.len().min(first + LANES)];
                 let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
-                let streams = &mut batch.streams;
+                let streams = &mut worker.streams;
                 streams.choose(&numbers, 0);
                 let mut film = streams.next_2d(simd);
                 for (lane, (_, place, _)) in samples.iter().enumerate() {
                     let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
                     (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
-                    batch.negative[first + lane] = is_negative;
+                    worker.negative[first + lane] = is_negative;
                 }
                 let camera = &self.camera;
                 let on_lens = camera.has_lens().then(|| streams.next_2d(simd));
@@ -124,7 +131,8 @@ impl Context<'_> {
                     for lane in 0..samples.len() {
                         let on_lens =
                             on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
-                        batch.wave.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);
+                        worker.wave.places[first + lane] =
+                            (DVec2::new(film[0][lane], film[1][lane]), on_lens);
                     }
                 }
                 let (o, d) = camera.rays(simd, film, on_lens);

@@ -44,7 +44,7 @@ pub(super) fn owen_scramble_rev<S: Simd>(mut x: u32x8<S>, scramble: u32x8<S>) ->
     x += scramble;
     x *= scramble >> 16 | 1;
     x ^= x * 0x0552_6c56;
-    x ^ x * 0x53a2_2864
+    x ^ (x * 0x53a2_2864)
 }
 
 /// The bits in reverse.

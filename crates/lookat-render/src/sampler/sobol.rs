@@ -43,7 +43,7 @@ pub(super) fn numbers<S: Simd>(
     // As in `sobol_burley`, for each of four dimensions.
     const SCRAMBLES: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
     let own = SCRAMBLES[dimension as usize % 4] ^ (dimension / 4);
-    let scramble = hash(seeds * 0x9c8f_2d3b ^ own);
+    let scramble = hash((seeds * 0x9c8f_2d3b) ^ own);
     // Numbers below one of 23 bits.
     to_f64(reversed(owen_scramble_rev(point, scramble)) >> 9) * (1.0 / 8_388_608.0)
 }
@@ -70,7 +70,11 @@ mod tests {
             for dimension in 0..NUM_DIMENSIONS {
                 for index in (0..64).chain([77, 4096, 40_001, 65_535]) {
                     let library = sobol_burley::sample(index, dimension, own);
-                    assert_eq!(number(dimension, index, seed), f64::from(library), "{seed} {dimension} {index}");
+                    assert_eq!(
+                        number(dimension, index, seed),
+                        f64::from(library),
+                        "{seed} {dimension} {index}"
+                    );
                 }
             }
         }

@@ -29,7 +29,7 @@ fn pixels(scene: &Scene, level: Level) -> (Vec<String>, u64) {
     let control = Control::new(&progress, None, &film);
     let mut context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
     context.level = level;
-    let (mut tracer, mut meter) = (context.tracer(), Meter::new(&control));
+    let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
     let job = |at: u32| Job {
         pattern: Pattern { seed: u64::from(at % 2), ..pattern },
@@ -39,9 +39,9 @@ fn pixels(scene: &Scene, level: Level) -> (Vec<String>, u64) {
         samples: Samples::default(),
     };
     let mut jobs: Vec<Job> = (0..48).map(job).collect();
-    context.sample_all(&mut tracer, &mut meter, &mut jobs);
+    context.sample_all(&mut worker, &mut meter, &mut jobs);
     let sums = jobs.iter().map(|job| format!("{:?}", job.samples)).collect();
-    (sums, tracer.rays)
+    (sums, worker.tracer.rays)
 }
 
 /// One of several texts, by a number from -1 to 1.

@@ -1,0 +1,134 @@
+//! Scattering, which is computed in `f32`: B1 to B4.
+//!
+//! A picture shows one point of a surface from one direction, so its mean is known.
+
+use std::f64::consts::{FRAC_PI_4, TAU};
+
+use crate::stability::prelude::*;
+
+pub(super) const MEASURES: &[(&str, Measure)] =
+    &[("B1", roughness), ("B2", grazing), ("B3", distant), ("B4", furnace)];
+
+/// Pixels on a side of the pictures.
+const SIDE: u32 = 16;
+
+/// One reflection, and no choice of lights.
+const PATH: &str = "path\" \"integer maxdepth\" [1] \"string lightsamplestrategy\" \"uniform";
+
+/// The mean of a picture of `world`, in which a plane across y is seen from an angle to its normal, at one point.
+fn mean(angle: f64, world: &str) -> f64 {
+    let eye = DVec3::new(angle.sin(), angle.cos(), 0.0);
+    let camera = format!(
+        "LookAt {}  0 0 0  0 0 1 Camera \"orthographic\" \"float screenwindow\" [-1e-6 1e-6 -1e-6 1e-6]",
+        xyz(eye)
+    );
+    mean_of(&pictured(&camera, SIDE, 4096, PATH, world))
+}
+
+/// The mean of a picture, of green.
+fn mean_of(text: &str) -> f64 {
+    let pixels = render(&scene(text), 0);
+    pixels.iter().map(|pixel| f64::from(pixel[1])).sum::<f64>() / pixels.len() as f64
+}
+
+fn floor(material: &str) -> String {
+    let corners = square(DVec3::ZERO, DVec3::X * 9.0, DVec3::NEG_Z * 9.0);
+    format!("Material {material} {}", mesh(&corners, &[[0, 1, 2], [0, 2, 3]]))
+}
+
+/// What a metal that absorbs nothing reflects of a white sky, of the width `alpha` and seen from `angle`.
+fn metal_under_sky(alpha: f64, angle: f64) -> f64 {
+    let metal = format!(
+        "\"metal\" \"rgb eta\" [1 1 1] \"rgb k\" [10000 10000 10000] \"float roughness\" {alpha:?} \"bool remaproughness\" \"false\""
+    );
+    let world = format!("LightSource \"infinite\" {}", floor(&metal));
+    mean(angle, &world)
+}
+
+/// The same in `f64`: the mean over the normals of facets that are seen from there of the share of reflected light that no facet
+/// stops (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT 7(4), 2018, equations 2, 3 and 19).
+fn albedo(alpha: f64, angle: f64) -> f64 {
+    const GRID: u32 = 1024;
+    let wo = DVec3::new(angle.sin(), 0.0, angle.cos());
+    let lambda = |w: DVec3| {
+        let slope = alpha * w.truncate().length() / w.z;
+        ((1.0 + slope * slope).sqrt() - 1.0) / 2.0
+    };
+    let up = DVec3::new(alpha * wo.x, 0.0, wo.z).normalize();
+    let across = DVec3::Y;
+    let reflected = |i: u32| {
+        let [t, v] = [i % GRID, i / GRID].map(|k| (f64::from(k) + 0.5) / f64::from(GRID));
+        // Most points are where the steepest facets are, which are few.
+        let (u, density) = (1.0 - (1.0 - t).powi(4), 4.0 * (1.0 - t).powi(3));
+        let (x, y) = (u.sqrt() * (TAU * v).cos(), u.sqrt() * (TAU * v).sin());
+        let s = 0.5 * (1.0 + up.z);
+        let y = (1.0 - s) * (1.0 - x * x).sqrt() + s * y;
+        let n = across * x + up.cross(across) * y + up * (1.0 - x * x - y * y).max(0.0).sqrt();
+        let facet = DVec3::new(alpha * n.x, alpha * n.y, n.z.max(0.0)).normalize();
+        let wi = facet * (2.0 * wo.dot(facet)) - wo;
+        if wi.z > 0.0 { density * (1.0 + lambda(wo)) / (1.0 + lambda(wo) + lambda(wi)) } else { 0.0 }
+    };
+    (0..GRID * GRID).map(reflected).sum::<f64>() / f64::from(GRID * GRID)
+}
+
+/// The relative error of a number.
+fn error(found: f64, truth: f64) -> Tally {
+    let mut tally = Tally::default();
+    tally.error((found / truth - 1.0).abs());
+    tally
+}
+
+fn roughness(_: &Effort) -> Found {
+    Found::sweep(0, [0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0], |_, alpha| {
+        error(metal_under_sky(alpha, FRAC_PI_4), albedo(alpha, FRAC_PI_4))
+    })
+}
+
+fn grazing(_: &Effort) -> Found {
+    Found::sweep(0, decades((-5..=0).rev()), |_, cos| {
+        error(metal_under_sky(0.1, cos.acos()), albedo(0.1, cos.acos()))
+    })
+}
+
+/// A sphere that shines down on a floor, and is as bright from there at any distance as far as colors go.
+fn distant(_: &Effort) -> Found {
+    Found::sweep(0, decades(1..=12), |_, distance| {
+        let bright = (distance * distance).min(1e18);
+        let world = format!(
+            "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [{bright} {bright} {bright}] Translate 0 {distance:?} 0
+             Shape \"sphere\" AttributeEnd {}",
+            floor("\"matte\" \"rgb Kd\" [.5 .5 .5]")
+        );
+        // The irradiance over pi is the radiance times the squared sine of half of the angle at which it is seen.
+        error(mean(FRAC_PI_4, &world), 0.5 * bright / (distance * distance))
+    })
+}
+
+/// Inside of a sphere that shines and reflects evenly, light is a geometric series of a hundred reflections.
+fn furnace(_: &Effort) -> Found {
+    const BOUNCES: i32 = 100;
+    Found::sweep(0, [0.5, 0.9, 0.99], |_, reflectance| {
+        let world = format!(
+            "AreaLightSource \"diffuse\" Material \"matte\" \"rgb Kd\" [{reflectance:?} {reflectance:?} {reflectance:?}]
+             ReverseOrientation Shape \"sphere\""
+        );
+        let camera = "LookAt .1 .2 .3  1 1 1  0 0 1 Camera \"perspective\" \"float fov\" 90";
+        let integrator = PATH.replace("[1]", &format!("[{BOUNCES}] \"float rrthreshold\" [0]"));
+        let mean = mean_of(&pictured(camera, SIDE, 64, &integrator, &world));
+        error(mean, (1.0 - reflectance.powi(BOUNCES + 1)) / (1.0 - reflectance))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of facets that are all but flat everything is reflected; rough ones lose about a third at normal incidence (Heitz et al.,
+    /// "Multiple-Scattering Microfacet BSDFs with the Smith Model", SIGGRAPH 2016, figure 5).
+    #[test]
+    fn flat_metal_reflects_all_and_rough_metal_less() {
+        assert!((albedo(0.001, FRAC_PI_4) - 1.0).abs() < 1e-5);
+        let rough = albedo(1.0, 0.0);
+        assert!((0.5..0.8).contains(&rough), "{rough}");
+    }
+}
