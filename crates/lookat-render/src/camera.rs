@@ -66,13 +66,6 @@ impl CameraRays {
     /// The ray through `film`, in pixels from the top left corner; `u` chooses the point on the lens (PBR 6.2.3).
     #[inline(always)]
     pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
-        let (o, d) = self.line(film, u);
-        Ray::new(o, d.normalize())
-    }
-
-    /// The origin of that ray, and its direction, of any length.
-    #[inline(always)]
-    fn line(&self, film: DVec2, u: DVec2) -> (DVec3, DVec3) {
         let p = self.start + self.step * (film - self.film_middle);
         let (o, d) = match (self.projection, self.lens) {
             (Projection::Environment, _) => (DVec3::ZERO, around(film / (self.film_middle * 2.0))),
@@ -87,26 +80,7 @@ impl CameraRays {
                 through_lens(-self.middle, (p + self.middle) / lens.focal_distance, lens, u)
             }
         };
-        (self.eye + self.world_from_camera * o, self.world_from_camera * d)
-    }
-}
-
-/// A camera ray with what makes its neighbors.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct CameraRay<'c> {
-    pub camera: &'c CameraRays,
-    /// Place on the film, in pixels from the top left corner.
-    pub film: DVec2,
-    /// What chooses the point on the lens.
-    pub on_lens: DVec2,
-    /// From one sample to the next, in pixels: pbrt-v3 takes it that samples are as far apart as in a grid.
-    pub spacing: f64,
-}
-
-impl CameraRay<'_> {
-    /// Origins and directions, of any length, of the neighbors to the right and below, through the same point of the lens.
-    pub fn neighbors(&self) -> [(DVec3, DVec3); 2] {
-        [DVec2::X, DVec2::Y].map(|step| self.camera.line(self.film + step * self.spacing, self.on_lens))
+        Ray::new(self.eye + self.world_from_camera * o, (self.world_from_camera * d).normalize())
     }
 }
 

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use lookat_scene::{Cutout, Mesh, Primitive, Shape};
 
+use crate::lanes::{baseline, bits};
 use crate::ray::ElementId;
-use crate::texture::{Footprint, TexturePoint};
+use crate::texture::TexturePoint;
 use crate::triangle::parametric;
 
 /// Whether there is something at a point of an element of the primitive, and no hole.
@@ -23,19 +24,15 @@ pub(crate) fn is_there(
 
 #[inline(never)]
 fn is_left(cutout: &Cutout, mesh: &Mesh, element: ElementId, [b0, b1]: [f64; 2], is_shadow: bool) -> bool {
-    let at = point(mesh, element.index as usize, [b0, b1, 1.0 - b0 - b1]);
-    let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
-    cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha) != 0.0)
-}
-
-/// A point of a triangle. As in pbrt-v3, it is that of the object where it is part of one.
-fn point(mesh: &Mesh, index: usize, weights: [f64; 3]) -> TexturePoint {
+    let (index, weights) = (element.index as usize, [b0, b1, 1.0 - b0 - b1]);
+    // As in pbrt-v3, the point is that of the object where it is part of one. Positions of the mesh are not relative to an origin.
     let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]));
-    TexturePoint {
-        p: corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2],
-        // Positions of the mesh are not relative to an origin.
-        origin: DVec3::ZERO,
-        uv: parametric::flat(mesh, index, weights).uv,
-        footprint: Footprint::default(),
-    }
+    let p = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+    let uvs = parametric::coordinates(mesh, index);
+    let uv = uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2];
+    let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
+    baseline!(simd => {
+        let (at, first) = (TexturePoint::splat(simd, p, uv.into()), bits(simd, 1));
+        cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha, first)[0] != 0.0)
+    })
 }

@@ -9,13 +9,6 @@ pub(crate) fn flipped(n: DVec3, flip: bool) -> DVec3 {
     if flip { -n } else { n }
 }
 
-/// Two directions across `v`, of length one where `v` is (pbrt-v3's CoordinateSystem).
-pub(crate) fn pbrt_frame(v: DVec3) -> (DVec3, DVec3) {
-    let x = if v.x.abs() > v.y.abs() { DVec3::new(-v.z, 0.0, v.x) } else { DVec3::new(0.0, v.z, -v.y) };
-    let x = x.normalize_or(DVec3::X);
-    (x, v.cross(x))
-}
-
 /// An orthonormal frame with `n`, of length one, as its z axis (Duff et al., "Building an Orthonormal Basis,
 /// Revisited", JCGT 6(1), 2017).
 #[derive(Debug, Clone, Copy)]
@@ -33,14 +26,6 @@ impl Frame {
         let x = DVec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x);
         let y = DVec3::new(b, sign + z.y * z.y * a, -z.y);
         Frame { x, y, z }
-    }
-
-    /// The frame around `z`, of length one, whose x axis is as near to `x` as can be.
-    pub fn from_zx(z: DVec3, x: DVec3) -> Self {
-        match (x - z * z.dot(x)).try_normalize() {
-            Some(x) => Frame { x, y: z.cross(x), z },
-            None => Frame::from_z(z),
-        }
     }
 
     pub fn to_world(self, v: DVec3) -> DVec3 {

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use lookat_scene::{LoadOptions, Scene, load};
 
+pub(crate) use crate::lanes::baseline;
+
 /// A number without a pattern, from -1 to 1.
 pub(crate) fn noise(i: usize, k: f64) -> f64 {
     ((i as f64 * k).sin() * 1e4).fract()
@@ -14,18 +16,3 @@ pub(crate) fn scene(text: &str) -> Scene {
     let loaded = load(Path::new("test.pbrt"), &|_| Ok(text.to_owned().into()), &LoadOptions::default());
     loaded.scene.unwrap_or_else(|| panic!("{:?} {text}", loaded.diagnostics))
 }
-
-/// Does something with the instructions that all processors of a kind have.
-macro_rules! baseline {
-    ($simd:ident => $does:expr) => {{
-        let level = fearless_simd::Level::new();
-        #[cfg(target_arch = "x86_64")]
-        let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");
-        #[cfg(target_arch = "aarch64")]
-        let $simd = level.as_neon().expect("every AArch64 processor has NEON");
-        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-        let $simd = level.as_fallback().expect("every processor can do without");
-        $does
-    }};
-}
-pub(crate) use baseline;

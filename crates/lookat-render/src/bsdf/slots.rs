@@ -1,6 +1,6 @@
 //! The lobes at points side by side: a lobe of a kind, where it is, and how likely it is to be sampled.
 
-use fearless_simd::{Simd, f32x8, mask32x8, mask64x8};
+use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*};
 use smallvec::SmallVec;
 
 use super::lobe::{Lobe, Lobes, PointLobe};
@@ -36,24 +36,39 @@ impl<S: Simd> Slots<S> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let (own, mut from) = (narrow(points), 0);
+                let mut from = 0;
                 for lobe in &lobes.0 {
-                    let lobes = Lobe::splat(simd, lobe);
-                    match self.0[from..].iter().position(|slot| slot.lobe.kind == lobe.kind) {
-                        Some(at) => {
-                            let slot = &mut self.0[from + at];
-                            slot.lobe = lobes.or(own, slot.lobe);
-                            slot.mask |= own;
-                            from += at + 1;
-                        }
-                        None => {
-                            let probability = splat_f32(simd, 1.0);
-                            self.0.push(Slot { lobe: lobes, mask: own, probability });
-                            from = self.0.len();
-                        }
-                    }
+                    self.push(Lobe::splat(simd, lobe), narrow(points), &mut from);
                 }
             },
         )
+    }
+
+    /// Adds lobes at some points, whose lobes so far are in slots before `from`.
+    #[inline(always)]
+    pub(super) fn push(&mut self, lobe: Lobes<S>, own: mask32x8<S>, from: &mut usize) {
+        if !own.any_true() {
+            return;
+        }
+        let same = |slot: &Slot<S>| slot.lobe.kind == lobe.kind;
+        let at = match self.0[*from..].iter().position(same) {
+            Some(at) => {
+                let slot = &mut self.0[*from + at];
+                slot.lobe = lobe.or(own, slot.lobe);
+                slot.mask |= own;
+                *from + at
+            }
+            None => {
+                self.0.push(Slot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) });
+                self.0.len() - 1
+            }
+        };
+        *from = at + 1;
+    }
+
+    /// The lobes of the first point.
+    pub(super) fn first(&self) -> PointLobes {
+        let own = self.0.iter().filter(|slot| slot.mask.to_bitmask() & 1 == 1);
+        PointLobes(own.map(|slot| slot.lobe.first()).collect())
     }
 }

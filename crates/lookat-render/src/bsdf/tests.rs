@@ -13,7 +13,6 @@ use super::*;
 use crate::frame::Frame;
 use crate::lanes::{LANES, those};
 use crate::testing::baseline;
-use crate::texture::TexturePoint;
 
 const COLOR: Vec3 = Vec3::new(0.9, 0.5, 0.7);
 
@@ -131,8 +130,7 @@ impl Point<'_> {
     /// Does something with the BSDF.
     fn ask<S: Simd, T>(&self, simd: S, ask: impl FnOnce(&Bsdf<S>) -> T) -> T {
         let mut slots = Slots::new();
-        let lobes = PointLobes::new(self.material.kind(), &TexturePoint::default());
-        slots.add(simd, &lobes, bits(simd, 0xff));
+        slots.add(simd, &PointLobes::new(self.material.kind()), bits(simd, 0xff));
         let n = Vec3x8::splat(simd, frame().z);
         ask(&Bsdf::new((n, n, Frames::from_z(n.narrow())), Vec3x8::splat(simd, self.wo()), &mut slots))
     }

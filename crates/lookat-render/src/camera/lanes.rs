@@ -4,11 +4,9 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DVec2, DVec3};
 use lookat_scene::{Lens, Projection};
 
-use super::{CameraRay, CameraRays, around};
-use crate::lanes::{LANES, Vec3x8};
+use super::{CameraRays, around};
+use crate::lanes::{LANES, Vec2x8, Vec3x8};
 use crate::warp::lanes::square_to_disk;
-
-type Vec2x8<S> = [f64x8<S>; 2];
 
 /// What sends camera rays.
 #[derive(Clone, Copy)]
@@ -31,11 +29,23 @@ pub(crate) struct Views<'v> {
 }
 
 impl Views<'_> {
-    /// One of the rays, if it has not passed anything.
-    pub fn ray(&self, lane: usize) -> Option<CameraRay<'_>> {
-        let (film, on_lens) = self.places[usize::from(self.samples[lane])];
-        let is_direct = self.direct >> lane & 1 == 1;
-        is_direct.then_some(CameraRay { camera: self.of.camera, film, on_lens, spacing: self.of.spacing })
+    /// Origins and directions, of any length, of the neighbors of the rays to the right and below, through the same points of the lens.
+    #[inline(always)]
+    pub fn neighbors<S: Simd>(&self, simd: S) -> [(Vec3x8<S>, Vec3x8<S>); 2] {
+        let mut places = [[0.0; LANES]; 4];
+        for (lane, sample) in self.samples.iter().enumerate() {
+            let (film, on_lens) = self.places[usize::from(*sample)];
+            for (own, place) in places.iter_mut().zip([film.x, film.y, on_lens.x, on_lens.y]) {
+                own[lane] = place;
+            }
+        }
+        let [x, y, u, v]: [f64x8<S>; 4] = places.map(
+            #[inline(always)]
+            |places| places.simd_into(simd),
+        );
+        let Viewer { camera, spacing } = self.of;
+        let lines = |film| camera.lines(simd, film, Some([u, v]));
+        [lines([x + spacing, y]), lines([x, y + spacing])]
     }
 }
 
@@ -43,6 +53,13 @@ impl CameraRays {
     /// Origins and directions of the rays that [`CameraRays::ray`] gives, to the bit.
     #[inline(always)]
     pub fn rays<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
+        let (o, d) = self.lines(simd, film, u);
+        (o, d.normalize())
+    }
+
+    /// The same with directions of any length.
+    #[inline(always)]
+    fn lines<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
         let (start, step, middle) = (self.start, self.step, self.film_middle);
         let [x, y] = film;
         let p = [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)];
@@ -72,10 +89,7 @@ impl CameraRays {
                 through_lens(center, [x / focal, y / focal], lens, u)
             }
         };
-        (
-            Vec3x8::splat(simd, self.eye) + o.by(&self.world_from_camera),
-            d.by(&self.world_from_camera).normalize(),
-        )
+        (Vec3x8::splat(simd, self.eye) + o.by(&self.world_from_camera), d.by(&self.world_from_camera))
     }
 }
 

@@ -1,21 +1,20 @@
 //! Frames side by side.
 
-use fearless_simd::{Simd, f32x8};
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
-use super::Frame;
-use crate::lanes::{Number, V3};
+use crate::lanes::{Number, V3, Vec3x8, narrow};
 
-/// As [`Frame`].
+/// As [`super::Frame`].
 #[derive(Clone, Copy)]
 pub(crate) struct Frames<T> {
     x: V3<T>,
     y: V3<T>,
-    z: V3<T>,
+    pub z: V3<T>,
 }
 
 impl<T> Frames<T> {
-    /// As [`Frame::from_z`].
+    /// As [`super::Frame::from_z`].
     #[inline(always)]
     pub fn from_z<S: Simd>(z: V3<T>) -> Self
     where
@@ -47,14 +46,37 @@ impl<T> Frames<T> {
     }
 }
 
-impl<S: Simd> Frames<f32x8<S>> {
-    /// Puts another one in a lane.
-    pub fn put(&mut self, lane: usize, frame: &Frame) {
-        let put = |own: &mut V3<f32x8<S>>, v: DVec3| {
-            (own.x[lane], own.y[lane], own.z[lane]) = v.as_vec3().into();
-        };
-        put(&mut self.x, frame.x);
-        put(&mut self.y, frame.y);
-        put(&mut self.z, frame.z);
+impl<S: Simd> Frames<f64x8<S>> {
+    /// The frames around `z`, of length one, whose x axes are as near to `x` as can be.
+    #[inline(always)]
+    pub fn from_zx(z: Vec3x8<S>, x: Vec3x8<S>) -> Self {
+        let (x, is_there) = (x - z * z.dot(x)).try_normalize();
+        let others = Frames::from_z(z);
+        Frames { x: x.or(is_there, others.x), y: z.cross(x).or(is_there, others.y), z }
     }
+
+    /// Rounded to `f32`.
+    #[inline(always)]
+    pub fn narrow(self) -> Frames<f32x8<S>> {
+        Frames { x: self.x.narrow(), y: self.y.narrow(), z: self.z.narrow() }
+    }
+}
+
+impl<S: Simd> Frames<f32x8<S>> {
+    /// These where `mask` says so, and the others elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+        let mask = narrow(mask);
+        Frames { x: self.x.or(mask, others.x), y: self.y.or(mask, others.y), z: self.z.or(mask, others.z) }
+    }
+}
+
+/// Two directions across `v`, of length one where `v` is (pbrt-v3's CoordinateSystem).
+#[inline(always)]
+pub(crate) fn pbrt_frame<S: Simd>(v: Vec3x8<S>) -> [Vec3x8<S>; 2] {
+    let zero = f64x8::splat(v.x.token(), 0.0);
+    let is_x = v.x.abs().simd_gt(v.y.abs());
+    let x = V3 { x: -v.z, y: zero, z: v.x }.or(is_x, V3 { x: zero, y: v.z, z: -v.y });
+    let x = x.normalize_or(DVec3::X);
+    [x, v.cross(x)]
 }

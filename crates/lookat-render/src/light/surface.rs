@@ -164,7 +164,6 @@ impl SurfaceLight {
             emitting: flipped(n, primitive.reverse_orientation),
             element: self.element(),
             place: Hit::NO_PLACE,
-            barycentric: [0.0; 2],
             primitive,
         }
     }
