@@ -1,9 +1,12 @@
 //! Holes of meshes, where their alpha is 0.
 
+use std::sync::LazyLock;
+
+use fearless_simd::{Level, Simd};
 use glam::DVec3;
 use lookat_scene::{Cutout, Mesh, Primitive, Shape};
 
-use crate::lanes::{baseline, bits};
+use crate::lanes::{bits, side_by_side};
 use crate::ray::ElementId;
 use crate::texture::TexturePoint;
 use crate::triangle::parametric;
@@ -22,6 +25,9 @@ pub(crate) fn is_there(
     }
 }
 
+/// What one point is looked up with: the values are the same at every level.
+static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
+
 #[inline(never)]
 fn is_left(cutout: &Cutout, mesh: &Mesh, element: ElementId, [b0, b1]: [f64; 2], is_shadow: bool) -> bool {
     let (index, weights) = (element.index as usize, [b0, b1, 1.0 - b0 - b1]);
@@ -31,7 +37,7 @@ fn is_left(cutout: &Cutout, mesh: &Mesh, element: ElementId, [b0, b1]: [f64; 2],
     let uvs = parametric::coordinates(mesh, index);
     let uv = uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2];
     let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
-    baseline!(simd => {
+    side_by_side!(*LEVEL, simd => {
         let (at, first) = (TexturePoint::splat(simd, p, uv.into()), bits(simd, 1));
         cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha, first)[0] != 0.0)
     })

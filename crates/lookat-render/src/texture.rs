@@ -8,7 +8,7 @@ mod marble;
 mod noise;
 mod values;
 
-use fearless_simd::{Simd, mask64x8, prelude::*};
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3};
 use lookat_scene::{Bilerp, Mapping, Texture, Transform, Varying};
 
@@ -50,7 +50,8 @@ impl<S: Simd> TexturePoint<S> {
         match texture {
             Texture::Constant(value) => T::splat(active.token(), *value),
             Texture::Varying(node) if active.any_true() => self.varying(node.texture(), active),
-            Texture::Varying(_) => T::gray(self.uv[0]),
+            // It is not asked.
+            Texture::Varying(_) => T::gray(f64x8::splat(active.token(), 0.0)),
         }
     }
 

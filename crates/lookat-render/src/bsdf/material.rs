@@ -104,7 +104,7 @@ impl<S: Simd> Builder<'_, S> {
     /// Adds a lobe where anything comes of it.
     #[inline(always)]
     fn push(&mut self, lobe: Lobes<S>, active: mask64x8<S>) {
-        self.slots.push(lobe, narrow(active & lobe.color.is_light()), &mut self.from);
+        self.slots.push(&lobe, narrow(active & lobe.color.is_light()), &mut self.from);
     }
 
     /// Shares of light: at least 0.

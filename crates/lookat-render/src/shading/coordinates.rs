@@ -53,7 +53,7 @@ impl<S: Simd> Coordinates<S> {
     }
 
     /// What is no triangle of the world, one by one.
-    #[inline]
+    #[inline(never)]
     fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &Found)) {
         let instance = scene.instance(hit.element.instance);
         let own = match &scene.primitive(hit.element.primitive).shape {

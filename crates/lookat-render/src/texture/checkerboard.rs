@@ -1,7 +1,7 @@
 //! The value of a checkerboard (PBR 10.5).
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use lookat_scene::{Cells, Checkerboard, Mapping};
+use lookat_scene::{Cells, Checkerboard};
 
 use super::{TexturePoint, Values, mapping};
 use crate::lanes::Vec2x8;
@@ -20,21 +20,28 @@ pub(super) fn checkerboard<S: Simd, T: Values<S>>(
 }
 
 /// The share of cells whose numbers have an odd sum.
-#[inline(always)]
+#[inline(never)]
 fn share_of_odd<S: Simd>(at: &TexturePoint<S>, cells: &Cells, active: mask64x8<S>) -> f64x8<S> {
-    match cells {
-        Cells::Plane { mapping, filtered } => {
-            let st = mapping::coordinates(mapping, at, active);
-            match reach(mapping, at, active) {
-                Some(reach) if *filtered => filtered_share(st, reach),
-                _ => parity(&st),
+    active.token().vectorize(
+        #[inline(always)]
+        || match cells {
+            Cells::Plane { mapping, filtered } => {
+                let st = mapping::coordinates(mapping, at, active);
+                match &at.footprint {
+                    Some(footprint) if *filtered => {
+                        // How far s and t change up to the neighbors, at most.
+                        let [x, y] = mapping::changes(mapping, at, footprint, active);
+                        filtered_share(st, [x[0].abs().max(y[0].abs()), x[1].abs().max(y[1].abs())])
+                    }
+                    _ => parity(&st),
+                }
             }
-        }
-        Cells::Space { texture_from_world } => {
-            let p = at.within(texture_from_world);
-            parity(&[p.x, p.y, p.z])
-        }
-    }
+            Cells::Space { texture_from_world } => {
+                let p = at.within(texture_from_world);
+                parity(&[p.x, p.y, p.z])
+            }
+        },
+    )
 }
 
 /// 1 where the sum of the numbers of the cells is odd, else 0.
@@ -48,13 +55,6 @@ fn parity<S: Simd>(p: &[f64x8<S>]) -> f64x8<S> {
         odd = own.simd_eq(1.0).select(1.0 - odd, odd);
     }
     odd
-}
-
-/// How far s and t change up to the neighbors, at most.
-#[inline(always)]
-fn reach<S: Simd>(mapping: &Mapping, at: &TexturePoint<S>, active: mask64x8<S>) -> Option<Vec2x8<S>> {
-    let [x, y] = mapping::changes(mapping, at, active)?;
-    Some([x[0].abs().max(y[0].abs()), x[1].abs().max(y[1].abs())])
 }
 
 /// The share within a box around `st`.

@@ -10,27 +10,33 @@ use super::{TexturePoint, Values};
 use crate::lanes::{LANES, Vec2x8, those, to_f32};
 
 /// With neighbors one by one, by the filter; else bilinear.
-#[inline(always)]
+#[inline(never)]
 pub(super) fn value<S: Simd, T: Values<S>>(
     image: &ImageMap<T>,
     at: &TexturePoint<S>,
     active: mask64x8<S>,
 ) -> T::Wide {
-    let st = coordinates(&image.mapping, at, active);
-    let Some([dst0, dst1]) = changes(&image.mapping, at, active) else {
-        return T::from_texels(bilinear::<S, T>(&image.map, st, active));
-    };
-    let is_still = dst0[0].simd_eq(0.0) & dst0[1].simd_eq(0.0) & dst1[0].simd_eq(0.0) & dst1[1].simd_eq(0.0);
-    let mut filtered = [T::Texel::default(); LANES];
-    for lane in those(active & !is_still) {
-        let of = |v: &Vec2x8<S>| DVec2::new(v[0][lane], v[1][lane]);
-        filtered[lane] = one(image, of(&st), [of(&dst0), of(&dst1)]);
-    }
-    let filtered = T::from_texels(T::texels(active.token(), &filtered));
-    match (active & is_still).any_true() {
-        true => T::or(T::from_texels(bilinear::<S, T>(&image.map, st, active)), is_still, filtered),
-        false => filtered,
-    }
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let st = coordinates(&image.mapping, at, active);
+            let Some(footprint) = &at.footprint else {
+                return T::from_texels(bilinear::<S, T>(&image.map, st, active));
+            };
+            let [x, y] = changes(&image.mapping, at, footprint, active);
+            let is_still = x[0].simd_eq(0.0) & x[1].simd_eq(0.0) & y[0].simd_eq(0.0) & y[1].simd_eq(0.0);
+            let mut filtered = [T::Texel::default(); LANES];
+            for lane in those(active & !is_still) {
+                let of = |v: &Vec2x8<S>| DVec2::new(v[0][lane], v[1][lane]);
+                filtered[lane] = one(image, of(&st), [of(&x), of(&y)]);
+            }
+            let filtered = T::from_texels(T::texels(active.token(), &filtered));
+            match (active & is_still).any_true() {
+                true => T::or(T::from_texels(bilinear::<S, T>(&image.map, st, active)), is_still, filtered),
+                false => filtered,
+            }
+        },
+    )
 }
 
 fn one<T: Value>(image: &ImageMap<T>, st: DVec2, [dst0, dst1]: [DVec2; 2]) -> T::Texel {

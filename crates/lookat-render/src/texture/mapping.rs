@@ -4,62 +4,76 @@ use std::f64::consts::{PI, TAU};
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
-use lookat_scene::{Mapping, Transform};
+use lookat_scene::Mapping;
 
-use super::{TexturePoint, within};
+use super::{Footprint, TexturePoint, within};
 use crate::lanes::{Vec2x8, Vec3x8, those};
 
 /// The coordinates. They are finite.
-#[inline(always)]
+#[inline(never)]
 pub(super) fn coordinates<S: Simd>(
     mapping: &Mapping,
     at: &TexturePoint<S>,
     active: mask64x8<S>,
 ) -> Vec2x8<S> {
-    let [u, v] = at.uv;
-    finite(match mapping {
-        Mapping::Uv { scale, offset } => [u * scale.x + offset.x, v * scale.y + offset.y],
-        Mapping::Spherical { texture_from_world } => {
-            let p = at.within(texture_from_world);
-            each(active, |lane| spherical(p.lane(lane)))
-        }
-        Mapping::Cylindrical { texture_from_world } => {
-            let p = at.within(texture_from_world);
-            each(active, |lane| cylindrical(p.lane(lane)))
-        }
-        // The origin apart, so that neighboring points keep their distance however far away it is.
-        Mapping::Planar { axes, offset } => {
-            let ([s, t], origin) = (along(axes, at.p), axes.map(|axis| at.origin.dot(axis)));
-            [s + (origin[0] + offset.x), t + (origin[1] + offset.y)]
-        }
-    })
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let [u, v] = at.uv;
+            finite(match mapping {
+                Mapping::Uv { scale, offset } => [u * scale.x + offset.x, v * scale.y + offset.y],
+                Mapping::Spherical { texture_from_world: to }
+                | Mapping::Cylindrical { texture_from_world: to } => {
+                    let is_sphere = matches!(mapping, Mapping::Spherical { .. });
+                    let (p, of) = (at.within(to), if is_sphere { spherical } else { cylindrical });
+                    each(active, |lane| of(p.lane(lane)))
+                }
+                // The origin apart, so that neighboring points keep their distance however far away it is.
+                Mapping::Planar { axes, offset } => {
+                    let ([s, t], origin) = (along(axes, at.p), axes.map(|axis| at.origin.dot(axis)));
+                    [s + (origin[0] + offset.x), t + (origin[1] + offset.y)]
+                }
+            })
+        },
+    )
 }
 
-/// How the coordinates change to the neighbors at the right and below, if there are any. They are finite.
+/// How the coordinates change to the neighbors at the right and below. They are finite.
 ///
 /// pbrt-v3 takes differences on spheres and cylinders, which are wrong where the texture's edges meet; these are
 /// derivatives.
-#[inline(always)]
+#[inline(never)]
 pub(super) fn changes<S: Simd>(
     mapping: &Mapping,
     at: &TexturePoint<S>,
+    footprint: &Footprint<S>,
     active: mask64x8<S>,
-) -> Option<[Vec2x8<S>; 2]> {
-    let footprint = at.footprint.as_ref()?;
-    let ([dp0, dp1], [duv0, duv1]) = (footprint.dp, footprint.duv);
-    let changes = match mapping {
-        Mapping::Uv { scale, .. } => {
-            [[duv0[0] * scale.x, duv0[1] * scale.y], [duv1[0] * scale.x, duv1[1] * scale.y]]
-        }
-        Mapping::Spherical { texture_from_world: to } => {
-            steps(at.within(to), to, footprint.dp, active, spherical_derivative)
-        }
-        Mapping::Cylindrical { texture_from_world: to } => {
-            steps(at.within(to), to, footprint.dp, active, cylindrical_derivative)
-        }
-        Mapping::Planar { axes, .. } => [along(axes, dp0), along(axes, dp1)],
-    };
-    Some([finite(changes[0]), finite(changes[1])])
+) -> [Vec2x8<S>; 2] {
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let ([dp0, dp1], [duv0, duv1]) = (footprint.dp, footprint.duv);
+            let [x, y] = match mapping {
+                Mapping::Uv { scale, .. } => {
+                    [[duv0[0] * scale.x, duv0[1] * scale.y], [duv1[0] * scale.x, duv1[1] * scale.y]]
+                }
+                Mapping::Spherical { texture_from_world: to }
+                | Mapping::Cylindrical { texture_from_world: to } => {
+                    let is_sphere = matches!(mapping, Mapping::Spherical { .. });
+                    let derivative = if is_sphere { spherical_derivative } else { cylindrical_derivative };
+                    let (p, dv) = (at.within(to), [within(to, dp0), within(to, dp1)]);
+                    dv.map(|dv| {
+                        each(active, |lane| match dv.lane(lane) {
+                            DVec3::ZERO => DVec2::ZERO,
+                            dv => derivative(p.lane(lane), dv),
+                        })
+                    })
+                }
+                Mapping::Planar { axes, .. } => [along(axes, dp0), along(axes, dp1)],
+            };
+            [finite(x), finite(y)]
+        },
+    )
 }
 
 #[inline(always)]
@@ -85,30 +99,15 @@ fn each<S: Simd>(active: mask64x8<S>, of: impl Fn(usize) -> DVec2) -> Vec2x8<S> 
     all
 }
 
-#[inline(always)]
-fn steps<S: Simd>(
-    p: Vec3x8<S>,
-    texture_from_world: &Transform,
-    [dp0, dp1]: [Vec3x8<S>; 2],
-    active: mask64x8<S>,
-    derivative: fn(DVec3, DVec3) -> DVec2,
-) -> [Vec2x8<S>; 2] {
-    let of = |dv: Vec3x8<S>| {
-        each(active, |lane| match dv.lane(lane) {
-            DVec3::ZERO => DVec2::ZERO,
-            dv => derivative(p.lane(lane), dv),
-        })
-    };
-    [of(within(texture_from_world, dp0)), of(within(texture_from_world, dp1))]
-}
-
 /// Latitude and longitude, each from 0 to 1.
+#[inline(never)]
 fn spherical(v: DVec3) -> DVec2 {
     let theta = v.truncate().length().atan2(v.z);
     let phi = v.y.atan2(v.x);
     DVec2::new(theta / PI, if phi < 0.0 { phi / TAU + 1.0 } else { phi / TAU })
 }
 
+#[inline(never)]
 fn spherical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
     let radius = v.truncate().length();
     let outward = v.truncate().dot(dv.truncate()) / radius;
@@ -117,10 +116,12 @@ fn spherical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
 }
 
 /// Longitude from 0 to 1, and the height on the unit sphere, as pbrt-v3 has it.
+#[inline(never)]
 fn cylindrical(v: DVec3) -> DVec2 {
     DVec2::new((PI + v.y.atan2(v.x)) / TAU, v.normalize_or_zero().z)
 }
 
+#[inline(never)]
 fn cylindrical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
     let length = v.length();
     let height = (dv.z - v.z * v.dot(dv) / (length * length)) / length;
@@ -133,10 +134,11 @@ fn longitude_derivative(v: DVec3, dv: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use lookat_scene::Transform;
+
     use super::*;
     use crate::lanes::bits;
     use crate::testing::baseline;
-    use crate::texture::Footprint;
 
     const NEAR: [DVec3; 2] = [DVec3::new(1e-3, 2e-3, -1e-3), DVec3::new(0.0, -1e-3, 2e-3)];
 
@@ -154,10 +156,11 @@ mod tests {
             let vectors = |v: DVec3| Vec3x8::splat(simd, v);
             let points = |v: DVec2| v.to_array().map(|x| f64x8::splat(simd, x));
             let lane = |v: Vec2x8<_>| DVec2::new(v[0][5], v[1][5]);
-            let footprint = Some(Footprint { dp: at.dp.map(vectors), duv: at.duv.map(points) });
-            let texture_point = TexturePoint { p: vectors(at.p), origin: at.origin, uv: points(at.uv), footprint };
+            let footprint = Footprint { dp: at.dp.map(vectors), duv: at.duv.map(points) };
+            let texture_point =
+                TexturePoint { p: vectors(at.p), origin: at.origin, uv: points(at.uv), footprint: None };
             let active = bits(simd, 1 << 5);
-            let changes = changes(mapping, &texture_point, active).unwrap().map(lane);
+            let changes = changes(mapping, &texture_point, &footprint, active).map(lane);
             (lane(coordinates(mapping, &texture_point, active)), changes)
         })
     }

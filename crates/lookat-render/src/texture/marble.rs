@@ -19,16 +19,20 @@ const CURVES: f32 = 6.0;
 /// A factor of pbrt-v3's, for colors that differ more.
 const CONTRAST: f32 = 1.5;
 
-#[inline(always)]
+#[inline(never)]
 pub(super) fn marble<S: Simd>(at: &TexturePoint<S>, marble: &Marble, active: mask64x8<S>) -> Colors<S> {
-    let octaves = &marble.octaves;
-    let at = PointInSpace::new(at, &octaves.texture_from_world).scaled(marble.scale);
-    let layer = at.p.y + marble.variation * fbm(&at, (octaves.count, octaves.roughness), active);
-    let mut place = layer;
-    for lane in those(active) {
-        place[lane] = 0.5 + 0.5 * layer[lane].sin();
-    }
-    color(to_f32(place))
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let octaves = &marble.octaves;
+            let at = PointInSpace::new(at, &octaves.texture_from_world).scaled(marble.scale);
+            let mut layer = at.p.y + marble.variation * fbm(&at, (octaves.count, octaves.roughness), active);
+            for lane in those(active) {
+                layer[lane] = layer[lane].sin();
+            }
+            color(to_f32(0.5 + 0.5 * layer))
+        },
+    )
 }
 
 /// The color at a place from 0 to 1 along the way. As in pbrt-v3, the second curve goes on where others would follow.

@@ -108,17 +108,22 @@ pub(super) struct PointInSpace<S: Simd> {
 }
 
 impl<S: Simd> PointInSpace<S> {
-    #[inline(always)]
+    #[inline(never)]
     pub fn new(at: &TexturePoint<S>, texture_from_world: &Transform) -> Self {
-        let spread = at.footprint.as_ref().map(
+        at.p.x.token().vectorize(
             #[inline(always)]
-            |footprint| {
-                let [x, y] = footprint.dp;
-                let (x, y) = (within(texture_from_world, x), within(texture_from_world, y));
-                x.length_squared().max(y.length_squared()).sqrt()
+            || {
+                let spread = at.footprint.as_ref().map(
+                    #[inline(always)]
+                    |footprint| {
+                        let [x, y] = footprint.dp;
+                        let (x, y) = (within(texture_from_world, x), within(texture_from_world, y));
+                        x.length_squared().max(y.length_squared()).sqrt()
+                    },
+                );
+                PointInSpace { p: at.within(texture_from_world), spread }
             },
-        );
-        PointInSpace { p: at.within(texture_from_world), spread }
+        )
     }
 
     #[inline(always)]

@@ -40,7 +40,7 @@ pub(crate) struct Triangles {
 
 impl Triangles {
     /// Puts a point in its place: of a triangle of a mesh, where its corners weigh so much, with its shading normal.
-    #[inline]
+    #[inline(never)]
     pub fn put(
         &mut self,
         lane: usize,
