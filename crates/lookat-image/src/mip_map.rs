@@ -122,6 +122,17 @@ impl<T: Texel> MipMap<T> {
         self.levels[self.levels.len() - 1].texels[0]
     }
 
+    /// Places among texels that are farther away are brought nearer: they cannot be told apart.
+    pub const FAR: f64 = 1e15;
+
+    /// Four texels of the finest version, which may lie beyond the edges: those of rows `t` and `t + 1` in columns `s` and `s + 1`.
+    #[inline(never)]
+    pub fn corners(&self, s: i64, t: i64) -> [T; 4] {
+        let [low, high] = [t, t + 1].map(|t| self.levels[0].row(t, self.wrap));
+        let texel = |row, s| texel(row, s, self.wrap);
+        [texel(low, s), texel(low, s + 1), texel(high, s), texel(high, s + 1)]
+    }
+
     /// The finest version at `st`, linear between the centers of texels.
     pub fn bilinear(&self, st: DVec2) -> T {
         self.bilinear_at(0, st)
@@ -163,11 +174,10 @@ impl<T: Texel> Level<T> {
         wrapped(t, self.height, wrap).map_or(&[], |t| &self.texels[t * self.width..][..self.width])
     }
 
-    /// Where `st` lies among the centers of texels. Places that are too far to tell texels apart are brought nearer.
+    /// Where `st` lies among the centers of texels.
     fn place(&self, st: DVec2) -> DVec2 {
-        const FAR: f64 = 1e15;
-        (st * DVec2::new(self.width as f64, self.height as f64) - 0.5)
-            .clamp(DVec2::splat(-FAR), DVec2::splat(FAR))
+        let far = DVec2::splat(MipMap::<T>::FAR);
+        (st * DVec2::new(self.width as f64, self.height as f64) - 0.5).clamp(-far, far)
     }
 
     /// Each texel is the mean of four. As in pbrt-v3, where a side has one texel only, the other is beyond the edge.

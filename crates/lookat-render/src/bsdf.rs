@@ -13,7 +13,7 @@ mod tests;
 use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
 
-use crate::frame::lanes::Frames;
+use crate::frame::Frames;
 use crate::lanes::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, widen};
 use lobe::Kind;
 pub(crate) use material::most_lobes;

@@ -1,12 +1,14 @@
 //! Camera rays: from a place on the film and the lens to a ray, in closed form and `f64`.
 
-pub(crate) mod lanes;
+pub(crate) mod views;
 
 use std::f64::consts::{PI, TAU};
 
+use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Camera, Film, Lens, Projection};
 
+use crate::lanes::{LANES, Vec2x8, Vec3x8, baseline};
 use crate::ray::Ray;
 use crate::warp::square_to_disk;
 
@@ -63,50 +65,57 @@ impl CameraRays {
         self.lens.is_some()
     }
 
-    /// The ray through `film`, in pixels from the top left corner; `u` chooses the point on the lens (PBR 6.2.3).
-    #[inline(always)]
+    /// One ray.
     pub fn ray(&self, film: DVec2, u: DVec2) -> Ray {
-        let (o, d) = self.line(film, u);
-        Ray::new(o, d.normalize())
+        baseline!(simd => {
+            let [film, u] = [film, u].map(|at| [at.x.simd_into(simd), at.y.simd_into(simd)]);
+            let (o, d) = self.rays(simd, film, Some(u));
+            Ray::new(o.lane(0), d.lane(0))
+        })
     }
 
-    /// The origin of that ray, and its direction, of any length.
+    /// The origins and directions of rays through places of the film, in pixels from the top left corner; `u` chooses the points on the
+    /// lens (PBR 6.2.3).
     #[inline(always)]
-    fn line(&self, film: DVec2, u: DVec2) -> (DVec3, DVec3) {
-        let p = self.start + self.step * (film - self.film_middle);
-        let (o, d) = match (self.projection, self.lens) {
-            (Projection::Environment, _) => (DVec3::ZERO, around(film / (self.film_middle * 2.0))),
-            (Projection::Perspective { .. }, None) => (DVec3::ZERO, p.extend(1.0)),
-            (Projection::Perspective { .. }, Some(lens)) => through_lens(DVec2::ZERO, p, lens, u),
-            (Projection::Orthographic { .. }, None) => (p.extend(0.0), DVec3::Z),
-            (Projection::Orthographic { telecentric: true }, Some(lens)) => {
-                through_lens(p, DVec2::ZERO, lens, u)
+    pub fn rays<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
+        let (o, d) = self.lines(simd, film, u);
+        (o, d.normalize())
+    }
+
+    /// The same with directions of any length.
+    #[inline(always)]
+    fn lines<S: Simd>(&self, simd: S, film: Vec2x8<S>, u: Option<Vec2x8<S>>) -> (Vec3x8<S>, Vec3x8<S>) {
+        let (start, step, middle) = (self.start, self.step, self.film_middle);
+        let [x, y] = film;
+        let p = [start.x + step.x * (x - middle.x), start.y + step.y * (y - middle.y)];
+        let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
+        let (o, d) = match (self.projection, self.lens.zip(u)) {
+            (Projection::Environment, _) => {
+                let mut d = Vec3x8::splat(simd, DVec3::ZERO);
+                for lane in 0..LANES {
+                    d.put(lane, around(DVec2::new(x[lane], y[lane]) / (self.film_middle * 2.0)));
+                }
+                (Vec3x8::splat(simd, DVec3::ZERO), d)
+            }
+            (Projection::Perspective { .. }, None) => {
+                (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8 { x: p[0], y: p[1], z: one })
+            }
+            (Projection::Perspective { .. }, Some((lens, u))) => through_lens([zero; 2], p, lens, u),
+            (Projection::Orthographic { .. }, None) => {
+                (Vec3x8 { x: p[0], y: p[1], z: zero }, Vec3x8::splat(simd, DVec3::Z))
+            }
+            (Projection::Orthographic { telecentric: true }, Some((lens, u))) => {
+                through_lens(p, [zero; 2], lens, u)
             }
             // pbrt-v3: the ray starts on the lens around the origin of camera space, not around its pixel.
-            (Projection::Orthographic { telecentric: false }, Some(lens)) => {
-                through_lens(-self.middle, (p + self.middle) / lens.focal_distance, lens, u)
+            (Projection::Orthographic { telecentric: false }, Some((lens, u))) => {
+                let (x, y) = (p[0] + self.middle.x, p[1] + self.middle.y);
+                let center = [(-self.middle.x).simd_into(simd), (-self.middle.y).simd_into(simd)];
+                let focal = lens.focal_distance;
+                through_lens(center, [x / focal, y / focal], lens, u)
             }
         };
-        (self.eye + self.world_from_camera * o, self.world_from_camera * d)
-    }
-}
-
-/// A camera ray with what makes its neighbors.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct CameraRay<'c> {
-    pub camera: &'c CameraRays,
-    /// Place on the film, in pixels from the top left corner.
-    pub film: DVec2,
-    /// What chooses the point on the lens.
-    pub on_lens: DVec2,
-    /// From one sample to the next, in pixels: pbrt-v3 takes it that samples are as far apart as in a grid.
-    pub spacing: f64,
-}
-
-impl CameraRay<'_> {
-    /// Origins and directions, of any length, of the neighbors to the right and below, through the same point of the lens.
-    pub fn neighbors(&self) -> [(DVec3, DVec3); 2] {
-        [DVec2::X, DVec2::Y].map(|step| self.camera.line(self.film + step * self.spacing, self.on_lens))
+        (Vec3x8::splat(simd, self.eye) + o.by(&self.world_from_camera), d.by(&self.world_from_camera))
     }
 }
 
@@ -133,17 +142,25 @@ fn around(place: DVec2) -> DVec3 {
     DVec3::new(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi)
 }
 
-/// A ray that starts on the lens around `center` and passes where the line from `center` along `(slope, 1)` meets the
-/// plane of focus.
-fn through_lens(center: DVec2, slope: DVec2, lens: Lens, u: DVec2) -> (DVec3, DVec3) {
-    let offset = square_to_disk(u) * lens.radius;
+/// Rays that start on the lens around `center` and pass where the lines from `center` along `(slope, 1)` meet the plane of focus.
+#[inline(always)]
+fn through_lens<S: Simd>(
+    center: Vec2x8<S>,
+    slope: Vec2x8<S>,
+    lens: Lens,
+    u: Vec2x8<S>,
+) -> (Vec3x8<S>, Vec3x8<S>) {
+    let [x, y] = square_to_disk(u);
+    let (x, y) = (x * lens.radius, y * lens.radius);
+    let simd = x.token();
+    let o = Vec3x8 { x: center[0] + x, y: center[1] + y, z: 0.0.simd_into(simd) };
+    let focal = lens.focal_distance;
     // Scaled by the smaller of the two lengths, so that neither overflows: any focal distance is exact.
-    let d = if lens.focal_distance >= lens.radius {
-        (slope - offset / lens.focal_distance).extend(1.0)
+    if focal >= lens.radius {
+        (o, Vec3x8 { x: slope[0] - x / focal, y: slope[1] - y / focal, z: 1.0.simd_into(simd) })
     } else {
-        (slope * lens.focal_distance - offset).extend(lens.focal_distance)
-    };
-    ((center + offset).extend(0.0), d)
+        (o, Vec3x8 { x: slope[0] * focal - x, y: slope[1] * focal - y, z: focal.simd_into(simd) })
+    }
 }
 
 #[cfg(test)]
@@ -200,7 +217,8 @@ mod tests {
             Projection::Orthographic { .. } | Projection::Environment => (p, DVec3::Z),
         };
         if let Some(lens) = camera.lens {
-            let on_lens = (square_to_disk(u) * lens.radius).extend(0.0);
+            let [x, y] = baseline!(simd => square_to_disk::<_, f64x8<_>>([u.x, u.y].map(|u| u.simd_into(simd))).map(|x| x[0]));
+            let on_lens = DVec3::new(x, y, 0.0) * lens.radius;
             let focus = o + d * (lens.focal_distance / d.z);
             o = match camera.projection {
                 Projection::Orthographic { telecentric: true } => o + on_lens,

@@ -1,10 +1,14 @@
 //! Holes of meshes, where their alpha is 0.
 
+use std::sync::LazyLock;
+
+use fearless_simd::{Level, Simd};
 use glam::DVec3;
 use lookat_scene::{Cutout, Mesh, Primitive, Shape};
 
+use crate::lanes::{bits, side_by_side};
 use crate::ray::ElementId;
-use crate::texture::{Footprint, TexturePoint};
+use crate::texture::TexturePoint;
 use crate::triangle::parametric;
 
 /// Whether there is something at a point of an element of the primitive, and no hole.
@@ -21,21 +25,20 @@ pub(crate) fn is_there(
     }
 }
 
+/// What one point is looked up with: the values are the same at every level.
+static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
+
 #[inline(never)]
 fn is_left(cutout: &Cutout, mesh: &Mesh, element: ElementId, [b0, b1]: [f64; 2], is_shadow: bool) -> bool {
-    let at = point(mesh, element.index as usize, [b0, b1, 1.0 - b0 - b1]);
-    let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
-    cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha) != 0.0)
-}
-
-/// A point of a triangle. As in pbrt-v3, it is that of the object where it is part of one.
-fn point(mesh: &Mesh, index: usize, weights: [f64; 3]) -> TexturePoint {
+    let (index, weights) = (element.index as usize, [b0, b1, 1.0 - b0 - b1]);
+    // As in pbrt-v3, the point is that of the object where it is part of one. Positions of the mesh are not relative to an origin.
     let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]));
-    TexturePoint {
-        p: corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2],
-        // Positions of the mesh are not relative to an origin.
-        origin: DVec3::ZERO,
-        uv: parametric::flat(mesh, index, weights).uv,
-        footprint: Footprint::default(),
-    }
+    let p = corners[0] * weights[0] + corners[1] * weights[1] + corners[2] * weights[2];
+    let uvs = parametric::coordinates(mesh, index);
+    let uv = uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2];
+    let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
+    side_by_side!(*LEVEL, simd => {
+        let (at, first) = (TexturePoint::splat(simd, p, uv.into()), bits(simd, 1));
+        cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha, first)[0] != 0.0)
+    })
 }

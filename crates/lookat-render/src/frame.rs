@@ -1,55 +1,87 @@
 //! Directions and frames around them.
 
-pub(crate) mod lanes;
-
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
+
+use crate::lanes::{Number, V3, Vec3x8, narrow};
 
 /// The direction, or the opposite one.
 pub(crate) fn flipped(n: DVec3, flip: bool) -> DVec3 {
     if flip { -n } else { n }
 }
 
-/// Two directions across `v`, of length one where `v` is (pbrt-v3's CoordinateSystem).
-pub(crate) fn pbrt_frame(v: DVec3) -> (DVec3, DVec3) {
-    let x = if v.x.abs() > v.y.abs() { DVec3::new(-v.z, 0.0, v.x) } else { DVec3::new(0.0, v.z, -v.y) };
-    let x = x.normalize_or(DVec3::X);
-    (x, v.cross(x))
+/// Orthonormal frames.
+#[derive(Clone, Copy)]
+pub(crate) struct Frames<T> {
+    pub x: V3<T>,
+    pub y: V3<T>,
+    pub z: V3<T>,
 }
 
-/// An orthonormal frame with `n`, of length one, as its z axis (Duff et al., "Building an Orthonormal Basis,
-/// Revisited", JCGT 6(1), 2017).
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Frame {
-    pub x: DVec3,
-    pub y: DVec3,
-    pub z: DVec3,
-}
-
-impl Frame {
-    pub fn from_z(z: DVec3) -> Self {
-        let sign = 1.0_f64.copysign(z.z);
-        let a = -1.0 / (sign + z.z);
+impl<T> Frames<T> {
+    /// Those with `z`, of length one, as their z axes (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
+    #[inline(always)]
+    pub fn from_z<S: Simd>(z: V3<T>) -> Self
+    where
+        T: Number<S>,
+    {
+        let one = T::of(z.z.token(), 1.0);
+        let sign = one.copysign(z.z);
+        let a = -one / (sign + z.z);
         let b = z.x * z.y * a;
-        let x = DVec3::new(1.0 + sign * z.x * z.x * a, sign * b, -sign * z.x);
-        let y = DVec3::new(b, sign + z.y * z.y * a, -z.y);
-        Frame { x, y, z }
+        let x = V3 { x: one + sign * z.x * z.x * a, y: sign * b, z: -sign * z.x };
+        let y = V3 { x: b, y: sign + z.y * z.y * a, z: -z.y };
+        Frames { x, y, z }
     }
 
-    /// The frame around `z`, of length one, whose x axis is as near to `x` as can be.
-    pub fn from_zx(z: DVec3, x: DVec3) -> Self {
-        match (x - z * z.dot(x)).try_normalize() {
-            Some(x) => Frame { x, y: z.cross(x), z },
-            None => Frame::from_z(z),
-        }
+    #[inline(always)]
+    pub fn to_local<S: Simd>(self, v: V3<T>) -> V3<T>
+    where
+        T: Number<S>,
+    {
+        V3 { x: self.x.dot(v), y: self.y.dot(v), z: self.z.dot(v) }
     }
 
-    #[cfg(test)]
-    pub fn to_world(self, v: DVec3) -> DVec3 {
+    #[inline(always)]
+    pub fn to_world<S: Simd>(self, v: V3<T>) -> V3<T>
+    where
+        T: Number<S>,
+    {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
+}
 
-    #[cfg(test)]
-    pub fn to_local(self, v: DVec3) -> DVec3 {
-        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+impl<S: Simd> Frames<f64x8<S>> {
+    /// The frames around `z`, of length one, whose x axes are as near to `x` as can be.
+    #[inline(always)]
+    pub fn from_zx(z: Vec3x8<S>, x: Vec3x8<S>) -> Self {
+        let (x, is_there) = (x - z * z.dot(x)).try_normalize();
+        let others = Frames::from_z(z);
+        Frames { x: x.or(is_there, others.x), y: z.cross(x).or(is_there, others.y), z }
     }
+
+    /// Rounded to `f32`.
+    #[inline(always)]
+    pub fn narrow(self) -> Frames<f32x8<S>> {
+        Frames { x: self.x.narrow(), y: self.y.narrow(), z: self.z.narrow() }
+    }
+}
+
+impl<S: Simd> Frames<f32x8<S>> {
+    /// These where `mask` says so, and the others elsewhere.
+    #[inline(always)]
+    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
+        let mask = narrow(mask);
+        Frames { x: self.x.or(mask, others.x), y: self.y.or(mask, others.y), z: self.z.or(mask, others.z) }
+    }
+}
+
+/// Two directions across `v`, of length one where `v` is (pbrt-v3's CoordinateSystem).
+#[inline(always)]
+pub(crate) fn pbrt_frame<S: Simd>(v: Vec3x8<S>) -> [Vec3x8<S>; 2] {
+    let zero = f64x8::splat(v.x.token(), 0.0);
+    let is_x = v.x.abs().simd_gt(v.y.abs());
+    let x = V3 { x: -v.z, y: zero, z: v.x }.or(is_x, V3 { x: zero, y: v.z, z: -v.y });
+    let x = x.normalize_or(DVec3::X);
+    [x, v.cross(x)]
 }

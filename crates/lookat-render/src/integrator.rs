@@ -16,7 +16,7 @@ use arrayvec::ArrayVec;
 use fearless_simd::Simd;
 use lookat_scene::Integrator;
 
-use crate::camera::lanes::Viewer;
+use crate::camera::views::Viewer;
 use crate::lanes::LANES;
 use crate::light::LightTable;
 use crate::sampler::Streams;

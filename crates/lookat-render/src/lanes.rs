@@ -43,6 +43,21 @@ macro_rules! side_by_side {
 }
 pub(crate) use side_by_side;
 
+/// Does something with the instructions that all processors of a kind have.
+macro_rules! baseline {
+    ($simd:ident => $does:expr) => {{
+        let level = fearless_simd::Level::baseline();
+        #[cfg(target_arch = "x86_64")]
+        let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");
+        #[cfg(target_arch = "aarch64")]
+        let $simd = level.as_neon().expect("every AArch64 processor has NEON");
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        let $simd = level.as_fallback().expect("every processor can do without");
+        $does
+    }};
+}
+pub(crate) use baseline;
+
 /// Numbers side by side: `f64` for places, `f32` for light.
 pub(crate) trait Number<S: Simd>: SimdFloat<S> {
     /// The same one everywhere.
@@ -73,6 +88,9 @@ pub(crate) struct V3<T> {
 
 /// Points and directions of the world.
 pub(crate) type Vec3x8<S> = V3<f64x8<S>>;
+
+/// Points of planes.
+pub(crate) type Vec2x8<S> = [f64x8<S>; 2];
 
 impl<T> V3<T> {
     /// The same one everywhere.

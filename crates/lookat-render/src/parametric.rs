@@ -1,6 +1,9 @@
 //! Surfaces as functions of two parameters.
 
+use fearless_simd::Simd;
 use glam::{DMat3, DVec2, DVec3};
+
+use crate::lanes::{Vec2x8, Vec3x8};
 
 /// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the world, or the space
 /// of an object.
@@ -15,6 +18,38 @@ pub(crate) struct Parametric {
     /// that it is that of the unit normal of the world only where that space is not scaled.
     pub dndu: DVec3,
     pub dndv: DVec3,
+}
+
+/// The same side by side.
+#[derive(Clone, Copy)]
+pub(crate) struct Parametrics<S: Simd> {
+    pub uv: Vec2x8<S>,
+    pub dpdu: Vec3x8<S>,
+    pub dpdv: Vec3x8<S>,
+    pub dndu: Vec3x8<S>,
+    pub dndv: Vec3x8<S>,
+}
+
+impl<S: Simd> Parametrics<S> {
+    /// That of a lane.
+    pub fn lane(&self, lane: usize) -> Parametric {
+        Parametric {
+            uv: DVec2::new(self.uv[0][lane], self.uv[1][lane]),
+            dpdu: self.dpdu.lane(lane),
+            dpdv: self.dpdv.lane(lane),
+            dndu: self.dndu.lane(lane),
+            dndv: self.dndv.lane(lane),
+        }
+    }
+
+    /// Puts another one in a lane.
+    pub fn put(&mut self, lane: usize, other: &Parametric) {
+        [self.uv[0][lane], self.uv[1][lane]] = other.uv.into();
+        self.dpdu.put(lane, other.dpdu);
+        self.dpdv.put(lane, other.dpdv);
+        self.dndu.put(lane, other.dndu);
+        self.dndv.put(lane, other.dndv);
+    }
 }
 
 /// The same in the space of a form f(p) = 0, with derivatives of f.

@@ -1,89 +1,134 @@
-//! How a surface scatters light where a ray has hit it: from the material, its textures and its bumps.
+//! How surfaces scatter light where rays have hit them: from the material, its textures and its bumps.
 
 mod coordinates;
 pub(crate) mod lanes;
 
-use glam::{DMat2, DVec2, DVec3};
-use lookat_scene::Texture;
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::DVec3;
+use lookat_scene::{Material, Texture};
 
-use crate::camera::CameraRay;
-use crate::frame::{Frame, flipped};
-use crate::parametric::Parametric;
-use crate::surface::Surface;
+use crate::camera::views::Views;
+use crate::frame::Frames;
+use crate::lanes::{LANES, Vec2x8, Vec3x8, bits};
+use crate::parametric::Parametrics;
+use crate::ray::{Hit, Ray};
+use crate::surface::lanes::Surfaces;
 use crate::texture::{Footprint, TexturePoint};
 use crate::traceable::Traceable;
 use coordinates::Coordinates;
 
-/// Where on a surface its textures are looked up, and its shading frame there.
+/// A ray, and what it has hit.
+pub(crate) type Found = (Ray, Hit);
+
+/// Where on surfaces of a material its textures are looked up, and the shading frames there.
 #[inline(always)]
-pub(crate) fn point(
-    scene: &Traceable,
-    surface: &Surface,
-    wo: DVec3,
-    camera_ray: Option<&CameraRay>,
-) -> (TexturePoint, Frame) {
-    let material = &surface.primitive.material;
-    let coordinates = Coordinates::new(scene, surface, wo);
-    let footprint = match camera_ray {
-        Some(camera_ray) if material.needs().footprint => footprint(surface, &coordinates.flat, camera_ray),
-        _ => Footprint::default(),
-    };
-    let at = TexturePoint { p: surface.p, origin: scene.origin, uv: coordinates.flat.uv, footprint };
+fn points<S: Simd>(
+    (scene, material): (&Traceable, &Material),
+    surfaces: &Surfaces<S>,
+    found: &[Option<Found>; LANES],
+    views: Option<&Views>,
+    active: mask64x8<S>,
+) -> (TexturePoint<S>, Frames<f64x8<S>>) {
+    let coordinates = Coordinates::new(scene, surfaces, found, active);
+    let views = views.filter(|_| material.needs().footprint);
+    let footprint = views.map(|views| footprint(surfaces, &coordinates.flat, views));
+    let at = TexturePoint { p: surfaces.p, origin: scene.origin, uv: coordinates.flat.uv, footprint };
     let (ns, dpdu) = match material.bump() {
-        Some(bump) => bumped(&at, bump, surface, &coordinates),
-        None => (surface.ns, coordinates.shading.dpdu),
+        Some(bump) => bumped(&at, bump, surfaces, &coordinates.shading, active),
+        None => (surfaces.ns, coordinates.shading.dpdu),
     };
-    (at, Frame::from_zx(ns, dpdu))
+    (at, Frames::from_zx(ns, dpdu))
 }
 
-/// How much the point of the surface and its coordinates change from a camera ray to its neighbors (PBR 10.1.1).
-fn footprint(surface: &Surface, flat: &Parametric, camera_ray: &CameraRay) -> Footprint {
-    let beside = camera_ray.neighbors().map(|(o, d)| {
-        let t = surface.n.dot(surface.p - o) / surface.n.dot(d);
-        o + d * t - surface.p
-    });
-    if !beside.iter().all(|dp| dp.is_finite()) {
-        return Footprint::default();
-    }
-    // Two of the three equations, those along the axes that the surface faces least.
-    let size = surface.n.abs();
-    let pick = |v: DVec3| match () {
-        () if size.x > size.y && size.x > size.z => DVec2::new(v.y, v.z),
-        () if size.y > size.z => DVec2::new(v.x, v.z),
-        () => DVec2::new(v.x, v.y),
-    };
-    let matrix = DMat2::from_cols(pick(flat.dpdu), pick(flat.dpdv));
-    let inverse = matrix.inverse_or_zero();
-    let solve = |dp| inverse * pick(dp);
-    let duv = beside.map(|dp| Some(solve(dp)).filter(|duv| duv.is_finite()).unwrap_or_default());
-    Footprint { dp: beside, duv }
+/// How much the points of surfaces and their coordinates change from camera rays to their neighbors (PBR 10.1.1).
+#[inline(never)]
+fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Views) -> Footprint<S> {
+    let (simd, Surfaces { p, n, .. }) = (surfaces.magnitude.token(), *surfaces);
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let [right, below] = views.neighbors(simd).map(
+                #[inline(always)]
+                |(o, d)| o + d * (n.dot(p - o) / n.dot(d)) - p,
+            );
+            let is_there = bits(simd, views.direct) & is_finite(right) & is_finite(below);
+            let none = Vec3x8::splat(simd, DVec3::ZERO);
+            let (right, below) = (right.or(is_there, none), below.or(is_there, none));
+            let sides = sides(n);
+            let (a, b) = (pick(flat.dpdu, sides), pick(flat.dpdv, sides));
+            let determinant = a[0] * b[1] - a[1] * b[0];
+            let duv = [right, below].map(
+                #[inline(always)]
+                |dp| {
+                    let dp = pick(dp, sides);
+                    let u = (b[1] * dp[0] - b[0] * dp[1]) / determinant;
+                    let v = (a[0] * dp[1] - a[1] * dp[0]) / determinant;
+                    let (is_there, zero) = (u.is_finite() & v.is_finite(), f64x8::splat(simd, 0.0));
+                    [is_there.select(u, zero), is_there.select(v, zero)]
+                },
+            );
+            Footprint { dp: [right, below], duv }
+        },
+    )
+}
+
+/// Whether normals are nearest to x, and else whether to y.
+#[inline(always)]
+fn sides<S: Simd>(n: Vec3x8<S>) -> [mask64x8<S>; 2] {
+    let (x, y, z) = (n.x.abs(), n.y.abs(), n.z.abs());
+    [x.simd_gt(y) & x.simd_gt(z), y.simd_gt(z)]
+}
+
+/// Two of three coordinates, those along the axes that surfaces face least.
+#[inline(always)]
+fn pick<S: Simd>(v: Vec3x8<S>, [is_x, is_y]: [mask64x8<S>; 2]) -> Vec2x8<S> {
+    [is_x.select(v.y, v.x), (is_x | is_y).select(v.z, v.y)]
+}
+
+#[inline(always)]
+fn is_finite<S: Simd>(v: Vec3x8<S>) -> mask64x8<S> {
+    v.x.is_finite() & v.y.is_finite() & v.z.is_finite()
 }
 
 /// The step in u or v where there is no neighbor, as in pbrt-v3.
 const STEP: f64 = 0.0005;
 
-/// The shading normal and dpdu of a surface that is bent by a height above it (PBR 9.3).
-fn bumped(
-    at: &TexturePoint,
+/// The shading normals and dpdu of surfaces that are bent by a height above them (PBR 9.3).
+#[inline(never)]
+fn bumped<S: Simd>(
+    at: &TexturePoint<S>,
     bump: &Texture<f64>,
-    surface: &Surface,
-    coordinates: &Coordinates,
-) -> (DVec3, DVec3) {
-    let shading = &coordinates.shading;
-    let [dx, dy] = at.footprint.duv;
-    let step = (dx.abs() + dy.abs()) * 0.5;
-    let height = at.value(bump);
-    let slope = |step: f64, along: DVec3, across: DVec2| {
-        let step = if step == 0.0 { STEP } else { step };
-        let moved = TexturePoint { p: at.p + along * step, uv: at.uv + across * step, ..*at };
-        (moved.value(bump) - height) / step
-    };
-    let ns = surface.ns;
-    let dpdu = shading.dpdu + ns * slope(step.x, shading.dpdu, DVec2::X) + shading.dndu * height;
-    let dpdv = shading.dpdv + ns * slope(step.y, shading.dpdv, DVec2::Y) + shading.dndv * height;
-    let across = dpdu.cross(dpdv);
-    // A height of minus the radius leaves nothing but rounding.
-    let is_left = across.length() > 1e-9 * shading.dpdu.length() * shading.dpdv.length();
-    let Some(bent) = across.try_normalize().filter(|_| is_left) else { return (ns, shading.dpdu) };
-    (flipped(bent, bent.dot(surface.n) < 0.0), dpdu)
+    surfaces: &Surfaces<S>,
+    shading: &Parametrics<S>,
+    active: mask64x8<S>,
+) -> (Vec3x8<S>, Vec3x8<S>) {
+    let simd = active.token();
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let height = at.value(bump, active);
+            let mut slopes = [f64x8::splat(simd, STEP); 2];
+            for (axis, slope) in slopes.iter_mut().enumerate() {
+                let mut step = *slope;
+                if let Some(Footprint { duv: [x, y], .. }) = &at.footprint {
+                    let mean = (x[axis].abs() + y[axis].abs()) * 0.5;
+                    step = mean.simd_eq(0.0).select(step, mean);
+                }
+                let along = if axis == 0 { shading.dpdu } else { shading.dpdv };
+                let mut moved = TexturePoint { p: at.p + along * step, ..*at };
+                moved.uv[axis] += step;
+                *slope = (moved.value(bump, active) - height) / step;
+            }
+            let ns = surfaces.ns;
+            let dpdu = shading.dpdu + ns * slopes[0] + shading.dndu * height;
+            let dpdv = shading.dpdv + ns * slopes[1] + shading.dndv * height;
+            let across = dpdu.cross(dpdv);
+            let (bent, is_there) = across.try_normalize();
+            // A height of minus the radius leaves nothing but rounding.
+            let whole = (shading.dpdu.length_squared() * shading.dpdv.length_squared()).sqrt();
+            let is_there = is_there & across.length_squared().sqrt().simd_gt(1e-9 * whole);
+            let bent = (-bent).or(bent.dot(surfaces.n).simd_lt(0.0), bent);
+            (bent.or(is_there, ns), dpdu.or(is_there, shading.dpdu))
+        },
+    )
 }

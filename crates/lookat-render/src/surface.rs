@@ -28,8 +28,6 @@ pub(crate) struct Surface<'s> {
     pub element: ElementId,
     /// As in [`Hit::place`]; [`Hit::NO_PLACE`] of points that are sampled on lights, which no ray leaves.
     pub place: u32,
-    /// As in [`Hit::barycentric`].
-    pub barycentric: [f64; 2],
     /// The shape with its material.
     pub primitive: &'s Primitive,
 }
@@ -100,7 +98,6 @@ impl<'s> Surface<'s> {
                     emitting: flipped(outward, primitive.reverse_orientation),
                     element: hit.element,
                     place: hit.place,
-                    barycentric: hit.barycentric,
                     primitive,
                 }
             }
@@ -118,7 +115,6 @@ impl<'s> Surface<'s> {
                     emitting: -local.d.normalize_or(DVec3::Z),
                     element: hit.element,
                     place: hit.place,
-                    barycentric: hit.barycentric,
                     primitive,
                 }
             }
@@ -204,7 +200,6 @@ pub(crate) fn on_triangle<'s>(
                 emitting: flipped(winding, winding.dot(smooth) < 0.0),
                 element,
                 place,
-                barycentric: [b0, b1],
                 primitive,
             }
         }
@@ -219,7 +214,6 @@ pub(crate) fn on_triangle<'s>(
                 emitting: flipped(own, primitive.reverse_orientation),
                 element,
                 place,
-                barycentric: [b0, b1],
                 primitive,
             }
         }

@@ -7,6 +7,7 @@ use glam::DVec3;
 use lookat_scene::{LoadOptions, Scene, load};
 
 use crate::lanes::Vec3x8;
+pub(crate) use crate::lanes::baseline;
 use crate::surface::lanes::Surfaces;
 use crate::trace::lanes::{NONE, WORLD};
 
@@ -27,18 +28,3 @@ pub(crate) fn surfaces_at<S: Simd>(simd: S, p: DVec3) -> Surfaces<S> {
     let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
     Surfaces { p: Vec3x8::splat(simd, p), n, ns: n, magnitude: 0.0.simd_into(simd), element, instance }
 }
-
-/// Does something with the instructions that all processors of a kind have.
-macro_rules! baseline {
-    ($simd:ident => $does:expr) => {{
-        let level = fearless_simd::Level::new();
-        #[cfg(target_arch = "x86_64")]
-        let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");
-        #[cfg(target_arch = "aarch64")]
-        let $simd = level.as_neon().expect("every AArch64 processor has NEON");
-        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-        let $simd = level.as_fallback().expect("every processor can do without");
-        $does
-    }};
-}
-pub(crate) use baseline;

@@ -1,4 +1,4 @@
-//! The value of a texture at a point of a surface (PBR 10).
+//! The value of a texture at points of surfaces (PBR 10).
 
 mod checkerboard;
 mod dots;
@@ -6,88 +6,140 @@ mod imagemap;
 pub(crate) mod mapping;
 mod marble;
 mod noise;
+mod values;
 
-use glam::{DVec2, DVec3, Vec3};
-use lookat_scene::{Bilerp, Mapping, Texture, Transform, Value, Varying};
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::{DMat3, DVec3};
+use lookat_scene::{Bilerp, Mapping, Texture, Transform, Varying};
 
 use self::noise::PointInSpace;
+use self::values::Values;
+use crate::lanes::{Colors, Vec2x8, Vec3x8, splat_f32, to_f32};
 
 /// Where a texture is asked.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct TexturePoint {
-    /// Position, relative to `origin`.
-    pub p: DVec3,
+#[derive(Clone, Copy)]
+pub(crate) struct TexturePoint<S: Simd> {
+    /// Positions, relative to `origin`.
+    pub p: Vec3x8<S>,
     /// World position that positions are relative to.
     pub origin: DVec3,
-    /// Coordinates of the surface.
-    pub uv: DVec2,
-    /// How position and coordinates change from one camera ray to its neighbors; 0 where there are none.
-    pub footprint: Footprint,
+    /// Coordinates of the surfaces.
+    pub uv: Vec2x8<S>,
+    /// How positions and coordinates change from one camera ray to its neighbors; 0 where there are none.
+    pub footprint: Option<Footprint<S>>,
 }
 
-/// How a point changes with the place on the film: x to the right and y down, by the distance of samples.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Footprint {
-    pub dp: [DVec3; 2],
-    pub duv: [DVec2; 2],
+/// How points change with the place on the film: x to the right and y down, by the distance of samples.
+#[derive(Clone, Copy)]
+pub(crate) struct Footprint<S: Simd> {
+    pub dp: [Vec3x8<S>; 2],
+    pub duv: [Vec2x8<S>; 2],
 }
 
-impl TexturePoint {
-    /// The value of a texture here.
-    #[inline]
-    pub fn value<T: Value>(&self, texture: &Texture<T>) -> T {
+impl<S: Simd> TexturePoint<S> {
+    /// The same one everywhere, without neighbors.
+    #[inline(always)]
+    pub fn splat(simd: S, p: DVec3, uv: [f64; 2]) -> Self {
+        let uv = [uv[0].simd_into(simd), uv[1].simd_into(simd)];
+        TexturePoint { p: Vec3x8::splat(simd, p), origin: DVec3::ZERO, uv, footprint: None }
+    }
+
+    /// The values of a texture at those that are active; anything elsewhere.
+    #[inline(always)]
+    pub fn value<T: Values<S>>(&self, texture: &Texture<T>, active: mask64x8<S>) -> T::Wide {
         match texture {
-            Texture::Constant(value) => *value,
-            Texture::Varying(node) => self.varying(node.texture()),
+            Texture::Constant(value) => T::splat(active.token(), *value),
+            Texture::Varying(node) if active.any_true() => self.varying(node.texture(), active),
+            // It is not asked.
+            Texture::Varying(_) => T::gray(f64x8::splat(active.token(), 0.0)),
         }
     }
 
-    fn varying<T: Value>(&self, texture: &Varying<T>) -> T {
-        match texture {
-            Varying::Scale([a, b]) => self.value(a) * self.value(b),
-            Varying::Mix { textures: [a, b], amount } => {
-                T::mix(self.value(a), self.value(b), self.value(amount))
-            }
-            Varying::ImageMap(image) => imagemap::value(image, self),
-            Varying::Bilerp(bilerp) => self.bilerp(bilerp),
-            Varying::Uv(mapping) => T::from_rgb(self.fractions(mapping)),
-            Varying::Checkerboard(board) => checkerboard::checkerboard(self, board),
-            Varying::Dots(dots) => dots::dots(self, dots),
-            Varying::Fbm(octaves) => T::gray(noise::fbm_octaves(self, octaves)),
-            Varying::Wrinkled(octaves) => T::gray(noise::turbulence_octaves(self, octaves)),
-            Varying::Windy { texture_from_world } => {
-                T::gray(noise::windy(&PointInSpace::new(self, texture_from_world)))
-            }
-            Varying::Marble(marble) => T::from_rgb(marble::marble(self, marble)),
-        }
+    #[inline(never)]
+    fn varying<T: Values<S>>(&self, texture: &Varying<T>, active: mask64x8<S>) -> T::Wide {
+        active.token().vectorize(
+            #[inline(always)]
+            || match texture {
+                Varying::Scale([a, b]) => self.value(a, active) * self.value(b, active),
+                Varying::Mix { textures: [a, b], amount } => {
+                    T::blend(self.value(a, active), self.value(b, active), self.value(amount, active))
+                }
+                Varying::ImageMap(image) => imagemap::value(image, self, active),
+                Varying::Bilerp(bilerp) => self.bilerp(bilerp, active),
+                Varying::Uv(mapping) => T::from_rgb(self.fractions(mapping, active)),
+                Varying::Checkerboard(board) => checkerboard::checkerboard(self, board, active),
+                Varying::Dots(dots) => dots::dots(self, dots, active),
+                Varying::Fbm(octaves) => T::gray(noise::fbm_octaves(self, octaves, active)),
+                Varying::Wrinkled(octaves) => T::gray(noise::turbulence_octaves(self, octaves, active)),
+                Varying::Windy { texture_from_world } => {
+                    T::gray(noise::windy(&PointInSpace::new(self, texture_from_world), active))
+                }
+                Varying::Marble(marble) => T::from_rgb(marble::marble(self, marble, active)),
+            },
+        )
     }
 
-    /// The point in another space. The origin is taken there apart, so that neighboring points keep their distance.
-    fn within(&self, space_from_world: &Transform) -> DVec3 {
-        space_from_world.vector(self.p) + space_from_world.point(self.origin)
+    /// The values of the first texture where `mask` says so, and of the second elsewhere.
+    #[inline(always)]
+    fn either<T: Values<S>>(
+        &self,
+        mask: mask64x8<S>,
+        [a, b]: [&Texture<T>; 2],
+        active: mask64x8<S>,
+    ) -> T::Wide {
+        T::or(self.value(a, active & mask), mask, self.value(b, active & !mask))
     }
 
-    fn bilerp<T: Value>(&self, bilerp: &Bilerp<T>) -> T {
-        let [low, high] = bilerp.corners;
+    /// The points in another space. The origin is taken there apart, so that neighboring points keep their distance.
+    #[inline(always)]
+    fn within(&self, space_from_world: &Transform) -> Vec3x8<S> {
+        let origin = Vec3x8::splat(self.p.x.token(), space_from_world.point(self.origin));
+        within(space_from_world, self.p) + origin
+    }
+
+    #[inline(always)]
+    fn bilerp<T: Values<S>>(&self, bilerp: &Bilerp<T>, active: mask64x8<S>) -> T::Wide {
+        let [low, high] = bilerp.corners.map(
+            #[inline(always)]
+            |[a, b]| [T::splat(active.token(), a), T::splat(active.token(), b)],
+        );
         // Far outside of the square, the values stay finite.
-        let st = mapping::coordinates(&bilerp.mapping, self).clamp(DVec2::splat(-1e9), DVec2::splat(1e9));
-        T::mix(T::mix(low[0], low[1], st.y), T::mix(high[0], high[1], st.y), st.x)
+        let [s, t] = mapping::coordinates(&bilerp.mapping, self, active);
+        let (s, t) = (s.max(-1e9).min(1e9), t.max(-1e9).min(1e9));
+        T::blend(T::blend(low[0], low[1], t), T::blend(high[0], high[1], t), s)
     }
 
     /// The fractions of s and t as red and green.
-    fn fractions(&self, mapping: &Mapping) -> Vec3 {
-        let st = mapping::coordinates(mapping, self);
-        (st - st.floor()).as_vec2().extend(0.0)
+    #[inline(always)]
+    fn fractions(&self, mapping: &Mapping, active: mask64x8<S>) -> Colors<S> {
+        let [s, t] = mapping::coordinates(mapping, self, active);
+        Colors { r: to_f32(s - s.floor()), g: to_f32(t - t.floor()), b: splat_f32(active.token(), 0.0) }
     }
+}
+
+/// Vectors in another space.
+#[inline(always)]
+fn within<S: Simd>(space_from_world: &Transform, v: Vec3x8<S>) -> Vec3x8<S> {
+    v.by(&DMat3::from_mat4(space_from_world.matrix()))
 }
 
 #[cfg(test)]
 mod tests {
     use std::path::Path;
 
+    use glam::{DVec2, Vec3};
     use lookat_scene::{LoadOptions, MaterialKind, load};
 
     use super::*;
+    use crate::lanes::bits;
+    use crate::testing::baseline;
+
+    /// Its value at a point.
+    fn value(texture: &Texture<Vec3>, p: DVec3, uv: DVec2) -> Vec3 {
+        baseline!(simd => {
+            TexturePoint::splat(simd, p, uv.into()).value(texture, bits(simd, 1 << 3)).lane(3)
+        })
+    }
 
     /// The Kd of a scene, with the texture "t" of the given type and parameters as Kd.
     fn kd(texture: &str) -> Texture<Vec3> {
@@ -109,8 +161,7 @@ mod tests {
         let texture =
             kd("\"bilerp\" \"rgb v00\" [0 0 0] \"rgb v10\" [1 0 0] \"rgb v01\" [0 1 0] \"rgb v11\" [1 1 1]");
         for (uv, expected) in [([1.0, 0.0], Vec3::X), ([0.0, 1.0], Vec3::Y), ([2.0, 0.0], Vec3::X * 2.0)] {
-            let at = TexturePoint { uv: uv.into(), ..TexturePoint::default() };
-            assert_eq!(at.value(&texture), expected);
+            assert_eq!(value(&texture, DVec3::ZERO, uv.into()), expected);
         }
     }
 
@@ -118,15 +169,14 @@ mod tests {
     fn positions_in_space_take_the_transformation_and_not_its_inverse() {
         let texture = kd("\"checkerboard\" \"integer dimension\" [3]");
         for (x, even) in [(0.1, true), (0.6, false), (1.1, true), (-0.1, false)] {
-            let at = TexturePoint { p: DVec3::new(x, 0.1, 0.1), ..TexturePoint::default() };
-            assert_eq!(at.value(&texture) == Vec3::ONE, even, "{x}");
+            let color = value(&texture, DVec3::new(x, 0.1, 0.1), DVec2::ZERO);
+            assert_eq!(color == Vec3::ONE, even, "{x}");
         }
     }
 
     #[test]
     fn fractions_of_coordinates_are_red_and_green() {
         let texture = kd("\"uv\" \"float uscale\" [3] \"float vdelta\" [-0.75]");
-        let at = TexturePoint { uv: DVec2::new(0.5, 0.25), ..TexturePoint::default() };
-        assert_eq!(at.value(&texture), Vec3::new(0.5, 0.5, 0.0));
+        assert_eq!(value(&texture, DVec3::ZERO, DVec2::new(0.5, 0.25)), Vec3::new(0.5, 0.5, 0.0));
     }
 }

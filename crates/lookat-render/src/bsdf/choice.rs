@@ -84,16 +84,18 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::bsdf::lobe::{Kind, PointLobe};
-    use crate::bsdf::{PointLobes, Slots};
-    use crate::lanes::bits;
+    use crate::bsdf::Slots;
+    use crate::bsdf::lobe::{Kind, Lobes};
+    use crate::lanes::Colors;
     use crate::testing::baseline;
 
     /// Lambert lobes of these reflectances, seen from the normal.
     fn weighed<S: Simd>(simd: S, reflectances: &[f32]) -> Slots<S> {
-        let lobes = reflectances.iter().map(|color| PointLobe::new(Kind::Lambert, Vec3::splat(*color)));
-        let mut slots = Slots::new();
-        slots.add(simd, &PointLobes(lobes.collect()), bits(simd, 0xff));
+        let (mut slots, mut from) = (Slots::new(), 0);
+        for color in reflectances {
+            let lobe = Lobes::new(Kind::Lambert, Colors::splat(simd, Vec3::splat(*color)));
+            slots.push(&lobe, mask32x8::splat(simd, true), &mut from);
+        }
         weigh(&mut slots.0, splat_f32(simd, 1.0));
         slots
     }

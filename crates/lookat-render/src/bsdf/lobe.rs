@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::fresnel::{Fresnel, conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, upward};
 use crate::lanes::{Colors, V3, splat_f32};
-use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
+use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
 /// What scatters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -69,14 +69,26 @@ pub(super) type Lobes<S> = Lobe<Colors<S>, f32x8<S>>;
 
 type Directions<S> = V3<f32x8<S>>;
 
-impl PointLobe {
-    /// One that needs no more than a color.
-    pub fn new(kind: Kind, color: Vec3) -> Self {
-        Lobe { kind, color, colors: [Vec3::ZERO; 2], roughness: [1.0; 2], eta: 1.0 }
-    }
-}
-
 impl<S: Simd> Lobes<S> {
+    /// Those that need no more than a color.
+    #[inline(always)]
+    pub fn new(kind: Kind, color: Colors<S>) -> Self {
+        let simd = color.r.token();
+        let (black, one) = (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0));
+        Lobe { kind, color, colors: [black; 2], roughness: [one; 2], eta: one }
+    }
+
+    /// That of the first point.
+    pub fn first(&self) -> PointLobe {
+        Lobe {
+            kind: self.kind,
+            color: self.color.lane(0),
+            colors: self.colors.map(|color| color.lane(0)),
+            roughness: self.roughness.map(|width| width[0]),
+            eta: self.eta[0],
+        }
+    }
+
     /// The same one everywhere.
     #[inline(always)]
     pub fn splat(simd: S, lobe: &PointLobe) -> Self {

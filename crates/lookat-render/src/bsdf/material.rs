@@ -1,23 +1,36 @@
-//! From a material at a point to its lobes, as pbrt-v3's materials have them.
+//! From a material at points to its lobes, as pbrt-v3's materials have them.
 
-use glam::Vec3;
+use std::array;
+
+use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
+use glam::{DVec3, Vec3};
 use lookat_scene::{
     Glass, Material, MaterialKind, Matte, Metal, Mix, Plastic, Roughness, Substrate, Texture, Translucent,
     Uber,
 };
 
 use super::fresnel::Fresnel;
-use super::lobe::{Kind, PointLobe};
+use super::lobe::{Kind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness};
-use super::slots::PointLobes;
+use super::slots::{PointLobes, Slots};
+use crate::lanes::{Colors, LANES, baseline, bits, narrow, splat_f32, to_f32};
 use crate::texture::TexturePoint;
 
+impl<S: Simd> Slots<S> {
+    /// Adds the lobes of a material at points, which have none yet.
+    pub fn build(&mut self, material: &MaterialKind, at: &TexturePoint<S>, points: mask64x8<S>) {
+        Builder { at, slots: self, from: 0 }.add(material, Colors::splat(points.token(), Vec3::ONE), points);
+    }
+}
+
 impl PointLobes {
-    /// Those of a material at a point.
-    pub fn new(material: &MaterialKind, at: &TexturePoint) -> Self {
-        let mut lobes = PointLobes::default();
-        Builder { at, lobes: &mut lobes }.add(material, Vec3::ONE);
-        lobes
+    /// Those of a material that is everywhere alike.
+    pub fn new(material: &MaterialKind) -> Self {
+        baseline!(simd => {
+            let mut slots = Slots::new();
+            slots.build(material, &TexturePoint::splat(simd, DVec3::ZERO, [0.0; 2]), bits(simd, 1));
+            slots.first()
+        })
     }
 }
 
@@ -33,7 +46,7 @@ pub(crate) fn most_lobes(material: &Material) -> MostLobes {
     if material.needs().coordinates {
         return bound(material.kind());
     }
-    let PointLobes(lobes) = PointLobes::new(material.kind(), &TexturePoint::default());
+    let PointLobes(lobes) = PointLobes::new(material.kind());
     MostLobes { all: lobes.len(), specular: lobes.iter().filter(|lobe| lobe.kind.is_specular()).count() }
 }
 
@@ -56,162 +69,221 @@ fn bound(material: &MaterialKind) -> MostLobes {
     }
 }
 
-/// Collects the lobes of a material.
-struct Builder<'a> {
-    at: &'a TexturePoint,
-    lobes: &'a mut PointLobes,
+/// Collects the lobes of a material, at points that are active.
+struct Builder<'a, S: Simd> {
+    at: &'a TexturePoint<S>,
+    slots: &'a mut Slots<S>,
+    /// The lobes so far are in slots before this one.
+    from: usize,
 }
 
-impl Builder<'_> {
+impl<S: Simd> Builder<'_, S> {
     /// The lobes of a material, times `weight`.
-    fn add(&mut self, material: &MaterialKind, weight: Vec3) {
-        match material {
-            MaterialKind::Matte(matte) => self.matte(matte, weight),
-            MaterialKind::Plastic(plastic) => self.plastic(plastic, weight),
-            MaterialKind::Translucent(translucent) => self.translucent(translucent, weight),
-            MaterialKind::Glass(glass) => self.glass(glass, weight),
-            MaterialKind::Mirror(mirror) => {
-                self.push(Kind::Mirror(Fresnel::Perfect), weight * self.share(&mirror.kr));
-            }
-            MaterialKind::Metal(metal) => self.metal(metal, weight),
-            MaterialKind::Substrate(layers) => self.substrate(layers, weight),
-            MaterialKind::Uber(uber) => self.uber(uber, weight),
-            MaterialKind::Mix(mix) => self.mix(mix, weight),
-            MaterialKind::None => {}
+    #[inline(never)]
+    fn add(&mut self, material: &MaterialKind, weight: Colors<S>, active: mask64x8<S>) {
+        active.token().vectorize(
+            #[inline(always)]
+            || match material {
+                MaterialKind::Matte(matte) => self.matte(matte, weight, active),
+                MaterialKind::Plastic(plastic) => self.plastic(plastic, weight, active),
+                MaterialKind::Translucent(translucent) => self.translucent(translucent, weight, active),
+                MaterialKind::Glass(glass) => self.glass(glass, weight, active),
+                MaterialKind::Mirror(mirror) => {
+                    let color = weight * self.share(&mirror.kr, active);
+                    self.push(Lobes::new(Kind::Mirror(Fresnel::Perfect), color), active);
+                }
+                MaterialKind::Metal(metal) => self.metal(metal, weight, active),
+                MaterialKind::Substrate(layers) => self.substrate(layers, weight, active),
+                MaterialKind::Uber(uber) => self.uber(uber, weight, active),
+                MaterialKind::Mix(mix) => self.mix(mix, weight, active),
+                MaterialKind::None => {}
+            },
+        )
+    }
+
+    /// Adds a lobe where anything comes of it.
+    #[inline(always)]
+    fn push(&mut self, lobe: Lobes<S>, active: mask64x8<S>) {
+        self.slots.push(&lobe, narrow(active & lobe.color.is_light()), &mut self.from);
+    }
+
+    /// Shares of light: at least 0.
+    #[inline(always)]
+    fn share(&self, texture: &Texture<Vec3>, active: mask64x8<S>) -> Colors<S> {
+        not_negative(self.at.value(texture, active))
+    }
+
+    #[inline(always)]
+    fn matte(&mut self, matte: &Matte, weight: Colors<S>, active: mask64x8<S>) {
+        let reflectance = weight * self.share(&matte.kd, active);
+        let sigma = self.at.value(&matte.sigma, active).max(0.0).min(90.0);
+        let is_smooth = sigma.simd_eq(0.0);
+        self.push(Lobes::new(Kind::Lambert, reflectance), active & is_smooth);
+        let rough = active & !is_smooth;
+        if rough.any_true() {
+            let squared = sigma.to_radians() * sigma.to_radians();
+            let a = 1.0 - squared / (2.0 * (squared + 0.33));
+            let b = 0.45 * squared / (squared + 0.09);
+            let roughness = [to_f32(a), to_f32(b)];
+            self.push(Lobes { roughness, ..Lobes::new(Kind::OrenNayar, reflectance) }, rough);
         }
     }
 
-    /// Adds a lobe, unless nothing comes of it.
-    fn push(&mut self, kind: Kind, color: Vec3) {
-        self.push_lobe(PointLobe::new(kind, color));
-    }
-
-    fn push_lobe(&mut self, lobe: PointLobe) {
-        if lobe.color != Vec3::ZERO {
-            self.lobes.0.push(lobe);
-        }
-    }
-
-    /// A share of light: at least 0.
-    fn share(&self, texture: &Texture<Vec3>) -> Vec3 {
-        self.at.value(texture).max(Vec3::ZERO)
-    }
-
-    fn matte(&mut self, matte: &Matte, weight: Vec3) {
-        let reflectance = weight * self.share(&matte.kd);
-        let sigma = self.at.value(&matte.sigma).clamp(0.0, 90.0);
-        if sigma == 0.0 {
-            return self.push(Kind::Lambert, reflectance);
-        }
-        let squared = sigma.to_radians().powi(2);
-        let a = 1.0 - squared / (2.0 * (squared + 0.33));
-        let b = 0.45 * squared / (squared + 0.09);
-        let roughness = [a as f32, b as f32];
-        self.push_lobe(PointLobe { roughness, ..PointLobe::new(Kind::OrenNayar, reflectance) });
-    }
-
-    fn plastic(&mut self, plastic: &Plastic, weight: Vec3) {
-        self.push(Kind::Lambert, weight * self.share(&plastic.kd));
+    #[inline(always)]
+    fn plastic(&mut self, plastic: &Plastic, weight: Colors<S>, active: mask64x8<S>) {
+        self.push(Lobes::new(Kind::Lambert, weight * self.share(&plastic.kd, active)), active);
         // pbrt-v3 has the inside out: the light comes from what has an index of 1.5.
-        let eta = (1.0 / PLASTIC) as f32;
-        self.glossy(weight * self.share(&plastic.ks), self.alpha(&plastic.roughness), eta);
+        let eta = splat_f32(active.token(), (1.0 / PLASTIC) as f32);
+        let reflectance = weight * self.share(&plastic.ks, active);
+        self.glossy(reflectance, self.alpha(&plastic.roughness, active), eta, active);
     }
 
     /// Facets of a dielectric that reflect.
-    fn glossy(&mut self, reflectance: Vec3, roughness: [f32; 2], eta: f32) {
-        let lobe = PointLobe::new(Kind::Microfacet(Fresnel::Dielectric), reflectance);
-        self.push_lobe(PointLobe { roughness, eta, ..lobe });
+    #[inline(always)]
+    fn glossy(
+        &mut self,
+        reflectance: Colors<S>,
+        roughness: [f32x8<S>; 2],
+        eta: f32x8<S>,
+        active: mask64x8<S>,
+    ) {
+        let lobe = Lobes::new(Kind::Microfacet(Fresnel::Dielectric), reflectance);
+        self.push(Lobes { roughness, eta, ..lobe }, active);
     }
 
-    fn translucent(&mut self, translucent: &Translucent, weight: Vec3) {
-        let reflect = weight * self.share(&translucent.reflect);
-        let transmit = weight * self.share(&translucent.transmit);
-        let (kd, ks) = (self.share(&translucent.kd), self.share(&translucent.ks));
-        self.push(Kind::Lambert, reflect * kd);
-        self.push(Kind::LambertTransmission, transmit * kd);
-        self.rough_dielectric([reflect * ks, transmit * ks], self.alpha(&translucent.roughness), PLASTIC);
+    #[inline(always)]
+    fn translucent(&mut self, translucent: &Translucent, weight: Colors<S>, active: mask64x8<S>) {
+        let reflect = weight * self.share(&translucent.reflect, active);
+        let transmit = weight * self.share(&translucent.transmit, active);
+        let (kd, ks) = (self.share(&translucent.kd, active), self.share(&translucent.ks, active));
+        self.push(Lobes::new(Kind::Lambert, reflect * kd), active);
+        self.push(Lobes::new(Kind::LambertTransmission, transmit * kd), active);
+        let roughness = self.alpha(&translucent.roughness, active);
+        let eta = f64x8::splat(active.token(), PLASTIC);
+        self.rough_dielectric([reflect * ks, transmit * ks], roughness, eta, active);
     }
 
-    fn rough_dielectric(&mut self, [reflectance, transmittance]: [Vec3; 2], roughness: [f32; 2], eta: f64) {
+    #[inline(always)]
+    fn rough_dielectric(
+        &mut self,
+        [reflectance, transmittance]: [Colors<S>; 2],
+        roughness: [f32x8<S>; 2],
+        eta: f64x8<S>,
+        active: mask64x8<S>,
+    ) {
         // Between alike media no facet reflects or bends light; pbrt-v3 ends there.
-        if (eta - 1.0).abs() < ALIKE {
-            return self.refraction(transmittance, 1.0);
-        }
-        self.glossy(reflectance, roughness, eta as f32);
-        let lobe = PointLobe::new(Kind::MicrofacetTransmission, transmittance);
-        self.push_lobe(PointLobe { roughness, eta: eta as f32, ..lobe });
+        let is_alike = (eta - 1.0).abs().simd_lt(ALIKE);
+        let one = splat_f32(active.token(), 1.0);
+        self.refraction(transmittance, one, active & is_alike);
+        let (active, eta) = (active & !is_alike, to_f32(eta));
+        self.glossy(reflectance, roughness, eta, active);
+        let lobe = Lobes::new(Kind::MicrofacetTransmission, transmittance);
+        self.push(Lobes { roughness, eta, ..lobe }, active);
     }
 
-    fn refraction(&mut self, transmittance: Vec3, eta: f64) {
-        self.push_lobe(PointLobe { eta: eta as f32, ..PointLobe::new(Kind::Refraction, transmittance) });
+    #[inline(always)]
+    fn refraction(&mut self, transmittance: Colors<S>, eta: f32x8<S>, active: mask64x8<S>) {
+        self.push(Lobes { eta, ..Lobes::new(Kind::Refraction, transmittance) }, active);
     }
 
-    fn glass(&mut self, glass: &Glass, weight: Vec3) {
-        let colors = [weight * self.share(&glass.kr), weight * self.share(&glass.kt)];
-        let eta = self.index(&glass.eta);
+    #[inline(always)]
+    fn glass(&mut self, glass: &Glass, weight: Colors<S>, active: mask64x8<S>) {
+        let colors = [weight * self.share(&glass.kr, active), weight * self.share(&glass.kt, active)];
+        let eta = self.index(&glass.eta, active);
+        let is_smooth = |texture: &Texture<f64>| self.at.value(texture, active).simd_eq(0.0);
         let v = glass.roughness.v.as_ref().unwrap_or(&glass.roughness.u);
-        if self.at.value(&glass.roughness.u) == 0.0 && self.at.value(v) == 0.0 {
-            let lobe = PointLobe::new(Kind::Glass, colors[0].max(colors[1]));
-            return self.push_lobe(PointLobe { colors, eta: eta as f32, ..lobe });
-        }
-        self.rough_dielectric(colors, self.alpha(&glass.roughness), eta);
-    }
-
-    fn metal(&mut self, metal: &Metal, weight: Vec3) {
-        let colors = [self.at.value(&metal.eta), self.at.value(&metal.k)];
-        let roughness = self.alpha(&metal.roughness);
-        let lobe = PointLobe::new(Kind::Microfacet(Fresnel::Conductor), weight);
-        self.push_lobe(PointLobe { colors, roughness, ..lobe });
-    }
-
-    fn substrate(&mut self, substrate: &Substrate, weight: Vec3) {
-        let colors = [self.share(&substrate.kd), self.share(&substrate.ks)];
-        if colors != [Vec3::ZERO; 2] {
-            let roughness = self.alpha(&substrate.roughness);
-            self.push_lobe(PointLobe { colors, roughness, ..PointLobe::new(Kind::Substrate, weight) });
+        let is_smooth = is_smooth(&glass.roughness.u) & is_smooth(v);
+        let lobe = Lobes::new(Kind::Glass, larger(colors[0], colors[1]));
+        self.push(Lobes { colors, eta: to_f32(eta), ..lobe }, active & is_smooth);
+        let rough = active & !is_smooth;
+        if rough.any_true() {
+            self.rough_dielectric(colors, self.alpha(&glass.roughness, rough), eta, rough);
         }
     }
 
-    fn uber(&mut self, uber: &Uber, weight: Vec3) {
-        let opacity = self.share(&uber.opacity);
-        self.refraction(weight * (Vec3::ONE - opacity).max(Vec3::ZERO), 1.0);
-        let share = |builder: &Self, texture| weight * opacity * builder.share(texture);
-        self.push(Kind::Lambert, share(self, &uber.kd));
-        let eta = self.index(&uber.eta);
+    #[inline(always)]
+    fn metal(&mut self, metal: &Metal, weight: Colors<S>, active: mask64x8<S>) {
+        let colors = [self.at.value(&metal.eta, active), self.at.value(&metal.k, active)];
+        let roughness = self.alpha(&metal.roughness, active);
+        let lobe = Lobes::new(Kind::Microfacet(Fresnel::Conductor), weight);
+        self.push(Lobes { colors, roughness, ..lobe }, active);
+    }
+
+    #[inline(always)]
+    fn substrate(&mut self, substrate: &Substrate, weight: Colors<S>, active: mask64x8<S>) {
+        let colors = [self.share(&substrate.kd, active), self.share(&substrate.ks, active)];
+        let active = active & (colors[0].is_light() | colors[1].is_light());
+        let roughness = self.alpha(&substrate.roughness, active);
+        self.push(Lobes { colors, roughness, ..Lobes::new(Kind::Substrate, weight) }, active);
+    }
+
+    #[inline(always)]
+    fn uber(&mut self, uber: &Uber, weight: Colors<S>, active: mask64x8<S>) {
+        let white = Colors::splat(active.token(), Vec3::ONE);
+        let opacity = self.share(&uber.opacity, active);
+        self.refraction(weight * not_negative(white - opacity), white.r, active);
+        let share = |builder: &Self, texture| weight * opacity * builder.share(texture, active);
+        self.push(Lobes::new(Kind::Lambert, share(self, &uber.kd)), active);
+        let eta = to_f32(self.index(&uber.eta, active));
         let glossy = share(self, &uber.ks);
-        if glossy != Vec3::ZERO {
-            self.glossy(glossy, self.alpha(&uber.roughness), eta as f32);
+        let is_glossy = active & glossy.is_light();
+        if is_glossy.any_true() {
+            self.glossy(glossy, self.alpha(&uber.roughness, is_glossy), eta, is_glossy);
         }
-        let mirror = PointLobe::new(Kind::Mirror(Fresnel::Dielectric), share(self, &uber.kr));
-        self.push_lobe(PointLobe { eta: eta as f32, ..mirror });
-        self.refraction(share(self, &uber.kt), eta);
+        let mirror = Lobes::new(Kind::Mirror(Fresnel::Dielectric), share(self, &uber.kr));
+        self.push(Lobes { eta, ..mirror }, active);
+        self.refraction(share(self, &uber.kt), eta, active);
     }
 
-    fn mix(&mut self, mix: &Mix, weight: Vec3) {
-        let first = self.share(&mix.amount);
-        let shares = [first, (Vec3::ONE - first).max(Vec3::ZERO)];
-        for (material, share) in mix.materials.iter().zip(shares) {
+    #[inline(always)]
+    fn mix(&mut self, mix: &Mix, weight: Colors<S>, active: mask64x8<S>) {
+        let first = self.share(&mix.amount, active);
+        let second = not_negative(Colors::splat(active.token(), Vec3::ONE) - first);
+        for (material, share) in mix.materials.iter().zip([first, second]) {
             // What has no share costs nothing.
-            if share != Vec3::ZERO {
-                self.add(material.kind(), weight * share);
+            let own = active & share.is_light();
+            if own.any_true() {
+                self.add(material.kind(), weight * share, own);
             }
         }
     }
 
-    /// An index of refraction. Textures may give what no substance has.
-    fn index(&self, texture: &Texture<f64>) -> f64 {
-        self.at.value(texture).max(1e-3)
+    /// Indices of refraction. Textures may give what no substance has.
+    #[inline(always)]
+    fn index(&self, texture: &Texture<f64>, active: mask64x8<S>) -> f64x8<S> {
+        self.at.value(texture, active).max(1e-3)
     }
 
-    /// The widths of the distribution of facets.
-    fn alpha(&self, roughness: &Roughness) -> [f32; 2] {
-        let width = |texture: &Texture<f64>| {
-            let here = self.at.value(texture);
-            alpha(if roughness.remap { alpha_of_roughness(here) } else { here })
-        };
-        let u = width(&roughness.u);
-        [u, roughness.v.as_ref().map_or(u, width)]
+    /// The widths of distributions of facets.
+    #[inline(always)]
+    fn alpha(&self, roughness: &Roughness, active: mask64x8<S>) -> [f32x8<S>; 2] {
+        let u = self.width(&roughness.u, roughness.remap, active);
+        [u, roughness.v.as_ref().map_or(u, |v| self.width(v, roughness.remap, active))]
     }
+
+    #[inline(never)]
+    fn width(&self, texture: &Texture<f64>, remap: bool, active: mask64x8<S>) -> f32x8<S> {
+        let of = |width| alpha(if remap { alpha_of_roughness(width) } else { width });
+        if let Some(width) = texture.constant() {
+            return splat_f32(active.token(), of(width));
+        }
+        let widths = self.at.value(texture, active);
+        let widths: [f32; LANES] = array::from_fn(|lane| match active.to_bitmask() >> lane & 1 {
+            1 => of(widths[lane]),
+            _ => 1.0,
+        });
+        widths.simd_into(active.token())
+    }
+}
+
+#[inline(always)]
+fn larger<S: Simd>(a: Colors<S>, b: Colors<S>) -> Colors<S> {
+    Colors { r: a.r.max(b.r), g: a.g.max(b.g), b: a.b.max(b.b) }
+}
+
+#[inline(always)]
+fn not_negative<S: Simd>(color: Colors<S>) -> Colors<S> {
+    larger(color, Colors::splat(color.r.token(), Vec3::ZERO))
 }
 
 /// The index of refraction of plastic and translucent surfaces.

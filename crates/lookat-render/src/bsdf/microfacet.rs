@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::DVec3;
 
 use super::fresnel::dielectric;
-use crate::circle::lanes::at_turn;
+use crate::circle::at_turn;
 use crate::lanes::V3;
 
 /// The least width, as in pbrt-v3: a mirror in all but name.

@@ -1,6 +1,6 @@
 //! The lobes at points side by side: a lobe of a kind, where it is, and how likely it is to be sampled.
 
-use fearless_simd::{Simd, f32x8, mask32x8, mask64x8};
+use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*};
 use smallvec::SmallVec;
 
 use super::lobe::{Lobe, Lobes, PointLobe};
@@ -38,22 +38,40 @@ impl<S: Simd> Slots<S> {
             || {
                 let (own, mut from) = (narrow(points), 0);
                 for lobe in &lobes.0 {
-                    let lobes = Lobe::splat(simd, lobe);
-                    match self.0[from..].iter().position(|slot| slot.lobe.kind == lobe.kind) {
-                        Some(at) => {
-                            let slot = &mut self.0[from + at];
-                            slot.lobe = lobes.or(own, slot.lobe);
-                            slot.mask |= own;
-                            from += at + 1;
-                        }
-                        None => {
-                            let probability = splat_f32(simd, 1.0);
-                            self.0.push(Slot { lobe: lobes, mask: own, probability });
-                            from = self.0.len();
-                        }
-                    }
+                    self.push(&Lobe::splat(simd, lobe), own, &mut from);
                 }
             },
         )
+    }
+
+    /// Adds lobes at some points, whose lobes so far are in slots before `from`.
+    #[inline(never)]
+    pub(super) fn push(&mut self, lobe: &Lobes<S>, own: mask32x8<S>, from: &mut usize) {
+        if !own.any_true() {
+            return;
+        }
+        own.token().vectorize(
+            #[inline(always)]
+            || {
+                let at = self.0[*from..].iter().position(|slot| slot.lobe.kind == lobe.kind);
+                let at = at.map_or(self.0.len(), |at| *from + at);
+                match self.0.get_mut(at) {
+                    Some(slot) => {
+                        slot.lobe = lobe.or(own, slot.lobe);
+                        slot.mask |= own;
+                    }
+                    None => {
+                        self.0.push(Slot { lobe: *lobe, mask: own, probability: splat_f32(own.token(), 1.0) })
+                    }
+                }
+                *from = at + 1;
+            },
+        )
+    }
+
+    /// The lobes of the first point.
+    pub(super) fn first(&self) -> PointLobes {
+        let own = self.0.iter().filter(|slot| slot.mask.to_bitmask() & 1 == 1);
+        PointLobes(own.map(|slot| slot.lobe.first()).collect())
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{
     Glass, Material, MaterialKind, Matte, Metal, Mirror, Mix, Plastic, Roughness, Substrate, Texture,
     Transform, Translucent, Uber, Value, Varying,
@@ -10,10 +10,8 @@ use lookat_scene::{
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::*;
-use crate::frame::Frame;
 use crate::lanes::{LANES, those};
 use crate::testing::baseline;
-use crate::texture::TexturePoint;
 
 const COLOR: Vec3 = Vec3::new(0.9, 0.5, 0.7);
 
@@ -105,7 +103,27 @@ const OUT: [DVec3; 4] = [
 
 /// The frame turned away from the axes.
 fn frame() -> Frame {
-    Frame::from_z(DVec3::new(0.3, -0.5, 0.8).normalize())
+    let z = DVec3::new(0.3, -0.5, 0.8).normalize();
+    baseline!(simd => {
+        let Frames { x, y, z } = Frames::from_z(Vec3x8::splat(simd, z));
+        Frame(DMat3::from_cols(x.lane(0), y.lane(0), z.lane(0)))
+    })
+}
+
+struct Frame(DMat3);
+
+impl Frame {
+    fn z(&self) -> DVec3 {
+        self.0.z_axis
+    }
+
+    fn to_world(&self, v: DVec3) -> DVec3 {
+        self.0 * v
+    }
+
+    fn to_local(&self, v: DVec3) -> DVec3 {
+        self.0.transpose() * v
+    }
 }
 
 /// A point of a surface, seen from a direction of its frame.
@@ -131,9 +149,8 @@ impl Point<'_> {
     /// Does something with the BSDF.
     fn ask<S: Simd, T>(&self, simd: S, ask: impl FnOnce(&Bsdf<S>) -> T) -> T {
         let mut slots = Slots::new();
-        let lobes = PointLobes::new(self.material.kind(), &TexturePoint::default());
-        slots.add(simd, &lobes, bits(simd, 0xff));
-        let n = Vec3x8::splat(simd, frame().z);
+        slots.add(simd, &PointLobes::new(self.material.kind()), bits(simd, 0xff));
+        let n = Vec3x8::splat(simd, frame().z());
         ask(&Bsdf::new((n, n, Frames::from_z(n.narrow())), Vec3x8::splat(simd, self.wo()), &mut slots))
     }
 
@@ -365,7 +382,7 @@ fn refraction_is_undone_on_the_way_out() {
     let material = material(glass(0.0, 0.0));
     for local_o in [DVec3::Z, DVec3::new(0.6, 0.0, 0.8), DVec3::new(-0.9, 0.2, 0.4)] {
         let into = Point { material: &material, local_o };
-        let (wo, n) = (into.wo(), frame().z);
+        let (wo, n) = (into.wo(), frame().z());
         let one = |point: &Point, u: f64| point.samples(&[DVec2::splat(u)], Part::All).remove(0).unwrap();
         let through = one(&into, 0.999_999);
         assert!(through.is_specular && through.wi.dot(n) < 0.0);

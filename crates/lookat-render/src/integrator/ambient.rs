@@ -7,13 +7,13 @@ use glam::Vec3;
 
 use super::tracer::Tracer;
 use crate::bsdf::Slots;
-use crate::frame::lanes::Frames;
+use crate::frame::Frames;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::world::World;
 use crate::lanes::{first_lanes, narrow, splat_f32, those, to_f32};
 use crate::sampler::Streams;
-use crate::warp::lanes::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 use crate::warp::square_to_uniform_hemisphere_pdf;
+use crate::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
 
 /// A scene with ambient occlusion.
 pub(crate) struct Ambient<'s> {

@@ -8,7 +8,7 @@ use lookat_scene::{DirectStrategy, LightChoice};
 use super::Draw;
 use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, Part, Slots};
-use crate::camera::lanes::{Viewer, Views};
+use crate::camera::views::{Viewer, Views};
 use crate::integrator::lighting::{Lighting, Vertices};
 use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};

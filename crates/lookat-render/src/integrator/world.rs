@@ -1,12 +1,14 @@
 //! Worlds in which rays of samples are traced side by side, and counted.
 
+use std::array;
+
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
 
 use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Slots;
-use crate::camera::lanes::Views;
+use crate::camera::views::Views;
 use crate::lanes::{bits, count, those};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::lanes::{ListShading, Shaded, TreeShading};
@@ -203,12 +205,12 @@ impl<'s> World<'s> {
         slots: &mut Slots<S>,
     ) -> Shaded<S> {
         let mut shaded = self.plain(simd, (rays, hits), active, slots);
-        for lane in those(shaded.is_open & active) {
-            if let (ray, Some(hit)) = self.one(rays, hits, lane) {
-                let camera_ray = views.and_then(|views| views.ray(lane));
-                let lobes = shaded.paint(lane, tracer.scene, (&ray, &hit), camera_ray.as_ref());
-                slots.add(simd, &lobes, bits(simd, 1 << lane));
-            }
+        if shaded.is_open.any_true() {
+            let found = array::from_fn(|lane| match shaded.is_open.to_bitmask() >> lane & 1 {
+                1 => Some(self.one(rays, hits, lane)).and_then(|(ray, hit)| Some((ray, hit?))),
+                _ => None,
+            });
+            shaded.paint(tracer.scene, &found, views, slots);
         }
         shaded
     }

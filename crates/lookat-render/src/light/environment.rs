@@ -11,7 +11,7 @@ use lookat_image::MipMap;
 use lookat_scene::Transform;
 
 use super::lune::Lunes;
-use crate::circle::lanes::angle;
+use crate::circle::angle;
 use crate::lanes::{Colors, Vec3x8};
 use table::{DirectionTable, TableSample};
 

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
 use crate::bsdf::Domain;
-use crate::circle::lanes::{angle, at_turn};
-use crate::frame::lanes::Frames;
+use crate::circle::{angle, at_turn};
+use crate::frame::Frames;
 use crate::lanes::{Number, Vec3x8};
 
 /// Directions between two planes: above the surface, but on the other side of the shading normal than `wo`. Where light

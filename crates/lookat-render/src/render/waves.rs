@@ -9,7 +9,7 @@ use glam::DVec2;
 
 use super::control::Meter;
 use super::sample::{Context, Job, center_of};
-use crate::camera::lanes::Viewer;
+use crate::camera::views::Viewer;
 use crate::integrator::Tracer;
 use crate::integrator::wave::{WAVE, Wave};
 use crate::lanes::{LANES, side_by_side};

@@ -1,58 +1,81 @@
-//! The texture coordinates of a surface, whatever its shape.
+//! The texture coordinates of surfaces, whatever their shapes.
 
-use glam::DVec3;
-use lookat_scene::{Mesh, Shape};
+use fearless_simd::{Simd, mask64x8, prelude::*};
+use lookat_scene::Shape;
 
-use crate::instance::PlacedInstance;
-use crate::parametric::Parametric;
-use crate::surface::Surface;
+use super::Found;
+use crate::lanes::{LANES, those};
+use crate::parametric::Parametrics;
+use crate::surface::lanes::Surfaces;
 use crate::traceable::Traceable;
-use crate::triangle::parametric::{flat, smooth};
+use crate::triangle::parametric::Triangles;
 
-/// Texture coordinates: of the surface itself, and as its shading normals have it.
-pub(super) struct Coordinates {
-    pub flat: Parametric,
-    pub shading: Parametric,
+/// Texture coordinates: of the surfaces themselves, and as their shading normals have it.
+pub(super) struct Coordinates<S: Simd> {
+    pub flat: Parametrics<S>,
+    pub shading: Parametrics<S>,
 }
 
-impl Coordinates {
-    /// Of a surface that is seen from `wo`.
-    pub fn new(scene: &Traceable, surface: &Surface, wo: DVec3) -> Self {
-        let instance = scene.instance(surface.element.instance);
-        let own = match (&surface.primitive.shape, scene.curved(surface.element.primitive)) {
-            (Shape::TriangleMesh(mesh), _) => Coordinates::of_triangle(mesh, surface, instance),
-            (Shape::Curve(_), _) => {
-                let d = instance.map_or(-wo, |instance| instance.vector_to_object(-wo));
-                alike(scene.curves.parametric(surface.element.index, d, surface.barycentric.into()))
+impl<S: Simd> Coordinates<S> {
+    /// Of surfaces that are active, where rays have found them.
+    #[inline(never)]
+    pub fn new(
+        scene: &Traceable,
+        surfaces: &Surfaces<S>,
+        found: &[Option<Found>; LANES],
+        active: mask64x8<S>,
+    ) -> Self {
+        let simd = active.token();
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let all = || those(active).filter_map(|lane| Some((lane, found[lane].as_ref()?)));
+                let mut triangles = Triangles::default();
+                for (lane, (_, hit)) in all() {
+                    let (primitive, index) = (scene.primitive(hit.element.primitive), hit.element.index);
+                    if let Shape::TriangleMesh(mesh) = &primitive.shape {
+                        let mut ns = surfaces.ns.lane(lane);
+                        if let Some(instance) = scene.instance(hit.element.instance) {
+                            ns = instance.normal_to_object(ns);
+                        }
+                        let normal = (ns, primitive.reverse_orientation);
+                        triangles.put(lane, (mesh, index as usize), hit.barycentric, normal);
+                    }
+                }
+                let [flat, shading] = triangles.parametrics(simd);
+                let mut coordinates = Coordinates { flat, shading };
+                for (lane, found) in all() {
+                    coordinates.place(scene, surfaces, (lane, found));
+                }
+                coordinates
+            },
+        )
+    }
+
+    /// What is no triangle of the world, one by one.
+    #[inline(never)]
+    fn place(&mut self, scene: &Traceable, surfaces: &Surfaces<S>, (lane, (ray, hit)): (usize, &Found)) {
+        let instance = scene.instance(hit.element.instance);
+        let own = match &scene.primitive(hit.element.primitive).shape {
+            Shape::TriangleMesh(_) if instance.is_none() => return,
+            Shape::TriangleMesh(_) => [self.flat.lane(lane), self.shading.lane(lane)],
+            Shape::Curve(_) => {
+                let d = instance.map_or(ray.d, |instance| instance.vector_to_object(ray.d));
+                [scene.curves.parametric(hit.element.index, d, hit.barycentric.into()); 2]
             }
-            (Shape::Quadric(_), curved) => {
-                let p = instance.map_or(surface.p, |instance| instance.to_object(surface.p));
+            Shape::Quadric(_) => {
+                let p = surfaces.p.lane(lane);
+                let p = instance.map_or(p, |instance| instance.to_object(p));
                 // Every quadric is one of the curved shapes.
-                alike(curved.map(|curved| curved.parametric(p)).unwrap_or_default())
+                let curved = scene.curved(hit.element.primitive);
+                [curved.map(|curved| curved.parametric(p)).unwrap_or_default(); 2]
             }
         };
-        match instance {
-            Some(instance) => Coordinates {
-                flat: instance.parametric_to_world(own.flat),
-                shading: instance.parametric_to_world(own.shading),
-            },
+        let [flat, shading] = own.map(|own| match instance {
+            Some(instance) => instance.parametric_to_world(own),
             None => own,
-        }
+        });
+        self.flat.put(lane, &flat);
+        self.shading.put(lane, &shading);
     }
-
-    fn of_triangle(mesh: &Mesh, surface: &Surface, instance: Option<&PlacedInstance>) -> Self {
-        let [b0, b1] = surface.barycentric;
-        let (index, weights) = (surface.element.index as usize, [b0, b1, 1.0 - b0 - b1]);
-        let flat = flat(mesh, index, weights);
-        if mesh.normals().is_empty() && mesh.tangents().is_empty() {
-            return alike(flat);
-        }
-        let ns = instance.map_or(surface.ns, |instance| instance.normal_to_object(surface.ns));
-        let reversed = surface.primitive.reverse_orientation;
-        Coordinates { flat, shading: smooth(mesh, index, weights, ns, reversed, flat) }
-    }
-}
-
-fn alike(flat: Parametric) -> Coordinates {
-    Coordinates { flat, shading: flat }
 }

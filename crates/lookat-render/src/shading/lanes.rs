@@ -6,16 +6,15 @@ use std::sync::Arc;
 use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
 use lookat_scene::{Material, Primitive, Shape};
 
-use super::point;
+use super::{Found, points};
 use crate::bsdf::{PointLobes, Slots};
-use crate::camera::CameraRay;
-use crate::frame::lanes::Frames;
+use crate::camera::views::Views;
+use crate::frame::Frames;
 use crate::lanes::{LANES, bits, those};
 use crate::prefetch::prefetch;
-use crate::ray::{ElementId, Hit, Ray};
+use crate::ray::{ElementId, Hit};
 use crate::surface::Surface;
 use crate::surface::lanes::{Sheet, Surfaces, Triangles, Turned};
-use crate::texture::TexturePoint;
 use crate::trace::lanes::{Hits, List, Rays, Tree};
 use crate::traceable::Traceable;
 
@@ -24,25 +23,47 @@ use crate::traceable::Traceable;
 pub(crate) struct Shaded<S: Simd> {
     pub surfaces: Surfaces<S>,
     pub frames: Frames<f32x8<S>>,
-    /// Where the lobes have to be asked for one by one.
+    /// Those whose materials have textures: their lobes have to be asked for.
     pub is_open: mask64x8<S>,
 }
 
 impl<S: Simd> Shaded<S> {
-    /// Asks for the lobes of one of them, and for its shading normal.
+    /// Gives surfaces that are open their lobes and shading normals; `found` has the rays and hits of these. `views`: what has
+    /// found them, if these are camera rays.
     #[inline(never)]
     pub fn paint(
         &mut self,
-        lane: usize,
         scene: &Traceable,
-        (ray, hit): (&Ray, &Hit),
-        camera_ray: Option<&CameraRay>,
-    ) -> PointLobes {
-        let surface = Surface::new(scene, ray, hit);
-        let (at, frame) = point(scene, &surface, -ray.d, camera_ray);
-        self.frames.put(lane, &frame);
-        self.surfaces.ns.put(lane, frame.z);
-        PointLobes::new(surface.primitive.material.kind(), &at)
+        found: &[Option<Found>; LANES],
+        views: Option<&Views>,
+        slots: &mut Slots<S>,
+    ) {
+        let simd = self.is_open.token();
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let material = |lane: usize| {
+                    found[lane].map(|(_, hit)| &scene.primitive(hit.element.primitive).material)
+                };
+                let mut rest = self.is_open.to_bitmask();
+                while rest != 0 {
+                    let first = rest.trailing_zeros() as usize;
+                    let mut own = 1 << first;
+                    if let Some(first) = material(first) {
+                        for lane in those(bits(simd, rest)) {
+                            let is_same = material(lane).is_some_and(|other| Arc::ptr_eq(first, other));
+                            own |= u64::from(is_same) << lane;
+                        }
+                        let active = bits(simd, own);
+                        let (at, frames) = points((scene, first), &self.surfaces, found, views, active);
+                        self.surfaces.ns = frames.z.or(active, self.surfaces.ns);
+                        self.frames = frames.narrow().or(active, self.frames);
+                        slots.build(first.kind(), &at, active);
+                    }
+                    rest &= !own;
+                }
+            },
+        )
     }
 }
 
@@ -67,7 +88,7 @@ impl<'s> Materials<'s> {
         let of_primitive = traceable.primitives().map(number).collect();
         let alike = |material: &&Material| {
             let is_alike = !material.needs().coordinates;
-            is_alike.then(|| PointLobes::new(material.kind(), &TexturePoint::default()))
+            is_alike.then(|| PointLobes::new(material.kind()))
         };
         Materials { lobes: all.iter().map(alike).collect(), all, of_primitive }
     }
@@ -80,7 +101,7 @@ impl<'s> Materials<'s> {
         self.all.iter().any(|material| material.bump().is_some())
     }
 
-    /// The lobes of points on primitives, and where they have to be asked for one by one.
+    /// The lobes of points on primitives, and where they have to be asked for.
     #[inline(always)]
     fn lobes<S: Simd>(
         &self,

@@ -1,84 +1,112 @@
 //! The value of a checkerboard (PBR 10.5).
 
-use glam::DVec2;
-use lookat_image::floor;
-use lookat_scene::{Cells, Checkerboard, Mapping, Value};
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use lookat_scene::{Cells, Checkerboard};
 
-use super::{TexturePoint, mapping};
+use super::{TexturePoint, Values, mapping};
+use crate::lanes::Vec2x8;
 
-pub(super) fn checkerboard<T: Value>(at: &TexturePoint, board: &Checkerboard<T>) -> T {
+#[inline(always)]
+pub(super) fn checkerboard<S: Simd, T: Values<S>>(
+    at: &TexturePoint<S>,
+    board: &Checkerboard<T>,
+    active: mask64x8<S>,
+) -> T::Wide {
     let [even, odd] = &board.textures;
-    match share_of_odd(at, &board.cells) {
-        0.0 => at.value(even),
-        1.0 => at.value(odd),
-        share => T::mix(at.value(even), at.value(odd), share),
-    }
+    let share = share_of_odd(at, &board.cells, active);
+    let (is_even, is_odd) = (share.simd_eq(0.0), share.simd_eq(1.0));
+    let (even, odd) = (at.value(even, active & !is_odd), at.value(odd, active & !is_even));
+    T::or(even, is_even, T::or(odd, is_odd, T::blend(even, odd, share)))
 }
 
 /// The share of cells whose numbers have an odd sum.
-fn share_of_odd(at: &TexturePoint, cells: &Cells) -> f64 {
-    match cells {
-        Cells::Plane { mapping, filtered } => {
-            let st = mapping::coordinates(mapping, at);
-            if *filtered { filtered_share(st, reach(mapping, at)) } else { parity(&st.to_array()) }
-        }
-        Cells::Space { texture_from_world } => parity(&at.within(texture_from_world).to_array()),
-    }
+#[inline(never)]
+fn share_of_odd<S: Simd>(at: &TexturePoint<S>, cells: &Cells, active: mask64x8<S>) -> f64x8<S> {
+    active.token().vectorize(
+        #[inline(always)]
+        || match cells {
+            Cells::Plane { mapping, filtered } => {
+                let st = mapping::coordinates(mapping, at, active);
+                match &at.footprint {
+                    Some(footprint) if *filtered => {
+                        // How far s and t change up to the neighbors, at most.
+                        let [x, y] = mapping::changes(mapping, at, footprint, active);
+                        filtered_share(st, [x[0].abs().max(y[0].abs()), x[1].abs().max(y[1].abs())])
+                    }
+                    _ => parity(&st),
+                }
+            }
+            Cells::Space { texture_from_world } => {
+                let p = at.within(texture_from_world);
+                parity(&[p.x, p.y, p.z])
+            }
+        },
+    )
 }
 
 /// 1 where the sum of the numbers of the cells is odd, else 0.
-fn parity(p: &[f64]) -> f64 {
-    p.iter().fold(0.0, |odd, x| if is_odd(*x) { 1.0 - odd } else { odd })
-}
-
-fn is_odd(x: f64) -> bool {
-    floor(x) & 1 == 1
-}
-
-/// How far s and t change up to the neighbors, at most.
-fn reach(mapping: &Mapping, at: &TexturePoint) -> DVec2 {
-    let [x, y] = mapping::changes(mapping, at);
-    x.abs().max(y.abs())
+#[inline(always)]
+fn parity<S: Simd>(p: &[f64x8<S>]) -> f64x8<S> {
+    let mut odd = f64x8::splat(p[0].token(), 0.0);
+    for x in p {
+        // That of each number is 0 or 1; far away, where no integers are near, 0.
+        let cell = x.floor();
+        let own = cell - (cell * 0.5).floor() * 2.0;
+        odd = own.simd_eq(1.0).select(1.0 - odd, odd);
+    }
+    odd
 }
 
 /// The share within a box around `st`.
-fn filtered_share(st: DVec2, reach: DVec2) -> f64 {
-    if reach.max_element() > 1.0 {
-        return 0.5;
-    }
-    let (s, t) = (share(st.x, reach.x), share(st.y, reach.y));
-    s + t - 2.0 * s * t
-}
-
-fn within_cell(x: f64, reach: f64) -> bool {
-    floor(x - reach) == floor(x + reach)
+#[inline(always)]
+fn filtered_share<S: Simd>(st: Vec2x8<S>, reach: Vec2x8<S>) -> f64x8<S> {
+    let (s, t) = (share(st[0], reach[0]), share(st[1], reach[1]));
+    let half = f64x8::splat(s.token(), 0.5);
+    reach[0].max(reach[1]).simd_gt(1.0).select(half, s + t - 2.0 * s * t)
 }
 
 /// The share of odd cells in `x - reach..x + reach`: 0 or 1 where that is within one.
-fn share(x: f64, reach: f64) -> f64 {
-    if within_cell(x, reach) {
-        return parity(&[x]);
-    }
+#[inline(always)]
+fn share<S: Simd>(x: f64x8<S>, reach: f64x8<S>) -> f64x8<S> {
+    let (low, high) = (x - reach, x + reach);
     // The length of odd cells up to x, halved; counted from the first cell, so that no digits cancel.
-    let first = floor((x - reach) * 0.5) as f64;
-    let up_to = |x: f64| {
+    let first = (low * 0.5).floor();
+    let up_to = |x: f64x8<S>| {
         let pairs = x * 0.5 - first;
-        let whole = floor(pairs) as f64;
+        let whole = pairs.floor();
         whole + 2.0 * (pairs - whole - 0.5).max(0.0)
     };
-    ((up_to(x + reach) - up_to(x - reach)) / (2.0 * reach)).clamp(0.0, 1.0)
+    let share = ((up_to(high) - up_to(low)) / (2.0 * reach)).max(0.0).min(1.0);
+    low.floor().simd_eq(high.floor()).select(parity(&[x]), share)
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec2;
+
     use super::*;
+    use crate::testing::baseline;
+
+    fn parity_at(p: &[f64]) -> f64 {
+        baseline!(simd => {
+            let p: Vec<_> = p.iter().map(|x| f64x8::splat(simd, *x)).collect();
+            parity(&p)[0]
+        })
+    }
+
+    fn share_at(st: DVec2, reach: DVec2) -> f64 {
+        baseline!(simd => {
+            let of = |v: DVec2| v.to_array().map(|x| f64x8::splat(simd, x));
+            filtered_share(of(st), of(reach))[0]
+        })
+    }
 
     /// The share by counting.
     fn counted(st: DVec2, reach: DVec2) -> f64 {
         let n = 400;
         let step = |i: i32| (f64::from(i) + 0.5) / f64::from(n) * 2.0 - 1.0;
         let places = (0..n).flat_map(|i| (0..n).map(move |j| st + reach * DVec2::new(step(i), step(j))));
-        places.map(|st| parity(&st.to_array())).sum::<f64>() / f64::from(n * n)
+        places.map(|st| parity_at(&st.to_array())).sum::<f64>() / f64::from(n * n)
     }
 
     #[test]
@@ -93,19 +121,19 @@ mod tests {
         ];
         for (st, reach) in cases {
             let (st, reach) = (DVec2::from(st), DVec2::from(reach));
-            let share = filtered_share(st, reach);
+            let share = share_at(st, reach);
             assert!((share - counted(st, reach)).abs() < 0.01, "{st} {reach}: {share}");
         }
-        assert_eq!(filtered_share(DVec2::new(0.5, 0.5), DVec2::new(1.01, 0.0)), 0.5);
+        assert_eq!(share_at(DVec2::new(0.5, 0.5), DVec2::new(1.01, 0.0)), 0.5);
     }
 
     #[test]
     fn far_cells_have_a_parity_too() {
         for x in [3e9, -3e9, 1e18, -1e50, 1e300] {
-            let share = filtered_share(DVec2::new(x, 0.5), DVec2::splat(0.1));
+            let share = share_at(DVec2::new(x, 0.5), DVec2::splat(0.1));
             assert!((0.0..=1.0).contains(&share), "{x}: {share}");
         }
-        assert_eq!(parity(&[3e9 + 1.5, 0.5]), 1.0);
-        assert_eq!(parity(&[-0.5, 0.5, -2.5]), 0.0);
+        assert_eq!(parity_at(&[3e9 + 1.5, 0.5]), 1.0);
+        assert_eq!(parity_at(&[-0.5, 0.5, -2.5]), 0.0);
     }
 }

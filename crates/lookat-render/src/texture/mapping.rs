@@ -2,69 +2,112 @@
 
 use std::f64::consts::{PI, TAU};
 
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3};
-use lookat_scene::{Mapping, Transform};
+use lookat_scene::Mapping;
 
-use super::TexturePoint;
+use super::{Footprint, TexturePoint, within};
+use crate::lanes::{Vec2x8, Vec3x8, those};
 
 /// The coordinates. They are finite.
-pub(crate) fn coordinates(mapping: &Mapping, at: &TexturePoint) -> DVec2 {
-    finite(match mapping {
-        Mapping::Uv { scale, offset } => at.uv * *scale + *offset,
-        Mapping::Spherical { texture_from_world } => spherical(at.within(texture_from_world)),
-        Mapping::Cylindrical { texture_from_world } => cylindrical(at.within(texture_from_world)),
-        // The origin apart, so that neighboring points keep their distance however far away it is.
-        Mapping::Planar { axes, offset } => along(axes, at.p) + (along(axes, at.origin) + *offset),
-    })
+#[inline(never)]
+pub(super) fn coordinates<S: Simd>(
+    mapping: &Mapping,
+    at: &TexturePoint<S>,
+    active: mask64x8<S>,
+) -> Vec2x8<S> {
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let [u, v] = at.uv;
+            finite(match mapping {
+                Mapping::Uv { scale, offset } => [u * scale.x + offset.x, v * scale.y + offset.y],
+                Mapping::Spherical { texture_from_world: to }
+                | Mapping::Cylindrical { texture_from_world: to } => {
+                    let is_sphere = matches!(mapping, Mapping::Spherical { .. });
+                    let (p, of) = (at.within(to), if is_sphere { spherical } else { cylindrical });
+                    each(active, |lane| of(p.lane(lane)))
+                }
+                // The origin apart, so that neighboring points keep their distance however far away it is.
+                Mapping::Planar { axes, offset } => {
+                    let ([s, t], origin) = (along(axes, at.p), axes.map(|axis| at.origin.dot(axis)));
+                    [s + (origin[0] + offset.x), t + (origin[1] + offset.y)]
+                }
+            })
+        },
+    )
 }
 
 /// How the coordinates change to the neighbors at the right and below. They are finite.
 ///
 /// pbrt-v3 takes differences on spheres and cylinders, which are wrong where the texture's edges meet; these are
 /// derivatives.
-pub(crate) fn changes(mapping: &Mapping, at: &TexturePoint) -> [DVec2; 2] {
-    let changes = match mapping {
-        Mapping::Uv { scale, .. } => at.footprint.duv.map(|duv| duv * *scale),
-        Mapping::Spherical { texture_from_world } => {
-            let v = at.within(texture_from_world);
-            steps(at, texture_from_world, |dv| spherical_derivative(v, dv))
-        }
-        Mapping::Cylindrical { texture_from_world } => {
-            let v = at.within(texture_from_world);
-            steps(at, texture_from_world, |dv| cylindrical_derivative(v, dv))
-        }
-        Mapping::Planar { axes, .. } => at.footprint.dp.map(|dp| along(axes, dp)),
-    };
-    changes.map(finite)
+#[inline(never)]
+pub(super) fn changes<S: Simd>(
+    mapping: &Mapping,
+    at: &TexturePoint<S>,
+    footprint: &Footprint<S>,
+    active: mask64x8<S>,
+) -> [Vec2x8<S>; 2] {
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let ([dp0, dp1], [duv0, duv1]) = (footprint.dp, footprint.duv);
+            let [x, y] = match mapping {
+                Mapping::Uv { scale, .. } => {
+                    [[duv0[0] * scale.x, duv0[1] * scale.y], [duv1[0] * scale.x, duv1[1] * scale.y]]
+                }
+                Mapping::Spherical { texture_from_world: to }
+                | Mapping::Cylindrical { texture_from_world: to } => {
+                    let is_sphere = matches!(mapping, Mapping::Spherical { .. });
+                    let derivative = if is_sphere { spherical_derivative } else { cylindrical_derivative };
+                    let (p, dv) = (at.within(to), [within(to, dp0), within(to, dp1)]);
+                    dv.map(|dv| {
+                        each(active, |lane| match dv.lane(lane) {
+                            DVec3::ZERO => DVec2::ZERO,
+                            dv => derivative(p.lane(lane), dv),
+                        })
+                    })
+                }
+                Mapping::Planar { axes, .. } => [along(axes, dp0), along(axes, dp1)],
+            };
+            [finite(x), finite(y)]
+        },
+    )
 }
 
-fn along(axes: &[DVec3; 2], v: DVec3) -> DVec2 {
-    DVec2::new(v.dot(axes[0]), v.dot(axes[1]))
+#[inline(always)]
+fn along<S: Simd>(axes: &[DVec3; 2], v: Vec3x8<S>) -> Vec2x8<S> {
+    let simd = v.x.token();
+    [v.dot(Vec3x8::splat(simd, axes[0])), v.dot(Vec3x8::splat(simd, axes[1]))]
 }
 
 /// Coordinates of the file may overflow under a scale.
-fn finite(st: DVec2) -> DVec2 {
-    if st.is_finite() { st } else { DVec2::ZERO }
+#[inline(always)]
+fn finite<S: Simd>([s, t]: Vec2x8<S>) -> Vec2x8<S> {
+    let (is_finite, zero) = (s.is_finite() & t.is_finite(), f64x8::splat(s.token(), 0.0));
+    [is_finite.select(s, zero), is_finite.select(t, zero)]
 }
 
-fn steps(
-    at: &TexturePoint,
-    texture_from_world: &Transform,
-    derivative: impl Fn(DVec3) -> DVec2,
-) -> [DVec2; 2] {
-    at.footprint.dp.map(|dp| match dp {
-        DVec3::ZERO => DVec2::ZERO,
-        dp => derivative(texture_from_world.vector(dp)),
-    })
+/// One by one.
+#[inline(always)]
+fn each<S: Simd>(active: mask64x8<S>, of: impl Fn(usize) -> DVec2) -> Vec2x8<S> {
+    let mut all = [f64x8::splat(active.token(), 0.0); 2];
+    for lane in those(active) {
+        [all[0][lane], all[1][lane]] = of(lane).into();
+    }
+    all
 }
 
 /// Latitude and longitude, each from 0 to 1.
+#[inline(never)]
 fn spherical(v: DVec3) -> DVec2 {
     let theta = v.truncate().length().atan2(v.z);
     let phi = v.y.atan2(v.x);
     DVec2::new(theta / PI, if phi < 0.0 { phi / TAU + 1.0 } else { phi / TAU })
 }
 
+#[inline(never)]
 fn spherical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
     let radius = v.truncate().length();
     let outward = v.truncate().dot(dv.truncate()) / radius;
@@ -73,10 +116,12 @@ fn spherical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
 }
 
 /// Longitude from 0 to 1, and the height on the unit sphere, as pbrt-v3 has it.
+#[inline(never)]
 fn cylindrical(v: DVec3) -> DVec2 {
     DVec2::new((PI + v.y.atan2(v.x)) / TAU, v.normalize_or_zero().z)
 }
 
+#[inline(never)]
 fn cylindrical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
     let length = v.length();
     let height = (dv.z - v.z * v.dot(dv) / (length * length)) / length;
@@ -89,17 +134,40 @@ fn longitude_derivative(v: DVec3, dv: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::texture::Footprint;
+    use lookat_scene::Transform;
 
-    fn place(mapping: &Mapping, at: &TexturePoint) -> (DVec2, [DVec2; 2]) {
-        (coordinates(mapping, at), changes(mapping, at))
+    use super::*;
+    use crate::lanes::bits;
+    use crate::testing::baseline;
+
+    const NEAR: [DVec3; 2] = [DVec3::new(1e-3, 2e-3, -1e-3), DVec3::new(0.0, -1e-3, 2e-3)];
+
+    /// A point with its neighbors.
+    struct Point {
+        p: DVec3,
+        origin: DVec3,
+        uv: DVec2,
+        dp: [DVec3; 2],
+        duv: [DVec2; 2],
     }
 
-    fn at(p: DVec3) -> TexturePoint {
-        let dp = [DVec3::new(1e-3, 2e-3, -1e-3), DVec3::new(0.0, -1e-3, 2e-3)];
+    fn place(mapping: &Mapping, at: &Point) -> (DVec2, [DVec2; 2]) {
+        baseline!(simd => {
+            let vectors = |v: DVec3| Vec3x8::splat(simd, v);
+            let points = |v: DVec2| v.to_array().map(|x| f64x8::splat(simd, x));
+            let lane = |v: Vec2x8<_>| DVec2::new(v[0][5], v[1][5]);
+            let footprint = Footprint { dp: at.dp.map(vectors), duv: at.duv.map(points) };
+            let texture_point =
+                TexturePoint { p: vectors(at.p), origin: at.origin, uv: points(at.uv), footprint: None };
+            let active = bits(simd, 1 << 5);
+            let changes = changes(mapping, &texture_point, &footprint, active).map(lane);
+            (lane(coordinates(mapping, &texture_point, active)), changes)
+        })
+    }
+
+    fn at(p: DVec3) -> Point {
         let duv = [DVec2::new(0.1, 0.2), DVec2::new(0.3, 0.4)];
-        TexturePoint { p, origin: DVec3::ZERO, uv: DVec2::new(0.25, 0.5), footprint: Footprint { dp, duv } }
+        Point { p, origin: DVec3::ZERO, uv: DVec2::new(0.25, 0.5), dp: NEAR, duv }
     }
 
     fn mappings() -> [Mapping; 4] {
@@ -132,7 +200,7 @@ mod tests {
         for mapping in &mappings()[1..] {
             let p = DVec3::new(0.4, -0.7, 0.5);
             let (st, steps) = place(mapping, &at(p));
-            for (step, dp) in steps.into_iter().zip(at(p).footprint.dp) {
+            for (step, dp) in steps.into_iter().zip(NEAR) {
                 let beside = place(mapping, &at(p + dp * 1e-4)).0;
                 assert!(((beside - st) / 1e-4 - step).length() < 1e-6, "{mapping:?}");
             }
@@ -154,7 +222,7 @@ mod tests {
                 same => same,
             };
             let near = |p| place(&mapping, &at(p)).0;
-            let there = |p| place(&moved, &TexturePoint { origin: far, ..at(p) }).0;
+            let there = |p| place(&moved, &Point { origin: far, ..at(p) }).0;
             let (a, b) = (DVec3::new(0.4, -0.7, 0.5), DVec3::new(0.4, -0.7, 0.5 + 1e-7));
             assert!(((near(a) - near(b)) - (there(a) - there(b))).length() < 1e-7);
         }
@@ -169,10 +237,10 @@ mod tests {
         for mapping in all {
             for p in [DVec3::ZERO, DVec3::splat(1e200), DVec3::new(1e-300, 0.0, 0.0)] {
                 let uv = DVec2::splat(1e300);
-                let footprint = Footprint { dp: [DVec3::ZERO, DVec3::splat(1e300)], duv: [uv, -uv] };
-                let at = TexturePoint { p, uv, footprint, origin: DVec3::ZERO };
-                assert!(coordinates(&mapping, &at).is_finite());
-                assert!(changes(&mapping, &at).iter().all(|change| change.is_finite()));
+                let dp = [DVec3::ZERO, DVec3::splat(1e300)];
+                let (st, changes) =
+                    place(&mapping, &Point { p, uv, dp, duv: [uv, -uv], origin: DVec3::ZERO });
+                assert!(st.is_finite() && changes.iter().all(|change| change.is_finite()));
             }
         }
     }

@@ -1,10 +1,10 @@
 //! Noise in space, and sums of it (PBR 10.6).
 
-use glam::DVec3;
-use lookat_image::floor;
+use fearless_simd::{Simd, f64x8, i32x8, mask64x8, prelude::*, u32x8};
 use lookat_scene::{Octaves, Transform};
 
-use super::TexturePoint;
+use super::{TexturePoint, within};
+use crate::lanes::{LANES, V3, Vec3x8, those, to_f32, widen};
 
 /// The permutation of Perlin's "Improving Noise" (2002), which pbrt-v3 has too: its pictures are the same.
 static PERMUTATION: [u8; 256] = [
@@ -22,193 +22,351 @@ static PERMUTATION: [u8; 256] = [
     66, 215, 61, 156, 180,
 ];
 
-/// The gradients of corners: directions to the edges of a cube, four of them twice.
-static GRADIENTS: [DVec3; 16] = [
-    DVec3::new(1.0, 1.0, 0.0),
-    DVec3::new(-1.0, 1.0, 0.0),
-    DVec3::new(1.0, -1.0, 0.0),
-    DVec3::new(-1.0, -1.0, 0.0),
-    DVec3::new(1.0, 0.0, 1.0),
-    DVec3::new(-1.0, 0.0, 1.0),
-    DVec3::new(1.0, 0.0, -1.0),
-    DVec3::new(-1.0, 0.0, -1.0),
-    DVec3::new(0.0, 1.0, 1.0),
-    DVec3::new(0.0, -1.0, 1.0),
-    DVec3::new(0.0, 1.0, -1.0),
-    DVec3::new(0.0, -1.0, -1.0),
-    DVec3::new(1.0, 1.0, 0.0),
-    DVec3::new(-1.0, 1.0, 0.0),
-    DVec3::new(0.0, 1.0, -1.0),
-    DVec3::new(0.0, -1.0, -1.0),
-];
-
 /// Perlin's gradient noise with pbrt-v3's gradients: smooth, about -1..1, 0 at whole coordinates.
-#[inline]
-pub(super) fn noise(p: DVec3) -> f64 {
-    noise_at(p.x, p.y, p.z)
+#[inline(never)]
+pub(super) fn noise<S: Simd>(p: Vec3x8<S>, active: mask64x8<S>) -> f64x8<S> {
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let (x, y, z) = (in_cell(p.x), in_cell(p.y), in_cell(p.z));
+            let hashes = hashes([x.0, y.0, z.0], active);
+            let (tx, ty, tz) = (fade(x.1), fade(y.1), fade(z.1));
+            let mut corners = [f64x8::splat(active.token(), 0.0); 8];
+            for (corner, (value, hashes)) in corners.iter_mut().zip(&hashes).enumerate() {
+                let [dx, dy, dz] = [x.1, y.1, z.1];
+                let dx = if corner & 1 == 0 { dx } else { dx - 1.0 };
+                let dy = if corner & 2 == 0 { dy } else { dy - 1.0 };
+                let dz = if corner & 4 == 0 { dz } else { dz - 1.0 };
+                *value = gradient(hashes, V3 { x: dx, y: dy, z: dz });
+            }
+            let [a, b, c, d, e, f, g, h] = corners;
+            let low = lerp(lerp(a, b, tx), lerp(c, d, tx), ty);
+            let high = lerp(lerp(e, f, tx), lerp(g, h, tx), ty);
+            lerp(low, high, tz)
+        },
+    )
 }
 
-/// Three numbers come in registers; a vector would come by way of memory, and wait there to be written.
-fn noise_at(x: f64, y: f64, z: f64) -> f64 {
-    let p = DVec3::new(x, y, z);
-    let cell = p.to_array().map(floor);
+/// The numbers of cells along an axis, which repeat after 256, and the places in them.
+#[inline(always)]
+fn in_cell<S: Simd>(x: f64x8<S>) -> ([i32; LANES], f64x8<S>) {
+    let cell = x.floor();
+    let number = i32x8::truncate_from(to_f32(cell - (cell * (1.0 / 256.0)).floor() * 256.0));
     // Far beyond all digits, where no integer is near, any place in the cell will do.
-    let d = (p - DVec3::from(cell.map(|x| x as f64))).clamp(DVec3::ZERO, DVec3::ONE);
-    let weight = d * d * d * (d * (d * 6.0 - 15.0) + 10.0);
-    let at = |x: u8, y: u8, z: u8| {
-        let [i, j, k] = cell.map(|x| x as u8);
-        let corner = [i.wrapping_add(x), j.wrapping_add(y), k.wrapping_add(z)];
-        gradient(corner).dot(d - DVec3::new(f64::from(x), f64::from(y), f64::from(z)))
-    };
-    let along_x = |y, z| lerp(at(0, y, z), at(1, y, z), weight.x);
-    let along_y = |z| lerp(along_x(0, z), along_x(1, z), weight.y);
-    lerp(along_y(0), along_y(1), weight.z)
+    let (d, zero) = (x - cell, f64x8::splat(x.token(), 0.0));
+    (number.into(), d.simd_gt(0.0).select(d, zero).min(1.0))
 }
 
-/// That of a corner. The corners repeat after 256 cells.
-fn gradient([x, y, z]: [u8; 3]) -> DVec3 {
+#[inline(always)]
+fn fade<S: Simd>(d: f64x8<S>) -> f64x8<S> {
+    d * d * d * (d * (d * 6.0 - 15.0) + 10.0)
+}
+
+/// What chooses the gradients of the eight corners of cells, from 0 to 15.
+#[inline(always)]
+fn hashes<S: Simd>([x, y, z]: [[i32; LANES]; 3], active: mask64x8<S>) -> [[u32; LANES]; 8] {
     let permuted = |index: u8| PERMUTATION[usize::from(index)];
-    let hash = permuted(permuted(permuted(x).wrapping_add(y)).wrapping_add(z));
-    GRADIENTS[usize::from(hash & 15)]
+    let both = |first: u8, index: i32| {
+        let index = first.wrapping_add(index as u8);
+        [permuted(index), permuted(index.wrapping_add(1))]
+    };
+    let mut hashes = [[0; LANES]; 8];
+    for lane in those(active) {
+        for (i, x) in both(0, x[lane]).into_iter().enumerate() {
+            for (j, y) in both(x, y[lane]).into_iter().enumerate() {
+                for (k, z) in both(y, z[lane]).into_iter().enumerate() {
+                    hashes[i + 2 * j + 4 * k][lane] = u32::from(z & 15);
+                }
+            }
+        }
+    }
+    hashes
 }
 
-fn lerp(a: f64, b: f64, t: f64) -> f64 {
+/// The product of gradients and vectors `d`. Gradients are directions to the edges of a cube, four of them twice.
+#[inline(always)]
+fn gradient<S: Simd>(hash: &[u32; LANES], d: Vec3x8<S>) -> f64x8<S> {
+    let hash: u32x8<S> = (*hash).simd_into(d.x.token());
+    let is_twice = hash.simd_eq(12) | hash.simd_eq(13);
+    let u = widen(hash.simd_lt(8) | is_twice).select(d.x, d.y);
+    let v = widen(hash.simd_lt(4) | is_twice).select(d.y, d.z);
+    let is_set = |bit: u32| widen((hash & bit).simd_eq(bit));
+    is_set(1).select(-u, u) + is_set(2).select(-v, v)
+}
+
+#[inline(always)]
+fn lerp<S: Simd>(a: f64x8<S>, b: f64x8<S>, t: f64x8<S>) -> f64x8<S> {
     (1.0 - t) * a + t * b
 }
 
-/// A point in the space of a texture.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PointInSpace {
-    pub p: DVec3,
-    /// The distance to its neighbors.
-    pub spread: f64,
+/// Points in the space of a texture.
+#[derive(Clone, Copy)]
+pub(super) struct PointInSpace<S: Simd> {
+    pub p: Vec3x8<S>,
+    /// The distances to their neighbors.
+    pub spread: Option<f64x8<S>>,
 }
 
-impl PointInSpace {
-    pub fn new(at: &TexturePoint, texture_from_world: &Transform) -> Self {
-        let [x, y] = at.footprint.dp.map(|dp| texture_from_world.vector(dp).length());
-        PointInSpace { p: at.within(texture_from_world), spread: x.max(y) }
+impl<S: Simd> PointInSpace<S> {
+    #[inline(never)]
+    pub fn new(at: &TexturePoint<S>, texture_from_world: &Transform) -> Self {
+        at.p.x.token().vectorize(
+            #[inline(always)]
+            || {
+                let spread = at.footprint.as_ref().map(
+                    #[inline(always)]
+                    |footprint| {
+                        let [x, y] = footprint.dp;
+                        let (x, y) = (within(texture_from_world, x), within(texture_from_world, y));
+                        x.length_squared().max(y.length_squared()).sqrt()
+                    },
+                );
+                PointInSpace { p: at.within(texture_from_world), spread }
+            },
+        )
     }
 
+    #[inline(always)]
     pub fn scaled(self, scale: f64) -> Self {
-        PointInSpace { p: self.p * scale, spread: self.spread * scale.abs() }
+        let spread = self.spread.map(
+            #[inline(always)]
+            |spread| spread * scale.abs(),
+        );
+        PointInSpace { p: self.p * f64x8::splat(self.p.x.token(), scale), spread }
     }
 
     /// The number of octaves that are not finer than the distance of neighbors, with the share of the last.
-    fn octaves(&self, most: u32) -> (u32, f64) {
+    #[inline(always)]
+    fn octaves(&self, most: u32, active: mask64x8<S>) -> [f64x8<S>; 2] {
         // All where there are no neighbors; none where the distance is no number.
-        let octaves = (-1.0 - self.spread.log2()).max(0.0).min(f64::from(most));
-        let whole = octaves as u32;
-        (whole, smooth_step(0.3, 0.7, octaves - f64::from(whole)))
+        let mut octaves = f64x8::splat(active.token(), f64::from(most));
+        if let Some(spread) = self.spread {
+            for lane in those(active) {
+                octaves[lane] = (-1.0 - spread[lane].log2()).max(0.0).min(f64::from(most));
+            }
+        }
+        let whole = octaves.floor();
+        [whole, smooth_step(0.3, 0.7, octaves - whole)]
     }
 }
 
 /// The factor of the frequency from one octave to the next: not quite 2, so that their zeros do not coincide.
 const LACUNARITY: f64 = 1.99;
 
-/// The sum of octaves of noise.
-pub(super) fn fbm(at: &PointInSpace, most: u32, roughness: f64) -> f64 {
-    let (count, share) = at.octaves(most);
-    let mut sum = 0.0;
-    let (mut frequency, mut height) = (1.0, 1.0);
-    for _ in 0..count {
-        sum += height * noise(at.p * frequency);
+/// The sum of octaves, of which there are so many at most, each so high by the one before; `octave` makes them from noise and the
+/// share of it that counts.
+#[inline(always)]
+fn sum<S: Simd>(
+    at: &PointInSpace<S>,
+    (most, roughness): (u32, f64),
+    [whole, last]: [f64x8<S>; 2],
+    active: mask64x8<S>,
+    octave: impl Fn(f64x8<S>, f64x8<S>) -> f64x8<S>,
+) -> f64x8<S> {
+    let all = |x: f64| f64x8::splat(active.token(), x);
+    let (mut sum, mut frequency, mut height) = (all(0.0), 1.0, 1.0);
+    for i in 0..most {
+        let i = f64::from(i);
+        let share = whole.simd_gt(i).select(all(1.0), whole.simd_eq(i).select(last, all(0.0)));
+        let open = active & share.simd_gt(0.0);
+        let noise = if open.any_true() { noise(at.p * all(frequency), open) } else { all(0.0) };
+        sum += height * octave(noise, share);
         frequency *= LACUNARITY;
         height *= roughness;
     }
-    if share > 0.0 {
-        sum += height * share * noise(at.p * frequency);
-    }
-    bounded(sum)
+    sum
+}
+
+/// The sum of octaves of noise.
+#[inline(never)]
+pub(super) fn fbm<S: Simd>(
+    at: &PointInSpace<S>,
+    (most, roughness): (u32, f64),
+    active: mask64x8<S>,
+) -> f64x8<S> {
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let count = at.octaves(most, active);
+            bounded(sum(
+                at,
+                (most, roughness),
+                count,
+                active,
+                #[inline(always)]
+                |noise, share| noise * share,
+            ))
+        },
+    )
 }
 
 /// The mean of the absolute value of noise, about, in place of octaves that are too fine.
 const MEAN: f64 = 0.2;
 
 /// The sum of absolute values of octaves of noise.
-pub(super) fn turbulence(at: &PointInSpace, most: u32, roughness: f64) -> f64 {
-    let (count, share) = at.octaves(most);
-    let mut sum = 0.0;
-    let (mut frequency, mut height) = (1.0, 1.0);
-    for _ in 0..count {
-        sum += height * noise(at.p * frequency).abs();
-        frequency *= LACUNARITY;
-        height *= roughness;
-    }
-    let last = if share > 0.0 { lerp(MEAN, noise(at.p * frequency).abs(), share) } else { MEAN };
-    sum += height * last;
-    // As pbrt-v3 has it, with the octave that was just added counted once more.
-    for _ in count..most {
-        sum += height * MEAN;
-        height *= roughness;
-    }
-    bounded(sum)
+#[inline(never)]
+pub(super) fn turbulence<S: Simd>(
+    at: &PointInSpace<S>,
+    (most, roughness): (u32, f64),
+    active: mask64x8<S>,
+) -> f64x8<S> {
+    active.token().vectorize(
+        #[inline(always)]
+        || {
+            let mean = f64x8::splat(active.token(), MEAN);
+            let count = at.octaves(most, active);
+            let mut sum = sum(
+                at,
+                (most, roughness),
+                count,
+                active,
+                #[inline(always)]
+                |noise, share| lerp(mean, noise.abs(), share),
+            );
+            // As pbrt-v3 has it, with the last octave counted once more.
+            for lane in those(active) {
+                sum[lane] += MEAN * roughness.powi(count[0][lane] as i32);
+            }
+            bounded(sum)
+        },
+    )
 }
 
 /// Waves, high where the wind is strong.
-pub(super) fn windy(at: &PointInSpace) -> f64 {
-    let strength = fbm(&at.scaled(0.1), 3, 0.5);
-    strength.abs() * fbm(at, 6, 0.5)
+#[inline(always)]
+pub(super) fn windy<S: Simd>(at: &PointInSpace<S>, active: mask64x8<S>) -> f64x8<S> {
+    let strength = fbm(&at.scaled(0.1), (3, 0.5), active);
+    strength.abs() * fbm(at, (6, 0.5), active)
 }
 
-pub(super) fn fbm_octaves(at: &TexturePoint, octaves: &Octaves) -> f64 {
-    fbm(&PointInSpace::new(at, &octaves.texture_from_world), octaves.count, octaves.roughness)
+#[inline(always)]
+pub(super) fn fbm_octaves<S: Simd>(at: &TexturePoint<S>, octaves: &Octaves, active: mask64x8<S>) -> f64x8<S> {
+    let at = PointInSpace::new(at, &octaves.texture_from_world);
+    fbm(&at, (octaves.count, octaves.roughness), active)
 }
 
-pub(super) fn turbulence_octaves(at: &TexturePoint, octaves: &Octaves) -> f64 {
-    turbulence(&PointInSpace::new(at, &octaves.texture_from_world), octaves.count, octaves.roughness)
+#[inline(always)]
+pub(super) fn turbulence_octaves<S: Simd>(
+    at: &TexturePoint<S>,
+    octaves: &Octaves,
+    active: mask64x8<S>,
+) -> f64x8<S> {
+    let at = PointInSpace::new(at, &octaves.texture_from_world);
+    turbulence(&at, (octaves.count, octaves.roughness), active)
 }
 
 /// A height that a color can hold, whatever the roughness.
-fn bounded(height: f64) -> f64 {
-    height.clamp(-1e18, 1e18)
+#[inline(always)]
+fn bounded<S: Simd>(height: f64x8<S>) -> f64x8<S> {
+    height.max(-1e18).min(1e18)
 }
 
 /// 0 up to `low`, 1 from `high`, and a smooth way between.
-fn smooth_step(low: f64, high: f64, x: f64) -> f64 {
-    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+#[inline(always)]
+fn smooth_step<S: Simd>(low: f64, high: f64, x: f64x8<S>) -> f64x8<S> {
+    let t = ((x - low) / (high - low)).max(0.0).min(1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use glam::DVec3;
 
-    fn at(p: DVec3, spread: f64) -> PointInSpace {
-        PointInSpace { p, spread }
+    use super::*;
+    use crate::lanes::bits;
+    use crate::testing::baseline;
+
+    fn noise_at(p: DVec3) -> f64 {
+        baseline!(simd => noise(Vec3x8::splat(simd, p), bits(simd, 1))[0])
+    }
+
+    /// Of a point with neighbors at that distance.
+    fn sum_at(sum: Sum, p: DVec3, spread: f64, octaves: (u32, f64)) -> f64 {
+        baseline!(simd => {
+            let spread = Some(f64x8::splat(simd, spread));
+            let at = &PointInSpace { p: Vec3x8::splat(simd, p), spread };
+            match sum {
+                Sum::Fbm => fbm(at, octaves, bits(simd, 2))[1],
+                Sum::Turbulence => turbulence(at, octaves, bits(simd, 2))[1],
+            }
+        })
+    }
+
+    #[derive(Clone, Copy)]
+    enum Sum {
+        Fbm,
+        Turbulence,
+    }
+
+    fn gradient_at(corner: [i32; 3], d: DVec3) -> f64 {
+        baseline!(simd => {
+            let hashes = hashes(corner.map(|x| [x; LANES]), bits(simd, 0xff));
+            gradient(&hashes[0], Vec3x8::splat(simd, d))[0]
+        })
     }
 
     #[test]
     fn noise_is_0_at_whole_coordinates_and_has_its_gradient_there() {
         for (x, y, z) in [(0, 0, 0), (3, -5, 7), (255, 256, -1), (-1000, 12345, 99)] {
             let p = DVec3::new(f64::from(x), f64::from(y), f64::from(z));
-            assert_eq!(noise(p), 0.0);
-            let gradient = gradient([x, y, z].map(|x: i32| x.rem_euclid(256) as u8));
+            assert_eq!(noise_at(p), 0.0);
             for offset in [DVec3::X, DVec3::Y, -DVec3::Z, DVec3::ONE] {
-                let slope = noise(p + offset * 1e-6) / 1e-6;
-                assert!((slope - gradient.dot(offset)).abs() < 1e-4, "{p} {offset} {slope}");
+                let slope = noise_at(p + offset * 1e-6) / 1e-6;
+                let gradient = gradient_at([x, y, z].map(|x: i32| x.rem_euclid(256)), offset);
+                assert!((slope - gradient).abs() < 1e-4, "{p} {offset} {slope}");
             }
         }
     }
 
-    /// Perlin's way to choose two components by the bits of the hash, and their signs.
+    /// As pbrt-v3 writes it.
+    #[test]
+    fn hashes_are_those_of_pbrt() {
+        let permuted = |index: i32| i32::from(PERMUTATION[index as usize & 255]);
+        for [x, y, z] in [[0, 0, 0], [255, 3, 255], [17, 255, 200]] {
+            let found = baseline!(simd => hashes([[x; LANES], [y; LANES], [z; LANES]], bits(simd, 0xff)));
+            for (corner, found) in found.iter().enumerate() {
+                let step = |axis: usize| (corner >> axis & 1) as i32;
+                let (x, y, z) = ((x + step(0)) & 255, (y + step(1)) & 255, (z + step(2)) & 255);
+                assert_eq!(permuted(permuted(permuted(x) + y) + z) & 15, found[0] as i32);
+            }
+        }
+    }
+
+    /// The vectors to the edges of a cube in the order of pbrt-v3, four of them once more.
     #[test]
     fn gradients_are_those_of_pbrt() {
-        let offset = DVec3::new(0.3, -0.7, 0.11);
-        for (hash, gradient) in GRADIENTS.iter().enumerate() {
-            let u = if hash < 8 || hash == 12 || hash == 13 { offset.x } else { offset.y };
-            let v = if hash < 4 || hash == 12 || hash == 13 { offset.y } else { offset.z };
-            let expected = (if hash & 1 == 0 { u } else { -u }) + (if hash & 2 == 0 { v } else { -v });
-            assert_eq!(gradient.dot(offset), expected, "{hash}");
+        let (x, y, z) = (0.3, -0.7, 0.11);
+        let expected = [
+            x + y,
+            -x + y,
+            x - y,
+            -x - y,
+            x + z,
+            -x + z,
+            x - z,
+            -x - z,
+            y + z,
+            -y + z,
+            y - z,
+            -y - z,
+            x + y,
+            -x + y,
+            y - z,
+            -y - z,
+        ];
+        for (hash, expected) in (0..).zip(expected) {
+            let d = DVec3::new(x, y, z);
+            let found = baseline!(simd => gradient(&[hash; LANES], Vec3x8::splat(simd, d))[0]);
+            assert_eq!(found, expected, "{hash}");
         }
     }
 
     #[test]
     fn noise_is_smooth_and_bounded() {
         let along = DVec3::new(0.0123, 0.0231, -0.0077);
-        let mut before = noise(DVec3::splat(-20.0));
+        let mut before = noise_at(DVec3::splat(-20.0));
         for i in 1..5000 {
-            let next = noise(DVec3::splat(-20.0) + along * f64::from(i));
+            let next = noise_at(DVec3::splat(-20.0) + along * f64::from(i));
             assert!(next.abs() <= 1.0 && (next - before).abs() < 0.12, "{i}");
             before = next;
         }
@@ -218,18 +376,23 @@ mod tests {
     fn octaves_finer_than_the_samples_are_left_out() {
         let p = DVec3::new(0.3, 1.7, -2.2);
         // One and a half octaves fit, of which the half counts half.
-        let expected = noise(p) + 0.5 * 0.5 * noise(p * 1.99);
-        assert!((fbm(&at(p, 0.5_f64.powf(2.5)), 8, 0.5) - expected).abs() < 1e-12);
-        assert_eq!(fbm(&at(p, 4.0), 8, 0.5), 0.0);
-        assert!((turbulence(&at(p, 4.0), 2, 0.5) - 0.2 * (1.0 + 1.0 + 0.5)).abs() < 1e-15);
-        assert_ne!(fbm(&at(p, 0.0), 8, 0.5), fbm(&at(p, 0.0), 7, 0.5));
+        let expected = noise_at(p) + 0.5 * 0.5 * noise_at(p * 1.99);
+        let fbm = |spread, most| sum_at(Sum::Fbm, p, spread, (most, 0.5));
+        assert!((fbm(0.5_f64.powf(2.5), 8) - expected).abs() < 1e-12);
+        assert_eq!(fbm(4.0, 8), 0.0);
+        let turbulence = |spread, most| sum_at(Sum::Turbulence, p, spread, (most, 0.5));
+        assert!((turbulence(4.0, 2) - 0.2 * (1.0 + 1.0 + 0.5)).abs() < 1e-15);
+        let all = noise_at(p).abs() + 0.5 * noise_at(p * 1.99).abs() + 0.25 * 0.2;
+        assert!((turbulence(0.0, 2) - all).abs() < 1e-15);
+        assert_ne!(fbm(0.0, 8), fbm(0.0, 7));
     }
 
     #[test]
     fn the_farthest_points_have_finite_values() {
         for p in [DVec3::splat(1e150), DVec3::new(-1e100, 1e17, 3e9), DVec3::splat(-9.3e18)] {
             for spread in [0.0, 1e-300, f64::INFINITY, f64::NAN] {
-                for value in [fbm, turbulence].map(|sum| sum(&at(p, spread), 64, -1e4)) {
+                for sum in [Sum::Fbm, Sum::Turbulence] {
+                    let value = sum_at(sum, p, spread, (64, -1e4));
                     assert!(value.abs() <= 1e18, "{p} {spread} {value}");
                 }
             }

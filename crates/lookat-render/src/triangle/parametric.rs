@@ -1,10 +1,12 @@
 //! Texture coordinates of triangles, and derivatives by them (PBR 3.6.2).
 
-use glam::{DMat2, DVec2, DVec3};
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::{DVec2, DVec3};
 use lookat_scene::Mesh;
 
-use crate::frame::{flipped, pbrt_frame};
-use crate::parametric::Parametric;
+use crate::frame::pbrt_frame;
+use crate::lanes::{LANES, V3, Vec2x8, Vec3x8, bits};
+use crate::parametric::Parametrics;
 
 /// Coordinates of a triangle whose mesh has none, as pbrt-v3 gives them.
 const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
@@ -12,56 +14,7 @@ const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
 /// A triangle with less area in texture space has no directions of its own, as in pbrt-v3.
 const LEAST_AREA: f64 = 1e-8;
 
-/// The flat triangle at the point with the given weights of its corners.
-pub(crate) fn flat(mesh: &Mesh, index: usize, weights: [f64; 3]) -> Parametric {
-    let [p0, p1, p2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]));
-    let uvs = coordinates(mesh, index);
-    let uv = uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2];
-    let (e0, e1) = (p0 - p2, p1 - p2);
-    let (dpdu, dpdv) = match by_coordinates(uvs, [e0, e1]) {
-        Some((dpdu, dpdv)) if dpdu.cross(dpdv) != DVec3::ZERO => (dpdu, dpdv),
-        _ => pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z)),
-    };
-    Parametric { uv, dpdu, dpdv, dndu: DVec3::ZERO, dndv: DVec3::ZERO }
-}
-
-/// The same with the shading normal `ns`: pbrt-v3 keeps the direction of dpdu only, at length one. `reversed`: by
-/// ReverseOrientation.
-pub(crate) fn smooth(
-    mesh: &Mesh,
-    index: usize,
-    [b0, b1, b2]: [f64; 3],
-    ns: DVec3,
-    reversed: bool,
-    flat: Parametric,
-) -> Parametric {
-    let tangent = || {
-        let [s0, s1, s2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.tangents()[vertex]));
-        (s0 * b0 + s1 * b1 + s2 * b2).try_normalize()
-    };
-    let given = if mesh.tangents().is_empty() { None } else { tangent() };
-    let along = given.unwrap_or_else(|| flat.dpdu.normalize_or(DVec3::X));
-    // pbrt-v3 knows the normal of the file here, before ReverseOrientation.
-    let own = flipped(ns, reversed);
-    let (dpdu, dpdv) = match along.cross(own).try_normalize() {
-        Some(across) => (across.cross(own), across),
-        None => pbrt_frame(own),
-    };
-    let (dndu, dndv) =
-        if mesh.normals().is_empty() { (DVec3::ZERO, DVec3::ZERO) } else { bending(mesh, index) };
-    Parametric { uv: flat.uv, dpdu, dpdv: flipped(dpdv, reversed), dndu, dndv }
-}
-
-/// How the normals of the file change over a triangle.
-fn bending(mesh: &Mesh, index: usize) -> (DVec3, DVec3) {
-    let [n0, n1, n2] = mesh.triangle(index).map(|vertex| DVec3::from(mesh.normals()[vertex]));
-    let fallback = || match (n2 - n0).cross(n1 - n0) {
-        DVec3::ZERO => (DVec3::ZERO, DVec3::ZERO),
-        across => pbrt_frame(across),
-    };
-    by_coordinates(coordinates(mesh, index), [n0 - n2, n1 - n2]).unwrap_or_else(fallback)
-}
-
+/// Those of the corners of a triangle.
 pub(crate) fn coordinates(mesh: &Mesh, index: usize) -> [DVec2; 3] {
     if mesh.uvs().is_empty() {
         return DEFAULT;
@@ -69,11 +22,148 @@ pub(crate) fn coordinates(mesh: &Mesh, index: usize) -> [DVec2; 3] {
     mesh.triangle(index).map(|vertex| DVec2::from(mesh.uvs()[vertex]))
 }
 
-/// Derivatives by u and v of what differs by `deltas` from the third corner to the first and second. `None` where the
-/// coordinates span no area.
-fn by_coordinates(uvs: [DVec2; 3], [d0, d1]: [DVec3; 2]) -> Option<(DVec3, DVec3)> {
-    let (a, b) = (uvs[0] - uvs[2], uvs[1] - uvs[2]);
-    let determinant = DMat2::from_cols(a, b).determinant();
-    let by = |x: DVec3, y: DVec3| (x - y) / determinant;
-    (determinant.abs() >= LEAST_AREA).then(|| (by(d0 * b.y, d1 * a.y), by(d1 * a.x, d0 * b.x)))
+/// Points of triangles of any meshes.
+#[derive(Default)]
+pub(crate) struct Triangles {
+    positions: [[[f64; LANES]; 3]; 3],
+    normals: [[[f64; LANES]; 3]; 3],
+    tangents: [[[f64; LANES]; 3]; 3],
+    uvs: [[[f64; LANES]; 2]; 3],
+    weights: [[f64; LANES]; 3],
+    /// The shading normals of the points.
+    ns: [[f64; LANES]; 3],
+    /// Which of them are reversed by ReverseOrientation; which have normals and tangents.
+    is_reversed: u64,
+    has_normals: u64,
+    has_tangents: u64,
+}
+
+impl Triangles {
+    /// Puts a point in its place: of a triangle of a mesh, where its corners weigh so much, with its shading normal.
+    #[inline(never)]
+    pub fn put(
+        &mut self,
+        lane: usize,
+        (mesh, index): (&Mesh, usize),
+        [b0, b1]: [f64; 2],
+        (ns, is_reversed): (DVec3, bool),
+    ) {
+        let vertices = mesh.triangle(index);
+        let gather = |to: &mut [[[f64; LANES]; 3]; 3], from: &[[f64; 3]]| {
+            for (own, vertex) in to.iter_mut().zip(vertices) {
+                [own[0][lane], own[1][lane], own[2][lane]] = from[vertex];
+            }
+        };
+        gather(&mut self.positions, mesh.positions());
+        if !mesh.normals().is_empty() {
+            gather(&mut self.normals, mesh.normals());
+            self.has_normals |= 1 << lane;
+        }
+        if !mesh.tangents().is_empty() {
+            gather(&mut self.tangents, mesh.tangents());
+            self.has_tangents |= 1 << lane;
+        }
+        for (own, uv) in self.uvs.iter_mut().zip(coordinates(mesh, index)) {
+            [own[0][lane], own[1][lane]] = uv.into();
+        }
+        for (own, weight) in self.weights.iter_mut().zip([b0, b1, 1.0 - b0 - b1]) {
+            own[lane] = weight;
+        }
+        [self.ns[0][lane], self.ns[1][lane], self.ns[2][lane]] = ns.into();
+        self.is_reversed |= u64::from(is_reversed) << lane;
+    }
+
+    /// The triangles as they are, flat; and as their shading normals have them.
+    #[inline(always)]
+    pub fn parametrics<S: Simd>(&self, simd: S) -> [Parametrics<S>; 2] {
+        let uvs: [Vec2x8<S>; 3] =
+            [pair(simd, &self.uvs[0]), pair(simd, &self.uvs[1]), pair(simd, &self.uvs[2])];
+        let weights = self.weights.map(
+            #[inline(always)]
+            |weights| weights.simd_into(simd),
+        );
+        let flat = flat(uvs, corners(simd, &self.positions), weights);
+        let [has_normals, has_tangents] = [bits(simd, self.has_normals), bits(simd, self.has_tangents)];
+        let is_smooth = has_normals | has_tangents;
+        if !is_smooth.any_true() {
+            return [flat, flat];
+        }
+        let (ns, is_reversed) = (Vec3x8::from_arrays(simd, &self.ns), bits(simd, self.is_reversed));
+        let [s0, s1, s2] = corners(simd, &self.tangents);
+        let (tangent, is_there) = (s0 * weights[0] + s1 * weights[1] + s2 * weights[2]).try_normalize();
+        // pbrt-v3 keeps the direction of dpdu only, at length one.
+        let along = tangent.or(is_there & has_tangents, flat.dpdu.normalize_or(DVec3::X));
+        // pbrt-v3 knows the normal of the file here, before ReverseOrientation.
+        let own = (-ns).or(is_reversed, ns);
+        let (across, is_there) = along.cross(own).try_normalize();
+        let [x, y] = pbrt_frame(own);
+        let (dpdu, dpdv) = (across.cross(own).or(is_there, x), across.or(is_there, y));
+        let zero = Vec3x8::splat(simd, DVec3::ZERO);
+        let [dndu, dndv] = bending(uvs, corners(simd, &self.normals));
+        let shading = Parametrics {
+            uv: flat.uv,
+            dpdu: dpdu.or(is_smooth, flat.dpdu),
+            dpdv: (-dpdv).or(is_reversed, dpdv).or(is_smooth, flat.dpdv),
+            dndu: dndu.or(has_normals, zero),
+            dndv: dndv.or(has_normals, zero),
+        };
+        [flat, shading]
+    }
+}
+
+#[inline(always)]
+fn pair<S: Simd>(simd: S, [u, v]: &[[f64; LANES]; 2]) -> Vec2x8<S> {
+    [(*u).simd_into(simd), (*v).simd_into(simd)]
+}
+
+#[inline(always)]
+fn corners<S: Simd>(simd: S, [a, b, c]: &[[[f64; LANES]; 3]; 3]) -> [Vec3x8<S>; 3] {
+    [Vec3x8::from_arrays(simd, a), Vec3x8::from_arrays(simd, b), Vec3x8::from_arrays(simd, c)]
+}
+
+/// Flat triangles at points where their corners weigh so much.
+#[inline(always)]
+fn flat<S: Simd>(
+    uvs: [Vec2x8<S>; 3],
+    [p0, p1, p2]: [Vec3x8<S>; 3],
+    [b0, b1, b2]: [f64x8<S>; 3],
+) -> Parametrics<S> {
+    let [u, v] = [0, 1].map(
+        #[inline(always)]
+        |axis: usize| uvs[0][axis] * b0 + uvs[1][axis] * b1 + uvs[2][axis] * b2,
+    );
+    let ([dpdu, dpdv], is_there) = by_coordinates(uvs, [p0 - p2, p1 - p2]);
+    let is_there = is_there & !is_zero(dpdu.cross(dpdv));
+    let [x, y] = pbrt_frame((p2 - p0).cross(p1 - p0).normalize_or(DVec3::Z));
+    let zero = Vec3x8::splat(b0.token(), DVec3::ZERO);
+    Parametrics { uv: [u, v], dpdu: dpdu.or(is_there, x), dpdv: dpdv.or(is_there, y), dndu: zero, dndv: zero }
+}
+
+/// How the normals of the file change over triangles.
+#[inline(always)]
+fn bending<S: Simd>(uvs: [Vec2x8<S>; 3], [n0, n1, n2]: [Vec3x8<S>; 3]) -> [Vec3x8<S>; 2] {
+    let ([dndu, dndv], is_there) = by_coordinates(uvs, [n0 - n2, n1 - n2]);
+    let across = (n2 - n0).cross(n1 - n0);
+    let zero = Vec3x8::splat(across.x.token(), DVec3::ZERO);
+    let ([x, y], is_zero) = (pbrt_frame(across), is_zero(across));
+    [dndu.or(is_there, zero.or(is_zero, x)), dndv.or(is_there, zero.or(is_zero, y))]
+}
+
+#[inline(always)]
+fn is_zero<S: Simd>(v: Vec3x8<S>) -> mask64x8<S> {
+    v.x.simd_eq(0.0) & v.y.simd_eq(0.0) & v.z.simd_eq(0.0)
+}
+
+/// Derivatives by u and v of what differs by `deltas` from the third corner to the first and second, and where the coordinates span
+/// an area.
+#[inline(always)]
+fn by_coordinates<S: Simd>(
+    [uv0, uv1, uv2]: [Vec2x8<S>; 3],
+    [d0, d1]: [Vec3x8<S>; 2],
+) -> ([Vec3x8<S>; 2], mask64x8<S>) {
+    let (a, b) = ([uv0[0] - uv2[0], uv0[1] - uv2[1]], [uv1[0] - uv2[0], uv1[1] - uv2[1]]);
+    let determinant = a[0] * b[1] - a[1] * b[0];
+    let by = |v: Vec3x8<S>| V3 { x: v.x / determinant, y: v.y / determinant, z: v.z / determinant };
+    let derivatives = [by(d0 * b[1] - d1 * a[1]), by(d1 * a[0] - d0 * b[0])];
+    (derivatives, determinant.abs().simd_ge(LEAST_AREA))
 }

@@ -7,7 +7,6 @@ use glam::Vec3;
 use lookat_image::Texel;
 
 use super::{Texture, TextureParams};
-use crate::color::LUMINANCE;
 use crate::params::Params;
 use crate::picture::{Cache, FromColor, Pictures};
 use crate::schema::{Color, ColorTexture, Key};
@@ -19,12 +18,6 @@ pub trait Value: Copy + Debug + PartialEq + Send + Sync + Mul<Output = Self> + '
 
     /// Converts a texel.
     fn from_texel(texel: Self::Texel) -> Self;
-
-    /// A gray value.
-    fn gray(value: f64) -> Self;
-
-    /// Converts a color. A number becomes the luminance of the color.
-    fn from_rgb(rgb: Vec3) -> Self;
 
     /// True if no number of the value is infinite or NaN.
     fn is_finite(self) -> bool;
@@ -38,14 +31,6 @@ impl Value for f64 {
 
     fn from_texel(texel: f32) -> f64 {
         texel.into()
-    }
-
-    fn gray(value: f64) -> f64 {
-        value
-    }
-
-    fn from_rgb(rgb: Vec3) -> f64 {
-        rgb.as_dvec3().dot(LUMINANCE)
     }
 
     fn is_finite(self) -> bool {
@@ -62,14 +47,6 @@ impl Value for Vec3 {
 
     fn from_texel(texel: Vec3) -> Vec3 {
         texel
-    }
-
-    fn gray(value: f64) -> Vec3 {
-        Vec3::splat(value as f32)
-    }
-
-    fn from_rgb(rgb: Vec3) -> Vec3 {
-        rgb
     }
 
     fn is_finite(self) -> bool {

@@ -9,7 +9,7 @@ use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
 use rayon::prelude::*;
 
-use crate::circle::lanes::{angle, at_turn};
+use crate::circle::{angle, at_turn};
 use crate::color::luminance;
 use crate::lanes::{LANES, V3, Vec3x8};
 
