@@ -125,14 +125,19 @@ fn within<S: Simd>(space_from_world: &Transform, v: Vec3x8<S>) -> Vec3x8<S> {
 
 #[cfg(test)]
 mod tests {
+    use std::array;
     use std::path::Path;
+    use std::sync::Arc;
 
     use glam::{DVec2, Vec3};
-    use lookat_scene::{LoadOptions, MaterialKind, load};
+    use lookat_image::{MipMap, Wrap};
+    use lookat_scene::{
+        Cells, Checkerboard, Dots, ImageFilter, ImageMap, LoadOptions, Marble, MaterialKind, Octaves, load,
+    };
 
     use super::*;
-    use crate::lanes::bits;
-    use crate::testing::baseline;
+    use crate::lanes::{LANES, V3, bits};
+    use crate::testing::{baseline, noise as random};
 
     /// Its value at a point.
     fn value(texture: &Texture<Vec3>, p: DVec3, uv: DVec2) -> Vec3 {
@@ -178,5 +183,65 @@ mod tests {
     fn fractions_of_coordinates_are_red_and_green() {
         let texture = kd("\"uv\" \"float uscale\" [3] \"float vdelta\" [-0.75]");
         assert_eq!(value(&texture, DVec3::ZERO, DVec2::new(0.5, 0.25)), Vec3::new(0.5, 0.5, 0.0));
+    }
+
+    /// A texture with all kinds of parts.
+    fn tree() -> Texture<Vec3> {
+        let mapping = Mapping::Uv { scale: DVec2::splat(3.0), offset: DVec2::ZERO };
+        let octaves = Octaves { texture_from_world: Transform::IDENTITY, count: 5, roughness: 0.6 };
+        let texels = (0..16_i16).map(|i| Vec3::new(f32::from(i), f32::from(i * i % 7), 3.0)).collect();
+        let map = Arc::new(MipMap::new(4, 4, texels, Wrap::Repeat));
+        let image = |filter| {
+            Texture::varying(Varying::ImageMap(Box::new(ImageMap { map: map.clone(), mapping, filter })))
+        };
+        let board = Texture::varying(Varying::Checkerboard(Checkerboard {
+            textures: [
+                image(ImageFilter::Trilinear),
+                Texture::varying(Varying::Marble(Marble { octaves, scale: 2.0, variation: 0.3 })),
+            ],
+            cells: Cells::Plane { mapping, filtered: true },
+        }));
+        let mix = Texture::varying(Varying::Mix {
+            textures: [
+                image(ImageFilter::Ellipse { max_anisotropy: 8.0 }),
+                Texture::varying(Varying::Wrinkled(octaves)),
+            ],
+            amount: Texture::varying(Varying::Fbm(octaves)),
+        });
+        Texture::varying(Varying::Dots(Dots { mapping, dots: board, around: mix }))
+    }
+
+    /// Nor on whether there is a footprint of 0 or none.
+    #[test]
+    fn values_do_not_depend_on_the_points_beside() {
+        let texture = tree();
+        baseline!(simd => for round in 0..50 {
+            let number = |k: f64| -> f64x8<_> {
+                let numbers: [f64; LANES] = array::from_fn(|lane| random(round * LANES + lane, k));
+                numbers.simd_into(simd)
+            };
+            // Every other point has no neighbors.
+            let step = |k: f64| bits(simd, 0x55).select(number(k) * 0.1, f64x8::splat(simd, 0.0));
+            let steps = |k: f64| V3 { x: step(k), y: step(k + 0.1), z: step(k + 0.2) };
+            let footprint = Footprint {
+                dp: [steps(1.1), steps(2.1)],
+                duv: [[step(3.1), step(3.2)], [step(3.3), step(3.4)]],
+            };
+            let at = TexturePoint {
+                p: V3 { x: number(4.1), y: number(4.2), z: number(4.3) },
+                origin: DVec3::ZERO,
+                uv: [number(5.1), number(5.2)],
+                footprint: Some(footprint),
+            };
+            let together = at.value(&texture, bits(simd, 0xff));
+            let still = TexturePoint { footprint: None, ..at }.value(&texture, bits(simd, 0xff));
+            for lane in 0..LANES {
+                let alone = at.value(&texture, bits(simd, 1 << lane));
+                assert_eq!(together.lane(lane), alone.lane(lane), "{round} {lane}");
+                if lane % 2 == 1 {
+                    assert_eq!(still.lane(lane), alone.lane(lane), "{round} {lane}");
+                }
+            }
+        });
     }
 }

@@ -94,7 +94,7 @@ mod tests {
         let (mut slots, mut from) = (Slots::new(), 0);
         for color in reflectances {
             let lobe = Lobes::new(Kind::Lambert, Colors::splat(simd, Vec3::splat(*color)));
-            slots.push(&lobe, mask32x8::splat(simd, true), &mut from);
+            slots.push(lobe, mask32x8::splat(simd, true), &mut from);
         }
         weigh(&mut slots.0, splat_f32(simd, 1.0));
         slots

@@ -102,9 +102,17 @@ impl<S: Simd> Builder<'_, S> {
     }
 
     /// Adds a lobe where anything comes of it.
-    #[inline(always)]
+    #[inline(never)]
     fn push(&mut self, lobe: Lobes<S>, active: mask64x8<S>) {
-        self.slots.push(&lobe, narrow(active & lobe.color.is_light()), &mut self.from);
+        active.token().vectorize(
+            #[inline(always)]
+            || {
+                let own = active & lobe.color.is_light();
+                if own.any_true() {
+                    self.slots.push(lobe, narrow(own), &mut self.from);
+                }
+            },
+        )
     }
 
     /// Shares of light: at least 0.

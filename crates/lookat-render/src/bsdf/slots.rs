@@ -38,35 +38,25 @@ impl<S: Simd> Slots<S> {
             || {
                 let (own, mut from) = (narrow(points), 0);
                 for lobe in &lobes.0 {
-                    self.push(&Lobe::splat(simd, lobe), own, &mut from);
+                    self.push(Lobe::splat(simd, lobe), own, &mut from);
                 }
             },
         )
     }
 
     /// Adds lobes at some points, whose lobes so far are in slots before `from`.
-    #[inline(never)]
-    pub(super) fn push(&mut self, lobe: &Lobes<S>, own: mask32x8<S>, from: &mut usize) {
-        if !own.any_true() {
-            return;
+    #[inline(always)]
+    pub(super) fn push(&mut self, lobe: Lobes<S>, own: mask32x8<S>, from: &mut usize) {
+        let at = self.0[*from..].iter().position(|slot| slot.lobe.kind == lobe.kind);
+        let at = at.map_or(self.0.len(), |at| *from + at);
+        match self.0.get_mut(at) {
+            Some(slot) => {
+                slot.lobe = lobe.or(own, slot.lobe);
+                slot.mask |= own;
+            }
+            None => self.0.push(Slot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
         }
-        own.token().vectorize(
-            #[inline(always)]
-            || {
-                let at = self.0[*from..].iter().position(|slot| slot.lobe.kind == lobe.kind);
-                let at = at.map_or(self.0.len(), |at| *from + at);
-                match self.0.get_mut(at) {
-                    Some(slot) => {
-                        slot.lobe = lobe.or(own, slot.lobe);
-                        slot.mask |= own;
-                    }
-                    None => {
-                        self.0.push(Slot { lobe: *lobe, mask: own, probability: splat_f32(own.token(), 1.0) })
-                    }
-                }
-                *from = at + 1;
-            },
-        )
+        *from = at + 1;
     }
 
     /// The lobes of the first point.

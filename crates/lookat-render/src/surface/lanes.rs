@@ -240,7 +240,8 @@ fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S
     direction
 }
 
+/// Three for each point.
 #[inline(always)]
-fn vectors<S: Simd>(simd: S, [a, b, c]: &[[[f64; LANES]; 3]; 3]) -> [Vec3x8<S>; 3] {
+pub(crate) fn vectors<S: Simd>(simd: S, [a, b, c]: &[[[f64; LANES]; 3]; 3]) -> [Vec3x8<S>; 3] {
     [Vec3x8::from_arrays(simd, a), Vec3x8::from_arrays(simd, b), Vec3x8::from_arrays(simd, c)]
 }
