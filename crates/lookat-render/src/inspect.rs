@@ -13,6 +13,7 @@ use crate::light::LightTable;
 use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
 use crate::traceable::{Group, Other, Traceable};
+use crate::triangle::Triangle;
 use crate::triangle::block::Block;
 
 /// The features of the renderer that a scene uses. Rendering skips the others.
@@ -155,7 +156,7 @@ fn elements(group: &Group) -> Elements {
     let count = |is: fn(&Other) -> bool| group.others.iter().filter(|other| is(other)).count();
     let nodes = group.bvh.nodes();
     Elements {
-        triangles: group.triangles().count(),
+        triangles: group.triangles.len(),
         quadrics: count(|other| matches!(other, Other::Curved { .. })),
         curve_pieces: count(|other| matches!(other, Other::Curve { .. })),
         instances: count(|other| matches!(other, Other::Instance { .. })),
@@ -163,6 +164,7 @@ fn elements(group: &Group) -> Elements {
         depth: group.bvh.depth(),
         bytes: nodes * size_of::<Node>()
             + group.blocks.len() * size_of::<Block>()
+            + group.triangles.len() * size_of::<Triangle>()
             + group.others.len() * size_of::<Other>(),
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use fearless_simd::Level;
 use lookat_scene::{LoadOptions, Scene, load};
 
 /// A number without a pattern, from -1 to 1.
@@ -13,4 +14,14 @@ pub(crate) fn noise(i: usize, k: f64) -> f64 {
 pub(crate) fn scene(text: &str) -> Scene {
     let loaded = load(Path::new("test.pbrt"), &|_| Ok(text.to_owned().into()), &LoadOptions::default());
     loaded.scene.unwrap_or_else(|| panic!("{:?} {text}", loaded.diagnostics))
+}
+
+/// This processor's instructions, and those of older ones.
+pub(crate) fn levels() -> Vec<Level> {
+    let best = Level::new();
+    #[cfg(target_arch = "x86_64")]
+    let older = [best.as_avx2().map(Level::Avx2), best.as_sse2().map(Level::Sse2)];
+    #[cfg(not(target_arch = "x86_64"))]
+    let older = [];
+    [best].into_iter().chain(older.into_iter().flatten()).collect()
 }
