@@ -6,15 +6,10 @@ mod slabs;
 use arrayvec::ArrayVec;
 
 use crate::bounds::Bounds;
-use crate::prefetch::{LINE, prefetch};
+use crate::prefetch::prefetch;
 pub(crate) use build::{Reference, around, build};
-#[cfg(test)]
-pub(crate) use slabs::DoubleSlabs;
-#[cfg(target_arch = "x86_64")]
-pub(crate) use slabs::avx2::WideSlabs;
-pub(crate) use slabs::lanes::{BoxRays, ManySlabs};
-pub(crate) use slabs::packet::PacketSlabs;
-pub(crate) use slabs::{Slabs, within_box};
+pub(crate) use slabs::exact::{BoxRays, within_box};
+pub(crate) use slabs::{SlabRays, Slabs};
 
 /// Children of a node, and triangles of a block: what one instruction computes.
 pub(crate) const WIDTH: usize = 8;
@@ -110,18 +105,24 @@ impl Bvh {
 
     /// Calls `visit` with each leaf that a ray may meet before `t_max`: about from near to far or, where `ANY` hit will do, in
     /// any order. `visit` gives the new limit, or `None` to stop. `boxes` tests the children of a node: which may be met
-    /// before a limit, as bits, and from which distance on, not negative. Leaves that may be needed a little
-    /// later are told to `prefetch_leaf`.
+    /// before a limit, as bits, and from which distance on, not negative. Blocks have an array of their own; those that will be
+    /// needed a little later are asked for.
     ///
     /// Wald, Benthin and Boulos, "Getting Rid of Packets", 2008.
     #[inline(always)]
-    pub fn traverse<const ANY: bool>(
+    pub fn traverse<const ANY: bool, B>(
         &self,
+        blocks: &[B],
         t_max: f64,
         boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
         mut visit: impl FnMut(Leaf) -> Option<f64>,
-        prefetch_leaf: impl Fn(Leaf),
     ) {
+        // All but one of the children that are met wait. Without branches: which child is a leaf cannot be foretold.
+        let ask = |child: Child| {
+            let (number, nodes) = (child.0 as usize % Child::OTHER as usize, self.nodes.as_ptr());
+            let (node, block) = (nodes.wrapping_add(number), blocks.as_ptr().wrapping_add(number));
+            prefetch(if child.as_inner().is_some() { node.cast() } else { block.cast::<u8>() }, 0..4);
+        };
         let mut limit = not_less(t_max);
         let mut stack = Stack::new();
         let mut at = self.root;
@@ -129,8 +130,7 @@ impl Bvh {
             if let Some(inner) = at.as_inner() {
                 let node = &self.nodes[inner];
                 let (hits, near) = boxes(node, limit);
-                self.prefetch_waiting(node, hits, &prefetch_leaf);
-                if let Some(next) = descend::<ANY>(node, hits, &near, &mut stack) {
+                if let Some(next) = descend::<ANY>(node, hits, &near, &mut stack, ask) {
                     at = next;
                     continue;
                 }
@@ -142,20 +142,6 @@ impl Bvh {
             }
             let Some(next) = pop(&mut stack, limit) else { return };
             at = next;
-        }
-    }
-
-    /// Asks for the children of a node that are met, but for the first of them: all but one will be needed a little later, and
-    /// it is mostly the first or the second that is needed at once.
-    #[inline(always)]
-    fn prefetch_waiting(&self, node: &Node, mut hits: u32, prefetch_leaf: impl Fn(Leaf)) {
-        next_lane(&mut hits);
-        while let Some(lane) = next_lane(&mut hits) {
-            let child = node.children[lane];
-            match child.as_inner() {
-                Some(inner) => prefetch(&self.nodes[inner], 0..size_of::<Node>() / LINE),
-                None => prefetch_leaf(child.as_leaf()),
-            }
         }
     }
 }
@@ -172,31 +158,27 @@ fn descend<const ANY: bool>(
     mut hits: u32,
     near: &[f32; WIDTH],
     stack: &mut Stack,
+    waits: impl Fn(Child),
 ) -> Option<Child> {
     let key = |lane: usize| u64::from(near[lane].to_bits()) << 32 | u64::from(node.children[lane].0);
     let first = next_lane(&mut hits)?;
-    if ANY {
-        let mut farthest = key(first);
-        while let Some(lane) = next_lane(&mut hits) {
-            stack.push(farthest.min(key(lane)));
-            farthest = farthest.max(key(lane));
-        }
-        return Some(Child(farthest as u32));
-    }
     // Mostly there are one or two, which need no sorting.
     let Some(second) = next_lane(&mut hits) else { return Some(node.children[first]) };
-    let (a, b) = (key(first), key(second));
-    let mut nearest = a.min(b);
     let bottom = stack.len();
-    stack.push(a.max(b));
-    if hits != 0 {
-        while let Some(lane) = next_lane(&mut hits) {
-            stack.push(nearest.max(key(lane)));
-            nearest = nearest.min(key(lane));
-        }
+    let mut best = key(first);
+    let mut next = Some(second);
+    while let Some(lane) = next {
+        let (less, more) = (best.min(key(lane)), best.max(key(lane)));
+        let waiting = if ANY { less } else { more };
+        best = if ANY { more } else { less };
+        waits(Child(waiting as u32));
+        stack.push(waiting);
+        next = next_lane(&mut hits);
+    }
+    if !ANY && stack.len() > bottom + 1 {
         sort_descending(&mut stack[bottom..]);
     }
-    Some(Child(nearest as u32))
+    Some(Child(best as u32))
 }
 
 /// The nearest child that waits, if it is not beyond the limit.

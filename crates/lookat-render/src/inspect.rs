@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
+use fearless_simd::Level;
 use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, Scene};
 
-use crate::arithmetic::Simd;
 use crate::bsdf::most_lobes;
 use crate::bvh::Node;
 use crate::filter::FilterSampler;
@@ -13,6 +13,7 @@ use crate::light::LightTable;
 use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
 use crate::traceable::{Group, Other, Traceable};
+use crate::triangle::Triangle;
 use crate::triangle::block::Block;
 
 /// The features of the renderer that a scene uses. Rendering skips the others.
@@ -96,9 +97,17 @@ pub enum Choice {
     One(LightChoice),
 }
 
-/// The instructions that samples are taken with on this processor: "AVX-512", "AVX2", "SSE2" or "NEON".
+/// The instructions that samples are taken with on this processor: "AVX-512", "AVX2", "SSE2" or "NEON"; "none" on others.
 pub fn simd() -> &'static str {
-    Simd::best().name()
+    match Level::new() {
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx512(_) => "AVX-512",
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx2(_) => "AVX2",
+        _ if cfg!(target_arch = "x86_64") => "SSE2",
+        _ if cfg!(target_arch = "aarch64") => "NEON",
+        _ => "none",
+    }
 }
 
 /// Prepares a scene as rendering does, and returns the features that it uses.
@@ -153,7 +162,7 @@ fn elements(group: &Group) -> Elements {
     let count = |is: fn(&Other) -> bool| group.others.iter().filter(|other| is(other)).count();
     let nodes = group.bvh.nodes();
     Elements {
-        triangles: group.triangles().count(),
+        triangles: group.triangles.len(),
         quadrics: count(|other| matches!(other, Other::Curved { .. })),
         curve_pieces: count(|other| matches!(other, Other::Curve { .. })),
         instances: count(|other| matches!(other, Other::Instance { .. })),
@@ -161,6 +170,7 @@ fn elements(group: &Group) -> Elements {
         depth: group.bvh.depth(),
         bytes: nodes * size_of::<Node>()
             + group.blocks.len() * size_of::<Block>()
+            + group.triangles.len() * size_of::<Triangle>()
             + group.others.len() * size_of::<Other>(),
     }
 }

@@ -404,6 +404,12 @@ pub(crate) fn splat_f32<S: Simd>(simd: S, x: f32) -> f32x8<S> {
     x.simd_into(simd)
 }
 
+/// One for each axis, of what a closure gives that is to be inlined.
+#[inline(always)]
+pub(crate) fn three<T>(of: impl Fn(usize) -> T) -> [T; 3] {
+    [of(0), of(1), of(2)]
+}
+
 /// Rounded to `f32`.
 #[inline(always)]
 pub(crate) fn to_f32<S: Simd>(x: f64x8<S>) -> f32x8<S> {

@@ -35,7 +35,6 @@
 //! The examples of this crate build a scene in code, render a file with progress, turn a camera around a mesh, and compare two
 //! pictures.
 
-mod arithmetic;
 mod bounds;
 mod bsdf;
 mod bvh;

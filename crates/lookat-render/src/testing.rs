@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use fearless_simd::{Simd, prelude::*};
+use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
 use lookat_scene::{LoadOptions, Scene, load};
 
@@ -27,4 +27,14 @@ pub(crate) fn surfaces_at<S: Simd>(simd: S, p: DVec3) -> Surfaces<S> {
     let n = Vec3x8::splat(simd, DVec3::Z);
     let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
     Surfaces { p: Vec3x8::splat(simd, p), n, ns: n, magnitude: 0.0.simd_into(simd), element, instance }
+}
+
+/// This processor's instructions, and those of older ones.
+pub(crate) fn levels() -> Vec<Level> {
+    let best = Level::new();
+    #[cfg(target_arch = "x86_64")]
+    let older = [best.as_avx2().map(Level::Avx2), best.as_sse2().map(Level::Sse2)];
+    #[cfg(not(target_arch = "x86_64"))]
+    let older = [];
+    [best].into_iter().chain(older.into_iter().flatten()).collect()
 }

@@ -1,28 +1,22 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
-mod forms;
+pub(crate) mod forms;
 pub(crate) mod lanes;
 mod packet;
 mod stream;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use forms::{Form, Forms};
-pub(crate) use stream::{MOST_PACKETS, StreamSize, Together};
+use fearless_simd::Simd;
 
-use crate::arithmetic::SimdKind;
-#[cfg(test)]
-use crate::bvh::DoubleSlabs;
-#[cfg(target_arch = "x86_64")]
-use crate::bvh::WideSlabs;
-use crate::bvh::{Leaf, Node, Slabs, WIDTH};
+use crate::bvh::Leaf;
 use crate::cutout;
+use crate::lanes::{Vec3x8, side_by_side};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Other, Traceable};
-#[cfg(target_arch = "x86_64")]
-use crate::triangle::block::avx2::{WideFilter, filter_ray};
-use crate::triangle::block::{Block, FilterRay, of_place, place};
-use crate::triangle::{ShearedRay, Triangle, holds_end};
+use crate::triangle::{ShearedRay, holds_end};
+use forms::Forms;
+pub(crate) use stream::{MOST_PACKETS, StreamSize, Together};
 
 /// A ray among the elements of a group, which belong to an instance or to the world.
 #[derive(Clone, Copy)]
@@ -42,215 +36,137 @@ impl<'q> Query<'q> {
         let leaving = if ray.leaving.instance == instance { ray.leaving_place } else { Hit::NO_PLACE };
         Query { group, ray, instance, leaving, is_shadow }
     }
-
-    /// The bit of the triangle that the ray leaves, if it is in the block of a number.
-    #[inline(always)]
-    fn leaving_of(&self, number: usize) -> u32 {
-        let (block, lane) = of_place(self.leaving);
-        u32::from(block == number) << lane
-    }
 }
-
-/// [`Traceable::search_by`] with the tests that `WideSlabs` and `WideFilter` have. A macro, since closures are compiled for the
-/// instructions of the function that they are in.
-#[cfg(target_arch = "x86_64")]
-macro_rules! search_with {
-    ($self:ident.search_by::<$any:ident>($query:ident, $hit:ident, $ray:expr, $slabs:ident)) => {{
-        let boxes = |node: &$crate::bvh::Node, t_max| $slabs.meet(node, t_max);
-        let filter =
-            |ray: &WideFilter, block: &$crate::triangle::block::Block, t_max| ray.may_meet(block, t_max);
-        let surely =
-            |ray: &WideFilter, block: &$crate::triangle::block::Block, t_max| ray.surely_meets(block, t_max);
-        $self.search_by::<$any, _>($query, $hit, $ray, boxes, filter, surely)
-    }};
-}
-#[cfg(target_arch = "x86_64")]
-use search_with;
 
 impl Traceable {
     /// The nearest hit.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
-        let mut found = None;
-        self.find(ray, &mut found);
-        found
-    }
-
-    /// The same, put where it is to be.
-    pub(crate) fn find(&self, ray: &Ray, found: &mut Option<Hit>) {
-        let hit = found.insert(nothing(ray));
-        if !self.search::<false>(self.query(ray, false), hit) {
-            *found = None;
-        }
+        let mut hit = nothing(ray);
+        let query = self.query(ray, false);
+        side_by_side!(self.level, simd => self.search_alone::<_, false>(simd, query, &mut hit)).then_some(hit)
     }
 
     /// Whether anything but its target is in the way of a shadow ray.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.search::<true>(self.query(ray, true), &mut nothing(ray))
+        let query = self.query(ray, true);
+        side_by_side!(self.level, simd => self.search_alone::<_, true>(simd, query, &mut nothing(ray)))
     }
 
     /// The nearest hit, found without trees.
     pub fn nearest_by_all(&self, ray: &Ray) -> Option<Hit> {
         let mut hit = nothing(ray);
-        self.search_all(self.query(ray, false), &mut hit).then_some(hit)
+        self.search_all::<false>(self.query(ray, false), &mut hit).then_some(hit)
+    }
+
+    /// Whether anything is in the way, likewise.
+    #[cfg(test)]
+    fn occluded_by_all(&self, ray: &Ray) -> bool {
+        self.search_all::<true>(self.query(ray, true), &mut nothing(ray))
     }
 
     fn query<'q>(&'q self, ray: &'q Ray, is_shadow: bool) -> Query<'q> {
         Query::new(&self.world, ray, ElementId::WORLD, is_shadow)
     }
 
+    /// As [`Traceable::search`], of one ray alone.
+    #[inline(always)]
+    fn search_alone<S: Simd, const ANY: bool>(&self, simd: S, query: Query, hit: &mut Hit) -> bool {
+        let (o, d) = (Vec3x8::splat(simd, query.ray.o), Vec3x8::splat(simd, query.ray.d));
+        self.search::<S, ANY>(simd, query, (&Forms::new(simd, o, d), 0), hit)
+    }
+
     /// Looks for hits that `hit` yields to, and returns whether there is one. With `ANY` the first will do; the target of the ray is
     /// left out.
-    fn search<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
-        #[cfg(test)]
-        if self.is_double {
-            return self.search_double::<ANY>(&query, hit);
-        }
-        self.search_wide::<ANY>(&query, hit)
-    }
-
-    /// By tests in `f32` that leave out what is not met. What is left is decided about in `f64`.
-    fn search_wide<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
-        match self.simd.kind() {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `Simd` says what the processor has.
-            #[allow(unsafe_code)]
-            SimdKind::Avx512 => unsafe { self.search_avx512::<ANY>(query, hit) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above.
-            #[allow(unsafe_code)]
-            SimdKind::Avx2 => unsafe { self.search_avx2::<ANY>(query, hit) },
-            SimdKind::Portable => self.search_portable::<ANY>(query, hit),
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    fn search_avx2<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
-        let slabs = WideSlabs::new(&Slabs::new(query.ray));
-        let ray = &RayForms::new(query.ray, |ray, sheared| filter_ray(ray, sheared));
-        search_with!(self.search_by::<ANY>(query, hit, ray, slabs))
-    }
-
-    /// The same, with the registers of AVX-512.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
-    fn search_avx512<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
-        let slabs = WideSlabs::new(&Slabs::new(query.ray));
-        let ray = &RayForms::new(query.ray, |ray, sheared| filter_ray(ray, sheared));
-        search_with!(self.search_by::<ANY>(query, hit, ray, slabs))
-    }
-
-    fn search_portable<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
-        let slabs = Slabs::new(query.ray);
-        let ray = &RayForms::new(query.ray, |ray, sheared| FilterRay::new(ray, sheared, |x| x));
-        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let filter = |ray: &FilterRay<f32>, block: &Block, t_max| ray.may_meet(block, t_max);
-        let surely = |ray: &FilterRay<f32>, block: &Block, t_max| ray.surely_meets(block, t_max);
-        self.search_by::<ANY, _>(query, hit, ray, boxes, filter, surely)
-    }
-
-    /// By the forms of the ray: which boxes of a node it may meet, and which triangles of a block.
-    #[inline(always)]
-    fn search_by<const ANY: bool, F>(
+    ///
+    /// Tests in `f32` leave out what is not met. What is left is decided about in `f64`.
+    #[inline(never)]
+    fn search<S: Simd, const ANY: bool>(
         &self,
-        query: &Query,
+        simd: S,
+        query: Query,
+        (forms, lane): (&Forms<S>, usize),
         hit: &mut Hit,
-        ray: &RayForms<F>,
-        boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
-        filter: impl Fn(&F, &Block, f64) -> u32,
-        surely: impl Fn(&F, &Block, f64) -> u32,
     ) -> bool {
-        let filter = |block: &Block, t_max| filter(&ray.filter, block, t_max);
-        let surely = |block: &Block, t_max| surely(&ray.filter, block, t_max);
-        let decide = |triangle: &Triangle| ray.sheared.intersect(&triangle.corners);
-        self.search_with::<ANY>(query, hit, boxes, filter, surely, decide)
-    }
-
-    /// All in `f64`.
-    #[cfg(test)]
-    fn search_double<const ANY: bool>(&self, query: &Query, hit: &mut Hit) -> bool {
-        let (sheared, slabs) = (ShearedRay::new(query.ray), DoubleSlabs::new(query.ray));
-        let boxes = |node: &Node, t_max| slabs.meet(node, t_max);
-        let decide = |triangle: &Triangle| sheared.intersect(&triangle.corners);
-        self.search_with::<ANY>(query, hit, boxes, |block, _| block.all(), |_, _| 0, decide)
-    }
-
-    /// `boxes` gives the boxes of a node that the ray may meet within a limit, as bits, and where it enters them. `filter` gives the
-    /// triangles of a block that it may meet within a limit, as bits. `surely` gives some of the triangles that it certainly meets.
-    /// `decide` tells where it meets a triangle, and in proportion to what its corners weigh.
-    #[inline(always)]
-    fn search_with<const ANY: bool>(
-        &self,
-        query: &Query,
-        hit: &mut Hit,
-        boxes: impl Fn(&Node, f32) -> (u32, [f32; WIDTH]),
-        filter: impl Fn(&Block, f64) -> u32,
-        surely: impl Fn(&Block, f64) -> u32,
-        decide: impl Fn(&Triangle) -> Option<(f64, [f64; 3])>,
-    ) -> bool {
-        let group = query.group;
-        let mut found = false;
-        let limit = hit.t;
-        let visit = |leaf| {
-            match leaf {
-                Leaf::Block(number) => {
-                    let block = &group.blocks[number];
-                    // Of what a shadow ray meets, it seldom has to be known where.
-                    if !ANY {
-                        block.prefetch_triangles();
-                    }
-                    let others = !query.leaving_of(number);
-                    let mut rest = filter(block, hit.t) & others;
-                    // The target of a shadow ray never is wholly before its end.
-                    if ANY && rest != 0 && !self.has_cutouts && surely(block, hit.t) & others != 0 {
-                        found = true;
-                        return None;
-                    }
-                    while rest != 0 {
-                        let lane = rest.trailing_zeros();
-                        let (triangle, place) = (block.triangle(lane), place(number, lane));
-                        rest &= rest - 1;
-                        // A shadow ray ends at its target, or just before: no need to decide which.
-                        if ANY && triangle.element(query.instance) == query.ray.target {
-                            continue;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let group = query.group;
+                let (slabs, filter) = forms.one(simd, lane);
+                let (mut found, mut sheared) = (false, None);
+                group.bvh.traverse::<ANY, _>(
+                    &group.blocks,
+                    hit.t,
+                    #[inline(always)]
+                    |node, t_max| slabs.meet(simd, node, t_max),
+                    #[inline(always)]
+                    |leaf| {
+                        match leaf {
+                            Leaf::Block(number) => {
+                                let block = &group.blocks[number];
+                                let leaving = block.bit_of(query.leaving);
+                                let (mut rest, surely) = filter.meet(simd, block, hit.t, leaving);
+                                // The target of a shadow ray never is wholly before its end.
+                                if ANY && surely != 0 && !self.has_cutouts {
+                                    found = true;
+                                    return None;
+                                }
+                                while rest != 0 {
+                                    let lane = rest.trailing_zeros();
+                                    rest &= rest - 1;
+                                    let place = block.place(lane);
+                                    found |= self.meet_triangle::<ANY>(query, place, &mut sheared, hit);
+                                }
+                            }
+                            Leaf::Other(other) => {
+                                found |= self.meet_other::<S, ANY>(simd, query, group.others[other], hit);
+                            }
                         }
-                        let met = decide(triangle)
-                            .and_then(|met| triangle_hit(*query, triangle, place, met))
-                            .filter(|met| !ANY || !is_end(query.ray, triangle, met.t));
-                        found |= met.is_some_and(|met| self.accept::<ANY>(*query, met, hit));
-                    }
-                }
-                Leaf::Other(other) => found |= self.meet_other::<ANY>(*query, group.others[other], hit),
-            }
-            (!ANY || !found).then_some(hit.t)
-        };
-        let prefetch = |leaf| {
-            if let Leaf::Block(number) = leaf {
-                group.blocks[number].prefetch_filter();
-            }
-        };
-        group.bvh.traverse::<ANY>(limit, boxes, visit, prefetch);
-        found
+                        (!ANY || !found).then_some(hit.t)
+                    },
+                );
+                found
+            },
+        )
+    }
+
+    /// Out of line, as few triangles get here; `sheared` is the ray once any has.
+    #[inline(never)]
+    fn meet_triangle<const ANY: bool>(
+        &self,
+        query: Query,
+        place: u32,
+        sheared: &mut Option<ShearedRay>,
+        hit: &mut Hit,
+    ) -> bool {
+        let (ray, triangle) = (query.ray, query.group.triangle(place));
+        let element = triangle.element(query.instance);
+        // A shadow ray ends at its target, or just before: no need to decide which.
+        if ANY && element == ray.target {
+            return false;
+        }
+        let sheared = sheared.get_or_insert_with(|| ShearedRay::new(ray));
+        let Some((t, weights)) = sheared.intersect(&triangle.corners) else { return false };
+        if ANY && ray.may_end_at(t) && holds_end(ray, &triangle.corners) {
+            return false;
+        }
+        let barycentric = triangle.barycentric(weights);
+        self.accept::<ANY>(query, Hit { t, element, barycentric, place }, hit)
     }
 
     /// All elements, one after the other.
-    fn search_all(&self, query: Query, hit: &mut Hit) -> bool {
-        let sheared = ShearedRay::new(query.ray);
-        let mut found = false;
-        for (place, triangle) in query.group.triangles().filter(|(place, _)| *place != query.leaving) {
-            let met = sheared
-                .intersect(&triangle.corners)
-                .and_then(|met| triangle_hit(query, triangle, place, met));
-            found |= met.is_some_and(|met| self.accept::<false>(query, met, hit));
+    fn search_all<const ANY: bool>(&self, query: Query, hit: &mut Hit) -> bool {
+        let (mut found, mut sheared) = (false, None);
+        for place in (0..query.group.triangles.len() as u32).filter(|place| *place != query.leaving) {
+            found |= self.meet_triangle::<ANY>(query, place, &mut sheared, hit);
         }
         for other in &query.group.others {
             found |= match *other {
                 Other::Instance { instance } => {
                     let placed = &self.instances[instance as usize];
                     let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
-                    self.search_all(Query::new(group, ray, instance, query.is_shadow), hit)
+                    self.search_all::<ANY>(Query::new(group, ray, instance, query.is_shadow), hit)
                 }
-                other => self.meet_other::<false>(query, other, hit),
+                other => self.meet_shape::<ANY>(query, other, hit),
             };
         }
         found
@@ -258,18 +174,30 @@ impl Traceable {
 
     /// Out of line: triangles are not to pay for it.
     #[inline(never)]
-    fn meet_other<const ANY: bool>(&self, query: Query, other: Other, hit: &mut Hit) -> bool {
+    fn meet_other<S: Simd, const ANY: bool>(
+        &self,
+        simd: S,
+        query: Query,
+        other: Other,
+        hit: &mut Hit,
+    ) -> bool {
+        let Other::Instance { instance } = other else { return self.meet_shape::<ANY>(query, other, hit) };
+        let placed = &self.instances[instance as usize];
+        let (group, ray) = (&self.objects[placed.object], &placed.ray(query.ray, hit.t));
+        let query = Query::new(group, ray, instance, query.is_shadow);
+        match group.others[..] {
+            [other] if group.blocks.is_empty() => self.meet_shape::<ANY>(query, other, hit),
+            _ => simd.vectorize(
+                #[inline(always)]
+                || self.search_alone::<S, ANY>(simd, query, hit),
+            ),
+        }
+    }
+
+    fn meet_shape<const ANY: bool>(&self, query: Query, other: Other, hit: &mut Hit) -> bool {
         let Query { ray, instance, .. } = query;
         match other {
-            Other::Instance { instance } => {
-                let placed = &self.instances[instance as usize];
-                let (group, ray) = (&self.objects[placed.object], &placed.ray(ray, hit.t));
-                let query = Query::new(group, ray, instance, query.is_shadow);
-                match group.others[..] {
-                    [other] if group.blocks.is_empty() => self.meet_other::<ANY>(query, other, hit),
-                    _ => self.search::<ANY>(query, hit),
-                }
-            }
+            Other::Instance { .. } => false,
             Other::Curved { primitive, shape } => {
                 let element = ElementId { instance, primitive, index: 0 };
                 if ANY && element == ray.target {
@@ -328,34 +256,7 @@ impl Traceable {
     }
 }
 
-/// A ray as it is tested against triangles: by the filter, and in `f64`.
-struct RayForms<F> {
-    filter: F,
-    sheared: ShearedRay,
-}
-
-impl<F> RayForms<F> {
-    #[inline(always)]
-    fn new(ray: &Ray, filter: impl Fn(&Ray, &ShearedRay) -> F) -> Self {
-        let sheared = ShearedRay::new(ray);
-        RayForms { filter: filter(ray, &sheared), sheared }
-    }
-}
-
 /// No hit yet, within the length of a ray.
 fn nothing(ray: &Ray) -> Hit {
     Hit { t: ray.t_max, element: ElementId::NONE, barycentric: [0.0; 2], place: Hit::NO_PLACE }
-}
-
-/// True if a shadow ray meets a triangle only at the point light in its plane.
-#[inline(always)]
-fn is_end(ray: &Ray, triangle: &Triangle, t: f64) -> bool {
-    ray.may_end_at(t) && holds_end(ray, &triangle.corners)
-}
-
-/// Where a ray meets a triangle at a distance, and in proportion to what its corners weigh, if that counts.
-#[inline(always)]
-fn triangle_hit(query: Query, triangle: &Triangle, place: u32, (t, weights): (f64, [f64; 3])) -> Option<Hit> {
-    let element = triangle.element(query.instance);
-    (t > 0.0).then(|| Hit { t, element, barycentric: triangle.barycentric(weights), place })
 }

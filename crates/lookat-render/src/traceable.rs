@@ -6,10 +6,10 @@ mod group;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use fearless_simd::Level;
 use glam::DVec3;
 use lookat_scene::{MaterialKind, Object, Primitive, Shape, World};
 
-use crate::arithmetic::Simd;
 use crate::bounds::Bounds;
 use crate::curve::Curves;
 use crate::curved::Curved;
@@ -39,10 +39,8 @@ pub(crate) struct Traceable {
     pub labels: Labels,
     /// Whether any mesh may have holes.
     pub(crate) has_cutouts: bool,
-    /// Whether rays are traced without filters in `f32`.
-    #[cfg(test)]
-    pub is_double: bool,
-    pub(crate) simd: Simd,
+    /// The instructions that rays are traced with.
+    pub(crate) level: Level,
 }
 
 impl Traceable {
@@ -97,9 +95,7 @@ impl Traceable {
             emitters,
             labels,
             has_cutouts,
-            #[cfg(test)]
-            is_double: false,
-            simd: Simd::best(),
+            level: Level::new(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Ray against triangle, watertight.
 
 pub(crate) mod block;
+pub(crate) mod filter;
 pub(crate) mod lanes;
 pub(crate) mod parametric;
 
@@ -22,7 +23,7 @@ pub(crate) enum Axis {
 
 impl Axis {
     /// All in cyclic order, with each of them last.
-    const ORDERS: [[Axis; 3]; 3] =
+    pub const ORDERS: [[Axis; 3]; 3] =
         [[Axis::Y, Axis::Z, Axis::X], [Axis::Z, Axis::X, Axis::Y], [Axis::X, Axis::Y, Axis::Z]];
 
     /// All three, in cyclic order, the longest of a vector last. Without branches: rays come from everywhere.

@@ -1,134 +1,217 @@
-//! Rays against boxes: the test of a box is never no where the ray meets what is in it.
+//! Rays against boxes: the test of a box in `f32` is never no where a ray meets what is in it.
 
-#[cfg(target_arch = "x86_64")]
-pub(crate) mod avx2;
-pub(super) mod lanes;
-pub(super) mod packet;
+pub(super) mod exact;
 
-use glam::{DVec3, Vec3A};
+use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 
 use super::{Node, WIDTH};
-#[cfg(test)]
-use crate::bounds::round_down;
-use crate::ray::Ray;
+use crate::lanes::{splat_f32, three};
 
-/// What the test in `f32` needs of a ray.
+/// Rays between two planes, along an axis.
 ///
 /// All is rounded to the side on which boxes are entered earlier or left later, so that the test says yes wherever that in
 /// `f64` does.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Slabs {
-    /// The origin, for the planes where boxes are entered, and for those where they are left.
-    near_o: Vec3A,
-    far_o: Vec3A,
+#[derive(Clone, Copy)]
+struct AxisSlabs<S: Simd> {
+    /// The origin, for the plane where boxes are entered, and for that where they are left.
+    near_o: f32x8<S>,
+    far_o: f32x8<S>,
     /// One over the direction, likewise.
-    near_inverse: Vec3A,
-    far_inverse: Vec3A,
+    near_inverse: f32x8<S>,
+    far_inverse: f32x8<S>,
+}
+
+/// Eight rays.
+#[derive(Clone, Copy)]
+pub(crate) struct SlabRays<S: Simd> {
+    axes: [AxisSlabs<S>; 3],
+    /// Where directions are negative along each axis, as bits.
+    negative: [u64; 3],
+}
+
+/// What is tested against boxes: one ray in all lanes, or many that run the same way along each axis. Of many, boxes are entered
+/// where the first enters, and left where the last one leaves. Only of boxes behind the origin that is not true, and these are not
+/// met.
+#[derive(Clone, Copy)]
+pub(crate) struct Slabs<S: Simd> {
+    axes: [AxisSlabs<S>; 3],
     /// Along each axis, which of the two planes of a box it is entered at; it is left at the other one.
     near: [usize; 3],
 }
 
-/// Covers the rounding of an inverse, a difference and a product, and more.
+/// Covers the rounding of a direction, an inverse, a difference and a product, and more.
 const SLACK: f32 = 5.0 * f32::EPSILON;
 
-impl Slabs {
+impl<S: Simd> SlabRays<S> {
+    /// Of origins and directions that have been rounded once.
     #[inline(always)]
-    pub fn new(ray: &Ray) -> Self {
-        let (o, inverse) = (ray.o.as_vec3a(), ray.d.recip().as_vec3a());
-        let (least, most) = (Vec3A::splat(f32::MIN_POSITIVE), Vec3A::splat(f32::MAX));
+    pub fn new(simd: S, o: [f32x8<S>; 3], d: [f32x8<S>; 3]) -> Self {
+        SlabRays {
+            axes: three(
+                #[inline(always)]
+                |axis| AxisSlabs::new(simd, o[axis], 1.0 / d[axis]),
+            ),
+            negative: three(|axis| d[axis].is_sign_negative().to_bitmask()),
+        }
+    }
+
+    /// One of the rays.
+    #[inline(always)]
+    pub fn one(&self, simd: S, lane: usize) -> Slabs<S> {
+        Slabs {
+            axes: three(
+                #[inline(always)]
+                |axis| self.axes[axis].one(simd, lane),
+            ),
+            near: three(|axis| (self.negative[axis] >> lane & 1) as usize),
+        }
+    }
+
+    /// All of them, each in its lane. `None` where they run different ways, or a direction is not a number.
+    #[inline(always)]
+    pub fn all(&self) -> Option<Slabs<S>> {
+        let are_alike = self.negative.iter().all(|negative| [0, (1 << WIDTH) - 1].contains(negative));
+        let is_number = |axis: &AxisSlabs<S>| axis.far_inverse.simd_eq(axis.far_inverse).all_true();
+        (are_alike && self.axes.iter().all(is_number))
+            .then(|| Slabs { axes: self.axes, near: self.negative.map(|negative| (negative & 1) as usize) })
+    }
+}
+
+impl<S: Simd> Slabs<S> {
+    /// The rays of both; `None` if they run different ways.
+    #[inline(always)]
+    pub fn union(self, other: Self) -> Option<Self> {
+        if self.near != other.near {
+            return None;
+        }
+        let axes = three(
+            #[inline(always)]
+            |axis| self.axes[axis].union(other.axes[axis], self.near[axis] == 1),
+        );
+        Some(Slabs { axes, near: self.near })
+    }
+
+    /// The rays of all lanes, in each lane.
+    #[inline(always)]
+    pub fn of_all(self, simd: S) -> Self {
+        let axes = three(
+            #[inline(always)]
+            |axis| self.axes[axis].of_all(simd, self.near[axis] == 1),
+        );
+        Slabs { axes, near: self.near }
+    }
+
+    /// Which boxes of a node may be met before `t_max`, as bits, and from which distance on, not negative.
+    #[inline(always)]
+    pub fn meet(&self, simd: S, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let planes = three(
+            #[inline(always)]
+            |axis| {
+                let (planes, near) = (&node.planes[axis], self.near[axis]);
+                [f32x8::from_slice(simd, &planes[near & 1]), f32x8::from_slice(simd, &planes[!near & 1])]
+            },
+        );
+        let (near, is_met) = self.within(simd, planes, t_max);
+        (is_met.to_bitmask() as u32, near.to_array())
+    }
+
+    /// Which of eight boxes may be met, as bits: from their lowest and highest corners.
+    #[inline(always)]
+    pub fn meet_boxes(&self, simd: S, [low, high]: [[f32x8<S>; 3]; 2], t_max: f32) -> u32 {
+        let planes = three(
+            #[inline(always)]
+            |axis| match self.near[axis] {
+                0 => [low[axis], high[axis]],
+                _ => [high[axis], low[axis]],
+            },
+        );
+        self.within(simd, planes, t_max).1.to_bitmask() as u32
+    }
+
+    /// Where boxes are entered, and which of them are before a limit.
+    #[inline(always)]
+    fn within(&self, simd: S, planes: [[f32x8<S>; 2]; 3], t_max: f32) -> (f32x8<S>, mask32x8<S>) {
+        let (mut near, mut far) = (splat_f32(simd, 0.0), splat_f32(simd, t_max));
+        for (slabs, [first, last]) in self.axes.iter().zip(planes) {
+            // A NaN, where infinity meets zero, drops out.
+            near = max((first - slabs.near_o) * slabs.near_inverse, near);
+            far = min((last - slabs.far_o) * slabs.far_inverse, far);
+        }
+        (near, near.simd_le(far))
+    }
+}
+
+impl<S: Simd> AxisSlabs<S> {
+    #[inline(always)]
+    fn new(simd: S, o: f32x8<S>, inverse: f32x8<S>) -> Self {
+        let (least, most) = (splat_f32(simd, f32::MIN_POSITIVE), splat_f32(simd, f32::MAX));
         // More than rounding takes. A box is entered earlier if the origin is moved along the ray.
         let along = (o.abs() * f32::EPSILON + least).copysign(inverse);
         // Too small to be rounded to one part in many.
-        let is_tiny = inverse.abs().cmplt(least);
-        let negative = inverse.is_negative_bitmask() as usize;
-        Slabs {
+        let is_tiny = inverse.abs().simd_lt(least);
+        let near_inverse = (inverse * (1.0 - SLACK)).max(-most).min(most);
+        AxisSlabs {
             near_o: o + along,
             far_o: o - along,
-            near_inverse: Vec3A::select(is_tiny, Vec3A::ZERO, (inverse * (1.0 - SLACK)).clamp(-most, most)),
-            far_inverse: Vec3A::select(is_tiny, least.copysign(inverse), inverse * (1.0 + SLACK)),
-            near: [negative & 1, negative >> 1 & 1, negative >> 2 & 1],
+            near_inverse: is_tiny.select(splat_f32(simd, 0.0), near_inverse),
+            far_inverse: is_tiny.select(least.copysign(inverse), inverse * (1.0 + SLACK)),
         }
     }
 
-    /// Which boxes of a node the ray may meet before `t_max`, as bits, and from which distance on, not negative.
-    ///
-    /// A NaN, where infinity meets zero, drops out, because it compares as false.
+    /// That of one of the rays, in all lanes.
     #[inline(always)]
-    pub fn meet(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let (mut near, mut far) = ([0.0; WIDTH], [t_max; WIDTH]);
-        for (axis, planes) in node.planes.iter().enumerate() {
-            let (first, last) = (&planes[self.near[axis] & 1], &planes[!self.near[axis] & 1]);
-            for lane in 0..WIDTH {
-                let enter = (first[lane] - self.near_o[axis]) * self.near_inverse[axis];
-                let leave = (last[lane] - self.far_o[axis]) * self.far_inverse[axis];
-                near[lane] = if enter > near[lane] { enter } else { near[lane] };
-                far[lane] = if leave < far[lane] { leave } else { far[lane] };
-            }
+    fn one(&self, simd: S, lane: usize) -> Self {
+        AxisSlabs {
+            near_o: splat_f32(simd, self.near_o[lane]),
+            far_o: splat_f32(simd, self.far_o[lane]),
+            near_inverse: splat_f32(simd, self.near_inverse[lane]),
+            far_inverse: splat_f32(simd, self.far_inverse[lane]),
         }
-        let bit = |lane: usize| u32::from(near[lane] <= far[lane]) << lane;
-        ((0..WIDTH).map(bit).sum(), near)
-    }
-}
-
-/// The same in `f64`.
-#[cfg(test)]
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct DoubleSlabs {
-    o: [f64; 3],
-    inverse: [f64; 3],
-}
-
-/// Covers the rounding of both ends of the test (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
-const PAD: f64 = 1.0 + 4.0 * f64::EPSILON;
-
-#[cfg(test)]
-impl DoubleSlabs {
-    pub fn new(ray: &Ray) -> Self {
-        DoubleSlabs { o: ray.o.to_array(), inverse: ray.d.recip().to_array() }
     }
 
     #[inline(always)]
-    pub fn meet(&self, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let (mut hits, mut nears) = (0, [0.0; WIDTH]);
-        for lane in 0..WIDTH {
-            let box_planes = node.planes.map(|[low, high]| [low[lane], high[lane]].map(f64::from));
-            let (near, far) = slabs(self.o, self.inverse, box_planes, f64::from(t_max) * PAD);
-            hits |= u32::from(near <= far) << lane;
-            nears[lane] = round_down(near);
+    fn map(self, f: impl Fn(f32x8<S>) -> f32x8<S>) -> Self {
+        AxisSlabs {
+            near_o: f(self.near_o),
+            far_o: f(self.far_o),
+            near_inverse: f(self.near_inverse),
+            far_inverse: f(self.far_inverse),
         }
-        (hits, nears)
+    }
+
+    #[inline(always)]
+    fn union(self, other: Self, is_negative: bool) -> Self {
+        let (a, b) = if is_negative { (other.map(|x| -x), self.map(|x| -x)) } else { (self, other) };
+        let union = AxisSlabs {
+            near_o: a.near_o.max(b.near_o),
+            far_o: a.far_o.min(b.far_o),
+            near_inverse: a.near_inverse.min(b.near_inverse),
+            far_inverse: a.far_inverse.max(b.far_inverse),
+        };
+        if is_negative { union.map(|x| -x) } else { union }
+    }
+
+    #[inline(always)]
+    fn of_all(self, simd: S, is_negative: bool) -> Self {
+        let from = if is_negative { self.map(|x| -x) } else { self };
+        let union = AxisSlabs {
+            near_o: splat_f32(simd, from.near_o.reduce_max()),
+            far_o: splat_f32(simd, from.far_o.reduce_min()),
+            near_inverse: splat_f32(simd, from.near_inverse.reduce_min()),
+            far_inverse: splat_f32(simd, from.far_inverse.reduce_max()),
+        };
+        if is_negative { union.map(|x| -x) } else { union }
     }
 }
 
-/// The distance of a hit of what lies between two corners, brought between those at which the ray enters and leaves their
-/// box. It then agrees, to the bit, with the test of every box around that box: no tree skips what is hit. `None` where the
-/// ray passes the box. `inverse` is one over the direction.
-#[inline]
-pub(crate) fn within_box(o: DVec3, inverse: DVec3, low: DVec3, high: DVec3, t: f64) -> Option<f64> {
-    let planes = [[low.x, high.x], [low.y, high.y], [low.z, high.z]];
-    let (near, far) = slabs(o.to_array(), inverse.to_array(), planes, f64::INFINITY);
-    (near <= far).then(|| t.clamp(near, far))
+/// The greater; `b` where `a` is no number. On x86 `max` gives that, in one instruction.
+#[inline(always)]
+fn max<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
+    if cfg!(target_arch = "x86_64") { a.max(b) } else { a.max_precise(b) }
 }
 
-/// Where a ray enters and leaves a box.
-///
-/// Near and far are told by the sign of the direction, before anything is compared; then a NaN, which a ray in the
-/// plane of a side gives, drops out, because it compares as false.
+/// The less, likewise.
 #[inline(always)]
-fn slabs(o: [f64; 3], inverse: [f64; 3], planes: [[f64; 2]; 3], t_max: f64) -> (f64, f64) {
-    let (mut near, mut far) = (0.0_f64, t_max);
-    for axis in 0..3 {
-        let negative = inverse[axis].is_sign_negative();
-        let (enter, leave) = slab(planes[axis], o[axis], inverse[axis], negative);
-        near = if enter > near { enter } else { near };
-        far = if leave < far { leave } else { far };
-    }
-    (near, far)
-}
-
-/// Where a ray enters and leaves what lies between two planes.
-#[inline(always)]
-fn slab([low, high]: [f64; 2], o: f64, inverse: f64, negative: bool) -> (f64, f64) {
-    let (first, last) = if negative { (high, low) } else { (low, high) };
-    ((first - o) * inverse, (last - o) * inverse * PAD)
+fn min<S: Simd>(a: f32x8<S>, b: f32x8<S>) -> f32x8<S> {
+    if cfg!(target_arch = "x86_64") { a.min(b) } else { a.min_precise(b) }
 }

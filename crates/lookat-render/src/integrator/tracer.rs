@@ -5,7 +5,7 @@ use glam::Vec3;
 use crate::light::LightTable;
 use crate::ray::{Hit, Ray};
 use crate::surface::Surface;
-use crate::trace::{Form, Forms, StreamSize};
+use crate::trace::StreamSize;
 use crate::traceable::Traceable;
 
 /// The most surfaces without a material that a ray passes through in a row.
@@ -18,13 +18,11 @@ pub(crate) struct Tracer<'s> {
     pub rays: u64,
     /// How many packets of camera rays go together.
     pub stream_size: StreamSize,
-    /// What has been made of rays that are traced next.
-    pub forms: Box<Forms>,
 }
 
 impl<'s> Tracer<'s> {
     pub fn new(scene: &'s Traceable, lights: &'s LightTable) -> Self {
-        Tracer { scene, lights, rays: 0, stream_size: StreamSize::LARGEST, forms: Box::new(Forms::new()) }
+        Tracer { scene, lights, rays: 0, stream_size: StreamSize::LARGEST }
     }
 
     pub fn lights(&self) -> &'s LightTable {
@@ -35,12 +33,6 @@ impl<'s> Tracer<'s> {
     pub fn nearest(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
         self.scene.nearest(ray)
-    }
-
-    /// The nearest hit of the ray whose form is in `lane`, written to `found`.
-    pub fn find_formed(&mut self, ray: &Ray, lane: usize, found: &mut Option<Hit>) {
-        self.rays += 1;
-        self.scene.find_formed(ray, Form { of: &self.forms, lane }, found);
     }
 
     /// The surface at a hit of `ray`. Apart from the search for it, because large values are best not moved.
@@ -58,16 +50,5 @@ impl<'s> Tracer<'s> {
     /// Whether rays can find light: a sky, or a shape that emits.
     pub fn may_find_light(&self) -> bool {
         self.lights.has_skies() || !self.scene.emitters.is_empty()
-    }
-
-    /// Whether what is hit emits light.
-    pub fn emits(&self, hit: &Hit) -> bool {
-        self.scene.emits(hit)
-    }
-
-    /// Whether anything blocks the ray whose form is in `lane`. `is_shadow`: it is a shadow ray, which passes other holes.
-    pub fn occluded_formed(&mut self, ray: &Ray, lane: usize, is_shadow: bool) -> bool {
-        self.rays += 1;
-        self.scene.occluded_formed(ray, Form { of: &self.forms, lane }, is_shadow)
     }
 }

@@ -3,7 +3,7 @@
 use std::array;
 
 use arrayvec::ArrayVec;
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::Vec3;
 
 use super::tracer::{MAX_PASSED, Tracer};
@@ -13,7 +13,7 @@ use crate::lanes::{bits, count, those};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::lanes::{ListShading, Shaded, TreeShading};
 use crate::surface::Surface;
-use crate::trace::lanes::{Found, Hits, List, Rays, Tree};
+use crate::trace::lanes::{Hits, List, Rays, Tree};
 use crate::trace::{MOST_PACKETS, Together};
 use crate::traceable::Traceable;
 
@@ -127,24 +127,11 @@ impl<'s> World<'s> {
     ) -> Hits<S> {
         simd.vectorize(
             #[inline(always)]
-            || match self {
-                World::List(list, _) => {
-                    tracer.rays += count(active);
-                    list.nearest(simd, rays, active)
-                }
-                World::Tree(tree, _) => {
-                    let mut found = Found::NOTHING;
-                    tracer.forms.put(simd, rays, active);
-                    search(tree, tracer, rays, active, &mut found);
-                    let [b0, b1]: [f64x8<S>; 2] =
-                        [found.weights[0].simd_into(simd), found.weights[1].simd_into(simd)];
-                    Hits {
-                        t: found.t.simd_into(simd),
-                        element: found.element.simd_into(simd),
-                        instance: found.instance.simd_into(simd),
-                        sides: [b0, b1, 1.0 - b0 - b1],
-                        emits: bits(simd, found.emits),
-                    }
+            || {
+                tracer.rays += count(active);
+                match self {
+                    World::List(list, _) => list.nearest(simd, rays, active),
+                    World::Tree(tree, _) => tree.nearest(simd, rays, active),
                 }
             },
         )
@@ -161,14 +148,11 @@ impl<'s> World<'s> {
     ) -> mask64x8<S> {
         simd.vectorize(
             #[inline(always)]
-            || match self {
-                World::List(list, _) => {
-                    tracer.rays += count(active);
-                    list.met(simd, rays, active)
-                }
-                World::Tree(tree, _) => {
-                    tracer.forms.put(simd, rays, active);
-                    bits(simd, occluded(tree, tracer, rays, (active, is_shadow)))
+            || {
+                tracer.rays += count(active);
+                match self {
+                    World::List(list, _) => list.met(simd, rays, active),
+                    World::Tree(tree, _) => tree.met(simd, rays, (active, is_shadow)),
                 }
             },
         )
@@ -276,31 +260,4 @@ impl<'s> World<'s> {
         }
         all
     }
-}
-
-/// Traces rays down a tree one by one.
-#[inline(never)]
-fn search<S: Simd>(tree: &Tree, tracer: &mut Tracer, rays: &Rays<S>, active: mask64x8<S>, found: &mut Found) {
-    let mut hit = None;
-    for lane in those(active) {
-        tracer.find_formed(&tree.ray(rays, lane), lane, &mut hit);
-        if let Some(hit) = &hit {
-            found.put(lane, hit, tracer.emits(hit), tracer.scene.labels);
-        }
-    }
-}
-
-/// The rays that are stopped on their way, as bits.
-#[inline(never)]
-fn occluded<S: Simd>(
-    tree: &Tree,
-    tracer: &mut Tracer,
-    rays: &Rays<S>,
-    (active, is_shadow): (mask64x8<S>, bool),
-) -> u64 {
-    let mut occluded = 0;
-    for lane in those(active) {
-        occluded |= u64::from(tracer.occluded_formed(&tree.ray(rays, lane), lane, is_shadow)) << lane;
-    }
-    occluded
 }

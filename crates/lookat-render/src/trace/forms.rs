@@ -1,104 +1,63 @@
-//! What searches need of rays, made for eight of them at once.
+//! Rays in `f32`, as they are tested against boxes and triangles.
 
-use fearless_simd::{Simd, mask64x8};
+use fearless_simd::{Simd, f32x8, prelude::*};
 
-#[cfg(target_arch = "x86_64")]
-use super::search_with;
-use super::{Query, RayForms, nothing};
-use crate::arithmetic::SimdKind;
-use crate::bvh::ManySlabs;
-#[cfg(target_arch = "x86_64")]
-use crate::bvh::WideSlabs;
-use crate::ray::{Hit, Ray};
-use crate::trace::lanes::Rays;
-use crate::traceable::Traceable;
-#[cfg(target_arch = "x86_64")]
-use crate::triangle::block::avx2::WideFilter;
-use crate::triangle::lanes::{ManyFilters, ManySheared, ShearedRays};
+use crate::bvh::{SlabRays, Slabs};
+use crate::lanes::{LANES, Vec3x8, splat_f32, to_f32};
+use crate::triangle::Axis;
+use crate::triangle::block::MOST_MAGNITUDE;
+use crate::triangle::filter::{Filter, Turned};
 
-/// Rays as they are tested against boxes and triangles; as they would be made one by one, to the bit.
-pub(crate) struct Forms {
-    slabs: ManySlabs,
-    sheared: ManySheared,
-    filters: ManyFilters,
+/// Eight rays.
+pub(crate) struct Forms<S: Simd> {
+    pub slabs: SlabRays<S>,
+    turned: Turned<S>,
+    /// The largest coordinate of each origin; infinite where `f32` tells nothing.
+    pub magnitude: f32x8<S>,
+    /// Where the longest axis of the direction is not x, and where it is not y either, as bits.
+    is_not: [u64; 2],
 }
 
-/// One of them.
-#[derive(Clone, Copy)]
-pub(crate) struct Form<'f> {
-    pub of: &'f Forms,
-    pub lane: usize,
-}
-
-impl Forms {
-    pub fn new() -> Self {
-        Forms { slabs: ManySlabs::NOTHING, sheared: ManySheared::NOTHING, filters: ManyFilters::NOTHING }
-    }
-
-    /// Those of other rays, as far as they are active.
+impl<S: Simd> Forms<S> {
     #[inline(always)]
-    pub fn put<S: Simd>(&mut self, simd: S, rays: &Rays<S>, active: mask64x8<S>) {
-        let sheared = ShearedRays::new(rays.o, rays.d, active);
-        self.slabs.put(simd, rays.o, sheared.inverse());
-        self.sheared.put(&sheared);
-        self.filters.put(&sheared);
-    }
-}
-
-impl Traceable {
-    /// As [`Traceable::find`], in `f32` and `f64`.
-    pub(crate) fn find_formed(&self, ray: &Ray, form: Form, found: &mut Option<Hit>) {
-        let hit = found.insert(nothing(ray));
-        if !self.search_formed::<false>(&self.query(ray, false), form, hit) {
-            *found = None;
+    pub fn new(simd: S, o: Vec3x8<S>, d: Vec3x8<S>) -> Self {
+        let o = [to_f32(o.x), to_f32(o.y), to_f32(o.z)];
+        let d = [to_f32(d.x), to_f32(d.y), to_f32(d.z)];
+        let [x, y, z] = [d[0].abs(), d[1].abs(), d[2].abs()];
+        let is_not_x = x.simd_lt(y) | x.simd_lt(z);
+        let is_not_y = is_not_x & y.simd_lt(z);
+        let longest = x.max(y).max(z);
+        let magnitude = o[0].abs().max(o[1].abs()).max(o[2].abs());
+        let is_safe = longest.simd_gt(1e-30) & longest.simd_lt(1e30) & magnitude.simd_lt(MOST_MAGNITUDE);
+        let turned = |[x, y, z]: [f32x8<S>; 3]| {
+            let pick = |if_x, if_y, if_z| is_not_y.select(if_z, is_not_x.select(if_y, if_x));
+            [pick(y, z, x), pick(z, x, y), pick(x, y, z)]
+        };
+        Forms {
+            slabs: SlabRays::new(simd, o, d),
+            turned: Turned::new(turned(o), turned(d)),
+            magnitude: is_safe.select(magnitude, splat_f32(simd, f32::INFINITY)),
+            is_not: [is_not_x.to_bitmask(), is_not_y.to_bitmask()],
         }
     }
 
-    /// As [`Traceable::occluded`], likewise; `is_shadow` of shadow rays, which pass other holes.
-    pub(crate) fn occluded_formed(&self, ray: &Ray, form: Form, is_shadow: bool) -> bool {
-        self.search_formed::<true>(&self.query(ray, is_shadow), form, &mut nothing(ray))
-    }
-
-    fn search_formed<const ANY: bool>(&self, query: &Query, form: Form, hit: &mut Hit) -> bool {
-        match self.simd.kind() {
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: `Simd` says what the processor has.
-            #[allow(unsafe_code)]
-            SimdKind::Avx512 => unsafe { self.search_formed_avx512::<ANY>(query, form, hit) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above.
-            #[allow(unsafe_code)]
-            SimdKind::Avx2 => unsafe { self.search_formed_avx2::<ANY>(query, form, hit) },
-            SimdKind::Portable => {
-                let _ = form;
-                self.search_wide::<ANY>(query, hit)
-            }
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma")]
-    fn search_formed_avx2<const ANY: bool>(&self, query: &Query, form: Form, hit: &mut Hit) -> bool {
-        let slabs = WideSlabs::of(&form.of.slabs, form.lane);
-        let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
-        let ray = &form.forms(query.ray, filter);
-        search_with!(self.search_by::<ANY>(query, hit, ray, slabs))
-    }
-
-    /// The same, with the registers of AVX-512.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma,avx512f,avx512vl,bmi1,bmi2")]
-    fn search_formed_avx512<const ANY: bool>(&self, query: &Query, form: Form, hit: &mut Hit) -> bool {
-        let slabs = WideSlabs::of(&form.of.slabs, form.lane);
-        let filter = WideFilter::of(&form.of.filters, form.of.sheared.axes(form.lane), form.lane);
-        let ray = &form.forms(query.ray, filter);
-        search_with!(self.search_by::<ANY>(query, hit, ray, slabs))
-    }
-}
-
-impl Form<'_> {
+    /// One of them for boxes, and for triangles.
     #[inline(always)]
-    fn forms<F>(&self, ray: &Ray, filter: F) -> RayForms<F> {
-        RayForms { filter, sheared: self.of.sheared.lane(ray.o, self.lane) }
+    pub fn one(&self, simd: S, lane: usize) -> (Slabs<S>, Filter<S>) {
+        let filter = Filter::new(self.axes(lane), self.turned.one(simd, lane), self.magnitude[lane]);
+        (self.slabs.one(simd, lane), filter)
+    }
+
+    /// All of them for triangles, if they are longest along one axis.
+    #[inline(always)]
+    pub fn all(&self) -> Option<Filter<S>> {
+        let are_alike = self.is_not.iter().all(|is_not| [0, (1 << LANES) - 1].contains(is_not));
+        are_alike.then(|| Filter::new(self.axes(0), self.turned, self.magnitude.reduce_max()))
+    }
+
+    /// The axes, that along which a ray is longest last.
+    #[inline(always)]
+    fn axes(&self, lane: usize) -> [Axis; 3] {
+        Axis::ORDERS[self.is_not.iter().map(|is_not| (is_not >> lane & 1) as usize).sum::<usize>()]
     }
 }

@@ -8,7 +8,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use crate::lanes::Vec3x8;
 use crate::ray::ElementId;
 pub(crate) use list::{Element, List, Shape};
-pub(crate) use tree::{Found, Tree};
+pub(crate) use tree::Tree;
 
 /// Rays, relative to the origin.
 #[derive(Clone, Copy)]

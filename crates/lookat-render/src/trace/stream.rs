@@ -5,9 +5,8 @@ use fearless_simd::{Simd, mask64x8, prelude::*};
 
 use super::lanes::{Hits, Rays, Tree};
 use super::packet::Packet;
-use crate::bvh::{Leaf, PacketSlabs, not_less};
-use crate::lanes::{Vec3x8, to_f32};
-use crate::triangle::block::place;
+use crate::bvh::{Leaf, Slabs, not_less};
+use crate::lanes::Vec3x8;
 
 /// At most so many packets go together.
 pub(crate) const MOST_PACKETS: usize = 8;
@@ -82,23 +81,22 @@ impl Tree<'_> {
         hits: &mut [Hits<S>],
     ) -> Together {
         let mut packets: ArrayVec<Packet<S>, MOST_PACKETS> = ArrayVec::new();
-        let mut all: Option<PacketSlabs<S>> = None;
-        let mut magnitude = 0.0_f32;
+        let mut all: Option<Slabs<S>> = None;
         for (rays, active) in rays.iter().zip(active) {
             let rays = whole(simd, rays, *active);
-            let Some(packet) = Packet::new(simd, &rays, *active) else { return Together::No };
-            let Some(own) = PacketSlabs::new(simd, rays.o, packet.inverse()) else { return Together::No };
+            let Some((packet, own)) = Packet::new(simd, &rays, *active) else { return Together::No };
             let Some(union) = all.map_or(Some(own), |all| all.union(own)) else { return Together::No };
             all = Some(union);
-            magnitude = magnitude.max(to_f32(rays.o.magnitude()).reduce_max());
             packets.push(packet);
         }
         let Some(slabs) = all else { return Together::No };
         let slabs = slabs.of_all(simd);
+        let error = packets.iter().fold(0.0, |error: f32, packet| error.max(packet.filter.error));
         let (world, most) = (&self.scene.world, MOST_TESTS * packets.len());
         let mut tests = 0;
         let mut limit = farthest(&packets);
-        world.bvh.traverse::<false>(
+        world.bvh.traverse::<false, _>(
+            &world.blocks,
             limit,
             #[inline(always)]
             |node, t_max| slabs.meet(simd, node, t_max),
@@ -107,9 +105,9 @@ impl Tree<'_> {
                 match leaf {
                     Leaf::Block(number) => {
                         let block = &world.blocks[number];
-                        block.prefetch_triangles();
-                        let tolerance = block.tolerance(magnitude);
-                        let mut rest = slabs.meet_triangles(simd, block, not_less(limit));
+                        let tolerance = block.tolerance(error);
+                        let mut rest =
+                            slabs.meet_boxes(simd, block.boxes(simd), not_less(limit)) & block.mask;
                         while rest != 0 {
                             let lane = rest.trailing_zeros();
                             rest &= rest - 1;
@@ -117,13 +115,7 @@ impl Tree<'_> {
                             for packet in &mut packets {
                                 let may = packet.may_meet(simd, block, lane as usize, &tolerance);
                                 if may != 0 {
-                                    packet.meet(
-                                        simd,
-                                        self.scene,
-                                        block.triangle(lane),
-                                        place(number, lane),
-                                        may,
-                                    );
+                                    packet.meet(simd, self.scene, block.place(lane), may);
                                 }
                             }
                         }
@@ -137,11 +129,6 @@ impl Tree<'_> {
                 }
                 limit = farthest(&packets);
                 (tests <= most).then_some(limit)
-            },
-            |leaf| {
-                if let Leaf::Block(number) = leaf {
-                    world.blocks[number].prefetch_filter();
-                }
             },
         );
         if tests > most {

@@ -3,7 +3,8 @@ use glam::DVec3;
 use crate::prepare::Prepared;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::Surface;
-use crate::testing::{noise, scene};
+use crate::testing::{levels, noise, scene};
+use crate::traceable::Traceable;
 
 /// Instances of one shape alone have no tree of their own: what is met is the same.
 #[test]
@@ -19,9 +20,9 @@ fn single_shapes_are_met_in_instances() {
             ObjectBegin \"one\" {shape} ObjectEnd Translate .2 0 3 {placed} ObjectInstance \"one\"
             Translate 0 0 -1 ObjectInstance \"one\" WorldEnd"
         ));
-        for is_double in [false, true] {
+        for level in levels() {
             let mut traceable = Prepared::new(&scene).traceable;
-            traceable.is_double = is_double;
+            traceable.level = level;
             let mut met = 0;
             for case in 0..2000 {
                 let d = DVec3::new(noise(case, 1.1), noise(case, 2.3), 2.0).normalize();
@@ -49,9 +50,9 @@ fn a_ray_leaves_one_triangle_of_many_with_its_place() {
         Translate 0 0 1 ObjectInstance \"a\" Translate 0 0 1 ObjectInstance \"a\"
         Translate 0 0 1 ObjectInstance \"b\" Translate 0 0 1 {triangle} WorldEnd"
     ));
-    for is_double in [false, true] {
+    for level in levels() {
         let mut traceable = Prepared::new(&scene).traceable;
-        traceable.is_double = is_double;
+        traceable.level = level;
         for (start, d) in [(-1.0, DVec3::Z), (5.0, DVec3::NEG_Z)] {
             let mut ray = Ray::new(DVec3::new(0.1, 0.1, start), d);
             let mut met = Vec::new();
@@ -89,13 +90,17 @@ fn shadows_are_those_of_f64() {
         "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
         ObjectBegin \"a\" {mesh} ObjectEnd {mesh} {mesh} Translate 1 .2 .1 Scale 2 .5 1 Rotate 30 1 2 3 ObjectInstance \"a\" WorldEnd"
     ));
-    let mixed = Prepared::new(&scene).traceable;
-    let mut double = Prepared::new(&scene).traceable;
-    double.is_double = true;
+    let at = |level| {
+        let mut traceable = Prepared::new(&scene).traceable;
+        traceable.level = level;
+        traceable
+    };
+    let of_levels: Vec<Traceable> = levels().into_iter().map(at).collect();
+    let traceable = &of_levels[0];
     let vector = |i: usize, k: f64| DVec3::new(noise(i, k), noise(i, k + 0.3), noise(i, k + 0.7));
     let surface = |i: usize| {
         let ray = Ray::new(vector(i, 6.1) * 3.0, (vector(i, 7.3) - vector(i, 6.1) * 3.0).normalize());
-        mixed.nearest(&ray).map(|hit| Surface::new(&mixed, &ray, &hit))
+        traceable.nearest(&ray).map(|hit| Surface::new(traceable, &ray, &hit))
     };
     let mut counts = [0; 2];
     for case in 0..20_000 {
@@ -112,8 +117,8 @@ fn shadows_are_those_of_f64() {
             _ => (ElementId::NONE, t_max * 1.5),
         };
         let ray = Ray { t_max, target, ..from.leave(between / distance) };
-        let occluded = double.occluded(&ray);
-        assert_eq!(mixed.occluded(&ray), occluded, "{ray:?}");
+        let occluded = traceable.occluded_by_all(&ray);
+        assert!(of_levels.iter().all(|traceable| traceable.occluded(&ray) == occluded), "{ray:?}");
         counts[usize::from(occluded)] += 1;
     }
     assert!(counts.iter().all(|count| *count > 1_000), "{counts:?}");

@@ -2,14 +2,13 @@
 
 use std::ops::Range;
 
-use arrayvec::ArrayVec;
 use glam::DVec3;
 use lookat_scene::{Mesh, Primitive, Shape};
 use rayon::prelude::*;
 
 use super::group::{Group, NOT_CURVED, Other};
 use crate::bounds::Bounds;
-use crate::bvh::{Reference, WIDTH, around, build};
+use crate::bvh::{Reference, around, build};
 use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::triangle::block::Block;
@@ -98,21 +97,18 @@ impl<'s> Elements<'s> {
     pub fn group(mut self) -> Group {
         let mut references = std::mem::take(&mut self.references);
         let tree = build(&mut references);
-        let sorted = references.iter().filter(|reference| reference.is_triangle);
-        let order: Vec<u32> = sorted.map(|reference| reference.number).collect();
+        let sorted: Vec<u32> = references.iter().filter(|it| it.is_triangle).map(|it| it.number).collect();
         drop(references);
-        let mut first = 0;
+        let triangles: Vec<Triangle> = sorted.par_iter().map(|number| self.triangle(*number)).collect();
+        let mut end = 0;
         let next = |length: &u8| {
-            first += usize::from(*length);
-            &order[first - usize::from(*length)..first]
+            end += usize::from(*length);
+            end - usize::from(*length)..end
         };
-        let blocks: Vec<&[u32]> = tree.blocks.iter().map(next).collect();
-        let block = |numbers: &&[u32]| {
-            let triangles: ArrayVec<Triangle, WIDTH> =
-                numbers.iter().map(|number| self.triangle(*number)).collect();
-            Block::new(&triangles)
-        };
-        Group { bvh: tree.bvh, blocks: blocks.par_iter().map(block).collect(), others: self.others }
+        let ranges: Vec<Range<usize>> = tree.blocks.iter().map(next).collect();
+        let block = |range: &Range<usize>| Block::new(&triangles[range.clone()], range.start);
+        let blocks = ranges.par_iter().map(block).collect();
+        Group { bvh: tree.bvh, blocks, triangles, others: self.others }
     }
 
     fn triangle(&self, number: u32) -> Triangle {

@@ -2,7 +2,7 @@
 
 use crate::bvh::Bvh;
 use crate::triangle::Triangle;
-use crate::triangle::block::{Block, of_place, place};
+use crate::triangle::block::Block;
 
 /// For a primitive that is no curved shape.
 pub(super) const NOT_CURVED: u32 = u32::MAX;
@@ -10,24 +10,18 @@ pub(super) const NOT_CURVED: u32 = u32::MAX;
 /// Elements with their tree.
 pub(crate) struct Group {
     pub bvh: Bvh,
+    /// What tells of most triangles that they are not met. Apart from these, to stay in the cache.
     pub blocks: Vec<Block>,
+    /// Each at its place, see [`crate::ray::Hit::place`].
+    pub triangles: Vec<Triangle>,
     pub others: Vec<Other>,
 }
 
 impl Group {
-    /// The triangle at a place, see [`crate::ray::Hit::place`].
+    /// The triangle at a place.
     #[inline(always)]
     pub fn triangle(&self, place: u32) -> &Triangle {
-        let (block, lane) = of_place(place);
-        self.blocks[block].triangle(lane)
-    }
-
-    /// All triangles, each with its place.
-    pub fn triangles(&self) -> impl Iterator<Item = (u32, &Triangle)> {
-        self.blocks
-            .iter()
-            .enumerate()
-            .flat_map(|(number, block)| (0..).map(move |lane| place(number, lane)).zip(block.triangles()))
+        &self.triangles[place as usize]
     }
 }
 

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::{Axis, DOUBT, Extent, ShearedRay, Triangle};
 use crate::bvh::BoxRays;
-use crate::lanes::{LANES, Vec3x8, to_f32};
+use crate::lanes::{LANES, Vec3x8};
 use crate::ray::Ray;
 
 /// A triangle, with the box that its hits lie in.
@@ -141,27 +141,6 @@ impl<S: Simd> ShearedRays<S> {
         (met & t.simd_gt(0.0), t, [u, v, w])
     }
 
-    /// The axes, the longest of the directions last, if these are the same for all rays.
-    #[inline(always)]
-    pub fn axes(&self) -> Option<[Axis; 3]> {
-        match self.turn {
-            Turn::Alike(axes) => Some(axes),
-            Turn::Mixed { .. } => None,
-        }
-    }
-
-    /// The origins along the axes, and how far the directions go along each of them while they go one along the last.
-    #[inline(always)]
-    pub fn turned(&self) -> (Vec3x8<S>, Vec3x8<S>) {
-        (self.turned, self.shear)
-    }
-
-    /// One over the directions.
-    #[inline(always)]
-    pub fn inverse(&self) -> Vec3x8<S> {
-        self.boxed.inverse()
-    }
-
     #[inline(always)]
     fn sheared(&self, simd: S, p: &DVec3) -> Vec3x8<S> {
         let p = self.turn.turned_point(simd, p) - self.turned;
@@ -204,107 +183,5 @@ impl Triangle {
         let [first, second] = self.first.map(usize::from);
         let (b0, b1) = (sides[first] / sum, sides[second] / sum);
         [b0, b1, 1.0 - b0 - b1]
-    }
-}
-
-/// [`ShearedRay`] of eight rays.
-pub(crate) struct ManySheared {
-    turned: [[f64; LANES]; 3],
-    inverse: [[f64; LANES]; 3],
-    shear: [[f64; LANES]; 3],
-    /// Which of the [`Axis::ORDERS`].
-    orders: [u8; LANES],
-}
-
-impl ManySheared {
-    pub const NOTHING: ManySheared = ManySheared {
-        turned: [[0.0; LANES]; 3],
-        inverse: [[0.0; LANES]; 3],
-        shear: [[0.0; LANES]; 3],
-        orders: [0; LANES],
-    };
-
-    #[inline(always)]
-    pub fn put<S: Simd>(&mut self, rays: &ShearedRays<S>) {
-        store(rays.turned, &mut self.turned);
-        store(rays.inverse(), &mut self.inverse);
-        store(rays.shear, &mut self.shear);
-        match &rays.turn {
-            Turn::Alike(axes) => {
-                let at = Axis::ORDERS.iter().position(|order| order == axes);
-                self.orders = [at.unwrap_or(0) as u8; LANES];
-            }
-            Turn::Mixed { is_not_x, is_not_y } => {
-                let (not_x, not_y) = (is_not_x.to_bitmask(), is_not_x.to_bitmask() & is_not_y.to_bitmask());
-                for (lane, order) in self.orders.iter_mut().enumerate() {
-                    *order = (not_x >> lane & 1) as u8 + (not_y >> lane & 1) as u8;
-                }
-            }
-        }
-    }
-
-    #[inline(always)]
-    pub fn axes(&self, lane: usize) -> [Axis; 3] {
-        Axis::ORDERS[usize::from(self.orders[lane]).min(2)]
-    }
-
-    /// That of one of the rays.
-    #[inline(always)]
-    pub fn lane(&self, o: DVec3, lane: usize) -> ShearedRay {
-        ShearedRay {
-            o,
-            turned: [self.turned[0][lane], self.turned[1][lane], self.turned[2][lane]],
-            inverse: DVec3::new(self.inverse[0][lane], self.inverse[1][lane], self.inverse[2][lane]),
-            axes: self.axes(lane),
-            shear: DVec3::new(self.shear[0][lane], self.shear[1][lane], self.shear[2][lane]),
-        }
-    }
-}
-
-#[inline(always)]
-fn store<S: Simd>(v: Vec3x8<S>, [x, y, z]: &mut [[f64; LANES]; 3]) {
-    v.x.store_slice(x);
-    v.y.store_slice(y);
-    v.z.store_slice(z);
-}
-
-/// [`super::block::FilterRay`] of eight rays.
-pub(crate) struct ManyFilters {
-    pub turned: [[f32; LANES]; 3],
-    pub shear: [[f32; LANES]; 2],
-    pub sign: [f32; LANES],
-    pub length: [f64; LANES],
-    pub magnitude: [f32; LANES],
-}
-
-impl ManyFilters {
-    pub const NOTHING: ManyFilters = ManyFilters {
-        turned: [[0.0; LANES]; 3],
-        shear: [[0.0; LANES]; 2],
-        sign: [0.0; LANES],
-        length: [0.0; LANES],
-        magnitude: [0.0; LANES],
-    };
-
-    /// As those of [`super::block::FilterRay::new`], to the bit.
-    #[inline(always)]
-    pub fn put<S: Simd>(&mut self, rays: &ShearedRays<S>) {
-        let ShearedRays { o, d, turned, shear, turn, .. } = rays;
-        let simd = d.x.token();
-        let along = turn.turned(*d).z;
-        let length = along.abs();
-        let is_safe = length.simd_ge(1e-100) & length.simd_lt(1e100);
-        let unknown: f64x8<S> = f64::INFINITY.simd_into(simd);
-        let one: f64x8<S> = 1.0.simd_into(simd);
-        let [x, y, z] = &mut self.turned;
-        to_f32(turned.x).store_slice(x);
-        to_f32(turned.y).store_slice(y);
-        to_f32(turned.z).store_slice(z);
-        let [x, y] = &mut self.shear;
-        to_f32(shear.x).store_slice(x);
-        to_f32(shear.y).store_slice(y);
-        to_f32(one.copysign(along)).store_slice(&mut self.sign);
-        length.store_slice(&mut self.length);
-        to_f32(is_safe.select(o.magnitude(), unknown)).store_slice(&mut self.magnitude);
     }
 }

@@ -10,19 +10,18 @@ use lookat_scene::{Light, Scene, Transform};
 
 use super::*;
 use crate::Progress;
-use crate::arithmetic::Simd;
 use crate::film::{Errors, Film};
 use crate::filter::FilterSampler;
 use crate::inspect::inspect;
 use crate::prepare::Prepared;
 use crate::render::control::Control;
 use crate::render::sample::{Pattern, Samples};
-use crate::testing::{noise, scene};
+use crate::testing::{levels, noise, scene};
 
 /// What some pixels of a scene get, and the number of rays, on a processor of some level.
 fn pixels(scene: &Scene, level: Level) -> (Vec<String>, u64) {
     let mut prepared = Prepared::new(scene);
-    prepared.traceable.simd = Simd::of(level);
+    prepared.traceable.level = level;
     let progress = |_: Progress| ControlFlow::Continue(());
     let filter = FilterSampler::new(&scene.view.filter);
     let film = Film::new(&scene.view.film, &filter, Errors::None);
@@ -298,13 +297,8 @@ fn scenes_have_trees_and_materials_of_all_kinds() {
 fn check(text: &str, sky: Option<Light>) -> u64 {
     let mut scene = scene(text);
     Arc::make_mut(&mut scene.world).lights.extend(sky);
-    let best = Level::new();
-    let (sums, rays) = pixels(&scene, best);
-    #[cfg(target_arch = "x86_64")]
-    let levels = [best.as_avx2().map(Level::Avx2), best.as_sse2().map(Level::Sse2)];
-    #[cfg(not(target_arch = "x86_64"))]
-    let levels: [Option<Level>; 0] = [];
-    for level in levels.into_iter().flatten() {
+    let (sums, rays) = pixels(&scene, Level::new());
+    for level in levels() {
         let (own, own_rays) = pixels(&scene, level);
         assert_eq!(sums, own, "{level:?} {text}");
         assert_eq!(rays, own_rays, "{level:?} {text}");

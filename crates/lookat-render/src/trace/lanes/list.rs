@@ -42,7 +42,7 @@ impl<'s> List<'s> {
     /// `None` of worlds that are too large, or have other elements.
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
-        let count = world.triangles().take(MOST + 1).count() + SPHERE * world.others.len();
+        let count = world.triangles.len() + SPHERE * world.others.len();
         if count > MOST || scene.has_cutouts {
             return None;
         }
@@ -50,7 +50,7 @@ impl<'s> List<'s> {
             let shape = Shape::Triangle(BoxedTriangle::new(triangle));
             Element::new(scene, triangle.element(ElementId::WORLD), place, shape)
         };
-        let mut elements: Vec<Element<'s>> = world.triangles().map(triangle).collect();
+        let mut elements: Vec<Element<'s>> = (0..).zip(&world.triangles).map(triangle).collect();
         for other in &world.others {
             let Other::Curved { primitive, shape } = *other else { return None };
             let curved = &scene.curved[shape as usize];

@@ -1,45 +1,18 @@
 //! Worlds in which rays are traced one by one, down their tree.
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, mask64x8};
 
-use super::{Hits, Labels, NONE, PLACES, Rays, WORLD};
-use crate::lanes::LANES;
+use super::{Hits, Labels, NONE, PLACES, Rays};
+use crate::lanes::{bits, those};
 use crate::ray::{ElementId, Hit, Ray};
+use crate::trace::forms::Forms;
+use crate::trace::nothing;
 use crate::traceable::{Group, Traceable};
 
 /// A world with its tree. The elements of the world, and those of an object, are numbered: triangles by their place, others from
 /// 2^32 on, by their names.
 pub(crate) struct Tree<'s> {
     pub scene: &'s Traceable,
-}
-
-/// Hits of rays one by one, as numbers.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Found {
-    pub t: [f64; LANES],
-    pub element: [f64; LANES],
-    pub instance: [f64; LANES],
-    pub weights: [[f64; LANES]; 2],
-    /// Which of them emit, as bits.
-    pub emits: u64,
-}
-
-impl Found {
-    pub const NOTHING: Found = Found {
-        t: [0.0; LANES],
-        element: [NONE; LANES],
-        instance: [WORLD; LANES],
-        weights: [[0.0; LANES]; 2],
-        emits: 0,
-    };
-
-    #[inline(always)]
-    pub fn put(&mut self, lane: usize, hit: &Hit, emits: bool, labels: Labels) {
-        self.emits |= u64::from(emits) << lane;
-        self.t[lane] = hit.t;
-        (self.element[lane], self.instance[lane]) = (number(hit, labels), f64::from(hit.element.instance));
-        [self.weights[0][lane], self.weights[1][lane]] = hit.barycentric;
-    }
 }
 
 /// That of what is hit.
@@ -55,6 +28,41 @@ impl<'s> Tree<'s> {
     /// The number of an element that is no triangle, or [`NONE`].
     pub fn number(&self, element: ElementId) -> f64 {
         if element == ElementId::NONE { NONE } else { PLACES + self.scene.labels.of(element) }
+    }
+
+    /// The nearest hits of the rays that are active.
+    #[inline(always)]
+    pub fn nearest<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
+        let (scene, forms) = (self.scene, Forms::new(simd, rays.o, rays.d));
+        let (mut hits, mut emits) = (Hits::none(simd), 0);
+        for lane in those(active) {
+            let ray = self.ray(rays, lane);
+            let mut hit = nothing(&ray);
+            if scene.search::<S, false>(simd, scene.query(&ray, false), (&forms, lane), &mut hit) {
+                hits.put(lane, Some(&hit), scene.labels);
+                emits |= u64::from(scene.emits(&hit)) << lane;
+            }
+        }
+        Hits { emits: bits(simd, emits), ..hits }
+    }
+
+    /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
+    #[inline(always)]
+    pub fn met<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays<S>,
+        (active, is_shadow): (mask64x8<S>, bool),
+    ) -> mask64x8<S> {
+        let (scene, forms) = (self.scene, Forms::new(simd, rays.o, rays.d));
+        let mut met = 0;
+        for lane in those(active) {
+            let ray = self.ray(rays, lane);
+            let query = scene.query(&ray, is_shadow);
+            let is_met = scene.search::<S, true>(simd, query, (&forms, lane), &mut nothing(&ray));
+            met |= u64::from(is_met) << lane;
+        }
+        bits(simd, met)
     }
 
     /// One of the rays.
