@@ -14,7 +14,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
 
 use crate::frame::Frames;
-use crate::lanes::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, widen};
+use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, widen};
 use lobe::Kind;
 pub(crate) use material::most_lobes;
 use slots::Slot;

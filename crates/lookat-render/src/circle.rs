@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
 
-use crate::lanes::Number;
+use crate::number::Number;
 
 /// Angles of at most an eighth of the way around, either way.
 pub(crate) trait Angle: Sized {
@@ -107,7 +107,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::lanes::splat_f32;
+    use crate::number::splat_f32;
     use crate::testing::baseline;
 
     fn point(angle: f64) -> DVec2 {

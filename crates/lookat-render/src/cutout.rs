@@ -6,7 +6,7 @@ use fearless_simd::{Level, Simd};
 use glam::DVec3;
 use lookat_scene::{Cutout, Mesh, Primitive, Shape};
 
-use crate::lanes::{bits, side_by_side};
+use crate::number::{bits, side_by_side};
 use crate::ray::ElementId;
 use crate::texture::TexturePoint;
 use crate::triangle::parametric;

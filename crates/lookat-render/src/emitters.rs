@@ -4,8 +4,8 @@ use fearless_simd::{Simd, mask64x8, prelude::*};
 
 use crate::bounds::Bounds;
 use crate::bvh::BoxRays;
-use crate::lanes::bits;
-use crate::trace::lanes::Rays;
+use crate::number::bits;
+use crate::trace::rays::Rays;
 
 /// Boxes around all shapes that emit light.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::lanes::{Vec3x8, side_by_side};
+    use crate::number::{Vec3x8, side_by_side};
     use crate::prepare::Prepared;
     use crate::ray::Ray;
     use crate::testing::{noise, scene};

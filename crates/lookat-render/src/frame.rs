@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
-use crate::lanes::{Number, V3, Vec3x8, narrow};
+use crate::number::{Number, V3, Vec3x8, narrow};
 
 /// The direction, or the opposite one.
 pub(crate) fn flipped(n: DVec3, flip: bool) -> DVec3 {

@@ -17,10 +17,10 @@ use fearless_simd::Simd;
 use lookat_scene::Integrator;
 
 use crate::camera::views::Viewer;
-use crate::lanes::LANES;
 use crate::light::LightTable;
+use crate::number::LANES;
 use crate::sampler::Streams;
-use crate::trace::lanes::Rays;
+use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 pub(crate) use tracer::Tracer;
 use wave::Wave;

@@ -16,7 +16,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Light, Primitive, Transform, World};
 
-use crate::lanes::{Colors, Vec3x8, bits, to_f32};
+use crate::number::{Colors, Vec3x8, bits, to_f32};
 use crate::ray::ElementId;
 use crate::surface::Surface;
 use crate::traceable::Traceable;

@@ -3,7 +3,7 @@
 use fearless_simd::Simd;
 use glam::{DMat3, DVec2, DVec3};
 
-use crate::lanes::{Vec2x8, Vec3x8};
+use crate::number::{Vec2x8, Vec3x8};
 
 /// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the world, or the space
 /// of an object.

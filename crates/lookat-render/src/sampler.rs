@@ -13,7 +13,7 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec2;
 use lookat_scene::{Sampler, SamplerKind};
 
-use crate::lanes::LANES;
+use crate::number::LANES;
 use hash::{mix, random, unit};
 use permute::permute;
 

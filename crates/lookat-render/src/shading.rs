@@ -1,7 +1,7 @@
 //! How surfaces scatter light where rays have hit them: from the material, its textures and its bumps.
 
 mod coordinates;
-pub(crate) mod lanes;
+pub(crate) mod shaded;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
@@ -9,10 +9,10 @@ use lookat_scene::{Material, Texture};
 
 use crate::camera::views::Views;
 use crate::frame::Frames;
-use crate::lanes::{LANES, Vec2x8, Vec3x8, bits};
+use crate::number::{LANES, Vec2x8, Vec3x8, bits};
 use crate::parametric::Parametrics;
 use crate::ray::{Hit, Ray};
-use crate::surface::lanes::Surfaces;
+use crate::surface::points::Surfaces;
 use crate::texture::{Footprint, TexturePoint};
 use crate::traceable::Traceable;
 use coordinates::Coordinates;

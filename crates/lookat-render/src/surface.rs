@@ -1,6 +1,6 @@
 //! The point of a surface that a ray has hit.
 
-pub(crate) mod lanes;
+pub(crate) mod points;
 
 use glam::{DVec3, Vec3};
 use lookat_scene::{MaterialKind, Mesh, Primitive, Shape};

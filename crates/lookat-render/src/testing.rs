@@ -6,10 +6,10 @@ use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
 use lookat_scene::{LoadOptions, Scene, load};
 
-use crate::lanes::Vec3x8;
-pub(crate) use crate::lanes::baseline;
-use crate::surface::lanes::Surfaces;
-use crate::trace::lanes::{NONE, WORLD};
+use crate::number::Vec3x8;
+pub(crate) use crate::number::baseline;
+use crate::surface::points::Surfaces;
+use crate::trace::rays::{NONE, WORLD};
 
 /// A number without a pattern, from -1 to 1.
 pub(crate) fn noise(i: usize, k: f64) -> f64 {

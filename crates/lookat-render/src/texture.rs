@@ -14,7 +14,7 @@ use lookat_scene::{Bilerp, Mapping, Texture, Transform, Varying};
 
 use self::noise::PointInSpace;
 use self::values::Values;
-use crate::lanes::{Colors, Vec2x8, Vec3x8, splat_f32, to_f32};
+use crate::number::{Colors, Vec2x8, Vec3x8, splat_f32, to_f32};
 
 /// Where a texture is asked.
 #[derive(Clone, Copy)]
@@ -136,7 +136,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::lanes::{LANES, V3, bits};
+    use crate::number::{LANES, V3, bits};
     use crate::testing::{baseline, noise as random};
 
     /// Its value at a point.

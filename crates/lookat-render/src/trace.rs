@@ -1,22 +1,26 @@
 //! Rays against a scene: the nearest hit, and whether anything is in the way.
 
 pub(crate) mod forms;
-pub(crate) mod lanes;
+mod list;
 mod packet;
+pub(crate) mod rays;
 mod stream;
 #[cfg(test)]
 mod tests;
+mod tree;
 
 use fearless_simd::Simd;
 
 use crate::bvh::Leaf;
 use crate::cutout;
-use crate::lanes::{Vec3x8, side_by_side};
+use crate::number::{Vec3x8, side_by_side};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Other, Traceable};
 use crate::triangle::{ShearedRay, holds_end};
 use forms::Forms;
+pub(crate) use list::{Element, List, Shape};
 pub(crate) use stream::{MOST_PACKETS, StreamSize, Together};
+pub(crate) use tree::Tree;
 
 /// A ray among the elements of a group, which belong to an instance or to the world.
 #[derive(Clone, Copy)]

@@ -16,7 +16,7 @@ use crate::curved::Curved;
 use crate::emitters::Emitters;
 use crate::instance::PlacedInstance;
 use crate::ray::Hit;
-use crate::trace::lanes::Labels;
+use crate::trace::rays::Labels;
 use elements::Builder;
 pub(crate) use group::{Group, Other};
 

@@ -2,8 +2,8 @@
 
 pub(crate) mod block;
 pub(crate) mod filter;
-pub(crate) mod lanes;
 pub(crate) mod parametric;
+pub(crate) mod sheared;
 
 use std::cmp::Ordering;
 

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 use fearless_simd::{Simd, f32x8, prelude::*};
 
 use crate::circle::{Angle, at_turn};
-use crate::lanes::{Number, V3};
+use crate::number::{Number, V3};
 
 /// Uniform on the unit disk (Shirley and Chiu's concentric map; PBR 13.6.2).
 #[inline(always)]

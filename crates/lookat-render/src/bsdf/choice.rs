@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, prelude::*};
 
 use super::Part;
 use super::slots::Slot;
-use crate::lanes::{narrow, splat_f32, to_f64};
+use crate::number::{narrow, splat_f32, to_f64};
 
 /// The share of samples that lobes have alike, whatever they scatter: a lobe may scatter more than it seems to, or what it
 /// scatters may be brighter (defensive mixtures; Hesterberg, "Weighted average importance sampling and defensive mixture
@@ -70,7 +70,7 @@ pub(super) fn choose<S: Simd>(slots: &[Slot<S>], part: Part, u: f64x8<S>) -> Cho
         let own = open & slot.mask;
         choice.slot = own.select(splat_f32(simd, number as f32), choice.slot);
         choice.probability = own.select(slot.probability, choice.probability);
-        choice.rest = crate::lanes::widen(own).select(rest, choice.rest);
+        choice.rest = crate::number::widen(own).select(rest, choice.rest);
         rest -= to_f64(slot.probability);
         open &= !(own & narrow(rest.simd_lt(0.0)));
     }
@@ -86,7 +86,7 @@ mod tests {
     use super::*;
     use crate::bsdf::Slots;
     use crate::bsdf::lobe::{Kind, Lobes};
-    use crate::lanes::Colors;
+    use crate::number::Colors;
     use crate::testing::baseline;
 
     /// Lambert lobes of these reflectances, seen from the normal.

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x8, prelude::*};
 use glam::Vec3;
 
-use crate::lanes::{Colors, splat_f32};
+use crate::number::{Colors, splat_f32};
 
 /// What reflects.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::fresnel::{Fresnel, conductor, dielectric, schlick};
 use super::microfacet::{TrowbridgeReitz, half, ratio, upward};
-use crate::lanes::{Colors, V3, splat_f32};
+use crate::number::{Colors, V3, splat_f32};
 use crate::warp::{square_to_cosine_hemisphere, square_to_cosine_hemisphere_pdf};
 
 /// What scatters.

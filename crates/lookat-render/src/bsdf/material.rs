@@ -13,7 +13,7 @@ use super::fresnel::Fresnel;
 use super::lobe::{Kind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness};
 use super::slots::{PointLobes, Slots};
-use crate::lanes::{Colors, LANES, baseline, bits, narrow, splat_f32, to_f32};
+use crate::number::{Colors, LANES, baseline, bits, narrow, splat_f32, to_f32};
 use crate::texture::TexturePoint;
 
 impl<S: Simd> Slots<S> {

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::fresnel::dielectric;
 use crate::circle::at_turn;
-use crate::lanes::V3;
+use crate::number::V3;
 
 /// The least width, as in pbrt-v3: a mirror in all but name.
 const LEAST: f32 = 1e-3;
@@ -165,7 +165,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     use super::*;
-    use crate::lanes::splat_f32;
+    use crate::number::splat_f32;
     use crate::testing::baseline;
 
     /// Facets cover the surface exactly: the density times the cosine is one in all.

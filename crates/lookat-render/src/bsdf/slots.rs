@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*};
 use smallvec::SmallVec;
 
 use super::lobe::{Lobe, Lobes, PointLobe};
-use crate::lanes::{narrow, splat_f32};
+use crate::number::{narrow, splat_f32};
 
 /// A lobe.
 #[derive(Clone, Copy)]

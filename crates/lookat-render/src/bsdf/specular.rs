@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
 use super::fresnel::{Fresnel, dielectric};
 use super::lobe::{Kind, Lobes};
-use crate::lanes::{Colors, Vec3x8, splat_f32, to_f32, to_f64, widen};
+use crate::number::{Colors, Vec3x8, splat_f32, to_f32, to_f64, widen};
 
 /// Directions of lobes that have only single ones.
 #[derive(Clone, Copy)]
@@ -75,7 +75,7 @@ impl<S: Simd> Single<S> {
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
     pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
-        let narrow = crate::lanes::narrow(mask);
+        let narrow = crate::number::narrow(mask);
         Single {
             is_there: mask & self.is_there | !mask & others.is_there,
             wi: self.wi.or(mask, others.wi),

@@ -10,7 +10,7 @@ use lookat_scene::{
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::*;
-use crate::lanes::{LANES, those};
+use crate::number::{LANES, those};
 use crate::testing::baseline;
 
 const COLOR: Vec3 = Vec3::new(0.9, 0.5, 0.7);

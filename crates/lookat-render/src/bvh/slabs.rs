@@ -5,7 +5,7 @@ pub(super) mod exact;
 use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 
 use super::{Node, WIDTH};
-use crate::lanes::{splat_f32, three};
+use crate::number::{splat_f32, three};
 
 /// Rays between two planes, along an axis.
 ///

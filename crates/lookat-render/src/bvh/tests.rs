@@ -4,7 +4,7 @@ use glam::DVec3;
 use super::build::Tree;
 use super::slabs::exact::slabs;
 use super::*;
-use crate::lanes::{side_by_side, splat_f32};
+use crate::number::{side_by_side, splat_f32};
 use crate::ray::Ray;
 use crate::testing::{levels, noise};
 

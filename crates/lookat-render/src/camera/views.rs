@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec2;
 
 use super::CameraRays;
-use crate::lanes::{LANES, Vec3x8};
+use crate::number::{LANES, Vec3x8};
 
 /// What sends camera rays.
 #[derive(Clone, Copy)]

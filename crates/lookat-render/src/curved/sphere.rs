@@ -1,6 +1,6 @@
 //! Ray against sphere, by the point of the ray that is closest to the center.
 
-pub(crate) mod lanes;
+pub(crate) mod meetings;
 
 use glam::{DMat3, DVec2, DVec3};
 use twofloat::TwoFloat;

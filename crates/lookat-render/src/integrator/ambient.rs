@@ -10,7 +10,7 @@ use crate::bsdf::Slots;
 use crate::frame::Frames;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::world::World;
-use crate::lanes::{first_lanes, narrow, splat_f32, those, to_f32};
+use crate::number::{first_lanes, narrow, splat_f32, those, to_f32};
 use crate::sampler::Streams;
 use crate::warp::square_to_uniform_hemisphere_pdf;
 use crate::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};

@@ -14,10 +14,10 @@ use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::weighed::{LightSamples, Samples, most_samples};
 use crate::integrator::world::{Sees, World};
-use crate::lanes::first_lanes;
 use crate::light::LightTable;
+use crate::number::first_lanes;
 use crate::sampler::Streams;
-use crate::shading::lanes::Shaded;
+use crate::shading::shaded::Shaded;
 
 /// How one light is chosen; as in pbrt-v3.
 const CHOICE: LightChoice = LightChoice::Uniform;

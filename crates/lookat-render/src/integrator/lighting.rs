@@ -8,10 +8,10 @@ use super::tracer::Tracer;
 use super::weighed::{LightSamples, Samples, most_samples};
 use crate::bsdf::{Bsdf, Part};
 use crate::integrator::world::World;
-use crate::lanes::{Colors, bits, those, to_f32};
 use crate::light::{Chosen, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
+use crate::number::{Colors, bits, those, to_f32};
 use crate::sampler::Streams;
-use crate::trace::lanes::{Hits, Rays, WORLD};
+use crate::trace::rays::{Hits, Rays, WORLD};
 
 /// The lights of a scene, and how surfaces sample them.
 pub(in crate::integrator) struct Lighting<'s> {
@@ -61,7 +61,7 @@ impl<'s> Lighting<'s> {
     #[inline(always)]
     pub fn receivers<'v, S: Simd>(
         &self,
-        surfaces: &'v crate::surface::lanes::Surfaces<S>,
+        surfaces: &'v crate::surface::points::Surfaces<S>,
         bsdf: &Bsdf<S>,
         active: mask64x8<S>,
     ) -> Receivers<'v, S> {

@@ -17,10 +17,10 @@ use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::weighed::LightSamples;
 use crate::integrator::world::{Sees, World};
-use crate::lanes::{Colors, bits, first_lanes, those};
 use crate::light::LightTable;
+use crate::number::{Colors, bits, first_lanes, those};
 use crate::sampler::Streams;
-use crate::shading::lanes::Shaded;
+use crate::shading::shaded::Shaded;
 
 /// The first surface at which roulette may end a path, counted from 0; as in pbrt-v3.
 const FIRST_ROULETTE: u32 = 4;

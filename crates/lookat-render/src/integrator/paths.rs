@@ -7,9 +7,9 @@ use glam::Vec3;
 use super::tracer::Tracer;
 use super::world::{Sees, World};
 use crate::integrator::wave::Wave;
-use crate::lanes::{Colors, LANES, first_lanes, splat_f32, those};
+use crate::number::{Colors, LANES, first_lanes, splat_f32, those};
 use crate::trace::MOST_PACKETS;
-use crate::trace::lanes::{Hits, Rays};
+use crate::trace::rays::{Hits, Rays};
 
 /// Rays with what they have hit, and by what radiance along them is multiplied: beta, and what refraction has done to it.
 pub(crate) struct Found<S: Simd> {

@@ -4,8 +4,8 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, Vec3};
 
-use crate::lanes::{Colors, LANES, Vec3x8, narrow, those};
-use crate::trace::lanes::{Hits, Rays};
+use crate::number::{Colors, LANES, Vec3x8, narrow, those};
+use crate::trace::rays::{Hits, Rays};
 
 /// So many paths begin together.
 pub(crate) const WAVE: usize = 64;

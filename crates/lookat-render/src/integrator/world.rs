@@ -9,11 +9,12 @@ use glam::Vec3;
 use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Slots;
 use crate::camera::views::Views;
-use crate::lanes::{bits, count, those};
+use crate::number::{bits, count, those};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::shading::lanes::{ListShading, Shaded, TreeShading};
+use crate::shading::shaded::{ListShading, Shaded, TreeShading};
 use crate::surface::Surface;
-use crate::trace::lanes::{Hits, List, Rays, Tree};
+use crate::trace::rays::{Hits, Rays};
+use crate::trace::{List, Tree};
 use crate::trace::{MOST_PACKETS, Together};
 use crate::traceable::Traceable;
 

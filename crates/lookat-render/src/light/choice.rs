@@ -9,7 +9,7 @@ use smallvec::SmallVec;
 use super::receiver::Receivers;
 use super::{LightTable, SceneLight};
 use crate::color::strength;
-use crate::lanes::{Colors, LANES, Vec3x8, bits, those};
+use crate::number::{Colors, LANES, Vec3x8, bits, those};
 use crate::traceable::Traceable;
 
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.

@@ -12,7 +12,7 @@ use lookat_scene::Transform;
 
 use super::lune::Lunes;
 use crate::circle::angle;
-use crate::lanes::{Colors, Vec3x8};
+use crate::number::{Colors, Vec3x8};
 use table::{DirectionTable, TableSample};
 
 /// An infinite light with a picture.
@@ -189,7 +189,7 @@ mod tests {
     use super::*;
     use crate::bsdf::Domain;
     use crate::color::luminance;
-    use crate::lanes::bits;
+    use crate::number::bits;
     use crate::testing::baseline;
 
     /// The radiance from a direction and its density.

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec3;
 
 use super::receiver::LEAST_COSINE;
-use crate::lanes::Vec3x8;
+use crate::number::Vec3x8;
 
 /// A patch of a shape.
 #[derive(Debug, Clone, Copy)]

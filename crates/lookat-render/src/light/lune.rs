@@ -7,7 +7,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use crate::bsdf::Domain;
 use crate::circle::{angle, at_turn};
 use crate::frame::Frames;
-use crate::lanes::{Number, Vec3x8};
+use crate::number::{Number, Vec3x8};
 
 /// Directions between two planes: above the surface, but on the other side of the shading normal than `wo`. Where light
 /// comes through the surface, also those opposite to them.
@@ -100,7 +100,7 @@ mod tests {
     use glam::{DVec2, DVec3};
 
     use super::*;
-    use crate::lanes::bits;
+    use crate::number::bits;
     use crate::testing::baseline;
 
     /// Normals at an angle.

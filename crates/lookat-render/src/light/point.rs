@@ -11,8 +11,8 @@ use super::environment::place;
 use super::receiver::Receivers;
 use super::sample::LightSample;
 use crate::color::strength;
-use crate::lanes::{Colors, Vec3x8, to_f32};
-use crate::trace::lanes::{POINT_LIGHT, Rays};
+use crate::number::{Colors, Vec3x8, to_f32};
+use crate::trace::rays::{POINT_LIGHT, Rays};
 
 /// A light that is a point, relative to the origin.
 pub(super) struct PointLight {

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 
 use super::lune::Lunes;
 use crate::bsdf::Domain;
-use crate::surface::lanes::Surfaces;
+use crate::surface::points::Surfaces;
 
 /// Points of surfaces, and the directions that these scatter light from.
 pub(crate) struct Receivers<'v, S: Simd> {
@@ -22,7 +22,7 @@ impl<S: Simd> Receivers<'_, S> {
     /// 0 where all of it arrives from a side that nothing is scattered from. 1 from elsewhere, where that depends on more than
     /// the cosine: highlights are brightest in grazing light.
     #[inline(always)]
-    pub fn cosine(&self, wi: crate::lanes::Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
+    pub fn cosine(&self, wi: crate::number::Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
         let Domain { n, ns, is_two_sided, is_diffuse } = self.domain;
         let (none, one) = (0.0.simd_into(spread.token()), 1.0.simd_into(spread.token()));
         let is_behind = !is_two_sided & wi.dot(n).simd_le(-spread);
@@ -37,7 +37,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::lanes::{Vec3x8, bits};
+    use crate::number::{Vec3x8, bits};
     use crate::testing::{baseline, surfaces_at};
 
     #[test]

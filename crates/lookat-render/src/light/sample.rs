@@ -2,8 +2,8 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use crate::lanes::{Colors, bits};
-use crate::trace::lanes::Rays;
+use crate::number::{Colors, bits};
+use crate::trace::rays::Rays;
 
 /// Samples of lights.
 pub(crate) struct LightSample<S: Simd> {

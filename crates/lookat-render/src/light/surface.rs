@@ -16,11 +16,11 @@ use crate::curved::Curved;
 use crate::cutout;
 use crate::frame::Frames;
 use crate::frame::flipped;
-use crate::lanes::{Colors, LANES, V3, Vec3x8, bits, those};
+use crate::number::{Colors, LANES, V3, Vec3x8, bits, those};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::surface::lanes::{Points, Triangles, Turned};
+use crate::surface::points::{Points, Triangles, Turned};
 use crate::surface::{Surface, on_triangle};
-use crate::trace::lanes::Rays;
+use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 use crate::triangle::corners;
 

@@ -12,10 +12,10 @@ use super::sample::{Context, Job, center_of};
 use crate::camera::views::Viewer;
 use crate::integrator::Tracer;
 use crate::integrator::wave::{WAVE, Wave};
-use crate::lanes::{LANES, side_by_side};
+use crate::number::{LANES, side_by_side};
 use crate::sampler::{Sample, Streams};
 use crate::trace::MOST_PACKETS;
-use crate::trace::lanes::Rays;
+use crate::trace::rays::Rays;
 
 /// A sample of a job: the job's number, and which of the pattern.
 type Place = (usize, u32);

@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f64x8, prelude::*, u32x8};
 
 use super::hash::{high, lowbias, owen_scramble_rev, reversed, to_f64};
-use crate::lanes::LANES;
+use crate::number::LANES;
 
 /// The numbers of points of the sequence in a dimension, where `count` points are taken of it. `None` beyond the dimensions, or the
 /// points, that there are.

@@ -11,7 +11,7 @@ use sobol_burley::NUM_DIMENSIONS;
 use sobol_burley::parts::sobol_rev;
 
 use super::hash::{lowbias, mix, owen_scramble_rev, reversed, to_f64};
-use crate::lanes::LANES;
+use crate::number::LANES;
 
 /// For each dimension, what each bit of the upper half of an index adds to the points.
 static DIRECTIONS: LazyLock<Vec<[u32; 16]>> = LazyLock::new(|| {

@@ -4,9 +4,9 @@ use fearless_simd::{Simd, mask64x8, prelude::*};
 use lookat_scene::Shape;
 
 use super::Found;
-use crate::lanes::{LANES, those};
+use crate::number::{LANES, those};
 use crate::parametric::Parametrics;
-use crate::surface::lanes::Surfaces;
+use crate::surface::points::Surfaces;
 use crate::traceable::Traceable;
 use crate::triangle::parametric::Triangles;
 

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::{Cells, Checkerboard};
 
 use super::{TexturePoint, Values, mapping};
-use crate::lanes::Vec2x8;
+use crate::number::Vec2x8;
 
 #[inline(always)]
 pub(super) fn checkerboard<S: Simd, T: Values<S>>(

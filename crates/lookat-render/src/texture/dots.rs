@@ -5,7 +5,7 @@ use lookat_scene::Dots;
 
 use super::noise::noise;
 use super::{TexturePoint, Values, mapping};
-use crate::lanes::{V3, Vec2x8};
+use crate::number::{V3, Vec2x8};
 
 const RADIUS: f64 = 0.35;
 
@@ -52,7 +52,7 @@ mod tests {
     use glam::DVec2;
 
     use super::*;
-    use crate::lanes::bits;
+    use crate::number::bits;
     use crate::testing::baseline;
 
     fn is_in_dot(st: DVec2) -> bool {

@@ -7,7 +7,7 @@ use lookat_scene::{ImageFilter, ImageMap, Value};
 
 use super::mapping::{changes, coordinates};
 use super::{TexturePoint, Values};
-use crate::lanes::{LANES, Vec2x8, those, to_f32};
+use crate::number::{LANES, Vec2x8, those, to_f32};
 
 /// With neighbors one by one, by the filter; else bilinear.
 #[inline(never)]

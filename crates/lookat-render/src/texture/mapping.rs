@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use lookat_scene::Mapping;
 
 use super::{Footprint, TexturePoint, within};
-use crate::lanes::{Vec2x8, Vec3x8, those};
+use crate::number::{Vec2x8, Vec3x8, those};
 
 /// The coordinates. They are finite.
 #[inline(never)]
@@ -137,7 +137,7 @@ mod tests {
     use lookat_scene::Transform;
 
     use super::*;
-    use crate::lanes::bits;
+    use crate::number::bits;
     use crate::testing::baseline;
 
     const NEAR: [DVec3; 2] = [DVec3::new(1e-3, 2e-3, -1e-3), DVec3::new(0.0, -1e-3, 2e-3)];

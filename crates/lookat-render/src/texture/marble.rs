@@ -6,7 +6,7 @@ use lookat_scene::Marble;
 
 use super::TexturePoint;
 use super::noise::{PointInSpace, fbm};
-use crate::lanes::{Colors, splat_f32, those, to_f32};
+use crate::number::{Colors, splat_f32, those, to_f32};
 
 const LIGHT: Vec3 = Vec3::new(0.58, 0.58, 0.6);
 

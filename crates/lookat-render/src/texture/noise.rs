@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, i32x8, mask64x8, prelude::*, u32x8};
 use lookat_scene::{Octaves, Transform};
 
 use super::{TexturePoint, within};
-use crate::lanes::{LANES, V3, Vec3x8, those, to_f32, widen};
+use crate::number::{LANES, V3, Vec3x8, those, to_f32, widen};
 
 /// The permutation of Perlin's "Improving Noise" (2002), which pbrt-v3 has too: its pictures are the same.
 static PERMUTATION: [u8; 256] = [
@@ -273,7 +273,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::lanes::bits;
+    use crate::number::bits;
     use crate::testing::baseline;
 
     fn noise_at(p: DVec3) -> f64 {

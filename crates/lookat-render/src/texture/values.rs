@@ -6,7 +6,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
 use lookat_scene::{LUMINANCE, Value};
 
-use crate::lanes::{Colors, LANES, to_f32, to_f64};
+use crate::number::{Colors, LANES, to_f32, to_f64};
 
 /// Values side by side.
 pub(crate) trait Values<S: Simd>: Value {

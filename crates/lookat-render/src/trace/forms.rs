@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f32x8, prelude::*};
 
 use crate::bvh::{SlabRays, Slabs};
-use crate::lanes::{LANES, Vec3x8, splat_f32, to_f32};
+use crate::number::{LANES, Vec3x8, splat_f32, to_f32};
 use crate::triangle::Axis;
 use crate::triangle::block::MOST_MAGNITUDE;
 use crate::triangle::filter::{Filter, Turned};

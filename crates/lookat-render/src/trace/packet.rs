@@ -2,16 +2,17 @@
 
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
+use super::Tree;
 use super::forms::Forms;
-use super::lanes::{Hits, NONE, Rays, Tree, WORLD};
+use super::rays::{Hits, NONE, Rays, WORLD};
 use super::{Query, nothing};
 use crate::bvh::{Slabs, WIDTH};
-use crate::lanes::{bits, splat_f32, those, to_f32};
+use crate::number::{bits, splat_f32, those, to_f32};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Other, Traceable};
 use crate::triangle::block::{Block, Tolerance};
 use crate::triangle::filter::Filter;
-use crate::triangle::lanes::{BoxedTriangle, ShearedRays};
+use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
 use crate::triangle::{Axis, Triangle};
 
 /// Eight rays whose direction is longest along one axis, and their nearest hits so far.

@@ -3,10 +3,11 @@
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask64x8, prelude::*};
 
-use super::lanes::{Hits, Rays, Tree};
+use super::Tree;
 use super::packet::Packet;
+use super::rays::{Hits, Rays};
 use crate::bvh::{Leaf, Slabs, not_less};
-use crate::lanes::Vec3x8;
+use crate::number::Vec3x8;
 
 /// At most so many packets go together.
 pub(crate) const MOST_PACKETS: usize = 8;
@@ -157,7 +158,7 @@ fn whole<S: Simd>(simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Rays<S> {
     if active.all_true() {
         return *rays;
     }
-    let first = active.to_bitmask().trailing_zeros() as usize % crate::lanes::LANES;
+    let first = active.to_bitmask().trailing_zeros() as usize % crate::number::LANES;
     let (o, d) = (rays.o.lane(first), rays.d.lane(first));
     rays.or(active, Rays::new(Vec3x8::splat(simd, o), Vec3x8::splat(simd, d)))
 }
@@ -171,7 +172,7 @@ mod tests {
     use lookat_scene::Scene;
 
     use super::*;
-    use crate::lanes::{LANES, first_lanes, side_by_side};
+    use crate::number::{LANES, first_lanes, side_by_side};
     use crate::ray::Ray;
     use crate::testing::{self, noise};
     use crate::traceable::Traceable;

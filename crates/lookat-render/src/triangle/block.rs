@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8, prelude::*};
 
 use super::Triangle;
 use crate::bvh::WIDTH;
-use crate::lanes::splat_f32;
+use crate::number::splat_f32;
 
 /// The corners of up to eight triangles in `f32`, and how far these are to be trusted.
 #[derive(Debug, Clone, Copy)]

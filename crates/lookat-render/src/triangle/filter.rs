@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 
 use super::Axis;
 use super::block::{Block, Tolerance, UNIT};
-use crate::lanes::{splat_f32, three};
+use crate::number::{splat_f32, three};
 
 /// Rays turned to run along z, as [`super::ShearedRay`]: one in all lanes, or eight of them side by side.
 ///

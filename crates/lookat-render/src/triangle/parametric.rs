@@ -5,9 +5,9 @@ use glam::{DVec2, DVec3};
 use lookat_scene::Mesh;
 
 use crate::frame::pbrt_frame;
-use crate::lanes::{LANES, V3, Vec2x8, Vec3x8, bits};
+use crate::number::{LANES, V3, Vec2x8, Vec3x8, bits};
 use crate::parametric::Parametrics;
-use crate::surface::lanes::vectors;
+use crate::surface::points::vectors;
 
 /// Coordinates of a triangle whose mesh has none, as pbrt-v3 gives them.
 const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];

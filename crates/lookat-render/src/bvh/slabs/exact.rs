@@ -3,7 +3,7 @@
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 
-use crate::lanes::Vec3x8;
+use crate::number::Vec3x8;
 
 /// Covers the rounding of both ends of the test (Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013).
 const PAD: f64 = 1.0 + 4.0 * f64::EPSILON;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::circle::{angle, at_turn};
 use crate::color::luminance;
-use crate::lanes::{LANES, V3, Vec3x8};
+use crate::number::{LANES, V3, Vec3x8};
 
 /// A density over the sphere that is the same within each cell of a grid over longitude and latitude: in proportion to
 /// what is brighter there than the mean. What is not is left to BSDF samples (Karlik et al., "MIS Compensation",

@@ -2,7 +2,7 @@ use fearless_simd::Level;
 use glam::DVec3;
 
 use super::*;
-use crate::lanes::{Vec3x8, side_by_side};
+use crate::number::{Vec3x8, side_by_side};
 use crate::ray::Ray;
 use crate::testing::{levels, noise};
 use crate::trace::forms::Forms;

@@ -6,11 +6,12 @@ use lookat_scene::{Mesh, Primitive, Shape as SceneShape};
 
 use super::{OFFSET, Surface, direction_across, on_triangle};
 use crate::curved::Curved;
-use crate::lanes::{LANES, Vec3x8, bits, those};
+use crate::number::{LANES, Vec3x8, bits, those};
 use crate::ray::Hit;
-use crate::trace::lanes::{Element, Hits, Rays, Shape};
+use crate::trace::rays::{Hits, Rays};
+use crate::trace::{Element, Shape};
 use crate::triangle::Triangle;
-use crate::triangle::lanes::BoxedTriangle;
+use crate::triangle::sheared::BoxedTriangle;
 
 /// Points of surfaces, relative to the origin; as [`super::Surface`].
 #[derive(Clone, Copy)]

@@ -1,14 +1,9 @@
-//! Rays side by side, and what they meet.
-
-mod list;
-mod tree;
+//! Rays side by side, and their hits.
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use crate::lanes::Vec3x8;
+use crate::number::Vec3x8;
 use crate::ray::ElementId;
-pub(crate) use list::{Element, List, Shape};
-pub(crate) use tree::Tree;
 
 /// Rays, relative to the origin.
 #[derive(Clone, Copy)]
@@ -62,7 +57,7 @@ pub(crate) const WORLD: f64 = ElementId::WORLD as f64;
 pub(crate) const POINT_LIGHT: f64 = -2.0;
 
 /// 2^32: more than the place of any triangle.
-const PLACES: f64 = 4_294_967_296.0;
+pub(super) const PLACES: f64 = 4_294_967_296.0;
 
 /// Tells elements of the world, or those of an object, apart, by labels: numbers that are exact; [`NONE`] is no element.
 #[derive(Debug, Clone, Copy)]
@@ -87,7 +82,7 @@ impl Labels {
 
     /// The element of a label, and of an instance or the world.
     #[inline(always)]
-    fn element(self, label: f64, instance: u32) -> ElementId {
+    pub(super) fn element(self, label: f64, instance: u32) -> ElementId {
         if label < 0.0 {
             return if label == POINT_LIGHT { ElementId::POINT_LIGHT } else { ElementId::NONE };
         }
@@ -104,7 +99,7 @@ pub(crate) struct Hits<S: Simd> {
     pub element: f64x8<S>,
     /// Which instances they belong to, or [`WORLD`].
     pub instance: f64x8<S>,
-    /// Of triangles, in proportion to what the corners weigh in a [`List`], and the weights of the vertices in a [`Tree`].
+    /// Of triangles, in proportion to what the corners weigh in a [`super::List`], and the weights of the vertices in a [`super::Tree`].
     pub sides: [f64x8<S>; 3],
     /// Which of them emit.
     pub emits: mask64x8<S>,

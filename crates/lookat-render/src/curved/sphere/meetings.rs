@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::Sphere;
 use crate::curved::{AT_ORIGIN, Curved};
-use crate::lanes::Vec3x8;
+use crate::number::Vec3x8;
 
 /// Where rays may meet a sphere.
 pub(crate) struct Meetings<S: Simd> {

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::{Axis, DOUBT, Extent, ShearedRay, Triangle};
 use crate::bvh::BoxRays;
-use crate::lanes::{LANES, Vec3x8};
+use crate::number::{LANES, Vec3x8};
 use crate::ray::Ray;
 
 /// A triangle, with the box that its hits lie in.

@@ -2,8 +2,8 @@
 
 use fearless_simd::{Simd, mask64x8};
 
-use super::{Hits, Labels, NONE, PLACES, Rays};
-use crate::lanes::{bits, those};
+use super::rays::{Hits, Labels, NONE, PLACES, Rays};
+use crate::number::{bits, those};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::forms::Forms;
 use crate::trace::nothing;

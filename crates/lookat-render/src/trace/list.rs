@@ -2,13 +2,13 @@
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 
-use super::{Hits, NONE, POINT_LIGHT, Rays};
+use super::rays::{Hits, NONE, POINT_LIGHT, Rays};
 use crate::curved::Curved;
-use crate::curved::sphere::lanes::Meetings;
-use crate::lanes::{LANES, Vec3x8, bits, those};
+use crate::curved::sphere::meetings::Meetings;
+use crate::number::{LANES, Vec3x8, bits, those};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{Other, Traceable};
-use crate::triangle::lanes::{BoxedTriangle, ShearedRays};
+use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
 use crate::triangle::{Triangle, holds_end};
 
 /// With more triangles than that, a tree is faster.
@@ -26,7 +26,7 @@ pub(crate) struct Element<'s> {
     pub id: ElementId,
     /// As in [`Hit::place`].
     pub place: u32,
-    /// See [`super::Labels`].
+    /// See [`super::rays::Labels`].
     label: f64,
     emits: bool,
     pub shape: Shape<'s>,

@@ -10,12 +10,13 @@ use super::{Found, points};
 use crate::bsdf::{PointLobes, Slots};
 use crate::camera::views::Views;
 use crate::frame::Frames;
-use crate::lanes::{LANES, bits, those};
+use crate::number::{LANES, bits, those};
 use crate::prefetch::prefetch;
 use crate::ray::{ElementId, Hit};
 use crate::surface::Surface;
-use crate::surface::lanes::{Sheet, Surfaces, Triangles, Turned};
-use crate::trace::lanes::{Hits, List, Rays, Tree};
+use crate::surface::points::{Sheet, Surfaces, Triangles, Turned};
+use crate::trace::rays::{Hits, Rays};
+use crate::trace::{List, Tree};
 use crate::traceable::Traceable;
 
 /// Surfaces, and their shading frames.
