@@ -201,6 +201,12 @@ impl<S: Simd> Vec3x8<S> {
         V3 { x: (*x).simd_into(simd), y: (*y).simd_into(simd), z: (*z).simd_into(simd) }
     }
 
+    /// Three for each lane, such as the corners of triangles.
+    #[inline(always)]
+    pub fn three(simd: S, [a, b, c]: &[[[f64; LANES]; 3]; 3]) -> [Self; 3] {
+        [V3::from_arrays(simd, a), V3::from_arrays(simd, b), V3::from_arrays(simd, c)]
+    }
+
     /// That of a lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> DVec3 {

@@ -207,14 +207,14 @@ impl Triangles {
     /// Those that the corners weigh so much at; of the triangles that are there.
     #[inline(always)]
     pub fn points<S: Simd>(&self, simd: S, [b0, b1, b2]: [f64x8<S>; 3], there: mask64x8<S>) -> Points<S> {
-        let [p0, p1, p2] = vectors(simd, &self.corners);
+        let [p0, p1, p2] = Vec3x8::three(simd, &self.corners);
         let p = p0 * b0 + p1 * b1 + p2 * b2;
         let magnitude = p0.magnitude().max(p1.magnitude()).max(p2.magnitude());
         let winding = across(p1 - p0, p2 - p0, there);
         let mut n = (-winding).or(bits(simd, self.is_n), winding);
         let (mut ns, mut emitting) = (n, (-winding).or(bits(simd, self.is_emitting), winding));
         if self.has_normals != 0 {
-            let [n0, n1, n2] = vectors(simd, &self.normals);
+            let [n0, n1, n2] = Vec3x8::three(simd, &self.normals);
             let (smooth, is_there) = (n0 * b0 + n1 * b1 + n2 * b2).try_normalize();
             let is_there = is_there & bits(simd, self.has_normals);
             let turned = (-smooth).or(bits(simd, self.is_smooth), smooth);
@@ -239,10 +239,4 @@ fn across<S: Simd>(e1: Vec3x8<S>, e2: Vec3x8<S>, there: mask64x8<S>) -> Vec3x8<S
         direction.put(lane, direction_across(e1.lane(lane), e2.lane(lane)));
     }
     direction
-}
-
-/// Three for each point.
-#[inline(always)]
-pub(crate) fn vectors<S: Simd>(simd: S, [a, b, c]: &[[[f64; LANES]; 3]; 3]) -> [Vec3x8<S>; 3] {
-    [Vec3x8::from_arrays(simd, a), Vec3x8::from_arrays(simd, b), Vec3x8::from_arrays(simd, c)]
 }

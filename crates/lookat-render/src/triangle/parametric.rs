@@ -7,7 +7,6 @@ use lookat_scene::Mesh;
 use crate::frame::pbrt_frame;
 use crate::number::{LANES, V3, Vec2x8, Vec3x8, bits};
 use crate::parametric::Parametrics;
-use crate::surface::points::vectors;
 
 /// Coordinates of a triangle whose mesh has none, as pbrt-v3 gives them.
 const DEFAULT: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::ONE];
@@ -83,14 +82,14 @@ impl Triangles {
             #[inline(always)]
             |weights| weights.simd_into(simd),
         );
-        let flat = flat(uvs, vectors(simd, &self.positions), weights);
+        let flat = flat(uvs, Vec3x8::three(simd, &self.positions), weights);
         let [has_normals, has_tangents] = [bits(simd, self.has_normals), bits(simd, self.has_tangents)];
         let is_smooth = has_normals | has_tangents;
         if !is_smooth.any_true() {
             return [flat, flat];
         }
         let (ns, is_reversed) = (Vec3x8::from_arrays(simd, &self.ns), bits(simd, self.is_reversed));
-        let [s0, s1, s2] = vectors(simd, &self.tangents);
+        let [s0, s1, s2] = Vec3x8::three(simd, &self.tangents);
         let (tangent, is_there) = (s0 * weights[0] + s1 * weights[1] + s2 * weights[2]).try_normalize();
         // pbrt-v3 keeps the direction of dpdu only, at length one.
         let along = tangent.or(is_there & has_tangents, flat.dpdu.normalize_or(DVec3::X));
@@ -100,7 +99,7 @@ impl Triangles {
         let [x, y] = pbrt_frame(own);
         let (dpdu, dpdv) = (across.cross(own).or(is_there, x), across.or(is_there, y));
         let zero = Vec3x8::splat(simd, DVec3::ZERO);
-        let [dndu, dndv] = bending(uvs, vectors(simd, &self.normals));
+        let [dndu, dndv] = bending(uvs, Vec3x8::three(simd, &self.normals));
         let shading = Parametrics {
             uv: flat.uv,
             dpdu: dpdu.or(is_smooth, flat.dpdu),
