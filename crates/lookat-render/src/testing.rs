@@ -35,6 +35,6 @@ pub(crate) fn levels() -> Vec<Level> {
     #[cfg(target_arch = "x86_64")]
     let older = [best.as_avx2().map(Level::Avx2), best.as_sse2().map(Level::Sse2)];
     #[cfg(not(target_arch = "x86_64"))]
-    let older = [];
+    let older: [Option<Level>; 0] = [];
     [best].into_iter().chain(older.into_iter().flatten()).collect()
 }

@@ -124,7 +124,7 @@ impl<S: Simd> Builder<'_, S> {
     #[inline(always)]
     fn matte(&mut self, matte: &Matte, weight: Colors<S>, active: mask64x8<S>) {
         let reflectance = weight * self.share(&matte.kd, active);
-        let sigma = self.at.value(&matte.sigma, active).max(0.0).min(90.0);
+        let sigma = at_least(self.at.value(&matte.sigma, active), 0.0).min(90.0);
         let is_smooth = sigma.simd_eq(0.0);
         self.push(Lobes::new(Kind::Lambert, reflectance), active & is_smooth);
         let rough = active & !is_smooth;
@@ -256,10 +256,10 @@ impl<S: Simd> Builder<'_, S> {
         }
     }
 
-    /// Indices of refraction. Textures may give what no substance has.
+    /// Indices of refraction. Textures may give what no substance has, and squares must stay finite.
     #[inline(always)]
     fn index(&self, texture: &Texture<f64>, active: mask64x8<S>) -> f64x8<S> {
-        self.at.value(texture, active).max(1e-3)
+        at_least(self.at.value(texture, active), 1e-3).min(1e9)
     }
 
     /// The widths of distributions of facets.
@@ -284,9 +284,17 @@ impl<S: Simd> Builder<'_, S> {
     }
 }
 
+/// The larger of two numbers, and `least` in place of what is no number: processors differ in that.
+#[inline(always)]
+fn at_least<S: Simd>(x: f64x8<S>, least: f64) -> f64x8<S> {
+    x.simd_gt(least).select(x, least.simd_into(x.token()))
+}
+
+/// The same of colors.
 #[inline(always)]
 fn larger<S: Simd>(a: Colors<S>, b: Colors<S>) -> Colors<S> {
-    Colors { r: a.r.max(b.r), g: a.g.max(b.g), b: a.b.max(b.b) }
+    let larger = |a: f32x8<S>, b: f32x8<S>| a.simd_gt(b).select(a, b);
+    Colors { r: larger(a.r, b.r), g: larger(a.g, b.g), b: larger(a.b, b.b) }
 }
 
 #[inline(always)]

@@ -14,9 +14,10 @@ const LEAST: f32 = 1e-3;
 /// The largest, so that products of widths stay finite.
 const MOST: f32 = 1e6;
 
-/// The width that a distribution has where this is asked for.
+/// The width that a distribution has where this is asked for; the least where it is no number.
 pub(super) fn alpha(width: f64) -> f32 {
-    (width as f32).clamp(LEAST, MOST)
+    let width = width as f32;
+    if width > LEAST { width.min(MOST) } else { LEAST }
 }
 
 /// The width that pbrt-v3 gives a roughness from 0 to 1 (PBR 8.4.2).

@@ -83,8 +83,15 @@ impl Environment {
                 let rest = in_lune.select(u / share, (u - share) / (1.0 - share));
                 let bright = self.sample_bright(simd, [rest, v]);
                 let wi = lunes.sample([rest, v]).or(in_lune, bright.wi);
-                let (radiance, pdf) = self.evaluate(simd, Some(lunes), wi);
+                // Directions of the table keep what it says of them: rounding may take them across the border of a cell.
+                let (mut radiance, mut own) = (bright.radiance, bright.pdf);
+                if in_lune.any_true() {
+                    let evaluated = self.evaluate(simd, None, wi);
+                    radiance = evaluated.0.or(in_lune, radiance);
+                    own = in_lune.select(evaluated.1, own);
+                }
                 let is_there = in_lune | bright.pdf.simd_gt(0.0);
+                let pdf = share * lunes.pdf(wi) + (1.0 - share) * own;
                 EnvironmentSample { wi, radiance, pdf: is_there.select(pdf, 0.0.simd_into(simd)) }
             },
         )

@@ -18,8 +18,11 @@ use crate::render::control::Control;
 use crate::render::sample::{Pattern, Samples};
 use crate::testing::{levels, noise, scene};
 
-/// What some pixels of a scene get, and the number of rays, on a processor of some level.
-fn pixels(scene: &Scene, level: Level) -> (Vec<String>, u64) {
+/// More pixels than are asked for.
+const ALL: usize = 1000;
+
+/// What some pixels of a scene get, and the number of rays, on a processor of some level, with so many pixels together.
+fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let mut prepared = Prepared::new(scene);
     prepared.traceable.level = level;
     let progress = |_: Progress| ControlFlow::Continue(());
@@ -38,7 +41,9 @@ fn pixels(scene: &Scene, level: Level) -> (Vec<String>, u64) {
         samples: Samples::default(),
     };
     let mut jobs: Vec<Job> = (0..48).map(job).collect();
-    context.sample_all(&mut worker, &mut meter, &mut jobs);
+    for jobs in jobs.chunks_mut(together) {
+        context.sample_all(&mut worker, &mut meter, jobs);
+    }
     let sums = jobs.iter().map(|job| format!("{:?}", job.samples)).collect();
     (sums, worker.tracer.rays)
 }
@@ -297,12 +302,14 @@ fn scenes_have_trees_and_materials_of_all_kinds() {
 fn check(text: &str, sky: Option<Light>) -> u64 {
     let mut scene = scene(text);
     Arc::make_mut(&mut scene.world).lights.extend(sky);
-    let (sums, rays) = pixels(&scene, Level::new());
+    let (sums, rays) = pixels(&scene, Level::new(), ALL);
     for level in levels() {
-        let (own, own_rays) = pixels(&scene, level);
+        let (own, own_rays) = pixels(&scene, level, ALL);
         assert_eq!(sums, own, "{level:?} {text}");
         assert_eq!(rays, own_rays, "{level:?} {text}");
     }
+    // Nor do samples depend on those beside them.
+    assert_eq!((sums, rays), pixels(&scene, Level::new(), 1), "{text}");
     rays
 }
 
