@@ -125,7 +125,7 @@ impl<T: Texel> MipMap<T> {
     /// Places among texels that are farther away are brought nearer: they cannot be told apart.
     pub const FAR: f64 = 1e15;
 
-    /// Four texels of the finest version, which may lie beyond the edges: those of rows `t` and `t + 1` in columns `s` and `s + 1`.
+    /// Four texels of the finest version: rows `t` and `t + 1`, columns `s` and `s + 1`. They may lie beyond the edges.
     #[inline(never)]
     pub fn corners(&self, s: i64, t: i64) -> [T; 4] {
         let [low, high] = [t, t + 1].map(|t| self.levels[0].row(t, self.wrap));

@@ -225,7 +225,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
 }
 
 impl<S: Simd> BsdfSample<S> {
-    /// Puts single directions in their places, `own`; `probability` is that of their lobes.
+    /// Puts single directions into the lanes `own`. `probability`: the probability of their lobes.
     #[inline(always)]
     fn put(&mut self, own: mask64x8<S>, single: Single<S>, probability: f32x8<S>) {
         let pdf = single.probability * probability;

@@ -105,7 +105,7 @@ impl Bvh {
 
     /// Calls `visit` with each leaf that a ray may meet before `t_max`: about from near to far or, where `ANY` hit will do, in
     /// any order. `visit` gives the new limit, or `None` to stop. `boxes` tests the children of a node: which may be met
-    /// before a limit, as bits, and from which distance on, not negative. Blocks have an array of their own; those that will be
+    /// before a limit, as bits, and from which distance on, not negative. Blocks have an array of their own; blocks that will be
     /// needed a little later are asked for.
     ///
     /// Wald, Benthin and Boulos, "Getting Rid of Packets", 2008.

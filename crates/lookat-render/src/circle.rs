@@ -13,8 +13,7 @@ pub(crate) trait Angle: Sized {
 }
 
 impl<S: Simd> Angle for f64x8<S> {
-    /// The polynomials are those of fdlibm (`k_cos.c` and `k_sin.c`), off by less than 2^-57; rounding adds two units in the last place
-    /// at most.
+    /// Polynomials of fdlibm (`k_cos.c` and `k_sin.c`), off by less than 2^-57; rounding adds at most two units in the last place.
     #[inline(always)]
     fn point(self) -> [Self; 2] {
         let (angle, z) = (self, self * self);
@@ -26,7 +25,7 @@ impl<S: Simd> Angle for f64x8<S> {
 }
 
 impl<S: Simd> Angle for f32x8<S> {
-    /// The polynomials are those of Cephes (`sinf.c` and `cosf.c`).
+    /// Polynomials of Cephes (`sinf.c` and `cosf.c`).
     #[inline(always)]
     fn point(self) -> [Self; 2] {
         let (angle, z) = (self, self * self);

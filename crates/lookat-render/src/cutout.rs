@@ -1,7 +1,5 @@
 //! Holes of meshes, where their alpha is 0.
 
-use std::sync::LazyLock;
-
 use fearless_simd::{Level, Simd};
 use glam::DVec3;
 use lookat_scene::{Cutout, Mesh, Primitive, Shape};
@@ -14,22 +12,26 @@ use crate::triangle::parametric;
 /// Whether there is something at a point of an element of the primitive, and no hole.
 #[inline]
 pub(crate) fn is_there(
-    primitive: &Primitive,
-    element: ElementId,
+    level: Level,
+    (primitive, element): (&Primitive, ElementId),
     barycentric: [f64; 2],
     is_shadow: bool,
 ) -> bool {
     match (&primitive.cutout, &primitive.shape) {
-        (Some(cutout), Shape::TriangleMesh(mesh)) => is_left(cutout, mesh, element, barycentric, is_shadow),
+        (Some(cutout), Shape::TriangleMesh(mesh)) => {
+            is_left(level, (cutout, mesh, element), barycentric, is_shadow)
+        }
         _ => true,
     }
 }
 
-/// What one point is looked up with: the values are the same at every level.
-static LEVEL: LazyLock<Level> = LazyLock::new(Level::new);
-
 #[inline(never)]
-fn is_left(cutout: &Cutout, mesh: &Mesh, element: ElementId, [b0, b1]: [f64; 2], is_shadow: bool) -> bool {
+fn is_left(
+    level: Level,
+    (cutout, mesh, element): (&Cutout, &Mesh, ElementId),
+    [b0, b1]: [f64; 2],
+    is_shadow: bool,
+) -> bool {
     let (index, weights) = (element.index as usize, [b0, b1, 1.0 - b0 - b1]);
     // As in pbrt-v3, the point is that of the object where it is part of one. Positions of the mesh are not relative to an origin.
     let corners = mesh.triangle(index).map(|vertex| DVec3::from(mesh.positions()[vertex]));
@@ -37,7 +39,7 @@ fn is_left(cutout: &Cutout, mesh: &Mesh, element: ElementId, [b0, b1]: [f64; 2],
     let uvs = parametric::coordinates(mesh, index);
     let uv = uvs[0] * weights[0] + uvs[1] * weights[1] + uvs[2] * weights[2];
     let shadow_alpha = cutout.shadow_alpha.as_ref().filter(|_| is_shadow);
-    side_by_side!(*LEVEL, simd => {
+    side_by_side!(level, simd => {
         let (at, first) = (TexturePoint::splat(simd, p, uv.into()), bits(simd, 1));
         cutout.alpha.iter().chain(shadow_alpha).all(|alpha| at.value(alpha, first)[0] != 0.0)
     })

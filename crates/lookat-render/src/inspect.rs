@@ -1,7 +1,5 @@
 //! Finds the features of the renderer that a scene uses, with the decisions of the renderer itself.
 
-use std::sync::Arc;
-
 use fearless_simd::Level;
 use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, Scene};
 
@@ -12,7 +10,7 @@ use crate::integrator::{Draw, SceneIntegrator, direct, path};
 use crate::light::LightTable;
 use crate::prepare::Prepared;
 use crate::render::{Settings, film_bytes};
-use crate::traceable::{Group, Other, Traceable};
+use crate::traceable::{Group, Other};
 use crate::triangle::Triangle;
 use crate::triangle::block::Block;
 
@@ -115,7 +113,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     let prepared = Prepared::new(scene);
     let (view, Prepared { traceable, lights, .. }) = (&scene.view, &prepared);
     let integrator = SceneIntegrator::new(&view.integrator, traceable, lights);
-    let materials = surfaces(traceable);
+    let materials = surfaces(&integrator.world().materials().all);
     let (choice, draws, depth) = integration(&view.integrator, lights, materials.specular > 0);
     let asks_materials = !matches!(view.integrator, Integrator::AmbientOcclusion { .. });
     Inspection {
@@ -175,14 +173,7 @@ fn elements(group: &Group) -> Elements {
     }
 }
 
-fn surfaces(traceable: &Traceable) -> Surfaces {
-    let mut materials: Vec<&Material> = Vec::new();
-    let mut known = std::collections::HashSet::new();
-    for primitive in traceable.primitives() {
-        if known.insert(Arc::as_ptr(&primitive.material)) {
-            materials.push(&primitive.material);
-        }
-    }
+fn surfaces(materials: &[&Material]) -> Surfaces {
     let count = |is: &dyn Fn(&Material) -> bool| materials.iter().filter(|material| is(material)).count();
     Surfaces {
         kinds: materials.iter().map(|material| material.kind().name()).collect(),

@@ -1,7 +1,7 @@
 //! Eight numbers of a kind at once, one for each of as many samples.
 //!
-//! What is computed side by side is what is computed for one, to the bit: each step is taken in the same order, and none
-//! is fused with the next. Functions are inlined into the one that is compiled for what the processor has.
+//! Each sample has the same bits with all instructions, and whatever samples are beside it: steps are taken in the same order, and none is
+//! fused with the next. Functions are inlined into the one that is compiled for what the processor has.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -396,6 +396,27 @@ pub(crate) fn first_lanes<S: Simd>(simd: S, count: usize) -> mask64x8<S> {
 pub(crate) fn those<S: Simd>(mask: mask64x8<S>) -> impl Iterator<Item = usize> {
     let bits = mask.to_bitmask();
     (0..LANES).filter(move |lane| bits >> lane & 1 == 1)
+}
+
+/// Groups of lanes that are alike: the first of each, and all of them as bits.
+#[inline(always)]
+pub(crate) fn groups(
+    lanes: u64,
+    is_same: impl Fn(usize, usize) -> bool,
+) -> impl Iterator<Item = (usize, u64)> {
+    let mut rest = lanes;
+    std::iter::from_fn(
+        #[inline(always)]
+        move || {
+            let first = (rest != 0).then(|| rest.trailing_zeros() as usize)?;
+            let mut own = 1 << first;
+            for lane in (first + 1..LANES).filter(|lane| rest >> lane & 1 == 1) {
+                own |= u64::from(is_same(first, lane)) << lane;
+            }
+            rest &= !own;
+            Some((first, own))
+        },
+    )
 }
 
 /// How many there are.

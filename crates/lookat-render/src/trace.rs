@@ -256,7 +256,12 @@ impl Traceable {
     fn is_there(&self, hit: &Hit, is_shadow: bool) -> bool {
         let Hit { element, barycentric, .. } = *hit;
         !self.has_cutouts
-            || cutout::is_there(self.primitive(element.primitive), element, barycentric, is_shadow)
+            || cutout::is_there(
+                self.level,
+                (self.primitive(element.primitive), element),
+                barycentric,
+                is_shadow,
+            )
     }
 }
 

@@ -1,12 +1,13 @@
-//! From the unit square to other domains, with the densities that result.
+//! From the unit square to other domains, with the densities that result; and from a number to one of several amounts.
 
+use std::array::from_fn;
 use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::{FRAC_PI_4, TAU};
 
-use fearless_simd::{Simd, f32x8, prelude::*};
+use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
 
 use crate::circle::{Angle, at_turn};
-use crate::number::{Number, V3};
+use crate::number::{LANES, Number, V3};
 
 /// Uniform on the unit disk (Shirley and Chiu's concentric map; PBR 13.6.2).
 #[inline(always)]
@@ -45,6 +46,31 @@ pub(crate) fn square_to_uniform_hemisphere<S: Simd>([u, v]: [f32x8<S>; 2]) -> V3
 /// Density of [`square_to_uniform_hemisphere`] by solid angle.
 pub(crate) fn square_to_uniform_hemisphere_pdf() -> f32 {
     1.0 / TAU as f32
+}
+
+/// For each of some lists of equal length, which add up amounts, the amount with which the sum passes a share `u` of the total, and what
+/// is left of `u`, from 0 to 1 again (PBR 13.3). All are searched together, as each step waits for memory.
+#[inline(always)]
+pub(crate) fn sample_discrete<S: Simd>(
+    simd: S,
+    sums: [&[f64]; LANES],
+    u: f64x8<S>,
+) -> ([usize; LANES], f64x8<S>) {
+    let at: [f64; LANES] = from_fn(|lane| u[lane] * sums[lane][sums[lane].len() - 1]);
+    let (mut first, mut count) = ([0; LANES], sums[0].len());
+    while count > 1 {
+        let half = count / 2;
+        for lane in 0..LANES {
+            let is_beyond = sums[lane][first[lane] + half - 1] <= at[lane];
+            first[lane] += if is_beyond { half } else { 0 };
+        }
+        count -= half;
+    }
+    let end: f64x8<S> = f64x8::from_fn(simd, |lane| sums[lane][first[lane]]);
+    let before: f64x8<S> =
+        f64x8::from_fn(simd, |lane| if first[lane] == 0 { 0.0 } else { sums[lane][first[lane] - 1] });
+    let at: f64x8<S> = at.simd_into(simd);
+    (first, ((at - before) / (end - before)).max(0.0).min(1.0))
 }
 
 /// A number from 0 to 1 with a density that goes linearly from `ends[0]` to `ends[1]`, times a factor (PBR4 2.3.2).

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, prelude::*};
 
 use super::Part;
 use super::slots::Slot;
-use crate::number::{narrow, splat_f32, to_f64};
+use crate::number::{narrow, splat_f32, to_f64, widen};
 
 /// The share of samples that lobes have alike, whatever they scatter: a lobe may scatter more than it seems to, or what it
 /// scatters may be brighter (defensive mixtures; Hesterberg, "Weighted average importance sampling and defensive mixture
@@ -51,14 +51,13 @@ fn of<S: Simd>(slots: &[Slot<S>], part: Part) -> impl Iterator<Item = (usize, &S
 pub(super) struct Choice<S: Simd> {
     /// Their slots; -1 where there is none.
     pub slot: f32x8<S>,
-    /// Their probabilities among those of the part.
+    /// The probability of each among the lobes of the part.
     pub probability: f32x8<S>,
     /// Numbers from 0 to 1 to go on with.
     pub rest: f64x8<S>,
 }
 
-/// One of the lobes of a part at each point: the first with which the sum of their probabilities passes `u` times that of all, or else
-/// the last.
+/// Chooses a lobe of a part at each point: the first where the sum of probabilities exceeds `u` times the total, or the last.
 #[inline(always)]
 pub(super) fn choose<S: Simd>(slots: &[Slot<S>], part: Part, u: f64x8<S>) -> Choice<S> {
     let simd = u.token();
@@ -70,7 +69,7 @@ pub(super) fn choose<S: Simd>(slots: &[Slot<S>], part: Part, u: f64x8<S>) -> Cho
         let own = open & slot.mask;
         choice.slot = own.select(splat_f32(simd, number as f32), choice.slot);
         choice.probability = own.select(slot.probability, choice.probability);
-        choice.rest = crate::number::widen(own).select(rest, choice.rest);
+        choice.rest = widen(own).select(rest, choice.rest);
         rest -= to_f64(slot.probability);
         open &= !(own & narrow(rest.simd_lt(0.0)));
     }

@@ -16,8 +16,8 @@ pub(super) enum Fresnel {
     Conductor,
 }
 
-/// The reflected share of unpolarized light at a boundary between dielectrics, at an angle of cosine `cos` to the normal. A negative
-/// `cos` is that of light from behind it. `eta` is the index of refraction behind it by that before it, where the normal points.
+/// The reflected share of unpolarized light at a boundary between dielectrics. `cos`: the cosine to the normal, negative for light from
+/// behind. `eta`: the index of refraction behind the boundary over the index in front, where the normal points.
 #[inline(always)]
 pub(super) fn dielectric<S: Simd>(cos: f32x8<S>, eta: f32x8<S>) -> f32x8<S> {
     let ratio = cos.simd_gt(0.0).select(eta, 1.0 / eta);

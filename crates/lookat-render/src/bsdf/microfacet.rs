@@ -14,7 +14,7 @@ const LEAST: f32 = 1e-3;
 /// The largest, so that products of widths stay finite.
 const MOST: f32 = 1e6;
 
-/// The width that a distribution has where this is asked for; the least where it is no number.
+/// A width within the limits of a distribution; the least for NaN.
 pub(super) fn alpha(width: f64) -> f32 {
     let width = width as f32;
     if width > LEAST { width.min(MOST) } else { LEAST }
@@ -52,7 +52,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
         ((w.z * w.z + (x * x + y * y)).sqrt() + w.z.abs()) * 0.5
     }
 
-    /// The product of the cosines by the share of facets that both directions see, `|cos_o cos_i| / G`, and that of `wo` alone.
+    /// `|cos_o cos_i| / G`, where `G` is the share of facets that both directions see; and the same of `wo` alone.
     #[inline(always)]
     fn masked(&self, wo: Directions<S>, wi: Directions<S>) -> (f32x8<S>, f32x8<S>) {
         let (of_o, of_i) = (self.unmasked(wo), self.unmasked(wi));
@@ -74,7 +74,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
     }
 
     /// What facets let through between media of relative index `eta`, and the density of [`TrowbridgeReitz::refracted`]; and where any
-    /// facet does. pbrt-v3 also counts those that one direction sees from behind, but never samples them.
+    /// facet does. pbrt-v3 also counts facets that one direction sees from behind, but never samples them.
     #[inline(always)]
     pub fn transmission(
         &self,
@@ -88,7 +88,7 @@ impl<S: Simd> TrowbridgeReitz<S> {
         let (cos_o, cos_i) = (wo.dot(wh), wi.dot(wh));
         let is_there =
             is_there & (wo.z * wi.z).simd_lt(0.0) & (cos_o * wo.z).simd_gt(0.0) & (cos_i * wi.z).simd_gt(0.0);
-        // Solid angle around wi by that of the normals.
+        // Solid angle around `wi` over solid angle of the normals.
         let sum = cos_o + ratio * cos_i;
         let spread = ratio * ratio * cos_i.abs() / (sum * sum);
         let density = self.density(wh) * spread * cos_o.abs();

@@ -16,7 +16,7 @@ pub(super) struct Slot<S: Simd> {
     pub probability: f32x8<S>,
 }
 
-/// All lobes, those of each point in their order. Few materials have more than these.
+/// All lobes; the lobes of a point are in order. Few materials have more than six.
 pub(crate) struct Slots<S: Simd>(pub(super) SmallVec<[Slot<S>; 6]>);
 
 /// The lobes of a material at a point.

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 
 use super::fresnel::{Fresnel, dielectric};
 use super::lobe::{Kind, Lobes};
-use crate::number::{Colors, Vec3x8, splat_f32, to_f32, to_f64, widen};
+use crate::number::{Colors, Vec3x8, narrow, splat_f32, to_f32, to_f64, widen};
 
 /// Directions of lobes that have only single ones.
 #[derive(Clone, Copy)]
@@ -13,7 +13,7 @@ pub(super) struct Single<S: Simd> {
     pub wi: Vec3x8<S>,
     /// Radiance from `wi` times this comes along `wo`.
     pub factor: Colors<S>,
-    /// The probability of this direction among those of the lobe.
+    /// The probability of this direction among the directions of the lobe.
     pub probability: f32x8<S>,
     /// What refraction alone does to radiance: the ratio of the squared indices, or 1.
     pub compression: f32x8<S>,
@@ -75,13 +75,13 @@ impl<S: Simd> Single<S> {
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
     pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
-        let narrow = crate::number::narrow(mask);
+        let own = narrow(mask);
         Single {
             is_there: mask & self.is_there | !mask & others.is_there,
             wi: self.wi.or(mask, others.wi),
-            factor: self.factor.or_narrow(narrow, others.factor),
-            probability: narrow.select(self.probability, others.probability),
-            compression: narrow.select(self.compression, others.compression),
+            factor: self.factor.or_narrow(own, others.factor),
+            probability: own.select(self.probability, others.probability),
+            compression: own.select(self.compression, others.compression),
         }
     }
 }

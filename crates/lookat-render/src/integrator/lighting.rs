@@ -11,6 +11,7 @@ use crate::integrator::world::World;
 use crate::light::{Chosen, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
 use crate::number::{Colors, bits, those, to_f32};
 use crate::sampler::Streams;
+use crate::surface::points::Surfaces;
 use crate::trace::rays::{Hits, Rays, WORLD};
 
 /// The lights of a scene, and how surfaces sample them.
@@ -61,7 +62,7 @@ impl<'s> Lighting<'s> {
     #[inline(always)]
     pub fn receivers<'v, S: Simd>(
         &self,
-        surfaces: &'v crate::surface::points::Surfaces<S>,
+        surfaces: &'v Surfaces<S>,
         bsdf: &Bsdf<S>,
         active: mask64x8<S>,
     ) -> Receivers<'v, S> {
@@ -241,8 +242,7 @@ impl<'s> Lighting<'s> {
     /// How many directions there are at each surface.
     #[inline(always)]
     fn directions<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
-        let [without, with] = self.samples.map(|samples| f64::from(samples.directions).simd_into(simd));
-        at.lunes.as_ref().map_or(without, |lunes| lunes.is_there.select(with, without))
+        at.by_lune(simd, self.samples.map(|samples| f64::from(samples.directions)))
     }
 
     /// Samples of lights that are chosen.
@@ -320,9 +320,10 @@ impl<'s> Lighting<'s> {
                 let Vertices { world, receivers, sampler, .. } = *vertices;
                 let black = Colors::splat(simd, Vec3::ZERO);
                 let mut found = black;
-                let pdf = directions.pdf * self.directions(simd, receivers);
-                let all: f64x8<S> =
-                    directions.is_specular.select(1.0.simd_into(simd), self.directions(simd, receivers));
+                let count = self.directions(simd, receivers);
+                let pdf = directions.pdf * count;
+                // What lies in single directions counts in full.
+                let all = directions.is_specular.select(1.0.simd_into(simd), count);
                 let is_lit = hits.emits & active;
                 if is_lit.any_true() {
                     let (mut density, mut light): (f64x8<S>, f64x8<S>) =

@@ -11,7 +11,7 @@ use crate::bsdf::Slots;
 use crate::camera::views::Views;
 use crate::number::{bits, count, those};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::shading::shaded::{ListShading, Shaded, TreeShading};
+use crate::shading::shaded::{ListShading, Materials, Shaded, TreeShading};
 use crate::surface::Surface;
 use crate::trace::rays::{Hits, Rays};
 use crate::trace::{List, Tree};
@@ -48,11 +48,11 @@ impl<'s> World<'s> {
         matches!(self, World::Tree(..))
     }
 
-    /// Whether any material has textures.
-    pub fn has_textures(&self) -> bool {
+    /// The materials of all surfaces.
+    pub fn materials(&self) -> &Materials<'s> {
         match self {
-            World::List(_, shading) => shading.has_textures,
-            World::Tree(_, shading) => shading.has_textures,
+            World::List(_, shading) => &shading.materials,
+            World::Tree(_, shading) => &shading.materials,
         }
     }
 
@@ -64,7 +64,7 @@ impl<'s> World<'s> {
     /// Whether shading normals may differ from geometric ones.
     pub fn has_normals(&self) -> bool {
         match self {
-            World::List(_, shading) => shading.has_bumps,
+            World::List(_, shading) => shading.materials.has_bumps,
             World::Tree(_, shading) => shading.has_normals,
         }
     }

@@ -91,7 +91,7 @@ impl Environment {
                     own = in_lune.select(evaluated.1, own);
                 }
                 let is_there = in_lune | bright.pdf.simd_gt(0.0);
-                let pdf = share * lunes.pdf(wi) + (1.0 - share) * own;
+                let pdf = mixed(share, lunes.pdf(wi), own);
                 EnvironmentSample { wi, radiance, pdf: is_there.select(pdf, 0.0.simd_into(simd)) }
             },
         )
@@ -131,10 +131,7 @@ impl Environment {
                 let st = places(in_light);
                 let bright = self.table.pdf(simd, st) / self.stretch(in_light.length_squared().sqrt());
                 let pdf = match lunes {
-                    Some(lunes) => {
-                        let share = self.lune_share(lunes);
-                        share * lunes.pdf(wi) + (1.0 - share) * bright
-                    }
+                    Some(lunes) => mixed(self.lune_share(lunes), lunes.pdf(wi), bright),
                     None => bright,
                 };
                 (self.shown(simd, st), pdf)
@@ -170,6 +167,12 @@ impl Environment {
     pub fn brightness(&self) -> f64 {
         self.table.mean()
     }
+}
+
+/// The density where a share of all samples has the density `a`, and the others have `b`.
+#[inline(always)]
+fn mixed<S: Simd>(share: f64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
+    share * a + (1.0 - share) * b
 }
 
 /// The place of a direction, of any length, on a picture: longitude from +x by way of +y and latitude from +z, each from

@@ -8,7 +8,7 @@ use crate::triangle::corners;
 /// The areas of the triangles of a mesh, summed up.
 pub(super) struct MeshAreas {
     /// The area of the triangles up to each.
-    sums: Vec<f64>,
+    pub sums: Vec<f64>,
 }
 
 impl MeshAreas {
@@ -33,13 +33,5 @@ impl MeshAreas {
 
     pub fn total(&self) -> f64 {
         self.sums.last().copied().unwrap_or(0.0)
-    }
-
-    /// The triangle with which the sum of areas passes an amount, and the sums before and after it.
-    #[inline(always)]
-    pub fn at(&self, amount: f64) -> (usize, [f64; 2]) {
-        let index = self.sums.partition_point(|sum| *sum <= amount).min(self.sums.len() - 1);
-        let before = if index == 0 { 0.0 } else { self.sums[index - 1] };
-        (index, [before, self.sums[index]])
     }
 }

@@ -4,6 +4,7 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 
 use super::lune::Lunes;
 use crate::bsdf::Domain;
+use crate::number::Vec3x8;
 use crate::surface::points::Surfaces;
 
 /// Points of surfaces, and the directions that these scatter light from.
@@ -18,11 +19,18 @@ pub(crate) struct Receivers<'v, S: Simd> {
 pub(super) const LEAST_COSINE: f64 = 0.1;
 
 impl<S: Simd> Receivers<'_, S> {
+    /// One number where there is no lune, and another one where there is.
+    #[inline(always)]
+    pub fn by_lune(&self, simd: S, numbers: [f64; 2]) -> f64x8<S> {
+        let [without, with] = numbers.map(|number| number.simd_into(simd));
+        self.lunes.as_ref().map_or(without, |lunes| lunes.is_there.select(with, without))
+    }
+
     /// About the cosine at which light arrives from a ball in direction `wi`, whose radius is `spread` times its distance.
     /// 0 where all of it arrives from a side that nothing is scattered from. 1 from elsewhere, where that depends on more than
     /// the cosine: highlights are brightest in grazing light.
     #[inline(always)]
-    pub fn cosine(&self, wi: crate::number::Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
+    pub fn cosine(&self, wi: Vec3x8<S>, spread: f64x8<S>) -> f64x8<S> {
         let Domain { n, ns, is_two_sided, is_diffuse } = self.domain;
         let (none, one) = (0.0.simd_into(spread.token()), 1.0.simd_into(spread.token()));
         let is_behind = !is_two_sided & wi.dot(n).simd_le(-spread);
@@ -37,7 +45,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::number::{Vec3x8, bits};
+    use crate::number::bits;
     use crate::testing::{baseline, surfaces_at};
 
     #[test]

@@ -23,6 +23,7 @@ use crate::surface::{Surface, on_triangle};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 use crate::triangle::corners;
+use crate::warp::sample_discrete;
 
 /// A shape of the world that emits.
 pub(super) struct SurfaceLight {
@@ -180,18 +181,14 @@ impl SurfaceLight {
         simd.vectorize(
             #[inline(always)]
             || {
-                let place = u * areas.total();
-                let (mut before, mut own, mut indices) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
+                let (indices, rest) = sample_discrete(simd, [&areas.sums; LANES], u);
                 let mut triangles = Triangles::new();
                 let turned = Turned::new(primitive);
-                for lane in 0..LANES {
-                    (indices[lane], [before[lane], own[lane]]) = areas.at(place[lane]);
-                    let corners = corners(mesh, indices[lane], origin);
-                    triangles.put(lane, corners, mesh, indices[lane], turned);
+                for (lane, index) in indices.into_iter().enumerate() {
+                    triangles.put(lane, corners(mesh, index, origin), mesh, index, turned);
                 }
-                let (before, own): (f64x8<S>, f64x8<S>) = (before.simd_into(simd), own.simd_into(simd));
-                // What is left of the number after the choice is uniform again (PBR 13.6.5).
-                let root = ((place - before) / (own - before)).max(0.0).min(1.0).sqrt();
+                // Points of a triangle, all alike (PBR 13.6.5).
+                let root = rest.sqrt();
                 let (b0, b1) = (1.0 - root, v * root);
                 let all = bits(simd, 0xff);
                 let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], all);
@@ -201,7 +198,8 @@ impl SurfaceLight {
                     for lane in those(sample.is_there) {
                         // No light comes out of a hole, as none is seen there.
                         let element = element(self.number, indices[lane]);
-                        let is_there = cutout::is_there(primitive, element, [b0[lane], b1[lane]], false);
+                        let is_there =
+                            cutout::is_there(simd.level(), (primitive, element), [b0[lane], b1[lane]], false);
                         sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
                     }
                 }

@@ -10,7 +10,7 @@ use super::{Found, points};
 use crate::bsdf::{PointLobes, Slots};
 use crate::camera::views::Views;
 use crate::frame::Frames;
-use crate::number::{LANES, bits, those};
+use crate::number::{LANES, bits, groups, those};
 use crate::prefetch::prefetch;
 use crate::ray::{ElementId, Hit};
 use crate::surface::Surface;
@@ -46,22 +46,16 @@ impl<S: Simd> Shaded<S> {
                 let material = |lane: usize| {
                     found[lane].map(|(_, hit)| &scene.primitive(hit.element.primitive).material)
                 };
-                let mut rest = self.is_open.to_bitmask();
-                while rest != 0 {
-                    let first = rest.trailing_zeros() as usize;
-                    let mut own = 1 << first;
-                    if let Some(first) = material(first) {
-                        for lane in those(bits(simd, rest)) {
-                            let is_same = material(lane).is_some_and(|other| Arc::ptr_eq(first, other));
-                            own |= u64::from(is_same) << lane;
-                        }
-                        let active = bits(simd, own);
-                        let (at, frames) = points((scene, first), &self.surfaces, found, views, active);
-                        self.surfaces.ns = frames.z.or(active, self.surfaces.ns);
-                        self.frames = frames.narrow().or(active, self.frames);
-                        slots.build(first.kind(), &at, active);
-                    }
-                    rest &= !own;
+                let is_same = |first: usize, lane: usize| {
+                    matches!((material(first), material(lane)), (Some(a), Some(b)) if Arc::ptr_eq(a, b))
+                };
+                for (first, own) in groups(self.is_open.to_bitmask(), is_same) {
+                    let Some(material) = material(first) else { continue };
+                    let active = bits(simd, own);
+                    let (at, frames) = points((scene, material), &self.surfaces, found, views, active);
+                    self.surfaces.ns = frames.z.or(active, self.surfaces.ns);
+                    self.frames = frames.narrow().or(active, self.frames);
+                    slots.build(material.kind(), &at, active);
                 }
             },
         )
@@ -69,10 +63,13 @@ impl<S: Simd> Shaded<S> {
 }
 
 /// The materials of a scene.
-struct Materials<'s> {
+pub(crate) struct Materials<'s> {
+    /// All, in the order of the first primitives that have them.
+    pub all: Vec<&'s Material>,
+    pub has_textures: bool,
+    pub has_bumps: bool,
     /// Their lobes where these are everywhere alike; `None` of those with textures.
     lobes: Vec<Option<PointLobes>>,
-    all: Vec<&'s Material>,
     /// The material of each primitive.
     of_primitive: Vec<u32>,
 }
@@ -91,15 +88,13 @@ impl<'s> Materials<'s> {
             let is_alike = !material.needs().coordinates;
             is_alike.then(|| PointLobes::new(material.kind()))
         };
-        Materials { lobes: all.iter().map(alike).collect(), all, of_primitive }
-    }
-
-    fn has_textures(&self) -> bool {
-        self.all.iter().any(|material| material.needs().coordinates)
-    }
-
-    fn has_bumps(&self) -> bool {
-        self.all.iter().any(|material| material.bump().is_some())
+        Materials {
+            has_textures: all.iter().any(|material| material.needs().coordinates),
+            has_bumps: all.iter().any(|material| material.bump().is_some()),
+            lobes: all.iter().map(alike).collect(),
+            all,
+            of_primitive,
+        }
     }
 
     /// The lobes of points on primitives, and where they have to be asked for.
@@ -111,19 +106,13 @@ impl<'s> Materials<'s> {
         is_hit: mask64x8<S>,
         slots: &mut Slots<S>,
     ) -> mask64x8<S> {
-        let (mut rest, mut is_open) = (is_hit.to_bitmask(), 0);
+        let mut is_open = 0;
         let of = |lane: usize| self.of_primitive[primitives[lane] as usize];
-        while rest != 0 {
-            let first = of(rest.trailing_zeros() as usize);
-            let mut is_same = 0;
-            for lane in those(bits(simd, rest)) {
-                is_same |= u64::from(of(lane) == first) << lane;
+        for (first, own) in groups(is_hit.to_bitmask(), |first, lane| of(first) == of(lane)) {
+            match &self.lobes[of(first) as usize] {
+                Some(lobes) => slots.add(simd, lobes, bits(simd, own)),
+                None => is_open |= own,
             }
-            match &self.lobes[first as usize] {
-                Some(lobes) => slots.add(simd, lobes, bits(simd, is_same)),
-                None => is_open |= is_same,
-            }
-            rest &= !is_same;
         }
         bits(simd, is_open)
     }
@@ -133,9 +122,7 @@ impl<'s> Materials<'s> {
 pub(crate) struct ListShading<'s> {
     /// Their forms, and the primitives that they are of.
     elements: Vec<(Sheet<'s>, u32)>,
-    materials: Materials<'s>,
-    pub has_textures: bool,
-    pub has_bumps: bool,
+    pub materials: Materials<'s>,
 }
 
 impl<'s> ListShading<'s> {
@@ -149,9 +136,7 @@ impl<'s> ListShading<'s> {
             Some((Sheet::new(element, traceable.primitive(number))?, number))
         });
         let elements = elements.collect::<Option<Vec<_>>>()?;
-        let materials = Materials::new(traceable);
-        let (has_textures, has_bumps) = (materials.has_textures(), materials.has_bumps());
-        Some(ListShading { elements, materials, has_textures, has_bumps })
+        Some(ListShading { elements, materials: Materials::new(traceable) })
     }
 
     /// Where the rays have hit something, and the lobes there; one of them has.
@@ -201,8 +186,7 @@ pub(crate) struct TreeShading<'s> {
     scene: &'s Traceable,
     /// How the normals of each primitive are turned.
     turned: Vec<Turned>,
-    materials: Materials<'s>,
-    pub has_textures: bool,
+    pub materials: Materials<'s>,
     /// Whether any surface has no material.
     pub has_passed: bool,
     /// Whether shading normals may differ from geometric ones.
@@ -217,9 +201,8 @@ impl<'s> TreeShading<'s> {
         TreeShading {
             scene: traceable,
             turned: traceable.primitives().map(Turned::new).collect(),
-            has_textures: materials.has_textures(),
             has_passed: traceable.has_passed(),
-            has_normals: materials.has_bumps()
+            has_normals: materials.has_bumps
                 || traceable.primitives().any(|primitive| has_normals(&primitive.shape)),
             materials,
         }

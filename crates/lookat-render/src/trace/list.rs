@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use super::rays::{Hits, NONE, POINT_LIGHT, Rays};
 use crate::curved::Curved;
 use crate::curved::sphere::meetings::Meetings;
-use crate::number::{LANES, Vec3x8, bits, those};
+use crate::number::{Vec3x8, bits, those};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{Other, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
@@ -205,12 +205,12 @@ fn one_by_one<S: Simd>(
     leaving: mask64x8<S>,
     (met, mut t, doubtful): (mask64x8<S>, f64x8<S>, mask64x8<S>),
 ) -> (mask64x8<S>, f64x8<S>) {
-    let (mut met, doubtful, leaving) = (met.to_bitmask(), doubtful.to_bitmask(), leaving.to_bitmask());
-    for lane in (0..LANES).filter(|lane| doubtful >> lane & 1 == 1) {
+    let (mut met, leaving) = (met.to_bitmask(), leaving.to_bitmask());
+    for lane in those(doubtful) {
         let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
         let found = curved.intersect(&ray, t_max[lane], leaving >> lane & 1 == 1);
         met = met & !(1 << lane) | u64::from(found.is_some()) << lane;
         t[lane] = found.unwrap_or(0.0);
     }
-    (mask64x8::from_bitmask(simd, met), t)
+    (bits(simd, met), t)
 }

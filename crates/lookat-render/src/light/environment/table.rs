@@ -2,8 +2,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use std::array::from_fn;
-
 use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DVec2, Vec3};
 use lookat_image::MipMap;
@@ -12,6 +10,7 @@ use rayon::prelude::*;
 use crate::circle::{angle, at_turn};
 use crate::color::luminance;
 use crate::number::{LANES, V3, Vec3x8};
+use crate::warp::sample_discrete;
 
 /// A density over the sphere that is the same within each cell of a grid over longitude and latitude: in proportion to
 /// what is brighter there than the mean. What is not is left to BSDF samples (Karlik et al., "MIS Compensation",
@@ -93,8 +92,8 @@ impl DirectionTable {
     /// Directions; of no use if nothing is brighter than the rest.
     #[inline(always)]
     pub fn sample<S: Simd>(&self, simd: S, [u, v]: [f64x8<S>; 2]) -> TableSample<S> {
-        let (rows, down) = pick(simd, [&self.row_sums; LANES], v);
-        let (columns, along) = pick(simd, rows.map(|row| self.row(row)), u);
+        let (rows, down) = sample_discrete(simd, [&self.row_sums; LANES], v);
+        let (columns, along) = sample_discrete(simd, rows.map(|row| self.row(row)), u);
         let edge = |next: usize| -> f64x8<S> { f64x8::from_fn(simd, |lane| self.cosines[rows[lane] + next]) };
         let (top, bottom) = (edge(0), edge(1));
         let cos = top + (bottom - top) * down;
@@ -160,25 +159,4 @@ fn cell_mean(map: &MipMap<Vec3>, scale: Vec3, cell: [usize; 2], cells: [usize; 2
         }
     }
     sum / (wide * high) as f64
-}
-
-/// One of the shares that each of some sums of equal length adds up, by a number from 0 to 1, and what is left of that number, from 0 to 1
-/// again. All are searched together, as each step waits for memory.
-#[inline(always)]
-fn pick<S: Simd>(simd: S, sums: [&[f64]; LANES], u: f64x8<S>) -> ([usize; LANES], f64x8<S>) {
-    let at: [f64; LANES] = from_fn(|lane| u[lane] * sums[lane][sums[lane].len() - 1]);
-    let (mut first, mut count) = ([0; LANES], sums[0].len());
-    while count > 1 {
-        let half = count / 2;
-        for lane in 0..LANES {
-            let is_beyond = sums[lane][first[lane] + half - 1] <= at[lane];
-            first[lane] += if is_beyond { half } else { 0 };
-        }
-        count -= half;
-    }
-    let end: f64x8<S> = f64x8::from_fn(simd, |lane| sums[lane][first[lane]]);
-    let before: f64x8<S> =
-        f64x8::from_fn(simd, |lane| if first[lane] == 0 { 0.0 } else { sums[lane][first[lane] - 1] });
-    let at: f64x8<S> = at.simd_into(simd);
-    (first, ((at - before) / (end - before)).max(0.0).min(1.0))
 }

@@ -1,0 +1,235 @@
+//! Lights are chosen as often as is said, and where they shine.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3, Vec3};
+use lookat_image::{MipMap, Wrap};
+use lookat_scene::{DirectStrategy, Integrator, Light, LoadOptions, Transform, load};
+
+use super::*;
+use crate::Prepared;
+use crate::bsdf::Domain;
+use crate::light::Lunes;
+use crate::render::{Settings, render};
+use crate::testing::{baseline, surfaces_at};
+
+/// A lamp, one that is dark, a sphere and two skies; and the same with more lamps than "spatial" estimates.
+const LAMPS: &str = r#"LightSource "infinite" "rgb L" [.5 .5 .5] LightSource "point" "rgb I" [9 9 9]
+    LightSource "point" "rgb I" [0 0 0] LightSource "infinite" "rgb L" [.1 .1 .1]
+    AttributeBegin AreaLightSource "diffuse" Translate 3 0 0 Shape "sphere" AttributeEnd"#;
+
+fn with(lamps: &str, with_sky: bool, check: impl Fn(&LightTable)) {
+    let text = format!("Film \"image\" Camera \"perspective\" WorldBegin {lamps} Shape \"sphere\" WorldEnd");
+    let loaded = load(Path::new("x"), &|_| Ok(text.clone().into()), &LoadOptions::default());
+    let mut scene = loaded.scene.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+    let mut texels = vec![Vec3::splat(0.1); 32];
+    texels[9] = Vec3::splat(5.0);
+    let map = Arc::new(MipMap::new(8, 4, texels, Wrap::Repeat));
+    let world_from_light = Transform::IDENTITY;
+    let sky = Light::Environment { map, scale: Vec3::ONE, world_from_light, samples: 1 };
+    if with_sky {
+        Arc::make_mut(&mut scene.world).lights.push(sky);
+    }
+    check(&Prepared::new(&scene).lights);
+}
+
+/// A point that looks for light: its normals, whether light comes through, and whether it is diffuse.
+#[derive(Clone, Copy)]
+struct At {
+    p: DVec3,
+    ns: DVec3,
+    is_two_sided: bool,
+    is_diffuse: bool,
+}
+
+/// A diffuse floor.
+const FLOOR: At = At { p: DVec3::ZERO, ns: DVec3::Y, is_two_sided: false, is_diffuse: true };
+
+impl At {
+    /// Asks the lights of a table at this point.
+    fn ask<S: Simd, T>(
+        self,
+        (simd, table, choice): (S, &LightTable, LightChoice),
+        ask: impl FnOnce(&LightSampler<S>) -> T,
+    ) -> T {
+        let mask = |all: bool| bits(simd, if all { 0xff } else { 0 });
+        let (n, ns) = (Vec3x8::splat(simd, DVec3::Y), Vec3x8::splat(simd, self.ns));
+        let (is_two_sided, is_diffuse) = (mask(self.is_two_sided), mask(self.is_diffuse));
+        let domain = Domain { n, ns, is_two_sided, is_diffuse };
+        let lunes = if table.has_skies() { Lunes::new(&domain, mask(true)) } else { None };
+        let at = Receivers { surfaces: &surfaces_at(simd, self.p), domain, lunes };
+        ask(&LightSampler::new(simd, table, choice, &at))
+    }
+
+    /// The probabilities of all lights.
+    fn probabilities(self, table: &LightTable, choice: LightChoice) -> Vec<f64> {
+        baseline!(simd => self.ask((simd, table, choice), |sampler| {
+            let of = |light| sampler.probability(f64::from(light).simd_into(simd), bits(simd, 1))[0];
+            (0..table.len() as u32).map(of).collect()
+        }))
+    }
+}
+
+/// Lights are chosen as often as they are said to be.
+#[test]
+fn probabilities_are_those_of_choices() {
+    const NUMBERS: u32 = 1 << 14;
+    let p = DVec3::new(0.5, 1.0, 2.0);
+    let tilted = |degrees: f64| DVec2::from_angle((90.0 - degrees).to_radians()).extend(0.0);
+    let (plain, lune) = (At { p, ..FLOOR }, At { p, ns: tilted(20.0), is_diffuse: false, ..FLOOR });
+    let double = At { ns: tilted(60.0), is_two_sided: true, ..lune };
+    let many = LAMPS.to_string() + &r#" LightSource "point" "rgb I" [.1 .1 .1]"#.repeat(MANY);
+    for lamps in [LAMPS, &many, r#"LightSource "infinite""#, r#"LightSource "infinite" LightSource "point""#]
+    {
+        for with_sky in [false, true] {
+            with(lamps, with_sky, |table| {
+                for choice in [LightChoice::Uniform, LightChoice::Power, LightChoice::Spatial] {
+                    for at in [plain, lune, double] {
+                        let expected = at.probabilities(table, choice);
+                        let mut found = vec![0_u32; table.len()];
+                        for index in 0..NUMBERS {
+                            let u = (f64::from(index) + 0.5) / f64::from(NUMBERS);
+                            let chosen = baseline!(simd => at.ask((simd, table, choice), |sampler| {
+                                let chosen = sampler.choose(u.simd_into(simd), bits(simd, 1));
+                                chosen.is_there.any_true().then(|| (chosen.light[0], chosen.probability[0]))
+                            }));
+                            let Some((light, said)) = chosen else { continue };
+                            let light = light as usize;
+                            assert!((said / expected[light] - 1.0).abs() < 1e-12, "{choice:?} {light}");
+                            found[light] += 1;
+                        }
+                        for (light, found) in found.into_iter().enumerate() {
+                            let found = f64::from(found) / f64::from(NUMBERS);
+                            let said = expected[light];
+                            assert!((found - said).abs() < 3e-4, "{choice:?} {light}: {found} {said}");
+                        }
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// A lamp above a floor, and others that do not light it: from below, from behind their backs, or past it.
+const BESIDE: &str = r#"LightSource "point" "rgb I" [1 1 1] "point from" [1 2 0]
+    LightSource "point" "rgb I" [9 9 9] "point from" [0 -1 0]
+    LightSource "distant" "rgb L" [9 9 9] "point from" [0 -1 0] "point to" [0 0 0]
+    LightSource "spot" "rgb I" [9 9 9] "point from" [3 1 0] "point to" [9 1 0]
+    AttributeBegin Translate 3 1 0 Rotate 90 0 1 0 LightSource "projection" "rgb I" [9 9 9] AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Translate 0 3 0 Rotate -90 1 0 0
+    Shape "disk" "float radius" .2 AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
+    "point P" [0 3 0 1 3 0 0 3 -1] AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] ReverseOrientation Translate 0 3 0 Rotate 90 1 0 0
+    Shape "disk" "float radius" .2 AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] ReverseOrientation Scale -1 1 1
+    Shape "trianglemesh" "integer indices" [0 1 2] "point P" [0 3 0 0 3 -1 1 3 0] AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
+    "point P" [0 3 0 0 3 -1 1 3 0] "normal N" [0 1 0 .6 .8 0 0 1 0] AttributeEnd"#;
+
+/// Lamps that do light it: from both sides, by normals that differ, and above the horizon with their rim alone.
+const AROUND: &str = r#"
+    AttributeBegin AreaLightSource "diffuse" "bool twosided" "true" Translate 0 3 0 Rotate -90 1 0 0
+    Shape "disk" "float radius" .2 AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" Shape "trianglemesh" "integer indices" [0 1 2]
+    "point P" [0 3 0 1 3 0 0 3 -1] "normal N" [0 1 0 0 -1 0 0 1 0] AttributeEnd
+    AttributeBegin AreaLightSource "diffuse" Translate 3 -.5 0 Shape "sphere" AttributeEnd"#;
+
+#[test]
+fn lights_that_shine_elsewhere_are_not_chosen() {
+    with(BESIDE, false, |table| {
+        let shares = |at: At| -> Vec<bool> {
+            let shares = at.probabilities(table, LightChoice::Spatial);
+            assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{shares:?}");
+            shares.iter().map(|share| *share > 0.0).collect()
+        };
+        let (above, below) = ([true, false, false], [true; 3]);
+        assert_eq!(shares(FLOOR), [above.as_slice(), &[false; 7]].concat());
+        // Through what lets light through, two more shine.
+        let through = At { is_two_sided: true, is_diffuse: false, ..FLOOR };
+        assert_eq!(shares(through), [below.as_slice(), &[false; 7]].concat());
+    });
+    with(AROUND, false, |table| {
+        // From a floor, and from the middle of each of the lamps.
+        for p in [DVec3::ZERO, DVec3::Y * 3.0, DVec3::new(1.0, 9.0, -1.0) / 3.0, DVec3::new(3.0, -0.5, 0.0)] {
+            let shares = At { p, ..FLOOR }.probabilities(table, LightChoice::Spatial);
+            assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{p} {shares:?}");
+            assert!(p != DVec3::ZERO || shares.iter().all(|share| *share > 0.0), "{shares:?}");
+        }
+    });
+}
+
+/// In grazing light a glossy surface has its highlight: that light is not to be chosen seldom.
+#[test]
+fn glossy_surfaces_do_not_ask_for_cosines() {
+    let lamps = r#"LightSource "distant" "point from" [0 9 0] LightSource "distant" "point from" [9 .01 0]"#;
+    with(lamps, false, |table| {
+        let share = |is_diffuse| At { is_diffuse, ..FLOOR }.probabilities(table, LightChoice::Spatial)[1];
+        assert_eq!(share(false), 0.5);
+        assert!(share(true) < 0.1);
+    });
+}
+
+/// Other integrators sample a light as often as it asks to be.
+#[test]
+fn whitted_samples_each_light_once() {
+    for (integrator, samples) in [("whitted", 1), ("directlighting", 8), ("path", 8)] {
+        let scene = crate::testing::scene(&format!(
+            r#"Film "image" Camera "perspective" Integrator "{integrator}" WorldBegin
+            AreaLightSource "diffuse" "integer nsamples" 8 Shape "sphere" WorldEnd"#
+        ));
+        let strategy = match scene.view.integrator {
+            Integrator::DirectLighting { strategy, .. } => strategy,
+            _ => DirectStrategy::All,
+        };
+        assert_eq!(Prepared::new(&scene).lights.samples(0, strategy), samples);
+    }
+}
+
+/// The light in a picture is the same however lights are chosen; and there is less noise where they are chosen by place.
+#[test]
+fn choices_change_no_mean() {
+    let mut scene = crate::testing::scene(
+        r#"LookAt 0 1.5 -3 0 0 0 0 1 0 Camera "perspective" "float fov" 40 Film "image" "integer xresolution" 16 "integer yresolution" 12
+        Sampler "random" "integer pixelsamples" 16 Integrator "path" WorldBegin
+        LightSource "point" "rgb I" [9 9 9] "point from" [-2 2 0] LightSource "point" "rgb I" [9 9 9] "point from" [0 .5 2]
+        LightSource "spot" "rgb I" [40 40 40] "point from" [2 3 -1] "point to" [1 0 0] "float coneangle" 25
+        AttributeBegin Translate -2 2 -1 Rotate 90 1 0 0 LightSource "projection" "rgb I" [9 9 9] AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [5 5 5] Translate 2 1 1 Shape "sphere" "float radius" .3 AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Translate 0 3 0 Rotate 90 1 0 0
+        Shape "disk" "float radius" .5 AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [9 9 9] Shape "trianglemesh" "integer indices" [0 1 2]
+        "point P" [-2 0 1 -2 1 1 -2 0 2] AttributeEnd
+        Material "plastic" Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-4 0 -4 -4 0 4 4 0 4 4 0 -4]
+        Material "translucent" Translate 0 .3 0 Shape "sphere" "float radius" .3 WorldEnd"#,
+    );
+    const PICTURES: u64 = 16;
+    let variance = |values: &[f64]| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64
+    };
+    // The mean of all pictures, its variance, and that of pixels.
+    let mut looked_at = |light_choice| -> (f64, f64, f64) {
+        scene.view.integrator = Integrator::Path { max_depth: 1, roulette_threshold: 1.0, light_choice };
+        let picture = |seed| -> Vec<f64> {
+            let settings = Settings { seed, ..Settings::default() };
+            let rendered = render(&scene, &settings, &|_| ControlFlow::Continue(()));
+            rendered.image.rgb().unwrap().iter().map(|pixel| f64::from(pixel[0])).collect()
+        };
+        let pictures: Vec<Vec<f64>> = (0..PICTURES).map(picture).collect();
+        let pixels = pictures[0].len();
+        let means: Vec<f64> =
+            pictures.iter().map(|picture| picture.iter().sum::<f64>() / pixels as f64).collect();
+        let of_pixel = |at: usize| variance(&pictures.iter().map(|picture| picture[at]).collect::<Vec<_>>());
+        let noise = (0..pixels).map(of_pixel).sum::<f64>() / pixels as f64;
+        (means.iter().sum::<f64>() / PICTURES as f64, variance(&means) / PICTURES as f64, noise)
+    };
+    let (expected, uniform, noise) = looked_at(LightChoice::Uniform);
+    for choice in [LightChoice::Power, LightChoice::Spatial] {
+        let (mean, variance, less) = looked_at(choice);
+        assert!((mean - expected).abs() < 4.0 * (variance + uniform).sqrt(), "{choice:?}: {mean} {expected}");
+        assert!(choice == LightChoice::Power || less < 0.6 * noise, "{less} {noise}");
+    }
+}
