@@ -126,8 +126,18 @@ impl<T: Texel> MipMap<T> {
     pub const FAR: f64 = 1e15;
 
     /// Four texels of the finest version: rows `t` and `t + 1`, columns `s` and `s + 1`. They may lie beyond the edges.
-    #[inline(never)]
+    #[inline]
     pub fn corners(&self, s: i64, t: i64) -> [T; 4] {
+        let Level { width, height, ref texels } = self.levels[0];
+        if s >= 0 && t >= 0 && s < width as i64 - 1 && t < height as i64 - 1 {
+            let first = t as usize * width + s as usize;
+            return [texels[first], texels[first + 1], texels[first + width], texels[first + width + 1]];
+        }
+        self.wrapped_corners(s, t)
+    }
+
+    #[inline(never)]
+    fn wrapped_corners(&self, s: i64, t: i64) -> [T; 4] {
         let [low, high] = [t, t + 1].map(|t| self.levels[0].row(t, self.wrap));
         let texel = |row, s| texel(row, s, self.wrap);
         [texel(low, s), texel(low, s + 1), texel(high, s), texel(high, s + 1)]

@@ -103,24 +103,27 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     /// Where there are lobes of a part.
     #[inline(always)]
     pub fn has(&self, part: Part) -> mask64x8<S> {
-        let none = mask32x8::splat(self.local_o.z.token(), false);
-        let own = self.slots.iter().filter(|slot| part.holds(slot.lobe.kind));
-        widen(own.fold(none, |all, slot| all | slot.mask))
+        self.of(|kind| part.holds(kind))
+    }
+
+    /// Where there are lobes of some kinds.
+    #[inline(always)]
+    fn of(&self, holds: impl Fn(Kind) -> bool) -> mask64x8<S> {
+        let mut all = mask32x8::splat(self.local_o.z.token(), false);
+        for slot in self.slots.iter().filter(|slot| holds(slot.lobe.kind)) {
+            all |= slot.mask;
+        }
+        widen(all)
     }
 
     /// Where the light comes from, single directions aside.
     #[inline(always)]
     pub fn domain(&self) -> Domain<S> {
-        let none = mask32x8::splat(self.local_o.z.token(), false);
-        let of = |holds: fn(Kind) -> bool| {
-            let own = self.slots.iter().filter(|slot| holds(slot.lobe.kind));
-            widen(own.fold(none, |all, slot| all | slot.mask))
-        };
         Domain {
             n: self.n,
             ns: (-self.ns).or(widen(self.local_o.z.simd_lt(0.0)), self.ns),
-            is_two_sided: of(Kind::transmits),
-            is_diffuse: !of(|kind| kind != Kind::Lambert),
+            is_two_sided: self.of(Kind::transmits),
+            is_diffuse: !self.of(|kind| kind != Kind::Lambert),
         }
     }
 

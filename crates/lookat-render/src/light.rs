@@ -147,12 +147,13 @@ impl LightTable {
     /// Radiance from directions in which there is nothing.
     #[inline(always)]
     pub fn background<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
-        self.lights[self.first_sky..].iter().fold(Colors::splat(simd, self.background), |sum, light| {
-            match light {
-                SceneLight::Environment(environment) => sum + environment.radiance(simd, d),
-                _ => sum,
+        let mut sum = Colors::splat(simd, self.background);
+        for light in &self.lights[self.first_sky..] {
+            if let SceneLight::Environment(environment) = light {
+                sum = sum + environment.radiance(simd, d);
             }
-        })
+        }
+        sum
     }
 
     /// Directions towards a light. `leaving`: where the surface is the light itself.
@@ -234,7 +235,10 @@ impl LightTable {
         match &self.lights[light] {
             SceneLight::Environment(environment) => environment.evaluate(simd, lunes, wi),
             SceneLight::Infinite { radiance, .. } => {
-                let pdf = lunes.map_or(0.0.simd_into(simd), |lunes| lunes.pdf(wi));
+                let pdf = match lunes {
+                    Some(lunes) => lunes.pdf(wi),
+                    None => 0.0.simd_into(simd),
+                };
                 (Colors::splat(simd, *radiance), pdf)
             }
             _ => (Colors::splat(simd, Vec3::ZERO), 0.0.simd_into(simd)),
@@ -278,7 +282,10 @@ impl SceneLight {
             SceneLight::Environment(environment) => environment.share_above(),
             _ => return 1.0.simd_into(simd),
         };
-        lunes.map_or(above.simd_into(simd), |lunes| lunes.share() + above)
+        match lunes {
+            Some(lunes) => lunes.share() + above,
+            None => above.simd_into(simd),
+        }
     }
 
     fn new(light: &Light, origin: DVec3) -> Self {

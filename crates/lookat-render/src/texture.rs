@@ -2,7 +2,7 @@
 
 mod checkerboard;
 mod dots;
-mod imagemap;
+pub(crate) mod imagemap;
 pub(crate) mod mapping;
 mod marble;
 mod noise;

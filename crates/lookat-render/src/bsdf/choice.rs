@@ -37,10 +37,14 @@ pub(super) fn weigh<S: Simd>(slots: &mut [Slot<S>], cos_o: f32x8<S>) {
 /// The probability that a sample of all lobes is one of a part.
 #[inline(always)]
 pub(super) fn probability<S: Simd>(simd: S, slots: &[Slot<S>], part: Part) -> f32x8<S> {
-    match part {
-        Part::All => splat_f32(simd, 1.0),
-        _ => of(slots, part).fold(splat_f32(simd, 0.0), |sum, (_, slot)| sum + slot.probability),
+    if part == Part::All {
+        return splat_f32(simd, 1.0);
     }
+    let mut sum = splat_f32(simd, 0.0);
+    for (_, slot) in of(slots, part) {
+        sum += slot.probability;
+    }
+    sum
 }
 
 fn of<S: Simd>(slots: &[Slot<S>], part: Part) -> impl Iterator<Item = (usize, &Slot<S>)> {

@@ -230,17 +230,17 @@ impl<S: Simd> Builder<'_, S> {
         let white = Colors::splat(active.token(), Vec3::ONE);
         let opacity = self.share(&uber.opacity, active);
         self.refraction(weight * not_negative(white - opacity), white.r, active);
-        let share = |builder: &Self, texture| weight * opacity * builder.share(texture, active);
-        self.push(Lobes::new(Kind::Lambert, share(self, &uber.kd)), active);
+        let weight = weight * opacity;
+        self.push(Lobes::new(Kind::Lambert, weight * self.share(&uber.kd, active)), active);
         let eta = to_f32(self.index(&uber.eta, active));
-        let glossy = share(self, &uber.ks);
+        let glossy = weight * self.share(&uber.ks, active);
         let is_glossy = active & glossy.is_light();
         if is_glossy.any_true() {
             self.glossy(glossy, self.alpha(&uber.roughness, is_glossy), eta, is_glossy);
         }
-        let mirror = Lobes::new(Kind::Mirror(Fresnel::Dielectric), share(self, &uber.kr));
+        let mirror = Lobes::new(Kind::Mirror(Fresnel::Dielectric), weight * self.share(&uber.kr, active));
         self.push(Lobes { eta, ..mirror }, active);
-        self.refraction(share(self, &uber.kt), eta, active);
+        self.refraction(weight * self.share(&uber.kt, active), eta, active);
     }
 
     #[inline(always)]

@@ -254,22 +254,24 @@ impl<'s> Lighting<'s> {
         u: [f64x8<S>; 2],
         chosen: &Chosen<S>,
     ) -> LightSample<S> {
-        let of = |light: f64| {
+        let (mut rest, mut before) = (chosen.is_there, None::<LightSample<S>>);
+        loop {
+            let light = chosen.light[rest.to_bitmask().trailing_zeros() as usize];
+            let is_same = chosen.light.simd_eq(light);
+            rest &= !is_same;
             let number = light as usize;
             let is_own = at.surfaces.element.simd_eq(self.numbers[number]);
             let leaving = is_own & at.surfaces.instance.simd_eq(WORLD);
-            self.table.sample(simd, number, (at, leaving), u)
-        };
-        let first = chosen.light[chosen.is_there.to_bitmask().trailing_zeros() as usize];
-        let mut rest = chosen.is_there & !chosen.light.simd_eq(first);
-        let mut samples = of(first);
-        while rest.any_true() {
-            let light = chosen.light[rest.to_bitmask().trailing_zeros() as usize];
-            let is_same = chosen.light.simd_eq(light);
-            samples = of(light).or(is_same, samples);
-            rest &= !is_same;
+            let own = self.table.sample(simd, number, (at, leaving), u);
+            let samples = match before {
+                Some(before) => own.or(is_same, before),
+                None => own,
+            };
+            if !rest.any_true() {
+                return samples;
+            }
+            before = Some(samples);
         }
-        samples
     }
 
     /// Light that rays find. Most rays cannot find any, and need not be traced.

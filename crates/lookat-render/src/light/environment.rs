@@ -12,7 +12,8 @@ use lookat_scene::Transform;
 
 use super::lune::Lunes;
 use crate::circle::angle;
-use crate::number::{Colors, Vec3x8};
+use crate::number::{Colors, Vec3x8, bits};
+use crate::texture::imagemap::bilinear;
 use table::{DirectionTable, TableSample};
 
 /// An infinite light with a picture.
@@ -54,16 +55,18 @@ impl Environment {
     }
 
     /// The radiance from directions of the world.
-    #[inline(always)]
+    #[inline(never)]
     pub fn radiance<S: Simd>(&self, simd: S, wi: Vec3x8<S>) -> Colors<S> {
-        self.shown(simd, places(wi.by(&self.light_from_world)))
+        simd.vectorize(
+            #[inline(always)]
+            || self.shown(simd, places(wi.by(&self.light_from_world))),
+        )
     }
 
     /// The radiance from places on the picture.
     #[inline(always)]
-    fn shown<S: Simd>(&self, simd: S, [s, t]: [f64x8<S>; 2]) -> Colors<S> {
-        let shown = |lane| self.map.bilinear(DVec2::new(s[lane], t[lane]));
-        Colors::splat(simd, self.scale) * Colors::from_fn(simd, shown)
+    fn shown<S: Simd>(&self, simd: S, st: [f64x8<S>; 2]) -> Colors<S> {
+        Colors::splat(simd, self.scale) * bilinear::<S, Vec3>(&self.map, st, bits(simd, 0xff))
     }
 
     /// Directions, about in proportion to how much brighter it is than the mean, or of the lunes.

@@ -23,7 +23,10 @@ impl<S: Simd> Receivers<'_, S> {
     #[inline(always)]
     pub fn by_lune(&self, simd: S, numbers: [f64; 2]) -> f64x8<S> {
         let [without, with] = numbers.map(|number| number.simd_into(simd));
-        self.lunes.as_ref().map_or(without, |lunes| lunes.is_there.select(with, without))
+        match &self.lunes {
+            Some(lunes) => lunes.is_there.select(with, without),
+            None => without,
+        }
     }
 
     /// About the cosine at which light arrives from a ball in direction `wi`, whose radius is `spread` times its distance.

@@ -50,7 +50,11 @@ fn one<T: Value>(image: &ImageMap<T>, st: DVec2, [dst0, dst1]: [DVec2; 2]) -> T:
 
 /// As [`MipMap::bilinear`].
 #[inline(always)]
-fn bilinear<S: Simd, T: Values<S>>(map: &MipMap<T::Texel>, st: Vec2x8<S>, active: mask64x8<S>) -> T::Texels {
+pub(crate) fn bilinear<S: Simd, T: Values<S>>(
+    map: &MipMap<T::Texel>,
+    st: Vec2x8<S>,
+    active: mask64x8<S>,
+) -> T::Texels {
     let place = [st[0] * map.width() as f64 - 0.5, st[1] * map.height() as f64 - 0.5];
     let far = MipMap::<T::Texel>::FAR;
     let place = [place[0].max(-far).min(far), place[1].max(-far).min(far)];

@@ -86,8 +86,13 @@ impl Tree<'_> {
         for (rays, active) in rays.iter().zip(active) {
             let rays = whole(simd, rays, *active);
             let Some((packet, own)) = Packet::new(simd, &rays, *active) else { return Together::No };
-            let Some(union) = all.map_or(Some(own), |all| all.union(own)) else { return Together::No };
-            all = Some(union);
+            all = match all {
+                Some(all) => all.union(own),
+                None => Some(own),
+            };
+            if all.is_none() {
+                return Together::No;
+            }
             packets.push(packet);
         }
         let Some(slabs) = all else { return Together::No };
