@@ -85,7 +85,7 @@ impl<'s> SceneIntegrator<'s> {
                 let paths = wave.take(simd, first, count.min(first + LANES));
                 // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
                 let before = dimension.wrapping_add(depth.wrapping_mul(numbers));
-                streams.choose(&paths.samples, before);
+                streams.choose(simd, &paths.samples, before);
                 let at = ((depth == 0).then_some(camera), depth);
                 match self {
                     SceneIntegrator::Path(path) => {

@@ -16,6 +16,7 @@ use lookat_scene::{Sampler, SamplerKind};
 use crate::number::LANES;
 use hash::{mix, random, unit};
 use permute::permute;
+use sobol::Shuffled;
 
 /// A camera sample: a seed, a pixel, and which of its samples.
 pub(crate) type Sample = (u64, [u32; 2], u32);
@@ -39,13 +40,16 @@ struct Points {
     /// The seeds of the pixels: lower and upper halves.
     seeds: [[u32; LANES]; 2],
     indices: [u32; LANES],
+    /// Of Sobol' points.
+    shuffled: Shuffled,
 }
 
 impl Streams {
     /// Those of no samples as yet.
     pub fn new() -> Self {
         let (kind, count) = (SamplerKind::Random, 0);
-        let points = Points { kind, count, seeds: [[0; LANES]; 2], indices: [0; LANES] };
+        let (seeds, indices) = ([[0; LANES]; 2], [0; LANES]);
+        let points = Points { kind, count, seeds, indices, shuffled: Shuffled::default() };
         Streams { samples: Vec::new(), points, dimension: 0 }
     }
 
@@ -58,7 +62,7 @@ impl Streams {
 
     /// Goes on with some of the samples, of which so many dimensions have been taken.
     #[inline(always)]
-    pub fn choose(&mut self, samples: &[u16], dimension: u32) {
+    pub fn choose<S: Simd>(&mut self, simd: S, samples: &[u16], dimension: u32) {
         for lane in 0..LANES {
             let sample = samples.get(lane).unwrap_or(&samples[0]);
             let (seed, index) = self.samples[usize::from(*sample)];
@@ -66,6 +70,7 @@ impl Streams {
             self.points.seeds[1][lane] = (seed >> 32) as u32;
             self.points.indices[lane] = index;
         }
+        self.points.shuffle(simd);
         self.dimension = dimension;
     }
 
@@ -103,6 +108,14 @@ impl Streams {
 }
 
 impl Points {
+    /// What other indices change.
+    #[inline(always)]
+    fn shuffle<S: Simd>(&mut self, simd: S) {
+        if self.kind == SamplerKind::Sobol {
+            self.shuffled = Shuffled::new(simd, 0, self.indices, from_fn(|lane| self.seed(lane)));
+        }
+    }
+
     /// The numbers of a dimension.
     #[inline(never)]
     fn number<S: Simd>(&self, simd: S, dimension: u32) -> f64x8<S> {
@@ -131,8 +144,8 @@ impl Points {
                 }
             }
             SamplerKind::Sobol => {
-                let seeds: [u64; LANES] = from_fn(|lane| self.seed(lane));
-                sobol::numbers(simd, dimension, self.indices, seeds)
+                let seeds = || from_fn(|lane| self.seed(lane));
+                sobol::numbers(simd, dimension, (self.indices, seeds), &self.shuffled)
             }
         }
     }
@@ -155,38 +168,44 @@ impl Points {
     /// Those of the `k`-th of `count` nested samples.
     #[inline(never)]
     fn nested_pair<S: Simd>(&self, simd: S, dimension: u32, (count, k): (u32, u32)) -> [f64x8<S>; 2] {
-        let mut nested = *self;
-        let mut is_numbered = [true; LANES];
-        for (lane, is_numbered) in is_numbered.iter_mut().enumerate() {
-            let index = u64::from(self.indices[lane]) * u64::from(count) + u64::from(k);
-            (nested.indices[lane], *is_numbered) = (index as u32, index <= u64::from(u32::MAX));
-        }
-        // Only these two have to know how many there are; and of cells there may be more than samples.
-        let needed = match self.kind {
-            SamplerKind::Stratified { cells: [across, down], .. } => {
-                u64::from(across) * u64::from(down) * u64::from(count)
-            }
-            SamplerKind::Halton { .. } => u64::from(self.count) * u64::from(count),
-            SamplerKind::Random | SamplerKind::Sobol => 0,
-        };
-        if needed > u64::from(u32::MAX) {
-            is_numbered = [false; LANES];
-        }
-        nested.count = self.count.saturating_mul(count);
-        if let SamplerKind::Stratified { cells, .. } = &mut nested.kind {
-            cells[0] = cells[0].saturating_mul(count);
-        }
-        let [mut x, mut y] = match needed > u64::from(u32::MAX) {
-            true => [0.0.simd_into(simd); 2],
-            false => nested.pair(simd, dimension),
-        };
-        for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
-            // More than can be numbered: independent ones.
-            let own = u64::from(self.indices[lane]) << 32 | u64::from(k);
-            let seed = mix(hash::of_dimension(self.seed(lane), dimension) ^ own);
-            (x[lane], y[lane]) = (unit(mix(seed)), unit(mix(!seed)));
-        }
-        [x, y]
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut nested = *self;
+                let mut is_numbered = [true; LANES];
+                for (lane, is_numbered) in is_numbered.iter_mut().enumerate() {
+                    let index = u64::from(self.indices[lane]) * u64::from(count) + u64::from(k);
+                    (nested.indices[lane], *is_numbered) = (index as u32, index <= u64::from(u32::MAX));
+                }
+                // Only these two have to know how many there are; and of cells there may be more than samples.
+                let needed = match self.kind {
+                    SamplerKind::Stratified { cells: [across, down], .. } => {
+                        u64::from(across) * u64::from(down) * u64::from(count)
+                    }
+                    SamplerKind::Halton { .. } => u64::from(self.count) * u64::from(count),
+                    SamplerKind::Random | SamplerKind::Sobol => 0,
+                };
+                if needed > u64::from(u32::MAX) {
+                    is_numbered = [false; LANES];
+                }
+                nested.shuffle(simd);
+                nested.count = self.count.saturating_mul(count);
+                if let SamplerKind::Stratified { cells, .. } = &mut nested.kind {
+                    cells[0] = cells[0].saturating_mul(count);
+                }
+                let [mut x, mut y] = match needed > u64::from(u32::MAX) {
+                    true => [0.0.simd_into(simd); 2],
+                    false => nested.pair(simd, dimension),
+                };
+                for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
+                    // More than can be numbered: independent ones.
+                    let own = u64::from(self.indices[lane]) << 32 | u64::from(k);
+                    let seed = mix(hash::of_dimension(self.seed(lane), dimension) ^ own);
+                    (x[lane], y[lane]) = (unit(mix(seed)), unit(mix(!seed)));
+                }
+                [x, y]
+            },
+        )
     }
 
     #[inline(always)]

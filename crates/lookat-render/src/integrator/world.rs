@@ -90,19 +90,11 @@ impl<'s> World<'s> {
                         let packets = tracer.stream_size.next(rays.len() - from);
                         if packets > 0 {
                             let all = from..from + packets;
-                            let mut found = [Hits::none(simd); MOST_PACKETS];
-                            let together = tree.nearest_of(
-                                simd,
-                                &rays[all.clone()],
-                                &active[all.clone()],
-                                &mut found[..packets],
-                            );
+                            let (rays, active) = (&rays[all.clone()], &active[all]);
+                            let together = tree.nearest_of(simd, rays, active, &mut hits);
                             tracer.stream_size.learn(packets, together);
                             if together != Together::No {
-                                for (at, found) in all.zip(found) {
-                                    tracer.rays += count(active[at]);
-                                    hits.push(found);
-                                }
+                                tracer.rays += active.iter().map(|active| count(*active)).sum::<u64>();
                                 continue;
                             }
                             if packets > 1 {

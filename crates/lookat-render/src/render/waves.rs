@@ -117,7 +117,7 @@ impl Context<'_> {
                 let samples = &samples[first..samples.len().min(first + LANES)];
                 let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
                 let streams = &mut worker.streams;
-                streams.choose(&numbers, 0);
+                streams.choose(simd, &numbers, 0);
                 let mut film = streams.next_2d(simd);
                 for (lane, (_, place, _)) in samples.iter().enumerate() {
                     let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));

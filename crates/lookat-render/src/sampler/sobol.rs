@@ -18,22 +18,40 @@ static DIRECTIONS: LazyLock<Vec<[u32; 16]>> = LazyLock::new(|| {
     (0..NUM_DIMENSIONS).map(|dimension| from_fn(|bit| sobol_rev(1 << (16 + bit), dimension))).collect()
 });
 
-/// The numbers of points in a dimension. `seeds` choose the scrambles. The sequence has 2^16 points and some dimensions; beyond them
-/// others, scrambled on their own, take over.
+/// Points of the sequence, shuffled and to be scrambled: what all dimensions share.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Shuffled {
+    seeds: [u32; LANES],
+    indices: [u32; LANES],
+}
+
+impl Shuffled {
+    /// `seeds` choose the scrambles. The sequence has 2^16 points; beyond them others, scrambled on their own, take over. `turn`: how
+    /// many times all its dimensions have been taken.
+    #[inline(always)]
+    pub fn new<S: Simd>(simd: S, turn: u32, indices: [u32; LANES], seeds: [u64; LANES]) -> Self {
+        let own = |index: u32| u64::from(index >> 16) << 32 | u64::from(turn);
+        let seeds: [u32; LANES] = from_fn(|lane| mix(seeds[lane] ^ own(indices[lane])) as u32);
+        let indices: u32x8<S> = indices.simd_into(simd);
+        // The bits of what is scrambled are in reverse.
+        let scramble = hash(u32x8::from_slice(simd, &seeds) ^ 0x79c6_8e4a);
+        let shuffled = owen_scramble_rev(reversed(indices & 0xffff), scramble) >> 16;
+        Shuffled { seeds, indices: shuffled.to_array() }
+    }
+}
+
+/// The numbers of points in a dimension; `first` are those of the first dimensions.
 #[inline(always)]
 pub(super) fn numbers<S: Simd>(
     simd: S,
     dimension: u32,
-    indices: [u32; LANES],
-    seeds: [u64; LANES],
+    (indices, seeds): ([u32; LANES], impl Fn() -> [u64; LANES]),
+    first: &Shuffled,
 ) -> f64x8<S> {
-    let (turn, dimension) = (u64::from(dimension / NUM_DIMENSIONS), dimension % NUM_DIMENSIONS);
-    let seeds: [u32; LANES] =
-        from_fn(|lane| mix(seeds[lane] ^ (u64::from(indices[lane] >> 16) << 32 | turn)) as u32);
-    let seeds: u32x8<S> = seeds.simd_into(simd);
-    let indices: u32x8<S> = indices.simd_into(simd);
-    // The bits of what is scrambled are in reverse.
-    let shuffled = owen_scramble_rev(reversed(indices & 0xffff), hash(seeds ^ 0x79c6_8e4a)) >> 16;
+    let (turn, dimension) = (dimension / NUM_DIMENSIONS, dimension % NUM_DIMENSIONS);
+    let points = if turn == 0 { *first } else { Shuffled::new(simd, turn, indices, seeds()) };
+    let (seeds, shuffled): (u32x8<S>, u32x8<S>) =
+        (points.seeds.simd_into(simd), points.indices.simd_into(simd));
     let mut point: u32x8<S> = 0.simd_into(simd);
     for (bit, direction) in DIRECTIONS[dimension as usize].iter().enumerate() {
         // All bits where this one is set.
@@ -60,7 +78,10 @@ mod tests {
     use crate::testing::baseline;
 
     fn number(dimension: u32, index: u32, seed: u64) -> f64 {
-        baseline!(simd => numbers(simd, dimension, [index; LANES], [seed; LANES])[0])
+        baseline!(simd => {
+            let (indices, seeds) = ([index; LANES], [seed; LANES]);
+            numbers(simd, dimension, (indices, || seeds), &Shuffled::new(simd, 0, indices, seeds))[0]
+        })
     }
 
     #[test]

@@ -32,7 +32,7 @@ fn streams(kind: SamplerKind, count: u32, pixel: [u32; 2]) -> impl Iterator<Item
 fn of_sample(sampler: &Sampler, pixel: [u32; 2], index: u32) -> Stream {
     let mut streams = Streams::new();
     streams.restart(sampler, &[(7, pixel, index)]);
-    streams.choose(&[0], 0);
+    baseline!(simd => streams.choose(simd, &[0], 0));
     Stream(streams)
 }
 

@@ -62,21 +62,22 @@ pub(super) const PLACES: f64 = 4_294_967_296.0;
 /// Tells elements of the world, or those of an object, apart, by labels: numbers that are exact; [`NONE`] is no element.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Labels {
-    /// A power of two, more than any index.
-    indices: f64,
+    /// A power of two, more than any index, and one over it.
+    indices: [f64; 2],
 }
 
 impl Labels {
     /// Those of elements with indices below a number.
     pub fn new(indices: usize) -> Self {
-        Labels { indices: indices.next_power_of_two() as f64 }
+        let indices = indices.next_power_of_two() as f64;
+        Labels { indices: [indices, 1.0 / indices] }
     }
 
     pub fn of(self, element: ElementId) -> f64 {
         match element {
             ElementId::NONE => NONE,
             ElementId::POINT_LIGHT => POINT_LIGHT,
-            element => f64::from(element.primitive) * self.indices + f64::from(element.index),
+            element => f64::from(element.primitive) * self.indices[0] + f64::from(element.index),
         }
     }
 
@@ -86,8 +87,9 @@ impl Labels {
         if label < 0.0 {
             return if label == POINT_LIGHT { ElementId::POINT_LIGHT } else { ElementId::NONE };
         }
-        let primitive = (label / self.indices).floor();
-        ElementId { instance, primitive: primitive as u32, index: (label - primitive * self.indices) as u32 }
+        let [indices, inverse] = self.indices;
+        let primitive = (label * inverse).floor();
+        ElementId { instance, primitive: primitive as u32, index: (label - primitive * indices) as u32 }
     }
 }
 

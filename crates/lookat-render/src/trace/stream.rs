@@ -71,15 +71,14 @@ impl StreamSize {
 }
 
 impl Tree<'_> {
-    /// The nearest hits of packets of rays from free space, of those that are active; nothing where they do not go together. There
-    /// are as many `hits` as packets.
+    /// Appends the nearest hits of packets of rays from free space, of those that are active; none where they do not go together.
     #[inline(always)]
     pub fn nearest_of<S: Simd>(
         &self,
         simd: S,
         rays: &[Rays<S>],
         active: &[mask64x8<S>],
-        hits: &mut [Hits<S>],
+        hits: &mut ArrayVec<Hits<S>, MOST_PACKETS>,
     ) -> Together {
         let mut packets: ArrayVec<Packet<S>, MOST_PACKETS> = ArrayVec::new();
         let mut all: Option<Slabs<S>> = None;
@@ -140,8 +139,8 @@ impl Tree<'_> {
         if tests > most {
             return Together::No;
         }
-        for (hits, packet) in hits.iter_mut().zip(&packets) {
-            *hits = packet.hits;
+        for packet in &packets {
+            hits.push(packet.hits);
         }
         if 4 * tests <= most { Together::Easily } else { Together::Yes }
     }
@@ -223,7 +222,7 @@ mod tests {
             packets.push(Rays::new(of(|ray| ray.o), of(|ray| ray.d)));
             active.push(first_lanes(simd, rays.len()));
         }
-        let mut hits = vec![Hits::none(simd); packets.len()];
+        let mut hits = ArrayVec::new();
         let tree = Tree { scene };
         let together = tree.nearest_of(simd, &packets, &active, &mut hits);
         if together == Together::No {
