@@ -85,7 +85,10 @@ impl<'s> SceneIntegrator<'s> {
                 return;
             }
             for first in (0..count).step_by(LANES) {
-                tracer.begin_surfaces(LANES.min(count - first));
+                tracer.profile(|profiler| {
+                    profiler.enter(Stage::Shading);
+                    profiler.count(LANES.min(count - first) as u64);
+                });
                 let paths = wave.take(simd, first, count.min(first + LANES));
                 // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
                 let before = dimension.wrapping_add(depth.wrapping_mul(numbers));

@@ -91,7 +91,7 @@ fn table(name: &str, rounds: &[Vec<Line>]) -> BenchTable {
     };
     BenchTable {
         name: "profile",
-        title: format!("the stages of a {name} scene, on one thread"),
+        title: format!("{name} scene, on one thread"),
         columns: COLUMNS.map(|column| column.0).into(),
         rows: rounds[0].iter().enumerate().map(row).collect(),
     }

@@ -95,14 +95,14 @@ impl<'s> Lighting<'s> {
         simd.vectorize(
             #[inline(always)]
             || {
-                tracer.enter(Stage::Lights);
+                tracer.profile(|profiler| profiler.enter(Stage::Lights));
                 let light = match self.samples[0].lights {
                     LightSamples::One(_) => self.one_light(simd, tracer, streams, vertices, active),
                     LightSamples::Each(strategy) => {
                         self.each_light(simd, tracer, streams, vertices, (strategy, active))
                     }
                 };
-                tracer.enter(Stage::Scattering);
+                tracer.profile(|profiler| profiler.enter(Stage::Scattering));
                 light
             },
         )

@@ -2,7 +2,6 @@
 
 use std::any::Any;
 use std::hint::black_box;
-use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use fearless_simd::{Level, Simd, mask64x8};
@@ -75,24 +74,19 @@ pub(crate) struct Profiler {
     /// The stage to which a stage that traces returns.
     caller: Stage,
     stages: [StageProfile; STAGES.len()],
-    /// The [`Record`] of each stage that has traced.
-    records: [Option<Box<dyn Any + Send>>; STAGES.len()],
+    /// The [`Calls`] of each stage that has traced.
+    calls: [Option<Box<dyn Any + Send>>; STAGES.len()],
 }
 
-/// Rays in the order in which they were traced.
-struct Record<S: Simd> {
-    /// Which packets go together.
-    calls: Vec<Range<usize>>,
-    rays: Vec<Rays<S>>,
-    active: Vec<mask64x8<S>>,
-}
+/// Packets that were traced together, in order, and which of their rays were active.
+type Calls<S> = Vec<(Vec<Rays<S>>, Vec<mask64x8<S>>)>;
 
 impl Profiler {
     /// Starts the clock.
     pub fn new() -> Self {
-        let (stage, caller) = (Stage::Film, Stage::Film);
         let stages = STAGES.map(|(_, name)| StageProfile { name, ..StageProfile::default() });
-        Profiler { stage, caller, since: Instant::now(), stages, records: Default::default() }
+        let (stage, since) = (Stage::Film, Instant::now());
+        Profiler { stage, since, caller: stage, stages, calls: Default::default() }
     }
 
     /// Ends a stage, and begins another one.
@@ -104,54 +98,45 @@ impl Profiler {
         (self.stage, self.since) = (stage, now);
     }
 
-    pub fn end_rays(&mut self) {
-        self.enter(self.caller);
+    /// Counts a group of this stage.
+    pub fn count(&mut self, lanes: u64) {
+        let own = &mut self.stages[self.stage as usize];
+        (own.lanes, own.batches) = (own.lanes + lanes, own.batches + 1);
     }
 
-    pub fn count(&mut self, stage: Stage, lanes: u64) {
-        let StageProfile { lanes: own, batches, .. } = &mut self.stages[stage as usize];
-        (*own, *batches) = (*own + lanes, *batches + 1);
-    }
-
-    /// Begins a stage that traces. The record takes no time of any stage.
+    /// Begins a stage that traces. To keep the rays takes no time of any stage.
     #[cold]
     #[inline(never)]
     pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
         self.caller = self.stage;
         self.enter(stage);
-        active.iter().for_each(|active| self.count(stage, count(*active)));
-        let new = || Box::new(Record::<S> { calls: Vec::new(), rays: Vec::new(), active: Vec::new() }) as _;
-        if let Some(record) = self.records[stage as usize].get_or_insert_with(new).downcast_mut::<Record<S>>()
-        {
-            let from = record.rays.len();
-            record.calls.push(from..from + rays.len());
-            record.rays.extend_from_slice(rays);
-            record.active.extend_from_slice(active);
+        active.iter().for_each(|active| self.count(count(*active)));
+        let calls = self.calls[stage as usize].get_or_insert_with(|| Box::new(Calls::<S>::new()));
+        if let Some(calls) = calls.downcast_mut::<Calls<S>>() {
+            calls.push((rays.to_vec(), active.to_vec()));
         }
         self.since = Instant::now();
     }
+
+    pub fn end_rays(&mut self) {
+        self.enter(self.caller);
+    }
 }
 
-impl<S: Simd> Record<S> {
-    /// Traces the rays of a stage as the renderer does, and says how long that takes.
-    #[inline(never)]
-    fn trace(&self, simd: S, world: &World, tracer: &mut Tracer, stage: Stage) -> Duration {
-        // A copy is in the cache, as the rays of the renderer are.
-        let (rays, active) = (self.rays.clone(), self.active.clone());
-        let started = Instant::now();
-        for call in &self.calls {
-            let (rays, active) = (&rays[call.clone()], &active[call.clone()]);
-            match stage {
-                Stage::CameraRays => drop(black_box(world.nearest_of(simd, tracer, rays, active))),
-                Stage::BounceRays => drop(black_box(world.nearest(simd, tracer, &rays[0], active[0]))),
-                _ => {
-                    let is_shadow = stage == Stage::ShadowRays;
-                    black_box(world.met(simd, tracer, &rays[0], (active[0], is_shadow)));
-                }
-            }
+/// Traces rays as the renderer does, and says how long that takes.
+#[inline(never)]
+fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer, stage: Stage) -> Duration {
+    // A copy is in the cache, as the rays of the renderer are.
+    let calls = calls.clone();
+    let started = Instant::now();
+    for (rays, active) in &calls {
+        match stage {
+            Stage::CameraRays => drop(black_box(world.nearest_of(simd, tracer, rays, active))),
+            Stage::BounceRays => drop(black_box(world.nearest(simd, tracer, &rays[0], active[0]))),
+            _ => drop(black_box(world.met(simd, tracer, &rays[0], (active[0], stage == Stage::ShadowRays)))),
         }
-        started.elapsed()
     }
+    started.elapsed()
 }
 
 /// The stages of all tiles together, with their rays traced again.
@@ -159,12 +144,12 @@ pub(crate) fn sum(profilers: &[Profiler], scene: &Traceable, lights: &LightTable
     let (world, level, mut tracer) = (World::new(scene), Level::new(), Tracer::new(scene, lights));
     let of = |(stage, name)| {
         let mut sum = StageProfile { name, ..StageProfile::default() };
-        for Profiler { stages, records, .. } in profilers {
+        for Profiler { stages, calls, .. } in profilers {
             sum = sum.with(&stages[stage as usize]);
-            if let Some(record) = &records[stage as usize] {
+            if let Some(calls) = &calls[stage as usize] {
                 sum.alone += side_by_side!(level, simd => {
-                    let record = record.downcast_ref::<Record<_>>();
-                    record.map_or(Duration::ZERO, |record| record.trace(simd, &world, &mut tracer, stage))
+                    let calls = calls.downcast_ref::<Calls<_>>();
+                    calls.map_or(Duration::ZERO, |calls| trace(simd, calls, &world, &mut tracer, stage))
                 });
             }
         }

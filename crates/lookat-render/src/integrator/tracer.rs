@@ -35,20 +35,11 @@ impl<'s> Tracer<'s> {
         self.lights
     }
 
-    /// Begins a stage.
+    /// Does something with the profiler, if there is one.
     #[inline(always)]
-    pub fn enter(&mut self, stage: Stage) {
+    pub fn profile(&mut self, does: impl FnOnce(&mut Profiler)) {
         if let Some(profiler) = &mut self.profiler {
-            profiler.enter(stage);
-        }
-    }
-
-    /// Begins to shade a group of surfaces.
-    #[inline(always)]
-    pub fn begin_surfaces(&mut self, count: usize) {
-        if let Some(profiler) = &mut self.profiler {
-            profiler.count(Stage::Shading, count as u64);
-            profiler.enter(Stage::Shading);
+            does(profiler);
         }
     }
 
@@ -58,17 +49,7 @@ impl<'s> Tracer<'s> {
         for active in active {
             self.rays += count(*active);
         }
-        if let Some(profiler) = &mut self.profiler {
-            profiler.begin_rays(stage, rays, active);
-        }
-    }
-
-    /// Ends what [`Tracer::begin_rays`] began.
-    #[inline(always)]
-    pub fn end_rays(&mut self) {
-        if let Some(profiler) = &mut self.profiler {
-            profiler.end_rays();
-        }
+        self.profile(|profiler| profiler.begin_rays(stage, rays, active));
     }
 
     /// The nearest hit.

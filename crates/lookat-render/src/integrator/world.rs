@@ -6,7 +6,7 @@ use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::Vec3;
 
-use super::profiler::Stage;
+use super::profiler::{Profiler, Stage};
 use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Slots;
 use crate::camera::views::Views;
@@ -111,7 +111,7 @@ impl<'s> World<'s> {
                     }
                     hits.push(self.search(simd, &rays[from], active[from]));
                 }
-                tracer.end_rays();
+                tracer.profile(Profiler::end_rays);
                 hits
             },
         )
@@ -128,7 +128,7 @@ impl<'s> World<'s> {
     ) -> Hits<S> {
         tracer.begin_rays(Stage::BounceRays, slice::from_ref(rays), &[active]);
         let hits = self.search(simd, rays, active);
-        tracer.end_rays();
+        tracer.profile(Profiler::end_rays);
         hits
     }
 
@@ -162,7 +162,7 @@ impl<'s> World<'s> {
                     World::List(list, _) => list.met(simd, rays, active),
                     World::Tree(tree, _) => tree.met(simd, rays, (active, is_shadow)),
                 };
-                tracer.end_rays();
+                tracer.profile(Profiler::end_rays);
                 met
             },
         )

@@ -102,7 +102,7 @@ impl<'p> Control<'p> {
 
     /// Keeps what they took.
     pub fn keep(&self, tracer: &mut Tracer) {
-        tracer.enter(Stage::Film);
+        tracer.profile(|profiler| profiler.enter(Stage::Film));
         if let (Some(all), Some(profiler)) = (self.profilers, tracer.profiler.take()) {
             all.lock().unwrap_or_else(PoisonError::into_inner).push(*profiler);
         }

@@ -69,7 +69,7 @@ impl Context<'_> {
     }
 
     fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) {
-        worker.tracer.enter(Stage::Camera);
+        worker.tracer.profile(|profiler| profiler.enter(Stage::Camera));
         let sample = |(number, index): &Place| {
             let Job { pattern, place, .. } = &jobs[*number];
             (pattern.seed, *place, *index)
@@ -80,7 +80,7 @@ impl Context<'_> {
         worker.streams.restart(sampler, &samples);
         worker.wave.clear();
         side_by_side!(self.level, simd => self.take(simd, worker, &samples));
-        worker.tracer.enter(Stage::Film);
+        worker.tracer.profile(|profiler| profiler.enter(Stage::Film));
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
             self.add(pattern, worker.wave.radiance[at], worker.negative[at], samples);
