@@ -48,7 +48,7 @@ pub struct StageProfile {
     pub time: Duration,
     /// Rays of a stage that traces, surfaces that are shaded; 0 of other stages.
     pub lanes: u64,
-    /// Groups of up to eight of them.
+    /// Groups of up to eight of them, and those where none of eight paths had any.
     pub batches: u64,
     /// How long its rays take when they are traced again with nothing in between; 0 of stages that do not trace.
     pub alone: Duration,

@@ -46,7 +46,8 @@ mod tests {
         for stage in &stages {
             let is_counted = stage.name == "shading" || stage.name.ends_with("rays");
             assert!(stage.time > Duration::ZERO && is_counted == (stage.lanes > 0), "{stage:?}");
-            assert!((stage.batches..=8 * stage.batches).contains(&stage.lanes), "{stage:?}");
+            // A group may have no shadow ray at all.
+            assert!(stage.lanes <= 8 * stage.batches, "{stage:?}");
             assert_eq!(stage.alone > Duration::ZERO, stage.name.ends_with("rays"), "{stage:?}");
         }
     }
