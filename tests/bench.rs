@@ -41,6 +41,32 @@ fn tables_are_whole() {
     );
 }
 
+/// All shares of the time of a scene are the whole, and rays together are as many as those of each kind.
+#[test]
+fn stages_add_up() {
+    let (status, out, err) = run(&["--only", "profile", "--rounds", "1", "--json"]);
+    assert_eq!(status, 0, "{err}");
+    let result: Value = serde_json::from_str(&out).unwrap();
+    let tables = result["tables"].as_array().unwrap();
+    assert_eq!(tables.len(), 5);
+    for table in tables {
+        let rows = table["rows"].as_array().unwrap();
+        let (stages, rest) = rows.split_at(rows.len() - 2);
+        let number = |row: &Value, column: usize| row["cells"][column]["median"].as_f64();
+        let sum = |column| stages.iter().filter_map(|row| number(row, column)).sum::<f64>();
+        assert!((sum(1) - 100.0).abs() < 1e-6, "{table}");
+        let shading = stages.iter().find(|row| row["name"] == "shading").unwrap();
+        for row in rest {
+            let rays = sum(2) - number(shading, 2).unwrap();
+            assert!((number(row, 2).unwrap() - rays).abs() < 1e-9, "{table}");
+            assert!((number(row, 6).unwrap() - sum(6)).abs() < 1e-6, "{table}");
+        }
+        for row in rows.iter().filter(|row| number(row, 2).is_some()) {
+            assert!(number(row, 3).unwrap() <= 100.0, "{row}");
+        }
+    }
+}
+
 #[test]
 fn people_read_the_same() {
     let (status, out, _) = run(&["--only", "reading", "--rounds", "1"]);
@@ -48,6 +74,9 @@ fn people_read_the_same() {
     let table = out.split_once("reading: ").unwrap().1;
     assert_eq!(table.trim_end().lines().count(), 1 + 1 + 3, "{out}");
     let (status, out, err) = run(&["--only", "spelling"]);
-    assert!(status == 2 && out.is_empty() && err.contains("tracing, reading, rendering, features"), "{err}");
+    assert!(
+        status == 2 && out.is_empty() && err.contains("tracing, reading, rendering, features, profile"),
+        "{err}"
+    );
     assert_eq!(run(&["--rounds", "0"]).0, 2);
 }

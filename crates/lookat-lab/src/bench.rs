@@ -1,10 +1,11 @@
-//! How fast lookat is on the machine at hand: tracing, reading, rendering, and what each feature costs.
+//! How fast lookat is on the machine at hand: tracing, reading, rendering, and what each feature and each stage costs.
 //!
 //! Each number is a median of rounds in which all things that are compared are measured in turn, so that what disturbs the
 //! machine disturbs them alike.
 
 mod features;
 mod meshes;
+mod profile;
 mod reading;
 mod rendering;
 mod table;
@@ -23,11 +24,14 @@ pub enum Suite {
     Rendering,
     /// One picture with one thing more at a time.
     Features,
+    /// The stages of a rendering.
+    Profile,
 }
 
 impl Suite {
     /// All of them, in order.
-    pub const ALL: [Suite; 4] = [Suite::Tracing, Suite::Reading, Suite::Rendering, Suite::Features];
+    pub const ALL: [Suite; 5] =
+        [Suite::Tracing, Suite::Reading, Suite::Rendering, Suite::Features, Suite::Profile];
 
     /// Its name on the command line.
     pub fn name(self) -> &'static str {
@@ -36,6 +40,7 @@ impl Suite {
             Suite::Reading => "reading",
             Suite::Rendering => "rendering",
             Suite::Features => "features",
+            Suite::Profile => "profile",
         }
     }
 
@@ -46,6 +51,7 @@ impl Suite {
             Suite::Reading => vec![reading::table(rounds)],
             Suite::Rendering => vec![rendering::table(rounds)],
             Suite::Features => vec![features::table(rounds)],
+            Suite::Profile => profile::tables(rounds),
         }
     }
 }

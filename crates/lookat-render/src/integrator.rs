@@ -5,6 +5,7 @@ pub(crate) mod direct;
 mod lighting;
 pub(crate) mod path;
 mod paths;
+mod profiler;
 mod tracer;
 pub(crate) mod wave;
 mod weighed;
@@ -22,6 +23,8 @@ use crate::number::LANES;
 use crate::sampler::Streams;
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
+pub use profiler::StageProfile;
+pub(crate) use profiler::{Profiler, Stage, sum};
 pub(crate) use tracer::Tracer;
 use wave::Wave;
 use world::{Sees, World};
@@ -82,6 +85,10 @@ impl<'s> SceneIntegrator<'s> {
                 return;
             }
             for first in (0..count).step_by(LANES) {
+                tracer.profile(|profiler| {
+                    profiler.enter(Stage::Shading);
+                    profiler.count(LANES.min(count - first) as u64);
+                });
                 let paths = wave.take(simd, first, count.min(first + LANES));
                 // Beyond 2^32, which takes a hundred thousand lights, dimensions repeat.
                 let before = dimension.wrapping_add(depth.wrapping_mul(numbers));

@@ -30,6 +30,7 @@
 //! | show a picture that grows | [`Progress::snapshot`] |
 //! | know what is at a place of a picture | [`Prepared::pick`] |
 //! | trace rays of your own | [`Probe`] |
+//! | know where the time goes | [`profile()`] |
 //! | know what a scene takes | [`inspect()`], [`film_bytes`], [`preparation_bytes`] |
 //!
 //! The examples of this crate build a scene in code, render a file with progress, turn a camera around a mesh, and compare two
@@ -74,7 +75,7 @@ mod warp;
 
 pub use film::REPLICATES;
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
-pub use integrator::Draw;
+pub use integrator::{Draw, StageProfile};
 pub use lookat_image as image;
 pub use lookat_scene as scene;
 pub use lookat_scene::{Scene, glam};
@@ -83,6 +84,7 @@ pub use prepare::{Prepared, preparation_bytes};
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
 pub use render::{
-    DARK, Progress, Reached, Rendered, Settings, Statistics, Stop, TargetError, TimeLeft, film_bytes, render,
+    DARK, Progress, Reached, Rendered, Settings, Statistics, Stop, TargetError, TimeLeft, film_bytes,
+    profile, render,
 };
 pub use threads::{start_threads, threads};

@@ -5,6 +5,7 @@ mod control;
 mod exposure;
 mod fixed;
 mod forecast;
+mod profile;
 mod rounds;
 mod sample;
 mod settings;
@@ -13,6 +14,7 @@ mod target;
 mod waves;
 
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use lookat_image::Image;
@@ -20,12 +22,14 @@ use lookat_scene::{Scene, View};
 
 use crate::film::{Errors, Film};
 use crate::filter::FilterSampler;
+use crate::integrator::Profiler;
 use crate::prepare::Prepared;
 use crate::threads;
 use adaptive::Adaptive;
 use control::Control;
 use fixed::Fixed;
 pub use forecast::TimeLeft;
+pub use profile::profile;
 use sample::Context;
 pub use settings::{Settings, Stop, film_bytes};
 pub use stop::TargetError;
@@ -117,7 +121,7 @@ pub fn render(
         let started = Instant::now();
         let prepared = Prepared::new(scene);
         let preparation = started.elapsed();
-        Rendered { preparation, ..run(&prepared, &scene.view, settings, deadline, progress) }
+        Rendered { preparation, ..run(&prepared, &scene.view, settings, deadline, progress, None) }
     })
 }
 
@@ -133,7 +137,7 @@ impl Prepared {
         let deadline = settings.stop.deadline();
         on_threads(settings, || {
             let preparation = self.look(&view.camera);
-            Rendered { preparation, ..run(self, view, settings, deadline, progress) }
+            Rendered { preparation, ..run(self, view, settings, deadline, progress, None) }
         })
     }
 }
@@ -154,11 +158,13 @@ fn run(
     settings: &Settings,
     deadline: Option<Instant>,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    profilers: Option<&Mutex<Vec<Profiler>>>,
 ) -> Rendered {
     let Settings { seed, stop, .. } = *settings;
     let filter = FilterSampler::new(&view.filter);
     let film = Film::new(&view.film, &filter, stop.errors());
-    let control = Control::new(progress, deadline, &film);
+    let mut control = Control::new(progress, deadline, &film);
+    control.profilers = profilers;
     let mut context = Context::new(prepared, view, stop.nominal_samples(view), (&filter, &film, &control));
     context.expose();
     let sampler = stop.sampler(view);
@@ -200,8 +206,6 @@ fn run(
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Mutex;
-
     use super::*;
     use crate::testing::scene;
 

@@ -137,7 +137,7 @@ pub struct Explain {
 #[derive(Debug, Args)]
 #[command(after_help = "Takes about a minute. Other running programs disturb the measurement.")]
 pub struct Bench {
-    /// Measure only these parts: tracing, reading, rendering or features
+    /// Measure only these parts: tracing, reading, rendering, features or profile
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = suite)]
     pub only: Vec<Suite>,
     /// Number of measurements; the output shows medians

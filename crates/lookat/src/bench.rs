@@ -48,7 +48,7 @@ fn head(machine: &Machine, rounds: u16) -> String {
 /// A table as text, with aligned columns.
 fn as_text(table: &BenchTable) -> String {
     let name = table.rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
-    let is_spread = table.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.low != cell.high);
+    let is_spread = table.rows.iter().flat_map(|row| &row.cells).any(|cell| cell.low < cell.high);
     let cells: Vec<Vec<String>> =
         table.rows.iter().map(|row| row.cells.iter().map(|cell| number(cell, is_spread)).collect()).collect();
     let width = |column: usize| {
@@ -71,7 +71,7 @@ fn as_text(table: &BenchTable) -> String {
     text + "\n"
 }
 
-/// A number with three digits and its spread. If only other cells have a spread, pads to the same width.
+/// A number with three digits and its spread; - where nothing is measured. If only other cells have a spread, pads to the same width.
 fn number(cell: &Cell, is_spread: bool) -> String {
     let decimals = match cell.median.abs() {
         ..1e-3 => 6,
@@ -82,9 +82,10 @@ fn number(cell: &Cell, is_spread: bool) -> String {
         ..100.0 => 1,
         _ => 0,
     };
-    let spread = 100.0 * cell.spread();
+    let (spread, pad) = (100.0 * cell.spread(), if is_spread { "     " } else { "" });
     match cell.low == cell.high {
-        true => format!("{:.decimals$}{}", cell.median, if is_spread { "     " } else { "" }),
+        _ if cell.median.is_nan() => format!("-{pad}"),
+        true => format!("{:.decimals$}{pad}", cell.median),
         false => format!("{:.decimals$} ({spread:2.0})", cell.median),
     }
 }

@@ -54,12 +54,21 @@ fn scene(line: &[&'static str]) -> (&'static str, Scene) {
         assert!(text.contains(from), "{}: {from}", line[0]);
         text = text.replacen(from, to, 1);
     }
+    (line[0], load(line[0], &text))
+}
+
+/// The scene of a text, in which all pictures are the same.
+///
+/// # Panics
+///
+/// If it has errors.
+pub(super) fn load(name: &str, text: &str) -> Scene {
     let read = |path: &Path| match path.extension() {
         Some(_) => Ok(picture()),
-        None => Ok(text.clone().into_bytes()),
+        None => Ok(text.into()),
     };
     let loaded = lookat_scene::load(Path::new("scene"), &read, &Default::default());
-    (line[0], loaded.scene.unwrap_or_else(|| panic!("{}: {:?}", line[0], loaded.diagnostics)))
+    loaded.scene.unwrap_or_else(|| panic!("{name}: {:?}", loaded.diagnostics))
 }
 
 /// Colors, 256 by 256.

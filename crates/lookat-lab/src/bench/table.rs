@@ -27,7 +27,7 @@ pub struct BenchRow {
 /// A quantity over all rounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
-    /// Half of the rounds have less.
+    /// Half of the rounds have less. Not a number where there is nothing to measure.
     pub median: f64,
     /// The least of all rounds.
     pub low: f64,
@@ -62,7 +62,7 @@ impl BenchTable {
 
 impl Cell {
     /// Of the values of all rounds, at least one.
-    fn of(values: impl IntoIterator<Item = f64>) -> Cell {
+    pub(super) fn of(values: impl IntoIterator<Item = f64>) -> Cell {
         let mut values: Vec<f64> = values.into_iter().collect();
         values.sort_by(f64::total_cmp);
         let last = values.len().saturating_sub(1);
@@ -103,7 +103,7 @@ fn processor() -> String {
 }
 
 /// For each thing what was measured in all rounds.
-fn in_turn<T>(rounds: usize, things: usize, mut measure: impl FnMut(usize) -> T) -> Vec<Vec<T>> {
+pub(super) fn in_turn<T>(rounds: usize, things: usize, mut measure: impl FnMut(usize) -> T) -> Vec<Vec<T>> {
     let mut values: Vec<Vec<T>> = (0..things).map(|_| Vec::with_capacity(rounds)).collect();
     for _ in 0..rounds.max(1) {
         values.iter_mut().enumerate().for_each(|(thing, values)| values.push(measure(thing)));

@@ -4,6 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::Vec3;
 use lookat_scene::{DirectStrategy, LightChoice};
 
+use super::profiler::Stage;
 use super::tracer::Tracer;
 use super::weighed::{LightSamples, Samples, most_samples};
 use crate::bsdf::{Bsdf, Part};
@@ -93,11 +94,16 @@ impl<'s> Lighting<'s> {
     ) -> Colors<S> {
         simd.vectorize(
             #[inline(always)]
-            || match self.samples[0].lights {
-                LightSamples::One(_) => self.one_light(simd, tracer, streams, vertices, active),
-                LightSamples::Each(strategy) => {
-                    self.each_light(simd, tracer, streams, vertices, (strategy, active))
-                }
+            || {
+                tracer.profile(|profiler| profiler.enter(Stage::Lights));
+                let light = match self.samples[0].lights {
+                    LightSamples::One(_) => self.one_light(simd, tracer, streams, vertices, active),
+                    LightSamples::Each(strategy) => {
+                        self.each_light(simd, tracer, streams, vertices, (strategy, active))
+                    }
+                };
+                tracer.profile(|profiler| profiler.enter(Stage::Scattering));
+                light
             },
         )
     }

@@ -1,11 +1,15 @@
 //! Tracing, with a count of rays.
 
+use fearless_simd::{Simd, mask64x8};
 use glam::Vec3;
 
+use super::profiler::{Profiler, Stage};
 use crate::light::LightTable;
+use crate::number::count;
 use crate::ray::{Hit, Ray};
 use crate::surface::Surface;
 use crate::trace::StreamSize;
+use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 
 /// The most surfaces without a material that a ray passes through in a row.
@@ -18,15 +22,34 @@ pub(crate) struct Tracer<'s> {
     pub rays: u64,
     /// How many packets of camera rays go together.
     pub stream_size: StreamSize,
+    /// Only where the stages of a rendering are measured.
+    pub profiler: Option<Box<Profiler>>,
 }
 
 impl<'s> Tracer<'s> {
     pub fn new(scene: &'s Traceable, lights: &'s LightTable) -> Self {
-        Tracer { scene, lights, rays: 0, stream_size: StreamSize::LARGEST }
+        Tracer { scene, lights, rays: 0, stream_size: StreamSize::LARGEST, profiler: None }
     }
 
     pub fn lights(&self) -> &'s LightTable {
         self.lights
+    }
+
+    /// Does something with the profiler, if there is one.
+    #[inline(always)]
+    pub fn profile(&mut self, does: impl FnOnce(&mut Profiler)) {
+        if let Some(profiler) = &mut self.profiler {
+            does(profiler);
+        }
+    }
+
+    /// Begins to trace rays, those that are active.
+    #[inline(always)]
+    pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
+        for active in active {
+            self.rays += count(*active);
+        }
+        self.profile(|profiler| profiler.begin_rays(stage, rays, active));
     }
 
     /// The nearest hit.

@@ -1,15 +1,16 @@
 //! Worlds in which rays of samples are traced side by side, and counted.
 
-use std::array;
+use std::{array, slice};
 
 use arrayvec::ArrayVec;
 use fearless_simd::{Simd, mask64x8, prelude::*};
 use glam::Vec3;
 
+use super::profiler::{Profiler, Stage};
 use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Slots;
 use crate::camera::views::Views;
-use crate::number::{bits, count, those};
+use crate::number::{bits, those};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::shaded::{ListShading, Materials, Shaded, TreeShading};
 use crate::surface::Surface;
@@ -81,6 +82,7 @@ impl<'s> World<'s> {
         simd.vectorize(
             #[inline(always)]
             || {
+                tracer.begin_rays(Stage::CameraRays, rays, active);
                 let mut hits = ArrayVec::new();
                 while hits.len() < rays.len() {
                     let from = hits.len();
@@ -93,24 +95,21 @@ impl<'s> World<'s> {
                             let (rays, active) = (&rays[all.clone()], &active[all]);
                             let together = tree.nearest_of(simd, rays, active, &mut hits);
                             tracer.stream_size.learn(packets, together);
-                            if together != Together::No {
-                                tracer.rays += active.iter().map(|active| count(*active)).sum::<u64>();
-                                continue;
-                            }
-                            if packets > 1 {
+                            if together != Together::No || packets > 1 {
                                 continue;
                             }
                         }
                     }
-                    hits.push(self.nearest(simd, tracer, &rays[from], active[from]));
+                    hits.push(self.search(simd, &rays[from], active[from]));
                 }
+                tracer.profile(Profiler::end_rays);
                 hits
             },
         )
     }
 
     /// The nearest hits of the rays that are active.
-    #[inline(never)]
+    #[inline(always)]
     pub fn nearest<S: Simd>(
         &self,
         simd: S,
@@ -118,14 +117,20 @@ impl<'s> World<'s> {
         rays: &Rays<S>,
         active: mask64x8<S>,
     ) -> Hits<S> {
+        tracer.begin_rays(Stage::BounceRays, slice::from_ref(rays), &[active]);
+        let hits = self.search(simd, rays, active);
+        tracer.profile(Profiler::end_rays);
+        hits
+    }
+
+    /// The same, uncounted.
+    #[inline(never)]
+    fn search<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
         simd.vectorize(
             #[inline(always)]
-            || {
-                tracer.rays += count(active);
-                match self {
-                    World::List(list, _) => list.nearest(simd, rays, active),
-                    World::Tree(tree, _) => tree.nearest(simd, rays, active),
-                }
+            || match self {
+                World::List(list, _) => list.nearest(simd, rays, active),
+                World::Tree(tree, _) => tree.nearest(simd, rays, active),
             },
         )
     }
@@ -142,11 +147,14 @@ impl<'s> World<'s> {
         simd.vectorize(
             #[inline(always)]
             || {
-                tracer.rays += count(active);
-                match self {
+                let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
+                tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
+                let met = match self {
                     World::List(list, _) => list.met(simd, rays, active),
                     World::Tree(tree, _) => tree.met(simd, rays, (active, is_shadow)),
-                }
+                };
+                tracer.profile(Profiler::end_rays);
+                met
             },
         )
     }

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use super::Progress;
 use crate::film::Film;
+use crate::integrator::{Profiler, Stage, Tracer};
 
 /// The state that all threads of a rendering share.
 pub(super) struct Control<'p> {
@@ -24,6 +25,8 @@ pub(super) struct Control<'p> {
     rays: AtomicU64,
     rejected: AtomicU64,
     clamped: AtomicU64,
+    /// Takes what stages of tiles take, if that is measured.
+    pub profilers: Option<&'p Mutex<Vec<Profiler>>>,
 }
 
 impl<'p> Control<'p> {
@@ -46,6 +49,7 @@ impl<'p> Control<'p> {
             rays: AtomicU64::new(0),
             rejected: AtomicU64::new(0),
             clamped: AtomicU64::new(0),
+            profilers: None,
         }
     }
 
@@ -89,6 +93,19 @@ impl<'p> Control<'p> {
         self.rays.fetch_add(rays, Ordering::Relaxed);
         self.rejected.fetch_add(rejected, Ordering::Relaxed);
         self.clamped.fetch_add(clamped, Ordering::Relaxed);
+    }
+
+    /// Measures the stages of a tile from now on, if they are asked for.
+    pub fn profiler(&self) -> Option<Box<Profiler>> {
+        self.profilers.map(|_| Box::new(Profiler::new()))
+    }
+
+    /// Keeps what they took.
+    pub fn keep(&self, tracer: &mut Tracer) {
+        tracer.profile(|profiler| profiler.enter(Stage::Film));
+        if let (Some(all), Some(profiler)) = (self.profilers, tracer.profiler.take()) {
+            all.lock().unwrap_or_else(PoisonError::into_inner).push(*profiler);
+        }
     }
 
     pub fn is_stopped(&self) -> bool {

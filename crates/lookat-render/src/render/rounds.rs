@@ -54,6 +54,7 @@ pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) ->
                 }
                 let mut meter = Meter::new(control);
                 worker.tracer.rays = 0;
+                worker.tracer.profiler = control.profiler();
                 let mut jobs = policy.jobs(&lock(tile), state);
                 // Not locked meanwhile: another thread may take a snapshot.
                 context.sample_all(worker, &mut meter, &mut jobs);
@@ -64,6 +65,7 @@ pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) ->
                 let [rejected, clamped] =
                     [samples().map(|it| it.rejected).sum(), samples().map(|it| it.clamped).sum()];
                 control.add(worker.tracer.rays, rejected, clamped);
+                control.keep(&mut worker.tracer);
             },
         );
     }

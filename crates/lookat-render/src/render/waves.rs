@@ -10,8 +10,8 @@ use glam::DVec2;
 use super::control::Meter;
 use super::sample::{Context, Job, center_of};
 use crate::camera::views::Viewer;
-use crate::integrator::Tracer;
 use crate::integrator::wave::{WAVE, Wave};
+use crate::integrator::{Stage, Tracer};
 use crate::number::{LANES, side_by_side};
 use crate::sampler::{Sample, Streams};
 use crate::trace::MOST_PACKETS;
@@ -69,6 +69,7 @@ impl Context<'_> {
     }
 
     fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) {
+        worker.tracer.profile(|profiler| profiler.enter(Stage::Camera));
         let sample = |(number, index): &Place| {
             let Job { pattern, place, .. } = &jobs[*number];
             (pattern.seed, *place, *index)
@@ -79,6 +80,7 @@ impl Context<'_> {
         worker.streams.restart(sampler, &samples);
         worker.wave.clear();
         side_by_side!(self.level, simd => self.take(simd, worker, &samples));
+        worker.tracer.profile(|profiler| profiler.enter(Stage::Film));
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
             self.add(pattern, worker.wave.radiance[at], worker.negative[at], samples);

@@ -1,0 +1,159 @@
+//! A clock for the stages of a rendering, and a record of its rays, to trace them again with nothing in between.
+
+use std::any::Any;
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use fearless_simd::{Level, Simd, mask64x8};
+
+use super::tracer::Tracer;
+use super::world::World;
+use crate::light::LightTable;
+use crate::number::{count, side_by_side};
+use crate::trace::rays::Rays;
+use crate::traceable::Traceable;
+
+/// A part of the work.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stage {
+    Camera,
+    CameraRays,
+    Shading,
+    Lights,
+    ShadowRays,
+    Scattering,
+    BounceRays,
+    SkyRays,
+    Film,
+}
+
+const STAGES: [(Stage, &str); 9] = [
+    (Stage::Camera, "camera"),
+    (Stage::CameraRays, "camera rays"),
+    (Stage::Shading, "shading"),
+    (Stage::Lights, "lights"),
+    (Stage::ShadowRays, "shadow rays"),
+    (Stage::Scattering, "scattering"),
+    (Stage::BounceRays, "bounce rays"),
+    (Stage::SkyRays, "sky rays"),
+    (Stage::Film, "film"),
+];
+
+/// What a stage of a rendering takes on one thread.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StageProfile {
+    /// Its name.
+    pub name: &'static str,
+    /// The time from its beginnings to those of the next stages.
+    pub time: Duration,
+    /// Rays of a stage that traces, surfaces that are shaded; 0 of other stages.
+    pub lanes: u64,
+    /// Groups of up to eight of them, and those where none of eight paths had any.
+    pub batches: u64,
+    /// How long its rays take when they are traced again with nothing in between; 0 of stages that do not trace.
+    pub alone: Duration,
+}
+
+impl StageProfile {
+    /// This stage and another one together.
+    pub fn with(self, other: &StageProfile) -> StageProfile {
+        StageProfile {
+            name: self.name,
+            time: self.time + other.time,
+            lanes: self.lanes + other.lanes,
+            batches: self.batches + other.batches,
+            alone: self.alone + other.alone,
+        }
+    }
+}
+
+/// Measures the stages of a tile.
+pub(crate) struct Profiler {
+    stage: Stage,
+    since: Instant,
+    /// The stage to which a stage that traces returns.
+    caller: Stage,
+    stages: [StageProfile; STAGES.len()],
+    /// The [`Calls`] of each stage that has traced.
+    calls: [Option<Box<dyn Any + Send>>; STAGES.len()],
+}
+
+/// Packets that were traced together, in order, and which of their rays were active.
+type Calls<S> = Vec<(Vec<Rays<S>>, Vec<mask64x8<S>>)>;
+
+impl Profiler {
+    /// Starts the clock.
+    pub fn new() -> Self {
+        let stages = STAGES.map(|(_, name)| StageProfile { name, ..StageProfile::default() });
+        let (stage, since) = (Stage::Film, Instant::now());
+        Profiler { stage, since, caller: stage, stages, calls: Default::default() }
+    }
+
+    /// Ends a stage, and begins another one.
+    #[cold]
+    #[inline(never)]
+    pub fn enter(&mut self, stage: Stage) {
+        let now = Instant::now();
+        self.stages[self.stage as usize].time += now - self.since;
+        (self.stage, self.since) = (stage, now);
+    }
+
+    /// Counts a group of this stage.
+    pub fn count(&mut self, lanes: u64) {
+        let own = &mut self.stages[self.stage as usize];
+        (own.lanes, own.batches) = (own.lanes + lanes, own.batches + 1);
+    }
+
+    /// Begins a stage that traces. To keep the rays takes no time of any stage.
+    #[cold]
+    #[inline(never)]
+    pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
+        self.caller = self.stage;
+        self.enter(stage);
+        active.iter().for_each(|active| self.count(count(*active)));
+        let calls = self.calls[stage as usize].get_or_insert_with(|| Box::new(Calls::<S>::new()));
+        if let Some(calls) = calls.downcast_mut::<Calls<S>>() {
+            calls.push((rays.to_vec(), active.to_vec()));
+        }
+        self.since = Instant::now();
+    }
+
+    pub fn end_rays(&mut self) {
+        self.enter(self.caller);
+    }
+}
+
+/// Traces rays as the renderer does, and says how long that takes.
+#[inline(never)]
+fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer, stage: Stage) -> Duration {
+    // A copy is in the cache, as the rays of the renderer are.
+    let calls = calls.clone();
+    let started = Instant::now();
+    for (rays, active) in &calls {
+        match stage {
+            Stage::CameraRays => drop(black_box(world.nearest_of(simd, tracer, rays, active))),
+            Stage::BounceRays => drop(black_box(world.nearest(simd, tracer, &rays[0], active[0]))),
+            _ => drop(black_box(world.met(simd, tracer, &rays[0], (active[0], stage == Stage::ShadowRays)))),
+        }
+    }
+    started.elapsed()
+}
+
+/// The stages of all tiles together, with their rays traced again.
+pub(crate) fn sum(profilers: &[Profiler], scene: &Traceable, lights: &LightTable) -> Vec<StageProfile> {
+    let (world, level, mut tracer) = (World::new(scene), Level::new(), Tracer::new(scene, lights));
+    let of = |(stage, name)| {
+        let mut sum = StageProfile { name, ..StageProfile::default() };
+        for Profiler { stages, calls, .. } in profilers {
+            sum = sum.with(&stages[stage as usize]);
+            if let Some(calls) = &calls[stage as usize] {
+                sum.alone += side_by_side!(level, simd => {
+                    let calls = calls.downcast_ref::<Calls<_>>();
+                    calls.map_or(Duration::ZERO, |calls| trace(simd, calls, &world, &mut tracer, stage))
+                });
+            }
+        }
+        sum
+    };
+    STAGES.map(of).into()
+}
