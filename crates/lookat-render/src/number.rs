@@ -17,12 +17,14 @@ macro_rules! side_by_side {
     ($level:expr, $simd:ident => $does:expr) => {
         match $level {
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx512($simd) => $simd.vectorize(
+            fearless_simd::Level::Avx512($simd) => fearless_simd::Simd::vectorize(
+                $simd,
                 #[inline(always)]
                 || $does,
             ),
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx2($simd) => $simd.vectorize(
+            fearless_simd::Level::Avx2($simd) => fearless_simd::Simd::vectorize(
+                $simd,
                 #[inline(always)]
                 || $does,
             ),

@@ -22,7 +22,7 @@ pub(super) fn alpha(width: f64) -> f32 {
 
 /// The width that pbrt-v3 gives a roughness from 0 to 1 (PBR 8.4.2).
 pub(super) fn alpha_of_roughness(roughness: f64) -> f64 {
-    let x = roughness.max(1e-3).ln();
+    let x = libm::log(roughness.max(1e-3));
     1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
 }
 
