@@ -1,5 +1,7 @@
 //! Pictures of 8 and 16 bits and Radiance HDR, as another library decodes them.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 use std::array::from_fn;
 use std::error::Error;
 use std::io::{BufRead, ErrorKind, Read, Seek, SeekFrom};
@@ -198,7 +200,7 @@ fn of_byte(byte: u8) -> f32 {
 /// By its formula.
 fn inverse_curve(encoded: f32) -> f32 {
     let encoded = f64::from(encoded);
-    let linear = if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
+    let linear = if encoded <= 0.04045 { encoded / 12.92 } else { libm::pow((encoded + 0.055) / 1.055, 2.4) };
     linear as f32
 }
 

@@ -1,5 +1,7 @@
 //! PNG and TGA: 8-bit sRGB, for looking at.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 use std::io::Write;
 
 use ::image::codecs::tga::TgaEncoder;
@@ -59,7 +61,7 @@ fn bytes(planes: &[&[f32]]) -> Vec<u8> {
 fn srgb_byte(linear: f32) -> u8 {
     let curve = match linear.clamp(0.0, 1.0) {
         low if low <= 0.003_130_8 => 12.92 * low,
-        high => 1.055 * high.powf(1.0 / 2.4) - 0.055,
+        high => 1.055 * libm::powf(high, 1.0 / 2.4) - 0.055,
     };
     // NaN comes through the clamp and the curve, and the cast makes it 0.
     (255.0 * curve).round() as u8

@@ -1,5 +1,7 @@
 //! Pictures that can be looked up at any place and any size (PBR 10.4.3).
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod ewa;
 mod resample;
 
@@ -151,7 +153,7 @@ impl<T: Texel> MipMap<T> {
     /// The mean around `st` over about `width`: linear between texels and between versions (PBR 10.4.4).
     pub fn trilinear(&self, st: DVec2, width: f64) -> T {
         let last = self.levels.len() - 1;
-        let level = last as f64 + width.max(1e-8).log2();
+        let level = last as f64 + libm::log2(width.max(1e-8));
         if level >= last as f64 || level.is_nan() {
             return self.mean();
         }

@@ -2,13 +2,12 @@
 
 pub(crate) mod views;
 
-use std::f64::consts::{PI, TAU};
-
 use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Camera, Film, Lens, Projection};
 
-use crate::number::{LANES, Vec2x8, Vec3x8, baseline};
+use crate::circle::at_turn;
+use crate::number::{Vec2x8, Vec3x8, baseline};
 use crate::ray::Ray;
 use crate::warp::square_to_disk;
 
@@ -91,11 +90,8 @@ impl CameraRays {
         let (zero, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
         let (o, d) = match (self.projection, self.lens.zip(u)) {
             (Projection::Environment, _) => {
-                let mut d = Vec3x8::splat(simd, DVec3::ZERO);
-                for lane in 0..LANES {
-                    d.put(lane, around(DVec2::new(x[lane], y[lane]) / (self.film_middle * 2.0)));
-                }
-                (Vec3x8::splat(simd, DVec3::ZERO), d)
+                let film = self.film_middle * 2.0;
+                (Vec3x8::splat(simd, DVec3::ZERO), around([x / film.x, y / film.y]))
             }
             (Projection::Perspective { .. }, None) => {
                 (Vec3x8::splat(simd, DVec3::ZERO), Vec3x8 { x: p[0], y: p[1], z: one })
@@ -122,9 +118,9 @@ impl CameraRays {
 /// The tangent of half an angle in degrees. Near 180 degrees it is that of what is missing, which is exact.
 fn tan_half(degrees: f64) -> f64 {
     if degrees > 90.0 {
-        1.0 / ((180.0 - degrees) * 0.5).to_radians().tan()
+        1.0 / libm::tan(((180.0 - degrees) * 0.5).to_radians())
     } else {
-        (degrees * 0.5).to_radians().tan()
+        libm::tan((degrees * 0.5).to_radians())
     }
 }
 
@@ -135,11 +131,13 @@ fn eye_in_camera(camera: &Camera) -> DVec2 {
     }
 }
 
-/// The direction at a place of a picture of all directions, from 0 to 1 from left to right and from top to bottom
-/// (PBR 6.3).
-fn around(place: DVec2) -> DVec3 {
-    let ((sin_theta, cos_theta), (sin_phi, cos_phi)) = ((PI * place.y).sin_cos(), (TAU * place.x).sin_cos());
-    DVec3::new(sin_theta * cos_phi, cos_theta, sin_theta * sin_phi)
+/// The directions at places of a picture of all directions, from 0 to 1 from left to right and from top to bottom
+/// (PBR 6.3), and beyond its edges.
+#[inline(always)]
+fn around<S: Simd>([x, y]: Vec2x8<S>) -> Vec3x8<S> {
+    let at = |turn: f64x8<S>| at_turn(turn - turn.floor());
+    let ([cos_theta, sin_theta], [cos_phi, sin_phi]) = (at(y * 0.5), at(x));
+    Vec3x8 { x: sin_theta * cos_phi, y: cos_theta, z: sin_theta * sin_phi }
 }
 
 /// Rays that start on the lens around `center` and pass where the lines from `center` along `(slope, 1)` meet the plane of focus.
@@ -236,10 +234,12 @@ mod tests {
             (DVec2::new(0.0, 0.5), DVec3::X),
             (DVec2::new(1.0, 0.5), DVec3::X),
             (DVec2::new(0.25, 0.5), DVec3::Z),
+            (DVec2::new(-0.75, 0.5), DVec3::Z),
             (DVec2::new(0.5, 0.5), -DVec3::X),
             (DVec2::new(0.3, 0.0), DVec3::Y),
         ] {
-            assert!((around(place) - expected).length() < 1e-15, "{place}");
+            let d = baseline!(simd => around(place.to_array().map(|x| x.simd_into(simd))).lane(0));
+            assert!((d - expected).length() < 1e-15, "{place}");
         }
     }
 

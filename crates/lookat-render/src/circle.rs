@@ -3,8 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
 
 use fearless_simd::{Simd, f32x8, f64x8, prelude::*};
+use glam::DVec2;
 
-use crate::number::Number;
+use crate::number::{Number, Vec3x8};
 
 /// Angles of at most an eighth of the way around, either way.
 pub(crate) trait Angle: Sized {
@@ -33,6 +34,12 @@ impl<S: Simd> Angle for f32x8<S> {
         let cos = (z * 2.443_315_7e-5 - 1.388_731_6e-3) * z + 4.166_664_6e-2;
         [1.0 - (0.5 * z - z * z * cos), angle + angle * z * sin]
     }
+}
+
+/// The point at an angle in radians.
+pub(crate) fn at_angle(angle: f64) -> DVec2 {
+    let (sin, cos) = libm::sincos(angle);
+    DVec2::new(cos, sin)
 }
 
 /// The points at `turn` of the way around from (1, 0) to (0, 1) and on, for numbers from 0 to 1.
@@ -66,6 +73,14 @@ pub(crate) fn angle<S: Simd>(y: f64x8<S>, x: f64x8<S>) -> f64x8<S> {
     let eighth = is_wide.select(rest + FRAC_PI_4, rest);
     let quarter = is_steep.select(FRAC_PI_2 - eighth, eighth);
     x.is_sign_negative().select(PI - quarter, quarter).copysign(y)
+}
+
+/// The longitude of directions of any length, from +x by way of +y, and the latitude, from +z; each from 0 to 1.
+#[inline(always)]
+pub(crate) fn longitude_latitude<S: Simd>(d: Vec3x8<S>) -> [f64x8<S>; 2] {
+    let longitude = angle(d.y, d.x) * (1.0 / TAU);
+    let latitude = angle((d.x * d.x + d.y * d.y).sqrt(), d.z) * (1.0 / PI);
+    [longitude.simd_lt(0.0).select(longitude + 1.0, longitude), latitude]
 }
 
 /// The numerator of a rational approximation of the arc tangent, from the highest power on.
@@ -103,8 +118,6 @@ const COS: [f64; 6] = [
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec2;
-
     use super::*;
     use crate::number::splat_f32;
     use crate::testing::baseline;

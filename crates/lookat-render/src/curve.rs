@@ -8,9 +8,10 @@ mod bezier;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use glam::{DMat3, DQuat, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use lookat_scene::{Curve, CurveKind};
 
+use crate::circle::at_angle;
 use crate::parametric::Parametric;
 use crate::ray::Ray;
 
@@ -203,7 +204,8 @@ impl PlacedCurve {
             CurveKind::Flat => direction.cross(dpdu),
             CurveKind::Cylinder => {
                 let axis = dpdu.normalize_or(DVec3::X);
-                DQuat::from_axis_angle(axis, (0.5 - uv.y) * PI) * direction.cross(dpdu)
+                let (side, turn) = (direction.cross(dpdu), at_angle((0.5 - uv.y) * PI));
+                side * turn.x + axis.cross(side) * turn.y
             }
             CurveKind::Ribbon(normals) => ribbon_normal(normals, segment, uv.x).cross(dpdu),
         };
@@ -269,11 +271,11 @@ fn may_meet(seen: &[DVec3; 4], reach: f64, z_max: f64) -> bool {
 fn ribbon_normal(normals: &[DVec3], segment: u32, u: f64) -> DVec3 {
     let normal = |at: u32| normals.get(at as usize).copied().unwrap_or(DVec3::Z);
     let (from, to) = (normal(segment), normal(segment + 1));
-    let angle = from.dot(to).clamp(0.0, 1.0).acos();
+    let angle = libm::acos(from.dot(to).clamp(0.0, 1.0));
     if angle < 1e-6 {
         return from;
     }
-    (from * ((1.0 - u) * angle).sin() + to * (u * angle).sin()) / angle.sin()
+    (from * libm::sin((1.0 - u) * angle) + to * libm::sin(u * angle)) / libm::sin(angle)
 }
 
 #[cfg(test)]

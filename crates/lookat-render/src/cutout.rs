@@ -1,6 +1,6 @@
 //! Holes of meshes, where their alpha is 0.
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
 use glam::DVec3;
 use lookat_scene::{Cutout, Mesh, Primitive, Shape};
 

@@ -67,7 +67,7 @@ impl Axis {
                 };
             }
             FilterKind::Triangle | FilterKind::Mitchell { .. } => radius,
-            FilterKind::Gaussian { alpha } => alpha.powf(-0.5),
+            FilterKind::Gaussian { alpha } => 1.0 / alpha.sqrt(),
             FilterKind::Sinc { tau } => tau.min(1.0),
         };
         let steps = STEPS.max((2.0 * radius / lobe * STEPS_OF_LOBE).ceil() as usize);
@@ -116,7 +116,7 @@ fn evaluate(kind: FilterKind, radius: f64, x: f64) -> f64 {
         FilterKind::Box => 1.0,
         FilterKind::Triangle => (radius - x.abs()).max(0.0),
         FilterKind::Gaussian { alpha } => {
-            ((-alpha * x * x).exp() - (-alpha * radius * radius).exp()).max(0.0)
+            (libm::exp(-alpha * x * x) - libm::exp(-alpha * radius * radius)).max(0.0)
         }
         FilterKind::Mitchell { b, c } => mitchell(b, c, (2.0 * x / radius).abs()),
         FilterKind::Sinc { tau } => sinc(x) * sinc(x / tau) * f64::from(x.abs() <= radius),
@@ -136,7 +136,7 @@ fn mitchell(b: f64, c: f64, x: f64) -> f64 {
 
 fn sinc(x: f64) -> f64 {
     let x = std::f64::consts::PI * x.abs();
-    if x < 1e-5 { 1.0 } else { x.sin() / x }
+    if x < 1e-5 { 1.0 } else { libm::sin(x) / x }
 }
 
 #[cfg(test)]

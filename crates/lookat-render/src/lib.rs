@@ -36,6 +36,8 @@
 //! The examples of this crate build a scene in code, render a file with progress, turn a camera around a mesh, and compare two
 //! pictures.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod bounds;
 mod bsdf;
 mod bvh;

@@ -17,12 +17,14 @@ macro_rules! side_by_side {
     ($level:expr, $simd:ident => $does:expr) => {
         match $level {
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx512($simd) => $simd.vectorize(
+            fearless_simd::Level::Avx512($simd) => fearless_simd::Simd::vectorize(
+                $simd,
                 #[inline(always)]
                 || $does,
             ),
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx2($simd) => $simd.vectorize(
+            fearless_simd::Level::Avx2($simd) => fearless_simd::Simd::vectorize(
+                $simd,
                 #[inline(always)]
                 || $does,
             ),
@@ -38,6 +40,8 @@ macro_rules! side_by_side {
             }
             #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
             fearless_simd::Level::Fallback($simd) => $does,
+            #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+            _ => unreachable!("other processors do without"),
         }
     };
 }
@@ -52,7 +56,9 @@ macro_rules! baseline {
         #[cfg(target_arch = "aarch64")]
         let $simd = level.as_neon().expect("every AArch64 processor has NEON");
         #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-        let $simd = level.as_fallback().expect("every processor can do without");
+        let fearless_simd::Level::Fallback($simd) = level else {
+            unreachable!("other processors do without")
+        };
         $does
     }};
 }

@@ -1,6 +1,8 @@
 //! From a scene to a picture, on all threads.
 
 mod adaptive;
+#[cfg(test)]
+mod bits;
 mod control;
 mod exposure;
 mod fixed;

@@ -64,7 +64,7 @@ fn from_blackbody(kelvin: f64, scale: f64) -> Vec3 {
         let meters = nanometers * 1e-9;
         // h c / k, CODATA 2010, as pbrt-v3.
         let exponent = 6.626_069_57e-34 * 299_792_458.0 / 1.380_648_8e-23 / (meters * kelvin);
-        meters.powi(-5) / exponent.exp_m1()
+        meters.powi(-5) / libm::expm1(exponent)
     };
     // Wien's displacement law.
     let peak = planck(2.897_772_1e-3 / kelvin * 1e9);

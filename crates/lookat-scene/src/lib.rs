@@ -29,6 +29,8 @@
 //! A scene that is loaded guarantees to the renderer: indices are in range, transformations are invertible, lengths are
 //! positive where they must be, and all numbers are finite, except an unlimited `max_sample_luminance`.
 
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+
 mod accelerator;
 mod advice;
 mod angle;

@@ -205,14 +205,14 @@ fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
         90.0 | -270.0 => (1.0, 0.0),
         180.0 | -180.0 => (0.0, -1.0),
         270.0 | -90.0 => (-1.0, 0.0),
-        _ => turned.to_radians().sin_cos(),
+        _ => libm::sincos(turned.to_radians()),
     }
 }
 
 /// The power of two that scales the largest component to about one.
 fn scale_to_one(v: DVec3) -> f64 {
-    let exponent = v.abs().max_element().log2().floor();
-    (-exponent).clamp(-1022.0, 1022.0).exp2()
+    let exponent = libm::log2(v.abs().max_element()).floor();
+    libm::exp2((-exponent).clamp(-1022.0, 1022.0))
 }
 
 /// The rounding error of the difference of two points (Knuth's two-sum).

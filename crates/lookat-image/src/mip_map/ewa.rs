@@ -16,7 +16,7 @@ static WEIGHTS: LazyLock<[f32; STEPS]> = LazyLock::new(|| {
     const ALPHA: f64 = 2.0;
     std::array::from_fn(|i| {
         let squared_radius = i as f64 / (STEPS - 1) as f64;
-        ((-ALPHA * squared_radius).exp() - (-ALPHA).exp()) as f32
+        (libm::exp(-ALPHA * squared_radius) - libm::exp(-ALPHA)) as f32
     })
 });
 
@@ -52,7 +52,7 @@ impl<T: Texel> MipMap<T> {
             return self.bilinear(st);
         }
         let last = self.levels.len() - 1;
-        let level = (last as f64 + minor_length.log2()).max(0.0);
+        let level = (last as f64 + libm::log2(minor_length)).max(0.0);
         if level >= last as f64 + 1.0 {
             return self.mean();
         }

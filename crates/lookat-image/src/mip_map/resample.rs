@@ -66,7 +66,7 @@ const RADIUS: f64 = 2.0;
 
 /// sinc(2 x) sinc(x) for `x` from -1 to 1, else 0 (pbrt-v3's Lanczos with tau 2).
 fn lanczos(x: f64) -> f64 {
-    let sinc = |x: f64| if x.abs() < 1e-5 { 1.0 } else { (PI * x).sin() / (PI * x) };
+    let sinc = |x: f64| if x.abs() < 1e-5 { 1.0 } else { libm::sin(PI * x) / (PI * x) };
     if x.abs() > 1.0 { 0.0 } else { sinc(2.0 * x) * sinc(x) }
 }
 

@@ -6,8 +6,8 @@ use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
 use glam::DVec3;
 
 use super::fresnel::dielectric;
-use crate::circle::at_turn;
 use crate::number::V3;
+use crate::warp::square_to_disk;
 
 /// The least width, as in pbrt-v3: a mirror in all but name.
 const LEAST: f32 = 1e-3;
@@ -22,7 +22,7 @@ pub(super) fn alpha(width: f64) -> f32 {
 
 /// The width that pbrt-v3 gives a roughness from 0 to 1 (PBR 8.4.2).
 pub(super) fn alpha_of_roughness(roughness: f64) -> f64 {
-    let x = roughness.max(1e-3).ln();
+    let x = libm::log(roughness.max(1e-3));
     1.62142 + x * (0.819955 + x * (0.1734 + x * (0.0171201 + x * 0.000640711)))
 }
 
@@ -101,16 +101,16 @@ impl<S: Simd> TrowbridgeReitz<S> {
     /// One of the normals that `wo` sees, on its side (Heitz, "Sampling the GGX Distribution of Visible Normals", JCGT
     /// 7(4), 2018).
     #[inline(always)]
-    fn visible_normal(&self, wo: Directions<S>, [u, v]: [f32x8<S>; 2]) -> Directions<S> {
-        let simd = u.token();
+    fn visible_normal(&self, wo: Directions<S>, u: [f32x8<S>; 2]) -> Directions<S> {
+        let simd = wo.z.token();
         let is_below = wo.z.simd_lt(0.0);
         let up = (-wo).or(is_below, wo);
         let [ax, ay] = self.alpha;
         let stretched = V3 { x: up.x * ax, y: up.y * ay, z: up.z }.normalize();
         let across = V3 { x: -stretched.y, y: stretched.x, z: 0.0.simd_into(simd) }.normalize_or(DVec3::X);
         let along = stretched.cross(across);
-        let ([x, y], root) = (at_turn(v), u.sqrt());
-        let (x, y, s) = (x * root, y * root, 0.5 * (1.0 + stretched.z));
+        // Keeps what is near in the square near on the disk: less noise than with polar coordinates.
+        let ([x, y], s) = (square_to_disk(u), 0.5 * (1.0 + stretched.z));
         let y = (1.0 - s) * (1.0 - x * x).max(0.0).sqrt() + s * y;
         let n = across * x + along * y + stretched * (1.0 - x * x - y * y).max(0.0).sqrt();
         let wh = V3 { x: n.x * ax, y: n.y * ay, z: n.z.max(0.0) }.normalize_or(DVec3::Z);

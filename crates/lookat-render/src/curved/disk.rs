@@ -4,6 +4,7 @@ use glam::{DVec2, DVec3};
 use twofloat::TwoFloat;
 
 use super::sweep::{Sweep, radial};
+use crate::circle::at_angle;
 use crate::parametric::Local;
 
 /// A disk or ring in the plane z = 0.
@@ -61,7 +62,7 @@ impl Disk {
     pub fn sample(&self, u: DVec2) -> DVec3 {
         let (inner, outer) = (self.inner_radius * self.inner_radius, self.radius * self.radius);
         let r = (inner + (outer - inner) * u.y).sqrt();
-        (DVec2::from_angle(u.x * self.sweep.max) * r).extend(0.0)
+        (at_angle(u.x * self.sweep.max) * r).extend(0.0)
     }
 
     pub fn area(&self) -> f64 {

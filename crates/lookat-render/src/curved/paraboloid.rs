@@ -5,6 +5,7 @@ use twofloat::TwoFloat;
 
 use super::quadric::Profile;
 use super::sweep::{Sweep, radial};
+use crate::circle::at_angle;
 use crate::parametric::Local;
 use crate::warp::{linear, linear_pdf};
 
@@ -95,7 +96,7 @@ impl Paraboloid {
     pub fn sample(&self, u: DVec2) -> DVec3 {
         let z = self.z_min + (self.z_max - self.z_min) * linear(u.y, self.ends);
         let r = (self.width * (z - self.vertex)).max(0.0).sqrt();
-        (DVec2::from_angle(u.x * self.sweep.max) * r).extend(z)
+        (at_angle(u.x * self.sweep.max) * r).extend(z)
     }
 
     /// The inverse of the density by area of a sample at `p`.

@@ -5,6 +5,7 @@ use twofloat::TwoFloat;
 
 use super::quadric::Profile;
 use super::sweep::Sweep;
+use crate::circle::at_angle;
 use crate::parametric::Local;
 use crate::warp::{linear, linear_pdf};
 
@@ -79,7 +80,7 @@ impl TurnedSegment {
         Local {
             uv: DVec2::new(angle / self.sweep.max, (p.z - self.p1.z) / self.along.z),
             dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
-            dpdv: DVec2::from_angle(angle).rotate(self.along.truncate()).extend(self.along.z),
+            dpdv: at_angle(angle).rotate(self.along.truncate()).extend(self.along.z),
             gradient: self.gradient(p),
             bend: DVec3::new(side, side, -side * self.slope.length_squared()),
         }
@@ -88,13 +89,13 @@ impl TurnedSegment {
     /// The length of dpdu x dpdv.
     fn area_at(&self, v: f64) -> f64 {
         let at = self.p1.truncate() + self.along.truncate() * v;
-        self.sweep.max * (at.length() * self.along.z).hypot(at.dot(self.along.truncate()))
+        self.sweep.max * libm::hypot(at.length() * self.along.z, at.dot(self.along.truncate()))
     }
 
     /// Evenly on cylinders and cones, about so on others.
     pub fn sample(&self, u: DVec2) -> DVec3 {
         let p = self.p1 + self.along * linear(u.y, self.ends);
-        DVec2::from_angle(u.x * self.sweep.max).rotate(p.truncate()).extend(p.z)
+        at_angle(u.x * self.sweep.max).rotate(p.truncate()).extend(p.z)
     }
 
     /// The inverse of the density by area of a sample at `p`.

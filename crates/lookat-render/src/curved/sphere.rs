@@ -6,6 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 use twofloat::TwoFloat;
 
 use super::sweep::{Sweep, radial};
+use crate::circle::at_angle;
 use crate::parametric::Local;
 
 /// A sphere around the origin, or part of one.
@@ -25,7 +26,7 @@ impl Sphere {
     pub fn new(sphere: lookat_scene::Sphere, sweep: Sweep, world_from_own: DMat3) -> Self {
         let lookat_scene::Sphere { radius, z_min, z_max } = sphere;
         let world_radius = uniform_scale(world_from_own).map(|scale| scale * radius);
-        let [start, end] = [z_min, z_max].map(|z| (z / radius).clamp(-1.0, 1.0).acos());
+        let [start, end] = [z_min, z_max].map(|z| libm::acos((z / radius).clamp(-1.0, 1.0)));
         Sphere { radius, z_min, z_max, polar: [start, end - start], sweep, world_radius }
     }
 
@@ -74,7 +75,7 @@ impl Sphere {
         let [start, span] = self.polar;
         // Exact also next to the poles, where the cosine has few digits.
         let r = p.truncate().length();
-        let theta = r.atan2(p.z);
+        let theta = libm::atan2(r, p.z);
         Local {
             uv: DVec2::new(angle / self.sweep.max, (theta - start) / span),
             dpdu: DVec3::new(-p.y, p.x, 0.0) * self.sweep.max,
@@ -88,7 +89,7 @@ impl Sphere {
     pub fn sample(&self, u: DVec2) -> DVec3 {
         let z = self.z_min + (self.z_max - self.z_min) * u.x;
         let r = ((self.radius - z) * (self.radius + z)).max(0.0).sqrt();
-        (DVec2::from_angle(self.sweep.max * u.y) * r).extend(z)
+        (at_angle(self.sweep.max * u.y) * r).extend(z)
     }
 
     /// The area of the part that there is.

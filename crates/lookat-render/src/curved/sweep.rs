@@ -22,7 +22,7 @@ impl Sweep {
 
     /// The angle from `start` to `p`, from 0 to 2 pi.
     pub fn angle(p: DVec2, start: DVec2) -> f64 {
-        let angle = start.perp_dot(p).atan2(start.dot(p));
+        let angle = libm::atan2(start.perp_dot(p), start.dot(p));
         if angle < 0.0 { angle + TAU } else { angle }
     }
 

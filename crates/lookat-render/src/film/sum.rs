@@ -47,7 +47,7 @@ impl Scale {
     /// For samples of about this brightness: more than 0 and finite.
     pub fn new(brightness: f64) -> Scale {
         // Powers of two between which no product below leaves `f64`.
-        let brightness = brightness.log2().round().clamp(-400.0, 400.0).exp2();
+        let brightness = libm::exp2(libm::log2(brightness).round().clamp(-400.0, 400.0));
         Scale { brightness, most: MOST * brightness, high: 2_f64.powi(FRACTION) / brightness }
     }
 

@@ -11,7 +11,7 @@ use lookat_image::MipMap;
 use lookat_scene::Transform;
 
 use super::lune::Lunes;
-use crate::circle::angle;
+use crate::circle::longitude_latitude;
 use crate::number::{Colors, Vec3x8, bits};
 use crate::texture::imagemap::bilinear;
 use table::{DirectionTable, TableSample};
@@ -59,7 +59,7 @@ impl Environment {
     pub fn radiance<S: Simd>(&self, simd: S, wi: Vec3x8<S>) -> Colors<S> {
         simd.vectorize(
             #[inline(always)]
-            || self.shown(simd, places(wi.by(&self.light_from_world))),
+            || self.shown(simd, longitude_latitude(wi.by(&self.light_from_world))),
         )
     }
 
@@ -131,7 +131,7 @@ impl Environment {
             #[inline(always)]
             || {
                 let in_light = wi.by(&self.light_from_world);
-                let st = places(in_light);
+                let st = longitude_latitude(in_light);
                 let bright = self.table.pdf(simd, st) / self.stretch(in_light.length_squared().sqrt());
                 let pdf = match lunes {
                     Some(lunes) => mixed(self.lune_share(lunes), lunes.pdf(wi), bright),
@@ -181,17 +181,9 @@ fn mixed<S: Simd>(share: f64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
 /// The place of a direction, of any length, on a picture: longitude from +x by way of +y and latitude from +z, each from
 /// 0 to 1.
 pub(super) fn place(d: DVec3) -> DVec2 {
-    let phi = d.y.atan2(d.x) / TAU;
-    let theta = d.truncate().length().atan2(d.z) / PI;
+    let phi = libm::atan2(d.y, d.x) / TAU;
+    let theta = libm::atan2(d.truncate().length(), d.z) / PI;
     DVec2::new(if phi < 0.0 { phi + 1.0 } else { phi }, theta)
-}
-
-/// The same of directions side by side.
-#[inline(always)]
-fn places<S: Simd>(d: Vec3x8<S>) -> [f64x8<S>; 2] {
-    let longitude = angle(d.y, d.x) * (1.0 / TAU);
-    let latitude = angle((d.x * d.x + d.y * d.y).sqrt(), d.z) * (1.0 / PI);
-    [longitude.simd_lt(0.0).select(longitude + 1.0, longitude), latitude]
 }
 
 #[cfg(test)]

@@ -50,7 +50,7 @@ impl Lattice {
         let small = if sizes.is_empty() { 0.0 } else { *sizes.select_nth_unstable_by(at, f64::total_cmp).1 };
         let side = (CELL * small).min(WORLDS * (high - low).max_element());
         let is_normal = side.is_normal() && side > 0.0;
-        Lattice { cell: if is_normal { side.log2().floor().exp2() } else { 0.0 } }
+        Lattice { cell: if is_normal { libm::exp2(libm::log2(side).floor()) } else { 0.0 } }
     }
 
     /// The origin for an eye: the nearest place of the lattice, or the eye itself where the lattice is too fine for it.

@@ -2,7 +2,6 @@
 
 use std::ops::Range;
 
-use fearless_simd::Level;
 use glam::{DVec2, Vec3};
 use lookat_scene::{Sampler, View};
 
@@ -25,8 +24,6 @@ pub(super) struct Context<'a> {
     /// The distance of samples on the film, in pixels.
     pub(super) spacing: f64,
     pub(super) integrator: SceneIntegrator<'a>,
-    /// The instructions that are used.
-    pub(super) level: Level,
 }
 
 impl<'a> Context<'a> {
@@ -47,7 +44,6 @@ impl<'a> Context<'a> {
             camera: prepared.camera(view),
             spacing: f64::from(nominal_samples).sqrt().recip(),
             integrator: SceneIntegrator::new(&view.integrator, &prepared.traceable, &prepared.lights),
-            level: Level::new(),
         }
     }
 }

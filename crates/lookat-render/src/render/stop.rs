@@ -54,6 +54,9 @@ impl StopRule {
         let tail = (0.5 * (1.0 - target.confidence.clamp(0.0, 1.0))).max(0.0);
         let quantile = StudentsT::new(0.0, 1.0, f64::from(REPLICATES - 1))
             .map_or(f64::INFINITY, |t| -t.inverse_cdf(tail));
+        // Rounded, since its last bits depend on the C library.
+        const STEPS: f64 = (1_u64 << 40) as f64;
+        let quantile = (quantile * STEPS).round() / STEPS;
         StopRule { relative: target.relative.max(f64::MIN_POSITIVE), quantile, dark: 0.0 }
     }
 

@@ -79,7 +79,7 @@ impl Context<'_> {
         debug_assert!(places.iter().all(|(number, _)| jobs[*number].pattern.sampler == *sampler));
         worker.streams.restart(sampler, &samples);
         worker.wave.clear();
-        side_by_side!(self.level, simd => self.take(simd, worker, &samples));
+        side_by_side!(self.prepared.traceable.level, simd => self.take(simd, worker, &samples));
         worker.tracer.profile(|profiler| profiler.enter(Stage::Film));
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];

@@ -7,6 +7,7 @@ use glam::{DVec2, DVec3};
 use lookat_scene::Mapping;
 
 use super::{Footprint, TexturePoint, within};
+use crate::circle::{angle, longitude_latitude};
 use crate::number::{Vec2x8, Vec3x8, those};
 
 /// The coordinates. They are finite.
@@ -22,12 +23,8 @@ pub(super) fn coordinates<S: Simd>(
             let [u, v] = at.uv;
             finite(match mapping {
                 Mapping::Uv { scale, offset } => [u * scale.x + offset.x, v * scale.y + offset.y],
-                Mapping::Spherical { texture_from_world: to }
-                | Mapping::Cylindrical { texture_from_world: to } => {
-                    let is_sphere = matches!(mapping, Mapping::Spherical { .. });
-                    let (p, of) = (at.within(to), if is_sphere { spherical } else { cylindrical });
-                    each(active, |lane| of(p.lane(lane)))
-                }
+                Mapping::Spherical { texture_from_world } => spherical(at.within(texture_from_world)),
+                Mapping::Cylindrical { texture_from_world } => cylindrical(at.within(texture_from_world)),
                 // The origin apart, so that neighboring points keep their distance however far away it is.
                 Mapping::Planar { axes, offset } => {
                     let ([s, t], origin) = (along(axes, at.p), axes.map(|axis| at.origin.dot(axis)));
@@ -100,11 +97,10 @@ fn each<S: Simd>(active: mask64x8<S>, of: impl Fn(usize) -> DVec2) -> Vec2x8<S> 
 }
 
 /// Latitude and longitude, each from 0 to 1.
-#[inline(never)]
-fn spherical(v: DVec3) -> DVec2 {
-    let theta = v.truncate().length().atan2(v.z);
-    let phi = v.y.atan2(v.x);
-    DVec2::new(theta / PI, if phi < 0.0 { phi / TAU + 1.0 } else { phi / TAU })
+#[inline(always)]
+fn spherical<S: Simd>(v: Vec3x8<S>) -> Vec2x8<S> {
+    let [longitude, latitude] = longitude_latitude(v);
+    [latitude, longitude]
 }
 
 #[inline(never)]
@@ -116,9 +112,9 @@ fn spherical_derivative(v: DVec3, dv: DVec3) -> DVec2 {
 }
 
 /// Longitude from 0 to 1, and the height on the unit sphere, as pbrt-v3 has it.
-#[inline(never)]
-fn cylindrical(v: DVec3) -> DVec2 {
-    DVec2::new((PI + v.y.atan2(v.x)) / TAU, v.normalize_or_zero().z)
+#[inline(always)]
+fn cylindrical<S: Simd>(v: Vec3x8<S>) -> Vec2x8<S> {
+    [(PI + angle(v.y, v.x)) * (1.0 / TAU), v.normalize_or(DVec3::ZERO).z]
 }
 
 #[inline(never)]
@@ -188,10 +184,14 @@ mod tests {
         assert_eq!(st, DVec2::ONE);
         assert!((right - DVec2::new(0.2, 0.6)).length() + (below - DVec2::new(0.6, 1.2)).length() < 1e-12);
         assert_eq!(place(&planar, &at(DVec3::new(1.0, 2.0, 3.0))).0, DVec2::new(6.0, 3.0));
-        assert_eq!(spherical(DVec3::X), DVec2::new(0.5, 0.0));
-        assert_eq!(spherical(-DVec3::Y * 7.0), DVec2::new(0.5, 0.75));
-        assert_eq!(spherical(DVec3::NEG_Z), DVec2::new(1.0, 0.0));
-        assert_eq!(cylindrical(DVec3::new(0.0, 3.0, 4.0)), DVec2::new(0.75, 0.8));
+        let texture_from_world = Transform::IDENTITY;
+        let on_sphere = |p| place(&Mapping::Spherical { texture_from_world }, &at(p)).0;
+        assert_eq!(on_sphere(DVec3::X), DVec2::new(0.5, 0.0));
+        assert_eq!(on_sphere(-DVec3::Y * 7.0), DVec2::new(0.5, 0.75));
+        assert_eq!(on_sphere(DVec3::NEG_Z), DVec2::new(1.0, 0.0));
+        let on_cylinder =
+            place(&Mapping::Cylindrical { texture_from_world }, &at(DVec3::new(0.0, 3.0, 4.0))).0;
+        assert_eq!(on_cylinder, DVec2::new(0.75, 0.8));
     }
 
     /// Derivatives are what differences come to.

@@ -1,12 +1,15 @@
 //! The color of marble (PBR 10.6.7).
 
+use std::f64::consts::TAU;
+
 use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
 use glam::Vec3;
 use lookat_scene::Marble;
 
 use super::TexturePoint;
 use super::noise::{PointInSpace, fbm};
-use crate::number::{Colors, splat_f32, those, to_f32};
+use crate::circle::at_turn;
+use crate::number::{Colors, splat_f32, to_f32};
 
 const LIGHT: Vec3 = Vec3::new(0.58, 0.58, 0.6);
 
@@ -26,11 +29,10 @@ pub(super) fn marble<S: Simd>(at: &TexturePoint<S>, marble: &Marble, active: mas
         || {
             let octaves = &marble.octaves;
             let at = PointInSpace::new(at, &octaves.texture_from_world).scaled(marble.scale);
-            let mut layer = at.p.y + marble.variation * fbm(&at, (octaves.count, octaves.roughness), active);
-            for lane in those(active) {
-                layer[lane] = layer[lane].sin();
-            }
-            color(to_f32(0.5 + 0.5 * layer))
+            let noise = fbm(&at, (octaves.count, octaves.roughness), active);
+            let layer = (at.p.y + marble.variation * noise) * (1.0 / TAU);
+            let [_, sine] = at_turn(layer - layer.floor());
+            color(to_f32(0.5 + 0.5 * sine))
         },
     )
 }

@@ -142,7 +142,7 @@ impl<S: Simd> PointInSpace<S> {
         let mut octaves = f64x8::splat(active.token(), f64::from(most));
         if let Some(spread) = self.spread {
             for lane in those(active) {
-                octaves[lane] = (-1.0 - spread[lane].log2()).max(0.0).min(f64::from(most));
+                octaves[lane] = (-1.0 - libm::log2(spread[lane])).max(0.0).min(f64::from(most));
             }
         }
         let whole = octaves.floor();

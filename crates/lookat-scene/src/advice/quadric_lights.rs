@@ -117,7 +117,7 @@ fn without_scale(form: &QuadricForm, length: f64) -> String {
 
 /// A number with few digits, as people write it.
 fn rounded(value: f64) -> f64 {
-    let digits = 5 - value.abs().log10().floor().clamp(-300.0, 300.0) as i32;
+    let digits = 5 - libm::log10(value.abs()).floor().clamp(-300.0, 300.0) as i32;
     let power = 10.0_f64.powi(digits);
     let rounded = (value * power).round() / power;
     if rounded.is_finite() { rounded } else { value }

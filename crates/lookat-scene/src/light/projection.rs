@@ -32,7 +32,7 @@ pub(super) fn projection(
             None
         }
     };
-    let half_size = (fov.to_radians() / 2.0).tan();
+    let half_size = libm::tan(fov.to_radians() / 2.0);
     Some(Light::Projection {
         world_from_light,
         intensity,

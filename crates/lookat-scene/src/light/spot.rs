@@ -45,8 +45,8 @@ pub(super) fn spot(params: &mut Params, world_from_light: Transform) -> Option<L
     Some(Light::Spot {
         world_from_light,
         intensity,
-        cos_total_width: cone.to_radians().cos(),
-        cos_falloff_start: (cone - delta).to_radians().cos(),
+        cos_total_width: libm::cos(cone.to_radians()),
+        cos_falloff_start: libm::cos((cone - delta).to_radians()),
     })
 }
 

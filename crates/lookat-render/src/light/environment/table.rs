@@ -63,7 +63,7 @@ impl DirectionTable {
                 *cell = cell_mean(map, scale, [column, row], [columns, rows], fine);
             }
         });
-        let cosines = (0..=rows).map(|edge| (PI * edge as f64 / rows as f64).cos()).collect();
+        let cosines = (0..=rows).map(|edge| libm::cos(PI * edge as f64 / rows as f64)).collect();
         let mut table = DirectionTable { columns, rows, sums, row_sums: Vec::new(), cosines, mean: 0.0 };
         let of_row = |row| table.row(row).iter().sum::<f64>() * table.cell_angle(row);
         table.mean = (0..rows).map(of_row).sum::<f64>() / (4.0 * PI);

@@ -109,9 +109,9 @@ impl Shares<'_> {
         let largest = levels.iter().copied().fold(0.0, f64::max);
         for (at, level) in levels.iter_mut().enumerate() {
             let relative = if largest > 0.0 { *level / largest } else { 1.0 };
-            let need = relative.powf(EXPONENT).max(QUIET);
+            let need = libm::pow(relative, EXPONENT).max(QUIET);
             // Pixels that need alike do not all double at once.
-            *level = (need * (0.98 + 0.04 * (at as f64 * GOLDEN).fract())).log2();
+            *level = libm::log2(need * (0.98 + 0.04 * (at as f64 * GOLDEN).fract()));
         }
         levels
     }

@@ -17,7 +17,7 @@ pub(super) const POWERS: [f64; 2] = [0.75, 0.45];
 /// and falls with `power`. A replicate takes at most `most` samples.
 pub(super) fn left(active: &Active, excess: f64, power: f64, most: u32) -> u64 {
     let count = active.count;
-    let all = f64::from(count) * excess.powf(power.recip());
+    let all = f64::from(count) * libm::pow(excess, power.recip());
     let all = if all < f64::from(most) { (all as u32).next_power_of_two().min(most) } else { most };
     u64::from(all.max(2 * count).min(most) - count) * u64::from(REPLICATES)
 }

@@ -29,8 +29,7 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let filter = FilterSampler::new(&scene.view.filter);
     let film = Film::new(&scene.view.film, &filter, Errors::None);
     let control = Control::new(&progress, None, &film);
-    let mut context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
-    context.level = level;
+    let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
     let job = |at: u32| Job {

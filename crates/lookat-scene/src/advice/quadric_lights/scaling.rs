@@ -27,7 +27,7 @@ const GROWTH: f64 = 1e-4;
 impl Scaling {
     pub(super) fn of(world_from_object: &Transform, form: &QuadricForm) -> Self {
         let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| world_from_object.vector(axis));
-        let length = DMat3::from_cols(x, y, z).determinant().abs().cbrt();
+        let length = libm::cbrt(DMat3::from_cols(x, y, z).determinant().abs());
         let is_alike = |a: DVec3, b: DVec3| {
             (a.length() / length - 1.0).abs() < TOLERANCE && a.dot(b).abs() < TOLERANCE * length * length
         };

@@ -19,7 +19,7 @@ pub(super) fn reflectance(rho: f64, g: f64, eta: f64) -> f64 {
     // Radii in mean free paths, from 3e-4 to 200 by equal ratios.
     const STEP: f64 = 1.0 / 3.0;
     let eta = eta.clamp(FITTED[0], FITTED[1]);
-    let radii = (-24..=16).map(|step| (f64::from(step) * STEP).exp());
+    let radii = (-24..=16).map(|step| libm::exp(f64::from(step) * STEP));
     let ring = |r: f64| 2.0 * PI * r * r * STEP * (single(rho, g, eta, r) + multiple(rho, g, eta, r));
     radii.map(ring).sum::<f64>().clamp(0.0, 1.0)
 }
@@ -27,7 +27,7 @@ pub(super) fn reflectance(rho: f64, g: f64, eta: f64) -> f64 {
 /// Depths along a beam, by equal shares of its light, in mean free paths.
 fn depths() -> impl Iterator<Item = f64> {
     const COUNT: usize = 16;
-    (0..COUNT).map(|index| -(1.0 - (index as f64 + 0.5) / COUNT as f64).ln())
+    (0..COUNT).map(|index| -libm::log(1.0 - (index as f64 + 0.5) / COUNT as f64))
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
@@ -40,11 +40,11 @@ fn single(rho: f64, g: f64, eta: f64, r: f64) -> f64 {
     let t_critical = r * (eta * eta - 1.0).max(0.0).sqrt();
     mean(depths().map(|depth| {
         let t = t_critical + depth;
-        let distance = r.hypot(t);
+        let distance = libm::hypot(r, t);
         let cos = t / distance;
-        let phase = (1.0 - g * g) / (4.0 * PI * (1.0 + g * g + 2.0 * g * cos).max(1e-9).powf(1.5));
+        let phase = (1.0 - g * g) / (4.0 * PI * libm::pow((1.0 + g * g + 2.0 * g * cos).max(1e-9), 1.5));
         let leaves = 1.0 - fresnel_leaving(cos, eta);
-        rho * (-(distance + t_critical)).exp() / (distance * distance) * phase * leaves * cos
+        rho * libm::exp(-(distance + t_critical)) / (distance * distance) * phase * leaves * cos
     }))
 }
 
@@ -61,15 +61,15 @@ fn multiple(rho: f64, g: f64, eta: f64, r: f64) -> f64 {
     let (first, second) = (fresnel_moment_1(eta), fresnel_moment_2(eta));
     let extrapolation = -2.0 * diffusion * (1.0 + 3.0 * second) / (1.0 - 2.0 * first);
     let (of_fluence, of_flux) = (0.25 * (1.0 - 2.0 * first), 0.5 * (1.0 - 3.0 * second));
-    let fluence = |d: f64| (-sigma_tr * d).exp() / d;
-    let flux = |z: f64, d: f64| z * (1.0 + sigma_tr * d) * (-sigma_tr * d).exp() / (d * d * d);
+    let fluence = |d: f64| libm::exp(-sigma_tr * d) / d;
+    let flux = |z: f64, d: f64| z * (1.0 + sigma_tr * d) * libm::exp(-sigma_tr * d) / (d * d * d);
     mean(depths().map(|depth| {
         let real = depth / sigma_t;
         let mirrored = -real + 2.0 * extrapolation;
-        let [d_real, d_mirrored] = [real, mirrored].map(|z| r.hypot(z));
+        let [d_real, d_mirrored] = [real, mirrored].map(|z| libm::hypot(r, z));
         let phi = (fluence(d_real) - fluence(d_mirrored)) / (4.0 * PI * diffusion);
         let e = (flux(real, d_real) - flux(mirrored, d_mirrored)) / (4.0 * PI);
-        let near = 1.0 - (-2.0 * sigma_t * (d_real + real)).exp();
+        let near = 1.0 - libm::exp(-2.0 * sigma_t * (d_real + real));
         near * albedo * albedo * (phi * of_fluence + e * of_flux)
     }))
 }

@@ -37,7 +37,7 @@ pub(super) fn color(params: &mut TextureParams) -> Texture<Vec3> {
         return color;
     }
     let of_beta = polynomial([0.245, 5.574, -10.73, 2.532, -0.215, 5.969], beta) as f32;
-    Texture::Constant(absorption.map(|channel| (-channel.sqrt() * of_beta).exp()))
+    Texture::Constant(absorption.map(|channel| libm::expf(-channel.sqrt() * of_beta)))
 }
 
 /// The absorption inside a hair, by default of brown hair.

@@ -75,7 +75,7 @@ pub(super) fn normals(topology: &Topology, limit: &[DVec3]) -> Vec<DVec3> {
 fn inner_tangents(ring: &[DVec3]) -> (DVec3, DVec3) {
     let angle = |at: usize| TAU * at as f64 / ring.len() as f64;
     let along = |weight: fn(f64) -> f64| ring.iter().enumerate().map(|(at, p)| *p * weight(angle(at))).sum();
-    (along(f64::cos), along(f64::sin))
+    (along(libm::cos), along(libm::sin))
 }
 
 /// The tangents along the boundary and away from it.
@@ -87,9 +87,9 @@ fn boundary_tangents(ring: &[DVec3]) -> (DVec3, DVec3) {
         [a, b, c, d] => -a + b * 2.0 + c * 2.0 - d,
         _ => {
             let theta = PI / (ring.len() - 1) as f64;
-            let weight = |k: usize| (2.0 * theta.cos() - 2.0) * (k as f64 * theta).sin();
+            let weight = |k: usize| (2.0 * libm::cos(theta) - 2.0) * libm::sin(k as f64 * theta);
             let inner: DVec3 = (1..ring.len() - 1).map(|k| ring[k] * weight(k)).sum();
-            -((first + last) * theta.sin() + inner)
+            -((first + last) * libm::sin(theta) + inner)
         }
     };
     (last - first, inward)
