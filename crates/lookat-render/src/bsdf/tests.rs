@@ -302,9 +302,15 @@ fn sampled_values_are_those_of_f_and_pdf() {
                     sample.pdf
                 );
                 let own = sample.weight * sample.pdf as f32;
+                // Near total reflection the rounding of a direction changes much.
+                let beside = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| {
+                    let wi = (sample.wi + axis * f64::from(f32::EPSILON)).normalize();
+                    (point.f_cos_pdf(&[wi], Part::Smooth)[0].0 - f_cos).length()
+                });
+                let rounding = beside.into_iter().fold(0.0, f32::max);
                 assert!(
-                    (own - f_cos).length() <= 1e-4 * f_cos.length() + 1e-7,
-                    "{name} {local_o}: {own} {f_cos}"
+                    (own - f_cos).length() <= 1e-4 * f_cos.length() + 1e-7 + rounding,
+                    "{name} {local_o}: {own} {f_cos} {rounding}"
                 );
             }
         }
