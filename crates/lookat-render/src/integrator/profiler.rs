@@ -1,17 +1,12 @@
-//! A clock for the stages of a rendering, and a record of its rays, to trace them again with nothing in between.
+//! A clock for the stages of a rendering, and a record of its rays.
 
 use std::any::Any;
-use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use fearless_simd::{Level, Simd, mask64x8};
+use fearless_simd::{Simd, mask64x8};
 
-use super::tracer::Tracer;
-use super::world::World;
-use crate::light::LightTable;
-use crate::number::{count, side_by_side};
+use crate::number::count;
 use crate::trace::rays::Rays;
-use crate::traceable::Traceable;
 
 /// A part of the work.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -27,7 +22,7 @@ pub(crate) enum Stage {
     Film,
 }
 
-const STAGES: [(Stage, &str); 9] = [
+pub(super) const STAGES: [(Stage, &str); 9] = [
     (Stage::Camera, "camera"),
     (Stage::CameraRays, "camera rays"),
     (Stage::Shading, "shading"),
@@ -73,13 +68,13 @@ pub(crate) struct Profiler {
     since: Instant,
     /// The stage to which a stage that traces returns.
     caller: Stage,
-    stages: [StageProfile; STAGES.len()],
+    pub(super) stages: [StageProfile; STAGES.len()],
     /// The [`Calls`] of each stage that has traced.
-    calls: [Option<Box<dyn Any + Send>>; STAGES.len()],
+    pub(super) calls: [Option<Box<dyn Any + Send>>; STAGES.len()],
 }
 
 /// Packets that were traced together, in order, and which of their rays were active.
-type Calls<S> = Vec<(Vec<Rays<S>>, Vec<mask64x8<S>>)>;
+pub(super) type Calls<S> = Vec<(Vec<Rays<S>>, Vec<mask64x8<S>>)>;
 
 impl Profiler {
     /// Starts the clock.
@@ -121,39 +116,4 @@ impl Profiler {
     pub fn end_rays(&mut self) {
         self.enter(self.caller);
     }
-}
-
-/// Traces rays as the renderer does, and says how long that takes.
-#[inline(never)]
-fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer, stage: Stage) -> Duration {
-    // A copy is in the cache, as the rays of the renderer are.
-    let calls = calls.clone();
-    let started = Instant::now();
-    for (rays, active) in &calls {
-        match stage {
-            Stage::CameraRays => drop(black_box(world.nearest_of(simd, tracer, rays, active))),
-            Stage::BounceRays => drop(black_box(world.nearest(simd, tracer, &rays[0], active[0]))),
-            _ => drop(black_box(world.met(simd, tracer, &rays[0], (active[0], stage == Stage::ShadowRays)))),
-        }
-    }
-    started.elapsed()
-}
-
-/// The stages of all tiles together, with their rays traced again.
-pub(crate) fn sum(profilers: &[Profiler], scene: &Traceable, lights: &LightTable) -> Vec<StageProfile> {
-    let (world, level, mut tracer) = (World::new(scene), Level::new(), Tracer::new(scene, lights));
-    let of = |(stage, name)| {
-        let mut sum = StageProfile { name, ..StageProfile::default() };
-        for Profiler { stages, calls, .. } in profilers {
-            sum = sum.with(&stages[stage as usize]);
-            if let Some(calls) = &calls[stage as usize] {
-                sum.alone += side_by_side!(level, simd => {
-                    let calls = calls.downcast_ref::<Calls<_>>();
-                    calls.map_or(Duration::ZERO, |calls| trace(simd, calls, &world, &mut tracer, stage))
-                });
-            }
-        }
-        sum
-    };
-    STAGES.map(of).into()
 }
