@@ -135,7 +135,7 @@ pub struct Explain {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Takes about a minute. Other running programs disturb the measurement.")]
+#[command(after_help = "Takes about a minute and a half. Other running programs disturb the measurement.")]
 pub struct Bench {
     /// Measure only these parts: tracing, reading, rendering, features or profile
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = suite)]

@@ -290,6 +290,7 @@ fn p_value(found: &[f64], expected: &[f64], samples: f64) -> f64 {
 /// Up to what rounding the direction to `f32` does to facets of a tenth, and to cosines.
 #[test]
 fn sampled_values_are_those_of_f_and_pdf() {
+    let mut exceptions = 0;
     for (name, material) in &materials() {
         for local_o in OUT {
             let point = Point { material, local_o };
@@ -302,19 +303,23 @@ fn sampled_values_are_those_of_f_and_pdf() {
                     sample.pdf
                 );
                 let own = sample.weight * sample.pdf as f32;
+                let error = (own - f_cos).length();
+                if error <= 1e-4 * f_cos.length() + 1e-7 {
+                    continue;
+                }
                 // Near total reflection the rounding of a direction changes much.
                 let beside = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| {
                     let wi = (sample.wi + axis * f64::from(f32::EPSILON)).normalize();
                     (point.f_cos_pdf(&[wi], Part::Smooth)[0].0 - f_cos).length()
                 });
                 let rounding = beside.into_iter().fold(0.0, f32::max);
-                assert!(
-                    (own - f_cos).length() <= 1e-4 * f_cos.length() + 1e-7 + rounding,
-                    "{name} {local_o}: {own} {f_cos} {rounding}"
-                );
+                assert!(error <= rounding, "{name} {local_o}: {own} {f_cos} {rounding}");
+                assert!(sample.wi.dot(DVec3::Z) * local_o.z < 0.0, "{name}: only refraction is that sharp");
+                exceptions += 1;
             }
         }
     }
+    assert!(exceptions <= 3, "{exceptions} of 14,000");
 }
 
 /// The share of white light from all around that comes towards `local_o`, refraction's density aside: that of the channel

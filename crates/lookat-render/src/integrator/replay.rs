@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Simd;
 
 use super::profiler::{Calls, Profiler, STAGES, Stage, StageProfile};
 use super::tracer::Tracer;
@@ -15,7 +15,7 @@ use crate::traceable::Traceable;
 /// Traces rays as the renderer does, and says how long that takes.
 #[inline(never)]
 fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer, stage: Stage) -> Duration {
-    // A copy is in the cache, as the rays of the renderer are.
+    // A copy is nearer than the record.
     let calls = calls.clone();
     let started = Instant::now();
     for (rays, active) in &calls {
@@ -29,8 +29,12 @@ fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer,
 }
 
 /// The stages of all tiles together, with their rays traced again.
-pub(crate) fn sum(profilers: &[Profiler], scene: &Traceable, lights: &LightTable) -> Vec<StageProfile> {
-    let (world, level, mut tracer) = (World::new(scene), Level::new(), Tracer::new(scene, lights));
+pub(crate) fn stage_profiles(
+    profilers: &[Profiler],
+    scene: &Traceable,
+    lights: &LightTable,
+) -> Vec<StageProfile> {
+    let (world, level, mut tracer) = (World::new(scene), scene.level, Tracer::new(scene, lights));
     let of = |(stage, name)| {
         let mut sum = StageProfile { name, ..StageProfile::default() };
         for Profiler { stages, calls, .. } in profilers {

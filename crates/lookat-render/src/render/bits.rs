@@ -136,8 +136,7 @@ fn pictures_have_the_expected_bits_at_every_level_and_on_any_number_of_threads()
 
 #[test]
 fn scenes_have_everything_that_is_rendered() {
-    let (scenes, text) = all();
-    assert!(scenes.len() >= 30);
+    let (_, text) = all();
     let wanted = [
         "Camera",
         "Film",

@@ -6,11 +6,12 @@ use std::sync::{Mutex, PoisonError};
 use lookat_scene::Scene;
 
 use super::{Settings, on_threads, run};
-use crate::integrator::{StageProfile, sum};
+use crate::integrator::{StageProfile, stage_profiles};
 use crate::prepare::Prepared;
 
 /// Renders a scene on one thread, and measures the stages of that. The clock is read at the beginning of each stage of each group of
-/// samples, so the rendering takes a little longer than otherwise. Rays are kept, about 100 bytes each, and traced again.
+/// samples, so the rendering takes a little longer than otherwise. Packets of rays are kept, about 800 bytes each, and
+/// traced again. Rays behind surfaces without a material belong to no stage of their own.
 pub fn profile(scene: &Scene) -> Vec<StageProfile> {
     let settings = Settings { threads: 1, ..Settings::default() };
     on_threads(&settings, || {
@@ -18,7 +19,7 @@ pub fn profile(scene: &Scene) -> Vec<StageProfile> {
         let progress = |_: super::Progress| ControlFlow::Continue(());
         run(&prepared, &scene.view, &settings, None, &progress, Some(&profilers));
         let profilers = profilers.into_inner().unwrap_or_else(PoisonError::into_inner);
-        sum(&profilers, &prepared.traceable, &prepared.lights)
+        stage_profiles(&profilers, &prepared.traceable, &prepared.lights)
     })
 }
 

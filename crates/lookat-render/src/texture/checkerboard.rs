@@ -71,14 +71,14 @@ fn share<S: Simd>(x: f64x8<S>, reach: f64x8<S>) -> f64x8<S> {
     let (low, high) = (x - reach, x + reach);
     // Counted from the first cell, so that no digits cancel.
     let first = (low * 0.5).floor();
-    let odd = half_of_odd(high * 0.5 - first) - half_of_odd(low * 0.5 - first);
+    let odd = odd_length(high * 0.5 - first) - odd_length(low * 0.5 - first);
     let share = (odd / (2.0 * reach)).max(0.0).min(1.0);
     low.floor().simd_eq(high.floor()).select(parity(&[x]), share)
 }
 
-/// Half the length of odd cells up to so many pairs of cells.
+/// The length of the odd cells among the first pairs of cells.
 #[inline(always)]
-fn half_of_odd<S: Simd>(pairs: f64x8<S>) -> f64x8<S> {
+fn odd_length<S: Simd>(pairs: f64x8<S>) -> f64x8<S> {
     let whole = pairs.floor();
     whole + 2.0 * (pairs - whole - 0.5).max(0.0)
 }
