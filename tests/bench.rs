@@ -41,7 +41,7 @@ fn tables_are_whole() {
     );
 }
 
-/// All shares of the time of a scene are the whole, and rays together are as many as those of each kind.
+/// The shares of the stages add up to the whole time, and the rays of all kinds add up to all rays.
 #[test]
 fn stages_add_up() {
     let (status, out, err) = run(&["--only", "profile", "--rounds", "1", "--json"]);

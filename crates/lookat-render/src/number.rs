@@ -1,7 +1,6 @@
 //! Eight numbers of a kind at once, one for each of as many samples.
 //!
-//! Each sample has the same bits with all instructions, and whatever samples are beside it: steps are taken in the same order, and none is
-//! fused with the next. Functions are inlined into the one that is compiled for what the processor has.
+//! A sample has the same bits with any instructions and any neighbors: operations have one order, and none is fused with the next. Functions are inlined into the one that is compiled for what the processor has.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -70,7 +70,7 @@ fn scene(light: &str, material: &str) -> Scene {
     scene
 }
 
-/// The stages that the rendering of a scene has, those that trace rays together, and a rendering whose stages are not measured.
+/// The stages of one rendering, then the sum of the stages that trace rays, then a second rendering without the clock.
 fn measure(scene: &Scene) -> Vec<Line> {
     let (seconds, rendered) = timed(|| render(scene, &Settings { threads: 1, ..Settings::default() }));
     let mut stages = lookat_render::profile(scene);

@@ -39,11 +39,11 @@ pub(super) const STAGES: [(Stage, &str); 9] = [
 pub struct StageProfile {
     /// Its name.
     pub name: &'static str,
-    /// The time from its beginnings to those of the next stages.
+    /// How long it takes, without keeping its rays.
     pub time: Duration,
     /// Rays of a stage that traces, surfaces that are shaded; 0 of other stages.
     pub lanes: u64,
-    /// Groups of up to eight of them, and those where none of eight paths had any.
+    /// Groups of eight lanes, also those in which no lane has any.
     pub batches: u64,
     /// How long its rays take when they are traced again with nothing in between; 0 of stages that do not trace.
     pub alone: Duration,
@@ -99,7 +99,7 @@ impl Profiler {
         (own.lanes, own.batches) = (own.lanes + lanes, own.batches + 1);
     }
 
-    /// Begins a stage that traces. To keep the rays takes no time of any stage.
+    /// Begins a stage that traces, and keeps its rays. The clock stands still meanwhile.
     #[cold]
     #[inline(never)]
     pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {

@@ -15,7 +15,7 @@ use crate::traceable::Traceable;
 /// Traces rays as the renderer does, and says how long that takes.
 #[inline(never)]
 fn trace<S: Simd>(simd: S, calls: &Calls<S>, world: &World, tracer: &mut Tracer, stage: Stage) -> Duration {
-    // A copy is nearer than the record.
+    // Copying brings the rays into the cache, as far as they fit.
     let calls = calls.clone();
     let started = Instant::now();
     for (rays, active) in &calls {

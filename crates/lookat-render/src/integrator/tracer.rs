@@ -22,7 +22,7 @@ pub(crate) struct Tracer<'s> {
     pub rays: u64,
     /// How many packets of camera rays go together.
     pub stream_size: StreamSize,
-    /// Only where the stages of a rendering are measured.
+    /// Set while the stages of a rendering are measured.
     pub profiler: Option<Box<Profiler>>,
 }
 
@@ -43,7 +43,7 @@ impl<'s> Tracer<'s> {
         }
     }
 
-    /// Begins to trace rays, those that are active.
+    /// Counts the active rays before they are traced, and starts their stage.
     #[inline(always)]
     pub fn begin_rays<S: Simd>(&mut self, stage: Stage, rays: &[Rays<S>], active: &[mask64x8<S>]) {
         for active in active {

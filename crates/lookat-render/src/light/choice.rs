@@ -34,7 +34,7 @@ pub(crate) struct LightSampler<'v, S: Simd> {
     rule: LightChoice,
     /// How many lights there are to sample: the first ones.
     count: f64x8<S>,
-    /// By "spatial" the estimates of all lights, and by power those of skies: mostly few.
+    /// With "spatial" the estimates of all lights, with "power" only of skies. Most scenes have few.
     estimates: SmallVec<[f64x8<S>; 4]>,
     total: f64x8<S>,
 }

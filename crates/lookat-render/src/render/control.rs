@@ -25,7 +25,7 @@ pub(super) struct Control<'p> {
     rays: AtomicU64,
     rejected: AtomicU64,
     clamped: AtomicU64,
-    /// Takes what stages of tiles take, if that is measured.
+    /// The profilers of finished tiles, if stages are measured.
     pub profilers: Option<&'p Mutex<Vec<Profiler>>>,
 }
 
@@ -95,12 +95,12 @@ impl<'p> Control<'p> {
         self.clamped.fetch_add(clamped, Ordering::Relaxed);
     }
 
-    /// Measures the stages of a tile from now on, if they are asked for.
+    /// A profiler for a tile, if stages are measured.
     pub fn profiler(&self) -> Option<Box<Profiler>> {
         self.profilers.map(|_| Box::new(Profiler::new()))
     }
 
-    /// Keeps what they took.
+    /// Adds the profiler of a finished tile.
     pub fn keep(&self, tracer: &mut Tracer) {
         tracer.profile(|profiler| profiler.enter(Stage::Film));
         if let (Some(all), Some(profiler)) = (self.profilers, tracer.profiler.take()) {

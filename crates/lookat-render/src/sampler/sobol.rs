@@ -40,7 +40,7 @@ impl Shuffled {
     }
 }
 
-/// The numbers of points in a dimension; `first` are those of the first dimensions.
+/// The numbers of points in a dimension. `first`: the points as the first dimensions shuffle them.
 #[inline(always)]
 pub(super) fn numbers<S: Simd>(
     simd: S,

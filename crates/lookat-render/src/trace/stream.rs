@@ -71,7 +71,7 @@ impl StreamSize {
 }
 
 impl Tree<'_> {
-    /// Appends the nearest hits of packets of rays from free space, of those that are active; none where they do not go together.
+    /// Appends the nearest hits of packets of rays from free space, for active rays; nothing if the packets do not stay together.
     #[inline(always)]
     pub fn nearest_of<S: Simd>(
         &self,

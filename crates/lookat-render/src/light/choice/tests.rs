@@ -210,7 +210,7 @@ fn choices_change_no_mean() {
         let mean = values.iter().sum::<f64>() / values.len() as f64;
         values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (values.len() - 1) as f64
     };
-    // The mean of all pictures, its variance, and that of pixels.
+    // The mean of all pictures, the variance of this mean, and the variance of pixels.
     let mut looked_at = |light_choice| -> (f64, f64, f64) {
         scene.view.integrator = Integrator::Path { max_depth: 1, roulette_threshold: 1.0, light_choice };
         let picture = |seed| -> Vec<f64> {

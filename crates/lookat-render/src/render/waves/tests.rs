@@ -18,7 +18,7 @@ use crate::render::control::Control;
 use crate::render::sample::{Pattern, Samples};
 use crate::testing::{levels, noise, scene};
 
-/// More pixels than are asked for.
+/// More pixels than any test renders: all of them go together.
 const ALL: usize = 1000;
 
 /// What some pixels of a scene get, and the number of rays, on a processor of some level, with so many pixels together.
