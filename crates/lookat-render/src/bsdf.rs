@@ -14,7 +14,7 @@ use fearless_simd::{Simd, f32x8, f64x8, mask32x8, mask64x8, prelude::*};
 use glam::Vec3;
 
 use crate::frame::Frames;
-use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, widen};
+use crate::number::{Colors, V3, Vec3x8, bits, narrow, splat_f32, to_f32, to_f64, vectorized, widen};
 use lobe::Kind;
 pub(crate) use material::most_lobes;
 use slots::Slot;
@@ -140,73 +140,67 @@ impl<'s, S: Simd> Bsdf<'s, S> {
     #[inline(never)]
     fn at(&self, wi: Vec3x8<S>, local_i: V3<f32x8<S>>, part: Part) -> (Colors<S>, f32x8<S>) {
         let simd = wi.x.token();
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let (none, black) = (splat_f32(simd, 0.0), Colors::splat(simd, Vec3::ZERO));
-                let (wo, side) = (self.local_o, wi.dot(self.n));
-                let is_seen = wo.z.simd_ne(0.0);
-                let above = narrow(side.simd_gt(0.0)) & is_seen;
-                let through = narrow(side.simd_lt(0.0)) & is_seen;
-                let same_side = (wo.z * local_i.z).simd_gt(0.0);
-                let (mut f, mut pdf) = (black, none);
-                for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_specular()) {
-                    let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i);
-                    let (side, sampled) =
-                        if slot.lobe.kind.transmits() { (through, !same_side) } else { (above, same_side) };
-                    f = f + own_f.or_narrow(side & slot.mask, black);
-                    pdf += (sampled & slot.mask).select(slot.probability * own_pdf, none);
-                }
-                if part == Part::Smooth {
-                    let all = choice::probability(simd, self.slots, part);
-                    pdf = all.simd_gt(0.0).select(pdf / all, none);
-                }
-                (f * local_i.z.abs(), pdf)
-            },
-        )
+        vectorized!(simd, {
+            let (none, black) = (splat_f32(simd, 0.0), Colors::splat(simd, Vec3::ZERO));
+            let (wo, side) = (self.local_o, wi.dot(self.n));
+            let is_seen = wo.z.simd_ne(0.0);
+            let above = narrow(side.simd_gt(0.0)) & is_seen;
+            let through = narrow(side.simd_lt(0.0)) & is_seen;
+            let same_side = (wo.z * local_i.z).simd_gt(0.0);
+            let (mut f, mut pdf) = (black, none);
+            for slot in self.slots.iter().filter(|slot| !slot.lobe.kind.is_specular()) {
+                let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i);
+                let (side, sampled) =
+                    if slot.lobe.kind.transmits() { (through, !same_side) } else { (above, same_side) };
+                f = f + own_f.or_narrow(side & slot.mask, black);
+                pdf += (sampled & slot.mask).select(slot.probability * own_pdf, none);
+            }
+            if part == Part::Smooth {
+                let all = choice::probability(simd, self.slots, part);
+                pdf = all.simd_gt(0.0).select(pdf / all, none);
+            }
+            (f * local_i.z.abs(), pdf)
+        })
     }
 
     /// Directions of one of the lobes, the likelier the more it scatters.
     #[inline(never)]
     pub fn sample(&self, [u, v]: [f64x8<S>; 2], part: Part) -> BsdfSample<S> {
         let simd = u.token();
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let choice = choice::choose(self.slots, part, u);
-                let one = splat_f32(simd, 1.0);
-                let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
-                let none = mask32x8::splat(simd, false);
-                let (mut local, mut compression, mut is_smooth) = (self.local_o, one, none);
-                let mut single: Option<(mask64x8<S>, Single<S>)> = None;
-                for (number, slot) in self.slots.iter().enumerate() {
-                    let own = choice.slot.simd_eq(number as f32);
-                    if !own.any_true() {
-                        continue;
-                    }
-                    if slot.lobe.kind.is_specular() {
-                        let sample = slot.lobe.single(self.ns, self.wo, choice.rest);
-                        let own = widen(own);
-                        single = Some(match single {
-                            Some((others, all)) => (own | others, sample.or(own, all)),
-                            None => (own, sample),
-                        });
-                    } else {
-                        let (wi, is_there) = slot.lobe.sample(self.local_o, square);
-                        local = wi.or(own, local);
-                        is_smooth |= own & is_there;
-                        compression = own.select(slot.lobe.compression(self.local_o.z), compression);
-                    }
+        vectorized!(simd, {
+            let choice = choice::choose(self.slots, part, u);
+            let one = splat_f32(simd, 1.0);
+            let square = [to_f32(choice.rest).min(BELOW_ONE), to_f32(v).min(BELOW_ONE)];
+            let none = mask32x8::splat(simd, false);
+            let (mut local, mut compression, mut is_smooth) = (self.local_o, one, none);
+            let mut single: Option<(mask64x8<S>, Single<S>)> = None;
+            for (number, slot) in self.slots.iter().enumerate() {
+                let own = choice.slot.simd_eq(number as f32);
+                if !own.any_true() {
+                    continue;
                 }
-                let mut sample = self.smooth(local, is_smooth, part);
-                sample.compression = compression;
-                if let Some((own, single)) = single {
-                    sample.put(own, single, choice.probability);
+                if slot.lobe.kind.is_specular() {
+                    let sample = slot.lobe.single(self.ns, self.wo, choice.rest);
+                    let own = widen(own);
+                    single = Some(match single {
+                        Some((others, all)) => (own | others, sample.or(own, all)),
+                        None => (own, sample),
+                    });
+                } else {
+                    let (wi, is_there) = slot.lobe.sample(self.local_o, square);
+                    local = wi.or(own, local);
+                    is_smooth |= own & is_there;
+                    compression = own.select(slot.lobe.compression(self.local_o.z), compression);
                 }
-                sample.is_there &= widen(self.local_o.z.simd_ne(0.0));
-                sample
-            },
-        )
+            }
+            let mut sample = self.smooth(local, is_smooth, part);
+            sample.compression = compression;
+            if let Some((own, single)) = single {
+                sample.put(own, single, choice.probability);
+            }
+            sample.is_there &= widen(self.local_o.z.simd_ne(0.0));
+            sample
+        })
     }
 
     /// Samples of directions of the frames.

@@ -11,22 +11,26 @@ use lookat_scene::LUMINANCE;
 /// So many samples side by side.
 pub(crate) const LANES: usize = 8;
 
+/// Does something with the instructions of `simd`: in functions that are not inlined, which know none.
+macro_rules! vectorized {
+    ($simd:expr, $does:expr) => {
+        fearless_simd::Simd::vectorize(
+            $simd,
+            #[inline(always)]
+            || $does,
+        )
+    };
+}
+pub(crate) use vectorized;
+
 /// Does something with the instructions of a level, `simd`: AVX-512, AVX2, or what all processors of its kind have.
 macro_rules! side_by_side {
     ($level:expr, $simd:ident => $does:expr) => {
         match $level {
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx512($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $does,
-            ),
+            fearless_simd::Level::Avx512($simd) => crate::number::vectorized!($simd, $does),
             #[cfg(target_arch = "x86_64")]
-            fearless_simd::Level::Avx2($simd) => fearless_simd::Simd::vectorize(
-                $simd,
-                #[inline(always)]
-                || $does,
-            ),
+            fearless_simd::Level::Avx2($simd) => crate::number::vectorized!($simd, $does),
             #[cfg(target_arch = "x86_64")]
             level => {
                 let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");

@@ -13,7 +13,7 @@ use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec2;
 use lookat_scene::{Sampler, SamplerKind};
 
-use crate::number::LANES;
+use crate::number::{LANES, vectorized};
 use hash::{mix, random, unit};
 use permute::permute;
 use sobol::Shuffled;
@@ -119,10 +119,7 @@ impl Points {
     /// The numbers of a dimension.
     #[inline(never)]
     fn number<S: Simd>(&self, simd: S, dimension: u32) -> f64x8<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || self.number_of(simd, dimension),
-        )
+        vectorized!(simd, self.number_of(simd, dimension))
     }
 
     #[inline(always)]
@@ -153,59 +150,55 @@ impl Points {
     /// The numbers of a dimension and the next, as points of the unit square.
     #[inline(never)]
     fn pair<S: Simd>(&self, simd: S, dimension: u32) -> [f64x8<S>; 2] {
-        simd.vectorize(
-            #[inline(always)]
-            || match self.kind {
+        vectorized!(simd, {
+            match self.kind {
                 SamplerKind::Stratified { cells, jitter } => {
                     self.stratified(simd, dimension, (cells, jitter))
                 }
                 SamplerKind::Halton { pixel_center: true } if dimension == 0 => [0.5.simd_into(simd); 2],
                 _ => [self.number_of(simd, dimension), self.number_of(simd, dimension.wrapping_add(1))],
-            },
-        )
+            }
+        })
     }
 
     /// Those of the `k`-th of `count` nested samples.
     #[inline(never)]
     fn nested_pair<S: Simd>(&self, simd: S, dimension: u32, (count, k): (u32, u32)) -> [f64x8<S>; 2] {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let mut nested = *self;
-                let mut is_numbered = [true; LANES];
-                for (lane, is_numbered) in is_numbered.iter_mut().enumerate() {
-                    let index = u64::from(self.indices[lane]) * u64::from(count) + u64::from(k);
-                    (nested.indices[lane], *is_numbered) = (index as u32, index <= u64::from(u32::MAX));
+        vectorized!(simd, {
+            let mut nested = *self;
+            let mut is_numbered = [true; LANES];
+            for (lane, is_numbered) in is_numbered.iter_mut().enumerate() {
+                let index = u64::from(self.indices[lane]) * u64::from(count) + u64::from(k);
+                (nested.indices[lane], *is_numbered) = (index as u32, index <= u64::from(u32::MAX));
+            }
+            // Only these two have to know how many there are; and of cells there may be more than samples.
+            let needed = match self.kind {
+                SamplerKind::Stratified { cells: [across, down], .. } => {
+                    u64::from(across) * u64::from(down) * u64::from(count)
                 }
-                // Only these two have to know how many there are; and of cells there may be more than samples.
-                let needed = match self.kind {
-                    SamplerKind::Stratified { cells: [across, down], .. } => {
-                        u64::from(across) * u64::from(down) * u64::from(count)
-                    }
-                    SamplerKind::Halton { .. } => u64::from(self.count) * u64::from(count),
-                    SamplerKind::Random | SamplerKind::Sobol => 0,
-                };
-                if needed > u64::from(u32::MAX) {
-                    is_numbered = [false; LANES];
-                }
-                nested.shuffle(simd);
-                nested.count = self.count.saturating_mul(count);
-                if let SamplerKind::Stratified { cells, .. } = &mut nested.kind {
-                    cells[0] = cells[0].saturating_mul(count);
-                }
-                let [mut x, mut y] = match needed > u64::from(u32::MAX) {
-                    true => [0.0.simd_into(simd); 2],
-                    false => nested.pair(simd, dimension),
-                };
-                for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
-                    // More than can be numbered: independent ones.
-                    let own = u64::from(self.indices[lane]) << 32 | u64::from(k);
-                    let seed = mix(hash::of_dimension(self.seed(lane), dimension) ^ own);
-                    (x[lane], y[lane]) = (unit(mix(seed)), unit(mix(!seed)));
-                }
-                [x, y]
-            },
-        )
+                SamplerKind::Halton { .. } => u64::from(self.count) * u64::from(count),
+                SamplerKind::Random | SamplerKind::Sobol => 0,
+            };
+            if needed > u64::from(u32::MAX) {
+                is_numbered = [false; LANES];
+            }
+            nested.shuffle(simd);
+            nested.count = self.count.saturating_mul(count);
+            if let SamplerKind::Stratified { cells, .. } = &mut nested.kind {
+                cells[0] = cells[0].saturating_mul(count);
+            }
+            let [mut x, mut y] = match needed > u64::from(u32::MAX) {
+                true => [0.0.simd_into(simd); 2],
+                false => nested.pair(simd, dimension),
+            };
+            for lane in (0..LANES).filter(|lane| !is_numbered[*lane]) {
+                // More than can be numbered: independent ones.
+                let own = u64::from(self.indices[lane]) << 32 | u64::from(k);
+                let seed = mix(hash::of_dimension(self.seed(lane), dimension) ^ own);
+                (x[lane], y[lane]) = (unit(mix(seed)), unit(mix(!seed)));
+            }
+            [x, y]
+        })
     }
 
     #[inline(always)]

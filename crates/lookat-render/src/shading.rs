@@ -9,7 +9,7 @@ use lookat_scene::{Material, Texture};
 
 use crate::camera::views::Views;
 use crate::frame::Frames;
-use crate::number::{LANES, Vec2x8, Vec3x8, bits};
+use crate::number::{LANES, Vec2x8, Vec3x8, bits, vectorized};
 use crate::parametric::Parametrics;
 use crate::ray::{Hit, Ray};
 use crate::surface::points::Surfaces;
@@ -44,32 +44,29 @@ fn points<S: Simd>(
 #[inline(never)]
 fn footprint<S: Simd>(surfaces: &Surfaces<S>, flat: &Parametrics<S>, views: &Views) -> Footprint<S> {
     let (simd, Surfaces { p, n, .. }) = (surfaces.magnitude.token(), *surfaces);
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            let [right, below] = views.neighbors(simd).map(
-                #[inline(always)]
-                |(o, d)| o + d * (n.dot(p - o) / n.dot(d)) - p,
-            );
-            let is_there = bits(simd, views.direct) & is_finite(right) & is_finite(below);
-            let none = Vec3x8::splat(simd, DVec3::ZERO);
-            let (right, below) = (right.or(is_there, none), below.or(is_there, none));
-            let sides = sides(n);
-            let (a, b) = (pick(flat.dpdu, sides), pick(flat.dpdv, sides));
-            let determinant = a[0] * b[1] - a[1] * b[0];
-            let duv = [right, below].map(
-                #[inline(always)]
-                |dp| {
-                    let dp = pick(dp, sides);
-                    let u = (b[1] * dp[0] - b[0] * dp[1]) / determinant;
-                    let v = (a[0] * dp[1] - a[1] * dp[0]) / determinant;
-                    let (is_there, zero) = (u.is_finite() & v.is_finite(), f64x8::splat(simd, 0.0));
-                    [is_there.select(u, zero), is_there.select(v, zero)]
-                },
-            );
-            Footprint { dp: [right, below], duv }
-        },
-    )
+    vectorized!(simd, {
+        let [right, below] = views.neighbors(simd).map(
+            #[inline(always)]
+            |(o, d)| o + d * (n.dot(p - o) / n.dot(d)) - p,
+        );
+        let is_there = bits(simd, views.direct) & is_finite(right) & is_finite(below);
+        let none = Vec3x8::splat(simd, DVec3::ZERO);
+        let (right, below) = (right.or(is_there, none), below.or(is_there, none));
+        let sides = sides(n);
+        let (a, b) = (pick(flat.dpdu, sides), pick(flat.dpdv, sides));
+        let determinant = a[0] * b[1] - a[1] * b[0];
+        let duv = [right, below].map(
+            #[inline(always)]
+            |dp| {
+                let dp = pick(dp, sides);
+                let u = (b[1] * dp[0] - b[0] * dp[1]) / determinant;
+                let v = (a[0] * dp[1] - a[1] * dp[0]) / determinant;
+                let (is_there, zero) = (u.is_finite() & v.is_finite(), f64x8::splat(simd, 0.0));
+                [is_there.select(u, zero), is_there.select(v, zero)]
+            },
+        );
+        Footprint { dp: [right, below], duv }
+    })
 }
 
 /// Whether normals are nearest to x, and else whether to y.
@@ -103,32 +100,29 @@ fn bumped<S: Simd>(
     active: mask64x8<S>,
 ) -> (Vec3x8<S>, Vec3x8<S>) {
     let simd = active.token();
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            let height = at.value(bump, active);
-            let mut slopes = [f64x8::splat(simd, STEP); 2];
-            for (axis, slope) in slopes.iter_mut().enumerate() {
-                let mut step = *slope;
-                if let Some(Footprint { duv: [x, y], .. }) = &at.footprint {
-                    let mean = (x[axis].abs() + y[axis].abs()) * 0.5;
-                    step = mean.simd_eq(0.0).select(step, mean);
-                }
-                let along = if axis == 0 { shading.dpdu } else { shading.dpdv };
-                let mut moved = TexturePoint { p: at.p + along * step, ..*at };
-                moved.uv[axis] += step;
-                *slope = (moved.value(bump, active) - height) / step;
+    vectorized!(simd, {
+        let height = at.value(bump, active);
+        let mut slopes = [f64x8::splat(simd, STEP); 2];
+        for (axis, slope) in slopes.iter_mut().enumerate() {
+            let mut step = *slope;
+            if let Some(Footprint { duv: [x, y], .. }) = &at.footprint {
+                let mean = (x[axis].abs() + y[axis].abs()) * 0.5;
+                step = mean.simd_eq(0.0).select(step, mean);
             }
-            let ns = surfaces.ns;
-            let dpdu = shading.dpdu + ns * slopes[0] + shading.dndu * height;
-            let dpdv = shading.dpdv + ns * slopes[1] + shading.dndv * height;
-            let across = dpdu.cross(dpdv);
-            let (bent, is_there) = across.try_normalize();
-            // A height of minus the radius leaves nothing but rounding.
-            let whole = (shading.dpdu.length_squared() * shading.dpdv.length_squared()).sqrt();
-            let is_there = is_there & across.length_squared().sqrt().simd_gt(1e-9 * whole);
-            let bent = (-bent).or(bent.dot(surfaces.n).simd_lt(0.0), bent);
-            (bent.or(is_there, ns), dpdu.or(is_there, shading.dpdu))
-        },
-    )
+            let along = if axis == 0 { shading.dpdu } else { shading.dpdv };
+            let mut moved = TexturePoint { p: at.p + along * step, ..*at };
+            moved.uv[axis] += step;
+            *slope = (moved.value(bump, active) - height) / step;
+        }
+        let ns = surfaces.ns;
+        let dpdu = shading.dpdu + ns * slopes[0] + shading.dndu * height;
+        let dpdv = shading.dpdv + ns * slopes[1] + shading.dndv * height;
+        let across = dpdu.cross(dpdv);
+        let (bent, is_there) = across.try_normalize();
+        // A height of minus the radius leaves nothing but rounding.
+        let whole = (shading.dpdu.length_squared() * shading.dpdv.length_squared()).sqrt();
+        let is_there = is_there & across.length_squared().sqrt().simd_gt(1e-9 * whole);
+        let bent = (-bent).or(bent.dot(surfaces.n).simd_lt(0.0), bent);
+        (bent.or(is_there, ns), dpdu.or(is_there, shading.dpdu))
+    })
 }

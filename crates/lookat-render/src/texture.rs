@@ -14,7 +14,7 @@ use lookat_scene::{Bilerp, Mapping, Texture, Transform, Varying};
 
 use self::noise::PointInSpace;
 use self::values::Values;
-use crate::number::{Colors, Vec2x8, Vec3x8, splat_f32, to_f32};
+use crate::number::{Colors, Vec2x8, Vec3x8, splat_f32, to_f32, vectorized};
 
 /// Where a texture is asked.
 #[derive(Clone, Copy)]
@@ -57,9 +57,8 @@ impl<S: Simd> TexturePoint<S> {
 
     #[inline(never)]
     fn varying<T: Values<S>>(&self, texture: &Varying<T>, active: mask64x8<S>) -> T::Wide {
-        active.token().vectorize(
-            #[inline(always)]
-            || match texture {
+        vectorized!(active.token(), {
+            match texture {
                 Varying::Scale([a, b]) => self.value(a, active) * self.value(b, active),
                 Varying::Mix { textures: [a, b], amount } => {
                     T::blend(self.value(a, active), self.value(b, active), self.value(amount, active))
@@ -75,8 +74,8 @@ impl<S: Simd> TexturePoint<S> {
                     T::gray(noise::windy(&PointInSpace::new(self, texture_from_world), active))
                 }
                 Varying::Marble(marble) => T::from_rgb(marble::marble(self, marble, active)),
-            },
-        )
+            }
+        })
     }
 
     /// The values of the first texture where `mask` says so, and of the second elsewhere.

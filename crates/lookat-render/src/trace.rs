@@ -13,7 +13,7 @@ use fearless_simd::Simd;
 
 use crate::bvh::Leaf;
 use crate::cutout;
-use crate::number::{Vec3x8, side_by_side};
+use crate::number::{Vec3x8, side_by_side, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Other, Traceable};
 use crate::triangle::{ShearedRay, holds_end};
@@ -91,46 +91,43 @@ impl Traceable {
         (forms, lane): (&Forms<S>, usize),
         hit: &mut Hit,
     ) -> bool {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let group = query.group;
-                let (slabs, filter) = forms.one(simd, lane);
-                let (mut found, mut sheared) = (false, None);
-                group.bvh.traverse::<ANY, _>(
-                    &group.blocks,
-                    hit.t,
-                    #[inline(always)]
-                    |node, t_max| slabs.meet(simd, node, t_max),
-                    #[inline(always)]
-                    |leaf| {
-                        match leaf {
-                            Leaf::Block(number) => {
-                                let block = &group.blocks[number];
-                                let leaving = block.bit_of(query.leaving);
-                                let (mut rest, surely) = filter.meet(simd, block, hit.t, leaving);
-                                // The target of a shadow ray never is wholly before its end.
-                                if ANY && surely != 0 && !self.has_cutouts {
-                                    found = true;
-                                    return None;
-                                }
-                                while rest != 0 {
-                                    let lane = rest.trailing_zeros();
-                                    rest &= rest - 1;
-                                    let place = block.place(lane);
-                                    found |= self.meet_triangle::<ANY>(query, place, &mut sheared, hit);
-                                }
+        vectorized!(simd, {
+            let group = query.group;
+            let (slabs, filter) = forms.one(simd, lane);
+            let (mut found, mut sheared) = (false, None);
+            group.bvh.traverse::<ANY, _>(
+                &group.blocks,
+                hit.t,
+                #[inline(always)]
+                |node, t_max| slabs.meet(simd, node, t_max),
+                #[inline(always)]
+                |leaf| {
+                    match leaf {
+                        Leaf::Block(number) => {
+                            let block = &group.blocks[number];
+                            let leaving = block.bit_of(query.leaving);
+                            let (mut rest, surely) = filter.meet(simd, block, hit.t, leaving);
+                            // The target of a shadow ray never is wholly before its end.
+                            if ANY && surely != 0 && !self.has_cutouts {
+                                found = true;
+                                return None;
                             }
-                            Leaf::Other(other) => {
-                                found |= self.meet_other::<S, ANY>(simd, query, group.others[other], hit);
+                            while rest != 0 {
+                                let lane = rest.trailing_zeros();
+                                rest &= rest - 1;
+                                let place = block.place(lane);
+                                found |= self.meet_triangle::<ANY>(query, place, &mut sheared, hit);
                             }
                         }
-                        (!ANY || !found).then_some(hit.t)
-                    },
-                );
-                found
-            },
-        )
+                        Leaf::Other(other) => {
+                            found |= self.meet_other::<S, ANY>(simd, query, group.others[other], hit);
+                        }
+                    }
+                    (!ANY || !found).then_some(hit.t)
+                },
+            );
+            found
+        })
     }
 
     /// Out of line, as few triangles get here; `sheared` is the ray once any has.
@@ -191,10 +188,7 @@ impl Traceable {
         let query = Query::new(group, ray, instance, query.is_shadow);
         match group.others[..] {
             [other] if group.blocks.is_empty() => self.meet_shape::<ANY>(query, other, hit),
-            _ => simd.vectorize(
-                #[inline(always)]
-                || self.search_alone::<S, ANY>(simd, query, hit),
-            ),
+            _ => vectorized!(simd, self.search_alone::<S, ANY>(simd, query, hit)),
         }
     }
 

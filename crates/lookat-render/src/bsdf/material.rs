@@ -13,7 +13,7 @@ use super::fresnel::Fresnel;
 use super::lobe::{Kind, Lobes};
 use super::microfacet::{alpha, alpha_of_roughness};
 use super::slots::{PointLobes, Slots};
-use crate::number::{Colors, LANES, baseline, bits, narrow, splat_f32, to_f32};
+use crate::number::{Colors, LANES, baseline, bits, narrow, splat_f32, to_f32, vectorized};
 use crate::texture::TexturePoint;
 
 impl<S: Simd> Slots<S> {
@@ -81,9 +81,8 @@ impl<S: Simd> Builder<'_, S> {
     /// The lobes of a material, times `weight`.
     #[inline(never)]
     fn add(&mut self, material: &MaterialKind, weight: Colors<S>, active: mask64x8<S>) {
-        active.token().vectorize(
-            #[inline(always)]
-            || match material {
+        vectorized!(active.token(), {
+            match material {
                 MaterialKind::Matte(matte) => self.matte(matte, weight, active),
                 MaterialKind::Plastic(plastic) => self.plastic(plastic, weight, active),
                 MaterialKind::Translucent(translucent) => self.translucent(translucent, weight, active),
@@ -97,22 +96,19 @@ impl<S: Simd> Builder<'_, S> {
                 MaterialKind::Uber(uber) => self.uber(uber, weight, active),
                 MaterialKind::Mix(mix) => self.mix(mix, weight, active),
                 MaterialKind::None => {}
-            },
-        )
+            }
+        })
     }
 
     /// Adds a lobe where anything comes of it.
     #[inline(never)]
     fn push(&mut self, lobe: Lobes<S>, active: mask64x8<S>) {
-        active.token().vectorize(
-            #[inline(always)]
-            || {
-                let own = active & lobe.color.is_light();
-                if own.any_true() {
-                    self.slots.push(lobe, narrow(own), &mut self.from);
-                }
-            },
-        )
+        vectorized!(active.token(), {
+            let own = active & lobe.color.is_light();
+            if own.any_true() {
+                self.slots.push(lobe, narrow(own), &mut self.from);
+            }
+        })
     }
 
     /// Shares of light: at least 0.

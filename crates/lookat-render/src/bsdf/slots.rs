@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*};
 use smallvec::SmallVec;
 
 use super::lobe::{Lobe, Lobes, PointLobe};
-use crate::number::{narrow, splat_f32};
+use crate::number::{narrow, splat_f32, vectorized};
 
 /// A lobe.
 #[derive(Clone, Copy)]
@@ -33,15 +33,12 @@ impl<S: Simd> Slots<S> {
     /// Adds the lobes of points that are alike, and have none yet.
     #[inline(never)]
     pub fn add(&mut self, simd: S, lobes: &PointLobes, points: mask64x8<S>) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let (own, mut from) = (narrow(points), 0);
-                for lobe in &lobes.0 {
-                    self.push(Lobe::splat(simd, lobe), own, &mut from);
-                }
-            },
-        )
+        vectorized!(simd, {
+            let (own, mut from) = (narrow(points), 0);
+            for lobe in &lobes.0 {
+                self.push(Lobe::splat(simd, lobe), own, &mut from);
+            }
+        })
     }
 
     /// Adds lobes at some points, whose lobes so far are in slots before `from`.

@@ -10,7 +10,7 @@ use crate::bsdf::Slots;
 use crate::frame::Frames;
 use crate::integrator::wave::{Taken, Wave};
 use crate::integrator::world::World;
-use crate::number::{first_lanes, narrow, splat_f32, those, to_f32};
+use crate::number::{first_lanes, narrow, splat_f32, those, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::warp::square_to_uniform_hemisphere_pdf;
 use crate::warp::{square_to_cosine_hemisphere, square_to_uniform_hemisphere};
@@ -33,36 +33,33 @@ impl Ambient<'_> {
         paths: &Taken<S>,
         wave: &mut Wave,
     ) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let active = first_lanes(simd, paths.samples.len());
-                let hits = (&paths.rays, &paths.hits);
-                let surfaces = self.world.plain(simd, hits, active, &mut Slots::new()).surfaces;
-                let n = (-surfaces.n).or(surfaces.n.dot(paths.rays.d).simd_gt(0.0), surfaces.n);
-                let frames = Frames::from_z(n.narrow());
-                let mut sum = splat_f32(simd, 0.0);
-                for k in 0..self.samples {
-                    let u = streams.nested_2d(simd, (self.samples, k)).map(
-                        #[inline(always)]
-                        |u| to_f32(u),
-                    );
-                    // The cosine over the density by solid angle.
-                    let (local, value) = if self.cosine {
-                        (square_to_cosine_hemisphere(u), splat_f32(simd, PI))
-                    } else {
-                        let local = square_to_uniform_hemisphere(u);
-                        (local, local.z / square_to_uniform_hemisphere_pdf())
-                    };
-                    let rays = surfaces.leave(frames.to_world(local).widen().normalize());
-                    let blocked = self.world.met(simd, tracer, &rays, (active, true));
-                    sum = narrow(blocked).select(sum, sum + value);
-                }
-                let mean = sum / self.samples as f32;
-                for lane in those(active) {
-                    wave.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane]);
-                }
-            },
-        )
+        vectorized!(simd, {
+            let active = first_lanes(simd, paths.samples.len());
+            let hits = (&paths.rays, &paths.hits);
+            let surfaces = self.world.plain(simd, hits, active, &mut Slots::new()).surfaces;
+            let n = (-surfaces.n).or(surfaces.n.dot(paths.rays.d).simd_gt(0.0), surfaces.n);
+            let frames = Frames::from_z(n.narrow());
+            let mut sum = splat_f32(simd, 0.0);
+            for k in 0..self.samples {
+                let u = streams.nested_2d(simd, (self.samples, k)).map(
+                    #[inline(always)]
+                    |u| to_f32(u),
+                );
+                // The cosine over the density by solid angle.
+                let (local, value) = if self.cosine {
+                    (square_to_cosine_hemisphere(u), splat_f32(simd, PI))
+                } else {
+                    let local = square_to_uniform_hemisphere(u);
+                    (local, local.z / square_to_uniform_hemisphere_pdf())
+                };
+                let rays = surfaces.leave(frames.to_world(local).widen().normalize());
+                let blocked = self.world.met(simd, tracer, &rays, (active, true));
+                sum = narrow(blocked).select(sum, sum + value);
+            }
+            let mean = sum / self.samples as f32;
+            for lane in those(active) {
+                wave.radiance[usize::from(paths.samples[lane])] = Vec3::splat(mean[lane]);
+            }
+        })
     }
 }

@@ -10,7 +10,7 @@ use super::weighed::{LightSamples, Samples, most_samples};
 use crate::bsdf::{Bsdf, Part};
 use crate::integrator::world::World;
 use crate::light::{Chosen, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
-use crate::number::{Colors, bits, those, to_f32};
+use crate::number::{Colors, bits, those, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::surface::points::Surfaces;
 use crate::trace::rays::{Hits, Rays, WORLD};
@@ -92,20 +92,17 @@ impl<'s> Lighting<'s> {
         vertices: &Vertices<S>,
         active: mask64x8<S>,
     ) -> Colors<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                tracer.profile(|profiler| profiler.enter(Stage::Lights));
-                let light = match self.samples[0].lights {
-                    LightSamples::One(_) => self.one_light(simd, tracer, streams, vertices, active),
-                    LightSamples::Each(strategy) => {
-                        self.each_light(simd, tracer, streams, vertices, (strategy, active))
-                    }
-                };
-                tracer.profile(|profiler| profiler.enter(Stage::Scattering));
-                light
-            },
-        )
+        vectorized!(simd, {
+            tracer.profile(|profiler| profiler.enter(Stage::Lights));
+            let light = match self.samples[0].lights {
+                LightSamples::One(_) => self.one_light(simd, tracer, streams, vertices, active),
+                LightSamples::Each(strategy) => {
+                    self.each_light(simd, tracer, streams, vertices, (strategy, active))
+                }
+            };
+            tracer.profile(|profiler| profiler.enter(Stage::Scattering));
+            light
+        })
     }
 
     /// What one light, chosen at random, brings straight to a surface; where none is to be sampled, what one more direction
@@ -151,44 +148,38 @@ impl<'s> Lighting<'s> {
         vertices: &Vertices<S>,
         (strategy, active): (DirectStrategy, mask64x8<S>),
     ) -> Colors<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let mut sum = Colors::splat(simd, Vec3::ZERO);
-                for light in 0..self.table.len() {
-                    let count = self.table.samples(light, strategy);
-                    let eligible = self.table.eligible_at(simd, vertices.receivers);
-                    let sampled = active & eligible.simd_gt(light as f64);
-                    let scattered = active & !sampled;
-                    for k in 0..count {
-                        let u = match self.table.is_delta(light) {
-                            true => [0.0.simd_into(simd); 2],
-                            false => streams.nested_2d(simd, (count, k)),
-                        };
-                        if sampled.any_true() {
-                            let probability = f64::from(count).simd_into(simd);
-                            let chosen = Chosen {
-                                is_there: sampled,
-                                light: (light as f64).simd_into(simd),
-                                probability,
-                            };
-                            let own = self.sampled_light(simd, tracer, vertices, u, &chosen);
-                            sum = (sum + own).or(sampled, sum);
-                        }
-                        if scattered.any_true() {
-                            let own = self.by_direction(simd, tracer, vertices, u, scattered);
-                            sum = (sum + own).or(scattered, sum);
-                        }
+        vectorized!(simd, {
+            let mut sum = Colors::splat(simd, Vec3::ZERO);
+            for light in 0..self.table.len() {
+                let count = self.table.samples(light, strategy);
+                let eligible = self.table.eligible_at(simd, vertices.receivers);
+                let sampled = active & eligible.simd_gt(light as f64);
+                let scattered = active & !sampled;
+                for k in 0..count {
+                    let u = match self.table.is_delta(light) {
+                        true => [0.0.simd_into(simd); 2],
+                        false => streams.nested_2d(simd, (count, k)),
+                    };
+                    if sampled.any_true() {
+                        let probability = f64::from(count).simd_into(simd);
+                        let chosen =
+                            Chosen { is_there: sampled, light: (light as f64).simd_into(simd), probability };
+                        let own = self.sampled_light(simd, tracer, vertices, u, &chosen);
+                        sum = (sum + own).or(sampled, sum);
+                    }
+                    if scattered.any_true() {
+                        let own = self.by_direction(simd, tracer, vertices, u, scattered);
+                        sum = (sum + own).or(scattered, sum);
                     }
                 }
-                let most = most_samples(self.table, strategy);
-                for k in 0..most {
-                    let u = streams.nested_2d(simd, (most, k));
-                    sum = sum + self.by_direction(simd, tracer, vertices, u, active);
-                }
-                sum
-            },
-        )
+            }
+            let most = most_samples(self.table, strategy);
+            for k in 0..most {
+                let u = streams.nested_2d(simd, (most, k));
+                sum = sum + self.by_direction(simd, tracer, vertices, u, active);
+            }
+            sum
+        })
     }
 
     /// Light that one direction from each BSDF finds.
@@ -201,18 +192,15 @@ impl<'s> Lighting<'s> {
         u: [f64x8<S>; 2],
         active: mask64x8<S>,
     ) -> Colors<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let sample = vertices.bsdf.sample(u, self.part);
-                // What lies in single directions counts in full where the path goes on there.
-                let asked = active & sample.is_there & !sample.is_specular;
-                let (rays, is_specular) = (vertices.receivers.surfaces.leave(sample.wi), sample.is_specular);
-                let directions = Directions { rays, pdf: sample.pdf, is_specular };
-                let light = self.found_light(simd, tracer, vertices, &directions, asked);
-                (sample.weight * light).or(asked, Colors::splat(simd, Vec3::ZERO))
-            },
-        )
+        vectorized!(simd, {
+            let sample = vertices.bsdf.sample(u, self.part);
+            // What lies in single directions counts in full where the path goes on there.
+            let asked = active & sample.is_there & !sample.is_specular;
+            let (rays, is_specular) = (vertices.receivers.surfaces.leave(sample.wi), sample.is_specular);
+            let directions = Directions { rays, pdf: sample.pdf, is_specular };
+            let light = self.found_light(simd, tracer, vertices, &directions, asked);
+            (sample.weight * light).or(asked, Colors::splat(simd, Vec3::ZERO))
+        })
     }
 
     /// The share of one sample of each chosen light in what it brings straight to a surface. The probabilities say how many samples of the
@@ -226,23 +214,20 @@ impl<'s> Lighting<'s> {
         u: [f64x8<S>; 2],
         chosen: &Chosen<S>,
     ) -> Colors<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let Vertices { world, bsdf, receivers, .. } = *vertices;
-                let sample = self.sample(simd, receivers, u, chosen);
-                let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, self.part);
-                let reflected = f_cos * sample.li;
-                let mut active = chosen.is_there & sample.is_there & reflected.is_light();
-                active &= !world.met(simd, tracer, &sample.shadow, (active, true));
-                let is_sky = chosen.light.simd_ge(self.table.first_sky() as f64);
-                let direct = reflected / to_f32(chosen.probability);
-                let other = pdf * self.directions(simd, receivers);
-                let weight = weights(is_sky, sample.pdf * chosen.probability, other);
-                let weighed = direct * weight / to_f32(sample.pdf);
-                weighed.or(sample.has_pdf, direct).or(active, Colors::splat(simd, Vec3::ZERO))
-            },
-        )
+        vectorized!(simd, {
+            let Vertices { world, bsdf, receivers, .. } = *vertices;
+            let sample = self.sample(simd, receivers, u, chosen);
+            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, self.part);
+            let reflected = f_cos * sample.li;
+            let mut active = chosen.is_there & sample.is_there & reflected.is_light();
+            active &= !world.met(simd, tracer, &sample.shadow, (active, true));
+            let is_sky = chosen.light.simd_ge(self.table.first_sky() as f64);
+            let direct = reflected / to_f32(chosen.probability);
+            let other = pdf * self.directions(simd, receivers);
+            let weight = weights(is_sky, sample.pdf * chosen.probability, other);
+            let weighed = direct * weight / to_f32(sample.pdf);
+            weighed.or(sample.has_pdf, direct).or(active, Colors::splat(simd, Vec3::ZERO))
+        })
     }
 
     /// How many directions there are at each surface.
@@ -290,25 +275,22 @@ impl<'s> Lighting<'s> {
         directions: &Directions<S>,
         active: mask64x8<S>,
     ) -> Colors<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let mut found = Colors::splat(simd, Vec3::ZERO);
-                let may_meet = tracer.scene.emitters.may_be_met_by(simd, &directions.rays) & active;
-                if may_meet.any_true() {
-                    let hits = vertices.world.nearest(simd, tracer, &directions.rays, may_meet);
-                    found = self.light_of(simd, tracer, vertices, directions, &hits, may_meet);
-                }
-                let rest = active & !may_meet;
-                if self.table.has_skies() && rest.any_true() {
-                    let is_free = rest & !vertices.world.met(simd, tracer, &directions.rays, (rest, false));
-                    let nothing = Hits::none(simd);
-                    let sky = self.light_of(simd, tracer, vertices, directions, &nothing, is_free);
-                    found = sky.or(is_free, found);
-                }
-                found
-            },
-        )
+        vectorized!(simd, {
+            let mut found = Colors::splat(simd, Vec3::ZERO);
+            let may_meet = tracer.scene.emitters.may_be_met_by(simd, &directions.rays) & active;
+            if may_meet.any_true() {
+                let hits = vertices.world.nearest(simd, tracer, &directions.rays, may_meet);
+                found = self.light_of(simd, tracer, vertices, directions, &hits, may_meet);
+            }
+            let rest = active & !may_meet;
+            if self.table.has_skies() && rest.any_true() {
+                let is_free = rest & !vertices.world.met(simd, tracer, &directions.rays, (rest, false));
+                let nothing = Hits::none(simd);
+                let sky = self.light_of(simd, tracer, vertices, directions, &nothing, is_free);
+                found = sky.or(is_free, found);
+            }
+            found
+        })
     }
 
     /// Light of what rays have found, weighed against samples of lights.
@@ -322,56 +304,53 @@ impl<'s> Lighting<'s> {
         hits: &Hits<S>,
         active: mask64x8<S>,
     ) -> Colors<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let Vertices { world, receivers, sampler, .. } = *vertices;
-                let black = Colors::splat(simd, Vec3::ZERO);
-                let mut found = black;
-                let count = self.directions(simd, receivers);
-                let pdf = directions.pdf * count;
-                // What lies in single directions counts in full.
-                let all = directions.is_specular.select(1.0.simd_into(simd), count);
-                let is_lit = hits.emits & active;
-                if is_lit.any_true() {
-                    let (mut density, mut light): (f64x8<S>, f64x8<S>) =
-                        (0.0.simd_into(simd), 0.0.simd_into(simd));
-                    for lane in those(is_lit) {
-                        let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
-                        let surface = tracer.surface(&ray, &hit);
-                        found.put(lane, surface.le(-ray.d));
-                        if let Some(number) = self.table.of_element(surface.element) {
-                            let p = receivers.surfaces.p.lane(lane);
-                            light[lane] = number as f64;
-                            density[lane] = self.table.surface_pdf(number, p, ray.d, &surface);
-                        }
+        vectorized!(simd, {
+            let Vertices { world, receivers, sampler, .. } = *vertices;
+            let black = Colors::splat(simd, Vec3::ZERO);
+            let mut found = black;
+            let count = self.directions(simd, receivers);
+            let pdf = directions.pdf * count;
+            // What lies in single directions counts in full.
+            let all = directions.is_specular.select(1.0.simd_into(simd), count);
+            let is_lit = hits.emits & active;
+            if is_lit.any_true() {
+                let (mut density, mut light): (f64x8<S>, f64x8<S>) =
+                    (0.0.simd_into(simd), 0.0.simd_into(simd));
+                for lane in those(is_lit) {
+                    let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
+                    let surface = tracer.surface(&ray, &hit);
+                    found.put(lane, surface.le(-ray.d));
+                    if let Some(number) = self.table.of_element(surface.element) {
+                        let p = receivers.surfaces.p.lane(lane);
+                        light[lane] = number as f64;
+                        density[lane] = self.table.surface_pdf(number, p, ray.d, &surface);
                     }
-                    let other = density * self.samples_of(simd, sampler, light, is_lit);
-                    let weight = weights(bits(simd, 0), pdf, other);
-                    found = (found * weight).or(!directions.is_specular, found);
                 }
-                let is_free = active & !hits.is_hit();
-                if self.table.has_skies() && is_free.any_true() {
-                    let mut sum = black;
-                    for sky in self.table.first_sky()..self.table.len() {
-                        let (radiance, density) =
-                            self.table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
-                        // Most often nothing else finds it.
-                        let weighed = density.simd_gt(0.0) & !directions.is_specular & is_free;
-                        let mut own = radiance;
-                        if weighed.any_true() {
-                            let light = (sky as f64).simd_into(simd);
-                            let other = density * self.samples_of(simd, sampler, light, is_free);
-                            let weight = weights(bits(simd, 0xff), pdf, other);
-                            own = (radiance * weight).or(weighed, radiance);
-                        }
-                        sum = sum + own;
+                let other = density * self.samples_of(simd, sampler, light, is_lit);
+                let weight = weights(bits(simd, 0), pdf, other);
+                found = (found * weight).or(!directions.is_specular, found);
+            }
+            let is_free = active & !hits.is_hit();
+            if self.table.has_skies() && is_free.any_true() {
+                let mut sum = black;
+                for sky in self.table.first_sky()..self.table.len() {
+                    let (radiance, density) =
+                        self.table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
+                    // Most often nothing else finds it.
+                    let weighed = density.simd_gt(0.0) & !directions.is_specular & is_free;
+                    let mut own = radiance;
+                    if weighed.any_true() {
+                        let light = (sky as f64).simd_into(simd);
+                        let other = density * self.samples_of(simd, sampler, light, is_free);
+                        let weight = weights(bits(simd, 0xff), pdf, other);
+                        own = (radiance * weight).or(weighed, radiance);
                     }
-                    found = sum.or(is_free, found);
+                    sum = sum + own;
                 }
-                found / to_f32(all)
-            },
-        )
+                found = sum.or(is_free, found);
+            }
+            found / to_f32(all)
+        })
     }
 
     /// How many samples there are of lights, in the mean.

@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::tracer::Tracer;
 use super::world::{Sees, World};
 use crate::integrator::wave::Wave;
-use crate::number::{Colors, LANES, first_lanes, splat_f32, those};
+use crate::number::{Colors, LANES, first_lanes, splat_f32, those, vectorized};
 use crate::trace::MOST_PACKETS;
 use crate::trace::rays::{Hits, Rays};
 
@@ -83,18 +83,14 @@ impl World<'_> {
         (active, is_full, sees): (mask64x8<S>, mask64x8<S>, Sees),
         wave: &mut Wave,
     ) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let mut passed = 0;
-                if self.has_passed() {
-                    let add = |lane, light| {
-                        wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light
-                    };
-                    passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);
-                }
-                wave.push(simd, (rays, hits), *weight, samples, (active & hits.is_hit(), passed));
-            },
-        )
+        vectorized!(simd, {
+            let mut passed = 0;
+            if self.has_passed() {
+                let add =
+                    |lane, light| wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
+                passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);
+            }
+            wave.push(simd, (rays, hits), *weight, samples, (active & hits.is_hit(), passed));
+        })
     }
 }

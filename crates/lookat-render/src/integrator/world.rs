@@ -10,7 +10,7 @@ use super::profiler::{Profiler, Stage};
 use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Slots;
 use crate::camera::views::Views;
-use crate::number::{bits, those};
+use crate::number::{bits, those, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::shading::shaded::{ListShading, Materials, Shaded, TreeShading};
 use crate::surface::Surface;
@@ -79,33 +79,30 @@ impl<'s> World<'s> {
         rays: &[Rays<S>],
         active: &[mask64x8<S>],
     ) -> ArrayVec<Hits<S>, MOST_PACKETS> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                tracer.begin_rays(Stage::CameraRays, rays, active);
-                let mut hits = ArrayVec::new();
-                while hits.len() < rays.len() {
-                    let from = hits.len();
-                    if let World::Tree(tree, _) = self
-                        && !tree.scene.has_cutouts
-                    {
-                        let packets = tracer.stream_size.next(rays.len() - from);
-                        if packets > 0 {
-                            let all = from..from + packets;
-                            let (rays, active) = (&rays[all.clone()], &active[all]);
-                            let together = tree.nearest_of(simd, rays, active, &mut hits);
-                            tracer.stream_size.learn(packets, together);
-                            if together != Together::No || packets > 1 {
-                                continue;
-                            }
+        vectorized!(simd, {
+            tracer.begin_rays(Stage::CameraRays, rays, active);
+            let mut hits = ArrayVec::new();
+            while hits.len() < rays.len() {
+                let from = hits.len();
+                if let World::Tree(tree, _) = self
+                    && !tree.scene.has_cutouts
+                {
+                    let packets = tracer.stream_size.next(rays.len() - from);
+                    if packets > 0 {
+                        let all = from..from + packets;
+                        let (rays, active) = (&rays[all.clone()], &active[all]);
+                        let together = tree.nearest_of(simd, rays, active, &mut hits);
+                        tracer.stream_size.learn(packets, together);
+                        if together != Together::No || packets > 1 {
+                            continue;
                         }
                     }
-                    hits.push(self.search(simd, &rays[from], active[from]));
                 }
-                tracer.profile(Profiler::end_rays);
-                hits
-            },
-        )
+                hits.push(self.search(simd, &rays[from], active[from]));
+            }
+            tracer.profile(Profiler::end_rays);
+            hits
+        })
     }
 
     /// The nearest hits of the rays that are active.
@@ -126,13 +123,12 @@ impl<'s> World<'s> {
     /// The same, uncounted.
     #[inline(never)]
     fn search<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || match self {
+        vectorized!(simd, {
+            match self {
                 World::List(list, _) => list.nearest(simd, rays, active),
                 World::Tree(tree, _) => tree.nearest(simd, rays, active),
-            },
-        )
+            }
+        })
     }
 
     /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
@@ -144,19 +140,16 @@ impl<'s> World<'s> {
         rays: &Rays<S>,
         (active, is_shadow): (mask64x8<S>, bool),
     ) -> mask64x8<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
-                tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
-                let met = match self {
-                    World::List(list, _) => list.met(simd, rays, active),
-                    World::Tree(tree, _) => tree.met(simd, rays, (active, is_shadow)),
-                };
-                tracer.profile(Profiler::end_rays);
-                met
-            },
-        )
+        vectorized!(simd, {
+            let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
+            tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
+            let met = match self {
+                World::List(list, _) => list.met(simd, rays, active),
+                World::Tree(tree, _) => tree.met(simd, rays, (active, is_shadow)),
+            };
+            tracer.profile(Profiler::end_rays);
+            met
+        })
     }
 
     /// Where the rays have hit something, and the lobes there that do not have to be asked for; one of them has.
@@ -168,13 +161,12 @@ impl<'s> World<'s> {
         active: mask64x8<S>,
         slots: &mut Slots<S>,
     ) -> Shaded<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || match self {
+        vectorized!(simd, {
+            match self {
                 World::List(_, shading) => shading.at(simd, (rays, hits), active, slots),
                 World::Tree(tree, shading) => shading.at(simd, tree, (rays, hits), active, slots),
-            },
-        )
+            }
+        })
     }
 
     /// Where the rays have hit something, and the lobes there; one of them has. `views`: what has found it, if these are camera

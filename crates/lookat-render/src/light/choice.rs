@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 use super::receiver::Receivers;
 use super::{LightTable, SceneLight};
 use crate::color::strength;
-use crate::number::{Colors, LANES, Vec3x8, bits, those};
+use crate::number::{Colors, LANES, Vec3x8, bits, those, vectorized};
 use crate::traceable::Traceable;
 
 /// With more lights than this, "spatial" chooses by power: it estimates each light at each point.
@@ -65,45 +65,37 @@ impl LightTable {
 impl<'v, S: Simd> LightSampler<'v, S> {
     #[inline(never)]
     pub fn new(simd: S, table: &'v LightTable, choice: LightChoice, at: &Receivers<S>) -> Self {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let (rule, count) = (table.rule(choice), table.eligible_at(simd, at));
-                let mut sampler = LightSampler {
-                    table,
-                    rule,
-                    count,
-                    estimates: SmallVec::new(),
-                    total: 0.0.simd_into(simd),
+        vectorized!(simd, {
+            let (rule, count) = (table.rule(choice), table.eligible_at(simd, at));
+            let mut sampler =
+                LightSampler { table, rule, count, estimates: SmallVec::new(), total: 0.0.simd_into(simd) };
+            // Where there is no choice, none is asked for.
+            if table.eligible(at.lunes.is_some()) < 2 {
+                return sampler;
+            }
+            let first = match rule {
+                LightChoice::Uniform => return sampler,
+                LightChoice::Power => table.first_sky,
+                LightChoice::Spatial => 0,
+            };
+            if rule == LightChoice::Power {
+                sampler.total = table.power_of_others().simd_into(simd);
+            }
+            sampler.estimates.reserve(table.lights.len() - first);
+            for (number, light) in table.lights.iter().enumerate().skip(first) {
+                let estimate = match rule {
+                    LightChoice::Power => {
+                        light.sampled_share(simd, at.lunes.as_ref()) * table.power_shares[number]
+                    }
+                    _ => light.estimate(simd, at),
                 };
-                // Where there is no choice, none is asked for.
-                if table.eligible(at.lunes.is_some()) < 2 {
-                    return sampler;
-                }
-                let first = match rule {
-                    LightChoice::Uniform => return sampler,
-                    LightChoice::Power => table.first_sky,
-                    LightChoice::Spatial => 0,
-                };
-                if rule == LightChoice::Power {
-                    sampler.total = table.power_of_others().simd_into(simd);
-                }
-                sampler.estimates.reserve(table.lights.len() - first);
-                for (number, light) in table.lights.iter().enumerate().skip(first) {
-                    let estimate = match rule {
-                        LightChoice::Power => {
-                            light.sampled_share(simd, at.lunes.as_ref()) * table.power_shares[number]
-                        }
-                        _ => light.estimate(simd, at),
-                    };
-                    let is_eligible = count.simd_gt(number as f64);
-                    let estimate = is_eligible.select(estimate, 0.0.simd_into(simd));
-                    sampler.total += estimate;
-                    sampler.estimates.push(estimate);
-                }
-                sampler
-            },
-        )
+                let is_eligible = count.simd_gt(number as f64);
+                let estimate = is_eligible.select(estimate, 0.0.simd_into(simd));
+                sampler.total += estimate;
+                sampler.estimates.push(estimate);
+            }
+            sampler
+        })
     }
 
     /// The points where there is more than one light.
@@ -116,26 +108,23 @@ impl<'v, S: Simd> LightSampler<'v, S> {
     #[inline(never)]
     pub fn choose(&self, u: f64x8<S>, active: mask64x8<S>) -> Chosen<S> {
         let simd = u.token();
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let one = 1.0.simd_into(simd);
-                let (mut light, mut estimate) = (0.0.simd_into(simd), one);
-                let total = if self.rule == LightChoice::Uniform { self.count } else { self.total };
-                if self.has_choice().any_true() {
-                    (light, estimate) = match self.rule {
-                        LightChoice::Uniform => ((u * self.count).floor().min(self.count - 1.0), one),
-                        LightChoice::Power => self.by_power(u * total),
-                        LightChoice::Spatial => {
-                            self.pick(u * total, (0.0.simd_into(simd), bits(simd, 0xff)), one)
-                        }
-                    };
-                }
-                let probability = self.has_choice().select(share(estimate, total), one);
-                let is_there = active & self.count.simd_gt(0.0) & probability.simd_gt(0.0);
-                Chosen { is_there, light, probability }
-            },
-        )
+        vectorized!(simd, {
+            let one = 1.0.simd_into(simd);
+            let (mut light, mut estimate) = (0.0.simd_into(simd), one);
+            let total = if self.rule == LightChoice::Uniform { self.count } else { self.total };
+            if self.has_choice().any_true() {
+                (light, estimate) = match self.rule {
+                    LightChoice::Uniform => ((u * self.count).floor().min(self.count - 1.0), one),
+                    LightChoice::Power => self.by_power(u * total),
+                    LightChoice::Spatial => {
+                        self.pick(u * total, (0.0.simd_into(simd), bits(simd, 0xff)), one)
+                    }
+                };
+            }
+            let probability = self.has_choice().select(share(estimate, total), one);
+            let is_there = active & self.count.simd_gt(0.0) & probability.simd_gt(0.0);
+            Chosen { is_there, light, probability }
+        })
     }
 
     /// The light where the sum of all powers passes `mark`, and its power.

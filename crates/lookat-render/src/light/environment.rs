@@ -12,7 +12,7 @@ use lookat_scene::Transform;
 
 use super::lune::Lunes;
 use crate::circle::longitude_latitude;
-use crate::number::{Colors, Vec3x8, bits};
+use crate::number::{Colors, Vec3x8, bits, vectorized};
 use crate::texture::imagemap::bilinear;
 use table::{DirectionTable, TableSample};
 
@@ -57,10 +57,7 @@ impl Environment {
     /// The radiance from directions of the world.
     #[inline(never)]
     pub fn radiance<S: Simd>(&self, simd: S, wi: Vec3x8<S>) -> Colors<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || self.shown(simd, longitude_latitude(wi.by(&self.light_from_world))),
-        )
+        vectorized!(simd, self.shown(simd, longitude_latitude(wi.by(&self.light_from_world))))
     }
 
     /// The radiance from places on the picture.
@@ -77,27 +74,24 @@ impl Environment {
         lunes: Option<&Lunes<S>>,
         [u, v]: [f64x8<S>; 2],
     ) -> EnvironmentSample<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let Some(lunes) = lunes else { return self.sample_bright(simd, [u, v]) };
-                let share = self.lune_share(lunes);
-                let in_lune = u.simd_lt(share);
-                let rest = in_lune.select(u / share, (u - share) / (1.0 - share));
-                let bright = self.sample_bright(simd, [rest, v]);
-                let wi = lunes.sample([rest, v]).or(in_lune, bright.wi);
-                // Directions of the table keep what it says of them: rounding may take them across the border of a cell.
-                let (mut radiance, mut own) = (bright.radiance, bright.pdf);
-                if in_lune.any_true() {
-                    let evaluated = self.evaluate(simd, None, wi);
-                    radiance = evaluated.0.or(in_lune, radiance);
-                    own = in_lune.select(evaluated.1, own);
-                }
-                let is_there = in_lune | bright.pdf.simd_gt(0.0);
-                let pdf = mixed(share, lunes.pdf(wi), own);
-                EnvironmentSample { wi, radiance, pdf: is_there.select(pdf, 0.0.simd_into(simd)) }
-            },
-        )
+        vectorized!(simd, {
+            let Some(lunes) = lunes else { return self.sample_bright(simd, [u, v]) };
+            let share = self.lune_share(lunes);
+            let in_lune = u.simd_lt(share);
+            let rest = in_lune.select(u / share, (u - share) / (1.0 - share));
+            let bright = self.sample_bright(simd, [rest, v]);
+            let wi = lunes.sample([rest, v]).or(in_lune, bright.wi);
+            // Directions of the table keep what it says of them: rounding may take them across the border of a cell.
+            let (mut radiance, mut own) = (bright.radiance, bright.pdf);
+            if in_lune.any_true() {
+                let evaluated = self.evaluate(simd, None, wi);
+                radiance = evaluated.0.or(in_lune, radiance);
+                own = in_lune.select(evaluated.1, own);
+            }
+            let is_there = in_lune | bright.pdf.simd_gt(0.0);
+            let pdf = mixed(share, lunes.pdf(wi), own);
+            EnvironmentSample { wi, radiance, pdf: is_there.select(pdf, 0.0.simd_into(simd)) }
+        })
     }
 
     #[inline(always)]
@@ -127,19 +121,16 @@ impl Environment {
         lunes: Option<&Lunes<S>>,
         wi: Vec3x8<S>,
     ) -> (Colors<S>, f64x8<S>) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let in_light = wi.by(&self.light_from_world);
-                let st = longitude_latitude(in_light);
-                let bright = self.table.pdf(simd, st) / self.stretch(in_light.length_squared().sqrt());
-                let pdf = match lunes {
-                    Some(lunes) => mixed(self.lune_share(lunes), lunes.pdf(wi), bright),
-                    None => bright,
-                };
-                (self.shown(simd, st), pdf)
-            },
-        )
+        vectorized!(simd, {
+            let in_light = wi.by(&self.light_from_world);
+            let st = longitude_latitude(in_light);
+            let bright = self.table.pdf(simd, st) / self.stretch(in_light.length_squared().sqrt());
+            let pdf = match lunes {
+                Some(lunes) => mixed(self.lune_share(lunes), lunes.pdf(wi), bright),
+                None => bright,
+            };
+            (self.shown(simd, st), pdf)
+        })
     }
 
     /// The shares of lunes in the samples: those in the light which they are for.

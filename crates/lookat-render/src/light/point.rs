@@ -11,7 +11,7 @@ use super::environment::place;
 use super::receiver::Receivers;
 use super::sample::LightSample;
 use crate::color::strength;
-use crate::number::{Colors, Vec3x8, to_f32};
+use crate::number::{Colors, Vec3x8, to_f32, vectorized};
 use crate::trace::rays::{POINT_LIGHT, Rays};
 
 /// A light that is a point, relative to the origin.
@@ -123,16 +123,13 @@ impl PointLight {
 
     #[inline(never)]
     pub fn sample<S: Simd>(&self, simd: S, at: &Receivers<S>) -> LightSample<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let Seen { is_there, squared_distance, intensity, .. } = self.seen(simd, at.surfaces.p);
-                let way = at.surfaces.towards(Vec3x8::splat(simd, self.position));
-                let shadow = Rays { target: POINT_LIGHT.simd_into(simd), ..way };
-                let is_there = is_there & squared_distance.is_finite();
-                LightSample::of_delta(is_there, intensity / to_f32(squared_distance), shadow)
-            },
-        )
+        vectorized!(simd, {
+            let Seen { is_there, squared_distance, intensity, .. } = self.seen(simd, at.surfaces.p);
+            let way = at.surfaces.towards(Vec3x8::splat(simd, self.position));
+            let shadow = Rays { target: POINT_LIGHT.simd_into(simd), ..way };
+            let is_there = is_there & squared_distance.is_finite();
+            LightSample::of_delta(is_there, intensity / to_f32(squared_distance), shadow)
+        })
     }
 }
 

@@ -16,7 +16,7 @@ use crate::curved::Curved;
 use crate::cutout;
 use crate::frame::Frames;
 use crate::frame::flipped;
-use crate::number::{Colors, LANES, V3, Vec3x8, bits, those};
+use crate::number::{Colors, LANES, V3, Vec3x8, bits, those, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::surface::points::{Points, Triangles, Turned};
 use crate::surface::{Surface, on_triangle};
@@ -139,33 +139,29 @@ impl SurfaceLight {
         at: &Receivers<S>,
         [u, v]: [f64x8<S>; 2],
     ) -> (LightSample<S>, mask64x8<S>) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let to_center = Vec3x8::splat(simd, shape.center) - at.surfaces.p;
-                let distance = to_center.length_squared().sqrt();
-                let sine = radius / distance;
-                // One minus the cosine of half the angle at which the sphere is seen, without cancellation.
-                let one_minus_cos_max = sine * sine / (1.0 + (1.0 - sine * sine).max(0.0).sqrt());
-                let one_minus_cos = u * one_minus_cos_max;
-                let sin_squared = one_minus_cos * (2.0 - one_minus_cos);
-                let sin = sin_squared.max(0.0).sqrt();
-                let [x, y] = at_turn(v);
-                let local = V3 { x: x * sin, y: y * sin, z: 1.0 - one_minus_cos };
-                let wi = Frames::from_z(to_center * (1.0 / distance)).to_world(local);
-                // By the law of sines.
-                let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
-                let t_max = at.surfaces.reach(distance * local.z - half, shape.magnitude().simd_into(simd));
-                let target = self.label.simd_into(simd);
-                let shadow = Rays { t_max, target, ..at.surfaces.leave(wi) };
-                let is_outside = distance.simd_gt(radius * OUTSIDE);
-                let shines =
-                    bits(simd, if primitive.reverse_orientation && !self.two_sided { 0 } else { 0xff });
-                let pdf = 1.0 / (one_minus_cos_max * TAU);
-                let li = Colors::splat(simd, self.radiance);
-                (LightSample::with_pdf(is_outside & shines, li, pdf, shadow), is_outside)
-            },
-        )
+        vectorized!(simd, {
+            let to_center = Vec3x8::splat(simd, shape.center) - at.surfaces.p;
+            let distance = to_center.length_squared().sqrt();
+            let sine = radius / distance;
+            // One minus the cosine of half the angle at which the sphere is seen, without cancellation.
+            let one_minus_cos_max = sine * sine / (1.0 + (1.0 - sine * sine).max(0.0).sqrt());
+            let one_minus_cos = u * one_minus_cos_max;
+            let sin_squared = one_minus_cos * (2.0 - one_minus_cos);
+            let sin = sin_squared.max(0.0).sqrt();
+            let [x, y] = at_turn(v);
+            let local = V3 { x: x * sin, y: y * sin, z: 1.0 - one_minus_cos };
+            let wi = Frames::from_z(to_center * (1.0 / distance)).to_world(local);
+            // By the law of sines.
+            let half = (radius * radius - distance * distance * sin_squared).max(0.0).sqrt();
+            let t_max = at.surfaces.reach(distance * local.z - half, shape.magnitude().simd_into(simd));
+            let target = self.label.simd_into(simd);
+            let shadow = Rays { t_max, target, ..at.surfaces.leave(wi) };
+            let is_outside = distance.simd_gt(radius * OUTSIDE);
+            let shines = bits(simd, if primitive.reverse_orientation && !self.two_sided { 0 } else { 0xff });
+            let pdf = 1.0 / (one_minus_cos_max * TAU);
+            let li = Colors::splat(simd, self.radiance);
+            (LightSample::with_pdf(is_outside & shines, li, pdf, shadow), is_outside)
+        })
     }
 
     /// Directions to points of a mesh.
@@ -178,34 +174,31 @@ impl SurfaceLight {
         at: &Receivers<S>,
         [u, v]: [f64x8<S>; 2],
     ) -> LightSample<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let (indices, rest) = sample_discrete(simd, [&areas.sums; LANES], u);
-                let mut triangles = Triangles::new();
-                let turned = Turned::new(primitive);
-                for (lane, index) in indices.into_iter().enumerate() {
-                    triangles.put(lane, corners(mesh, index, origin), mesh, index, turned);
+        vectorized!(simd, {
+            let (indices, rest) = sample_discrete(simd, [&areas.sums; LANES], u);
+            let mut triangles = Triangles::new();
+            let turned = Turned::new(primitive);
+            for (lane, index) in indices.into_iter().enumerate() {
+                triangles.put(lane, corners(mesh, index, origin), mesh, index, turned);
+            }
+            // Points of a triangle, all alike (PBR 13.6.5).
+            let root = rest.sqrt();
+            let (b0, b1) = (1.0 - root, v * root);
+            let all = bits(simd, 0xff);
+            let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], all);
+            let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
+            let mut sample = self.towards(at, &on_light, index + self.label, self.area.simd_into(simd));
+            if primitive.cutout.is_some() {
+                for lane in those(sample.is_there) {
+                    // No light comes out of a hole, as none is seen there.
+                    let element = element(self.number, indices[lane]);
+                    let is_there =
+                        cutout::is_there(simd.level(), (primitive, element), [b0[lane], b1[lane]], false);
+                    sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
                 }
-                // Points of a triangle, all alike (PBR 13.6.5).
-                let root = rest.sqrt();
-                let (b0, b1) = (1.0 - root, v * root);
-                let all = bits(simd, 0xff);
-                let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], all);
-                let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
-                let mut sample = self.towards(at, &on_light, index + self.label, self.area.simd_into(simd));
-                if primitive.cutout.is_some() {
-                    for lane in those(sample.is_there) {
-                        // No light comes out of a hole, as none is seen there.
-                        let element = element(self.number, indices[lane]);
-                        let is_there =
-                            cutout::is_there(simd.level(), (primitive, element), [b0[lane], b1[lane]], false);
-                        sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
-                    }
-                }
-                sample
-            },
-        )
+            }
+            sample
+        })
     }
 
     /// Directions to points of a curved shape.
@@ -217,32 +210,28 @@ impl SurfaceLight {
         (at, leaving): (&Receivers<S>, mask64x8<S>),
         [u, v]: [f64x8<S>; 2],
     ) -> LightSample<S> {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let (mut p, mut n) = (at.surfaces.p, at.surfaces.n);
-                let mut areas = [0.0; LANES];
-                for (lane, area) in areas.iter_mut().enumerate() {
-                    let (own_p, own_n) = shape.placed(shape.sample(DVec2::new(u[lane], v[lane])));
-                    p.put(lane, own_p);
-                    n.put(lane, own_n);
-                    *area = shape.stretch(own_p);
-                }
-                let emitting = if primitive.reverse_orientation { -n } else { n };
-                let magnitude = shape.magnitude().simd_into(simd);
-                let on_light = Points { p, magnitude, n, ns: n, emitting };
-                let mut sample =
-                    self.towards(at, &on_light, self.label.simd_into(simd), areas.simd_into(simd));
-                for lane in those(sample.is_there) {
-                    let Rays { o, d, t_max, .. } = &sample.shadow;
-                    let ray = Ray { t_max: t_max[lane], ..Ray::new(o.lane(lane), d.lane(lane)) };
-                    // Another part of the same shape may be in front.
-                    let is_hidden = shape.hides_end_of(&ray, leaving.to_bitmask() >> lane & 1 == 1);
-                    sample.is_there &= bits(simd, !(u64::from(is_hidden) << lane));
-                }
-                sample
-            },
-        )
+        vectorized!(simd, {
+            let (mut p, mut n) = (at.surfaces.p, at.surfaces.n);
+            let mut areas = [0.0; LANES];
+            for (lane, area) in areas.iter_mut().enumerate() {
+                let (own_p, own_n) = shape.placed(shape.sample(DVec2::new(u[lane], v[lane])));
+                p.put(lane, own_p);
+                n.put(lane, own_n);
+                *area = shape.stretch(own_p);
+            }
+            let emitting = if primitive.reverse_orientation { -n } else { n };
+            let magnitude = shape.magnitude().simd_into(simd);
+            let on_light = Points { p, magnitude, n, ns: n, emitting };
+            let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), areas.simd_into(simd));
+            for lane in those(sample.is_there) {
+                let Rays { o, d, t_max, .. } = &sample.shadow;
+                let ray = Ray { t_max: t_max[lane], ..Ray::new(o.lane(lane), d.lane(lane)) };
+                // Another part of the same shape may be in front.
+                let is_hidden = shape.hides_end_of(&ray, leaving.to_bitmask() >> lane & 1 == 1);
+                sample.is_there &= bits(simd, !(u64::from(is_hidden) << lane));
+            }
+            sample
+        })
     }
 
     /// The directions to points of the light, which are chosen on `area`; `target`: the labels of their elements.

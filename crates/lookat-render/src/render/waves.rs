@@ -12,7 +12,7 @@ use super::sample::{Context, Job, center_of};
 use crate::camera::views::Viewer;
 use crate::integrator::wave::{WAVE, Wave};
 use crate::integrator::{Stage, Tracer};
-use crate::number::{LANES, side_by_side};
+use crate::number::{LANES, side_by_side, vectorized};
 use crate::sampler::{Sample, Streams};
 use crate::trace::MOST_PACKETS;
 use crate::trace::rays::Rays;
@@ -113,33 +113,28 @@ impl Context<'_> {
         samples: &[Sample],
         first: usize,
     ) -> (ArrayVec<u16, LANES>, Rays<S>) {
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let samples = &samples[first..samples.len().min(first + LANES)];
-                let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
-                let streams = &mut worker.streams;
-                streams.choose(simd, &numbers, 0);
-                let mut film = streams.next_2d(simd);
-                for (lane, (_, place, _)) in samples.iter().enumerate() {
-                    let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
-                    (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
-                    worker.negative[first + lane] = is_negative;
+        vectorized!(simd, {
+            let samples = &samples[first..samples.len().min(first + LANES)];
+            let numbers: ArrayVec<u16, LANES> = (first as u16..).take(samples.len()).collect();
+            let streams = &mut worker.streams;
+            streams.choose(simd, &numbers, 0);
+            let mut film = streams.next_2d(simd);
+            for (lane, (_, place, _)) in samples.iter().enumerate() {
+                let (offset, is_negative) = self.filter.sample(DVec2::new(film[0][lane], film[1][lane]));
+                (film[0][lane], film[1][lane]) = (center_of(*place) + offset).into();
+                worker.negative[first + lane] = is_negative;
+            }
+            let camera = &self.camera;
+            let on_lens = camera.has_lens().then(|| streams.next_2d(simd));
+            // Nothing else asks for these.
+            if self.integrator.world().materials().has_textures {
+                for lane in 0..samples.len() {
+                    let on_lens = on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
+                    worker.wave.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);
                 }
-                let camera = &self.camera;
-                let on_lens = camera.has_lens().then(|| streams.next_2d(simd));
-                // Nothing else asks for these.
-                if self.integrator.world().materials().has_textures {
-                    for lane in 0..samples.len() {
-                        let on_lens =
-                            on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
-                        worker.wave.places[first + lane] =
-                            (DVec2::new(film[0][lane], film[1][lane]), on_lens);
-                    }
-                }
-                let (o, d) = camera.rays(simd, film, on_lens);
-                (numbers, Rays::new(o, d))
-            },
-        )
+            }
+            let (o, d) = camera.rays(simd, film, on_lens);
+            (numbers, Rays::new(o, d))
+        })
     }
 }

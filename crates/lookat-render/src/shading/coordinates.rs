@@ -4,7 +4,7 @@ use fearless_simd::{Simd, mask64x8, prelude::*};
 use lookat_scene::Shape;
 
 use super::Found;
-use crate::number::{LANES, those};
+use crate::number::{LANES, those, vectorized};
 use crate::parametric::Parametrics;
 use crate::surface::points::Surfaces;
 use crate::traceable::Traceable;
@@ -26,30 +26,27 @@ impl<S: Simd> Coordinates<S> {
         active: mask64x8<S>,
     ) -> Self {
         let simd = active.token();
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let all = || those(active).filter_map(|lane| Some((lane, found[lane].as_ref()?)));
-                let mut triangles = Triangles::default();
-                for (lane, (_, hit)) in all() {
-                    let (primitive, index) = (scene.primitive(hit.element.primitive), hit.element.index);
-                    if let Shape::TriangleMesh(mesh) = &primitive.shape {
-                        let mut ns = surfaces.ns.lane(lane);
-                        if let Some(instance) = scene.instance(hit.element.instance) {
-                            ns = instance.normal_to_object(ns);
-                        }
-                        let normal = (ns, primitive.reverse_orientation);
-                        triangles.put(lane, (mesh, index as usize), hit.barycentric, normal);
+        vectorized!(simd, {
+            let all = || those(active).filter_map(|lane| Some((lane, found[lane].as_ref()?)));
+            let mut triangles = Triangles::default();
+            for (lane, (_, hit)) in all() {
+                let (primitive, index) = (scene.primitive(hit.element.primitive), hit.element.index);
+                if let Shape::TriangleMesh(mesh) = &primitive.shape {
+                    let mut ns = surfaces.ns.lane(lane);
+                    if let Some(instance) = scene.instance(hit.element.instance) {
+                        ns = instance.normal_to_object(ns);
                     }
+                    let normal = (ns, primitive.reverse_orientation);
+                    triangles.put(lane, (mesh, index as usize), hit.barycentric, normal);
                 }
-                let [flat, shading] = triangles.parametrics(simd);
-                let mut coordinates = Coordinates { flat, shading };
-                for (lane, found) in all() {
-                    coordinates.place(scene, surfaces, (lane, found));
-                }
-                coordinates
-            },
-        )
+            }
+            let [flat, shading] = triangles.parametrics(simd);
+            let mut coordinates = Coordinates { flat, shading };
+            for (lane, found) in all() {
+                coordinates.place(scene, surfaces, (lane, found));
+            }
+            coordinates
+        })
     }
 
     /// What is no triangle of the world, one by one.

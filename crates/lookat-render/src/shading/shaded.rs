@@ -10,7 +10,7 @@ use super::{Found, points};
 use crate::bsdf::{PointLobes, Slots};
 use crate::camera::views::Views;
 use crate::frame::Frames;
-use crate::number::{LANES, bits, groups, those};
+use crate::number::{LANES, bits, groups, those, vectorized};
 use crate::prefetch::prefetch;
 use crate::ray::{ElementId, Hit};
 use crate::surface::Surface;
@@ -40,25 +40,19 @@ impl<S: Simd> Shaded<S> {
         slots: &mut Slots<S>,
     ) {
         let simd = self.is_open.token();
-        simd.vectorize(
-            #[inline(always)]
-            || {
-                let material = |lane: usize| {
-                    found[lane].map(|(_, hit)| &scene.primitive(hit.element.primitive).material)
-                };
-                let is_same = |first: usize, lane: usize| {
-                    matches!((material(first), material(lane)), (Some(a), Some(b)) if Arc::ptr_eq(a, b))
-                };
-                for (first, own) in groups(self.is_open.to_bitmask(), is_same) {
-                    let Some(material) = material(first) else { continue };
-                    let active = bits(simd, own);
-                    let (at, frames) = points((scene, material), &self.surfaces, found, views, active);
-                    self.surfaces.ns = frames.z.or(active, self.surfaces.ns);
-                    self.frames = frames.narrow().or(active, self.frames);
-                    slots.build(material.kind(), &at, active);
-                }
-            },
-        )
+        vectorized!(simd, {
+            let material =
+                |lane: usize| found[lane].map(|(_, hit)| &scene.primitive(hit.element.primitive).material);
+            let is_same = |first: usize, lane: usize| matches!((material(first), material(lane)), (Some(a), Some(b)) if Arc::ptr_eq(a, b));
+            for (first, own) in groups(self.is_open.to_bitmask(), is_same) {
+                let Some(material) = material(first) else { continue };
+                let active = bits(simd, own);
+                let (at, frames) = points((scene, material), &self.surfaces, found, views, active);
+                self.surfaces.ns = frames.z.or(active, self.surfaces.ns);
+                self.frames = frames.narrow().or(active, self.frames);
+                slots.build(material.kind(), &at, active);
+            }
+        })
     }
 }
 

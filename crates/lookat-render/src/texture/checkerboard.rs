@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use lookat_scene::{Cells, Checkerboard};
 
 use super::{TexturePoint, Values, mapping};
-use crate::number::Vec2x8;
+use crate::number::{Vec2x8, vectorized};
 
 #[inline(always)]
 pub(super) fn checkerboard<S: Simd, T: Values<S>>(
@@ -22,9 +22,8 @@ pub(super) fn checkerboard<S: Simd, T: Values<S>>(
 /// The share of cells whose numbers have an odd sum.
 #[inline(never)]
 fn share_of_odd<S: Simd>(at: &TexturePoint<S>, cells: &Cells, active: mask64x8<S>) -> f64x8<S> {
-    active.token().vectorize(
-        #[inline(always)]
-        || match cells {
+    vectorized!(active.token(), {
+        match cells {
             Cells::Plane { mapping, filtered } => {
                 let st = mapping::coordinates(mapping, at, active);
                 match &at.footprint {
@@ -40,8 +39,8 @@ fn share_of_odd<S: Simd>(at: &TexturePoint<S>, cells: &Cells, active: mask64x8<S
                 let p = at.within(texture_from_world);
                 parity(&[p.x, p.y, p.z])
             }
-        },
-    )
+        }
+    })
 }
 
 /// 1 where the sum of the numbers of the cells is odd, else 0.

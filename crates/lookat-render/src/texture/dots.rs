@@ -5,7 +5,7 @@ use lookat_scene::Dots;
 
 use super::noise::noise;
 use super::{TexturePoint, Values, mapping};
-use crate::number::{V3, Vec2x8};
+use crate::number::{V3, Vec2x8, vectorized};
 
 const RADIUS: f64 = 0.35;
 
@@ -26,22 +26,19 @@ pub(super) fn dots<S: Simd, T: Values<S>>(
 #[inline(never)]
 fn in_dot<S: Simd>([s, t]: Vec2x8<S>, active: mask64x8<S>) -> mask64x8<S> {
     let simd = active.token();
-    simd.vectorize(
-        #[inline(always)]
-        || {
-            let cell = [(s + 0.5).floor(), (t + 0.5).floor()];
-            let random = |s: f64, t: f64, active| {
-                noise(V3 { x: cell[0] + s, y: cell[1] + t, z: 0.5.simd_into(simd) }, active)
-            };
-            let has_dot = random(0.5, 0.5, active).simd_gt(0.0) & active;
-            if !has_dot.any_true() {
-                return has_dot;
-            }
-            let (x, y) = (random(1.5, 2.8, has_dot), random(4.5, 9.8, has_dot));
-            let (x, y) = (s - (cell[0] + MOST_SHIFT * x), t - (cell[1] + MOST_SHIFT * y));
-            has_dot & (x * x + y * y).simd_lt(RADIUS * RADIUS)
-        },
-    )
+    vectorized!(simd, {
+        let cell = [(s + 0.5).floor(), (t + 0.5).floor()];
+        let random = |s: f64, t: f64, active| {
+            noise(V3 { x: cell[0] + s, y: cell[1] + t, z: 0.5.simd_into(simd) }, active)
+        };
+        let has_dot = random(0.5, 0.5, active).simd_gt(0.0) & active;
+        if !has_dot.any_true() {
+            return has_dot;
+        }
+        let (x, y) = (random(1.5, 2.8, has_dot), random(4.5, 9.8, has_dot));
+        let (x, y) = (s - (cell[0] + MOST_SHIFT * x), t - (cell[1] + MOST_SHIFT * y));
+        has_dot & (x * x + y * y).simd_lt(RADIUS * RADIUS)
+    })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use lookat_scene::{ImageFilter, ImageMap, Value};
 
 use super::mapping::{changes, coordinates};
 use super::{TexturePoint, Values};
-use crate::number::{LANES, Vec2x8, those, to_f32};
+use crate::number::{LANES, Vec2x8, those, to_f32, vectorized};
 
 /// With neighbors one by one, by the filter; else bilinear.
 #[inline(never)]
@@ -16,27 +16,24 @@ pub(super) fn value<S: Simd, T: Values<S>>(
     at: &TexturePoint<S>,
     active: mask64x8<S>,
 ) -> T::Wide {
-    active.token().vectorize(
-        #[inline(always)]
-        || {
-            let st = coordinates(&image.mapping, at, active);
-            let Some(footprint) = &at.footprint else {
-                return T::from_texels(bilinear::<S, T>(&image.map, st, active));
-            };
-            let [x, y] = changes(&image.mapping, at, footprint, active);
-            let is_still = x[0].simd_eq(0.0) & x[1].simd_eq(0.0) & y[0].simd_eq(0.0) & y[1].simd_eq(0.0);
-            let mut filtered = [T::Texel::default(); LANES];
-            for lane in those(active & !is_still) {
-                let of = |v: &Vec2x8<S>| DVec2::new(v[0][lane], v[1][lane]);
-                filtered[lane] = one(image, of(&st), [of(&x), of(&y)]);
-            }
-            let filtered = T::from_texels(T::texels(active.token(), &filtered));
-            match (active & is_still).any_true() {
-                true => T::or(T::from_texels(bilinear::<S, T>(&image.map, st, active)), is_still, filtered),
-                false => filtered,
-            }
-        },
-    )
+    vectorized!(active.token(), {
+        let st = coordinates(&image.mapping, at, active);
+        let Some(footprint) = &at.footprint else {
+            return T::from_texels(bilinear::<S, T>(&image.map, st, active));
+        };
+        let [x, y] = changes(&image.mapping, at, footprint, active);
+        let is_still = x[0].simd_eq(0.0) & x[1].simd_eq(0.0) & y[0].simd_eq(0.0) & y[1].simd_eq(0.0);
+        let mut filtered = [T::Texel::default(); LANES];
+        for lane in those(active & !is_still) {
+            let of = |v: &Vec2x8<S>| DVec2::new(v[0][lane], v[1][lane]);
+            filtered[lane] = one(image, of(&st), [of(&x), of(&y)]);
+        }
+        let filtered = T::from_texels(T::texels(active.token(), &filtered));
+        match (active & is_still).any_true() {
+            true => T::or(T::from_texels(bilinear::<S, T>(&image.map, st, active)), is_still, filtered),
+            false => filtered,
+        }
+    })
 }
 
 fn one<T: Value>(image: &ImageMap<T>, st: DVec2, [dst0, dst1]: [DVec2; 2]) -> T::Texel {

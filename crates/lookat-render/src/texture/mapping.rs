@@ -8,7 +8,7 @@ use lookat_scene::Mapping;
 
 use super::{Footprint, TexturePoint, within};
 use crate::circle::{angle, longitude_latitude};
-use crate::number::{Vec2x8, Vec3x8, those};
+use crate::number::{Vec2x8, Vec3x8, those, vectorized};
 
 /// The coordinates. They are finite.
 #[inline(never)]
@@ -17,22 +17,19 @@ pub(super) fn coordinates<S: Simd>(
     at: &TexturePoint<S>,
     active: mask64x8<S>,
 ) -> Vec2x8<S> {
-    active.token().vectorize(
-        #[inline(always)]
-        || {
-            let [u, v] = at.uv;
-            finite(match mapping {
-                Mapping::Uv { scale, offset } => [u * scale.x + offset.x, v * scale.y + offset.y],
-                Mapping::Spherical { texture_from_world } => spherical(at.within(texture_from_world)),
-                Mapping::Cylindrical { texture_from_world } => cylindrical(at.within(texture_from_world)),
-                // The origin apart, so that neighboring points keep their distance however far away it is.
-                Mapping::Planar { axes, offset } => {
-                    let ([s, t], origin) = (along(axes, at.p), axes.map(|axis| at.origin.dot(axis)));
-                    [s + (origin[0] + offset.x), t + (origin[1] + offset.y)]
-                }
-            })
-        },
-    )
+    vectorized!(active.token(), {
+        let [u, v] = at.uv;
+        finite(match mapping {
+            Mapping::Uv { scale, offset } => [u * scale.x + offset.x, v * scale.y + offset.y],
+            Mapping::Spherical { texture_from_world } => spherical(at.within(texture_from_world)),
+            Mapping::Cylindrical { texture_from_world } => cylindrical(at.within(texture_from_world)),
+            // The origin apart, so that neighboring points keep their distance however far away it is.
+            Mapping::Planar { axes, offset } => {
+                let ([s, t], origin) = (along(axes, at.p), axes.map(|axis| at.origin.dot(axis)));
+                [s + (origin[0] + offset.x), t + (origin[1] + offset.y)]
+            }
+        })
+    })
 }
 
 /// How the coordinates change to the neighbors at the right and below. They are finite.
@@ -46,31 +43,28 @@ pub(super) fn changes<S: Simd>(
     footprint: &Footprint<S>,
     active: mask64x8<S>,
 ) -> [Vec2x8<S>; 2] {
-    active.token().vectorize(
-        #[inline(always)]
-        || {
-            let ([dp0, dp1], [duv0, duv1]) = (footprint.dp, footprint.duv);
-            let [x, y] = match mapping {
-                Mapping::Uv { scale, .. } => {
-                    [[duv0[0] * scale.x, duv0[1] * scale.y], [duv1[0] * scale.x, duv1[1] * scale.y]]
-                }
-                Mapping::Spherical { texture_from_world: to }
-                | Mapping::Cylindrical { texture_from_world: to } => {
-                    let is_sphere = matches!(mapping, Mapping::Spherical { .. });
-                    let derivative = if is_sphere { spherical_derivative } else { cylindrical_derivative };
-                    let (p, dv) = (at.within(to), [within(to, dp0), within(to, dp1)]);
-                    dv.map(|dv| {
-                        each(active, |lane| match dv.lane(lane) {
-                            DVec3::ZERO => DVec2::ZERO,
-                            dv => derivative(p.lane(lane), dv),
-                        })
+    vectorized!(active.token(), {
+        let ([dp0, dp1], [duv0, duv1]) = (footprint.dp, footprint.duv);
+        let [x, y] = match mapping {
+            Mapping::Uv { scale, .. } => {
+                [[duv0[0] * scale.x, duv0[1] * scale.y], [duv1[0] * scale.x, duv1[1] * scale.y]]
+            }
+            Mapping::Spherical { texture_from_world: to }
+            | Mapping::Cylindrical { texture_from_world: to } => {
+                let is_sphere = matches!(mapping, Mapping::Spherical { .. });
+                let derivative = if is_sphere { spherical_derivative } else { cylindrical_derivative };
+                let (p, dv) = (at.within(to), [within(to, dp0), within(to, dp1)]);
+                dv.map(|dv| {
+                    each(active, |lane| match dv.lane(lane) {
+                        DVec3::ZERO => DVec2::ZERO,
+                        dv => derivative(p.lane(lane), dv),
                     })
-                }
-                Mapping::Planar { axes, .. } => [along(axes, dp0), along(axes, dp1)],
-            };
-            [finite(x), finite(y)]
-        },
-    )
+                })
+            }
+            Mapping::Planar { axes, .. } => [along(axes, dp0), along(axes, dp1)],
+        };
+        [finite(x), finite(y)]
+    })
 }
 
 #[inline(always)]

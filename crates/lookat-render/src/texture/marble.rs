@@ -9,7 +9,7 @@ use lookat_scene::Marble;
 use super::TexturePoint;
 use super::noise::{PointInSpace, fbm};
 use crate::circle::at_turn;
-use crate::number::{Colors, splat_f32, to_f32};
+use crate::number::{Colors, splat_f32, to_f32, vectorized};
 
 const LIGHT: Vec3 = Vec3::new(0.58, 0.58, 0.6);
 
@@ -24,17 +24,14 @@ const CONTRAST: f32 = 1.5;
 
 #[inline(never)]
 pub(super) fn marble<S: Simd>(at: &TexturePoint<S>, marble: &Marble, active: mask64x8<S>) -> Colors<S> {
-    active.token().vectorize(
-        #[inline(always)]
-        || {
-            let octaves = &marble.octaves;
-            let at = PointInSpace::new(at, &octaves.texture_from_world).scaled(marble.scale);
-            let noise = fbm(&at, (octaves.count, octaves.roughness), active);
-            let layer = (at.p.y + marble.variation * noise) * (1.0 / TAU);
-            let [_, sine] = at_turn(layer - layer.floor());
-            color(to_f32(0.5 + 0.5 * sine))
-        },
-    )
+    vectorized!(active.token(), {
+        let octaves = &marble.octaves;
+        let at = PointInSpace::new(at, &octaves.texture_from_world).scaled(marble.scale);
+        let noise = fbm(&at, (octaves.count, octaves.roughness), active);
+        let layer = (at.p.y + marble.variation * noise) * (1.0 / TAU);
+        let [_, sine] = at_turn(layer - layer.floor());
+        color(to_f32(0.5 + 0.5 * sine))
+    })
 }
 
 /// The color at a place from 0 to 1 along the way. As in pbrt-v3, the second curve goes on where others would follow.

@@ -4,7 +4,7 @@ use fearless_simd::{Simd, f64x8, i32x8, mask64x8, prelude::*, u32x8};
 use lookat_scene::{Octaves, Transform};
 
 use super::{TexturePoint, within};
-use crate::number::{LANES, V3, Vec3x8, those, to_f32, widen};
+use crate::number::{LANES, V3, Vec3x8, those, to_f32, vectorized, widen};
 
 /// The permutation of Perlin's "Improving Noise" (2002), which pbrt-v3 has too: its pictures are the same.
 static PERMUTATION: [u8; 256] = [
@@ -25,26 +25,23 @@ static PERMUTATION: [u8; 256] = [
 /// Perlin's gradient noise with pbrt-v3's gradients: smooth, about -1..1, 0 at whole coordinates.
 #[inline(never)]
 pub(super) fn noise<S: Simd>(p: Vec3x8<S>, active: mask64x8<S>) -> f64x8<S> {
-    active.token().vectorize(
-        #[inline(always)]
-        || {
-            let (x, y, z) = (in_cell(p.x), in_cell(p.y), in_cell(p.z));
-            let hashes = hashes([x.0, y.0, z.0], active);
-            let (tx, ty, tz) = (fade(x.1), fade(y.1), fade(z.1));
-            let mut corners = [f64x8::splat(active.token(), 0.0); 8];
-            for (corner, (value, hashes)) in corners.iter_mut().zip(&hashes).enumerate() {
-                let [dx, dy, dz] = [x.1, y.1, z.1];
-                let dx = if corner & 1 == 0 { dx } else { dx - 1.0 };
-                let dy = if corner & 2 == 0 { dy } else { dy - 1.0 };
-                let dz = if corner & 4 == 0 { dz } else { dz - 1.0 };
-                *value = gradient(hashes, V3 { x: dx, y: dy, z: dz });
-            }
-            let [a, b, c, d, e, f, g, h] = corners;
-            let low = lerp(lerp(a, b, tx), lerp(c, d, tx), ty);
-            let high = lerp(lerp(e, f, tx), lerp(g, h, tx), ty);
-            lerp(low, high, tz)
-        },
-    )
+    vectorized!(active.token(), {
+        let (x, y, z) = (in_cell(p.x), in_cell(p.y), in_cell(p.z));
+        let hashes = hashes([x.0, y.0, z.0], active);
+        let (tx, ty, tz) = (fade(x.1), fade(y.1), fade(z.1));
+        let mut corners = [f64x8::splat(active.token(), 0.0); 8];
+        for (corner, (value, hashes)) in corners.iter_mut().zip(&hashes).enumerate() {
+            let [dx, dy, dz] = [x.1, y.1, z.1];
+            let dx = if corner & 1 == 0 { dx } else { dx - 1.0 };
+            let dy = if corner & 2 == 0 { dy } else { dy - 1.0 };
+            let dz = if corner & 4 == 0 { dz } else { dz - 1.0 };
+            *value = gradient(hashes, V3 { x: dx, y: dy, z: dz });
+        }
+        let [a, b, c, d, e, f, g, h] = corners;
+        let low = lerp(lerp(a, b, tx), lerp(c, d, tx), ty);
+        let high = lerp(lerp(e, f, tx), lerp(g, h, tx), ty);
+        lerp(low, high, tz)
+    })
 }
 
 /// The numbers of cells along an axis, which repeat after 256, and the places in them.
@@ -110,20 +107,17 @@ pub(super) struct PointInSpace<S: Simd> {
 impl<S: Simd> PointInSpace<S> {
     #[inline(never)]
     pub fn new(at: &TexturePoint<S>, texture_from_world: &Transform) -> Self {
-        at.p.x.token().vectorize(
-            #[inline(always)]
-            || {
-                let spread = at.footprint.as_ref().map(
-                    #[inline(always)]
-                    |footprint| {
-                        let [x, y] = footprint.dp;
-                        let (x, y) = (within(texture_from_world, x), within(texture_from_world, y));
-                        x.length_squared().max(y.length_squared()).sqrt()
-                    },
-                );
-                PointInSpace { p: at.within(texture_from_world), spread }
-            },
-        )
+        vectorized!(at.p.x.token(), {
+            let spread = at.footprint.as_ref().map(
+                #[inline(always)]
+                |footprint| {
+                    let [x, y] = footprint.dp;
+                    let (x, y) = (within(texture_from_world, x), within(texture_from_world, y));
+                    x.length_squared().max(y.length_squared()).sqrt()
+                },
+            );
+            PointInSpace { p: at.within(texture_from_world), spread }
+        })
     }
 
     #[inline(always)]
@@ -184,20 +178,17 @@ pub(super) fn fbm<S: Simd>(
     (most, roughness): (u32, f64),
     active: mask64x8<S>,
 ) -> f64x8<S> {
-    active.token().vectorize(
-        #[inline(always)]
-        || {
-            let count = at.octaves(most, active);
-            bounded(sum(
-                at,
-                (most, roughness),
-                count,
-                active,
-                #[inline(always)]
-                |noise, share| noise * share,
-            ))
-        },
-    )
+    vectorized!(active.token(), {
+        let count = at.octaves(most, active);
+        bounded(sum(
+            at,
+            (most, roughness),
+            count,
+            active,
+            #[inline(always)]
+            |noise, share| noise * share,
+        ))
+    })
 }
 
 /// The mean of the absolute value of noise, about, in place of octaves that are too fine.
@@ -210,26 +201,23 @@ pub(super) fn turbulence<S: Simd>(
     (most, roughness): (u32, f64),
     active: mask64x8<S>,
 ) -> f64x8<S> {
-    active.token().vectorize(
-        #[inline(always)]
-        || {
-            let mean = f64x8::splat(active.token(), MEAN);
-            let count = at.octaves(most, active);
-            let mut sum = sum(
-                at,
-                (most, roughness),
-                count,
-                active,
-                #[inline(always)]
-                |noise, share| lerp(mean, noise.abs(), share),
-            );
-            // As pbrt-v3 has it, with the last octave counted once more.
-            for lane in those(active) {
-                sum[lane] += MEAN * roughness.powi(count[0][lane] as i32);
-            }
-            bounded(sum)
-        },
-    )
+    vectorized!(active.token(), {
+        let mean = f64x8::splat(active.token(), MEAN);
+        let count = at.octaves(most, active);
+        let mut sum = sum(
+            at,
+            (most, roughness),
+            count,
+            active,
+            #[inline(always)]
+            |noise, share| lerp(mean, noise.abs(), share),
+        );
+        // As pbrt-v3 has it, with the last octave counted once more.
+        for lane in those(active) {
+            sum[lane] += MEAN * roughness.powi(count[0][lane] as i32);
+        }
+        bounded(sum)
+    })
 }
 
 /// Waves, high where the wind is strong.
