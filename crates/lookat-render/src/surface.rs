@@ -3,13 +3,12 @@
 pub(crate) mod points;
 
 use glam::{DVec3, Vec3};
-use lookat_scene::{MaterialKind, Mesh, Primitive, Shape};
+use lookat_scene::{MaterialKind, Primitive, Shape};
 
 use crate::frame::flipped;
-use crate::instance::PlacedInstance;
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::Traceable;
-use crate::triangle::corners;
+use points::{Point, on_triangle};
 
 /// A point of a surface, relative to the origin. Normals have length one.
 #[derive(Debug, Clone, Copy)]
@@ -39,92 +38,39 @@ impl<'s> Surface<'s> {
     }
 
     /// The surface at a hit of `ray`.
-    #[inline]
     pub fn new(scene: &'s Traceable, ray: &Ray, hit: &Hit) -> Self {
-        let primitive = scene.primitive(hit.element.primitive);
-        match &primitive.shape {
-            Shape::TriangleMesh(mesh) if hit.element.instance == ElementId::WORLD => {
+        let Hit { t, element, place, .. } = *hit;
+        let (primitive, instance) = (scene.primitive(element.primitive), scene.instance(element.instance));
+        let turned = |n| flipped(n, primitive.reverse_orientation != primitive.mirrored);
+        let point = match (&primitive.shape, scene.curved(element.primitive)) {
+            (Shape::TriangleMesh(mesh), _) => {
                 let [b0, b1] = hit.barycentric;
-                let corners = scene.world.triangle(hit.place).in_order();
-                on_triangle(primitive, mesh, hit.element, hit.place, corners, [b0, b1, 1.0 - b0 - b1])
+                let corners = scene.group(element.instance).triangle(place).in_order();
+                let triangle = (&**mesh, element.index as usize, corners);
+                on_triangle(scene.level, primitive, triangle, [b0, b1, 1.0 - b0 - b1])
             }
-            _ => Surface::of_any(scene, primitive, ray, hit),
-        }
-    }
-
-    /// Out of line, so that triangles of the world, the most of all, are copied nowhere.
-    #[inline(never)]
-    fn of_any(scene: &Traceable, primitive: &'s Primitive, ray: &Ray, hit: &Hit) -> Self {
-        let instance = scene.instance(hit.element.instance);
-        let mut surface = Surface::local(scene, primitive, instance, ray, hit);
-        if let Some(instance) = instance {
-            surface.p = instance.to_world(surface.p);
-            surface.magnitude = instance.magnitude(surface.magnitude);
-            surface.n = instance.normal_to_world(surface.n);
-            surface.ns = instance.normal_to_world(surface.ns);
-            surface.emitting = instance.normal_to_world(surface.emitting);
-        }
-        surface
-    }
-
-    /// The surface in the space of its object, or in the world if it has none.
-    fn local(
-        scene: &Traceable,
-        primitive: &'s Primitive,
-        instance: Option<&PlacedInstance>,
-        ray: &Ray,
-        hit: &Hit,
-    ) -> Self {
-        match &primitive.shape {
-            Shape::Quadric(_) => {
-                let place = match instance {
-                    Some(instance) => instance.to_object(ray.at(hit.t)),
-                    None => ray.at(hit.t),
-                };
+            (_, Some(shape)) => {
+                let p = instance.map_or(ray.at(t), |instance| instance.to_object(ray.at(t)));
                 // The hit is as exact as its distance; the shape is exacter.
-                let (p, outward, magnitude) = match scene.curved(hit.element.primitive) {
-                    Some(shape) => {
-                        let (p, outward) = shape.project(place);
-                        (p, outward, shape.magnitude())
-                    }
-                    None => (place, DVec3::Z, 0.0),
-                };
-                let n = flipped(outward, primitive.reverse_orientation != primitive.mirrored);
-                Surface {
-                    p,
-                    magnitude,
-                    n,
-                    ns: n,
-                    emitting: flipped(outward, primitive.reverse_orientation),
-                    element: hit.element,
-                    place: hit.place,
-                    primitive,
-                }
+                let (p, outward) = shape.project(p);
+                let (n, emitting) = (turned(outward), flipped(outward, primitive.reverse_orientation));
+                Point { p, magnitude: shape.magnitude(), n, ns: n, emitting }
             }
-            Shape::Curve(_) => {
-                let local = instance.map_or(*ray, |instance| instance.ray(ray, hit.t));
-                let normal = scene.curves.normal(hit.element.index, &local, hit.barycentric.into());
-                let p = local.at(hit.t);
-                let n = flipped(normal, primitive.reverse_orientation != primitive.mirrored);
-                Surface {
-                    p,
-                    magnitude: p.abs().max(local.o.abs()).max_element(),
-                    n,
-                    ns: n,
-                    // It turns with the ray, so it has no side that is dark.
-                    emitting: -local.d.normalize_or(DVec3::Z),
-                    element: hit.element,
-                    place: hit.place,
-                    primitive,
-                }
+            (_, None) => {
+                let local = instance.map_or(*ray, |instance| instance.ray(ray, t));
+                let n = turned(scene.curves.normal(element.index, &local, hit.barycentric.into()));
+                let (p, magnitude) = (local.at(t), local.at(t).abs().max(local.o.abs()).max_element());
+                // It turns with the ray, so it has no side that is dark.
+                Point { p, magnitude, n, ns: n, emitting: -local.d.normalize_or(DVec3::Z) }
             }
-            // That of an object: its vertices are relative to nothing.
-            Shape::TriangleMesh(mesh) => {
-                let [b0, b1] = hit.barycentric;
-                let corners = corners(mesh, hit.element.index as usize, DVec3::ZERO);
-                on_triangle(primitive, mesh, hit.element, hit.place, corners, [b0, b1, 1.0 - b0 - b1])
-            }
+        };
+        let Point { mut p, mut magnitude, .. } = point;
+        let [mut n, mut ns, mut emitting] = [point.n, point.ns, point.emitting];
+        if let Some(instance) = instance {
+            (p, magnitude) = (instance.to_world(p), instance.magnitude(magnitude));
+            [n, ns, emitting] = [n, ns, emitting].map(|n| instance.normal_to_world(n));
         }
+        Surface { p, magnitude, n, ns, emitting, element, place, primitive }
     }
 
     /// The radiance that the surface emits towards `wo`.
@@ -167,55 +113,3 @@ fn direction_across(e1: DVec3, e2: DVec3) -> DVec3 {
 
 /// 2^-40.
 const OFFSET: f64 = 1.0 / (1_u64 << 40) as f64;
-
-/// The point of a triangle with the given corners, and weights of these.
-pub(crate) fn on_triangle<'s>(
-    primitive: &'s Primitive,
-    mesh: &Mesh,
-    element: ElementId,
-    place: u32,
-    [p0, p1, p2]: [DVec3; 3],
-    [b0, b1, b2]: [f64; 3],
-) -> Surface<'s> {
-    let p = p0 * b0 + p1 * b1 + p2 * b2;
-    let magnitude = p0.abs().max(p1.abs()).max(p2.abs()).max_element();
-    let winding = direction_across(p1 - p0, p2 - p0);
-    let interpolated = |normals: &[[f64; 3]]| {
-        let [n0, n1, n2] = mesh.triangle(element.index as usize).map(|vertex| DVec3::from(normals[vertex]));
-        (n0 * b0 + n1 * b1 + n2 * b2).try_normalize()
-    };
-    let smooth = if mesh.normals().is_empty() { None } else { interpolated(mesh.normals()) };
-    // The winding order as the mesh has it, before it was mirrored.
-    let own = flipped(winding, primitive.mirrored);
-    match smooth {
-        // Normals of the file decide the sides.
-        Some(smooth) => {
-            let ns = flipped(smooth, primitive.reverse_orientation);
-            let n = flipped(winding, winding.dot(ns) < 0.0);
-            Surface {
-                p,
-                magnitude,
-                n,
-                ns,
-                emitting: flipped(winding, winding.dot(smooth) < 0.0),
-                element,
-                place,
-                primitive,
-            }
-        }
-        None => {
-            // With tangents, pbrt-v3 reverses once more.
-            let n = flipped(own, primitive.reverse_orientation && mesh.tangents().is_empty());
-            Surface {
-                p,
-                magnitude,
-                n,
-                ns: n,
-                emitting: flipped(own, primitive.reverse_orientation),
-                element,
-                place,
-                primitive,
-            }
-        }
-    }
-}

@@ -138,4 +138,10 @@ impl Traceable {
     pub fn instance(&self, instance: u32) -> Option<&PlacedInstance> {
         self.instances.get(instance as usize)
     }
+
+    /// The elements of an instance, or of the world.
+    #[inline(always)]
+    pub fn group(&self, instance: u32) -> &Group {
+        self.instance(instance).map_or(&self.world, |placed| &self.objects[placed.object])
+    }
 }

@@ -17,9 +17,9 @@ use crate::cutout;
 use crate::frame::Frames;
 use crate::frame::flipped;
 use crate::number::{Colors, LANES, V3, Vec3x8, bits, those, vectorized};
-use crate::ray::{ElementId, Hit, Ray};
-use crate::surface::points::{Points, Triangles, Turned};
-use crate::surface::{Surface, on_triangle};
+use crate::ray::{ElementId, Ray};
+use crate::surface::Surface;
+use crate::surface::points::{Point, Points, Triangles, Turned, on_triangle};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 use crate::triangle::corners;
@@ -58,7 +58,7 @@ impl SurfaceLight {
             (Shape::TriangleMesh(mesh), _) => {
                 let (areas, center) = MeshAreas::new(mesh, origin);
                 let (area, radius) = (areas.total(), mesh_radius(mesh, origin, center));
-                let patches = triangles(number, primitive, (mesh, &areas), origin);
+                let patches = triangles(traceable, primitive, (mesh, &areas));
                 let facing = Facing::new(patches, center, two_sided);
                 (SurfaceForm::Mesh(areas), center, radius, area, facing)
             }
@@ -221,7 +221,7 @@ impl SurfaceLight {
             }
             let emitting = if primitive.reverse_orientation { -n } else { n };
             let magnitude = shape.magnitude().simd_into(simd);
-            let on_light = Points { p, magnitude, n, ns: n, emitting };
+            let on_light = Point { p, magnitude, n, ns: n, emitting };
             let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), areas.simd_into(simd));
             for lane in those(sample.is_there) {
                 let Rays { o, d, t_max, .. } = &sample.shadow;
@@ -296,14 +296,13 @@ fn element(number: u32, index: usize) -> ElementId {
 
 /// The triangles of a mesh.
 fn triangles(
-    number: u32,
+    traceable: &Traceable,
     primitive: &Primitive,
     (mesh, areas): (&Mesh, &MeshAreas),
-    origin: DVec3,
 ) -> impl Iterator<Item = Patch> + Clone {
     (0..mesh.triangles()).map(move |index| {
-        let (element, corners) = (element(number, index), corners(mesh, index, origin));
-        let middle = on_triangle(primitive, mesh, element, Hit::NO_PLACE, corners, [1.0 / 3.0; 3]);
+        let triangle = (mesh, index, corners(mesh, index, traceable.origin));
+        let middle = on_triangle(traceable.level, primitive, triangle, [1.0 / 3.0; 3]);
         // Normals of the file decide, at each point.
         let side = |vertex: usize| DVec3::from(mesh.normals()[vertex]).dot(middle.n);
         let sides = || mesh.triangle(index).map(side);

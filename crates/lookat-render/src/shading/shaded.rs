@@ -14,7 +14,7 @@ use crate::number::{LANES, bits, groups, those, vectorized};
 use crate::prefetch::prefetch;
 use crate::ray::{ElementId, Hit};
 use crate::surface::Surface;
-use crate::surface::points::{Sheet, Surfaces, Triangles, Turned};
+use crate::surface::points::{Point, Sheet, Surfaces, Triangles, Turned};
 use crate::trace::rays::{Hits, Rays};
 use crate::trace::{List, Tree};
 use crate::traceable::Traceable;
@@ -127,7 +127,7 @@ impl<'s> ListShading<'s> {
         }
         let elements = list.elements.iter().map(|element| {
             let number = element.id.primitive;
-            Some((Sheet::new(element, traceable.primitive(number))?, number))
+            Some((Sheet::new(traceable.level, element, traceable.primitive(number))?, number))
         });
         let elements = elements.collect::<Option<Vec<_>>>()?;
         Some(ListShading { elements, materials: Materials::new(traceable) })
@@ -241,16 +241,10 @@ impl<'s> TreeShading<'s> {
                 _ => {}
             }
         }
-        let points = triangles.points(simd, hits.sides, bits(simd, there));
+        let Point { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
         let others = is_hit & !bits(simd, there);
-        let mut surfaces = Surfaces {
-            p: points.p,
-            n: points.n,
-            ns: points.ns,
-            magnitude: points.magnitude,
-            element: hits.element,
-            instance: hits.instance,
-        };
+        let Hits { element, instance, .. } = *hits;
+        let mut surfaces = Surfaces { p, n, ns, magnitude, element, instance };
         if others.any_true() {
             self.put_others(tree, rays, hits, others, &mut surfaces);
         }

@@ -1,13 +1,12 @@
 //! Points of surfaces side by side.
 
-use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Level, Simd, f64x8, mask64x8, prelude::*};
 use glam::DVec3;
 use lookat_scene::{Mesh, Primitive, Shape as SceneShape};
 
-use super::{OFFSET, Surface, direction_across, on_triangle};
+use super::{OFFSET, Surface, direction_across};
 use crate::curved::Curved;
-use crate::number::{LANES, Vec3x8, bits, those};
-use crate::ray::Hit;
+use crate::number::{LANES, Vec3x8, bits, side_by_side, those, three};
 use crate::trace::rays::{Hits, Rays};
 use crate::trace::{Element, Shape};
 use crate::triangle::Triangle;
@@ -90,15 +89,15 @@ enum Form<'s> {
 
 impl<'s> Sheet<'s> {
     /// `None` of those that have shading normals.
-    pub fn new(element: &Element<'s>, primitive: &Primitive) -> Option<Self> {
+    pub fn new(level: Level, element: &Element<'s>, primitive: &Primitive) -> Option<Self> {
         match (element.shape, &primitive.shape) {
             (Shape::Triangle(BoxedTriangle { triangle, .. }), SceneShape::TriangleMesh(mesh)) => {
                 let corners = triangle.in_order();
                 // Normal and magnitude are those of any point.
-                let surface =
-                    on_triangle(primitive, mesh, element.id, Hit::NO_PLACE, corners, [1.0, 0.0, 0.0]);
-                let form = Form::Flat { triangle, corners, n: surface.n };
-                mesh.normals().is_empty().then_some(Sheet { form, magnitude: surface.magnitude })
+                let of_mesh = (&**mesh, element.id.index as usize, corners);
+                let Point { magnitude, n, .. } = on_triangle(level, primitive, of_mesh, [1.0, 0.0, 0.0]);
+                let form = Form::Flat { triangle, corners, n };
+                mesh.normals().is_empty().then_some(Sheet { form, magnitude })
             }
             (Shape::Sphere(curved), _) => {
                 let is_inward = primitive.reverse_orientation != primitive.mirrored;
@@ -164,14 +163,33 @@ pub(crate) struct Triangles {
     is_smooth: u64,
 }
 
-/// Points of triangles; as [`on_triangle`] gives them, to the bit.
+/// A point of a shape, or points; as in [`super::Surface`].
 #[derive(Clone, Copy)]
-pub(crate) struct Points<S: Simd> {
-    pub p: Vec3x8<S>,
-    pub magnitude: f64x8<S>,
-    pub n: Vec3x8<S>,
-    pub ns: Vec3x8<S>,
-    pub emitting: Vec3x8<S>,
+pub(crate) struct Point<V, N> {
+    pub p: V,
+    pub magnitude: N,
+    pub n: V,
+    pub ns: V,
+    pub emitting: V,
+}
+
+pub(crate) type Points<S> = Point<Vec3x8<S>, f64x8<S>>;
+
+/// The point of a triangle, of a mesh and with these corners, that the corners weigh so much at.
+pub(crate) fn on_triangle(
+    level: Level,
+    primitive: &Primitive,
+    (mesh, index, corners): (&Mesh, usize, [DVec3; 3]),
+    weights: [f64; 3],
+) -> Point<DVec3, f64> {
+    let mut triangles = Triangles::new();
+    triangles.put(0, corners, mesh, index, Turned::new(primitive));
+    side_by_side!(level, simd => {
+        let weights = three(|corner| weights[corner].simd_into(simd));
+        let Point { p, magnitude, n, ns, emitting } = triangles.points(simd, weights, bits(simd, 1));
+        let [p, n, ns, emitting] = [p.lane(0), n.lane(0), ns.lane(0), emitting.lane(0)];
+        Point { p, magnitude: magnitude[0], n, ns, emitting }
+    })
 }
 
 impl Triangles {
@@ -224,7 +242,7 @@ impl Triangles {
             ns = turned.or(is_there, ns);
             emitting = own_emitting.or(is_there, emitting);
         }
-        Points { p, magnitude, n, ns, emitting }
+        Point { p, magnitude, n, ns, emitting }
     }
 }
 

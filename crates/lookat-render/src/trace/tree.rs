@@ -7,7 +7,7 @@ use crate::number::{bits, those};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::trace::forms::Forms;
 use crate::trace::nothing;
-use crate::traceable::{Group, Traceable};
+use crate::traceable::Traceable;
 
 /// A world with its tree. The elements of the world, and those of an object, are numbered: triangles by their place, others from
 /// 2^32 on, by their names.
@@ -79,12 +79,6 @@ impl<'s> Tree<'s> {
         }
     }
 
-    /// The elements of an instance, or of the world.
-    #[inline(always)]
-    fn group(&self, instance: u32) -> &'s Group {
-        self.scene.instance(instance).map_or(&self.scene.world, |placed| &self.scene.objects[placed.object])
-    }
-
     /// The name and the place of an element of a number; of triangles, the instance and the place are enough.
     #[inline(always)]
     fn left(&self, number: f64, instance: u32) -> (ElementId, u32) {
@@ -102,7 +96,7 @@ impl<'s> Tree<'s> {
         let (number, instance) = (hits.element[lane], hits.instance[lane] as u32);
         match self.left(number, instance) {
             (element, Hit::NO_PLACE) => (element, Hit::NO_PLACE),
-            (_, place) => (self.group(instance).triangle(place).element(instance), place),
+            (_, place) => (self.scene.group(instance).triangle(place).element(instance), place),
         }
     }
 
