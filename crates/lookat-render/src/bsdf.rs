@@ -152,7 +152,7 @@ impl<'s, S: Simd> Bsdf<'s, S> {
                 let (own_f, own_pdf) = slot.lobe.f_pdf(wo, local_i);
                 let (side, sampled) =
                     if slot.lobe.kind.transmits() { (through, !same_side) } else { (above, same_side) };
-                f = f + own_f.or_narrow(side & slot.mask, black);
+                f = f + own_f.or(side & slot.mask, black);
                 pdf += (sampled & slot.mask).select(slot.probability * own_pdf, none);
             }
             if part == Part::Smooth {
@@ -230,7 +230,7 @@ impl<S: Simd> BsdfSample<S> {
         self.is_there = self.is_there & !own | own & is_there;
         self.wi = single.wi.or(own, self.wi);
         self.pdf = own.select(to_f64(pdf), self.pdf);
-        self.weight = (single.factor / pdf).or(own, self.weight);
+        self.weight = (single.factor / pdf).or_wide(own, self.weight);
         self.is_specular |= own;
         self.compression = narrow(own).select(single.compression, self.compression);
     }

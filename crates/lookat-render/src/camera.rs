@@ -215,7 +215,7 @@ mod tests {
             Projection::Orthographic { .. } | Projection::Environment => (p, DVec3::Z),
         };
         if let Some(lens) = camera.lens {
-            let [x, y] = baseline!(simd => square_to_disk::<_, f64x8<_>>([u.x, u.y].map(|u| u.simd_into(simd))).map(|x| x[0]));
+            let [x, y] = baseline!(simd => square_to_disk::<f64x8<_>>([u.x, u.y].map(|u| u.simd_into(simd))).map(|x| x[0]));
             let on_lens = DVec3::new(x, y, 0.0) * lens.radius;
             let focus = o + d * (lens.focal_distance / d.z);
             o = match camera.projection {

@@ -44,7 +44,7 @@ pub(crate) fn at_angle(angle: f64) -> DVec2 {
 
 /// The points at `turn` of the way around from (1, 0) to (0, 1) and on, for numbers from 0 to 1.
 #[inline(always)]
-pub(crate) fn at_turn<S: Simd, T: Number<S> + Angle>(turn: T) -> [T; 2] {
+pub(crate) fn at_turn<T: Number + Angle>(turn: T) -> [T; 2] {
     let n = |x| T::of(turn.token(), x);
     let quarter = (turn * n(4.0) + n(0.5)).trunc();
     let [x, y] = (n(TAU) * (turn - quarter * n(0.25))).point();

@@ -18,13 +18,10 @@ pub(crate) struct Frames<T> {
     pub z: V3<T>,
 }
 
-impl<T> Frames<T> {
+impl<T: Number> Frames<T> {
     /// Those with `z`, of length one, as their z axes (Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017).
     #[inline(always)]
-    pub fn from_z<S: Simd>(z: V3<T>) -> Self
-    where
-        T: Number<S>,
-    {
+    pub fn from_z(z: V3<T>) -> Self {
         let one = T::of(z.z.token(), 1.0);
         let sign = one.copysign(z.z);
         let a = -one / (sign + z.z);
@@ -35,18 +32,12 @@ impl<T> Frames<T> {
     }
 
     #[inline(always)]
-    pub fn to_local<S: Simd>(self, v: V3<T>) -> V3<T>
-    where
-        T: Number<S>,
-    {
+    pub fn to_local(self, v: V3<T>) -> V3<T> {
         V3 { x: self.x.dot(v), y: self.y.dot(v), z: self.z.dot(v) }
     }
 
     #[inline(always)]
-    pub fn to_world<S: Simd>(self, v: V3<T>) -> V3<T>
-    where
-        T: Number<S>,
-    {
+    pub fn to_world(self, v: V3<T>) -> V3<T> {
         self.x * v.x + self.y * v.y + self.z * v.z
     }
 }

@@ -68,19 +68,25 @@ macro_rules! baseline {
 pub(crate) use baseline;
 
 /// Numbers side by side: `f64` for places, `f32` for light.
-pub(crate) trait Number<S: Simd>: SimdFloat<S> {
+pub(crate) trait Number: SimdFloat<<Self as Number>::Token> {
+    type Token: Simd;
+
     /// The same one everywhere.
-    fn of(simd: S, x: f64) -> Self;
+    fn of(simd: Self::Token, x: f64) -> Self;
 }
 
-impl<S: Simd> Number<S> for f64x8<S> {
+impl<S: Simd> Number for f64x8<S> {
+    type Token = S;
+
     #[inline(always)]
     fn of(simd: S, x: f64) -> Self {
         x.simd_into(simd)
     }
 }
 
-impl<S: Simd> Number<S> for f32x8<S> {
+impl<S: Simd> Number for f32x8<S> {
+    type Token = S;
+
     #[inline(always)]
     fn of(simd: S, x: f64) -> Self {
         (x as f32).simd_into(simd)
@@ -101,29 +107,24 @@ pub(crate) type Vec3x8<S> = V3<f64x8<S>>;
 /// Points of planes.
 pub(crate) type Vec2x8<S> = [f64x8<S>; 2];
 
-impl<T> V3<T> {
+/// Colors, or radiances.
+pub(crate) type Colors<S> = V3<f32x8<S>>;
+
+impl<T: Number> V3<T> {
     /// The same one everywhere.
     #[inline(always)]
-    pub fn splat<S: Simd>(simd: S, v: DVec3) -> Self
-    where
-        T: Number<S>,
-    {
-        V3 { x: T::of(simd, v.x), y: T::of(simd, v.y), z: T::of(simd, v.z) }
+    pub fn splat(simd: T::Token, v: impl Into<[T::Element; 3]>) -> Self {
+        let [x, y, z] = v.into();
+        V3 { x: T::splat(simd, x), y: T::splat(simd, y), z: T::splat(simd, z) }
     }
 
     #[inline(always)]
-    pub fn dot<S: Simd>(self, other: Self) -> T
-    where
-        T: Number<S>,
-    {
+    pub fn dot(self, other: Self) -> T {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
     #[inline(always)]
-    pub fn cross<S: Simd>(self, other: Self) -> Self
-    where
-        T: Number<S>,
-    {
+    pub fn cross(self, other: Self) -> Self {
         V3 {
             x: self.y * other.z - other.y * self.z,
             y: self.z * other.x - other.z * self.x,
@@ -132,28 +133,19 @@ impl<T> V3<T> {
     }
 
     #[inline(always)]
-    pub fn length_squared<S: Simd>(self) -> T
-    where
-        T: Number<S>,
-    {
+    pub fn length_squared(self) -> T {
         self.dot(self)
     }
 
     /// Of length one.
     #[inline(always)]
-    pub fn normalize<S: Simd>(self) -> Self
-    where
-        T: Number<S>,
-    {
-        self * (T::of(self.x.token(), 1.0) / self.length_squared().sqrt())
+    pub fn normalize(self) -> Self {
+        self.try_normalize().0
     }
 
     /// Of length one, and where there is such a vector.
     #[inline(always)]
-    pub fn try_normalize<S: Simd>(self) -> (Self, T::Mask)
-    where
-        T: Number<S>,
-    {
+    pub fn try_normalize(self) -> (Self, T::Mask) {
         let simd = self.x.token();
         let inverse = T::of(simd, 1.0) / self.length_squared().sqrt();
         (self * inverse, inverse.is_finite() & inverse.simd_gt(T::of(simd, 0.0)))
@@ -161,20 +153,14 @@ impl<T> V3<T> {
 
     /// Of length one, or else `v`.
     #[inline(always)]
-    pub fn normalize_or<S: Simd>(self, v: DVec3) -> Self
-    where
-        T: Number<S>,
-    {
+    pub fn normalize_or(self, v: impl Into<[T::Element; 3]>) -> Self {
         let (normalized, is_there) = self.try_normalize();
         normalized.or(is_there, V3::splat(self.x.token(), v))
     }
 
     /// These where `mask` says so, and the others elsewhere.
     #[inline(always)]
-    pub fn or<S: Simd>(self, mask: T::Mask, others: Self) -> Self
-    where
-        T: Number<S>,
-    {
+    pub fn or(self, mask: T::Mask, others: Self) -> Self {
         V3 {
             x: mask.select(self.x, others.x),
             y: mask.select(self.y, others.y),
@@ -184,11 +170,14 @@ impl<T> V3<T> {
 
     /// The size of the largest coordinate.
     #[inline(always)]
-    pub fn magnitude<S: Simd>(self) -> T
-    where
-        T: Number<S>,
-    {
+    pub fn magnitude(self) -> T {
         self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+
+    /// Puts another one in a lane.
+    #[inline(always)]
+    pub fn put(&mut self, lane: usize, v: impl Into<[T::Element; 3]>) {
+        [self.x[lane], self.y[lane], self.z[lane]] = v.into();
     }
 }
 
@@ -222,12 +211,6 @@ impl<S: Simd> Vec3x8<S> {
         DVec3::new(self.x[lane], self.y[lane], self.z[lane])
     }
 
-    /// Puts another one in a lane.
-    #[inline(always)]
-    pub fn put(&mut self, lane: usize, v: DVec3) {
-        (self.x[lane], self.y[lane], self.z[lane]) = v.into();
-    }
-
     /// Rounded to `f32`.
     #[inline(always)]
     pub fn narrow(self) -> V3<f32x8<S>> {
@@ -235,10 +218,52 @@ impl<S: Simd> Vec3x8<S> {
     }
 }
 
-impl<S: Simd> V3<f32x8<S>> {
+impl<S: Simd> Colors<S> {
     #[inline(always)]
     pub fn widen(self) -> Vec3x8<S> {
         V3 { x: to_f64(self.x), y: to_f64(self.y), z: to_f64(self.z) }
+    }
+
+    /// Those that a function gives for each lane.
+    #[inline(always)]
+    pub fn from_fn(simd: S, color: impl Fn(usize) -> Vec3) -> Self {
+        let mut all = Colors::splat(simd, Vec3::ZERO);
+        for lane in 0..LANES {
+            all.put(lane, color(lane));
+        }
+        all
+    }
+
+    /// As [`crate::color::strength`].
+    #[inline(always)]
+    pub fn strength(self) -> f64x8<S> {
+        let of = |x: f32x8<S>, share: f64| to_f64(x.abs()) * share;
+        of(self.x, LUMINANCE.x) + of(self.y, LUMINANCE.y) + of(self.z, LUMINANCE.z)
+    }
+
+    /// As [`V3::or`], by a mask of `f64`.
+    #[inline(always)]
+    pub fn or_wide(self, mask: mask64x8<S>, others: Self) -> Self {
+        self.or(narrow(mask), others)
+    }
+
+    /// The sums of the channels, as far as these are not negative.
+    #[inline(always)]
+    pub fn amount(self) -> f32x8<S> {
+        let positive = |x: f32x8<S>| x.simd_gt(0.0).select(x, splat_f32(x.token(), 0.0));
+        positive(self.x) + positive(self.y) + positive(self.z)
+    }
+
+    /// Where they are not black.
+    #[inline(always)]
+    pub fn is_light(self) -> mask64x8<S> {
+        widen(!(self.x.simd_eq(0.0) & self.y.simd_eq(0.0) & self.z.simd_eq(0.0)))
+    }
+
+    /// That of a lane.
+    #[inline(always)]
+    pub fn lane(&self, lane: usize) -> Vec3 {
+        Vec3::new(self.x[lane], self.y[lane], self.z[lane])
     }
 }
 
@@ -274,117 +299,19 @@ impl<T: Mul<Output = T> + Copy> Mul<T> for V3<T> {
     }
 }
 
-/// Colors, or radiances.
-#[derive(Clone, Copy)]
-pub(crate) struct Colors<S: Simd> {
-    pub r: f32x8<S>,
-    pub g: f32x8<S>,
-    pub b: f32x8<S>,
-}
-
-impl<S: Simd> Colors<S> {
-    /// The same one everywhere.
-    #[inline(always)]
-    pub fn splat(simd: S, color: Vec3) -> Self {
-        Colors { r: color.x.simd_into(simd), g: color.y.simd_into(simd), b: color.z.simd_into(simd) }
-    }
-
-    /// Those that a function gives for each lane.
-    #[inline(always)]
-    pub fn from_fn(simd: S, color: impl Fn(usize) -> Vec3) -> Self {
-        let mut all = Colors::splat(simd, Vec3::ZERO);
-        for lane in 0..LANES {
-            all.put(lane, color(lane));
-        }
-        all
-    }
-
-    /// As [`crate::color::strength`].
-    #[inline(always)]
-    pub fn strength(self) -> f64x8<S> {
-        let of = |x: f32x8<S>, share: f64| to_f64(x.abs()) * share;
-        of(self.r, LUMINANCE.x) + of(self.g, LUMINANCE.y) + of(self.b, LUMINANCE.z)
-    }
-
-    /// These where `mask` says so, and the others elsewhere.
-    #[inline(always)]
-    pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
-        self.or_narrow(narrow(mask), others)
-    }
-
-    /// The same, by a mask of `f32`.
-    #[inline(always)]
-    pub fn or_narrow(self, mask: mask32x8<S>, others: Self) -> Self {
-        Colors {
-            r: mask.select(self.r, others.r),
-            g: mask.select(self.g, others.g),
-            b: mask.select(self.b, others.b),
-        }
-    }
-
-    /// The sums of the channels, as far as these are not negative.
-    #[inline(always)]
-    pub fn amount(self) -> f32x8<S> {
-        let positive = |x: f32x8<S>| x.simd_gt(0.0).select(x, splat_f32(x.token(), 0.0));
-        positive(self.r) + positive(self.g) + positive(self.b)
-    }
-
-    /// Where they are not black.
-    #[inline(always)]
-    pub fn is_light(self) -> mask64x8<S> {
-        widen(!(self.r.simd_eq(0.0) & self.g.simd_eq(0.0) & self.b.simd_eq(0.0)))
-    }
-
-    /// That of a lane.
-    #[inline(always)]
-    pub fn lane(&self, lane: usize) -> Vec3 {
-        Vec3::new(self.r[lane], self.g[lane], self.b[lane])
-    }
-
-    /// Puts another one in a lane.
-    #[inline(always)]
-    pub fn put(&mut self, lane: usize, color: Vec3) {
-        (self.r[lane], self.g[lane], self.b[lane]) = color.into();
-    }
-}
-
-impl<S: Simd> Add for Colors<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        Colors { r: self.r + other.r, g: self.g + other.g, b: self.b + other.b }
-    }
-}
-
-impl<S: Simd> Sub for Colors<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        Colors { r: self.r - other.r, g: self.g - other.g, b: self.b - other.b }
-    }
-}
-
-impl<S: Simd> Mul for Colors<S> {
+impl<T: Mul<Output = T>> Mul for V3<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        Colors { r: self.r * other.r, g: self.g * other.g, b: self.b * other.b }
+        V3 { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
     }
 }
 
-impl<S: Simd> Mul<f32x8<S>> for Colors<S> {
+impl<T: Div<Output = T> + Copy> Div<T> for V3<T> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, factor: f32x8<S>) -> Self {
-        Colors { r: self.r * factor, g: self.g * factor, b: self.b * factor }
-    }
-}
-
-impl<S: Simd> Div<f32x8<S>> for Colors<S> {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, divisor: f32x8<S>) -> Self {
-        Colors { r: self.r / divisor, g: self.g / divisor, b: self.b / divisor }
+    fn div(self, divisor: T) -> Self {
+        V3 { x: self.x / divisor, y: self.y / divisor, z: self.z / divisor }
     }
 }
 

@@ -112,7 +112,7 @@ impl<S: Simd> TexturePoint<S> {
     #[inline(always)]
     fn fractions(&self, mapping: &Mapping, active: mask64x8<S>) -> Colors<S> {
         let [s, t] = mapping::coordinates(mapping, self, active);
-        Colors { r: to_f32(s - s.floor()), g: to_f32(t - t.floor()), b: splat_f32(active.token(), 0.0) }
+        Colors { x: to_f32(s - s.floor()), y: to_f32(t - t.floor()), z: splat_f32(active.token(), 0.0) }
     }
 }
 

@@ -11,7 +11,7 @@ use crate::number::{LANES, Number, V3};
 
 /// Uniform on the unit disk (Shirley and Chiu's concentric map; PBR 13.6.2).
 #[inline(always)]
-pub(crate) fn square_to_disk<S: Simd, T: Number<S> + Angle>([u, v]: [T; 2]) -> [T; 2] {
+pub(crate) fn square_to_disk<T: Number + Angle>([u, v]: [T; 2]) -> [T; 2] {
     let n = |x| T::of(u.token(), x);
     let (x, y) = (n(2.0) * u - n(1.0), n(2.0) * v - n(1.0));
     let is_wide = x.abs().simd_gt(y.abs());

@@ -35,7 +35,7 @@ pub(super) fn dielectric<S: Simd>(cos: f32x8<S>, eta: f32x8<S>) -> f32x8<S> {
 #[inline(always)]
 pub(super) fn conductor<S: Simd>(cos: f32x8<S>, [eta, k]: [Colors<S>; 2]) -> Colors<S> {
     let of = |eta, k| conductor_channel(cos.abs(), eta, k);
-    Colors { r: of(eta.r, k.r), g: of(eta.g, k.g), b: of(eta.b, k.b) }
+    Colors { x: of(eta.x, k.x), y: of(eta.y, k.y), z: of(eta.z, k.z) }
 }
 
 #[inline(always)]

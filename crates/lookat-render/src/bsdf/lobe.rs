@@ -73,7 +73,7 @@ impl<S: Simd> Lobes<S> {
     /// Those that need no more than a color.
     #[inline(always)]
     pub fn new(kind: Kind, color: Colors<S>) -> Self {
-        let simd = color.r.token();
+        let simd = color.x.token();
         let (black, one) = (Colors::splat(simd, Vec3::ZERO), splat_f32(simd, 1.0));
         Lobe { kind, color, colors: [black; 2], roughness: [one; 2], eta: one }
     }
@@ -110,8 +110,8 @@ impl<S: Simd> Lobes<S> {
         let ([a, b], [x, y]) = (self.colors, self.roughness);
         Lobe {
             kind: self.kind,
-            color: self.color.or_narrow(mask, others.color),
-            colors: [a.or_narrow(mask, others.colors[0]), b.or_narrow(mask, others.colors[1])],
+            color: self.color.or(mask, others.color),
+            colors: [a.or(mask, others.colors[0]), b.or(mask, others.colors[1])],
             roughness: [mask.select(x, others.roughness[0]), mask.select(y, others.roughness[1])],
             eta: mask.select(self.eta, others.eta),
         }
@@ -182,7 +182,7 @@ impl<S: Simd> Lobes<S> {
                 let cos = wi.dot(wh);
                 let value = self.facets().density(wh) / (4.0 * cos.abs() * wi.z.abs().max(wo.z.abs()));
                 let sum = base + schlick(coat, cos) * value;
-                let sum = sum.or_narrow(is_there, Colors::splat(simd, Vec3::ZERO));
+                let sum = sum.or(is_there, Colors::splat(simd, Vec3::ZERO));
                 (self.color * sum, 0.5 * (cosine(wi) + is_there.select(pdf, none)))
             }
             Kind::Mirror(_) | Kind::Refraction | Kind::Glass => (Colors::splat(simd, Vec3::ZERO), none),

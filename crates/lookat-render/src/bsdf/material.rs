@@ -225,7 +225,7 @@ impl<S: Simd> Builder<'_, S> {
     fn uber(&mut self, uber: &Uber, weight: Colors<S>, active: mask64x8<S>) {
         let white = Colors::splat(active.token(), Vec3::ONE);
         let opacity = self.share(&uber.opacity, active);
-        self.refraction(weight * not_negative(white - opacity), white.r, active);
+        self.refraction(weight * not_negative(white - opacity), white.x, active);
         let weight = weight * opacity;
         self.push(Lobes::new(Kind::Lambert, weight * self.share(&uber.kd, active)), active);
         let eta = to_f32(self.index(&uber.eta, active));
@@ -290,12 +290,12 @@ fn at_least<S: Simd>(x: f64x8<S>, least: f64) -> f64x8<S> {
 #[inline(always)]
 fn larger<S: Simd>(a: Colors<S>, b: Colors<S>) -> Colors<S> {
     let larger = |a: f32x8<S>, b: f32x8<S>| a.simd_gt(b).select(a, b);
-    Colors { r: larger(a.r, b.r), g: larger(a.g, b.g), b: larger(a.b, b.b) }
+    Colors { x: larger(a.x, b.x), y: larger(a.y, b.y), z: larger(a.z, b.z) }
 }
 
 #[inline(always)]
 fn not_negative<S: Simd>(color: Colors<S>) -> Colors<S> {
-    larger(color, Colors::splat(color.r.token(), Vec3::ZERO))
+    larger(color, Colors::splat(color.x.token(), Vec3::ZERO))
 }
 
 /// The index of refraction of plastic and translucent surfaces.

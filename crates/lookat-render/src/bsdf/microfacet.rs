@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use fearless_simd::{Simd, f32x8, mask32x8, prelude::*};
-use glam::DVec3;
+use glam::Vec3;
 
 use super::fresnel::dielectric;
 use crate::number::V3;
@@ -107,13 +107,13 @@ impl<S: Simd> TrowbridgeReitz<S> {
         let up = (-wo).or(is_below, wo);
         let [ax, ay] = self.alpha;
         let stretched = V3 { x: up.x * ax, y: up.y * ay, z: up.z }.normalize();
-        let across = V3 { x: -stretched.y, y: stretched.x, z: 0.0.simd_into(simd) }.normalize_or(DVec3::X);
+        let across = V3 { x: -stretched.y, y: stretched.x, z: 0.0.simd_into(simd) }.normalize_or(Vec3::X);
         let along = stretched.cross(across);
         // Keeps what is near in the square near on the disk: less noise than with polar coordinates.
         let ([x, y], s) = (square_to_disk(u), 0.5 * (1.0 + stretched.z));
         let y = (1.0 - s) * (1.0 - x * x).max(0.0).sqrt() + s * y;
         let n = across * x + along * y + stretched * (1.0 - x * x - y * y).max(0.0).sqrt();
-        let wh = V3 { x: n.x * ax, y: n.y * ay, z: n.z.max(0.0) }.normalize_or(DVec3::Z);
+        let wh = V3 { x: n.x * ax, y: n.y * ay, z: n.z.max(0.0) }.normalize_or(Vec3::Z);
         (-wh).or(is_below, wh)
     }
 
@@ -181,7 +181,7 @@ mod tests {
                     .map(|i| {
                         let (cos, phi) = (cell(i / side), TAU * cell(i % side));
                         let sin = (1.0 - cos * cos).sqrt();
-                        let wh = V3::splat(simd, DVec3::new(sin * phi.cos(), sin * phi.sin(), cos));
+                        let wh = V3::splat(simd, [sin * phi.cos(), sin * phi.sin(), cos].map(|x| x as f32));
                         f64::from(facets.density(wh)[0]) * cos
                     })
                     .sum()

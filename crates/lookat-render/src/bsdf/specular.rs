@@ -61,7 +61,7 @@ impl<S: Simd> Lobes<S> {
 
 #[inline(always)]
 fn mirrored<S: Simd>(n: Vec3x8<S>, wo: Vec3x8<S>, factor: Colors<S>) -> Single<S> {
-    let one = splat_f32(factor.r.token(), 1.0);
+    let one = splat_f32(factor.x.token(), 1.0);
     Single {
         is_there: widen(one.simd_gt(0.0)),
         wi: (n * (2.0 * n.dot(wo)) - wo).normalize(),
@@ -79,7 +79,7 @@ impl<S: Simd> Single<S> {
         Single {
             is_there: mask & self.is_there | !mask & others.is_there,
             wi: self.wi.or(mask, others.wi),
-            factor: self.factor.or_narrow(own, others.factor),
+            factor: self.factor.or(own, others.factor),
             probability: own.select(self.probability, others.probability),
             compression: own.select(self.compression, others.compression),
         }

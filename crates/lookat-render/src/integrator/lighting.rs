@@ -133,7 +133,7 @@ impl<'s> Lighting<'s> {
             found = self.sampled_light(simd, tracer, vertices, u, &chosen);
         }
         if scattered.any_true() {
-            found = self.by_direction(simd, tracer, vertices, u, scattered).or(scattered, found);
+            found = self.by_direction(simd, tracer, vertices, u, scattered).or_wide(scattered, found);
         }
         found
     }
@@ -165,11 +165,11 @@ impl<'s> Lighting<'s> {
                         let chosen =
                             Chosen { is_there: sampled, light: (light as f64).simd_into(simd), probability };
                         let own = self.sampled_light(simd, tracer, vertices, u, &chosen);
-                        sum = (sum + own).or(sampled, sum);
+                        sum = (sum + own).or_wide(sampled, sum);
                     }
                     if scattered.any_true() {
                         let own = self.by_direction(simd, tracer, vertices, u, scattered);
-                        sum = (sum + own).or(scattered, sum);
+                        sum = (sum + own).or_wide(scattered, sum);
                     }
                 }
             }
@@ -199,7 +199,7 @@ impl<'s> Lighting<'s> {
             let (rays, is_specular) = (vertices.receivers.surfaces.leave(sample.wi), sample.is_specular);
             let directions = Directions { rays, pdf: sample.pdf, is_specular };
             let light = self.found_light(simd, tracer, vertices, &directions, asked);
-            (sample.weight * light).or(asked, Colors::splat(simd, Vec3::ZERO))
+            (sample.weight * light).or_wide(asked, Colors::splat(simd, Vec3::ZERO))
         })
     }
 
@@ -226,7 +226,7 @@ impl<'s> Lighting<'s> {
             let other = pdf * self.directions(simd, receivers);
             let weight = weights(is_sky, sample.pdf * chosen.probability, other);
             let weighed = direct * weight / to_f32(sample.pdf);
-            weighed.or(sample.has_pdf, direct).or(active, Colors::splat(simd, Vec3::ZERO))
+            weighed.or_wide(sample.has_pdf, direct).or_wide(active, Colors::splat(simd, Vec3::ZERO))
         })
     }
 
@@ -287,7 +287,7 @@ impl<'s> Lighting<'s> {
                 let is_free = rest & !vertices.world.met(simd, tracer, &directions.rays, (rest, false));
                 let nothing = Hits::none(simd);
                 let sky = self.light_of(simd, tracer, vertices, directions, &nothing, is_free);
-                found = sky.or(is_free, found);
+                found = sky.or_wide(is_free, found);
             }
             found
         })
@@ -328,7 +328,7 @@ impl<'s> Lighting<'s> {
                 }
                 let other = density * self.samples_of(simd, sampler, light, is_lit);
                 let weight = weights(bits(simd, 0), pdf, other);
-                found = (found * weight).or(!directions.is_specular, found);
+                found = (found * weight).or_wide(!directions.is_specular, found);
             }
             let is_free = active & !hits.is_hit();
             if self.table.has_skies() && is_free.any_true() {
@@ -343,11 +343,11 @@ impl<'s> Lighting<'s> {
                         let light = (sky as f64).simd_into(simd);
                         let other = density * self.samples_of(simd, sampler, light, is_free);
                         let weight = weights(bits(simd, 0xff), pdf, other);
-                        own = (radiance * weight).or(weighed, radiance);
+                        own = (radiance * weight).or_wide(weighed, radiance);
                     }
                     sum = sum + own;
                 }
-                found = sum.or(is_free, found);
+                found = sum.or_wide(is_free, found);
             }
             found / to_f32(all)
         })

@@ -86,9 +86,9 @@ impl Wave {
                 emits: mask64x8::splat(simd, false),
             },
             beta: Colors {
-                r: f32x8::from_slice(simd, &self.beta[0][from..from + LANES]),
-                g: f32x8::from_slice(simd, &self.beta[1][from..from + LANES]),
-                b: f32x8::from_slice(simd, &self.beta[2][from..from + LANES]),
+                x: f32x8::from_slice(simd, &self.beta[0][from..from + LANES]),
+                y: f32x8::from_slice(simd, &self.beta[1][from..from + LANES]),
+                z: f32x8::from_slice(simd, &self.beta[2][from..from + LANES]),
             },
             compression: f32x8::from_slice(simd, &self.beta[3][from..from + LANES]),
             direct,
@@ -128,7 +128,7 @@ impl Wave {
         put(*b);
         put(*c);
         let narrow = narrow(goes_on);
-        for (own, values) in self.beta.iter_mut().zip([beta.r, beta.g, beta.b, compression]) {
+        for (own, values) in self.beta.iter_mut().zip([beta.x, beta.y, beta.z, compression]) {
             simd.compress_f32x8(values, narrow).store_slice(&mut own[at..at + LANES]);
         }
         for lane in those(goes_on) {

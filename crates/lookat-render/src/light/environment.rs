@@ -85,7 +85,7 @@ impl Environment {
             let (mut radiance, mut own) = (bright.radiance, bright.pdf);
             if in_lune.any_true() {
                 let evaluated = self.evaluate(simd, None, wi);
-                radiance = evaluated.0.or(in_lune, radiance);
+                radiance = evaluated.0.or_wide(in_lune, radiance);
                 own = in_lune.select(evaluated.1, own);
             }
             let is_there = in_lune | bright.pdf.simd_gt(0.0);

@@ -40,7 +40,7 @@ impl<S: Simd> LightSample<S> {
     pub fn or(self, mask: mask64x8<S>, others: Self) -> Self {
         LightSample {
             is_there: mask & self.is_there | !mask & others.is_there,
-            li: self.li.or(mask, others.li),
+            li: self.li.or_wide(mask, others.li),
             pdf: mask.select(self.pdf, others.pdf),
             has_pdf: mask & self.has_pdf | !mask & others.has_pdf,
             shadow: self.shadow.or(mask, others.shadow),

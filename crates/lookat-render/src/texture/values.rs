@@ -54,7 +54,7 @@ impl<S: Simd> Values<S> for f64 {
 
     #[inline(always)]
     fn from_rgb(rgb: Colors<S>) -> f64x8<S> {
-        to_f64(rgb.r) * LUMINANCE.x + to_f64(rgb.g) * LUMINANCE.y + to_f64(rgb.b) * LUMINANCE.z
+        to_f64(rgb.x) * LUMINANCE.x + to_f64(rgb.y) * LUMINANCE.y + to_f64(rgb.z) * LUMINANCE.z
     }
 
     #[inline(always)]
@@ -84,13 +84,13 @@ impl<S: Simd> Values<S> for Vec3 {
 
     #[inline(always)]
     fn or(first: Colors<S>, mask: mask64x8<S>, others: Colors<S>) -> Colors<S> {
-        first.or(mask, others)
+        first.or_wide(mask, others)
     }
 
     #[inline(always)]
     fn gray(values: f64x8<S>) -> Colors<S> {
         let gray = to_f32(values);
-        Colors { r: gray, g: gray, b: gray }
+        Colors { x: gray, y: gray, z: gray }
     }
 
     #[inline(always)]
@@ -110,7 +110,7 @@ impl<S: Simd> Values<S> for Vec3 {
             std::array::from_fn(|lane| texels[lane].y),
             std::array::from_fn(|lane| texels[lane].z),
         ];
-        Colors { r: r.simd_into(simd), g: g.simd_into(simd), b: b.simd_into(simd) }
+        Colors { x: r.simd_into(simd), y: g.simd_into(simd), z: b.simd_into(simd) }
     }
 
     #[inline(always)]
