@@ -213,9 +213,9 @@ impl<'v> Film<'v> {
     }
 }
 
-/// A tile that no other thread uses.
-pub(crate) fn lock(tile: &Mutex<Tile>) -> MutexGuard<'_, Tile> {
-    tile.lock().unwrap_or_else(PoisonError::into_inner)
+/// What no other thread uses meanwhile.
+pub(crate) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Bytes of a pixel on a film while it is rendered, and of its values in the picture.

@@ -28,7 +28,7 @@ use crate::integrator::Profiler;
 use crate::prepare::Prepared;
 use crate::threads;
 use adaptive::Adaptive;
-use control::Control;
+use control::{Control, State};
 use fixed::Fixed;
 pub use forecast::TimeLeft;
 pub use profile::profile;
@@ -165,8 +165,8 @@ fn run(
     let Settings { seed, stop, .. } = *settings;
     let filter = FilterSampler::new(&view.filter);
     let film = Film::new(&view.film, &filter, stop.errors());
-    let mut control = Control::new(progress, deadline, &film);
-    control.profilers = profilers;
+    let (stopped, state) = Default::default();
+    let control = Control { progress, film: &film, deadline, profilers, stopped, state };
     let mut context = Context::new(prepared, view, stop.nominal_samples(view), (&filter, &film, &control));
     context.expose();
     let sampler = stop.sampler(view);
@@ -191,19 +191,14 @@ fn run(
     let counts = || tiles.iter().flat_map(|tile| tile.pixels().map(|pixel| pixel.all.count));
     let statistics = Statistics {
         samples: counts().map(u64::from).sum(),
-        rays: control.rays(),
-        rejected: control.rejected(),
-        clamped: control.clamped(),
         least: counts().min().unwrap_or(0),
         most: counts().max().unwrap_or(0),
         target,
+        ..control.state().statistics
     };
-    Rendered {
-        image,
-        statistics,
-        preparation: Duration::ZERO,
-        complete: !control.is_interrupted() || statistics.samples == control.total(),
-    }
+    let State { interrupted, total, .. } = *control.state();
+    let complete = !interrupted || statistics.samples == total;
+    Rendered { image, statistics, preparation: Duration::ZERO, complete }
 }
 
 #[cfg(test)]

@@ -1,98 +1,69 @@
 //! The progress of a rendering, and when it stops.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard};
 use std::time::Instant;
 
-use super::Progress;
-use crate::film::Film;
+use super::{Progress, Statistics};
+use crate::film::{Film, lock};
 use crate::integrator::{Profiler, Stage, Tracer};
 
-/// The state that all threads of a rendering share.
+/// What all threads of a rendering share.
 pub(super) struct Control<'p> {
-    progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
-    film: &'p Film<'p>,
+    pub progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    pub film: &'p Film<'p>,
     /// `None` without a time limit, and for a time limit beyond the range of the clock.
-    deadline: Option<Instant>,
-    stopped: AtomicBool,
-    interrupted: AtomicBool,
-    done: AtomicU64,
-    total: AtomicU64,
-    /// The least and the most samples in all. `None` while unknown.
-    bounds: Mutex<Option<[u64; 2]>>,
-    pixels_done: AtomicU64,
-    rays: AtomicU64,
-    rejected: AtomicU64,
-    clamped: AtomicU64,
+    pub deadline: Option<Instant>,
     /// The profilers of finished tiles, if stages are measured.
     pub profilers: Option<&'p Mutex<Vec<Profiler>>>,
+    pub stopped: AtomicBool,
+    pub state: Mutex<State>,
 }
 
-impl<'p> Control<'p> {
-    /// A rendering of a film that stops at the deadline, if there is one.
-    pub fn new(
-        progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
-        deadline: Option<Instant>,
-        film: &'p Film<'p>,
-    ) -> Control<'p> {
-        Control {
-            progress,
-            film,
-            deadline,
-            stopped: AtomicBool::new(false),
-            interrupted: AtomicBool::new(false),
-            done: AtomicU64::new(0),
-            total: AtomicU64::new(0),
-            bounds: Mutex::new(None),
-            pixels_done: AtomicU64::new(0),
-            rays: AtomicU64::new(0),
-            rejected: AtomicU64::new(0),
-            clamped: AtomicU64::new(0),
-            profilers: None,
-        }
+/// How far a rendering is.
+#[derive(Default)]
+pub(super) struct State {
+    /// True if the progress callback interrupted the rendering.
+    pub interrupted: bool,
+    /// Finished samples, and the number in all.
+    pub done: u64,
+    pub total: u64,
+    /// The least and the most samples in all. `None` while unknown.
+    pub bounds: Option<[u64; 2]>,
+    /// The number of pixels that have reached the target error.
+    pub pixels_done: u64,
+    /// The rays of finished tiles, and their rejected and clamped samples.
+    pub statistics: Statistics,
+}
+
+impl Control<'_> {
+    pub fn state(&self) -> MutexGuard<'_, State> {
+        lock(&self.state)
     }
 
     /// Sets the total number of samples.
     pub fn expect(&self, total: u64) {
-        self.total.store(total, Ordering::Relaxed);
-        self.expect_between(Some([total; 2]));
-    }
-
-    /// Sets the least and the most samples in all. `None` if they are unknown.
-    pub fn expect_between(&self, bounds: Option<[u64; 2]>) {
-        *self.bounds.lock().unwrap_or_else(PoisonError::into_inner) = bounds;
-    }
-
-    /// Sets the number of pixels that have reached the target error.
-    pub fn set_pixels_done(&self, pixels: u64) {
-        self.pixels_done.store(pixels, Ordering::Relaxed);
-    }
-
-    fn progress(&self, done: u64) -> Progress<'_> {
-        let bounds = *self.bounds.lock().unwrap_or_else(PoisonError::into_inner);
-        let left = bounds.map(|bounds| bounds.map(|total| total.saturating_sub(done)));
-        let pixels_done = self.pixels_done.load(Ordering::Relaxed);
-        Progress { done, total: self.total(), left, pixels_done, film: self.film }
+        let mut state = self.state();
+        (state.total, state.bounds) = (total, Some([total; 2]));
     }
 
     /// Counts finished samples, then checks the deadline and calls the progress callback.
     fn advance(&self, samples: u64) {
-        let done = self.done.fetch_add(samples, Ordering::Relaxed) + samples;
-        if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+        let progress = {
+            let mut state = self.state();
+            state.done += samples;
+            let State { done, total, bounds, pixels_done, .. } = *state;
+            let left = bounds.map(|bounds| bounds.map(|total| total.saturating_sub(done)));
+            Progress { done, total, left, pixels_done, film: self.film }
+        };
+        let is_interrupted = (self.progress)(progress).is_break();
+        if is_interrupted {
+            self.state().interrupted = true;
+        }
+        if is_interrupted || self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
             self.stopped.store(true, Ordering::Relaxed);
         }
-        if (self.progress)(self.progress(done)).is_break() {
-            self.interrupted.store(true, Ordering::Relaxed);
-            self.stopped.store(true, Ordering::Relaxed);
-        }
-    }
-
-    /// Counts the rays of a tile, and its rejected and clamped samples.
-    pub fn add(&self, rays: u64, rejected: u64, clamped: u64) {
-        self.rays.fetch_add(rays, Ordering::Relaxed);
-        self.rejected.fetch_add(rejected, Ordering::Relaxed);
-        self.clamped.fetch_add(clamped, Ordering::Relaxed);
     }
 
     /// A profiler for a tile, if stages are measured.
@@ -104,37 +75,12 @@ impl<'p> Control<'p> {
     pub fn keep(&self, tracer: &mut Tracer) {
         tracer.profile(|profiler| profiler.enter(Stage::Film));
         if let (Some(all), Some(profiler)) = (self.profilers, tracer.profiler.take()) {
-            all.lock().unwrap_or_else(PoisonError::into_inner).push(*profiler);
+            lock(all).push(*profiler);
         }
     }
 
     pub fn is_stopped(&self) -> bool {
         self.stopped.load(Ordering::Relaxed)
-    }
-
-    /// True if the progress callback interrupted the rendering.
-    pub fn is_interrupted(&self) -> bool {
-        self.interrupted.load(Ordering::Relaxed)
-    }
-
-    pub fn done(&self) -> u64 {
-        self.done.load(Ordering::Relaxed)
-    }
-
-    pub fn total(&self) -> u64 {
-        self.total.load(Ordering::Relaxed)
-    }
-
-    pub fn rays(&self) -> u64 {
-        self.rays.load(Ordering::Relaxed)
-    }
-
-    pub fn rejected(&self) -> u64 {
-        self.rejected.load(Ordering::Relaxed)
-    }
-
-    pub fn clamped(&self) -> u64 {
-        self.clamped.load(Ordering::Relaxed)
     }
 }
 

@@ -61,10 +61,13 @@ pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) ->
                 let mut tile = lock(tile);
                 policy.add(&jobs, film, &mut tile, state);
                 policy.finish(film, &tile, state, control);
-                let samples = || jobs.iter().map(|job| &job.samples);
-                let [rejected, clamped] =
-                    [samples().map(|it| it.rejected).sum(), samples().map(|it| it.clamped).sum()];
-                control.add(worker.tracer.rays, rejected, clamped);
+                let mut state = control.state();
+                state.statistics.rays += worker.tracer.rays;
+                for Job { samples, .. } in &jobs {
+                    state.statistics.rejected += samples.rejected;
+                    state.statistics.clamped += samples.clamped;
+                }
+                drop(state);
                 control.keep(&mut worker.tracer);
             },
         );

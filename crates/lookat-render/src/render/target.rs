@@ -144,21 +144,22 @@ impl Policy for Target {
                 }
                 judge(film, parts, &self.rule);
                 let active = || parts.iter().flat_map(Part::active);
-                control.set_pixels_done(film.crop().area() - active().count() as u64);
+                control.state().pixels_done = film.crop().area() - active().count() as u64;
                 if active().next().is_none() || count >= self.most || control.is_stopped() {
                     return false;
                 }
                 let left =
                     |power| active().map(|active| left(active, active.excess, power, self.most)).sum::<u64>();
-                let totals = POWERS.map(|power| control.done() + left(power));
+                let done = control.state().done;
+                let totals = POWERS.map(|power| done + left(power));
                 control.expect(totals[0]);
-                control.expect_between(Some(totals));
+                control.state().bounds = Some(totals);
                 // Sobol' patterns are best at powers of two.
                 Round::Replicates((2 * count).min(self.most))
             }
         };
         if self.round == first {
-            control.expect_between(None);
+            control.state().bounds = None;
         }
         true
     }

@@ -1,9 +1,9 @@
 //! How many samples a target error takes, from a part of the picture.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 use super::{Active, FIRST, Part};
-use crate::film::{Film, REPLICATES, Tile};
+use crate::film::{Film, REPLICATES, Tile, lock};
 use crate::render::control::Control;
 use crate::render::forecast::Sampled;
 use crate::render::stop::{Brightness, StopRule};
@@ -34,7 +34,7 @@ pub(super) struct FirstRound {
 impl FirstRound {
     /// Adds a tile that has finished the first round, and updates the bounds of the total number of samples.
     pub fn forecast(&self, film: &Film, tile: &Tile, part: &Part, control: &Control) {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut known = lock(&self.known);
         let (brightness, lefts) = &mut *known;
         tile.pixels().for_each(|pixel| brightness.add(film.value(&pixel)));
         let rule = self.rule.with_brightness(brightness.get());
@@ -52,7 +52,7 @@ impl FirstRound {
         let (first, tiles) = (film.crop().area() * u64::from(FIRST), film.tiles.len());
         let [least, most] = [lefts[0].sum(tiles, -1.0), lefts[1].sum(tiles, 1.0)];
         // Keep the lock, so that an older forecast never replaces a newer one.
-        control
-            .expect_between(least.zip(most).map(|(least, most)| [first + least as u64, first + most as u64]));
+        let bounds = least.zip(most).map(|(least, most)| [first + least as u64, first + most as u64]);
+        control.state().bounds = bounds;
     }
 }

@@ -28,7 +28,14 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let progress = |_: Progress| ControlFlow::Continue(());
     let filter = FilterSampler::new(&scene.view.filter);
     let film = Film::new(&scene.view.film, &filter, Errors::None);
-    let control = Control::new(&progress, None, &film);
+    let control = Control {
+        progress: &progress,
+        film: &film,
+        deadline: None,
+        profilers: None,
+        stopped: Default::default(),
+        state: Default::default(),
+    };
     let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
