@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::{Bvh, Child, Leaf, Node, WIDTH};
 use crate::bounds::Bounds;
-use split::{Aabb, fits_block, split};
+use split::{fits_block, split};
 
 /// An element to be sorted into a tree: its box, and which it is.
 #[derive(Debug, Clone, Copy)]
@@ -26,18 +26,23 @@ pub(crate) struct Reference {
 
 impl Reference {
     pub fn triangle(bounds: Bounds, number: u32) -> Self {
-        Reference { min: bounds.min, max: bounds.max, number, is_triangle: true }
+        Reference { min: bounds.min.into(), max: bounds.max.into(), number, is_triangle: true }
     }
 
     /// Of what is no triangle.
     pub fn other(bounds: Bounds, number: u32) -> Self {
         Reference { is_triangle: false, ..Reference::triangle(bounds, number) }
     }
+
+    #[inline(always)]
+    fn bounds(&self) -> Bounds {
+        Bounds { min: self.min.into(), max: self.max.into() }
+    }
 }
 
 /// The box around elements.
 pub(crate) fn around(references: &[Reference]) -> Bounds {
-    Aabb::around(references).into()
+    references.iter().fold(Bounds::EMPTY, |all, reference| all.union(reference.bounds()))
 }
 
 /// What [`build`] gives.
@@ -55,7 +60,7 @@ pub(crate) fn build(references: &mut [Reference]) -> Tree {
         let bvh = Bvh { nodes: Vec::new(), root: Child::EMPTY, bounds: Bounds::EMPTY };
         return Tree { bvh, blocks: Vec::new() };
     };
-    let bounds = whole.bounds.into();
+    let bounds = whole.bounds;
     let mut branches = Vec::new();
     // Above few elements too, whose boxes keep most rays from them.
     let root = build_part(references, 0, whole, &mut branches);
@@ -113,7 +118,7 @@ impl Branch {
 #[derive(Debug, Clone)]
 struct Part {
     range: Range<usize>,
-    bounds: Aabb,
+    bounds: Bounds,
     /// Splits on the way to it.
     depth: usize,
     is_final: bool,
@@ -122,7 +127,7 @@ struct Part {
 impl Part {
     fn whole(references: &[Reference]) -> Option<Part> {
         let range = 0..references.len();
-        let bounds = Aabb::around(references);
+        let bounds = around(references);
         (!references.is_empty()).then_some(Part { range, bounds, depth: 0, is_final: false })
     }
 }
@@ -137,8 +142,7 @@ fn build_part(references: &mut [Reference], base: usize, part: Part, branches: &
         return leaf(references, base);
     }
     let at = branches.len();
-    let bounds =
-        [0, 1, 2, 3, 4, 5, 6, 7].map(|i| parts.get(i).map_or(Bounds::EMPTY, |part| part.bounds.into()));
+    let bounds = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| parts.get(i).map_or(Bounds::EMPTY, |part| part.bounds));
     branches.push(Branch { bounds, children: [const { Built::Empty }; WIDTH] });
     let mut jobs = ArrayVec::<_, WIDTH>::new();
     let (mut rest, mut taken) = (references, 0);

@@ -1,5 +1,5 @@
 use fearless_simd::{Level, Simd};
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 
 use super::build::Tree;
 use super::slabs::exact::slabs;
@@ -35,7 +35,7 @@ fn node(boxes: &[Bounds]) -> Node {
 
 #[test]
 fn a_ray_in_the_plane_of_a_side_meets_the_box() {
-    let bounds = Bounds { min: [0.0; 3], max: [1.0; 3] };
+    let bounds = Bounds { min: Vec3A::ZERO, max: Vec3A::ONE };
     let node = node(&[bounds]);
     let hits = |ray: &Ray| {
         levels().into_iter().map(|level| meet(level, ray, &node, f32::INFINITY).0).collect::<Vec<_>>()
@@ -66,7 +66,7 @@ fn no_box_that_is_met_is_left_out() {
         });
         let node = node(&boxes);
         // Aimed at a corner, and sometimes along an axis.
-        let target = DVec3::from(boxes[case % 6].min.map(f64::from));
+        let target = boxes[case % 6].min.as_dvec3();
         let o = point(9.0) * [1.0, 1e3, 1e-3][case % 7 % 3];
         let d = if case % 5 == 0 { DVec3::Z } else { (target - o).normalize() };
         let ray = Ray::new(if case % 5 == 0 { target - d * size } else { o }, d);
@@ -166,9 +166,10 @@ fn elements_as_far_apart_as_f32_goes_are_in_their_boxes() {
 
 #[test]
 fn elements_that_cannot_be_told_apart_make_a_shallow_tree() {
-    for same in
-        [Bounds { min: [1.0; 3], max: [2.0; 3] }, Bounds::new(DVec3::splat(-1e300), DVec3::splat(1e300))]
-    {
+    for same in [
+        Bounds { min: Vec3A::ONE, max: Vec3A::splat(2.0) },
+        Bounds::new(DVec3::splat(-1e300), DVec3::splat(1e300)),
+    ] {
         let reference = |i| if i % 2 == 0 { Reference::other(same, i) } else { Reference::triangle(same, i) };
         let mut references: Vec<Reference> = (0..100_000).map(reference).collect();
         let tree = build(&mut references);

@@ -3,7 +3,7 @@
 use glam::Vec3A;
 
 use super::Reference;
-use super::split::Aabb;
+use crate::bounds::Bounds;
 
 const BINS: usize = 16;
 
@@ -20,7 +20,7 @@ pub(super) struct Binning {
 
 impl Binning {
     /// For so many elements, whose middles lie in a box.
-    pub fn new(centers: &Aabb, elements: usize) -> Self {
+    pub fn new(centers: &Bounds, elements: usize) -> Self {
         // Few elements need few bins.
         let count = (4 + elements / 8).min(BINS);
         let extent = centers.max * 0.5 - centers.min * 0.5;
@@ -32,7 +32,7 @@ impl Binning {
 
     #[inline(always)]
     pub fn bin(&self, reference: &Reference) -> [usize; 3] {
-        let place = (Aabb::of(reference).center() * 0.5 - self.half_low) * self.scale - 0.5;
+        let place = (reference.bounds().center() * 0.5 - self.half_low) * self.scale - 0.5;
         // Sums with 2^23 are rounded to whole numbers, which then stand in the last bits. Casts take longer.
         let whole =
             place.max(Vec3A::ZERO).min(Vec3A::splat((self.count - 1) as f32)) + Vec3A::splat(8_388_608.0);
@@ -46,12 +46,12 @@ pub(super) struct Bins([[Bin; BINS]; 3]);
 
 #[derive(Debug, Clone, Copy)]
 struct Bin {
-    bounds: Aabb,
+    bounds: Bounds,
     count: u32,
 }
 
 impl Bin {
-    const EMPTY: Bin = Bin { bounds: Aabb::EMPTY, count: 0 };
+    const EMPTY: Bin = Bin { bounds: Bounds::EMPTY, count: 0 };
 
     fn join(self, other: Bin) -> Bin {
         Bin { bounds: self.bounds.union(other.bounds), count: self.count + other.count }
@@ -74,7 +74,7 @@ pub(super) struct Split {
     pub axis: usize,
     /// The last bin of the first part.
     pub bin: usize,
-    pub bounds: [Aabb; 2],
+    pub bounds: [Bounds; 2],
     /// Half the surface of both parts.
     pub area: f64,
 }
@@ -82,7 +82,7 @@ pub(super) struct Split {
 impl Bins {
     #[inline(always)]
     pub fn add(&mut self, binning: &Binning, reference: &Reference) {
-        let own = Aabb::of(reference);
+        let own = reference.bounds();
         for (axis, bin) in binning.bin(reference).into_iter().enumerate() {
             let bin = &mut self.0[axis][bin];
             bin.bounds = bin.bounds.union(own);

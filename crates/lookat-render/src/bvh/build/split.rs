@@ -1,62 +1,11 @@
 //! Where a part of the elements is split in two.
 
-use glam::Vec3A;
 use rayon::prelude::*;
 
-use super::Reference;
 use super::bins::{Binning, Bins};
+use super::{Reference, around};
 use crate::bounds::Bounds;
 use crate::bvh::WIDTH;
-
-/// A box, for quick unions.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Aabb {
-    pub min: Vec3A,
-    pub max: Vec3A,
-}
-
-impl Aabb {
-    pub const EMPTY: Aabb = Aabb { min: Vec3A::INFINITY, max: Vec3A::NEG_INFINITY };
-
-    #[inline(always)]
-    pub fn of(reference: &Reference) -> Self {
-        Aabb { min: Vec3A::from_array(reference.min), max: Vec3A::from_array(reference.max) }
-    }
-
-    pub fn around(references: &[Reference]) -> Self {
-        references.iter().fold(Aabb::EMPTY, |all, reference| all.union(Aabb::of(reference)))
-    }
-
-    #[inline(always)]
-    pub fn union(self, other: Aabb) -> Aabb {
-        Aabb { min: self.min.min(other.min), max: self.max.max(other.max) }
-    }
-
-    /// Half the surface; 0 for an empty box.
-    #[inline(always)]
-    pub fn half_area(&self) -> f64 {
-        let side = (self.max.min(Vec3A::MAX) - self.min.max(Vec3A::MIN)).as_dvec3();
-        if side.x < 0.0 { 0.0 } else { side.x * side.y + side.y * side.z + side.z * side.x }
-    }
-
-    /// The middle, within the finite numbers.
-    #[inline(always)]
-    pub fn center(&self) -> Vec3A {
-        self.min.max(Vec3A::MIN) * 0.5 + self.max.min(Vec3A::MAX) * 0.5
-    }
-
-    #[inline(always)]
-    pub fn add_center(&mut self, reference: &Reference) {
-        let center = Aabb::of(reference).center();
-        *self = self.union(Aabb { min: center, max: center });
-    }
-}
-
-impl From<Aabb> for Bounds {
-    fn from(aabb: Aabb) -> Bounds {
-        Bounds { min: aabb.min.to_array(), max: aabb.max.to_array() }
-    }
-}
 
 /// Below so many splits elements are halved, whatever it costs, so that the tree stays shallow.
 const HALVING_DEPTH: usize = 48;
@@ -64,12 +13,16 @@ const HALVING_DEPTH: usize = 48;
 const PARALLEL_SPLIT: usize = 1 << 15;
 
 /// Sorts references into two parts: the length of the first, and the boxes of both. `None` where they are a leaf.
-pub(super) fn split(references: &mut [Reference], bounds: &Aabb, depth: usize) -> Option<(usize, [Aabb; 2])> {
+pub(super) fn split(
+    references: &mut [Reference],
+    bounds: &Bounds,
+    depth: usize,
+) -> Option<(usize, [Bounds; 2])> {
     if references.len() <= 1 {
         return None;
     }
     let may_be_leaf = fits_block(references);
-    let centers = fold(references, Aabb::EMPTY, Aabb::add_center, |all, other| *all = all.union(*other));
+    let centers = fold(references, Bounds::EMPTY, add_center, |all, other| *all = all.union(*other));
     let binning = Binning::new(&centers, references.len());
     let bins = fold(references, Bins::default(), |bins, reference| bins.add(&binning, reference), Bins::join);
     let best = if depth < HALVING_DEPTH { bins.best_split(&binning) } else { None };
@@ -84,9 +37,14 @@ pub(super) fn split(references: &mut [Reference], bounds: &Aabb, depth: usize) -
         None => {
             let middle = references.len() / 2;
             let (left, right) = references.split_at(middle);
-            Some((middle, [Aabb::around(left), Aabb::around(right)]))
+            Some((middle, [around(left), around(right)]))
         }
     }
+}
+
+fn add_center(all: &mut Bounds, reference: &Reference) {
+    let center = reference.bounds().center();
+    *all = all.union(Bounds { min: center, max: center });
 }
 
 /// Whether these are triangles, and few enough for one block.
