@@ -12,7 +12,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3};
 use lookat_scene::{Bilerp, Mapping, Texture, Transform, Varying};
 
-use self::noise::PointInSpace;
+use self::noise::{PointInSpace, Sum};
 use self::values::Values;
 use crate::number::{Colors, Vec2x8, Vec3x8, splat_f32, to_f32, vectorized};
 
@@ -68,10 +68,10 @@ impl<S: Simd> TexturePoint<S> {
                 Varying::Uv(mapping) => T::from_rgb(self.fractions(mapping, active)),
                 Varying::Checkerboard(board) => checkerboard::checkerboard(self, board, active),
                 Varying::Dots(dots) => dots::dots(self, dots, active),
-                Varying::Fbm(octaves) => T::gray(noise::fbm_octaves(self, octaves, active)),
-                Varying::Wrinkled(octaves) => T::gray(noise::turbulence_octaves(self, octaves, active)),
+                Varying::Fbm(octaves) => T::gray(noise::octaves(self, Sum::Fbm, octaves, active)),
+                Varying::Wrinkled(octaves) => T::gray(noise::octaves(self, Sum::Turbulence, octaves, active)),
                 Varying::Windy { texture_from_world } => {
-                    T::gray(noise::windy(&PointInSpace::new(self, texture_from_world), active))
+                    T::gray(PointInSpace::new(self, texture_from_world).windy(active))
                 }
                 Varying::Marble(marble) => T::from_rgb(marble::marble(self, marble, active)),
             }

@@ -7,7 +7,7 @@ use glam::Vec3;
 use lookat_scene::Marble;
 
 use super::TexturePoint;
-use super::noise::{PointInSpace, fbm};
+use super::noise::{PointInSpace, Sum};
 use crate::circle::at_turn;
 use crate::number::{Colors, splat_f32, to_f32, vectorized};
 
@@ -27,7 +27,7 @@ pub(super) fn marble<S: Simd>(at: &TexturePoint<S>, marble: &Marble, active: mas
     vectorized!(active.token(), {
         let octaves = &marble.octaves;
         let at = PointInSpace::new(at, &octaves.texture_from_world).scaled(marble.scale);
-        let noise = fbm(&at, (octaves.count, octaves.roughness), active);
+        let noise = at.sum(Sum::Fbm, (octaves.count, octaves.roughness), active);
         let layer = (at.p.y + marble.variation * noise) * (1.0 / TAU);
         let [_, sine] = at_turn(layer - layer.floor());
         color(to_f32(0.5 + 0.5 * sine))

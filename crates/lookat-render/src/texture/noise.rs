@@ -142,111 +142,70 @@ impl<S: Simd> PointInSpace<S> {
         let whole = octaves.floor();
         [whole, smooth_step(0.3, 0.7, octaves - whole)]
     }
+
+    /// The sum of octaves, of which there are so many at most, each so high by the one before.
+    #[inline(never)]
+    pub fn sum(&self, sum: Sum, (most, roughness): (u32, f64), active: mask64x8<S>) -> f64x8<S> {
+        vectorized!(active.token(), {
+            let all = |x: f64| f64x8::splat(active.token(), x);
+            let [whole, last] = self.octaves(most, active);
+            let (mut heights, mut frequency, mut height) = (all(0.0), 1.0, 1.0);
+            for i in 0..most {
+                let i = f64::from(i);
+                let share = whole.simd_gt(i).select(all(1.0), whole.simd_eq(i).select(last, all(0.0)));
+                let open = active & share.simd_gt(0.0);
+                let noise = if open.any_true() { noise(self.p * all(frequency), open) } else { all(0.0) };
+                heights += height
+                    * match sum {
+                        Sum::Fbm => noise * share,
+                        Sum::Turbulence => lerp(all(MEAN), noise.abs(), share),
+                    };
+                frequency *= LACUNARITY;
+                height *= roughness;
+            }
+            if let Sum::Turbulence = sum {
+                // As pbrt-v3 has it, with the last octave counted once more.
+                for lane in those(active) {
+                    heights[lane] += MEAN * roughness.powi(whole[lane] as i32);
+                }
+            }
+            // What a color can hold, whatever the roughness.
+            heights.max(-1e18).min(1e18)
+        })
+    }
+
+    /// Waves, high where the wind is strong.
+    #[inline(always)]
+    pub fn windy(&self, active: mask64x8<S>) -> f64x8<S> {
+        let strength = self.scaled(0.1).sum(Sum::Fbm, (3, 0.5), active);
+        strength.abs() * self.sum(Sum::Fbm, (6, 0.5), active)
+    }
+}
+
+/// What is summed.
+#[derive(Clone, Copy)]
+pub(super) enum Sum {
+    /// Noise.
+    Fbm,
+    /// Its absolute values.
+    Turbulence,
 }
 
 /// The factor of the frequency from one octave to the next: not quite 2, so that their zeros do not coincide.
 const LACUNARITY: f64 = 1.99;
 
-/// The sum of octaves, of which there are so many at most, each so high by the one before; `octave` makes them from noise and the
-/// share of it that counts.
-#[inline(always)]
-fn sum<S: Simd>(
-    at: &PointInSpace<S>,
-    (most, roughness): (u32, f64),
-    [whole, last]: [f64x8<S>; 2],
-    active: mask64x8<S>,
-    octave: impl Fn(f64x8<S>, f64x8<S>) -> f64x8<S>,
-) -> f64x8<S> {
-    let all = |x: f64| f64x8::splat(active.token(), x);
-    let (mut sum, mut frequency, mut height) = (all(0.0), 1.0, 1.0);
-    for i in 0..most {
-        let i = f64::from(i);
-        let share = whole.simd_gt(i).select(all(1.0), whole.simd_eq(i).select(last, all(0.0)));
-        let open = active & share.simd_gt(0.0);
-        let noise = if open.any_true() { noise(at.p * all(frequency), open) } else { all(0.0) };
-        sum += height * octave(noise, share);
-        frequency *= LACUNARITY;
-        height *= roughness;
-    }
-    sum
-}
-
-/// The sum of octaves of noise.
-#[inline(never)]
-pub(super) fn fbm<S: Simd>(
-    at: &PointInSpace<S>,
-    (most, roughness): (u32, f64),
-    active: mask64x8<S>,
-) -> f64x8<S> {
-    vectorized!(active.token(), {
-        let count = at.octaves(most, active);
-        bounded(sum(
-            at,
-            (most, roughness),
-            count,
-            active,
-            #[inline(always)]
-            |noise, share| noise * share,
-        ))
-    })
-}
-
 /// The mean of the absolute value of noise, about, in place of octaves that are too fine.
 const MEAN: f64 = 0.2;
 
-/// The sum of absolute values of octaves of noise.
-#[inline(never)]
-pub(super) fn turbulence<S: Simd>(
-    at: &PointInSpace<S>,
-    (most, roughness): (u32, f64),
-    active: mask64x8<S>,
-) -> f64x8<S> {
-    vectorized!(active.token(), {
-        let mean = f64x8::splat(active.token(), MEAN);
-        let count = at.octaves(most, active);
-        let mut sum = sum(
-            at,
-            (most, roughness),
-            count,
-            active,
-            #[inline(always)]
-            |noise, share| lerp(mean, noise.abs(), share),
-        );
-        // As pbrt-v3 has it, with the last octave counted once more.
-        for lane in those(active) {
-            sum[lane] += MEAN * roughness.powi(count[0][lane] as i32);
-        }
-        bounded(sum)
-    })
-}
-
-/// Waves, high where the wind is strong.
 #[inline(always)]
-pub(super) fn windy<S: Simd>(at: &PointInSpace<S>, active: mask64x8<S>) -> f64x8<S> {
-    let strength = fbm(&at.scaled(0.1), (3, 0.5), active);
-    strength.abs() * fbm(at, (6, 0.5), active)
-}
-
-#[inline(always)]
-pub(super) fn fbm_octaves<S: Simd>(at: &TexturePoint<S>, octaves: &Octaves, active: mask64x8<S>) -> f64x8<S> {
-    let at = PointInSpace::new(at, &octaves.texture_from_world);
-    fbm(&at, (octaves.count, octaves.roughness), active)
-}
-
-#[inline(always)]
-pub(super) fn turbulence_octaves<S: Simd>(
+pub(super) fn octaves<S: Simd>(
     at: &TexturePoint<S>,
+    sum: Sum,
     octaves: &Octaves,
     active: mask64x8<S>,
 ) -> f64x8<S> {
     let at = PointInSpace::new(at, &octaves.texture_from_world);
-    turbulence(&at, (octaves.count, octaves.roughness), active)
-}
-
-/// A height that a color can hold, whatever the roughness.
-#[inline(always)]
-fn bounded<S: Simd>(height: f64x8<S>) -> f64x8<S> {
-    height.max(-1e18).min(1e18)
+    at.sum(sum, (octaves.count, octaves.roughness), active)
 }
 
 /// 0 up to `low`, 1 from `high`, and a smooth way between.
@@ -272,18 +231,8 @@ mod tests {
     fn sum_at(sum: Sum, p: DVec3, spread: f64, octaves: (u32, f64)) -> f64 {
         baseline!(simd => {
             let spread = Some(f64x8::splat(simd, spread));
-            let at = &PointInSpace { p: Vec3x8::splat(simd, p), spread };
-            match sum {
-                Sum::Fbm => fbm(at, octaves, bits(simd, 2))[1],
-                Sum::Turbulence => turbulence(at, octaves, bits(simd, 2))[1],
-            }
+            PointInSpace { p: Vec3x8::splat(simd, p), spread }.sum(sum, octaves, bits(simd, 2))[1]
         })
-    }
-
-    #[derive(Clone, Copy)]
-    enum Sum {
-        Fbm,
-        Turbulence,
     }
 
     fn gradient_at(corner: [i32; 3], d: DVec3) -> f64 {
