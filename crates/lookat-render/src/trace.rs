@@ -194,8 +194,8 @@ impl Traceable {
 
     fn meet_shape<const ANY: bool>(&self, query: Query, other: Other, hit: &mut Hit) -> bool {
         let Query { ray, instance, .. } = query;
-        match other {
-            Other::Instance { .. } => false,
+        let (element, met) = match other {
+            Other::Instance { .. } => return false,
             Other::Curved { primitive, shape } => {
                 let element = ElementId { instance, primitive, index: 0 };
                 if ANY && element == ray.target {
@@ -203,31 +203,18 @@ impl Traceable {
                 }
                 let (shape, leaving) = (&self.curved[shape as usize], element == ray.leaving);
                 let t = shape.intersect(ray, hit.t, leaving);
-                if ANY && t.is_some_and(|t| ray.may_end_at(t) && shape.is_met_at_end(ray, leaving)) {
-                    return false;
-                }
-                t.is_some_and(|t| {
-                    self.accept::<ANY>(
-                        query,
-                        Hit { t, element, barycentric: [0.0; 2], place: Hit::NO_PLACE },
-                        hit,
-                    )
-                })
+                let is_end = |t: &f64| ANY && ray.may_end_at(*t) && shape.is_met_at_end(ray, leaving);
+                (element, t.filter(|t| !is_end(t)).map(|t| (t, [0.0; 2])))
             }
             Other::Curve { primitive, piece } => {
                 let element = ElementId { instance, primitive, index: piece };
                 let same = ElementId { index: ray.leaving.index, ..element } == ray.leaving;
-                let leaving = same.then_some(ray.leaving.index);
-                let meeting = self.curves.meet(piece, ray, hit.t, leaving);
-                meeting.is_some_and(|meeting| {
-                    self.accept::<ANY>(
-                        query,
-                        Hit { t: meeting.t, element, barycentric: meeting.uv.into(), place: Hit::NO_PLACE },
-                        hit,
-                    )
-                })
+                let meeting = self.curves.meet(piece, ray, hit.t, same.then_some(ray.leaving.index));
+                (element, meeting.map(|meeting| (meeting.t, meeting.uv.into())))
             }
-        }
+        };
+        let Some((t, barycentric)) = met else { return false };
+        self.accept::<ANY>(query, Hit { t, element, barycentric, place: Hit::NO_PLACE }, hit)
     }
 
     /// Puts `found` in the place of `hit`, if it is nearer.
@@ -238,24 +225,14 @@ impl Traceable {
             true => found.t <= hit.t,
             false => hit.yields_to(found.t, found.element),
         };
-        let accepted = counts && self.is_there(&found, query.is_shadow);
+        let Hit { element, barycentric, .. } = found;
+        let is_there =
+            |primitive| cutout::is_there(self.level, (primitive, element), barycentric, query.is_shadow);
+        let accepted = counts && (!self.has_cutouts || is_there(self.primitive(element.primitive)));
         if accepted {
             *hit = found;
         }
         accepted
-    }
-
-    /// Whether there is something where a ray meets a triangle, and no hole.
-    #[inline(always)]
-    fn is_there(&self, hit: &Hit, is_shadow: bool) -> bool {
-        let Hit { element, barycentric, .. } = *hit;
-        !self.has_cutouts
-            || cutout::is_there(
-                self.level,
-                (self.primitive(element.primitive), element),
-                barycentric,
-                is_shadow,
-            )
     }
 }
 
