@@ -8,27 +8,20 @@ use crate::number::{Vec2x8, Vec3x8};
 /// How a surface goes on about one of its points, by pbrt-v3's parameters u and v. In the world, or the space
 /// of an object.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Parametric {
+pub(crate) struct Parametric<P = DVec2, V = DVec3> {
     /// The parameters; 0 to 1 on the shape.
-    pub uv: DVec2,
+    pub uv: P,
     /// Change of the position with u and with v. One is 0 where a surface ends in a point, as at the poles of a sphere.
-    pub dpdu: DVec3,
-    pub dpdv: DVec3,
+    pub dpdu: V,
+    pub dpdv: V,
     /// Change of the unit normal of object space, as it is before it is flipped; transformed like a normal, as in pbrt-v3, so
     /// that it is that of the unit normal of the world only where that space is not scaled.
-    pub dndu: DVec3,
-    pub dndv: DVec3,
+    pub dndu: V,
+    pub dndv: V,
 }
 
 /// The same side by side.
-#[derive(Clone, Copy)]
-pub(crate) struct Parametrics<S: Simd> {
-    pub uv: Vec2x8<S>,
-    pub dpdu: Vec3x8<S>,
-    pub dpdv: Vec3x8<S>,
-    pub dndu: Vec3x8<S>,
-    pub dndv: Vec3x8<S>,
-}
+pub(crate) type Parametrics<S> = Parametric<Vec2x8<S>, Vec3x8<S>>;
 
 impl<S: Simd> Parametrics<S> {
     /// That of a lane.
