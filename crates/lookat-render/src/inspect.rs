@@ -113,7 +113,7 @@ pub fn inspect(scene: &Scene) -> Inspection {
     let prepared = Prepared::new(scene);
     let (view, Prepared { traceable, lights, .. }) = (&scene.view, &prepared);
     let integrator = SceneIntegrator::new(&view.integrator, traceable, lights);
-    let materials = surfaces(&integrator.world().materials().all);
+    let materials = surfaces(&integrator.world().materials.all);
     let (choice, draws, depth) = integration(&view.integrator, lights, materials.specular > 0);
     let asks_materials = !matches!(view.integrator, Integrator::AmbientOcclusion { .. });
     Inspection {

@@ -23,6 +23,28 @@ macro_rules! vectorized {
 }
 pub(crate) use vectorized;
 
+/// An expression for each axis, without a closure, which compilers do not always inline.
+macro_rules! three {
+    ($axis:ident, $of:expr) => {{
+        let [x, y, z] = [0, 1, 2_usize];
+        [
+            {
+                let $axis = x;
+                $of
+            },
+            {
+                let $axis = y;
+                $of
+            },
+            {
+                let $axis = z;
+                $of
+            },
+        ]
+    }};
+}
+pub(crate) use three;
+
 /// Does something with the instructions of a level, `simd`: AVX-512, AVX2, or what all processors of its kind have.
 macro_rules! side_by_side {
     ($level:expr, $simd:ident => $does:expr) => {
@@ -365,12 +387,6 @@ pub(crate) fn count<S: Simd>(mask: mask64x8<S>) -> u64 {
 #[inline(always)]
 pub(crate) fn splat_f32<S: Simd>(simd: S, x: f32) -> f32x8<S> {
     x.simd_into(simd)
-}
-
-/// One for each axis, of what a closure gives that is to be inlined.
-#[inline(always)]
-pub(crate) fn three<T>(of: impl Fn(usize) -> T) -> [T; 3] {
-    [of(0), of(1), of(2)]
 }
 
 /// Rounded to `f32`.

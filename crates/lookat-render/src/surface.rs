@@ -3,7 +3,7 @@
 pub(crate) mod points;
 
 use glam::{DVec3, Vec3};
-use lookat_scene::{MaterialKind, Primitive, Shape};
+use lookat_scene::{Primitive, Shape};
 
 use crate::frame::flipped;
 use crate::ray::{ElementId, Hit, Ray};
@@ -32,11 +32,6 @@ pub(crate) struct Surface<'s> {
 }
 
 impl<'s> Surface<'s> {
-    /// Whether light passes straight through, as it has no material.
-    pub fn is_passed(&self) -> bool {
-        matches!(self.primitive.material.kind(), MaterialKind::None)
-    }
-
     /// The surface at a hit of `ray`.
     pub fn new(scene: &'s Traceable, ray: &Ray, hit: &Hit) -> Self {
         let Hit { t, element, place, .. } = *hit;

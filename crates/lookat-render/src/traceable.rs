@@ -115,14 +115,14 @@ impl Traceable {
         (0..self.curved_of.len() as u32).map(|number| self.primitive(number))
     }
 
-    /// Whether any surface has no material, so that rays pass it.
-    pub fn has_passed(&self) -> bool {
-        self.primitives().any(|primitive| matches!(primitive.material.kind(), MaterialKind::None))
-    }
-
     /// A box around everything.
     pub fn bounds(&self) -> Bounds {
         self.world.bvh.bounds()
+    }
+
+    /// Whether light passes straight through what is hit, as it has no material.
+    pub fn is_passed(&self, hit: &Hit) -> bool {
+        matches!(self.primitive(hit.element.primitive).material.kind(), MaterialKind::None)
     }
 
     /// Whether what is hit emits light.

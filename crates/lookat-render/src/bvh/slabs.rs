@@ -47,11 +47,8 @@ impl<S: Simd> SlabRays<S> {
     #[inline(always)]
     pub fn new(simd: S, o: [f32x8<S>; 3], d: [f32x8<S>; 3]) -> Self {
         SlabRays {
-            axes: three(
-                #[inline(always)]
-                |axis| AxisSlabs::new(simd, o[axis], 1.0 / d[axis]),
-            ),
-            negative: three(|axis| d[axis].is_sign_negative().to_bitmask()),
+            axes: three!(axis, AxisSlabs::new(simd, o[axis], 1.0 / d[axis])),
+            negative: three!(axis, d[axis].is_sign_negative().to_bitmask()),
         }
     }
 
@@ -59,11 +56,8 @@ impl<S: Simd> SlabRays<S> {
     #[inline(always)]
     pub fn one(&self, simd: S, lane: usize) -> Slabs<S> {
         Slabs {
-            axes: three(
-                #[inline(always)]
-                |axis| self.axes[axis].one(simd, lane),
-            ),
-            near: three(|axis| (self.negative[axis] >> lane & 1) as usize),
+            axes: three!(axis, self.axes[axis].one(simd, lane)),
+            near: three!(axis, (self.negative[axis] >> lane & 1) as usize),
         }
     }
 
@@ -84,33 +78,24 @@ impl<S: Simd> Slabs<S> {
         if self.near != other.near {
             return None;
         }
-        let axes = three(
-            #[inline(always)]
-            |axis| self.axes[axis].union(other.axes[axis], self.near[axis] == 1),
-        );
+        let axes = three!(axis, self.axes[axis].union(other.axes[axis], self.near[axis] == 1));
         Some(Slabs { axes, near: self.near })
     }
 
     /// The rays of all lanes, in each lane.
     #[inline(always)]
     pub fn of_all(self, simd: S) -> Self {
-        let axes = three(
-            #[inline(always)]
-            |axis| self.axes[axis].of_all(simd, self.near[axis] == 1),
-        );
+        let axes = three!(axis, self.axes[axis].of_all(simd, self.near[axis] == 1));
         Slabs { axes, near: self.near }
     }
 
     /// Which boxes of a node may be met before `t_max`, as bits, and from which distance on, not negative.
     #[inline(always)]
     pub fn meet(&self, simd: S, node: &Node, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let planes = three(
-            #[inline(always)]
-            |axis| {
-                let (planes, near) = (&node.planes[axis], self.near[axis]);
-                [f32x8::from_slice(simd, &planes[near & 1]), f32x8::from_slice(simd, &planes[!near & 1])]
-            },
-        );
+        let planes = three!(axis, {
+            let (planes, near) = (&node.planes[axis], self.near[axis]);
+            [f32x8::from_slice(simd, &planes[near & 1]), f32x8::from_slice(simd, &planes[!near & 1])]
+        });
         let (near, is_met) = self.within(simd, planes, t_max);
         (is_met.to_bitmask() as u32, near.to_array())
     }
@@ -118,12 +103,12 @@ impl<S: Simd> Slabs<S> {
     /// Which of eight boxes may be met, as bits: from their lowest and highest corners.
     #[inline(always)]
     pub fn meet_boxes(&self, simd: S, [low, high]: [[f32x8<S>; 3]; 2], t_max: f32) -> u32 {
-        let planes = three(
-            #[inline(always)]
-            |axis| match self.near[axis] {
+        let planes = three!(
+            axis,
+            match self.near[axis] {
                 0 => [low[axis], high[axis]],
                 _ => [high[axis], low[axis]],
-            },
+            }
         );
         self.within(simd, planes, t_max).1.to_bitmask() as u32
     }
@@ -161,12 +146,7 @@ impl<S: Simd> AxisSlabs<S> {
     /// That of one of the rays, in all lanes.
     #[inline(always)]
     fn one(&self, simd: S, lane: usize) -> Self {
-        AxisSlabs {
-            near_o: splat_f32(simd, self.near_o[lane]),
-            far_o: splat_f32(simd, self.far_o[lane]),
-            near_inverse: splat_f32(simd, self.near_inverse[lane]),
-            far_inverse: splat_f32(simd, self.far_inverse[lane]),
-        }
+        self.map(|x| splat_f32(simd, x[lane]))
     }
 
     #[inline(always)]

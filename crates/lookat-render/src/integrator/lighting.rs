@@ -55,7 +55,7 @@ impl<'s> Lighting<'s> {
             numbers: (0..table.len()).map(|light| world.number(table.curved_element(light))).collect(),
             samples: [false, true].map(|has_lune| Samples::new(table, lights, has_lune)),
             part,
-            has_lunes: world.has_normals() && table.has_skies(),
+            has_lunes: world.materials.has_normals && table.has_skies(),
         }
     }
 

@@ -85,7 +85,7 @@ impl World<'_> {
     ) {
         vectorized!(simd, {
             let mut passed = 0;
-            if self.has_passed() {
+            if self.materials.has_passed {
                 let add =
                     |lane, light| wave.radiance[usize::from(samples[lane])] += weight.0.lane(lane) * light;
                 passed = self.pass(simd, tracer, rays, hits, (active, is_full, sees), add);

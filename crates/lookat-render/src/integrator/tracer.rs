@@ -66,8 +66,8 @@ impl<'s> Tracer<'s> {
 
     /// What a surface that a ray has hit emits towards it. `glows`: also what has no material.
     pub fn emitted(&self, ray: &Ray, hit: &Hit, glows: bool) -> Vec3 {
-        let surface = self.surface(ray, hit);
-        if glows || !surface.is_passed() { surface.le(-ray.d) } else { Vec3::ZERO }
+        let is_lit = self.scene.emits(hit) && (glows || !self.scene.is_passed(hit));
+        if is_lit { self.surface(ray, hit).le(-ray.d) } else { Vec3::ZERO }
     }
 
     /// Whether rays can find light: a sky, or a shape that emits.

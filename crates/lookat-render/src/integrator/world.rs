@@ -10,10 +10,10 @@ use super::profiler::{Profiler, Stage};
 use super::tracer::{MAX_PASSED, Tracer};
 use crate::bsdf::Slots;
 use crate::camera::views::Views;
+use crate::frame::Frames;
 use crate::number::{bits, those, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
-use crate::shading::shaded::{ListShading, Materials, Shaded, TreeShading};
-use crate::surface::Surface;
+use crate::shading::shaded::{Materials, Shaded, Sheets};
 use crate::trace::rays::{Hits, Rays};
 use crate::trace::{List, Tree};
 use crate::trace::{MOST_PACKETS, Together};
@@ -29,45 +29,31 @@ pub(crate) enum Sees {
 }
 
 /// A world, and what it is made of.
-pub(crate) enum World<'s> {
-    List(List<'s>, ListShading<'s>),
-    Tree(Tree<'s>, TreeShading<'s>),
+pub(crate) struct World<'s> {
+    pub materials: Materials<'s>,
+    form: Form<'s>,
+}
+
+enum Form<'s> {
+    List(List<'s>, Sheets<'s>),
+    Tree(Tree<'s>),
 }
 
 impl<'s> World<'s> {
     pub fn new(traceable: &'s Traceable) -> Self {
-        let small = || {
-            let list = List::new(traceable)?;
-            let shading = ListShading::new(traceable, &list)?;
-            Some(World::List(list, shading))
+        let materials = Materials::new(traceable);
+        let list = List::new(traceable).filter(|_| !materials.has_passed);
+        let list = list.and_then(|list| Some((Sheets::new(traceable, &list)?, list)));
+        let form = match list {
+            Some((sheets, list)) => Form::List(list, sheets),
+            None => Form::Tree(Tree { scene: traceable }),
         };
-        small().unwrap_or_else(|| World::Tree(Tree { scene: traceable }, TreeShading::new(traceable)))
+        World { materials, form }
     }
 
     /// Whether rays go down a tree.
     pub fn asks_tree(&self) -> bool {
-        matches!(self, World::Tree(..))
-    }
-
-    /// The materials of all surfaces.
-    pub fn materials(&self) -> &Materials<'s> {
-        match self {
-            World::List(_, shading) => &shading.materials,
-            World::Tree(_, shading) => &shading.materials,
-        }
-    }
-
-    /// Whether any surface has no material.
-    pub fn has_passed(&self) -> bool {
-        matches!(self, World::Tree(_, shading) if shading.has_passed)
-    }
-
-    /// Whether shading normals may differ from geometric ones.
-    pub fn has_normals(&self) -> bool {
-        match self {
-            World::List(_, shading) => shading.materials.has_bumps,
-            World::Tree(_, shading) => shading.has_normals,
-        }
+        matches!(self.form, Form::Tree(_))
     }
 
     /// The nearest hits of the active rays of packets of camera rays.
@@ -84,7 +70,7 @@ impl<'s> World<'s> {
             let mut hits = ArrayVec::new();
             while hits.len() < rays.len() {
                 let from = hits.len();
-                if let World::Tree(tree, _) = self
+                if let Form::Tree(tree) = &self.form
                     && !tree.scene.has_cutouts
                 {
                     let packets = tracer.stream_size.next(rays.len() - from);
@@ -124,9 +110,9 @@ impl<'s> World<'s> {
     #[inline(never)]
     fn search<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> Hits<S> {
         vectorized!(simd, {
-            match self {
-                World::List(list, _) => list.nearest(simd, rays, active),
-                World::Tree(tree, _) => tree.nearest(simd, rays, active),
+            match &self.form {
+                Form::List(list, _) => list.nearest(simd, rays, active),
+                Form::Tree(tree) => tree.nearest(simd, rays, active),
             }
         })
     }
@@ -143,9 +129,9 @@ impl<'s> World<'s> {
         vectorized!(simd, {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
             tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
-            let met = match self {
-                World::List(list, _) => list.met(simd, rays, active),
-                World::Tree(tree, _) => tree.met(simd, rays, (active, is_shadow)),
+            let met = match &self.form {
+                Form::List(list, _) => list.met(simd, rays, active),
+                Form::Tree(tree) => tree.met(simd, rays, (active, is_shadow)),
             };
             tracer.profile(Profiler::end_rays);
             met
@@ -162,10 +148,13 @@ impl<'s> World<'s> {
         slots: &mut Slots<S>,
     ) -> Shaded<S> {
         vectorized!(simd, {
-            match self {
-                World::List(_, shading) => shading.at(simd, (rays, hits), active, slots),
-                World::Tree(tree, shading) => shading.at(simd, tree, (rays, hits), active, slots),
-            }
+            let is_hit = hits.is_hit() & active;
+            let (surfaces, primitives) = match &self.form {
+                Form::List(_, sheets) => sheets.at(simd, (rays, hits), is_hit),
+                Form::Tree(tree) => tree.at(simd, (rays, hits), is_hit),
+            };
+            let is_open = self.materials.lobes(simd, &primitives, is_hit, slots);
+            Shaded { surfaces, frames: Frames::from_z(surfaces.ns.narrow()), is_open }
         })
     }
 
@@ -194,21 +183,21 @@ impl<'s> World<'s> {
 
     /// The number of an element of the world, as [`Hits::element`] has it; of no element one that is nowhere.
     pub fn number(&self, element: ElementId) -> f64 {
-        match self {
-            World::List(list, _) => list.number(element),
-            World::Tree(tree, _) => tree.number(element),
+        match &self.form {
+            Form::List(list, _) => list.number(element),
+            Form::Tree(tree) => tree.number(element),
         }
     }
 
     /// One of the rays with what it has hit.
     pub fn one<S: Simd>(&self, rays: &Rays<S>, hits: &Hits<S>, lane: usize) -> (Ray, Option<Hit>) {
         let is_hit = hits.element[lane] >= 0.0;
-        match self {
-            World::List(list, _) => {
+        match &self.form {
+            Form::List(list, _) => {
                 let ray = Ray::new(rays.o.lane(lane), rays.d.lane(lane));
                 (ray, is_hit.then(|| list.hit(hits, lane)))
             }
-            World::Tree(tree, _) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
+            Form::Tree(tree) => (tree.ray(rays, lane), is_hit.then(|| tree.hit(hits, lane))),
         }
     }
 
@@ -229,8 +218,8 @@ impl<'s> World<'s> {
             let (mut ray, mut found) = self.one(rays, hits, lane);
             let is_full = is_full.to_bitmask() >> lane & 1 == 1;
             let mut passed = 0;
-            while let Some(surface) = found.map(|hit| tracer.surface(&ray, &hit)).filter(Surface::is_passed) {
-                ray = surface.leave(ray.d);
+            while let Some(hit) = found.filter(|hit| tracer.scene.is_passed(hit)) {
+                ray = tracer.surface(&ray, &hit).leave(ray.d);
                 passed += 1;
                 // Nothing more is seen by then.
                 found = if passed > MAX_PASSED { None } else { tracer.nearest(&ray) };

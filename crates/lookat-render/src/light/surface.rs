@@ -19,7 +19,7 @@ use crate::frame::flipped;
 use crate::number::{Colors, LANES, V3, Vec3x8, bits, those, vectorized};
 use crate::ray::{ElementId, Ray};
 use crate::surface::Surface;
-use crate::surface::points::{Point, Points, Triangles, Turned, on_triangle};
+use crate::surface::points::{Point, Points, Triangles, on_triangle};
 use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 use crate::triangle::corners;
@@ -176,10 +176,9 @@ impl SurfaceLight {
     ) -> LightSample<S> {
         vectorized!(simd, {
             let (indices, rest) = sample_discrete(simd, [&areas.sums; LANES], u);
-            let mut triangles = Triangles::new();
-            let turned = Turned::new(primitive);
+            let mut triangles = Triangles::default();
             for (lane, index) in indices.into_iter().enumerate() {
-                triangles.put(lane, corners(mesh, index, origin), mesh, index, turned);
+                triangles.put(lane, primitive, (mesh, index, corners(mesh, index, origin)));
             }
             // Points of a triangle, all alike (PBR 13.6.5).
             let root = rest.sqrt();

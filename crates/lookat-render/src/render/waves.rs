@@ -127,7 +127,7 @@ impl Context<'_> {
             let camera = &self.camera;
             let on_lens = camera.has_lens().then(|| streams.next_2d(simd));
             // Nothing else asks for these.
-            if self.integrator.world().materials().has_textures {
+            if self.integrator.world().materials.has_textures {
                 for lane in 0..samples.len() {
                     let on_lens = on_lens.as_ref().map_or(DVec2::ZERO, |[u, v]| DVec2::new(u[lane], v[lane]));
                     worker.wave.places[first + lane] = (DVec2::new(film[0][lane], film[1][lane]), on_lens);

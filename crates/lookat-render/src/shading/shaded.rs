@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use fearless_simd::{Simd, f32x8, mask64x8, prelude::*};
-use lookat_scene::{Material, Primitive, Shape};
+use lookat_scene::{Material, MaterialKind, Primitive, Shape};
 
 use super::{Found, points};
 use crate::bsdf::{PointLobes, Slots};
@@ -14,8 +14,8 @@ use crate::number::{LANES, bits, groups, those, vectorized};
 use crate::prefetch::prefetch;
 use crate::ray::{ElementId, Hit};
 use crate::surface::Surface;
-use crate::surface::points::{Point, Sheet, Surfaces, Triangles, Turned};
-use crate::trace::rays::{Hits, Rays};
+use crate::surface::points::{Point, Sheet, Surfaces, Triangles};
+use crate::trace::rays::{Hits, Rays, WORLD};
 use crate::trace::{List, Tree};
 use crate::traceable::Traceable;
 
@@ -61,7 +61,10 @@ pub(crate) struct Materials<'s> {
     /// All, in the order of the first primitives that have them.
     pub all: Vec<&'s Material>,
     pub has_textures: bool,
-    pub has_bumps: bool,
+    /// Whether any surface has none, so that rays pass it.
+    pub has_passed: bool,
+    /// Whether shading normals may differ from geometric ones.
+    pub has_normals: bool,
     /// Their lobes where these are everywhere alike; `None` of those with textures.
     lobes: Vec<Option<PointLobes>>,
     /// The material of each primitive.
@@ -69,7 +72,7 @@ pub(crate) struct Materials<'s> {
 }
 
 impl<'s> Materials<'s> {
-    fn new(traceable: &'s Traceable) -> Self {
+    pub fn new(traceable: &'s Traceable) -> Self {
         let (mut known, mut all) = (HashMap::new(), Vec::new());
         let number = |primitive: &'s Primitive| {
             *known.entry(Arc::as_ptr(&primitive.material)).or_insert_with(|| {
@@ -82,9 +85,12 @@ impl<'s> Materials<'s> {
             let is_alike = !material.needs().coordinates;
             is_alike.then(|| PointLobes::new(material.kind()))
         };
+        let has_normals = |primitive: &Primitive| matches!(&primitive.shape, Shape::TriangleMesh(mesh) if !mesh.normals().is_empty());
         Materials {
             has_textures: all.iter().any(|material| material.needs().coordinates),
-            has_bumps: all.iter().any(|material| material.bump().is_some()),
+            has_passed: all.iter().any(|material| matches!(material.kind(), MaterialKind::None)),
+            has_normals: all.iter().any(|material| material.bump().is_some())
+                || traceable.primitives().any(has_normals),
             lobes: all.iter().map(alike).collect(),
             all,
             of_primitive,
@@ -93,7 +99,7 @@ impl<'s> Materials<'s> {
 
     /// The lobes of points on primitives, and where they have to be asked for.
     #[inline(always)]
-    fn lobes<S: Simd>(
+    pub fn lobes<S: Simd>(
         &self,
         simd: S,
         primitives: &[u32; LANES],
@@ -112,37 +118,27 @@ impl<'s> Materials<'s> {
     }
 }
 
-/// What elements of a list are made of.
-pub(crate) struct ListShading<'s> {
-    /// Their forms, and the primitives that they are of.
-    elements: Vec<(Sheet<'s>, u32)>,
-    pub materials: Materials<'s>,
-}
+/// The forms of the elements of a list, and the primitives that they are of.
+pub(crate) struct Sheets<'s>(Vec<(Sheet<'s>, u32)>);
 
-impl<'s> ListShading<'s> {
-    /// `None` where any has normals of its own, or no material.
+impl<'s> Sheets<'s> {
+    /// `None` where any has normals of its own.
     pub fn new(traceable: &'s Traceable, list: &List<'s>) -> Option<Self> {
-        if traceable.has_passed() {
-            return None;
-        }
         let elements = list.elements.iter().map(|element| {
             let number = element.id.primitive;
             Some((Sheet::new(traceable.level, element, traceable.primitive(number))?, number))
         });
-        let elements = elements.collect::<Option<Vec<_>>>()?;
-        Some(ListShading { elements, materials: Materials::new(traceable) })
+        elements.collect::<Option<Vec<_>>>().map(Sheets)
     }
 
-    /// Where the rays have hit something, and the lobes there; one of them has.
+    /// Where rays have hit something, and the primitives there; one of them has.
     #[inline(always)]
     pub fn at<S: Simd>(
         &self,
         simd: S,
         (rays, hits): (&Rays<S>, &Hits<S>),
-        active: mask64x8<S>,
-        slots: &mut Slots<S>,
-    ) -> Shaded<S> {
-        let is_hit = hits.is_hit() & active;
+        is_hit: mask64x8<S>,
+    ) -> (Surfaces<S>, [u32; LANES]) {
         let (mut rest, mut primitives) = (is_hit, [0; LANES]);
         let mut surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives);
         // Mostly it is one element.
@@ -150,8 +146,7 @@ impl<'s> ListShading<'s> {
             let others = rest;
             surfaces = self.next(simd, rays, hits, &mut rest, &mut primitives).or(others, surfaces);
         }
-        let is_open = self.materials.lobes(simd, &primitives, is_hit, slots);
-        Shaded { surfaces, frames: Frames::from_z(surfaces.ns.narrow()), is_open }
+        (surfaces, primitives)
     }
 
     /// The same of the element that the first of the rest has hit. Takes all that have hit it from the rest, and notes its primitive.
@@ -167,7 +162,7 @@ impl<'s> ListShading<'s> {
         let element = hits.element[rest.to_bitmask().trailing_zeros() as usize];
         let is_same = hits.element.simd_eq(element);
         *rest &= !is_same;
-        let (sheet, primitive) = &self.elements[element as usize];
+        let (sheet, primitive) = &self.0[element as usize];
         for lane in those(is_same) {
             primitives[lane] = *primitive;
         }
@@ -175,48 +170,19 @@ impl<'s> ListShading<'s> {
     }
 }
 
-/// What the primitives of a world with a tree are made of.
-pub(crate) struct TreeShading<'s> {
-    scene: &'s Traceable,
-    /// How the normals of each primitive are turned.
-    turned: Vec<Turned>,
-    pub materials: Materials<'s>,
-    /// Whether any surface has no material.
-    pub has_passed: bool,
-    /// Whether shading normals may differ from geometric ones.
-    pub has_normals: bool,
-}
-
-impl<'s> TreeShading<'s> {
-    pub fn new(traceable: &'s Traceable) -> Self {
-        let has_normals =
-            |shape: &Shape| matches!(shape, Shape::TriangleMesh(mesh) if !mesh.normals().is_empty());
-        let materials = Materials::new(traceable);
-        TreeShading {
-            scene: traceable,
-            turned: traceable.primitives().map(Turned::new).collect(),
-            has_passed: traceable.has_passed(),
-            has_normals: materials.has_bumps
-                || traceable.primitives().any(|primitive| has_normals(&primitive.shape)),
-            materials,
-        }
-    }
-
-    /// Where the rays have hit something, and the lobes there; one of them has.
+impl Tree<'_> {
+    /// Where rays have hit something, and the primitives there; one of them has.
     #[inline(always)]
     pub fn at<S: Simd>(
         &self,
         simd: S,
-        tree: &Tree,
         (rays, hits): (&Rays<S>, &Hits<S>),
-        active: mask64x8<S>,
-        slots: &mut Slots<S>,
-    ) -> Shaded<S> {
-        let is_hit = hits.is_hit() & active;
+        is_hit: mask64x8<S>,
+    ) -> (Surfaces<S>, [u32; LANES]) {
         // What is far in memory is asked for before any of it is needed.
         let mut elements = [(ElementId::NONE, Hit::NO_PLACE); LANES];
         for lane in those(is_hit) {
-            elements[lane] = tree.element(hits, lane);
+            elements[lane] = self.element(hits, lane);
             let (element, _) = elements[lane];
             if let Shape::TriangleMesh(mesh) = &self.scene.primitive(element.primitive).shape
                 && !mesh.normals().is_empty()
@@ -227,43 +193,41 @@ impl<'s> TreeShading<'s> {
             }
         }
         let (mut primitives, mut there) = ([0; LANES], 0);
-        let mut triangles = Triangles::new();
+        let mut triangles = Triangles::default();
         for lane in those(is_hit) {
             let (element, place) = elements[lane];
             primitives[lane] = element.primitive;
-            match &self.scene.primitive(element.primitive).shape {
-                Shape::TriangleMesh(mesh) if element.instance == ElementId::WORLD => {
-                    let corners = self.scene.world.triangle(place).in_order();
-                    let turned = self.turned[element.primitive as usize];
-                    triangles.put(lane, corners, mesh, element.index as usize, turned);
-                    there |= 1 << lane;
-                }
-                _ => {}
+            let primitive = self.scene.primitive(element.primitive);
+            if let Shape::TriangleMesh(mesh) = &primitive.shape {
+                let corners = self.scene.group(element.instance).triangle(place).in_order();
+                triangles.put(lane, primitive, (mesh, element.index as usize, corners));
+                there |= 1 << lane;
             }
         }
         let Point { p, magnitude, n, ns, .. } = triangles.points(simd, hits.sides, bits(simd, there));
-        let others = is_hit & !bits(simd, there);
+        let (others, placed) = (is_hit & !bits(simd, there), is_hit & !hits.instance.simd_eq(WORLD));
         let Hits { element, instance, .. } = *hits;
         let mut surfaces = Surfaces { p, n, ns, magnitude, element, instance };
-        if others.any_true() {
-            self.put_others(tree, rays, hits, others, &mut surfaces);
+        if placed.any_true() {
+            surfaces.place_in_world(self.scene, placed);
         }
-        let is_open = self.materials.lobes(simd, &primitives, is_hit, slots);
-        Shaded { surfaces, frames: Frames::from_z(surfaces.ns.narrow()), is_open }
+        if others.any_true() {
+            self.put_others(rays, hits, others, &mut surfaces);
+        }
+        (surfaces, primitives)
     }
 
     /// Those that are no triangles.
     #[inline(never)]
     fn put_others<S: Simd>(
         &self,
-        tree: &Tree,
         rays: &Rays<S>,
         hits: &Hits<S>,
         others: mask64x8<S>,
         surfaces: &mut Surfaces<S>,
     ) {
         for lane in those(others) {
-            surfaces.put(lane, &Surface::new(self.scene, &tree.ray(rays, lane), &tree.hit(hits, lane)));
+            surfaces.put(lane, &Surface::new(self.scene, &self.ray(rays, lane), &self.hit(hits, lane)));
         }
     }
 }

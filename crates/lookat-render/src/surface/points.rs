@@ -9,6 +9,7 @@ use crate::curved::Curved;
 use crate::number::{LANES, Vec3x8, bits, side_by_side, those, three};
 use crate::trace::rays::{Hits, Rays};
 use crate::trace::{Element, Shape};
+use crate::traceable::Traceable;
 use crate::triangle::Triangle;
 use crate::triangle::sheared::BoxedTriangle;
 
@@ -63,6 +64,18 @@ impl<S: Simd> Surfaces<S> {
     #[inline(always)]
     pub fn reach(&self, distance: f64x8<S>, magnitude: f64x8<S>) -> f64x8<S> {
         distance - self.magnitude.max(magnitude) * 4.0 * OFFSET
+    }
+
+    /// Takes some from the space of their objects to the world.
+    #[inline(never)]
+    pub fn place_in_world(&mut self, scene: &Traceable, placed: mask64x8<S>) {
+        for lane in those(placed) {
+            let Some(instance) = scene.instance(self.instance[lane] as u32) else { continue };
+            self.p.put(lane, instance.to_world(self.p.lane(lane)));
+            self.magnitude[lane] = instance.magnitude(self.magnitude[lane]);
+            self.n.put(lane, instance.normal_to_world(self.n.lane(lane)));
+            self.ns.put(lane, instance.normal_to_world(self.ns.lane(lane)));
+        }
     }
 
     /// Puts another surface in the place of one.
@@ -128,36 +141,15 @@ impl<'s> Sheet<'s> {
     }
 }
 
-/// How normals of a primitive, a mesh, are turned.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Turned {
-    /// Those from the winding order, where the file gives none; and those on the side that emits.
-    is_n: bool,
-    is_emitting: bool,
-    /// Those that the file gives.
-    is_smooth: bool,
-}
-
-impl Turned {
-    /// Of primitives that are no meshes it says nothing.
-    pub fn new(primitive: &Primitive) -> Self {
-        let Primitive { reverse_orientation, mirrored, .. } = *primitive;
-        let has_tangents =
-            matches!(&primitive.shape, SceneShape::TriangleMesh(mesh) if !mesh.tangents().is_empty());
-        Turned {
-            is_n: mirrored != (reverse_orientation && !has_tangents),
-            is_emitting: mirrored != reverse_orientation,
-            is_smooth: reverse_orientation,
-        }
-    }
-}
-
 /// Triangles of any meshes, one for each point.
+#[derive(Default)]
 pub(crate) struct Triangles {
     corners: [[[f64; LANES]; 3]; 3],
     normals: [[[f64; LANES]; 3]; 3],
     /// Which of them have normals.
     has_normals: u64,
+    /// Which normals are turned: those from the winding order, where the file gives none; those on the side that emits; and those that
+    /// the file gives.
     is_n: u64,
     is_emitting: u64,
     is_smooth: u64,
@@ -165,7 +157,7 @@ pub(crate) struct Triangles {
 
 /// A point of a shape, or points; as in [`super::Surface`].
 #[derive(Clone, Copy)]
-pub(crate) struct Point<V, N> {
+pub(crate) struct Point<V = DVec3, N = f64> {
     pub p: V,
     pub magnitude: N,
     pub n: V,
@@ -179,13 +171,13 @@ pub(crate) type Points<S> = Point<Vec3x8<S>, f64x8<S>>;
 pub(crate) fn on_triangle(
     level: Level,
     primitive: &Primitive,
-    (mesh, index, corners): (&Mesh, usize, [DVec3; 3]),
+    triangle: (&Mesh, usize, [DVec3; 3]),
     weights: [f64; 3],
-) -> Point<DVec3, f64> {
-    let mut triangles = Triangles::new();
-    triangles.put(0, corners, mesh, index, Turned::new(primitive));
+) -> Point {
+    let mut triangles = Triangles::default();
+    triangles.put(0, primitive, triangle);
     side_by_side!(level, simd => {
-        let weights = three(|corner| weights[corner].simd_into(simd));
+        let weights = three!(corner, weights[corner].simd_into(simd));
         let Point { p, magnitude, n, ns, emitting } = triangles.points(simd, weights, bits(simd, 1));
         let [p, n, ns, emitting] = [p.lane(0), n.lane(0), ns.lane(0), emitting.lane(0)];
         Point { p, magnitude: magnitude[0], n, ns, emitting }
@@ -193,23 +185,16 @@ pub(crate) fn on_triangle(
 }
 
 impl Triangles {
+    /// Puts a triangle of a primitive, a mesh, in its place.
     #[inline(always)]
-    pub fn new() -> Self {
-        Triangles {
-            corners: [[[0.0; LANES]; 3]; 3],
-            normals: [[[0.0; LANES]; 3]; 3],
-            has_normals: 0,
-            is_n: 0,
-            is_emitting: 0,
-            is_smooth: 0,
-        }
-    }
-
-    /// Puts a triangle of a mesh in its place.
-    #[inline(always)]
-    pub fn put(&mut self, lane: usize, corners: [DVec3; 3], mesh: &Mesh, index: usize, turned: Turned) {
+    pub fn put(
+        &mut self,
+        lane: usize,
+        primitive: &Primitive,
+        (mesh, index, corners): (&Mesh, usize, [DVec3; 3]),
+    ) {
         for (own, corner) in self.corners.iter_mut().zip(corners) {
-            (own[0][lane], own[1][lane], own[2][lane]) = corner.into();
+            [own[0][lane], own[1][lane], own[2][lane]] = corner.into();
         }
         if !mesh.normals().is_empty() {
             self.has_normals |= 1 << lane;
@@ -217,9 +202,12 @@ impl Triangles {
                 [own[0][lane], own[1][lane], own[2][lane]] = mesh.normals()[vertex];
             }
         }
-        self.is_n |= u64::from(turned.is_n) << lane;
-        self.is_emitting |= u64::from(turned.is_emitting) << lane;
-        self.is_smooth |= u64::from(turned.is_smooth) << lane;
+        let Primitive { reverse_orientation, mirrored, .. } = *primitive;
+        // With tangents, pbrt-v3 reverses once more.
+        let is_n = mirrored != (reverse_orientation && mesh.tangents().is_empty());
+        self.is_n |= u64::from(is_n) << lane;
+        self.is_emitting |= u64::from(mirrored != reverse_orientation) << lane;
+        self.is_smooth |= u64::from(reverse_orientation) << lane;
     }
 
     /// Those that the corners weigh so much at; of the triangles that are there.

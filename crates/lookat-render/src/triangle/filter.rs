@@ -79,14 +79,11 @@ impl<S: Simd> Filter<S> {
     #[inline(always)]
     pub fn sides(&self, corner: impl Fn(usize, Axis) -> f32x8<S>) -> Sides<S> {
         let ([x, y, z], Turned { shear, offset, .. }) = (self.axes, &self.rays);
-        let [a, b, c] = three(
-            #[inline(always)]
-            |at| {
-                let z = corner(at, z);
-                let (x, y) = (shear[0].mul_add(z, corner(at, x)), shear[1].mul_add(z, corner(at, y)));
-                [x - offset[0], y - offset[1]]
-            },
-        );
+        let [a, b, c] = three!(at, {
+            let z = corner(at, z);
+            let (x, y) = (shear[0].mul_add(z, corner(at, x)), shear[1].mul_add(z, corner(at, y)));
+            [x - offset[0], y - offset[1]]
+        });
         let (u, v, w) = (cross(c, b), cross(a, c), cross(b, a));
         Sides { corners: [a, b, c], least: u.min(v).min(w), greatest: u.max(v).max(w) }
     }
@@ -95,10 +92,7 @@ impl<S: Simd> Filter<S> {
     #[inline(always)]
     pub fn depths(&self, corner: impl Fn(usize, Axis) -> f32x8<S>) -> [f32x8<S>; 2] {
         let sign = splat_f32(self.rays.along.token(), 1.0).copysign(self.rays.along);
-        let [a, b, c] = three(
-            #[inline(always)]
-            |at| (corner(at, self.axes[2]) - self.rays.start) * sign,
-        );
+        let [a, b, c] = three!(at, (corner(at, self.axes[2]) - self.rays.start) * sign);
         [a.min(b).min(c), a.max(b).max(c)]
     }
 
@@ -138,10 +132,7 @@ impl<S: Simd> Sides<S> {
     #[inline(always)]
     fn are_one(&self, tolerance: &Tolerance) -> mask32x8<S> {
         let is_one_side = self.least.simd_gt(tolerance.side) | self.greatest.simd_lt(-tolerance.side);
-        let [a, b, c] = three(
-            #[inline(always)]
-            |at| self.corners[at][0].abs().max(self.corners[at][1].abs()),
-        );
+        let [a, b, c] = three!(at, self.corners[at][0].abs().max(self.corners[at][1].abs()));
         // The tolerance holds near the ray.
         is_one_side & a.max(b).max(c).simd_le(tolerance.size)
     }
