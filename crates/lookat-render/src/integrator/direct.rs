@@ -12,7 +12,7 @@ use crate::camera::views::{Viewer, Views};
 use crate::integrator::lighting::{Lighting, Vertices};
 use crate::integrator::paths::Found;
 use crate::integrator::wave::{Taken, Wave};
-use crate::integrator::weighed::{LightSamples, Samples, most_samples};
+use crate::integrator::weighed::{LightSamples, directions, most_samples};
 use crate::integrator::world::{Sees, World};
 use crate::light::LightTable;
 use crate::number::first_lanes;
@@ -35,7 +35,7 @@ pub(crate) fn draws(
     let (samples, scattered): (u32, u32) = match strategy {
         DirectStrategy::All | DirectStrategy::EachOnce => (
             total(extended.map(|light| table.samples(light, strategy))),
-            Samples::new(table, LightSamples::Each(strategy), false).directions,
+            directions(table, LightSamples::Each(strategy), false),
         ),
         DirectStrategy::One => (u32::from(table.has_extended()), u32::from(table.has_extended())),
     };
@@ -102,13 +102,14 @@ impl<'s> Direct<'s> {
                 let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
                 let receivers = &self.lighting.receivers(surfaces, bsdf, active);
                 let sampler = &self.lighting.sampler(simd, receivers);
-                let vertices = &Vertices { world: &self.world, bsdf, receivers, sampler };
+                let vertices =
+                    Vertices { simd, lighting: &self.lighting, world: &self.world, bsdf, receivers, sampler };
                 let smooth = active & bsdf.has(Part::Smooth);
                 if smooth.any_true() {
-                    let mut light = self.lighting.direct(simd, tracer, streams, vertices, smooth);
+                    let mut light = vertices.direct(tracer, streams, smooth);
                     if self.has_direction {
                         let u = streams.next_2d(simd);
-                        light = light + self.lighting.by_direction(simd, tracer, vertices, u, smooth);
+                        light = light + vertices.by_direction(tracer, u, smooth);
                     }
                     wave.add(samples, paths.beta * light, smooth);
                 } else {

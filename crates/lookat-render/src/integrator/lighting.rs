@@ -6,11 +6,11 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::profiler::Stage;
 use super::tracer::Tracer;
-use super::weighed::{LightSamples, Samples, most_samples};
+use super::weighed::{LightSamples, directions, most_samples};
 use crate::bsdf::{Bsdf, Part};
 use crate::integrator::world::World;
 use crate::light::{Chosen, LightSample, LightSampler, LightTable, Lunes, Receivers, weights};
-use crate::number::{Colors, bits, those, to_f32, vectorized};
+use crate::number::{Colors, Vec2x8, bits, those, to_f32, vectorized};
 use crate::sampler::Streams;
 use crate::surface::points::Surfaces;
 use crate::trace::rays::{Hits, Rays, WORLD};
@@ -20,16 +20,21 @@ pub(in crate::integrator) struct Lighting<'s> {
     table: &'s LightTable,
     /// The number in the world of the element that each light is, see [`World::number`].
     numbers: Vec<f64>,
-    /// How many samples there are at a surface without a lune, and with one.
-    samples: [Samples; 2],
+    /// How often lights are sampled.
+    samples: LightSamples,
+    /// How many directions there are at a surface without a lune, and with one.
+    directions: [f64; 2],
     /// What of the BSDFs directions are sampled from.
     part: Part,
     /// Whether skies are sampled in another way where normals differ.
     has_lunes: bool,
 }
 
-/// Surfaces that rays have hit.
+/// Surfaces that rays have hit, and how they look for light.
+#[derive(Clone, Copy)]
 pub(in crate::integrator) struct Vertices<'v, S: Simd> {
+    pub simd: S,
+    pub lighting: &'v Lighting<'v>,
     pub world: &'v World<'v>,
     pub bsdf: &'v Bsdf<'v, S>,
     pub receivers: &'v Receivers<'v, S>,
@@ -53,7 +58,8 @@ impl<'s> Lighting<'s> {
         Lighting {
             table,
             numbers: (0..table.len()).map(|light| world.number(table.curved_element(light))).collect(),
-            samples: [false, true].map(|has_lune| Samples::new(table, lights, has_lune)),
+            samples: lights,
+            directions: [false, true].map(|has_lune| f64::from(directions(table, lights, has_lune))),
             part,
             has_lunes: world.materials.has_normals && table.has_skies(),
         }
@@ -75,30 +81,23 @@ impl<'s> Lighting<'s> {
     /// Chooses lights for surfaces.
     #[inline(always)]
     pub fn sampler<'v, S: Simd>(&'v self, simd: S, at: &'v Receivers<'v, S>) -> LightSampler<'v, S> {
-        let choice = match self.samples[0].lights {
+        let choice = match self.samples {
             LightSamples::One(choice) => choice,
             LightSamples::Each(_) => LightChoice::Uniform,
         };
         LightSampler::new(simd, self.table, choice, at)
     }
+}
 
+impl<S: Simd> Vertices<'_, S> {
     /// Light that comes straight to surfaces by way of samples of lights.
     #[inline(never)]
-    pub fn direct<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        streams: &mut Streams,
-        vertices: &Vertices<S>,
-        active: mask64x8<S>,
-    ) -> Colors<S> {
-        vectorized!(simd, {
+    pub fn direct(&self, tracer: &mut Tracer, streams: &mut Streams, active: mask64x8<S>) -> Colors<S> {
+        vectorized!(self.simd, {
             tracer.profile(|profiler| profiler.enter(Stage::Lights));
-            let light = match self.samples[0].lights {
-                LightSamples::One(_) => self.one_light(simd, tracer, streams, vertices, active),
-                LightSamples::Each(strategy) => {
-                    self.each_light(simd, tracer, streams, vertices, (strategy, active))
-                }
+            let light = match self.lighting.samples {
+                LightSamples::One(_) => self.one_light(tracer, streams, active),
+                LightSamples::Each(strategy) => self.each_light(tracer, streams, (strategy, active)),
             };
             tracer.profile(|profiler| profiler.enter(Stage::Scattering));
             light
@@ -108,16 +107,10 @@ impl<'s> Lighting<'s> {
     /// What one light, chosen at random, brings straight to a surface; where none is to be sampled, what one more direction
     /// finds.
     #[inline(always)]
-    fn one_light<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        streams: &mut Streams,
-        vertices: &Vertices<S>,
-        active: mask64x8<S>,
-    ) -> Colors<S> {
-        let scattered = active & self.table.eligible_at(simd, vertices.receivers).simd_eq(0.0);
-        let has_choice = vertices.sampler.has_choice() & active;
+    fn one_light(&self, tracer: &mut Tracer, streams: &mut Streams, active: mask64x8<S>) -> Colors<S> {
+        let Vertices { simd, lighting: Lighting { table, .. }, receivers, sampler, .. } = *self;
+        let scattered = active & table.eligible_at(simd, receivers).simd_eq(0.0);
+        let has_choice = sampler.has_choice() & active;
         let number = match has_choice.any_true() {
             true => streams.next_1d(simd),
             false => {
@@ -125,38 +118,37 @@ impl<'s> Lighting<'s> {
                 0.0.simd_into(simd)
             }
         };
-        let chosen = vertices.sampler.choose(number, active & !scattered);
-        let scattered = if self.table.len() > 0 { scattered } else { bits(simd, 0) };
+        let chosen = sampler.choose(number, active & !scattered);
+        let scattered = if table.len() > 0 { scattered } else { bits(simd, 0) };
         let u = streams.next_2d(simd);
         let mut found = Colors::splat(simd, Vec3::ZERO);
         if chosen.is_there.any_true() {
-            found = self.sampled_light(simd, tracer, vertices, u, &chosen);
+            found = self.sampled_light(tracer, u, &chosen);
         }
         if scattered.any_true() {
-            found = self.by_direction(simd, tracer, vertices, u, scattered).or_wide(scattered, found);
+            found = self.by_direction(tracer, u, scattered).or_wide(scattered, found);
         }
         found
     }
 
     /// Light from all lights, as often as the strategy says; where a light is not sampled, directions take its place.
     #[inline(never)]
-    fn each_light<S: Simd>(
+    fn each_light(
         &self,
-        simd: S,
         tracer: &mut Tracer,
         streams: &mut Streams,
-        vertices: &Vertices<S>,
         (strategy, active): (DirectStrategy, mask64x8<S>),
     ) -> Colors<S> {
+        let Vertices { simd, lighting: Lighting { table, .. }, receivers, .. } = *self;
         vectorized!(simd, {
             let mut sum = Colors::splat(simd, Vec3::ZERO);
-            for light in 0..self.table.len() {
-                let count = self.table.samples(light, strategy);
-                let eligible = self.table.eligible_at(simd, vertices.receivers);
+            for light in 0..table.len() {
+                let count = table.samples(light, strategy);
+                let eligible = table.eligible_at(simd, receivers);
                 let sampled = active & eligible.simd_gt(light as f64);
                 let scattered = active & !sampled;
                 for k in 0..count {
-                    let u = match self.table.is_delta(light) {
+                    let u = match table.is_delta(light) {
                         true => [0.0.simd_into(simd); 2],
                         false => streams.nested_2d(simd, (count, k)),
                     };
@@ -164,19 +156,19 @@ impl<'s> Lighting<'s> {
                         let probability = f64::from(count).simd_into(simd);
                         let chosen =
                             Chosen { is_there: sampled, light: (light as f64).simd_into(simd), probability };
-                        let own = self.sampled_light(simd, tracer, vertices, u, &chosen);
+                        let own = self.sampled_light(tracer, u, &chosen);
                         sum = (sum + own).or_wide(sampled, sum);
                     }
                     if scattered.any_true() {
-                        let own = self.by_direction(simd, tracer, vertices, u, scattered);
+                        let own = self.by_direction(tracer, u, scattered);
                         sum = (sum + own).or_wide(scattered, sum);
                     }
                 }
             }
-            let most = most_samples(self.table, strategy);
+            let most = most_samples(table, strategy);
             for k in 0..most {
                 let u = streams.nested_2d(simd, (most, k));
-                sum = sum + self.by_direction(simd, tracer, vertices, u, active);
+                sum = sum + self.by_direction(tracer, u, active);
             }
             sum
         })
@@ -184,21 +176,15 @@ impl<'s> Lighting<'s> {
 
     /// Light that one direction from each BSDF finds.
     #[inline(never)]
-    pub fn by_direction<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        vertices: &Vertices<S>,
-        u: [f64x8<S>; 2],
-        active: mask64x8<S>,
-    ) -> Colors<S> {
+    pub fn by_direction(&self, tracer: &mut Tracer, u: Vec2x8<S>, active: mask64x8<S>) -> Colors<S> {
+        let Vertices { simd, lighting, bsdf, receivers, .. } = *self;
         vectorized!(simd, {
-            let sample = vertices.bsdf.sample(u, self.part);
+            let sample = bsdf.sample(u, lighting.part);
             // What lies in single directions counts in full where the path goes on there.
             let asked = active & sample.is_there & !sample.is_specular;
-            let (rays, is_specular) = (vertices.receivers.surfaces.leave(sample.wi), sample.is_specular);
+            let (rays, is_specular) = (receivers.surfaces.leave(sample.wi), sample.is_specular);
             let directions = Directions { rays, pdf: sample.pdf, is_specular };
-            let light = self.found_light(simd, tracer, vertices, &directions, asked);
+            let light = self.found_light(tracer, &directions, asked);
             (sample.weight * light).or_wide(asked, Colors::splat(simd, Vec3::ZERO))
         })
     }
@@ -206,24 +192,17 @@ impl<'s> Lighting<'s> {
     /// The share of one sample of each chosen light in what it brings straight to a surface. The probabilities say how many samples of the
     /// lights there are, in the mean.
     #[inline(never)]
-    fn sampled_light<S: Simd>(
-        &self,
-        simd: S,
-        tracer: &mut Tracer,
-        vertices: &Vertices<S>,
-        u: [f64x8<S>; 2],
-        chosen: &Chosen<S>,
-    ) -> Colors<S> {
+    fn sampled_light(&self, tracer: &mut Tracer, u: Vec2x8<S>, chosen: &Chosen<S>) -> Colors<S> {
+        let Vertices { simd, lighting, world, bsdf, .. } = *self;
         vectorized!(simd, {
-            let Vertices { world, bsdf, receivers, .. } = *vertices;
-            let sample = self.sample(simd, receivers, u, chosen);
-            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, self.part);
+            let sample = self.sample(u, chosen);
+            let (f_cos, pdf) = bsdf.f_cos_pdf(sample.shadow.d, lighting.part);
             let reflected = f_cos * sample.li;
             let mut active = chosen.is_there & sample.is_there & reflected.is_light();
             active &= !world.met(simd, tracer, &sample.shadow, (active, true));
-            let is_sky = chosen.light.simd_ge(self.table.first_sky() as f64);
+            let is_sky = chosen.light.simd_ge(lighting.table.first_sky() as f64);
             let direct = reflected / to_f32(chosen.probability);
-            let other = pdf * self.directions(simd, receivers);
+            let other = pdf * self.directions();
             let weight = weights(is_sky, sample.pdf * chosen.probability, other);
             let weighed = direct * weight / to_f32(sample.pdf);
             weighed.or_wide(sample.has_pdf, direct).or_wide(active, Colors::splat(simd, Vec3::ZERO))
@@ -232,28 +211,23 @@ impl<'s> Lighting<'s> {
 
     /// How many directions there are at each surface.
     #[inline(always)]
-    fn directions<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
-        at.by_lune(simd, self.samples.map(|samples| f64::from(samples.directions)))
+    fn directions(&self) -> f64x8<S> {
+        self.receivers.by_lune(self.simd, self.lighting.directions)
     }
 
     /// Samples of lights that are chosen.
     #[inline(always)]
-    fn sample<S: Simd>(
-        &self,
-        simd: S,
-        at: &Receivers<S>,
-        u: [f64x8<S>; 2],
-        chosen: &Chosen<S>,
-    ) -> LightSample<S> {
+    fn sample(&self, u: Vec2x8<S>, chosen: &Chosen<S>) -> LightSample<S> {
+        let Vertices { simd, lighting, receivers: at, .. } = *self;
         let (mut rest, mut before) = (chosen.is_there, None::<LightSample<S>>);
         loop {
             let light = chosen.light[rest.to_bitmask().trailing_zeros() as usize];
             let is_same = chosen.light.simd_eq(light);
             rest &= !is_same;
             let number = light as usize;
-            let is_own = at.surfaces.element.simd_eq(self.numbers[number]);
+            let is_own = at.surfaces.element.simd_eq(lighting.numbers[number]);
             let leaving = is_own & at.surfaces.instance.simd_eq(WORLD);
-            let own = self.table.sample(simd, number, (at, leaving), u);
+            let own = lighting.table.sample(simd, number, (at, leaving), u);
             let samples = match before {
                 Some(before) => own.or(is_same, before),
                 None => own,
@@ -267,26 +241,25 @@ impl<'s> Lighting<'s> {
 
     /// Light that rays find. Most rays cannot find any, and need not be traced.
     #[inline(never)]
-    pub fn found_light<S: Simd>(
+    pub fn found_light(
         &self,
-        simd: S,
         tracer: &mut Tracer,
-        vertices: &Vertices<S>,
         directions: &Directions<S>,
         active: mask64x8<S>,
     ) -> Colors<S> {
+        let Vertices { simd, lighting, world, .. } = *self;
         vectorized!(simd, {
             let mut found = Colors::splat(simd, Vec3::ZERO);
             let may_meet = tracer.scene.emitters.may_be_met_by(simd, &directions.rays) & active;
             if may_meet.any_true() {
-                let hits = vertices.world.nearest(simd, tracer, &directions.rays, may_meet);
-                found = self.light_of(simd, tracer, vertices, directions, &hits, may_meet);
+                let hits = world.nearest(simd, tracer, &directions.rays, may_meet);
+                found = self.light_of(tracer, directions, &hits, may_meet);
             }
             let rest = active & !may_meet;
-            if self.table.has_skies() && rest.any_true() {
-                let is_free = rest & !vertices.world.met(simd, tracer, &directions.rays, (rest, false));
+            if lighting.table.has_skies() && rest.any_true() {
+                let is_free = rest & !world.met(simd, tracer, &directions.rays, (rest, false));
                 let nothing = Hits::none(simd);
-                let sky = self.light_of(simd, tracer, vertices, directions, &nothing, is_free);
+                let sky = self.light_of(tracer, directions, &nothing, is_free);
                 found = sky.or_wide(is_free, found);
             }
             found
@@ -295,20 +268,18 @@ impl<'s> Lighting<'s> {
 
     /// Light of what rays have found, weighed against samples of lights.
     #[inline(never)]
-    pub fn light_of<S: Simd>(
+    pub fn light_of(
         &self,
-        simd: S,
         tracer: &Tracer,
-        vertices: &Vertices<S>,
         directions: &Directions<S>,
         hits: &Hits<S>,
         active: mask64x8<S>,
     ) -> Colors<S> {
+        let Vertices { simd, lighting: Lighting { table, .. }, world, receivers, .. } = *self;
         vectorized!(simd, {
-            let Vertices { world, receivers, sampler, .. } = *vertices;
             let black = Colors::splat(simd, Vec3::ZERO);
             let mut found = black;
-            let count = self.directions(simd, receivers);
+            let count = self.directions();
             let pdf = directions.pdf * count;
             // What lies in single directions counts in full.
             let all = directions.is_specular.select(1.0.simd_into(simd), count);
@@ -320,28 +291,28 @@ impl<'s> Lighting<'s> {
                     let (ray, Some(hit)) = world.one(&directions.rays, hits, lane) else { continue };
                     let surface = tracer.surface(&ray, &hit);
                     found.put(lane, surface.le(-ray.d));
-                    if let Some(number) = self.table.of_element(surface.element) {
+                    if let Some(number) = table.of_element(surface.element) {
                         let p = receivers.surfaces.p.lane(lane);
                         light[lane] = number as f64;
-                        density[lane] = self.table.surface_pdf(number, p, ray.d, &surface);
+                        density[lane] = table.surface_pdf(number, p, ray.d, &surface);
                     }
                 }
-                let other = density * self.samples_of(simd, sampler, light, is_lit);
+                let other = density * self.samples_of(light, is_lit);
                 let weight = weights(bits(simd, 0), pdf, other);
                 found = (found * weight).or_wide(!directions.is_specular, found);
             }
             let is_free = active & !hits.is_hit();
-            if self.table.has_skies() && is_free.any_true() {
+            if table.has_skies() && is_free.any_true() {
                 let mut sum = black;
-                for sky in self.table.first_sky()..self.table.len() {
+                for sky in table.first_sky()..table.len() {
                     let (radiance, density) =
-                        self.table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
+                        table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
                     // Most often nothing else finds it.
                     let weighed = density.simd_gt(0.0) & !directions.is_specular & is_free;
                     let mut own = radiance;
                     if weighed.any_true() {
                         let light = (sky as f64).simd_into(simd);
-                        let other = density * self.samples_of(simd, sampler, light, is_free);
+                        let other = density * self.samples_of(light, is_free);
                         let weight = weights(bits(simd, 0xff), pdf, other);
                         own = (radiance * weight).or_wide(weighed, radiance);
                     }
@@ -355,18 +326,13 @@ impl<'s> Lighting<'s> {
 
     /// How many samples there are of lights, in the mean.
     #[inline(always)]
-    fn samples_of<S: Simd>(
-        &self,
-        simd: S,
-        sampler: &LightSampler<S>,
-        light: f64x8<S>,
-        active: mask64x8<S>,
-    ) -> f64x8<S> {
-        match self.samples[0].lights {
-            LightSamples::One(_) => sampler.probability(light, active),
+    fn samples_of(&self, light: f64x8<S>, active: mask64x8<S>) -> f64x8<S> {
+        let Lighting { table, samples, .. } = self.lighting;
+        match *samples {
+            LightSamples::One(_) => self.sampler.probability(light, active),
             LightSamples::Each(strategy) => {
-                let count = |lane: usize| f64::from(self.table.samples(light[lane] as usize, strategy));
-                f64x8::from_fn(simd, count)
+                let count = |lane: usize| f64::from(table.samples(light[lane] as usize, strategy));
+                f64x8::from_fn(self.simd, count)
             }
         }
     }

@@ -96,10 +96,11 @@ impl<'s> Paths<'s> {
                 let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
                 let receivers = &self.lighting.receivers(surfaces, bsdf, active);
                 let sampler = &self.lighting.sampler(simd, receivers);
-                let vertices = &Vertices { world: &self.world, bsdf, receivers, sampler };
+                let vertices =
+                    Vertices { simd, lighting: &self.lighting, world: &self.world, bsdf, receivers, sampler };
                 active &= bsdf.has(Part::All);
                 let smooth = active & bsdf.has(Part::Smooth);
-                let light = self.lighting.direct(simd, tracer, streams, vertices, smooth);
+                let light = vertices.direct(tracer, streams, smooth);
                 wave.add(samples, paths.beta * light, active);
                 let is_last = depth + 1 >= self.max_depth;
                 if is_last && !tracer.may_find_light() {
@@ -115,7 +116,7 @@ impl<'s> Paths<'s> {
                     is_specular: sample.is_specular,
                 };
                 if is_last {
-                    let light = self.lighting.found_light(simd, tracer, vertices, &directions, active);
+                    let light = vertices.found_light(tracer, &directions, active);
                     wave.add(samples, beta * light, active);
                     return;
                 }
@@ -123,7 +124,7 @@ impl<'s> Paths<'s> {
                     active = self.roulette(simd, streams, (&mut beta, compression), depth, active);
                 }
                 let found = self.world.nearest(simd, tracer, &directions.rays, active);
-                let light = self.lighting.light_of(simd, tracer, vertices, &directions, &found, active);
+                let light = vertices.light_of(tracer, &directions, &found, active);
                 wave.add(samples, beta * light, active);
                 let found = &mut Found { rays: directions.rays, hits: found, weight: (beta, compression) };
                 self.world.go_on(simd, tracer, found, samples, (active, sample.is_specular, Sees::All), wave);

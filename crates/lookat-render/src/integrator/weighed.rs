@@ -4,13 +4,6 @@ use lookat_scene::{DirectStrategy, LightChoice};
 
 use crate::light::LightTable;
 
-/// How many samples of lights and how many directions from the BSDF there are at a surface.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Samples {
-    pub lights: LightSamples,
-    pub directions: u32,
-}
-
 /// Which lights are sampled.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum LightSamples {
@@ -20,20 +13,16 @@ pub(super) enum LightSamples {
     Each(DirectStrategy),
 }
 
-impl Samples {
-    /// For one light: one direction, or two where no light is sampled. For all lights: as many directions as the light with the most
-    /// samples has, and the samples of each light that is not sampled.
-    pub fn new(table: &LightTable, lights: LightSamples, has_lune: bool) -> Self {
-        let directions = match lights {
-            LightSamples::One(_) if table.leaves_all_to_directions(has_lune) => 2,
-            LightSamples::One(_) => 1,
-            LightSamples::Each(strategy) => {
-                let others =
-                    (table.eligible(has_lune)..table.len()).map(|light| table.samples(light, strategy));
-                others.fold(most_samples(table, strategy), u32::saturating_add)
-            }
-        };
-        Samples { lights, directions }
+/// How many directions from the BSDF there are at a surface. For one light: one, or two where no light is sampled. For all lights: as
+/// many as the light with the most samples has, and the samples of each light that is not sampled.
+pub(super) fn directions(table: &LightTable, lights: LightSamples, has_lune: bool) -> u32 {
+    match lights {
+        LightSamples::One(_) if table.leaves_all_to_directions(has_lune) => 2,
+        LightSamples::One(_) => 1,
+        LightSamples::Each(strategy) => {
+            let others = (table.eligible(has_lune)..table.len()).map(|light| table.samples(light, strategy));
+            others.fold(most_samples(table, strategy), u32::saturating_add)
+        }
     }
 }
 
