@@ -246,16 +246,6 @@ impl<S: Simd> Colors<S> {
         V3 { x: to_f64(self.x), y: to_f64(self.y), z: to_f64(self.z) }
     }
 
-    /// Those that a function gives for each lane.
-    #[inline(always)]
-    pub fn from_fn(simd: S, color: impl Fn(usize) -> Vec3) -> Self {
-        let mut all = Colors::splat(simd, Vec3::ZERO);
-        for lane in 0..LANES {
-            all.put(lane, color(lane));
-        }
-        all
-    }
-
     /// As [`crate::color::strength`].
     #[inline(always)]
     pub fn strength(self) -> f64x8<S> {

@@ -2,11 +2,10 @@
 
 mod table;
 
-use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use fearless_simd::{Simd, f64x8, prelude::*};
-use glam::{DMat3, DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use lookat_image::MipMap;
 use lookat_scene::Transform;
 
@@ -169,17 +168,11 @@ fn mixed<S: Simd>(share: f64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
     share * a + (1.0 - share) * b
 }
 
-/// The place of a direction, of any length, on a picture: longitude from +x by way of +y and latitude from +z, each from
-/// 0 to 1.
-pub(super) fn place(d: DVec3) -> DVec2 {
-    let phi = libm::atan2(d.y, d.x) / TAU;
-    let theta = libm::atan2(d.truncate().length(), d.z) / PI;
-    DVec2::new(if phi < 0.0 { phi + 1.0 } else { phi }, theta)
-}
-
 #[cfg(test)]
 mod tests {
-    use glam::DMat4;
+    use std::f64::consts::{PI, TAU};
+
+    use glam::{DMat4, DVec2};
     use lookat_image::Wrap;
 
     use super::*;
@@ -229,6 +222,10 @@ mod tests {
     fn grid(side: u32) -> impl Iterator<Item = DVec2> {
         let cell = move |i: u32| (f64::from(i) + 0.5) / f64::from(side);
         (0..side * side).map(move |i| DVec2::new(cell(i % side), cell(i / side)))
+    }
+
+    fn place(d: DVec3) -> DVec2 {
+        baseline!(simd => longitude_latitude(Vec3x8::splat(simd, d)).map(|x| x[0])).into()
     }
 
     fn on_sphere(u: DVec2) -> DVec3 {

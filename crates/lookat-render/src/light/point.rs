@@ -7,11 +7,12 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use lookat_image::MipMap;
 
-use super::environment::place;
 use super::receiver::Receivers;
 use super::sample::LightSample;
+use crate::circle::longitude_latitude;
 use crate::color::strength;
-use crate::number::{Colors, Vec3x8, to_f32, vectorized};
+use crate::number::{Colors, V3, Vec3x8, bits, to_f32, vectorized};
+use crate::texture::imagemap::bilinear;
 use crate::trace::rays::{POINT_LIGHT, Rays};
 
 /// A light that is a point, relative to the origin.
@@ -92,22 +93,28 @@ impl PointLight {
     /// By what the intensity is multiplied in directions of length one from the light.
     #[inline(always)]
     fn factor<S: Simd>(&self, simd: S, d: Vec3x8<S>) -> Colors<S> {
-        let of_picture = |picture: &dyn Fn(DVec3) -> Vec3| {
-            Colors::from_fn(simd, |lane| picture(self.light_from_world * d.lane(lane)))
-        };
+        let (d, white) = (d.by(&self.light_from_world), Colors::splat(simd, Vec3::ONE));
         match &self.spread {
-            Spread::Even => Colors::splat(simd, Vec3::ONE),
+            Spread::Even => white,
             Spread::Cone { total_width, falloff_start } => {
-                let cos = d.by(&self.light_from_world).normalize_or(DVec3::ZERO).z;
+                let cos = d.normalize_or(DVec3::ZERO).z;
                 let within = (cos - *total_width) / (falloff_start - total_width);
                 let squared = within * within;
                 let (none, one): (f64x8<S>, f64x8<S>) = (0.0.simd_into(simd), 1.0.simd_into(simd));
                 let inside = cos.simd_ge(*falloff_start).select(one, squared * squared);
-                Colors::splat(simd, Vec3::ONE) * to_f32(cos.simd_lt(*total_width).select(none, inside))
+                white * to_f32(cos.simd_lt(*total_width).select(none, inside))
             }
-            Spread::Goniometric(map) => of_picture(&|d| goniometric(map, d)),
+            // The axis is y, and the picture's top its positive side.
+            Spread::Goniometric(map) => {
+                let st = longitude_latitude(V3 { x: d.x, y: d.z, z: d.y });
+                bilinear::<S, Vec3>(map, st, bits(simd, 0xff))
+            }
             Spread::Projection { map, half_size } => {
-                of_picture(&|d| projected(map.as_deref(), *half_size, d))
+                let [x, y] = [d.x / d.z / half_size.x, d.y / d.z / half_size.y];
+                let is_lit = d.z.simd_ge(NEAR) & x.abs().max(y.abs()).simd_le(1.0);
+                let shown =
+                    |map: &Arc<_>| bilinear::<S, Vec3>(map, [(x + 1.0) * 0.5, (y + 1.0) * 0.5], is_lit);
+                map.as_ref().map_or(white, shown).or_wide(is_lit, Colors::splat(simd, Vec3::ZERO))
             }
         }
     }
@@ -133,25 +140,21 @@ impl PointLight {
     }
 }
 
-/// The value of a picture in direction `d` of light space.
-fn goniometric(map: &MipMap<Vec3>, d: DVec3) -> Vec3 {
-    map.bilinear(place(DVec3::new(d.x, d.z, d.y)))
-}
-
-/// The value of a picture in direction `d` of light space; black outside of it.
-fn projected(map: Option<&MipMap<Vec3>>, half_size: DVec2, d: DVec3) -> Vec3 {
-    let place = d.truncate() / d.z / half_size;
-    if d.z < NEAR || place.abs().max_element() > 1.0 {
-        return Vec3::ZERO;
-    }
-    map.map_or(Vec3::ONE, |map| map.bilinear((place + 1.0) * 0.5))
-}
-
 #[cfg(test)]
 mod tests {
     use lookat_image::Wrap;
 
     use super::*;
+    use crate::testing::baseline;
+
+    fn light(spread: Spread) -> PointLight {
+        let (position, light_from_world) = (DVec3::ZERO, DMat3::IDENTITY);
+        PointLight { position, light_from_world, intensity: Vec3::splat(2.0), spread }
+    }
+
+    fn factor(light: &PointLight, d: DVec3) -> Vec3 {
+        baseline!(simd => light.factor(simd, Vec3x8::splat(simd, d)).lane(0))
+    }
 
     /// The first row is up, by y, and the columns begin at x and go on to z.
     #[test]
@@ -162,23 +165,22 @@ mod tests {
         let (sin, cos) = 67.5_f64.to_radians().sin_cos();
         let half = 0.5_f64.sqrt();
         let d = DVec3::new(-half * sin, cos, half * sin);
-        assert!((goniometric(&map, d * 3.0).x - 5.0).abs() < 1e-5);
+        let light = light(Spread::Goniometric(Arc::new(map)));
+        assert!((factor(&light, d * 3.0).x - 5.0).abs() < 1e-5);
     }
 
     #[test]
     fn where_a_projected_picture_goes() {
         let map = MipMap::new(2, 2, vec![Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE], Wrap::Repeat);
         let half_size = DVec2::new(0.8, 0.4);
+        let light = light(Spread::Projection { map: Some(Arc::new(map)), half_size });
         // The first texel is at the left and at the bottom.
-        let at = |x, y, z| projected(Some(&map), half_size, DVec3::new(x, y, z).normalize());
+        let at = |x, y, z| factor(&light, DVec3::new(x, y, z).normalize());
         assert_eq!(at(-0.4, -0.2, 1.0), Vec3::X);
         assert_eq!(at(0.4, -0.2, 1.0), Vec3::Y);
         assert_eq!(at(-0.4, 0.2, 1.0), Vec3::Z);
         let outside = [at(0.81, 0.0, 1.0), at(0.0, 0.41, 1.0), at(-0.4, -0.2, -1.0)];
         assert_eq!(outside, [Vec3::ZERO; 3]);
-        let spread = Spread::Projection { map: Some(Arc::new(map)), half_size };
-        let (position, light_from_world) = (DVec3::ZERO, DMat3::IDENTITY);
-        let light = PointLight { position, light_from_world, intensity: Vec3::splat(2.0), spread };
         let solid_angle = TAU * (1.0 - 1.8_f64.sqrt().recip());
         assert!((light.power() - solid_angle * strength(Vec3::ONE)).abs() < 1e-6);
     }
