@@ -71,7 +71,7 @@ impl Child {
 pub(crate) struct Bvh {
     nodes: Vec<Node>,
     root: Child,
-    bounds: Bounds,
+    pub bounds: Bounds,
 }
 
 /// A tree is never deeper than this; see `build`.
@@ -80,11 +80,6 @@ const MAX_DEPTH: usize = 88;
 const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 impl Bvh {
-    /// The box around everything.
-    pub fn bounds(&self) -> Bounds {
-        self.bounds
-    }
-
     /// How many nodes there are; none where one leaf holds all.
     pub fn nodes(&self) -> usize {
         self.nodes.len()

@@ -20,7 +20,7 @@ pub const REPLICATES: u32 = 16;
 /// The picture while it is rendered.
 #[derive(Debug)]
 pub(crate) struct Film<'v> {
-    of: &'v lookat_scene::Film,
+    pub of: &'v lookat_scene::Film,
     /// That of 1 until it is set.
     scale: OnceLock<Scale>,
     /// The integral of the filter's absolute value over its integral.
@@ -135,16 +135,6 @@ impl<'v> Film<'v> {
     /// Sets the scale, before there are samples.
     pub fn set_scale(&self, scale: Scale) {
         let _ = self.scale.set(scale);
-    }
-
-    /// The width and height of the full picture.
-    pub fn resolution(&self) -> [u32; 2] {
-        self.of.resolution
-    }
-
-    /// The window of the picture.
-    pub fn crop(&self) -> PixelBounds {
-        self.of.crop
     }
 
     /// All tiles, to look at; no thread adds to them meanwhile.

@@ -37,7 +37,7 @@ impl FilterSampler {
 }
 
 /// The filter along one axis, as steps.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Axis {
     radius: f64,
     /// The share of the absolute value up to the end of each step; empty for a constant filter.
@@ -57,15 +57,7 @@ const STEPS_OF_LOBE: f64 = 16.0;
 impl Axis {
     fn new(kind: FilterKind, radius: f64) -> Self {
         let lobe = match kind {
-            FilterKind::Box => {
-                return Axis {
-                    radius,
-                    cdf: Vec::new(),
-                    guide: Vec::new(),
-                    negative: Vec::new(),
-                    weight: 1.0,
-                };
-            }
+            FilterKind::Box => return Axis { radius, weight: 1.0, ..Axis::default() },
             FilterKind::Triangle | FilterKind::Mitchell { .. } => radius,
             FilterKind::Gaussian { alpha } => 1.0 / alpha.sqrt(),
             FilterKind::Sinc { tau } => tau.min(1.0),

@@ -10,11 +10,9 @@ mod receiver;
 mod sample;
 mod surface;
 
-use std::sync::Arc;
-
 use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
-use lookat_scene::{DirectStrategy, Light, Primitive, Transform, World};
+use lookat_scene::{DirectStrategy, Light, Transform, World};
 
 use crate::number::{Colors, Vec3x8, bits, to_f32};
 use crate::ray::ElementId;
@@ -33,7 +31,7 @@ pub(crate) struct LightTable {
     /// Skies last, and of these last those that are everywhere alike.
     lights: Vec<SceneLight>,
     /// The number of the first sky.
-    first_sky: usize,
+    pub first_sky: usize,
     /// How many are not everywhere alike: all that there is to sample from a surface without a lune, see [`Lunes`].
     uneven: usize,
     /// The share of each light in the power of all, about; and the sums up to each that is no sky.
@@ -44,9 +42,6 @@ pub(crate) struct LightTable {
     has_surfaces: bool,
     /// The sum of what comes alike from all directions in which there is nothing.
     background: Vec3,
-    /// World position of the origin.
-    origin: DVec3,
-    source: Arc<World>,
 }
 
 /// A light, relative to the origin.
@@ -60,7 +55,7 @@ enum SceneLight {
 
 impl LightTable {
     /// The lights of a world, in the coordinates of its traceable form.
-    pub fn new(source: &Arc<World>, traceable: &Traceable) -> Self {
+    pub fn new(source: &World, traceable: &Traceable) -> Self {
         let origin = traceable.origin;
         let all = source.lights.iter().map(|light| SceneLight::new(light, origin));
         let (mut skies, mut lights): (Vec<SceneLight>, Vec<SceneLight>) = all.partition(SceneLight::is_sky);
@@ -89,8 +84,6 @@ impl LightTable {
             has_surfaces: of_primitive.iter().any(Option::is_some),
             of_primitive,
             background,
-            origin,
-            source: source.clone(),
         }
     }
 
@@ -107,7 +100,7 @@ impl LightTable {
             SceneLight::Infinite { .. } => "infinite",
             SceneLight::Environment(_) => "infinite with a picture",
             SceneLight::Surface(light) => match light.form {
-                SurfaceForm::Mesh(_) => "mesh",
+                SurfaceForm::Mesh(..) => "mesh",
                 SurfaceForm::Curved(_) => "quadric",
             },
         })
@@ -183,10 +176,7 @@ impl LightTable {
                 let EnvironmentSample { wi, radiance, pdf } = environment.sample(simd, at.lunes.as_ref(), u);
                 LightSample::with_pdf(all, radiance, pdf, at.surfaces.leave(wi))
             }
-            SceneLight::Surface(surface) => {
-                let shape = (self.primitive(surface), self.origin);
-                surface.sample(simd, shape, (at, leaving), u)
-            }
+            SceneLight::Surface(surface) => surface.sample(simd, (at, leaving), u),
         }
     }
 
@@ -196,16 +186,6 @@ impl LightTable {
             SceneLight::Surface(light) if matches!(light.form, SurfaceForm::Curved(_)) => light.element(),
             _ => ElementId::NONE,
         }
-    }
-
-    /// The shape that is a light.
-    fn primitive(&self, light: &SurfaceLight) -> &Primitive {
-        &self.source.primitives[light.number as usize]
-    }
-
-    /// The first light that is a sky; they are the last.
-    pub fn first_sky(&self) -> usize {
-        self.first_sky
     }
 
     /// The light that an element belongs to.

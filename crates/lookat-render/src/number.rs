@@ -26,21 +26,12 @@ pub(crate) use vectorized;
 /// An expression for each axis, without a closure, which compilers do not always inline.
 macro_rules! three {
     ($axis:ident, $of:expr) => {{
-        let [x, y, z] = [0, 1, 2_usize];
-        [
-            {
-                let $axis = x;
-                $of
-            },
-            {
-                let $axis = y;
-                $of
-            },
-            {
-                let $axis = z;
-                $of
-            },
-        ]
+        use crate::number::three;
+        [three!($axis = 0, $of), three!($axis = 1, $of), three!($axis = 2, $of)]
+    }};
+    ($axis:ident = $at:expr, $of:expr) => {{
+        let $axis: usize = $at;
+        $of
     }};
 }
 pub(crate) use three;
@@ -53,20 +44,7 @@ macro_rules! side_by_side {
             fearless_simd::Level::Avx512($simd) => crate::number::vectorized!($simd, $does),
             #[cfg(target_arch = "x86_64")]
             fearless_simd::Level::Avx2($simd) => crate::number::vectorized!($simd, $does),
-            #[cfg(target_arch = "x86_64")]
-            level => {
-                let $simd = level.as_sse2().expect("every x86-64 processor has SSE2");
-                $does
-            }
-            #[cfg(target_arch = "aarch64")]
-            level => {
-                let $simd = level.as_neon().expect("every AArch64 processor has NEON");
-                $does
-            }
-            #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-            fearless_simd::Level::Fallback($simd) => $does,
-            #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-            _ => unreachable!("other processors do without"),
+            _ => crate::number::baseline!($simd => $does),
         }
     };
 }
@@ -279,21 +257,19 @@ impl<S: Simd> Colors<S> {
     }
 }
 
-impl<T: Add<Output = T>> Add for V3<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        V3 { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
-    }
+/// Operators that work along each axis.
+macro_rules! along_axes {
+    ($($trait:ident $of:ident),*) => {
+        $(impl<T: $trait<Output = T>> $trait for V3<T> {
+            type Output = Self;
+            #[inline(always)]
+            fn $of(self, other: Self) -> Self {
+                V3 { x: self.x.$of(other.x), y: self.y.$of(other.y), z: self.z.$of(other.z) }
+            }
+        })*
+    };
 }
-
-impl<T: Sub<Output = T>> Sub for V3<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        V3 { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
-    }
-}
+along_axes!(Add add, Sub sub, Mul mul);
 
 impl<T: Neg<Output = T>> Neg for V3<T> {
     type Output = Self;
@@ -308,14 +284,6 @@ impl<T: Mul<Output = T> + Copy> Mul<T> for V3<T> {
     #[inline(always)]
     fn mul(self, factor: T) -> Self {
         V3 { x: self.x * factor, y: self.y * factor, z: self.z * factor }
-    }
-}
-
-impl<T: Mul<Output = T>> Mul for V3<T> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        V3 { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
     }
 }
 

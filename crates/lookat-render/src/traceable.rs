@@ -10,7 +10,6 @@ use fearless_simd::Level;
 use glam::DVec3;
 use lookat_scene::{MaterialKind, Object, Primitive, Shape, World};
 
-use crate::bounds::Bounds;
 use crate::curve::Curves;
 use crate::curved::Curved;
 use crate::emitters::Emitters;
@@ -62,7 +61,7 @@ impl Traceable {
                 (objects.len() - 1, glows)
             });
             let placed = PlacedInstance::new(object, &instance.world_from_object, origin);
-            let of_object = objects[object].bvh.bounds();
+            let of_object = objects[object].bvh.bounds;
             if of_object.is_empty() {
                 continue;
             }
@@ -113,11 +112,6 @@ impl Traceable {
     /// All primitives, in the order of their numbers.
     pub fn primitives(&self) -> impl ExactSizeIterator<Item = &Primitive> {
         (0..self.curved_of.len() as u32).map(|number| self.primitive(number))
-    }
-
-    /// A box around everything.
-    pub fn bounds(&self) -> Bounds {
-        self.world.bvh.bounds()
     }
 
     /// Whether light passes straight through what is hit, as it has no material.

@@ -200,7 +200,7 @@ impl<S: Simd> Vertices<'_, S> {
             let reflected = f_cos * sample.li;
             let mut active = chosen.is_there & sample.is_there & reflected.is_light();
             active &= !world.met(simd, tracer, &sample.shadow, (active, true));
-            let is_sky = chosen.light.simd_ge(lighting.table.first_sky() as f64);
+            let is_sky = chosen.light.simd_ge(lighting.table.first_sky as f64);
             let direct = reflected / to_f32(chosen.probability);
             let other = pdf * self.directions();
             let weight = weights(is_sky, sample.pdf * chosen.probability, other);
@@ -304,7 +304,7 @@ impl<S: Simd> Vertices<'_, S> {
             let is_free = active & !hits.is_hit();
             if table.has_skies() && is_free.any_true() {
                 let mut sum = black;
-                for sky in table.first_sky()..table.len() {
+                for sky in table.first_sky..table.len() {
                     let (radiance, density) =
                         table.sky(simd, sky, receivers.lunes.as_ref(), directions.rays.d);
                     // Most often nothing else finds it.

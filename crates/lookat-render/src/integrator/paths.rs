@@ -66,8 +66,8 @@ impl World<'_> {
             }
         }
         let escaped = active & !hits.is_hit();
-        if tracer.lights().has_skies() && escaped.any_true() {
-            wave.add(samples, weight.0 * tracer.lights().background(simd, rays.d), escaped);
+        if tracer.lights.has_skies() && escaped.any_true() {
+            wave.add(samples, weight.0 * tracer.lights.background(simd, rays.d), escaped);
         }
     }
 

@@ -18,7 +18,7 @@ pub(super) const MAX_PASSED: u32 = 1000;
 /// Traces rays and counts them.
 pub(crate) struct Tracer<'s> {
     pub(super) scene: &'s Traceable,
-    lights: &'s LightTable,
+    pub(super) lights: &'s LightTable,
     pub rays: u64,
     /// How many packets of camera rays go together.
     pub stream_size: StreamSize,
@@ -30,11 +30,6 @@ impl<'s> Tracer<'s> {
     pub fn new(scene: &'s Traceable, lights: &'s LightTable) -> Self {
         Tracer { scene, lights, rays: 0, stream_size: StreamSize::LARGEST, profiler: None }
     }
-
-    pub fn lights(&self) -> &'s LightTable {
-        self.lights
-    }
-
     /// Does something with the profiler, if there is one.
     #[inline(always)]
     pub fn profile(&mut self, does: impl FnOnce(&mut Profiler)) {

@@ -237,7 +237,7 @@ impl<'s> World<'s> {
             }
         }
         if escaped != 0 {
-            let light = tracer.lights().background(simd, rays.d);
+            let light = tracer.lights.background(simd, rays.d);
             those(bits(simd, escaped)).for_each(|lane| add(lane, light.lane(lane)));
         }
         all

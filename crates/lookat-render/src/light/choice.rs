@@ -227,7 +227,7 @@ pub(super) fn cumulated(shares: &[f64]) -> Vec<f64> {
 
 /// About the radius of the scene.
 pub(super) fn radius(traceable: &Traceable) -> f64 {
-    let (low, high) = traceable.bounds().corners();
+    let (low, high) = traceable.world.bvh.bounds.corners();
     let radius = (high - low).length() * 0.5;
     if radius.is_finite() { radius } else { 1.0 }
 }

@@ -153,12 +153,12 @@ impl Environment {
 
     /// The share of its light that is brighter than the mean.
     pub fn share_above(&self) -> f64 {
-        if self.is_even() { 0.0 } else { self.table.mean_above() / self.table.mean() }
+        if self.is_even() { 0.0 } else { self.table.mean_above() / self.table.mean }
     }
 
     /// The mean luminance over all directions of light space.
     pub fn brightness(&self) -> f64 {
-        self.table.mean()
+        self.table.mean
     }
 }
 

@@ -1,6 +1,7 @@
 //! Light from shapes of the world.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DVec2, DVec3, Vec3};
@@ -16,7 +17,7 @@ use crate::curved::Curved;
 use crate::cutout;
 use crate::frame::Frames;
 use crate::frame::flipped;
-use crate::number::{Colors, LANES, V3, Vec3x8, bits, those, vectorized};
+use crate::number::{Colors, LANES, V3, Vec2x8, Vec3x8, bits, those, vectorized};
 use crate::ray::{ElementId, Ray};
 use crate::surface::Surface;
 use crate::surface::points::{Point, Points, Triangles, on_triangle};
@@ -29,6 +30,9 @@ use crate::warp::sample_discrete;
 pub(super) struct SurfaceLight {
     /// The primitive of the world.
     pub number: u32,
+    primitive: Primitive,
+    /// The world position of the origin.
+    origin: DVec3,
     pub form: SurfaceForm,
     /// The middle, and how far from it there is something.
     pub center: DVec3,
@@ -46,7 +50,7 @@ pub(super) struct SurfaceLight {
 
 pub(super) enum SurfaceForm {
     Curved(Box<Curved>),
-    Mesh(MeshAreas),
+    Mesh(Arc<Mesh>, MeshAreas),
 }
 
 impl SurfaceLight {
@@ -60,7 +64,7 @@ impl SurfaceLight {
                 let (area, radius) = (areas.total(), mesh_radius(mesh, origin, center));
                 let patches = triangles(traceable, primitive, (mesh, &areas));
                 let facing = Facing::new(patches, center, two_sided);
-                (SurfaceForm::Mesh(areas), center, radius, area, facing)
+                (SurfaceForm::Mesh(mesh.clone(), areas), center, radius, area, facing)
             }
             (Shape::Quadric(_), Some(shape)) => {
                 let (center, radius) = (shape.center, shape.half_extent().length());
@@ -73,6 +77,8 @@ impl SurfaceLight {
         };
         let light = SurfaceLight {
             number,
+            primitive: primitive.clone(),
+            origin,
             form,
             center,
             radius,
@@ -99,33 +105,25 @@ impl SurfaceLight {
         inverse.is_finite().select(estimate, (self.brightness * PI).simd_into(simd))
     }
 
-    /// Directions from points of surfaces to the light, which is this primitive. `origin`: the world position of the origin; `leaving`:
-    /// where the surface is the light itself.
+    /// Directions from points of surfaces to the light. `leaving`: where the surface is the light itself.
     #[inline(always)]
     pub fn sample<S: Simd>(
         &self,
         simd: S,
-        (primitive, origin): (&Primitive, DVec3),
         (at, leaving): (&Receivers<S>, mask64x8<S>),
-        u: [f64x8<S>; 2],
+        u: Vec2x8<S>,
     ) -> LightSample<S> {
-        match (&self.form, &primitive.shape) {
-            (SurfaceForm::Mesh(areas), Shape::TriangleMesh(mesh)) => {
-                self.sample_mesh(simd, (primitive, origin), (mesh, areas), at, u)
-            }
-            (SurfaceForm::Curved(shape), _) => {
+        match &self.form {
+            SurfaceForm::Mesh(mesh, areas) => self.sample_mesh(simd, (mesh, areas), at, u),
+            SurfaceForm::Curved(shape) => {
                 let Some(radius) = shape.whole_sphere() else {
-                    return self.sample_points(simd, (primitive, shape), (at, leaving), u);
+                    return self.sample_points(simd, shape, (at, leaving), u);
                 };
-                let (seen, is_outside) = self.sample_cone(simd, (primitive, shape, radius), at, u);
+                let (seen, is_outside) = self.sample_cone(simd, (shape, radius), at, u);
                 if is_outside.all_true() {
                     return seen;
                 }
-                seen.or(is_outside, self.sample_points(simd, (primitive, shape), (at, leaving), u))
-            }
-            (SurfaceForm::Mesh(_), _) => {
-                let shadow = at.surfaces.leave(at.surfaces.n);
-                LightSample::of_delta(bits(simd, 0), Colors::splat(simd, Vec3::ZERO), shadow)
+                seen.or(is_outside, self.sample_points(simd, shape, (at, leaving), u))
             }
         }
     }
@@ -135,9 +133,9 @@ impl SurfaceLight {
     fn sample_cone<S: Simd>(
         &self,
         simd: S,
-        (primitive, shape, radius): (&Primitive, &Curved, f64),
+        (shape, radius): (&Curved, f64),
         at: &Receivers<S>,
-        [u, v]: [f64x8<S>; 2],
+        [u, v]: Vec2x8<S>,
     ) -> (LightSample<S>, mask64x8<S>) {
         vectorized!(simd, {
             let to_center = Vec3x8::splat(simd, shape.center) - at.surfaces.p;
@@ -157,7 +155,8 @@ impl SurfaceLight {
             let target = self.label.simd_into(simd);
             let shadow = Rays { t_max, target, ..at.surfaces.leave(wi) };
             let is_outside = distance.simd_gt(radius * OUTSIDE);
-            let shines = bits(simd, if primitive.reverse_orientation && !self.two_sided { 0 } else { 0xff });
+            let shines =
+                bits(simd, if self.primitive.reverse_orientation && !self.two_sided { 0 } else { 0xff });
             let pdf = 1.0 / (one_minus_cos_max * TAU);
             let li = Colors::splat(simd, self.radiance);
             (LightSample::with_pdf(is_outside & shines, li, pdf, shadow), is_outside)
@@ -169,16 +168,15 @@ impl SurfaceLight {
     fn sample_mesh<S: Simd>(
         &self,
         simd: S,
-        (primitive, origin): (&Primitive, DVec3),
         (mesh, areas): (&Mesh, &MeshAreas),
         at: &Receivers<S>,
-        [u, v]: [f64x8<S>; 2],
+        [u, v]: Vec2x8<S>,
     ) -> LightSample<S> {
         vectorized!(simd, {
             let (indices, rest) = sample_discrete(simd, [&areas.sums; LANES], u);
             let mut triangles = Triangles::default();
             for (lane, index) in indices.into_iter().enumerate() {
-                triangles.put(lane, primitive, (mesh, index, corners(mesh, index, origin)));
+                triangles.put(lane, &self.primitive, (mesh, index, corners(mesh, index, self.origin)));
             }
             // Points of a triangle, all alike (PBR 13.6.5).
             let root = rest.sqrt();
@@ -187,12 +185,16 @@ impl SurfaceLight {
             let on_light = triangles.points(simd, [b0, b1, 1.0 - b0 - b1], all);
             let index: f64x8<S> = indices.map(|index| index as f64).simd_into(simd);
             let mut sample = self.towards(at, &on_light, index + self.label, self.area.simd_into(simd));
-            if primitive.cutout.is_some() {
+            if self.primitive.cutout.is_some() {
                 for lane in those(sample.is_there) {
                     // No light comes out of a hole, as none is seen there.
                     let element = element(self.number, indices[lane]);
-                    let is_there =
-                        cutout::is_there(simd.level(), (primitive, element), [b0[lane], b1[lane]], false);
+                    let is_there = cutout::is_there(
+                        simd.level(),
+                        (&self.primitive, element),
+                        [b0[lane], b1[lane]],
+                        false,
+                    );
                     sample.is_there &= bits(simd, !(u64::from(!is_there) << lane));
                 }
             }
@@ -205,9 +207,9 @@ impl SurfaceLight {
     fn sample_points<S: Simd>(
         &self,
         simd: S,
-        (primitive, shape): (&Primitive, &Curved),
+        shape: &Curved,
         (at, leaving): (&Receivers<S>, mask64x8<S>),
-        [u, v]: [f64x8<S>; 2],
+        [u, v]: Vec2x8<S>,
     ) -> LightSample<S> {
         vectorized!(simd, {
             let (mut p, mut n) = (at.surfaces.p, at.surfaces.n);
@@ -218,7 +220,7 @@ impl SurfaceLight {
                 n.put(lane, own_n);
                 *area = shape.stretch(own_p);
             }
-            let emitting = if primitive.reverse_orientation { -n } else { n };
+            let emitting = if self.primitive.reverse_orientation { -n } else { n };
             let magnitude = shape.magnitude().simd_into(simd);
             let on_light = Point { p, magnitude, n, ns: n, emitting };
             let mut sample = self.towards(at, &on_light, self.label.simd_into(simd), areas.simd_into(simd));
@@ -274,7 +276,7 @@ impl SurfaceLight {
     fn point_pdf(&self, on_light: &Surface, d: DVec3, squared_distance: f64) -> Option<f64> {
         let area = match &self.form {
             SurfaceForm::Curved(shape) => shape.stretch(on_light.p),
-            SurfaceForm::Mesh(_) => self.area,
+            SurfaceForm::Mesh(..) => self.area,
         };
         on_light.pdf_from(d, squared_distance, area)
     }

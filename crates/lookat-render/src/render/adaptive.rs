@@ -113,9 +113,9 @@ fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
 
 /// The variance of the samples of each pixel, row by row.
 fn variances(film: &Film, states: &[Vec<f64>]) -> Vec<f64> {
-    let mut variances = vec![0.0; film.crop().area() as usize];
+    let mut variances = vec![0.0; film.of.crop.area() as usize];
     for (tile, squares) in film.lock().iter().zip(states) {
-        for ((at, pixel), squares) in indices(tile.bounds, film.crop()).zip(tile.pixels()).zip(squares) {
+        for ((at, pixel), squares) in indices(tile.bounds, film.of.crop).zip(tile.pixels()).zip(squares) {
             variances[at] = pixel.variance(*squares, film.scale());
         }
     }

@@ -20,7 +20,7 @@ impl Context<'_> {
     pub fn expose(&mut self) {
         let sampler = Sampler { kind: SamplerKind::Sobol, samples_per_pixel: 1 };
         let pattern = Pattern { sampler, seed: 0, is_watched: true };
-        let [width, height] = self.film.resolution().map(u64::from);
+        let [width, height] = self.film.of.resolution.map(u64::from);
         let place = |at: u64| {
             let [x, y] = [at % u64::from(PROBES), at / u64::from(PROBES)];
             [x * width, y * height].map(|at| (at / u64::from(PROBES)) as u32)

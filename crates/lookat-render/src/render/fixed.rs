@@ -66,7 +66,7 @@ impl Policy for Fixed {
 
     fn next(&mut self, film: &Film, _states: &mut [()], control: &Control) -> bool {
         if self.pass.is_none() {
-            control.expect(film.crop().area() * u64::from(self.samples_per_pixel));
+            control.expect(film.of.crop.area() * u64::from(self.samples_per_pixel));
         }
         self.pass = self.passes.next();
         self.pass.is_some()

@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::Progress;
 
 /// Estimates the remaining time of a rendering.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct TimeLeft {
     /// Seconds since the first call, and the samples done by then. Each time is at least 2 % more than the previous
     /// one.
@@ -21,11 +21,6 @@ const SLACK: f64 = 1.4;
 const SETTLED: f64 = 0.5;
 
 impl TimeLeft {
-    /// An estimator for a rendering that is about to begin.
-    pub fn new() -> TimeLeft {
-        TimeLeft { history: Vec::new(), started: None }
-    }
-
     /// The least and the most remaining time, in seconds. `None` while it is unknown. Call this function regularly.
     ///
     /// The bounds cover two rates of samples: the rate since the start, and the rate in the second half of the elapsed
@@ -50,12 +45,6 @@ impl TimeLeft {
         let [fast, slow] = [all.min(recent) / SLACK, all.max(recent) * SLACK];
         let left = [least as f64 * fast, most as f64 * slow];
         left.iter().all(|seconds| seconds.is_finite()).then_some(left)
-    }
-}
-
-impl Default for TimeLeft {
-    fn default() -> Self {
-        TimeLeft::new()
     }
 }
 
@@ -100,7 +89,7 @@ mod tests {
 
     #[test]
     fn even_work_is_estimated_within_the_slack() {
-        let mut left = TimeLeft::new();
+        let mut left = TimeLeft::default();
         for step in 1..=100 {
             let [least, most] =
                 left.at(f64::from(step), 1000 * step as u64, [1000 * (100 - step as u64); 2]).unwrap();
@@ -112,7 +101,7 @@ mod tests {
     /// Slower samples raise the upper bound, and later also the lower bound.
     #[test]
     fn slower_samples_are_noticed() {
-        let mut left = TimeLeft::new();
+        let mut left = TimeLeft::default();
         (1..=10_u64).for_each(|second| {
             left.at(second as f64, 1000 * second, [9000; 2]);
         });
@@ -121,7 +110,7 @@ mod tests {
             [least, most] = left.at(second as f64, 10_000 + 100 * (second - 10), [1000; 2]).unwrap();
         }
         assert!(most >= 10.0 && least > 1.0, "{least} {most}");
-        assert_eq!(TimeLeft::new().at(1.0, 0, [10; 2]), None);
+        assert_eq!(TimeLeft::default().at(1.0, 0, [10; 2]), None);
     }
 
     #[test]

@@ -115,7 +115,7 @@ impl Target {
             (0..parts[index].seen.len()).filter(is_outlier).count() as u64
         };
         let outliers = (0..parts.len()).into_par_iter().map(outliers).sum();
-        Reached { within: film.crop().area() - at_cap - out_of_time, at_cap, out_of_time, outliers }
+        Reached { within: film.of.crop.area() - at_cap - out_of_time, at_cap, out_of_time, outliers }
     }
 }
 
@@ -130,7 +130,7 @@ impl Policy for Target {
         let first = Round::Replicates(FIRST / REPLICATES);
         self.round = match self.round {
             Round::Start => {
-                control.expect(film.crop().area() * u64::from(FIRST));
+                control.expect(film.of.crop.area() * u64::from(FIRST));
                 if self.has_preview { Round::Preview } else { first }
             }
             Round::Preview => first,
@@ -144,7 +144,7 @@ impl Policy for Target {
                 }
                 judge(film, parts, &self.rule);
                 let active = || parts.iter().flat_map(Part::active);
-                control.state().pixels_done = film.crop().area() - active().count() as u64;
+                control.state().pixels_done = film.of.crop.area() - active().count() as u64;
                 if active().next().is_none() || count >= self.most || control.is_stopped() {
                     return false;
                 }

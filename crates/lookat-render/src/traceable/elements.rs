@@ -24,6 +24,7 @@ pub(super) struct Builder {
 }
 
 /// Elements that become one tree.
+#[derive(Default)]
 pub(super) struct Elements<'s> {
     /// What positions of meshes are relative to.
     origin: DVec3,
@@ -37,13 +38,7 @@ pub(super) struct Elements<'s> {
 
 impl Builder {
     pub fn elements<'s>(&mut self, primitives: &'s [Primitive], origin: DVec3) -> Elements<'s> {
-        let mut all = Elements {
-            origin,
-            meshes: Vec::new(),
-            others: Vec::new(),
-            references: Vec::new(),
-            emitters: Vec::new(),
-        };
+        let mut all = Elements { origin, ..Elements::default() };
         for shape in primitives {
             let primitive = self.curved_of.len() as u32;
             self.curved_of.push(NOT_CURVED);

@@ -40,7 +40,8 @@ impl Shown {
     pub fn new(arguments: &Render, pixels: u64) -> Shown {
         let is_silent = arguments.quiet || arguments.report.json;
         let bar = bar(is_silent, ProgressStyle::with_template("{wide_bar} {msg}"));
-        let state = State { started: Instant::now(), left: TimeLeft::new(), next: [Duration::ZERO, FIRST] };
+        let state =
+            State { started: Instant::now(), left: TimeLeft::default(), next: [Duration::ZERO, FIRST] };
         let has_target = arguments.target_error.is_some();
         Shown { is_silent, bar, pixels, has_target, time: arguments.time, state: Mutex::new(state) }
     }

@@ -62,12 +62,6 @@ impl Bin {
     }
 }
 
-impl Default for Bins {
-    fn default() -> Self {
-        Bins([[Bin::EMPTY; BINS]; 3])
-    }
-}
-
 /// Between two bins.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Split {
@@ -80,6 +74,8 @@ pub(super) struct Split {
 }
 
 impl Bins {
+    pub const EMPTY: Bins = Bins([[Bin::EMPTY; BINS]; 3]);
+
     #[inline(always)]
     pub fn add(&mut self, binning: &Binning, reference: &Reference) {
         let own = reference.bounds();

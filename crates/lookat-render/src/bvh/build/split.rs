@@ -24,7 +24,7 @@ pub(super) fn split(
     let may_be_leaf = fits_block(references);
     let centers = fold(references, Bounds::EMPTY, add_center, |all, other| *all = all.union(*other));
     let binning = Binning::new(&centers, references.len());
-    let bins = fold(references, Bins::default(), |bins, reference| bins.add(&binning, reference), Bins::join);
+    let bins = fold(references, Bins::EMPTY, |bins, reference| bins.add(&binning, reference), Bins::join);
     let best = if depth < HALVING_DEPTH { bins.best_split(&binning) } else { None };
     match best {
         // A block costs the same, however many triangles are in it.

@@ -29,7 +29,7 @@ pub(super) struct DirectionTable {
     /// Of the latitudes between which rows lie.
     cosines: Vec<f64>,
     /// The mean luminance over the sphere.
-    mean: f64,
+    pub mean: f64,
 }
 
 /// Directions that have been sampled.
@@ -121,11 +121,6 @@ impl DirectionTable {
         let before = if column == 0 { 0.0 } else { row[column - 1] };
         let total = self.total();
         if total > 0.0 { (row[column] - before) / total } else { 0.0 }
-    }
-
-    /// The mean luminance over the sphere.
-    pub fn mean(&self) -> f64 {
-        self.mean
     }
 
     /// The mean of how much brighter it is than that, where it is brighter.

@@ -49,7 +49,7 @@ impl FirstRound {
         }
         lefts[0].add(fastest as f64);
         lefts[1].add(slowest as f64);
-        let (first, tiles) = (film.crop().area() * u64::from(FIRST), film.tiles.len());
+        let (first, tiles) = (film.of.crop.area() * u64::from(FIRST), film.tiles.len());
         let [least, most] = [lefts[0].sum(tiles, -1.0), lefts[1].sum(tiles, 1.0)];
         // Keep the lock, so that an older forecast never replaces a newer one.
         let bounds = least.zip(most).map(|(least, most)| [first + least as u64, first + most as u64]);
