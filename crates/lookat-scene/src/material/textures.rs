@@ -74,6 +74,15 @@ impl MaterialKind {
         textures!(self, mut)
     }
 
+    /// The index of refraction, if the material has one.
+    pub(crate) fn index(&self) -> Option<&Texture<f64>> {
+        match self {
+            MaterialKind::Glass(glass) => Some(&glass.eta),
+            MaterialKind::Uber(uber) => Some(&uber.eta),
+            _ => None,
+        }
+    }
+
     /// The roughness, if the material has one.
     pub(super) fn roughness(&self) -> Option<&Roughness> {
         match self {
