@@ -82,7 +82,7 @@ impl<'s> Lighting<'s> {
         LightSampler::new(simd, self.table, choice, at)
     }
 
-    /// Light that comes straight to surfaces by way of samples of lights.
+    /// Light that comes straight to surfaces by way of samples of lights. Ends the stage of lights.
     #[inline(never)]
     pub fn direct<S: Simd>(
         &self,
@@ -95,7 +95,6 @@ impl<'s> Lighting<'s> {
         simd.vectorize(
             #[inline(always)]
             || {
-                tracer.profile(|profiler| profiler.enter(Stage::Lights));
                 let light = match self.samples[0].lights {
                     LightSamples::One(_) => self.one_light(simd, tracer, streams, vertices, active),
                     LightSamples::Each(strategy) => {
