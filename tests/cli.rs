@@ -123,6 +123,7 @@ fn the_exit_status_tells_fine_from_wrong_from_trouble() {
     check(&["render", "fine.pbrt", "--seed", "-1"], 2);
     check(&["--help"], 0);
     check(&["--version"], 0);
+    assert!(folder.run(&["--version"]).out.starts_with(concat!("lookat ", env!("CARGO_PKG_VERSION"))));
 }
 
 /// The lines of standard output, each of which has to be JSON.

@@ -173,7 +173,10 @@ fn black_pictures_are_told() {
     folder.write("inside.pbrt", &without_sky.replace("0 0 -4  0 0 0", "0 0 0  0 0 9"));
     let said = |scene, args: &[&str]| folder.run(&[&["render", scene, "-o", "a.pfm"], args].concat());
     assert!(said("away.pbrt", &[]).err.contains("no camera ray hits a surface"));
+    let black = "WorldBegin Material \"matte\" \"rgb Kd\" [0 0 0]";
+    folder.write("black.pbrt", &without_sky.replace("WorldBegin", black));
     assert!(said("inside.pbrt", &[]).err.contains("no visible surface receives light"));
+    assert!(said("black.pbrt", &[]).err.contains("the black material at black.pbrt:6:21; give it a color"));
     assert!(!said("fine.pbrt", &[]).err.contains("black"));
     assert!(said("away.pbrt", &["--quiet"]).err.contains("the picture is all black"));
     assert_eq!(said("fine.pbrt", &["--quiet"]).err, "");

@@ -8,6 +8,7 @@ mod darkness;
 mod emptiness;
 mod hidden_lights;
 mod idle_lights;
+mod indices;
 mod mesh_lights;
 mod names;
 mod options;
@@ -55,6 +56,7 @@ const ALWAYS: &[Pass] = &[
     camera::advise_large_world,
     caustics::advise,
     hidden_lights::advise,
+    indices::advise,
     curves::advise,
     mesh_lights::advise,
     quadric_lights::advise,

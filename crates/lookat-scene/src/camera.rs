@@ -173,13 +173,11 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
         _ => return params.unknown_kind(&names(KINDS)),
     };
     let screen = screen_window(params, film);
-    let lens = lens(params);
+    let lens = if projection == Projection::Environment { no_lens(params) } else { lens(params) };
     let projection = match projection {
         Projection::Orthographic { .. } => orthographic(params, lens.is_some()),
         other => other,
     };
-    // pbrt-v3 reads the lens of an environment camera and ignores it.
-    let lens = lens.filter(|_| projection != Projection::Environment);
     // Without motion, the shutter has no effect.
     params.take(&SHUTTER_OPEN);
     params.take(&SHUTTER_CLOSE);
@@ -239,6 +237,18 @@ fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
             default
         }
     }
+}
+
+/// pbrt-v3 reads the lens of an environment camera and ignores it.
+fn no_lens(params: &mut Params) -> Option<Lens> {
+    let radius = params.take(&LENS_RADIUS);
+    params.take(&Key { range: Range::ALL, ..FOCAL_DISTANCE });
+    let reason = "an environment camera has no lens, and everything is sharp, as in pbrt-v3";
+    if radius != 0.0 {
+        params.unused("lensradius", reason, "delete lensradius");
+    }
+    params.unused("focaldistance", reason, "delete focaldistance");
+    None
 }
 
 fn lens(params: &mut Params) -> Option<Lens> {

@@ -20,7 +20,7 @@ mod uber;
 use std::rc::Rc;
 
 use glam::Vec3;
-use lookat_syntax::Text;
+use lookat_syntax::{Span, Text};
 
 use crate::names::Names;
 use crate::params::Params;
@@ -50,6 +50,8 @@ use keys::{bump, index_of_refraction, share};
 pub struct Material {
     pub(crate) kind: MaterialKind,
     pub(crate) bump: Option<Texture<f64>>,
+    /// The type that its directive names. `None` for a material made in code.
+    pub span: Option<Span>,
     needs: Needs,
     /// How many materials it comes to, counting the parts of nested mixes.
     parts: u32,
@@ -88,6 +90,7 @@ impl Material {
             sigma: Texture::Constant(0.0),
         }),
         bump: None,
+        span: None,
         needs: Needs::NOTHING,
         parts: 1,
     };
@@ -100,7 +103,7 @@ impl Material {
             MaterialKind::Mix(mix) => mix.parts(),
             _ => 1,
         };
-        Material { kind, bump, needs, parts }
+        Material { kind, bump, span: None, needs, parts }
     }
 
     /// Its scattering.

@@ -18,8 +18,9 @@ pub use memory::{Memory, way_out};
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
-#[command(name = "lookat", version, about = "Renders pbrt-v3 scene files, and says what is wrong with them")]
+#[command(name = "lookat", version = env!("LOOKAT_VERSION"))]
 #[command(
+    about = "Renders pbrt-v3 scene files, and says what is wrong with them",
     after_help = "Exit status: 0 success, or a result despite errors with --keep-going; 1 a scene has errors; 2 wrong usage or another failure; 130 interrupted"
 )]
 pub struct Arguments {

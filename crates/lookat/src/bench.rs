@@ -8,6 +8,9 @@ use serde_json::{Value, json};
 
 use crate::args::Bench;
 
+/// With fewer, a measurement that other work disturbs is its own median.
+const FEWEST_ROUNDS: u16 = 3;
+
 /// Runs the command.
 pub fn bench(arguments: &Bench) -> ExitCode {
     crate::exit_code(run(arguments).map(|()| 0))
@@ -19,6 +22,9 @@ fn run(arguments: &Bench) -> Result<(), String> {
     let mut tables = Vec::new();
     if !json {
         crate::print(&head(&machine, *rounds))?;
+    }
+    if *rounds < FEWEST_ROUNDS {
+        crate::say(&format!("ratios are noisy with fewer than {FEWEST_ROUNDS} rounds: increase --rounds"));
     }
     for suite in Suite::ALL.into_iter().filter(|suite| only.is_empty() || only.contains(suite)) {
         crate::say(&format!("measuring {} ...", suite.name()));

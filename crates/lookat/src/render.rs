@@ -218,7 +218,7 @@ fn picture(
     }
     // A picture that shows nothing is never what was meant: --quiet does not hide it.
     if !arguments.report.json {
-        explain_black(&picture, &rendered, scene);
+        explain_black(&picture, &rendered, scene, &loaded.sources);
     }
     Ok((picture, destination.result()))
 }

@@ -86,16 +86,19 @@ fn shown_path(path: &Path) -> String {
     visible(&path.display().to_string())
 }
 
+/// A place as file:line:column.
+pub fn place(span: Span, sources: &Sources) -> String {
+    let at = sources.location(span);
+    format!("{}:{}:{}", shown_path(at.path), at.line, at.column)
+}
+
 /// The most other places in the text output. `--json` prints all.
 const MOST_PLACES: usize = 10;
 
 /// The other places with the same problem, as file:line:column.
 fn other_places(places: &[Span], sources: &Sources) -> Option<String> {
-    let place = |span: &Span| {
-        let at = sources.location(*span);
-        format!("{}:{}:{}", shown_path(at.path), at.line, at.column)
-    };
-    let listed = places.iter().take(MOST_PLACES).map(place).collect::<Vec<_>>().join(", ");
+    let listed =
+        places.iter().take(MOST_PLACES).map(|span| place(*span, sources)).collect::<Vec<_>>().join(", ");
     let left = match places.len().saturating_sub(MOST_PLACES) {
         0 => String::new(),
         left => format!(", and {left} more"),

@@ -6,6 +6,7 @@ use fearless_simd::{Simd, prelude::*};
 use lookat_scene::{DirectStrategy, LightChoice};
 
 use super::Draw;
+use super::profiler::Stage;
 use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, Part, Slots};
 use crate::camera::views::{Viewer, Views};
@@ -100,6 +101,7 @@ impl<'s> Direct<'s> {
                     self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
                 let Shaded { surfaces, frames, .. } = &shaded;
                 let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
+                tracer.profile(|profiler| profiler.enter(Stage::Lights));
                 let receivers = &self.lighting.receivers(surfaces, bsdf, active);
                 let sampler = &self.lighting.sampler(simd, receivers);
                 let vertices =
@@ -114,6 +116,7 @@ impl<'s> Direct<'s> {
                     wave.add(samples, paths.beta * light, smooth);
                 } else {
                     streams.skip(self.numbers);
+                    tracer.profile(|profiler| profiler.enter(Stage::Scattering));
                 }
                 let specular = active & bsdf.has(Part::Specular);
                 if depth + 1 >= self.max_depth || !specular.any_true() {

@@ -90,11 +90,10 @@ impl<'s> Lighting<'s> {
 }
 
 impl<S: Simd> Vertices<'_, S> {
-    /// Light that comes straight to surfaces by way of samples of lights.
+    /// Light that comes straight to surfaces by way of samples of lights. Ends the stage of lights.
     #[inline(never)]
     pub fn direct(&self, tracer: &mut Tracer, streams: &mut Streams, active: mask64x8<S>) -> Colors<S> {
         vectorized!(self.simd, {
-            tracer.profile(|profiler| profiler.enter(Stage::Lights));
             let light = match self.lighting.samples {
                 LightSamples::One(_) => self.one_light(tracer, streams, active),
                 LightSamples::Each(strategy) => self.each_light(tracer, streams, (strategy, active)),

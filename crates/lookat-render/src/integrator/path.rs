@@ -9,6 +9,7 @@ use fearless_simd::{Simd, f32x8, mask64x8};
 use lookat_scene::LightChoice;
 
 use super::Draw;
+use super::profiler::Stage;
 use super::tracer::Tracer;
 use crate::bsdf::{Bsdf, Part, Slots};
 use crate::camera::views::{Viewer, Views};
@@ -94,6 +95,7 @@ impl<'s> Paths<'s> {
                     self.world.shaded(simd, tracer, (rays, hits), views.as_ref(), active, &mut slots);
                 let Shaded { surfaces, frames, .. } = &shaded;
                 let bsdf = &Bsdf::new((surfaces.n, surfaces.ns, *frames), -rays.d, &mut slots);
+                tracer.profile(|profiler| profiler.enter(Stage::Lights));
                 let receivers = &self.lighting.receivers(surfaces, bsdf, active);
                 let sampler = &self.lighting.sampler(simd, receivers);
                 let vertices =

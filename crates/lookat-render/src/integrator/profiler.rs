@@ -8,31 +8,30 @@ use fearless_simd::{Simd, mask64x8};
 use crate::number::count;
 use crate::trace::rays::Rays;
 
-/// A part of the work.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Stage {
-    Camera,
-    CameraRays,
-    Shading,
-    Lights,
-    ShadowRays,
-    Scattering,
-    BounceRays,
-    SkyRays,
-    Film,
+/// The stages and their names.
+macro_rules! stages {
+    ($($stage:ident $name:literal,)*) => {
+        /// A part of the work.
+        #[derive(Clone, Copy, PartialEq, Eq)]
+        pub(crate) enum Stage {
+            $($stage,)*
+        }
+
+        pub(super) const STAGES: [(Stage, &str); [$($name),*].len()] = [$((Stage::$stage, $name),)*];
+    };
 }
 
-pub(super) const STAGES: [(Stage, &str); 9] = [
-    (Stage::Camera, "camera"),
-    (Stage::CameraRays, "camera rays"),
-    (Stage::Shading, "shading"),
-    (Stage::Lights, "lights"),
-    (Stage::ShadowRays, "shadow rays"),
-    (Stage::Scattering, "scattering"),
-    (Stage::BounceRays, "bounce rays"),
-    (Stage::SkyRays, "sky rays"),
-    (Stage::Film, "film"),
-];
+stages! {
+    Camera "camera",
+    CameraRays "camera rays",
+    Shading "shading",
+    Lights "lights",
+    ShadowRays "shadow rays",
+    Scattering "scattering",
+    BounceRays "bounce rays",
+    SkyRays "sky rays",
+    Film "film",
+}
 
 /// What a stage of a rendering takes on one thread.
 #[derive(Debug, Clone, Copy, Default)]

@@ -46,13 +46,16 @@ pub(super) const fn given_v(default_words: &'static str) -> Key<GivenTexture> {
 impl Roughness {
     /// `roughness` alone.
     pub(super) fn isotropic(params: &mut TextureParams, both: &Key<FloatTexture>) -> Self {
-        Roughness { u: taken(params, both), v: None, remap: params.take(&REMAP) }
+        let u = params.take_texture(both);
+        let remap = remap(params, &[(both.name, Some(&u))]);
+        Roughness { u, v: None, remap }
     }
 
     /// `uroughness` and `vroughness`.
     pub(super) fn of_two(params: &mut TextureParams, keys: [&Key<FloatTexture>; 2]) -> Self {
-        let [u, v] = keys.map(|key| taken(params, key));
-        Roughness { u, v: Some(v), remap: params.take(&REMAP) }
+        let [u, v] = keys.map(|key| params.take_texture(key));
+        let remap = remap(params, &[(keys[0].name, Some(&u)), (keys[1].name, Some(&v))]);
+        Roughness { u, v: Some(v), remap }
     }
 
     /// `roughness`, which `uroughness` and `vroughness` each replace.
@@ -61,11 +64,11 @@ impl Roughness {
         both: &Key<FloatTexture>,
         v: &Key<GivenTexture>,
     ) -> Self {
-        let (both, [u, v]) = of_three(params, both, v);
+        let (both, [u, v], remap) = of_three(params, both, v);
         params.replaced_by("roughness", &["uroughness", "vroughness"]);
         let is_isotropic = u.is_none() && v.is_none();
         let v = v.unwrap_or_else(|| both.clone());
-        Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap: params.take(&REMAP) }
+        Roughness { u: u.unwrap_or(both), v: (!is_isotropic).then_some(v), remap }
     }
 
     /// `roughness` or `uroughness` for u, and `vroughness` for v (default the same as u).
@@ -74,38 +77,40 @@ impl Roughness {
         both: &Key<FloatTexture>,
         v: &Key<GivenTexture>,
     ) -> Self {
-        let (both, [u, v]) = of_three(params, both, v);
+        let (both, [u, v], remap) = of_three(params, both, v);
         params.replaced_by("roughness", &["uroughness"]);
-        Roughness { u: u.unwrap_or(both), v, remap: params.take(&REMAP) }
+        Roughness { u: u.unwrap_or(both), v, remap }
     }
 }
 
-/// `roughness`, and `uroughness` and `vroughness` if they are given.
+/// `roughness`, `uroughness` and `vroughness` if they are given, and `remaproughness`.
 fn of_three(
     params: &mut TextureParams,
     both: &Key<FloatTexture>,
     v: &Key<GivenTexture>,
-) -> (Texture<f64>, [Option<Texture<f64>>; 2]) {
-    let both = taken(params, both);
-    (both, [&GIVEN_U, v].map(|key| given(params, key)))
+) -> (Texture<f64>, [Option<Texture<f64>>; 2], bool) {
+    let first = params.take_texture(both);
+    let [along_u, along_v] = [&GIVEN_U, v].map(|key| params.take_texture(key));
+    let all = [(both.name, Some(&first)), (GIVEN_U.name, along_u.as_ref()), (v.name, along_v.as_ref())];
+    let remap = remap(params, &all);
+    (first, [along_u, along_v], remap)
 }
 
-fn given(params: &mut TextureParams, key: &Key<GivenTexture>) -> Option<Texture<f64>> {
-    let roughness = params.take_texture(key)?;
-    check(params, key.name, &roughness);
-    Some(roughness)
-}
-
-fn taken(params: &mut TextureParams, key: &Key<FloatTexture>) -> Texture<f64> {
-    let roughness = params.take_texture(key);
-    check(params, key.name, &roughness);
-    roughness
-}
-
-/// Negative values give the narrowest lobe, as in pbrt-v3.
-fn check(params: &mut TextureParams, name: &str, roughness: &Texture<f64>) {
-    if roughness.constant().is_some_and(|value| value < 0.0) {
-        let message = format!("{name} is negative: the surface is almost smooth, as in pbrt-v3");
-        params.warn(name, &message, "the usual range is 0 to 1");
+/// Takes `remaproughness`, and warns of roughness outside 0 to 1. Negative values give the narrowest lobe, as in pbrt-v3.
+/// A width above 1 is none that surprises: the conversion gives 1.62 for 1.
+fn remap(params: &mut TextureParams, all: &[(&str, Option<&Texture<f64>>)]) -> bool {
+    let remap = params.take(&REMAP);
+    for (name, roughness) in all {
+        let value = roughness.and_then(|roughness| roughness.constant()).unwrap_or(0.0);
+        let (what, help) = if value < 0.0 {
+            ("negative: the surface is almost smooth", "the usual range is 0 to 1")
+        } else if value > 1.0 && remap {
+            let help = "the usual range is 0 to 1; if it is a width, write \"bool remaproughness\" \"false\"";
+            ("above 1: the surface is rougher than at 1", help)
+        } else {
+            continue;
+        };
+        params.warn(name, &format!("{name} is {what}, as in pbrt-v3"), help);
     }
+    remap
 }

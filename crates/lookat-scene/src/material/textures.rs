@@ -74,6 +74,35 @@ impl MaterialKind {
         textures!(self, mut)
     }
 
+    /// True if it scatters no light. Textures that vary count as light.
+    pub fn is_black(&self) -> bool {
+        let are_black = |all: &[&Texture<Vec3>]| all.iter().all(|share| share.constant() == Some(Vec3::ZERO));
+        match self {
+            MaterialKind::Matte(it) => are_black(&[&it.kd]),
+            MaterialKind::Plastic(it) => are_black(&[&it.kd, &it.ks]),
+            MaterialKind::Translucent(it) => {
+                are_black(&[&it.kd, &it.ks]) || are_black(&[&it.reflect, &it.transmit])
+            }
+            MaterialKind::Glass(it) => are_black(&[&it.kr, &it.kt]),
+            MaterialKind::Mirror(it) => are_black(&[&it.kr]),
+            MaterialKind::Substrate(it) => are_black(&[&it.kd, &it.ks]),
+            MaterialKind::Uber(it) => {
+                it.opacity.constant() == Some(Vec3::ONE) && are_black(&[&it.kd, &it.ks, &it.kr, &it.kt])
+            }
+            MaterialKind::Mix(it) => it.materials.iter().all(|part| part.kind.is_black()),
+            MaterialKind::Metal(_) | MaterialKind::None => false,
+        }
+    }
+
+    /// The index of refraction, if the material has one.
+    pub(crate) fn index(&self) -> Option<&Texture<f64>> {
+        match self {
+            MaterialKind::Glass(glass) => Some(&glass.eta),
+            MaterialKind::Uber(uber) => Some(&uber.eta),
+            _ => None,
+        }
+    }
+
     /// The roughness, if the material has one.
     pub(super) fn roughness(&self) -> Option<&Roughness> {
         match self {

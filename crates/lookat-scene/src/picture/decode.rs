@@ -48,6 +48,11 @@ impl FromColor for f32 {
 
 const LARGEST: f32 = color::LARGEST as f32;
 
+/// True for light above the limit of colors. An infinite value counts as 0.
+fn is_too_bright(value: f32) -> bool {
+    value.is_finite() && value > LARGEST
+}
+
 fn settle(value: f32, settings: &Settings) -> f32 {
     let linear = if settings.gamma { linear_from_srgb(value) } else { value };
     let scaled = settings.scale * linear;
@@ -83,6 +88,13 @@ pub(super) fn decode<T: FromColor>(
     if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| *value < 0.0)) {
         let message = "values below 0 of this picture are used as 0; in pbrt-v3, they subtract light";
         params.warn(name, message, "set them to 0 in the picture: lookat and pbrt-v3 then agree");
+    }
+    if settings.not_negative && planes.iter().any(|plane| plane.iter().any(|value| is_too_bright(*value))) {
+        let message = format!("{} is too bright; the limit is {:e}", shown.display(), color::LARGEST);
+        return Err((
+            message,
+            "divide the values of the picture, and multiply the scale of the light".into(),
+        ));
     }
     let (texels, is_finite) = texels(planes, width as usize, settings);
     if !is_finite {

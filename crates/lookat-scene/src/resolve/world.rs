@@ -27,8 +27,9 @@ impl Resolver<'_> {
             params.ignore_rest();
             return MaterialInstance { material: Arc::new(Material::DEFAULT), known: None, entity: None };
         }
-        let material = Arc::new(material::material(params, &self.definitions.materials));
-        MaterialInstance { material, known: params.known(), entity: Some(entity) }
+        let mut material = material::material(params, &self.definitions.materials);
+        material.span = Some(entity.name.span);
+        MaterialInstance { material: Arc::new(material), known: params.known(), entity: Some(entity) }
     }
 
     /// Defines a named material. Its type is a parameter.

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use lookat_render::{Reached, Rendered, Settings, Stop, TargetError};
-use lookat_scene::{Integrator, Scene};
+use lookat_render::glam::DVec2;
+use lookat_render::{Prepared, Reached, Rendered, Settings, Stop, TargetError};
+use lookat_scene::syntax::Span;
+use lookat_scene::{Integrator, Primitive, Scene, Sources};
 use serde::Serialize;
 
-use crate::report::JsonDiagnostic;
+use crate::report::{self, JsonDiagnostic};
 
 /// The JSON output.
 #[derive(Serialize)]
@@ -117,7 +119,7 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
 }
 
 /// Prints the reason why a picture is all black.
-pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &Scene) {
+pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &Scene, sources: &Sources) {
     if picture.black && rendered.complete && picture.least_samples > 0 {
         let depth = match scene.view.integrator {
             Integrator::Path { max_depth, .. } | Integrator::DirectLighting { max_depth, .. } => max_depth,
@@ -125,10 +127,15 @@ pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &
         };
         // Without secondary rays, no surface scattered light.
         let is_alone = picture.rays == rendered.statistics.samples && depth > 0;
+        let black = if is_alone { black_material(scene) } else { None };
+        let black = black.map(|at| {
+            let place = report::place(at, sources);
+            format!("the picture is all black: the camera sees the black material at {place}; give it a color above 0")
+        });
         crate::say(match is_alone {
-            true => {
-                "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov"
-            }
+            true => black.as_deref().unwrap_or(
+                "the picture is all black: no camera ray hits a surface that scatters light; check LookAt and fov",
+            ),
             false if depth == 0 => "the picture is all black: with maxdepth 0, only lights are seen",
             false
                 if scene.world.lights.is_empty()
@@ -150,6 +157,26 @@ pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &
             set \"float maxsampleluminance\" of the Film"
         ));
     }
+}
+
+/// The place of a black material that the camera sees.
+fn black_material(scene: &Scene) -> Option<Span> {
+    let is_black =
+        |primitive: &Primitive| primitive.emission.is_none() && primitive.material.kind().is_black();
+    // Otherwise there is no need to prepare the scene again.
+    if !scene.world.shapes().any(is_black) {
+        return None;
+    }
+    let (mut prepared, crop) = (Prepared::new(scene), scene.view.film.crop);
+    // Few enough for an answer in a moment.
+    let [across, down] = [crop.width(), crop.height()].map(|side| side.div_ceil(256) as usize);
+    let pixels = (crop.y0..crop.y1)
+        .step_by(down)
+        .flat_map(|y| (crop.x0..crop.x1).step_by(across).map(move |x| [x, y]));
+    pixels.into_iter().find_map(|[x, y]| {
+        let picked = prepared.pick(&scene.view, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))?;
+        picked.primitive.material.span.filter(|_| is_black(picked.primitive))
+    })
 }
 
 /// The number of samples per pixel, in words.
