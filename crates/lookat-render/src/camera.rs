@@ -1,5 +1,6 @@
 //! Camera rays: from a place on the film and the lens to a ray, in closed form and `f64`.
 
+pub(crate) mod focus;
 pub(crate) mod views;
 
 use fearless_simd::{Simd, f64x8, prelude::*};

@@ -1,7 +1,7 @@
 //! Finds the features of the renderer that a scene uses, with the decisions of the renderer itself.
 
 use fearless_simd::Level;
-use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, Scene};
+use lookat_scene::{DirectStrategy, Integrator, LightChoice, Material, View};
 
 use crate::bsdf::most_lobes;
 use crate::bvh::Node;
@@ -108,10 +108,9 @@ pub fn simd() -> &'static str {
     }
 }
 
-/// Prepares a scene as rendering does, and returns the features that it uses.
-pub fn inspect(scene: &Scene) -> Inspection {
-    let prepared = Prepared::new(scene);
-    let (view, Prepared { traceable, lights, .. }) = (&scene.view, &prepared);
+/// The features that a view of a world uses.
+pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
+    let Prepared { traceable, lights, .. } = prepared;
     let integrator = SceneIntegrator::new(&view.integrator, traceable, lights);
     let materials = surfaces(&integrator.world().materials.all);
     let (choice, draws, depth) = integration(&view.integrator, lights, materials.specular > 0);

@@ -10,7 +10,7 @@ mod replay;
 mod tracer;
 pub(crate) mod wave;
 mod weighed;
-mod world;
+pub(crate) mod world;
 
 use std::ops::Range;
 

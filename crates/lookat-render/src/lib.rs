@@ -73,8 +73,10 @@ mod threads;
 mod trace;
 mod traceable;
 mod triangle;
+mod view_facts;
 mod warp;
 
+pub use camera::focus::Focus;
 pub use film::REPLICATES;
 pub use inspect::{Choice, Elements, Inspection, Surfaces, inspect, simd};
 pub use integrator::{Draw, StageProfile};
@@ -90,3 +92,4 @@ pub use render::{
     profile, render,
 };
 pub use threads::{start_threads, threads};
+pub use view_facts::{Flat, LightFacts, LightPlace, ShapeFacts, ViewFacts};

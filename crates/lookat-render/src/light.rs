@@ -106,6 +106,11 @@ impl LightTable {
         })
     }
 
+    /// The primitive of the world that is a light.
+    pub fn primitive_of(&self, light: usize) -> Option<usize> {
+        self.of_primitive.iter().position(|of| *of == Some(light))
+    }
+
     /// How many samples of direct light there are of a light, where all are sampled.
     pub fn samples(&self, light: usize, strategy: DirectStrategy) -> u32 {
         match &self.lights[light] {

@@ -14,6 +14,7 @@ use crate::light::LightTable;
 use crate::traceable::Traceable;
 pub(crate) use brightest::Brightest;
 use origin::Lattice;
+pub(crate) use origin::corners_of_shape;
 
 /// A world with its trees and light tables. Views of it render without preparing it again:
 ///

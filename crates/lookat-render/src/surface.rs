@@ -76,6 +76,11 @@ impl<'s> Surface<'s> {
         }
     }
 
+    /// The same with its normal on the side that a ray in direction `d` comes from.
+    pub fn facing(self, d: DVec3) -> Self {
+        Surface { n: flipped(self.n, self.n.dot(d) > 0.0), ..self }
+    }
+
     /// The density, by solid angle, of this point when it is chosen evenly on an area, and seen in direction `d`, of length
     /// one, from so far away. `None` where it is seen edge-on.
     #[inline(always)]

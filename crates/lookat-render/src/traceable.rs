@@ -33,6 +33,8 @@ pub(crate) struct Traceable {
     pub curves: Curves,
     pub(crate) world: Group,
     pub(crate) objects: Vec<Group>,
+    /// The number of the first primitive of each object.
+    pub(crate) first_of_objects: Vec<u32>,
     pub(crate) instances: Vec<PlacedInstance>,
     pub emitters: Emitters,
     pub labels: Labels,
@@ -48,13 +50,14 @@ impl Traceable {
         let mut world = builder.elements(&source.primitives, origin);
         let mut of_objects = Vec::new();
         // Each object is prepared once, in its own space, however many copies there are.
-        let mut objects: Vec<Group> = Vec::new();
+        let (mut objects, mut first_of_objects): (Vec<Group>, Vec<u32>) = (Vec::new(), Vec::new());
         let mut known: HashMap<*const Object, (usize, bool)> = HashMap::new();
         let mut instances = Vec::new();
         for instance in &source.instances {
             let (object, glows) = *known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| {
                 let primitives = &instance.object.primitives;
                 of_objects.extend((0..primitives.len() as u32).map(|index| (instance.object.clone(), index)));
+                first_of_objects.push(builder.curved_of.len() as u32);
                 let elements = builder.elements(primitives, DVec3::ZERO);
                 let glows = !elements.emitters.is_empty();
                 objects.push(elements.group());
@@ -90,6 +93,7 @@ impl Traceable {
             curves,
             world,
             objects,
+            first_of_objects,
             instances,
             emitters,
             labels,

@@ -6,6 +6,7 @@ use lookat_syntax::{EntityKind, Span};
 
 use crate::Transform;
 use crate::draft::Slot;
+use crate::places::LookAt;
 use crate::symbols::{SymbolId, SymbolKind};
 
 /// Facts in the order in which the scene is read.
@@ -29,6 +30,10 @@ pub(crate) struct Facts {
     pub replaced_options: Vec<(EntityKind, Span, Span)>,
     /// Options that are left to their defaults.
     pub missing_options: Vec<EntityKind>,
+    /// The last `LookAt` before `Camera`.
+    pub look_at: Option<LookAt>,
+    /// The types of the lights of the world.
+    pub lights: Vec<Span>,
     /// The last Camera and its transformation.
     pub camera: Option<(Span, Transform)>,
     /// A transformation after `Camera` that nothing has used.

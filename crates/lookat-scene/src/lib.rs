@@ -59,6 +59,7 @@ mod names;
 mod options;
 mod params;
 mod picture;
+mod places;
 mod ply;
 mod report;
 mod resolve;
@@ -94,6 +95,7 @@ pub use material::{
 };
 pub use memory::Memory;
 pub use mesh::{Mesh, MeshFault};
+pub use places::{LookAt, Places};
 pub use sampler::{MAX_SAMPLES, Sampler, SamplerKind};
 pub use scene::{Instance, Object, Primitive, Scene, View, World};
 pub use shape::{

@@ -10,7 +10,6 @@ use lookat_syntax::{
     Diagnostic, Directive, FileId, Param, Span, Statement, Text, number_bytes, parse_within,
 };
 
-use crate::Scene;
 use crate::advice::{Evidence, advise};
 use crate::facts::Block;
 use crate::files::{Access, Files, Open, Read, other_format};
@@ -19,6 +18,7 @@ use crate::load_options::LoadOptions;
 use crate::loaded::Loaded;
 use crate::resolve::{Resolver, home_block};
 use crate::symbols::SymbolKind;
+use crate::{Places, Scene};
 
 /// The most included files. A scene with more includes files in a loop.
 const MAX_INCLUDES: usize = 10_000;
@@ -117,11 +117,25 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
     let is_whole = (!report.has_errors() || options.keep_going) && misfit.is_none() && !options.fast;
     let unread = built.unread;
     let output = settled.as_ref().map_or(DEFAULT_OUTPUT.into(), |settled| settled.output.clone());
+    let mut places = settled.as_ref().map_or_else(Places::default, |settled| settled.places.clone());
+    places.lights = facts.lights;
     let scene = settled.filter(|_| is_whole);
     let scene = scene.map(|settled| Scene { view: settled.view, world: Arc::new(built.world) });
     let (diagnostics, symbols) = report.finish(&files.sources);
     let (sources, inputs, memory) = files.into_parts();
-    Loaded { sources, inputs, memory, scene, output, diagnostics, symbols, unread, can_keep_going, misfit }
+    Loaded {
+        sources,
+        inputs,
+        memory,
+        scene,
+        places,
+        output,
+        diagnostics,
+        symbols,
+        unread,
+        can_keep_going,
+        misfit,
+    }
 }
 
 /// The memory left for the statements of a text, besides its numbers.
@@ -140,6 +154,7 @@ fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
         inputs,
         memory,
         scene: None,
+        places: Places::default(),
         output: DEFAULT_OUTPUT.into(),
         diagnostics,
         symbols: Vec::new(),

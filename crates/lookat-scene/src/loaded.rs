@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use lookat_image::MemoryBudget;
 use lookat_syntax::Diagnostic;
 
-use crate::{Scene, Sources, Symbol};
+use crate::{Places, Scene, Sources, Symbol};
 
 /// The result of [`load`](crate::load()).
 #[derive(Debug)]
@@ -18,6 +18,8 @@ pub struct Loaded {
     /// The scene. `None` if there is a `misfit`, if there are errors without `keep_going`, with `fast`, or if no scene
     /// could be built at all.
     pub scene: Option<Scene>,
+    /// Where the text says how the scene is seen and lit.
+    pub places: Places,
     /// The file that the scene names for its picture (`filename` of `Film`), relative to the working folder. Default:
     /// `pbrt.exr`.
     pub output: PathBuf,

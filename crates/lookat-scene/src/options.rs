@@ -13,6 +13,7 @@ use crate::film::{self, FilmOverride};
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
 use crate::params::Params;
+use crate::places::Places;
 use crate::report::Report;
 use crate::sampler::{self, Sampler, SamplerKind};
 use crate::{Transform, View};
@@ -36,6 +37,8 @@ struct Given {
 /// The resolved options.
 pub(crate) struct Settled {
     pub view: View,
+    /// Where the view is in the text.
+    pub places: Places,
     /// The file of the picture.
     pub output: PathBuf,
     /// True if the integrator ignores surfaces without a material.
@@ -88,6 +91,7 @@ impl Options {
         };
         let params = &mut Params::new("Film", entity(self.film, "image"), files, report);
         let (film, output) = film::film(params, film_override);
+        let crop_window = params.given_place("cropwindow");
         let filter =
             filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
         let params = &mut Params::new("Sampler", entity(self.sampler, "halton"), files, report);
@@ -104,8 +108,19 @@ impl Options {
             Some((given, world_from_camera)) => (Some(given), world_from_camera),
             None => (None, Transform::IDENTITY),
         };
+        let at = given.as_ref().map(|given| given.entity.name.span);
         let params = &mut Params::new("Camera", entity(given, "perspective"), files, report);
         let camera = camera::camera(params, world_from_camera, &film);
+        let places = Places {
+            camera: at,
+            look_at: facts.look_at.filter(|look_at| look_at.places(&world_from_camera)),
+            screen_window: params.given_place("screenwindow"),
+            lens_radius: params.given_place("lensradius"),
+            focal_distance: params.given_place("focaldistance"),
+            crop_window,
+            world_begin: Some(world_begin),
+            lights: Vec::new(),
+        };
         let view = View {
             camera: camera
                 .unwrap_or_else(|| Camera::new(world_from_camera.inverse(), Projection::PBRT_DEFAULT, &film)),
@@ -114,7 +129,7 @@ impl Options {
             sampler: sampler.unwrap_or(Sampler::PBRT_DEFAULT),
             integrator: integrator.unwrap_or(Integrator::PBRT_DEFAULT),
         };
-        Settled { view, output, passes_boundaries, substituted }
+        Settled { view, places, output, passes_boundaries, substituted }
     }
 
     /// The kinds of options that are usually given and are not.

@@ -134,6 +134,11 @@ impl<'a> Params<'a> {
             .map_or(self.kind.span, |(_, span, _)| *span)
     }
 
+    /// The place of the value of a parameter that was given and taken.
+    pub fn given_place(&self, name: &str) -> Option<Span> {
+        self.was_taken(name).then(|| self.place(name))
+    }
+
     /// True if a parameter was given and taken.
     pub fn was_taken(&self, name: &str) -> bool {
         self.places.iter().any(|(taken, ..)| *taken == name)

@@ -190,6 +190,9 @@ pub struct Check {
     /// Read only the headers of meshes, and no pictures
     #[arg(long)]
     pub fast: bool,
+    /// Also warn about what the picture shows: a camera inside a shape, nothing in view, nothing sharp, lights that light nothing
+    #[arg(long, conflicts_with = "fast")]
+    pub view: bool,
     #[command(flatten)]
     pub memory: Memory,
     #[command(flatten)]

@@ -2,12 +2,14 @@
 
 use std::process::ExitCode;
 
+use lookat_scene::syntax::Severity;
 use lookat_scene::{LoadOptions, Loaded};
 use serde::Serialize;
 
 use crate::args::Check;
 use crate::report::{self, JsonDiagnostic};
 use crate::source::load_scene;
+use crate::view;
 
 #[derive(Serialize)]
 struct JsonResult<'a> {
@@ -27,7 +29,13 @@ pub fn check(arguments: &Check) -> ExitCode {
     };
     let (mut status, mut lost) = (0, false);
     for path in &arguments.files {
-        let loaded = load_scene(path, &options, arguments.report);
+        let mut loaded = load_scene(path, &options, arguments.report);
+        if arguments.view
+            && let Err(message) = look(&mut loaded, arguments.report.strict)
+        {
+            crate::say(&format!("error: {message}"));
+            status = crate::TROUBLE;
+        }
         if report::has_errors(&loaded) {
             status = status.max(report::failure(&loaded));
         }
@@ -45,6 +53,18 @@ pub fn check(arguments: &Check) -> ExitCode {
         }
     }
     ExitCode::from(if lost { crate::lost() } else { status })
+}
+
+/// Adds warnings about what the scene shows. With `strict`, they are errors.
+fn look(loaded: &mut Loaded, strict: bool) -> Result<(), String> {
+    let Some(scene) = &loaded.scene else { return Ok(()) };
+    let mut prepared = view::prepare(loaded, scene)?;
+    let (_, mut advice) = view::look(loaded, scene, &mut prepared);
+    if strict {
+        advice.iter_mut().for_each(|warning| warning.severity = Severity::Error);
+    }
+    loaded.diagnostics.extend(advice);
+    Ok(())
 }
 
 /// What to say about a scene after its diagnostics.

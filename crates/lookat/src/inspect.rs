@@ -1,17 +1,21 @@
 //! `lookat inspect`: the size, features and cost of a scene.
 
 mod text;
+mod view;
 
 use std::process::ExitCode;
 
-use lookat_render::{Choice, Draw, Elements, Inspection, preparation_bytes};
-use lookat_scene::{FilterKind, Integrator, LightChoice, LoadOptions, Memory, Projection, Scene};
+use lookat_render::{Choice, Draw, Elements, Inspection};
+use lookat_scene::{
+    FilterKind, Integrator, LightChoice, LoadOptions, Loaded, Memory, Projection, Scene, Sources,
+};
 use serde::Serialize;
 use serde_json::{Value, json};
 
-use crate::args::{Inspect, way_out};
+use crate::args::Inspect;
 use crate::report::{self, JsonDiagnostic};
 use crate::source::load_scene;
+use crate::view::Sight;
 use crate::visible::visible;
 
 /// The JSON output.
@@ -28,6 +32,8 @@ struct Inspected<'s> {
     scene: &'s Scene,
     inspection: Inspection,
     memory: Memory,
+    sight: Sight<'s>,
+    sources: &'s Sources,
 }
 
 /// Runs the command.
@@ -39,12 +45,10 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     };
     let loaded = load_scene(&arguments.scene, &options, arguments.report);
     let name = arguments.scene.display().to_string();
-    if let Some(Err(shortage)) =
-        loaded.scene.as_ref().map(|scene| loaded.memory.reserve(preparation_bytes(&scene.world)))
-    {
-        return crate::exit_code(Err(format!("the shapes and lights are too large: {}", way_out(shortage))));
-    }
-    let found = loaded.scene.as_ref().map(Inspected::new);
+    let found = match loaded.scene.as_ref().map(|scene| Inspected::new(scene, &loaded)).transpose() {
+        Ok(found) => found,
+        Err(message) => return crate::exit_code(Err(message)),
+    };
     let printed = if arguments.report.json {
         let needs = found.as_ref().map(Inspected::json);
         crate::print_json(&JsonResult { scene: name, diagnostics: report::json(&loaded), needs })
@@ -60,8 +64,11 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
 }
 
 impl<'s> Inspected<'s> {
-    fn new(scene: &'s Scene) -> Self {
-        Inspected { scene, inspection: lookat_render::inspect(scene), memory: scene.world.memory() }
+    fn new(scene: &'s Scene, loaded: &'s Loaded) -> Result<Self, String> {
+        let mut prepared = crate::view::prepare(loaded, scene)?;
+        let inspection = lookat_render::inspect(&prepared, &scene.view);
+        let (sight, _) = crate::view::look(loaded, scene, &mut prepared);
+        Ok(Inspected { scene, inspection, memory: scene.world.memory(), sight, sources: &loaded.sources })
     }
 
     /// The BVHs of the world and of all objects.
@@ -107,7 +114,7 @@ impl<'s> Inspected<'s> {
     }
 
     fn json(&self) -> Value {
-        let Inspected { scene, inspection: it, memory } = self;
+        let Inspected { scene, inspection: it, memory, .. } = self;
         let elements = |elements: &Elements| {
             json!({
                 "triangles": elements.triangles, "quadrics": elements.quadrics,
@@ -150,6 +157,7 @@ impl<'s> Inspected<'s> {
                 "film": it.film_bytes, "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
                 "pictures": memory.pictures, "picture_bytes": memory.picture_bytes,
             },
+            "view": view::json(&self.sight, self.sources),
             "simd": lookat_render::simd(),
             "not_paid_for": self.not_paid_for(),
         })

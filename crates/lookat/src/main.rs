@@ -17,6 +17,7 @@ mod source;
 mod stability;
 mod usage;
 mod verify;
+mod view;
 mod visible;
 
 use std::io::{ErrorKind, Write};

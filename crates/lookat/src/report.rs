@@ -32,6 +32,17 @@ pub fn print(loaded: &Loaded, quiet: bool) {
     write(&mut out.lock(), loaded, quiet, &renderer);
 }
 
+/// Prints diagnostics to standard error.
+pub fn print_each(diagnostics: &[Diagnostic], sources: &Sources) {
+    let out = anstream::stderr();
+    let renderer = if out.as_inner().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    let mut out = out.lock();
+    for diagnostic in diagnostics {
+        // Ignore a closed standard error.
+        let _ = writeln!(out, "{}\n", render(diagnostic, sources, &renderer));
+    }
+}
+
 /// The diagnostics of a scene, as [`print()`] shows them without colors.
 pub fn text(loaded: &Loaded) -> String {
     let mut text = Vec::new();

@@ -83,6 +83,14 @@ fn corners_of(primitive: &Primitive, index: usize) -> Corners {
     }
 }
 
+/// The box around a shape.
+pub(crate) fn corners_of_shape(primitive: &Primitive) -> Corners {
+    match &primitive.shape {
+        Shape::TriangleMesh(mesh) => around(mesh.positions().iter().map(|p| [DVec3::from(*p); 2])),
+        Shape::Quadric(_) | Shape::Curve(_) => corners_of(primitive, 0),
+    }
+}
+
 /// The boxes around every so many of the elements.
 fn boxes(primitives: &[Primitive], stride: usize) -> Vec<Corners> {
     let mut boxes = Vec::new();

@@ -5,6 +5,7 @@ use lookat_syntax::{Diagnostic, Span};
 
 use super::Resolver;
 use crate::facts::Block;
+use crate::places::LookAt;
 use crate::transform::{LARGEST, LookAtFault, Transform};
 
 impl Resolver<'_> {
@@ -33,8 +34,10 @@ impl Resolver<'_> {
 
     pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
         let [eye, look, up] = [0, 3, 6].map(|at| DVec3::new(points[at], points[at + 1], points[at + 2]));
-        if self.block == Block::World {
-            self.facts.look_ats.push(span);
+        match self.block {
+            Block::World => self.facts.look_ats.push(span),
+            _ if !self.options.camera_is_set() => self.facts.look_at = Some(LookAt { span, eye, look, up }),
+            _ => {}
         }
         match Transform::look_at(eye, look, up) {
             Ok(transform) => self.concat(transform, span),

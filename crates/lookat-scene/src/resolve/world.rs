@@ -83,8 +83,12 @@ impl Resolver<'_> {
         if self.draft.open.is_some() {
             self.facts.lights_in_objects.push(entity.name.span);
         }
+        let at = entity.name.span;
         let params = &mut Params::new("LightSource", entity, &self.files, &mut self.report);
-        self.draft.lights.extend(light::light(params, self.state.ctm, &mut self.draft.pictures));
+        if let Some(light) = light::light(params, self.state.ctm, &mut self.draft.pictures) {
+            self.draft.lights.push(light);
+            self.facts.lights.push(at);
+        }
     }
 
     pub(super) fn shape(&mut self, entity: Entity) {

@@ -4,11 +4,11 @@ use lookat_image::byte_words;
 use lookat_render::{Choice, Draw, Elements, Surfaces};
 use lookat_scene::LightChoice;
 
-use super::{Inspected, filter_name, integrator_name, projection_name};
+use super::{Inspected, filter_name, integrator_name, projection_name, view};
 
 impl Inspected<'_> {
     pub fn text(&self, name: &str) -> String {
-        let lines = [
+        let mut lines = vec![
             ("film", self.film()),
             ("camera", self.camera()),
             ("integrator", self.integrator()),
@@ -22,6 +22,7 @@ impl Inspected<'_> {
             ("arithmetic", self.arithmetic()),
             ("not used", listed(&self.not_paid_for())),
         ];
+        lines.extend(view::lines(&self.sight, self.sources));
         let line = |(title, text): &(&str, String)| format!("  {title:14}{}\n", wrapped(text));
         format!("{name}\n") + &lines.iter().map(line).collect::<String>()
     }

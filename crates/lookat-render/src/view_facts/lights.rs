@@ -1,0 +1,242 @@
+//! Lights: how much of the light on what is seen they give, and whether they light anything.
+
+use std::f64::consts::PI;
+
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
+use glam::{DVec2, DVec3};
+use lookat_scene::Light;
+
+use super::{Seen, ShapeFacts, enclosure};
+use crate::bsdf::Domain;
+use crate::color::luminance;
+use crate::integrator::Tracer;
+use crate::integrator::world::World;
+use crate::light::Receivers;
+use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, those, to_f32};
+use crate::prepare::{Prepared, corners_of_shape};
+use crate::surface::Surface;
+use crate::surface::points::Surfaces;
+use crate::trace::rays::{Rays, WORLD};
+use crate::warp::square_to_disk;
+
+/// About so many shadow rays are traced, and at least so many for each light.
+const SHADOW_RAYS: usize = 1 << 16;
+const LEAST_OF_A_LIGHT: usize = 64;
+/// The most lights that are measured.
+const MOST_LIGHTS: usize = 256;
+
+/// A light, and what it gives to the surfaces in view.
+#[derive(Debug, Clone)]
+pub struct LightFacts {
+    /// Which light it is.
+    pub place: LightPlace,
+    /// Where it is, if it is somewhere: its position, or the middle of its box.
+    pub position: Option<DVec3>,
+    /// The mean irradiance, as luminance, that comes straight from the light to the surfaces in view.
+    pub irradiance: f64,
+    /// Whether any of the surfaces in view, or of those that these see, lies where the light shines to, with nothing in the way.
+    pub reaches: bool,
+    /// The same, whatever is in the way.
+    pub faces: bool,
+    /// Where `reaches` is false, the number in [`ViewFacts::shapes`](super::ViewFacts::shapes) of the opaque shape around the light.
+    pub inside: Option<usize>,
+}
+
+/// Where a light is in a world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LightPlace {
+    /// The number in `World::lights`.
+    Light(usize),
+    /// The number in `World::primitives` of a shape that emits.
+    Primitive(usize),
+}
+
+/// Facts about the lights, from the surfaces that probe rays have seen. None if there are too many lights.
+pub(super) fn facts(
+    prepared: &Prepared,
+    seen: &[&Seen],
+    mut number: impl FnMut((u32, u32)) -> usize,
+) -> Vec<LightFacts> {
+    let (lights, traceable) = (&prepared.lights, &prepared.traceable);
+    if lights.len() == 0 || lights.len() > MOST_LIGHTS || seen.is_empty() {
+        return Vec::new();
+    }
+    let count = (SHADOW_RAYS / lights.len() / 2).clamp(LEAST_OF_A_LIGHT, seen.len().max(LEAST_OF_A_LIGHT));
+    let every = seen.len().div_ceil(count);
+    let first: Vec<Surface> =
+        seen.iter().step_by(every).map(|seen| seen.surface.facing(seen.ray.d)).collect();
+    // What these see in one direction each: light may come to them from there.
+    let bounce = |(i, surface): (usize, &Surface)| {
+        let ray = surface.leave(cosine_direction(surface.n, square(i)));
+        let hit = traceable.nearest(&ray).filter(|hit| !traceable.emits(hit))?;
+        Some(Surface::new(traceable, &ray, &hit).facing(ray.d))
+    };
+    let second: Vec<Surface> = first.iter().enumerate().filter_map(bounce).collect();
+    let world = World::new(traceable);
+    let mut tracer = Tracer::new(traceable, lights);
+    let places = places(prepared);
+    let light_facts = |(light, place): (usize, LightPlace)| {
+        let [direct, indirect] = [&first, &second]
+            .map(|at| baseline!(simd => received(simd, prepared, (&world, &mut tracer), light, at)));
+        let reaches = direct.lit + indirect.lit > 0;
+        let position = position(prepared, place);
+        let is_point = matches!(place, LightPlace::Light(_));
+        let around = |p: DVec3| enclosure::around(traceable, p - traceable.origin);
+        let inside = position.filter(|_| !reaches && is_point).and_then(around);
+        LightFacts {
+            place,
+            position,
+            irradiance: direct.irradiance / first.len() as f64,
+            reaches,
+            faces: direct.faced + indirect.faced > 0,
+            inside: inside.filter(|key| ShapeFacts::new(traceable, *key).is_opaque).map(&mut number),
+        }
+    };
+    places.into_iter().enumerate().map(light_facts).collect()
+}
+
+/// Which lights those of the table are: points and directions, shapes, environment maps, constant skies.
+fn places(prepared: &Prepared) -> Vec<LightPlace> {
+    let (lights, source) = (&prepared.lights, &prepared.traceable.source.lights);
+    let rank = |light: &Light| match light {
+        Light::Environment { .. } => 1,
+        Light::Infinite { .. } => 2,
+        _ => 0,
+    };
+    let of_rank = |of: u32| {
+        let own = source.iter().enumerate().filter(move |(_, light)| rank(light) == of);
+        own.map(|(number, _)| LightPlace::Light(number))
+    };
+    let of_shapes =
+        (0..lights.len()).filter_map(|light| lights.primitive_of(light)).map(LightPlace::Primitive);
+    of_rank(0).chain(of_shapes).chain(of_rank(1)).chain(of_rank(2)).collect()
+}
+
+/// Where a light is, if it is somewhere.
+fn position(prepared: &Prepared, place: LightPlace) -> Option<DVec3> {
+    let source = &prepared.traceable.source;
+    match place {
+        LightPlace::Light(number) => match &source.lights[number] {
+            Light::Point { position, .. } => Some(*position),
+            Light::Spot { world_from_light, .. }
+            | Light::Goniometric { world_from_light, .. }
+            | Light::Projection { world_from_light, .. } => Some(world_from_light.point(DVec3::ZERO)),
+            Light::Distant { .. } | Light::Infinite { .. } | Light::Environment { .. } => None,
+        },
+        LightPlace::Primitive(number) => {
+            let [low, high] = corners_of_shape(&source.primitives[number]);
+            Some((low + high) * 0.5)
+        }
+    }
+}
+
+/// What surfaces receive from a light.
+#[derive(Default)]
+struct Received {
+    /// The sum of the irradiance.
+    irradiance: f64,
+    /// How many surfaces receive any, and would if nothing were in the way.
+    lit: usize,
+    faced: usize,
+}
+
+fn received<S: Simd>(
+    simd: S,
+    prepared: &Prepared,
+    (world, tracer): (&World, &mut Tracer),
+    light: usize,
+    at: &[Surface],
+) -> Received {
+    let mut sum = Received::default();
+    for (group, lanes) in at.chunks(LANES).enumerate() {
+        let surfaces = side_by_side(simd, world, lanes);
+        let [u, v] = [0, 1].map(|axis| f64x8::from_fn(simd, |lane| square(group * LANES + lane)[axis]));
+        let active = first_lanes(simd, lanes.len());
+        let is_sky = light >= prepared.lights.first_sky();
+        let samples = if is_sky { 2 } else { 1 };
+        for part in 0..samples {
+            let (rays, light, faced) = match part {
+                0 => of_light(simd, prepared, light, (&surfaces, world), [u, v]),
+                _ => of_sky(simd, prepared, light, &surfaces, [u, v]),
+            };
+            let faced = faced & active & light.is_light();
+            let is_met = world.met(simd, tracer, &rays, (faced, !is_sky));
+            let lit = faced & !is_met;
+            sum.faced += those(faced).count();
+            sum.lit += those(lit).count();
+            sum.irradiance += those(lit).map(|lane| luminance(light.lane(lane))).sum::<f64>();
+        }
+    }
+    sum
+}
+
+/// Rays to samples of a light, their share of the irradiance, and where they count.
+fn of_light<S: Simd>(
+    simd: S,
+    prepared: &Prepared,
+    light: usize,
+    (surfaces, world): (&Surfaces<S>, &World),
+    u: [f64x8<S>; 2],
+) -> (Rays<S>, Colors<S>, mask64x8<S>) {
+    let (none, all) = (bits(simd, 0), bits(simd, 0xff));
+    let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: all };
+    let receivers = Receivers { surfaces, domain, lunes: None };
+    let own = world.number(prepared.lights.curved_element(light));
+    let leaving = surfaces.element.simd_eq(own) & surfaces.instance.simd_eq(WORLD);
+    let sample = prepared.lights.sample(simd, light, (&receivers, leaving), u);
+    let cosine = sample.shadow.d.dot(surfaces.n);
+    // Directions from the surfaces find the rest of a sky.
+    let other = if light >= prepared.lights.first_sky() { cosine / PI } else { 0.0.simd_into(simd) };
+    let share = cosine / (sample.pdf + other);
+    let counts = sample.is_there & cosine.simd_gt(0.0);
+    (sample.shadow, sample.li * to_f32(share), counts)
+}
+
+/// Rays in directions from the surfaces, for light of a sky.
+fn of_sky<S: Simd>(
+    simd: S,
+    prepared: &Prepared,
+    light: usize,
+    surfaces: &Surfaces<S>,
+    [u, v]: [f64x8<S>; 2],
+) -> (Rays<S>, Colors<S>, mask64x8<S>) {
+    let mut d = surfaces.n;
+    for lane in 0..LANES {
+        d.put(lane, cosine_direction(surfaces.n.lane(lane), DVec2::new(u[lane], v[lane])));
+    }
+    let (radiance, density) = prepared.lights.sky(simd, light, None, d);
+    let cosine = d.dot(surfaces.n);
+    let share = cosine / (cosine / PI + density);
+    (surfaces.leave(d), radiance * to_f32(share), cosine.simd_gt(0.0))
+}
+
+/// The first of them is in the place of those that are missing.
+fn side_by_side<S: Simd>(simd: S, world: &World, surfaces: &[Surface]) -> Surfaces<S> {
+    let of = |lane: usize| surfaces.get(lane).unwrap_or(&surfaces[0]);
+    let zero = Vec3x8::splat(simd, DVec3::ZERO);
+    let number = |lane: usize| world.number(of(lane).element);
+    let instance = |lane: usize| f64::from(of(lane).element.instance);
+    let mut wide = Surfaces {
+        p: zero,
+        n: zero,
+        ns: zero,
+        magnitude: 0.0.simd_into(simd),
+        element: f64x8::from_fn(simd, number),
+        instance: f64x8::from_fn(simd, instance),
+    };
+    (0..LANES).for_each(|lane| wide.put(lane, of(lane)));
+    wide
+}
+
+/// The `i`-th point of the R2 sequence (Roberts 2018) in the unit square.
+fn square(i: usize) -> DVec2 {
+    (super::R2 * (i + 1) as f64).fract()
+}
+
+/// A direction that leaves a surface with a density in proportion to its cosine.
+fn cosine_direction(n: DVec3, u: DVec2) -> DVec3 {
+    let [x, y] =
+        baseline!(simd => square_to_disk::<_, f64x8<_>>([u.x, u.y].map(|u| u.simd_into(simd))).map(|x| x[0]));
+    let (s, t) = n.any_orthonormal_pair();
+    s * x + t * y + n * (1.0 - x * x - y * y).max(0.0).sqrt()
+}

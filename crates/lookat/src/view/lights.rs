@@ -1,0 +1,99 @@
+//! Lights that light nothing.
+
+use lookat_render::{LightFacts, LightPlace};
+use lookat_scene::syntax::Diagnostic;
+use lookat_scene::{Emission, Integrator, Light};
+
+use super::{Sight, short};
+
+/// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
+const NO_SHARE: f64 = 1e-5;
+const FAR: f64 = 30.0;
+
+/// Lights that light nothing in view.
+pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
+    let uses_lights = !matches!(sight.scene.view.integrator, Integrator::AmbientOcclusion { .. });
+    // Light from behind comes through others.
+    let is_opaque = sight.shapes_in_view().all(|shape| shape.is_opaque || shape.is_emitter);
+    let is_lit = sight.shapes_in_view().any(|shape| !shape.is_emitter);
+    let all = sight.facts.lights.iter().filter(|_| uses_lights && is_opaque && is_lit);
+    all.filter_map(|light| {
+        enclosed(sight, light).or_else(|| turned_away(sight, light)).or_else(|| far(sight, light))
+    })
+    .collect()
+}
+
+/// A light in an opaque shape.
+fn enclosed(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
+    let shape = &sight.facts.shapes[light.inside?];
+    let warning = Diagnostic::warning(
+        sight.light_place(light)?,
+        "this light is inside a shape, and lights nothing in view",
+    );
+    let warning = match shape.span {
+        Some(span) => warning.related(span, "this shape is around it"),
+        None => warning,
+    };
+    Some(warning.help("move the light out of the shape"))
+}
+
+/// A light that shines away from everything.
+fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
+    if light.faces {
+        return None;
+    }
+    let (message, help) = match light.place {
+        LightPlace::Primitive(number) => {
+            let emission = sight.scene.world.primitives[number].emission?;
+            // A lamp of several shapes also has some that are turned away.
+            if sight
+                .facts
+                .lights
+                .iter()
+                .any(|other| other.faces && emission_of(sight, other) == Some(emission))
+            {
+                return None;
+            }
+            (
+                "this light shines away from everything in view",
+                "it shines on the side of its normal: write ReverseOrientation before the shape, or \"bool twosided\" \"true\" in AreaLightSource",
+            )
+        }
+        LightPlace::Light(number) => match sight.scene.world.lights[number] {
+            Light::Spot { .. } | Light::Projection { .. } => (
+                "nothing in view is in the cone of this light",
+                "it shines from \"from\" towards \"to\": check both",
+            ),
+            Light::Distant { .. } => (
+                "this light shines on the back of everything in view",
+                "it shines from \"from\" towards \"to\": check both",
+            ),
+            _ => return None,
+        },
+    };
+    Some(Diagnostic::warning(sight.light_place(light)?, message).help(help))
+}
+
+/// A light so far away that it gives next to nothing.
+fn far(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
+    let all: f64 = sight.facts.lights.iter().map(|light| light.irradiance).sum();
+    let distance = sight.light_distance(light)?;
+    let share = light.irradiance / all;
+    let is_alone = sight.facts.lights.len() == 1 && light.irradiance < NO_SHARE;
+    if !(distance > FAR * sight.world_size() && light.reaches && (share < NO_SHARE || is_alone)) {
+        return None;
+    }
+    let message = format!(
+        "this light gives next to nothing: it is {} units away, and the shapes are {} units large",
+        short(distance),
+        short(sight.world_size())
+    );
+    Some(Diagnostic::warning(sight.light_place(light)?, message).help("move it closer, or make it brighter"))
+}
+
+fn emission_of(sight: &Sight, light: &LightFacts) -> Option<Emission> {
+    match light.place {
+        LightPlace::Primitive(number) => sight.scene.world.primitives[number].emission,
+        LightPlace::Light(_) => None,
+    }
+}

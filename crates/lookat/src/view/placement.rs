@@ -1,0 +1,166 @@
+//! Cameras inside a shape, behind the ground, far away, or turned away from everything.
+
+use lookat_render::{ShapeFacts, ViewFacts};
+use lookat_scene::LookAt;
+use lookat_scene::glam::DVec3;
+use lookat_scene::syntax::Diagnostic;
+
+use super::{Sight, point, short};
+
+/// Shapes that fill less of the shorter side than this are hardly seen.
+const HARDLY_SEEN: f64 = 0.02;
+/// The most of the picture that other shapes fill where one hides them.
+const HIDDEN: f64 = 0.01;
+/// The least of the picture that the ground fills where it hides the others.
+const HIDING: f64 = 0.3;
+
+/// What is odd about the place of the camera.
+pub(super) fn odd(sight: &Sight) -> Option<Diagnostic> {
+    let found = inside(sight).or_else(|| behind_ground(sight)).or_else(|| far_away(sight));
+    let found = found.or_else(|| nothing_in_view(sight)).map(|found| with_turn(sight, found));
+    found.or_else(|| exchanged(sight))
+}
+
+/// The eye is in a closed shape, which no light comes into.
+fn inside(sight: &Sight) -> Option<Diagnostic> {
+    let shape = &sight.facts.shapes[sight.facts.inside?];
+    let is_lit = sight.facts.lights.iter().any(|light| light.irradiance > 0.0);
+    let is_small = shape.size() < 0.5 * sight.world_size();
+    let is_meant = shape.is_emitter || (shape.is_opaque && is_lit) || (!shape.is_opaque && !is_small);
+    if is_meant {
+        return None;
+    }
+    let message = match shape.is_opaque {
+        true => "the camera is inside this shape, and no light comes in: the picture is black",
+        false => "the camera is inside this shape",
+    };
+    let eye = format!("the eye is at {}", point(sight.facts.eye));
+    let place = shape.span.unwrap_or_else(|| sight.camera_place());
+    let help = "move the eye, or make the shape smaller";
+    Some(Diagnostic::warning(place, message).related(sight.camera_place(), eye).help(help))
+}
+
+/// A plane hides all other shapes.
+fn behind_ground(sight: &Sight) -> Option<Diagnostic> {
+    let (ground, flat) = sight
+        .shapes_in_view()
+        .filter(|shape| shape.share >= HIDING && shape.is_opaque && !shape.is_emitter)
+        .find_map(|shape| Some((shape, shape.flat?)))?;
+    let others = || {
+        let all = sight.facts.shapes.iter();
+        all.filter(|shape| !std::ptr::eq(*shape, ground) && !shape.is_emitter)
+    };
+    if others().map(|shape| shape.share).sum::<f64>() > HIDDEN {
+        return None;
+    }
+    let tolerance = 1e-6 * sight.world_size();
+    let is_behind = |p: DVec3| (p - flat.p).dot(flat.n) <= tolerance;
+    let is_hidden = |[low, high]: [DVec3; 2]| {
+        (0..8).all(|corner| {
+            let of = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+            is_behind(DVec3::new(of(0), of(1), of(2)))
+        })
+    };
+    if others().next().is_none() || !others().all(|shape| is_hidden(shape.bounds)) {
+        return None;
+    }
+    let up = sight.scene.view.camera.world_from_camera.vector(DVec3::Y).normalize_or_zero();
+    let where_it_is = if flat.n.dot(up) < -0.5 { "below" } else { "behind" };
+    let message = format!("the camera is {where_it_is} this shape, which hides all others");
+    let place = ground.span.unwrap_or_else(|| sight.camera_place());
+    let eye = format!("the eye is at {}", point(sight.facts.eye));
+    Some(
+        Diagnostic::warning(place, message)
+            .related(sight.camera_place(), eye)
+            .help("move the eye to the other side"),
+    )
+}
+
+/// No shape is in view.
+fn nothing_in_view(sight: &Sight) -> Option<Diagnostic> {
+    let bounds = sight.bounds()?;
+    if sight.shapes_in_view().next().is_some() || sight.is_all_around() {
+        return None;
+    }
+    let middle = sight.in_camera((bounds[0] + bounds[1]) * 0.5);
+    let crop = sight.places.crop_window.filter(|_| !sight.is_whole());
+    let (message, help) = if middle.z <= 0.0 {
+        ("no shape is in view: they are behind the camera".to_owned(), "turn the camera around")
+    } else if let Some(crop) = crop {
+        let help = "choose a part of the picture that shows a shape";
+        return Some(Diagnostic::warning(crop, "no shape is in this part of the picture").help(help));
+    } else {
+        (format!("no shape is in view: they are {} the picture", side(middle)), "point the camera at them")
+    };
+    let at = (bounds[0] + bounds[1]) * 0.5;
+    let help = format!("{help}: the middle of all shapes is at {}", point(at));
+    Some(Diagnostic::warning(sight.camera_place(), message).help(help))
+}
+
+/// Where a point in camera space is, seen from the axis.
+fn side(p: DVec3) -> &'static str {
+    match (p.x.abs() > p.y.abs(), p.x > 0.0, p.y > 0.0) {
+        (true, true, _) => "to the right of",
+        (true, false, _) => "to the left of",
+        (false, _, true) => "above",
+        (false, _, false) => "below",
+    }
+}
+
+/// All shapes together are only a few pixels large.
+fn far_away(sight: &Sight) -> Option<Diagnostic> {
+    let [low, high] = sight.bounds()?;
+    let at = sight.in_camera((low + high) * 0.5);
+    let apparent = sight.world_size() / sight.extent_at(at.z)?;
+    if !(at.z > 0.0 && apparent < HARDLY_SEEN && at.truncate().length() < at.z) {
+        return None;
+    }
+    let message = format!(
+        "all shapes together are {} wide: they are {} units away, and {} units large",
+        match (apparent * sight.short_side()).round() {
+            ..=1.0 => "a pixel".to_owned(),
+            pixels => format!("{pixels} pixels"),
+        },
+        short(sight.distance()?),
+        short(sight.world_size())
+    );
+    Some(
+        Diagnostic::warning(sight.camera_place(), message)
+            .help("move the camera closer, or make fov smaller"),
+    )
+}
+
+/// Nothing but planes is in view, and other shapes are the other way round.
+fn exchanged(sight: &Sight) -> Option<Diagnostic> {
+    let turned = sight.turned.as_ref()?;
+    let bodies = |facts: &ViewFacts| {
+        let is_body = |shape: &&ShapeFacts| shape.share > HIDDEN && shape.flat.is_none() && !shape.is_emitter;
+        facts.shapes.iter().filter(is_body).count()
+    };
+    let bodies_in_all =
+        sight.facts.shapes.iter().filter(|shape| !shape.is_thin() && !shape.is_emitter).count();
+    let is_odd = bodies(&sight.facts) == 0 && turned.inside.is_none() && 2 * bodies(turned) > bodies_in_all;
+    let look_at = sight.places.look_at.filter(|_| is_odd)?;
+    let message = "far more is in view the other way round: eye and target seem to be exchanged";
+    let help = "the first three numbers are the eye, the next three the target";
+    Some(Diagnostic::warning(look_at.span, message).help(help).fix(look_at.span, exchange(&look_at)))
+}
+
+/// Proposes to exchange eye and target if more is in view then.
+fn with_turn(sight: &Sight, found: Diagnostic) -> Diagnostic {
+    let (Some(turned), Some(look_at)) = (&sight.turned, sight.places.look_at) else { return found };
+    let shapes = |facts: &ViewFacts| facts.shapes.iter().filter(|shape| shape.share > 0.0).count();
+    let now = shapes(&sight.facts).max(usize::from(sight.facts.inside.is_some()));
+    if turned.inside.is_some() || turned.shape_share < HIDDEN || shapes(turned) <= now {
+        return found;
+    }
+    let help = found.help.as_deref().unwrap_or_default();
+    let help = format!("{help}; if eye and target are exchanged, write them in this order");
+    found.help(help).fix(look_at.span, exchange(&look_at))
+}
+
+/// The directive with eye and target exchanged.
+fn exchange(look_at: &LookAt) -> String {
+    let numbers = [look_at.look, look_at.eye, look_at.up].map(|DVec3 { x, y, z }| format!("{x} {y} {z}"));
+    format!("LookAt {}", numbers.join("  "))
+}
