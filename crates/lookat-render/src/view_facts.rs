@@ -88,7 +88,7 @@ impl Prepared {
         let share = |count: usize| count as f64 / f64::from(PROBES);
         let crop = view.film.crop;
         let middle = DVec2::new(f64::from(crop.x0 + crop.x1), f64::from(crop.y0 + crop.y1)) * 0.5;
-        let (low, high) = traceable.bounds().corners();
+        let (low, high) = traceable.world.bvh.bounds.corners();
         ViewFacts {
             eye: camera.eye + traceable.origin,
             bounds: (low.x <= high.x).then(|| [low, high].map(|corner| corner + traceable.origin)),
@@ -133,7 +133,7 @@ fn seen<'s>(traceable: &'s Traceable, view: &View, camera: &CameraRays, film: DV
     for _ in 0..MOST_PASSED {
         let hit = traceable.nearest(&ray)?;
         let surface = Surface::new(traceable, &ray, &hit);
-        if !surface.is_passed() || surface.primitive.emission.is_some() {
+        if !traceable.is_passed(&hit) || surface.primitive.emission.is_some() {
             let from_eye = view.camera.world_from_camera.inverse().vector(surface.p - camera.eye);
             return Some(Seen { ray, surface, depth: from_eye.z });
         }

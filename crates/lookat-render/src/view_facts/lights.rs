@@ -152,7 +152,7 @@ fn received<S: Simd>(
         let surfaces = side_by_side(simd, world, lanes);
         let [u, v] = [0, 1].map(|axis| f64x8::from_fn(simd, |lane| square(group * LANES + lane)[axis]));
         let active = first_lanes(simd, lanes.len());
-        let is_sky = light >= prepared.lights.first_sky();
+        let is_sky = light >= prepared.lights.first_sky;
         let samples = if is_sky { 2 } else { 1 };
         for part in 0..samples {
             let (rays, light, faced) = match part {
@@ -186,7 +186,7 @@ fn of_light<S: Simd>(
     let sample = prepared.lights.sample(simd, light, (&receivers, leaving), u);
     let cosine = sample.shadow.d.dot(surfaces.n);
     // Directions from the surfaces find the rest of a sky.
-    let other = if light >= prepared.lights.first_sky() { cosine / PI } else { 0.0.simd_into(simd) };
+    let other = if light >= prepared.lights.first_sky { cosine / PI } else { 0.0.simd_into(simd) };
     let share = cosine / (sample.pdf + other);
     let counts = sample.is_there & cosine.simd_gt(0.0);
     (sample.shadow, sample.li * to_f32(share), counts)
@@ -235,8 +235,8 @@ fn square(i: usize) -> DVec2 {
 
 /// A direction that leaves a surface with a density in proportion to its cosine.
 fn cosine_direction(n: DVec3, u: DVec2) -> DVec3 {
-    let [x, y] =
-        baseline!(simd => square_to_disk::<_, f64x8<_>>([u.x, u.y].map(|u| u.simd_into(simd))).map(|x| x[0]));
+    let [x, y]: [f64; 2] =
+        baseline!(simd => square_to_disk::<f64x8<_>>([u.x, u.y].map(|u| u.simd_into(simd))).map(|x| x[0]));
     let (s, t) = n.any_orthonormal_pair();
     s * x + t * y + n * (1.0 - x * x - y * y).max(0.0).sqrt()
 }

@@ -62,7 +62,7 @@ impl ShapeFacts {
         let (number, bounds) = match traceable.instance(instance) {
             Some(placed) => {
                 let group = &traceable.objects[placed.object];
-                let (low, high) = placed.bounds(group.bvh.bounds()).corners();
+                let (low, high) = placed.bounds(group.bvh.bounds).corners();
                 (
                     traceable.first_of_objects[placed.object],
                     [low, high].map(|corner| corner + traceable.origin),
