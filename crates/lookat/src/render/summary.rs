@@ -6,6 +6,7 @@ use lookat_render::{Reached, Rendered, Settings, Stop, TargetError};
 use lookat_scene::{Integrator, Scene};
 use serde::Serialize;
 
+use crate::light::JsonLight;
 use crate::report::JsonDiagnostic;
 
 /// The JSON output.
@@ -34,6 +35,8 @@ pub(super) struct JsonPicture {
     pub complete: bool,
     /// True if no light reached the camera.
     pub black: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub light: Option<JsonLight>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<JsonTarget>,
 }
