@@ -55,8 +55,8 @@ impl ToneMapping {
         let gain = libm::exp2(self.exposure) as f32;
         move |pixel| {
             let exposed = pixel.map(|value| value * gain);
-            // `max` also replaces NaN.
-            let bounded = exposed.map(|value| value.max(0.0).min(MOST));
+            // NaN becomes 0.
+            let bounded = exposed.map(|value| if value > 0.0 { value.min(MOST) } else { 0.0 });
             match self.curve {
                 ToneCurve::None => exposed,
                 ToneCurve::Reinhard => reinhard(bounded),

@@ -4,7 +4,6 @@ mod chart;
 mod memory;
 mod tone;
 
-use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::PathBuf;
 use std::str::FromStr;
@@ -397,18 +396,6 @@ pub fn crop_edges(crop: Option<&[f64]>) -> Result<Option<[f64; 4]>, String> {
         }
         edges => Ok(edges),
     }
-}
-
-/// An argument as one word of a POSIX shell.
-pub fn quoted(argument: &OsStr) -> String {
-    let text = argument.to_str().and_then(|text| shlex::try_quote(text).ok());
-    text.map_or_else(|| printed(argument.as_encoded_bytes()), |text| text.into_owned())
-}
-
-/// A word that is not UTF-8, which a web page cannot hold, as its bytes in octal.
-fn printed(bytes: &[u8]) -> String {
-    let octal: String = bytes.iter().map(|byte| format!("\\{byte:03o}")).collect();
-    format!("\"$(printf '{octal}')\"")
 }
 
 fn share(text: &str) -> Result<f64, String> {

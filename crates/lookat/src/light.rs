@@ -6,7 +6,8 @@ use lookat_image::{Format, Image, Light, ToneCurve, ToneMapping};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::args::{Tone, quoted};
+use crate::args::Tone;
+use crate::verify::quoted;
 
 /// The light of a picture and its tone mapping, as JSON.
 #[derive(Debug, Clone, Copy, Serialize)]

@@ -1,8 +1,7 @@
 //! The command that repeats this run, for a shell.
 
+use std::ffi::OsStr;
 use std::fmt::Write;
-
-use crate::args::quoted;
 
 /// Goes to the working folder and runs lookat with the same arguments.
 pub fn repeated() -> String {
@@ -14,9 +13,20 @@ pub fn repeated() -> String {
     command
 }
 
+/// An argument as one word of a POSIX shell.
+pub fn quoted(argument: &OsStr) -> String {
+    let text = argument.to_str().and_then(|text| shlex::try_quote(text).ok());
+    text.map_or_else(|| printed(argument.as_encoded_bytes()), |text| text.into_owned())
+}
+
+/// A word that is not UTF-8, which a web page cannot hold, as its bytes in octal.
+fn printed(bytes: &[u8]) -> String {
+    let octal: String = bytes.iter().map(|byte| format!("\\{byte:03o}")).collect();
+    format!("\"$(printf '{octal}')\"")
+}
+
 #[cfg(test)]
 mod tests {
-    use std::ffi::OsStr;
     use std::process::Command;
 
     use super::*;
