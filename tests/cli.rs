@@ -9,9 +9,15 @@ use lookat_scene::LoadOptions;
 use lookat_scene::syntax::Severity;
 use serde_json::Value;
 
+#[path = "cli/convert.rs"]
+mod convert;
 #[path = "cli/explain.rs"]
 mod explain;
+#[path = "cli/finished.rs"]
+mod finished;
 mod folder;
+#[path = "cli/light.rs"]
+mod light;
 #[path = "cli/memory.rs"]
 mod memory;
 #[path = "cli/messages.rs"]
@@ -31,7 +37,7 @@ use folder::{Folder, Run};
 /// A scene without fault that renders in a moment.
 const FINE: &str = r#"LookAt 0 0 -4  0 0 0  0 1 0
 Camera "perspective" "float fov" 40
-Film "image" "integer xresolution" 32 "integer yresolution" 24 "string filename" "fine.pfm"
+Film "image" "integer xresolution" 32 "integer yresolution" 24 "string filename" "fine.exr"
 Sampler "sobol" "integer pixelsamples" 4
 Integrator "path"
 WorldBegin
@@ -79,10 +85,10 @@ impl Folder {
         Run::of(child.wait_with_output().unwrap())
     }
 
-    /// Renders `fine.pbrt` into `picture.exr` with more arguments, and reads it.
+    /// Renders `fine.pbrt` into `picture.exr` with more arguments, whatever is there, and reads it.
     #[track_caller]
     fn picture(&self, arguments: &[&str]) -> Image {
-        let run = self.run(&[&["render", "fine.pbrt", "-o", "picture.exr"], arguments].concat());
+        let run = self.run(&[&["render", "fine.pbrt", "--force", "-o", "picture.exr"], arguments].concat());
         assert_eq!(run.status, 0, "{arguments:?}: {}", run.err);
         Image::read(&self.path("picture.exr")).unwrap()
     }
@@ -284,11 +290,11 @@ fn standard_input_is_the_scene_alone() {
 #[test]
 fn a_failure_keeps_the_picture_that_was_there() {
     let folder = Folder::new();
-    folder.write("fine.pfm", "not a picture");
+    folder.write("fine.exr", "not a picture");
     assert_eq!(folder.run(&["render", "wrong.pbrt"]).status, 1);
-    assert_eq!(std::fs::read(folder.path("fine.pfm")).unwrap(), b"not a picture");
-    assert_eq!(folder.run(&["render", "fine.pbrt"]).status, 0);
-    assert_eq!(Image::read(&folder.path("fine.pfm")).unwrap().data_window.width, 32);
+    assert_eq!(std::fs::read(folder.path("fine.exr")).unwrap(), b"not a picture");
+    assert_eq!(folder.run(&["render", "fine.pbrt", "--force"]).status, 0);
+    assert_eq!(Image::read(&folder.path("fine.exr")).unwrap().data_window.width, 32);
 }
 
 #[test]
@@ -299,9 +305,9 @@ fn the_picture_goes_where_film_or_command_line_say() {
         assert_eq!(folder.run(&["render", "fine.pbrt", "-o", name]).status, 0, "{name}");
         assert!(folder.path(name).is_file(), "{name}");
     }
-    assert!(!folder.path("fine.pfm").exists());
+    assert!(!folder.path("fine.exr").exists());
     assert_eq!(folder.run(&["render", "fine.pbrt"]).status, 0);
-    assert!(folder.path("fine.pfm").is_file());
+    assert!(folder.path("fine.exr").is_file());
 }
 
 #[test]

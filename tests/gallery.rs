@@ -18,7 +18,7 @@ fn every_scene_is_fine_and_not_black() {
         }
         let name = scene.display();
         let mut command = Command::new(env!("CARGO_BIN_EXE_lookat"));
-        command.args(["render", "--strict", "--resolution", "24x16", "--spp", "1"]);
+        command.args(["render", "--force", "--strict", "--resolution", "24x16", "--spp", "1"]);
         let run = command.arg(&scene).arg("-o").arg(&picture).output().unwrap();
         assert_eq!(run.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&run.stderr));
         let pixels = Image::read(&picture).unwrap().rgb().unwrap().concat();

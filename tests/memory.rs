@@ -72,17 +72,20 @@ fn no_run_takes_more_than_its_limit() {
     }
     std::fs::copy(folder.path("a.exr"), folder.path("scenes/noise.exr")).unwrap();
     let mut commands = vec![
-        "render plain.pbrt",
-        "render plain.pbrt --error-layers",
-        "render plain.pbrt --adaptive --spp 8",
-        "render texture.pbrt",
-        "render curve.pbrt",
-        "render heights.pbrt",
+        "render plain.pbrt --force",
+        "render plain.pbrt --error-layers --force",
+        "render plain.pbrt --adaptive --spp 8 --force",
+        "render texture.pbrt --force",
+        "render curve.pbrt --force",
+        "render heights.pbrt --force",
         "inspect heights.pbrt",
         "check texture.pbrt",
         "compare a.exr b.exr",
         "compare a.png b.png",
         "compare a.exr b.png --picture both.png",
+        "convert a.exr c.exr --force",
+        "convert a.exr c.png --force --exposure auto --tone aces",
+        "convert a.png c.pfm --force",
         "verify scenes --max noise-p=0.01 --report report.html",
     ];
     let mut limit = 10_000_000;

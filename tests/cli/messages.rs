@@ -171,13 +171,13 @@ fn black_pictures_are_told() {
     let without_sky = FINE.replace("LightSource \"infinite\" \"rgb L\" [.2 .2 .2]\n", "");
     folder.write("away.pbrt", &without_sky.replace("0 0 -4  0 0 0", "0 0 -4  0 0 -9"));
     folder.write("inside.pbrt", &without_sky.replace("0 0 -4  0 0 0", "0 0 0  0 0 9"));
-    let said = |scene, args: &[&str]| folder.run(&[&["render", scene, "-o", "a.pfm"], args].concat());
+    let said = |scene, args: &[&str]| folder.run(&[&["render", scene, "-o", "a.exr"], args].concat());
     assert!(said("away.pbrt", &[]).err.contains("no camera ray hits a surface"));
     let black = "WorldBegin Material \"matte\" \"rgb Kd\" [0 0 0]";
     folder.write("black.pbrt", &without_sky.replace("WorldBegin", black));
     assert!(said("inside.pbrt", &[]).err.contains("no visible surface receives light"));
     assert!(said("black.pbrt", &[]).err.contains("the black material at black.pbrt:6:21; give it a color"));
-    assert!(!said("fine.pbrt", &[]).err.contains("black"));
+    assert!(!said("fine.pbrt", &[]).err.contains("all black"));
     assert!(said("away.pbrt", &["--quiet"]).err.contains("the picture is all black"));
     assert_eq!(said("fine.pbrt", &["--quiet"]).err, "");
     for (scene, black) in [("away.pbrt", true), ("inside.pbrt", true), ("fine.pbrt", false)] {
@@ -249,9 +249,9 @@ fn keep_going_takes_what_is_right_of_what_is_wrong() {
     let folder = Folder::new();
     let bytes = |text: &str| {
         folder.write("a.pbrt", text);
-        let run = folder.run(&["render", "a.pbrt", "--keep-going", "-o", "a.pfm"]);
+        let run = folder.run(&["render", "a.pbrt", "--keep-going", "-o", "a.exr"]);
         assert_eq!(run.status, 0, "{}", run.err);
-        std::fs::read(folder.path("a.pfm")).unwrap()
+        std::fs::read(folder.path("a.exr")).unwrap()
     };
     let sphere = |before: &str| FINE.replace("Shape", &format!("{before} Shape"));
     let object = |ends: &str| {
@@ -282,7 +282,7 @@ fn quiet_leaves_only_errors() {
     assert_eq!(run.status, 1);
     assert!(run.err.contains("unknown Shape"), "{}", run.err);
     let run = folder.run(&["render", "warns.pbrt"]);
-    assert!(run.err.contains("warning: ") && run.err.contains("fine.pfm: 32 x 24 pixels"), "{}", run.err);
+    assert!(run.err.contains("warning: ") && run.err.contains("fine.exr: 32 x 24 pixels"), "{}", run.err);
 }
 
 #[test]
@@ -332,7 +332,7 @@ fn lights_in_error_give_no_light() {
         LightSource "infinite" "rgb L" [1 2] LightSource "point" "color I" "much""#;
     let world = FINE.split_once("WorldBegin").unwrap().0;
     folder.write("lamps.pbrt", &format!("{world}WorldBegin {lamps} WorldEnd"));
-    let run = folder.run(&["render", "lamps.pbrt", "-o", "a.pfm", "--keep-going", "--json"]);
+    let run = folder.run(&["render", "lamps.pbrt", "-o", "a.exr", "--keep-going", "--json"]);
     let result = &json_lines(&run)[0];
     assert_eq!((run.status, &result["picture"]["black"]), (0, &true.into()), "{}", run.out);
 }

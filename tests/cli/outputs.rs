@@ -9,7 +9,7 @@ const TEXTURED: &str = "Texture \"t\" \"spectrum\" \"imagemap\" \"string filenam
 fn nothing_is_written_over_its_inputs() {
     let folder = Folder::new();
     let scene = FINE.replace("Shape", &format!("{TEXTURED} Include \"part.pfm\" Shape"));
-    folder.write("wood.pbrt", &scene.replace("fine.pfm", "wood.png"));
+    folder.write("wood.pbrt", &scene.replace("fine.exr", "wood.png"));
     folder.write("part.pfm", "Rotate 20 0 1 0");
     let run = folder.run(&["render", "fine.pbrt", "-o", "wood.png"]);
     assert_eq!(run.status, 0, "{}", run.err);
@@ -99,7 +99,7 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
     }
     folder.write(
         "long.pbrt",
-        &FINE.replace("fine.pfm", &long).replace("pixelsamples\" 4", "pixelsamples\" 1000000"),
+        &FINE.replace("fine.exr", &long).replace("pixelsamples\" 4", "pixelsamples\" 1000000"),
     );
     let run = folder.run(&["render", "long.pbrt"]);
     assert!(run.status == 2 && run.err.contains("the name is too long"), "{}", run.err);
@@ -126,7 +126,7 @@ fn outputs_that_cannot_be_written_are_refused_before_rendering() {
 fn long_names_are_cut_for_marks() {
     let folder = Folder::new();
     let name = |count, ending| format!("{}{ending}", "é".repeat(count));
-    folder.write("long.pbrt", &FINE.replace("fine.pfm", &name(125, ".exr")));
+    folder.write("long.pbrt", &FINE.replace("fine.exr", &name(125, ".exr")));
     let run = folder.run(&["render", "long.pbrt", "--quick"]);
     assert_eq!(run.status, 0, "{}", run.err);
     assert!(folder.path(&name(122, ".quick.exr")).is_file());
@@ -135,11 +135,11 @@ fn long_names_are_cut_for_marks() {
 #[test]
 fn a_draft_replaces_no_finished_picture() {
     let folder = Folder::new();
-    folder.write("fine.pfm", "finished");
+    folder.write("fine.exr", "finished");
     let run = folder.run(&["render", "fine.pbrt", "--quick"]);
-    assert!(run.status == 0 && run.err.contains("fine.quick.pfm: 8 x 6 pixels"), "{}", run.err);
-    assert_eq!(std::fs::read(folder.path("fine.pfm")).unwrap(), b"finished");
-    assert_eq!(Image::read(&folder.path("fine.quick.pfm")).unwrap().data_window.width, 8);
+    assert!(run.status == 0 && run.err.contains("fine.quick.exr: 8 x 6 pixels"), "{}", run.err);
+    assert_eq!(std::fs::read(folder.path("fine.exr")).unwrap(), b"finished");
+    assert_eq!(Image::read(&folder.path("fine.quick.exr")).unwrap().data_window.width, 8);
     // An explicit name is obeyed.
     assert_eq!(folder.run(&["render", "fine.pbrt", "--quick", "-o", "a.exr"]).status, 0);
     assert!(folder.path("a.exr").is_file() && !folder.path("a.quick.exr").exists());

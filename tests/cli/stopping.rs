@@ -88,8 +88,9 @@ fn pixels_at_the_cap_are_told_of() {
 fn adaptive_samples_are_as_many_on_average() {
     let folder = Folder::new();
     let json = |arguments: &[&str]| {
-        let run = folder
-            .run(&[&["render", "fine.pbrt", "-o", "a.exr", "--json", "--adaptive"], arguments].concat());
+        let run = folder.run(
+            &[&["render", "fine.pbrt", "-o", "a.exr", "--force", "--json", "--adaptive"], arguments].concat(),
+        );
         assert_eq!((run.status, run.err.as_str()), (0, ""));
         json_lines(&run)[0]["picture"].clone()
     };
@@ -116,7 +117,7 @@ fn adaptive_samples_are_as_many_on_average() {
     assert!(bytes("2") == one && bytes("5") == one);
 
     folder.write("halton.pbrt", &FINE.replace("\"sobol\"", "\"halton\""));
-    let run = folder.run(&["render", "halton.pbrt", "--adaptive", "-o", "a.exr"]);
+    let run = folder.run(&["render", "halton.pbrt", "--adaptive", "--force", "-o", "a.exr"]);
     assert!(run.err.starts_with("halton.pbrt: --adaptive uses Sampler \"sobol\"\n"), "{}", run.err);
 }
 
@@ -124,8 +125,8 @@ fn adaptive_samples_are_as_many_on_average() {
 fn adaptive_samples_that_are_all_alike_are_said_to_be() {
     let folder = Folder::new();
     let said = |arguments: &[&str]| {
-        let run =
-            folder.run(&[&["render", "fine.pbrt", "--adaptive", "-o", "picture.exr"], arguments].concat());
+        let run = folder
+            .run(&[&["render", "fine.pbrt", "--adaptive", "--force", "-o", "a.exr"], arguments].concat());
         assert_eq!(run.status, 0, "{}", run.err);
         run.err.contains("--adaptive had no effect")
     };
@@ -228,7 +229,10 @@ fn targets_and_times_that_make_no_sense_are_refused() {
         (&["--time", "inf"], "expected seconds"),
         (&["--time", "1", "--quick"], "cannot be used with '--quick'"),
         (&["--time", "1", "--error-layers", "-o", "a.exr"], "also needs --target-error"),
-        (&["--target-error", "0.1", "--error-layers"], "only an .exr file can store error layers"),
+        (
+            &["--target-error", "0.1", "--error-layers", "-o", "a.pfm"],
+            "only an .exr file can store error layers",
+        ),
     ] {
         let run = folder.run(&[&["render", "fine.pbrt"], arguments].concat());
         assert!(run.status == 2 && run.err.contains(message), "{arguments:?}: {}", run.err);

@@ -56,7 +56,7 @@ fn check_safe(folder: &Folder, arguments: &[&str]) -> String {
 fn hostile_names_do_not_act_on_a_terminal() {
     let folder = Folder::new();
     let film = format!("{HOSTILE}.exr");
-    folder.write("film.pbrt", &FINE.replace("fine.pfm", &film));
+    folder.write("film.pbrt", &FINE.replace("fine.exr", &film));
     check(&folder, &["render", "film.pbrt"]);
     let scene = format!("{HOSTILE}.pbrt");
     folder.write(&scene, FINE);

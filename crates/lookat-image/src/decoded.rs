@@ -12,6 +12,7 @@ use ::image::codecs::hdr::HdrDecoder;
 use ::image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use crate::error::Fault;
+use crate::exr::METADATA;
 use crate::{Charge, Image, MemoryBudget, Precision, Window};
 
 /// The formats that are read here, by their endings, with a bound for the bytes of pixels that one byte of a
@@ -52,13 +53,15 @@ pub(crate) fn known(path: &Path) -> Option<&'static (&'static str, ImageFormat, 
 /// A file whose header is read.
 pub(crate) struct Opened<'a> {
     decoder: Box<dyn ImageDecoder + 'a>,
+    /// See [`Image`].
+    pub metadata: Option<String>,
     curve: Curve,
     /// For the decoder.
     charge: Charge,
 }
 
 /// The most bytes that a PNG decoder takes for metadata, such as a color profile, and for a row.
-const METADATA: u64 = 1 << 24;
+const METADATA_BYTES: u64 = 1 << 24;
 
 /// Reads the header.
 pub(crate) fn open<'a>(
@@ -75,14 +78,16 @@ pub(crate) fn open<'a>(
     if !is_ended {
         return Err(Fault::Damaged("the file ends inside the picture".into()));
     }
-    input.rewind()?;
     let bytes = match format {
         // The decoder holds the file.
         ImageFormat::Jpeg => length,
-        ImageFormat::Png => METADATA.min(memory.left() / 8),
+        ImageFormat::Png => METADATA_BYTES.min(memory.left() / 8),
         _ => 0,
     };
     let charge = memory.reserve(bytes).map_err(|shortage| Fault::Unfit(shortage.to_string()))?;
+    input.rewind()?;
+    let metadata = if *format == ImageFormat::Png { png_metadata(&mut input, bytes) } else { None };
+    input.rewind()?;
     let is_hdr = *format == ImageFormat::Hdr;
     let decoder: Box<dyn ImageDecoder> = if is_hdr && input.fill_buf()?.starts_with(b"#?RGBE\n") {
         // The other first line that such files have; the decoder knows one.
@@ -97,7 +102,7 @@ pub(crate) fn open<'a>(
         Box::new(reader.into_decoder().map_err(fault)?)
     };
     let curve = if is_hdr { Curve::Stored } else { curve };
-    let file = Opened { decoder, curve, charge };
+    let file = Opened { decoder, metadata, curve, charge };
     let Window { width, height, .. } = file.window().not_empty()?;
     if file.decoder.total_bytes() > length.saturating_mul(*densest) {
         return Err(Fault::Damaged(format!("the file is too short for {width} x {height} pixels")));
@@ -114,7 +119,7 @@ impl Opened<'_> {
     /// Reads R, G and B; alpha is left out.
     pub fn read(self, memory: &MemoryBudget) -> Result<(Image, Charge), Fault> {
         let window = self.window();
-        let Opened { decoder, curve, charge: _of_decoder } = self;
+        let Opened { decoder, metadata, curve, charge: _of_decoder } = self;
         // As stored with the decoder's own copy of it, then as 32-bit float, then plane by plane.
         let stored = 2 * u64::from(decoder.color_type().bytes_per_pixel());
         let charge = window.reserve(PIXEL_BYTES + stored.max(PIXEL_BYTES), 0, memory)?;
@@ -124,8 +129,17 @@ impl Opened<'_> {
         }
         let (pixels, _) = values.as_chunks();
         let image = Image::from_rgb(window, window, pixels);
-        Ok((Image { precision: Precision::Integer, has_windows: false, ..image }, charge))
+        Ok((Image { metadata, precision: Precision::Integer, has_windows: false, ..image }, charge))
     }
+}
+
+/// The text that lookat writes before the pixels. The decoder does not give it. The caller rewinds the file.
+fn png_metadata(input: impl BufRead + Seek, bytes: u64) -> Option<String> {
+    let limits = png::Limits { bytes: bytes as usize };
+    // If the header is faulty, the decoder of the pixels says so.
+    let reader = png::Decoder::new_with_limits(input, limits).read_info().ok()?;
+    let mut texts = reader.info().uncompressed_latin1_text.iter();
+    texts.find(|chunk| chunk.keyword == METADATA).map(|chunk| chunk.text.clone())
 }
 
 /// Three 32-bit floats.

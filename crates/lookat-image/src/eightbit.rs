@@ -8,6 +8,7 @@ use ::image::codecs::tga::TgaEncoder;
 use ::image::{ExtendedColorType, ImageEncoder};
 
 use crate::error::Fault;
+use crate::exr::METADATA;
 use crate::{Format, Image};
 
 /// Writes color or gray, tagged as sRGB, with the metadata in a text chunk.
@@ -18,7 +19,7 @@ pub(crate) fn write_png(image: &Image, out: impl Write) -> Result<(), Fault> {
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     if let Some(metadata) = &image.metadata {
-        encoder.add_text_chunk("lookat".into(), ascii(metadata)).map_err(png_fault)?;
+        encoder.add_text_chunk(METADATA.into(), ascii(metadata)).map_err(png_fault)?;
     }
     let mut writer = encoder.write_header().map_err(png_fault)?;
     writer.write_image_data(&bytes(&planes)).map_err(png_fault)?;
@@ -83,7 +84,7 @@ fn ascii(json: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Window;
+    use crate::{MemoryBudget, PictureFile, Window};
 
     const WINDOW: Window = Window { x: 5, y: -3, width: 2, height: 2 };
     const PIXELS: [[f32; 3]; 4] =
@@ -139,9 +140,15 @@ mod tests {
         let image = Image { metadata, ..Image::from_rgb(WINDOW, WINDOW, &PIXELS) };
         let mut file = Vec::new();
         write_png(&image, &mut file).unwrap();
-        let reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+        let reader = png::Decoder::new(std::io::Cursor::new(&file)).read_info().unwrap();
         let text = &reader.info().uncompressed_latin1_text[0];
         assert_eq!(text.keyword, "lookat");
         assert_eq!(text.text, r#"{"scene": "K\u00fcche \ud83d\ude00"}"#);
+        // Reading finds it, before the pixels and with them.
+        let expected = Some(text.text.as_str());
+        let memory = MemoryBudget::new(1 << 20);
+        let opened = PictureFile::of_bytes(std::path::Path::new("a.png"), &file, &memory).unwrap();
+        assert_eq!(opened.metadata().as_deref(), expected);
+        assert_eq!(opened.read().unwrap().0.metadata.as_deref(), expected);
     }
 }

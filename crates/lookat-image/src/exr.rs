@@ -24,9 +24,9 @@ use crate::{Channel, Charge, Image, MemoryBudget, Precision, Window};
 
 use layer::Choice;
 
-/// The one custom attribute: the crate writes several of them in random order, so no two files would be
-/// alike.
-const METADATA: &str = "lookat";
+/// The one custom attribute, and the keyword of the text in a PNG file: the crate writes several attributes in random
+/// order, so no two files would be alike.
+pub(crate) const METADATA: &str = "lookat";
 
 /// A file whose headers are read.
 pub(crate) struct Opened<F> {
@@ -68,6 +68,10 @@ impl<F: Read + Seek> Opened<F> {
         let [data_window, display_window] =
             [header.data_window(), header.shared_attributes.display_window].map(window);
         Placement { data_window, display_window, has_windows: true }
+    }
+
+    pub fn metadata(&self) -> Option<String> {
+        metadata(&self.meta.headers[self.choice.part])
     }
 
     /// Reads the blocks.
@@ -134,10 +138,6 @@ fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault
         Ok(Channel { name: name.clone(), samples })
     };
     let channels = choice.channels.iter().map(blank).collect::<Result<_, Fault>>()?;
-    let metadata = match header.own_attributes.other.get(METADATA.as_bytes()) {
-        Some(AttributeValue::Text(text)) => Some(words(text)),
-        _ => None,
-    };
     let data_window = window(header.data_window());
     let display_window = window(header.shared_attributes.display_window);
     let is_half = sources(header, choice).iter().any(|(_, kind)| *kind == SampleType::F16);
@@ -146,11 +146,18 @@ fn blank(header: &Header, pixels: usize, choice: &Choice) -> Result<Image, Fault
         data_window,
         display_window,
         channels,
-        metadata,
+        metadata: metadata(header),
         layers: Vec::new(),
         precision,
         has_windows: true,
     })
+}
+
+fn metadata(header: &Header) -> Option<String> {
+    match header.own_attributes.other.get(METADATA.as_bytes()) {
+        Some(AttributeValue::Text(text)) => Some(words(text)),
+        _ => None,
+    }
 }
 
 /// For each channel of the choice, the bytes of a pixel before it, and its type.

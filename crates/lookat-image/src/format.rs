@@ -35,6 +35,11 @@ impl Format {
         }
     }
 
+    /// True for 8-bit sRGB; the other formats keep linear values.
+    pub fn is_eight_bit(self) -> bool {
+        matches!(self, Format::Png | Format::Tga)
+    }
+
     /// The most pixels that a picture has each way.
     pub fn most_side(self) -> u32 {
         match self {

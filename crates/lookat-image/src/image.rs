@@ -161,17 +161,21 @@ impl Image {
         Some([self.channel("R")?, self.channel("G")?, self.channel("B")?])
     }
 
-    /// What a format without channel names shows: R, G and B, or else one plane, Y or the only channel.
+    /// The places of the channels that a format without channel names shows: R, G and B, or else Y or the only channel.
+    #[cfg(feature = "write")]
+    pub(crate) fn visible_places(&self) -> Option<Vec<usize>> {
+        let place = |name: &str| self.channels.iter().position(|channel| channel.name == name);
+        let only = (self.channels.len() == 1).then_some(0);
+        let colors: Option<Vec<usize>> = ["R", "G", "B"].into_iter().map(place).collect();
+        colors.or_else(|| place("Y").or(only).map(|gray| vec![gray]))
+    }
+
+    /// The channels that a format without channel names shows.
     #[cfg(feature = "write")]
     pub(crate) fn visible_planes(&self) -> Result<Vec<&[f32]>, Fault> {
-        if let Some(planes) = self.color_planes() {
-            return Ok(planes.to_vec());
-        }
-        match (self.channel("Y"), self.channels.as_slice()) {
-            (Some(gray), _) => Ok(vec![gray]),
-            (None, [only]) => Ok(vec![only.samples.as_slice()]),
-            _ => Err(Fault::Unfit("the picture has several channels, but neither R, G and B nor Y".into())),
-        }
+        let planes = |places: Vec<usize>| places.iter().map(|at| &self.channels[*at].samples[..]).collect();
+        let reason = "the picture has several channels, but neither R, G and B nor Y";
+        self.visible_places().map(planes).ok_or_else(|| Fault::Unfit(reason.into()))
     }
 }
 

@@ -40,6 +40,8 @@ mod flip;
 mod floor;
 mod format;
 mod image;
+#[cfg(feature = "compare")]
+mod light;
 mod memory;
 #[cfg(feature = "compare")]
 mod metric;
@@ -56,6 +58,8 @@ mod sample;
 mod ssim;
 #[cfg(feature = "compare")]
 mod sum;
+#[cfg(feature = "write")]
+mod tone;
 #[cfg(feature = "write")]
 mod write;
 
@@ -75,6 +79,8 @@ pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, l
 pub use floor::floor;
 pub use format::Format;
 pub use image::{Channel, Image, Placement, Precision, Window};
+#[cfg(feature = "compare")]
+pub use light::Light;
 pub use memory::{Charge, MemoryBudget, OutOfMemory, byte_words};
 #[cfg(feature = "compare")]
 pub use metric::{
@@ -90,3 +96,5 @@ pub use panel::{
 pub use picture_file::{PictureFile, open_file};
 #[cfg(feature = "compare")]
 pub use ssim::ssim;
+#[cfg(feature = "write")]
+pub use tone::{ToneCurve, ToneMapping};

@@ -13,6 +13,7 @@ use std::path::Path;
 
 use self::canvas::Canvas;
 pub use self::colors::{DIFFERENCE_COLORS, NOT_FINITE_COLOR, difference_color};
+pub(crate) use self::exposure::suitable;
 pub use self::exposure::suitable_exposure;
 use self::layout::Layout;
 pub use self::parts::box_means;

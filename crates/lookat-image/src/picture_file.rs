@@ -125,6 +125,15 @@ impl<'a> PictureFile<'a> {
         Placement { data_window: window, display_window: window, has_windows: false }
     }
 
+    /// The metadata, as in [`Image`].
+    pub fn metadata(&self) -> Option<String> {
+        match &self.body {
+            Body::Exr(file) => file.metadata(),
+            Body::Pfm(_) => None,
+            Body::Other(file) => file.metadata.clone(),
+        }
+    }
+
     /// Reads the pixels. The charge is for the picture.
     ///
     /// # Errors

@@ -61,6 +61,18 @@ impl Film {
 }
 
 impl PixelBounds {
+    /// The pixels between these fractions of a picture (xmin, xmax, ymin, ymax), as in pbrt-v3's Film: `ceil` in `f32` gives
+    /// the same pixels.
+    pub fn of_fractions([x0, x1, y0, y1]: [f64; 4], [width, height]: [u32; 2]) -> PixelBounds {
+        let pixel = |edge: f64, side: u32| (side as f32 * edge.clamp(0.0, 1.0) as f32).ceil() as u32;
+        PixelBounds {
+            x0: pixel(x0.min(x1), width),
+            x1: pixel(x0.max(x1), width),
+            y0: pixel(y0.min(y1), height),
+            y1: pixel(y0.max(y1), height),
+        }
+    }
+
     /// Columns.
     pub fn width(self) -> u32 {
         self.x1 - self.x0
@@ -181,7 +193,7 @@ fn own_crop(params: &mut Params, resolution: [u32; 2], film_override: &FilmOverr
         return edges;
     }
     let [x0, x1, y0, y1] = edges;
-    if pixels(edges, resolution).area() == 0 {
+    if PixelBounds::of_fractions(edges, resolution).area() == 0 {
         params.reject("cropwindow", "the crop window contains no pixel", Some(CROP_HELP));
         return WHOLE;
     }
@@ -204,7 +216,7 @@ fn crop(
     film_override: &FilmOverride,
 ) -> PixelBounds {
     const ONE: PixelBounds = PixelBounds { x0: 0, y0: 0, x1: 1, y1: 1 };
-    let bounds = pixels(edges, resolution);
+    let bounds = PixelBounds::of_fractions(edges, resolution);
     let [width, height] = resolution;
     if width.max(height) > MAX_SIDE {
         params.misfit(format!("{width} x {height} is too large; the limit is {MAX_SIDE} pixels on a side"));
@@ -225,17 +237,6 @@ fn crop(
         return ONE;
     }
     bounds
-}
-
-/// The bounds of pbrt-v3's Film: `ceil` in `f32` gives the same pixels.
-fn pixels([x0, x1, y0, y1]: [f64; 4], [width, height]: [u32; 2]) -> PixelBounds {
-    let pixel = |edge: f64, side: u32| (side as f32 * edge.clamp(0.0, 1.0) as f32).ceil() as u32;
-    PixelBounds {
-        x0: pixel(x0.min(x1), width),
-        x1: pixel(x0.max(x1), width),
-        y0: pixel(y0.min(y1), height),
-        y1: pixel(y0.max(y1), height),
-    }
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 mod chart;
 mod memory;
+mod tone;
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -15,6 +16,7 @@ use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 use crate::metric::{Limit, Metric};
 pub use chart::{Chart, Other};
 pub use memory::{Memory, way_out};
+pub use tone::Tone;
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
@@ -36,6 +38,8 @@ pub enum Command {
     Check(Check),
     /// Measure the difference between two pictures
     Compare(Compare),
+    /// Write a picture in another format, with exposure, tone curve, crop window or layer
+    Convert(Convert),
     /// Render the scenes of a folder and compare them with their reference pictures
     Verify(Verify),
     /// Chart error against render time for several methods
@@ -106,6 +110,11 @@ pub struct Render {
     /// the picture slightly noisier
     #[arg(long)]
     pub error_layers: bool,
+    #[command(flatten)]
+    pub tone: Tone,
+    /// Replace a picture that is larger, has more samples, or was made by another program
+    #[arg(long)]
+    pub force: bool,
     /// Print only errors and interruptions
     #[arg(short, long)]
     pub quiet: bool,
@@ -234,6 +243,32 @@ pub struct Compare {
 }
 
 #[derive(Debug, Args)]
+pub struct Convert {
+    /// The picture to read: .exr, .pfm, .png, .tga, .jpg or .hdr
+    #[arg(value_name = "IN")]
+    pub input: PathBuf,
+    /// The picture to write: .exr, .png, .pfm or .tga
+    #[arg(value_name = "OUT")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub tone: Tone,
+    /// The part to write, in fractions of the full picture from 0 to 1
+    #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
+    pub crop: Option<Vec<f64>>,
+    /// Convert this layer, part or channel of an EXR file
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
+    /// Replace a picture that is larger, has more samples, or was made by another program
+    #[arg(long)]
+    pub force: bool,
+    /// Print only errors
+    #[arg(short, long)]
+    pub quiet: bool,
+    #[command(flatten)]
+    pub memory: Memory,
+}
+
+#[derive(Debug, Args)]
 #[command(
     after_help = "A scene agrees if it is within all limits of --max. Without --max, it agrees if noise explains every difference from its reference. The column \"detectable\" shows the smallest bias of the mean that this test detects.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 a scene or reference cannot be read or compared"
 )]
@@ -353,6 +388,18 @@ fn threshold(text: &str) -> Result<f32, String> {
 fn stops(text: &str) -> Result<f64, String> {
     let stops = text.parse().ok().filter(|stops: &f64| stops.abs() <= 100.0);
     stops.ok_or_else(|| "expected a number from -100 to 100".into())
+}
+
+/// The edges of `--crop`: left, right, top and bottom.
+pub fn crop_edges(crop: Option<&[f64]>) -> Result<Option<[f64; 4]>, String> {
+    let edges = crop.and_then(|edges| <[f64; 4]>::try_from(edges).ok());
+    match edges {
+        Some([x0, x1, y0, y1]) if x0 >= x1 || y0 >= y1 => {
+            Err("--crop takes the left, right, top and bottom edge, with left < right and top < bottom"
+                .into())
+        }
+        edges => Ok(edges),
+    }
 }
 
 fn share(text: &str) -> Result<f64, String> {

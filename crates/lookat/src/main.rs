@@ -5,9 +5,12 @@ mod bench;
 mod chart;
 mod check;
 mod compare;
+mod convert;
 mod explain;
+mod finished;
 mod inspect;
 mod interrupt;
+mod light;
 mod metric;
 mod noise;
 mod output;
@@ -41,6 +44,7 @@ fn main() -> ExitCode {
         args::Command::Render(arguments) => render::render(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
         args::Command::Compare(arguments) => compare::compare(&arguments),
+        args::Command::Convert(arguments) => convert::convert(&arguments),
         args::Command::Verify(arguments) => verify::verify(&arguments),
         args::Command::Chart(arguments) => chart::chart(&arguments),
         args::Command::Stability(arguments) => stability::stability(&arguments),

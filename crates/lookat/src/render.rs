@@ -3,7 +3,7 @@
 mod progress;
 mod summary;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -12,8 +12,10 @@ use lookat_image::{Charge, Format, MemoryBudget, byte_words};
 use lookat_render::{Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes};
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
 
-use crate::args::{Render, way_out};
+use crate::args::{Render, crop_edges, way_out};
+use crate::finished::{NewPicture, check_unfinished, free_file, marked};
 use crate::interrupt;
+use crate::light::{map_tones, note_linear};
 use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
 use crate::source::{load_scene, replace_samples};
@@ -33,15 +35,19 @@ const MOST_PIXELS: u64 = 1 << 24;
 
 /// Runs the command.
 pub fn render(arguments: &Render) -> ExitCode {
-    let crop = arguments.crop.as_deref().and_then(|edges| <[f64; 4]>::try_from(edges).ok());
+    let crop = crop_edges(arguments.crop.as_deref());
     let options = LoadOptions {
-        film: FilmOverride { resolution: arguments.resolution, quarter: arguments.quick, crop },
+        film: FilmOverride {
+            resolution: arguments.resolution,
+            quarter: arguments.quick,
+            crop: crop.clone().unwrap_or_default(),
+        },
         keep_going: arguments.keep_going,
         max_memory: arguments.memory.limit(),
         ..LoadOptions::default()
     };
     let scene = arguments.scene.display().to_string();
-    if let Err(message) = check_arguments(arguments) {
+    if let Err(message) = crop.and_then(|_| check_arguments(arguments)) {
         let mut result = JsonResult { scene, diagnostics: Vec::new(), picture: None, error: None };
         let status = fail(message, &mut result);
         return finish(arguments, &result, status);
@@ -90,12 +96,6 @@ fn fail(message: String, result: &mut JsonResult) -> u8 {
 
 /// Checks the arguments together, before loading the scene.
 fn check_arguments(arguments: &Render) -> Result<(), String> {
-    if let Some([x0, x1, y0, y1]) = arguments.crop.as_deref()
-        && (x0 >= x1 || y0 >= y1)
-    {
-        let message = "--crop takes the left, right, top and bottom edge, with left < right and top < bottom";
-        return Err(message.into());
-    }
     if let (Some([width, height]), None) = (arguments.resolution, &arguments.crop)
         && u64::from(width) * u64::from(height) > MAX_PIXELS
     {
@@ -141,6 +141,21 @@ fn target_error(settings: &Settings) -> Option<TargetError> {
     }
 }
 
+/// What is known of the picture before rendering.
+fn new_picture(scene: &Scene, settings: &Settings) -> NewPicture {
+    let crop = scene.view.film.crop;
+    let most_samples = match settings.stop {
+        Stop::Samples { .. } | Stop::Adaptive => scene.view.sampler.samples_per_pixel,
+        Stop::Time { max_samples, .. } | Stop::TargetError { max_samples, .. } => max_samples,
+    };
+    NewPicture {
+        size: [crop.width(), crop.height()],
+        samples_per_pixel: Some(most_samples.into()),
+        is_adaptive: matches!(settings.stop, Stop::Adaptive | Stop::TargetError { .. }),
+        is_partial: false,
+    }
+}
+
 /// Renders and writes the picture; and whether it is where it was asked for.
 fn picture(
     arguments: &Render,
@@ -157,6 +172,10 @@ fn picture(
     let partial = marked(&file, "partial");
     check_inputs(&partial, &loaded.inputs)?;
     let settings = settings(arguments, &file);
+    let new = new_picture(scene, &settings);
+    if !arguments.force {
+        check_unfinished(&file, new, "replace it with --force, or choose another name with -o")?;
+    }
     let _charge = charge_memory(scene, &settings, &loaded.memory)?;
     if arguments.target_error.is_some() && crop.area() > MOST_PIXELS {
         return Err(format!(
@@ -168,6 +187,7 @@ fn picture(
     }
     if !arguments.quiet {
         note_sampler(arguments, scene, loaded);
+        note_linear(&file, arguments.tone);
     }
     let notice = "stopping; interrupt again to quit without a picture";
     interrupt::stop_in_order((!arguments.quiet).then_some(notice), || HAS_SAMPLES.load(Ordering::Relaxed));
@@ -185,13 +205,18 @@ fn picture(
     let scene_file = &loaded.sources.files[0].path;
     let metadata = Metadata::new(scene_file, arguments.seed, samples_per_pixel, rendered.complete);
     rendered.image.metadata = metadata.with_settings(&settings).as_json();
+    let light = map_tones(&mut rendered.image, &file, arguments.tone);
     let file = if rendered.complete { file } else { partial };
+    let is_partial = !rendered.complete;
+    let new = NewPicture { samples_per_pixel: Some(samples_per_pixel), is_partial, ..new };
+    let (file, kept) = match arguments.force {
+        true => (file, None),
+        false => free_file(file, new, &loaded.inputs),
+    };
     let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
     let name = file.file_name().unwrap_or_default();
     let file = destination.write(name, |path| rendered.image.write(path))?;
     let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
-    // The channels after the colors are error layers.
-    let colors = &rendered.image.channels[..3];
     let picture = JsonPicture {
         file: file.display().to_string(),
         width: rendered.image.data_window.width,
@@ -204,14 +229,19 @@ fn picture(
         rejected_samples: rejected,
         clamped_samples: clamped,
         complete: rendered.complete,
-        black: colors.iter().all(|channel| channel.samples.iter().all(|sample| *sample == 0.0)),
+        black: light.is_some_and(|light| light.black == 1.0),
+        light,
         target: target_error(&settings).zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
+    if let Some(why) = kept.filter(|_| !arguments.report.json) {
+        crate::say(&format!("{why}; the new picture is in {}", picture.file));
+    }
     if arguments.quiet && !picture.complete {
         crate::say(&format!("interrupted; the partial picture is in {}", picture.file));
     }
     if !arguments.quiet && !arguments.report.json {
         summarize(&picture, &rendered);
+        light.inspect(|light| light.print(&file, rendered.complete && least > 0));
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }
@@ -282,22 +312,4 @@ fn note_sampler(arguments: &Render, scene: &Scene, loaded: &Loaded) {
         let file = loaded.sources.files[0].path.display();
         crate::say(&format!("{file}: {option} uses Sampler \"sobol\""));
     }
-}
-
-/// The name of a file with a mark before its ending: `a.exr` becomes `a.partial.exr`. As long as a file name may be.
-fn marked(file: &Path, mark: &str) -> PathBuf {
-    const LONGEST: usize = 255;
-    let ending = match file.extension() {
-        Some(extension) => format!(".{mark}.{}", extension.display()),
-        None => format!(".{mark}"),
-    };
-    let stem = file.file_stem().unwrap_or_default();
-    let mut name = stem.to_owned();
-    if stem.len() + ending.len() > LONGEST {
-        let mut stem = stem.to_string_lossy().into_owned();
-        while stem.len() + ending.len() > LONGEST && stem.pop().is_some() {}
-        name = stem.into();
-    }
-    name.push(ending);
-    file.with_file_name(name)
 }

@@ -16,6 +16,7 @@ use serde_json::Value;
 use crate::args::Verify;
 use crate::metric::Measurement;
 use crate::output::check_folder;
+pub use command_line::quoted;
 
 /// The result for one scene, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -2,27 +2,42 @@
 
 use std::ops::RangeInclusive;
 
+use rayon::prelude::*;
+
 use super::parts::is_finite;
+use crate::light::MOSTLY;
 use crate::rank::{nearest_rank, ranked};
 
-/// A picture is bright enough, and not too bright, if this percentile of its largest channels is in this
-/// range. Lamps that are seen may be the rest, and are cut off.
+/// A picture is bright enough, and not too bright, if this percentile of the largest channels of its pixels with light is in
+/// this range, and it is not mostly clipped. Lamps that are seen may be the rest, and are cut off.
 const BRIGHT: f64 = 0.95;
 const FINE: RangeInclusive<f64> = 0.2..=2.0;
 /// Where the percentile of other pictures is brought.
 const AIM: f64 = 0.8;
 
 /// The exposure that suits a linear picture: a whole number of stops, 0 as a rule and for a black one. Pixels
-/// that are not finite do not count.
+/// that are black or not finite do not count.
 pub fn suitable_exposure(pixels: &[[f32; 3]]) -> f64 {
-    let finite = pixels.iter().filter(|pixel| is_finite(pixel)).count();
+    suitable(pixels.len(), |i| pixels[i])
+}
+
+/// The same for pixels by their numbers.
+pub(crate) fn suitable(count: usize, pixel: impl Fn(usize) -> [f32; 3] + Sync) -> f64 {
     // NaN ranks above all others.
-    let brightness = |pixel: &[f32; 3]| {
-        if is_finite(pixel) { pixel.iter().copied().fold(0.0, f32::max) } else { f32::NAN }
+    let brightness = |i| {
+        let pixel = pixel(i);
+        if is_finite(&pixel) { pixel.into_iter().fold(0.0, f32::max) } else { f32::NAN }
     };
-    let bright = ranked(pixels.len(), |i| [brightness(&pixels[i])], nearest_rank(BRIGHT, finite));
-    let bright = f64::from(bright);
-    if FINE.contains(&bright) || bright == 0.0 || !bright.is_finite() {
+    let count_if =
+        |test: fn(f32) -> bool| (0..count).into_par_iter().filter(|i| test(brightness(*i))).count();
+    let (black, lit, clipped) =
+        (count_if(|value| value == 0.0), count_if(|value| value > 0.0), count_if(|value| value > 1.0));
+    if lit == 0 {
+        return 0.0;
+    }
+    let bright = f64::from(ranked(count, |i| [brightness(i)], black + nearest_rank(BRIGHT, lit)));
+    let is_mostly_clipped = clipped as f64 > MOSTLY * lit as f64;
+    if FINE.contains(&bright) && !is_mostly_clipped {
         return 0.0;
     }
     (AIM / bright).log2().round()
@@ -48,7 +63,9 @@ mod tests {
         };
         check(0.2, 0.0);
         check(1.0, 0.0);
-        check(2.0, 0.0);
+        check(1.1, 0.0);
+        // All of it clips.
+        check(2.0, -1.0);
         check(0.19, 2.0);
         check(2.1, -1.0);
         check(1000.0, -10.0);
@@ -58,6 +75,18 @@ mod tests {
         check(0.0, 0.0);
         check(-5.0, 0.0);
         check(f32::NAN, 0.0);
+    }
+
+    #[test]
+    fn lamps_in_range_stay_as_they_are() {
+        let mut pixels = vec![[0.1; 3]; 100];
+        pixels[..20].fill([2.0; 3]);
+        assert_eq!(suitable_exposure(&pixels), 0.0);
+        // Black surroundings do not count.
+        pixels.extend([[0.0; 3]; 1000]);
+        assert_eq!(suitable_exposure(&pixels), 0.0);
+        pixels[..20].fill([0.1; 3]);
+        assert_eq!(suitable_exposure(&pixels), 3.0);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{Integrator, Primitive, Scene, Sources};
 use serde::Serialize;
 
+use crate::light::JsonLight;
 use crate::report::{self, JsonDiagnostic};
 
 /// The JSON output.
@@ -36,6 +37,8 @@ pub(super) struct JsonPicture {
     pub complete: bool,
     /// True if no light reached the camera.
     pub black: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub light: Option<JsonLight>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<JsonTarget>,
 }

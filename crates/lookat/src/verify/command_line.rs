@@ -14,7 +14,7 @@ pub fn repeated() -> String {
 }
 
 /// An argument as one word of a POSIX shell.
-fn quoted(argument: &OsStr) -> String {
+pub fn quoted(argument: &OsStr) -> String {
     let text = argument.to_str().and_then(|text| shlex::try_quote(text).ok());
     text.map_or_else(|| printed(argument.as_encoded_bytes()), |text| text.into_owned())
 }

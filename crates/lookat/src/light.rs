@@ -1,0 +1,142 @@
+//! Tone mapping of 8-bit files, and the line about the light of a picture.
+
+use std::path::Path;
+
+use lookat_image::{Format, Image, Light, ToneCurve, ToneMapping};
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use crate::args::Tone;
+use crate::verify::quoted;
+
+/// The light of a picture and its tone mapping, as JSON.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct JsonLight {
+    median: f32,
+    largest: f32,
+    pub black: f64,
+    clipped: f64,
+    not_finite_pixels: u64,
+    exposure: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    advised_exposure: Option<f64>,
+}
+
+fn is_eight_bit(file: &Path) -> bool {
+    Format::from_path(file).is_some_and(Format::is_eight_bit)
+}
+
+/// Says that options have no effect on a linear file.
+pub fn note_linear(file: &Path, tone: Tone) {
+    if tone.is_given() && !is_eight_bit(file) {
+        let file = file.display();
+        crate::say(&format!("{file}: --exposure and --tone apply to .png and .tga; this file stays linear"));
+    }
+}
+
+/// Maps the tones of a picture for this file, if it has 8 bits, and records the mapping in the metadata. Returns the light
+/// before, or `None` for a picture without colors.
+pub fn map_tones(image: &mut Image, file: &Path, tone: Tone) -> Option<JsonLight> {
+    let mapping = if is_eight_bit(file) { tone.mapping(image) } else { ToneMapping::default() };
+    let light = Light::of(image, mapping);
+    mapping.apply(image);
+    if mapping != ToneMapping::default() {
+        image.metadata = recorded(image.metadata.take(), mapping);
+    }
+    let Light { median, largest, black, clipped, not_finite, advised_exposure } = light?;
+    let exposure = mapping.exposure;
+    Some(JsonLight {
+        median,
+        largest,
+        black,
+        clipped,
+        not_finite_pixels: not_finite,
+        exposure,
+        advised_exposure,
+    })
+}
+
+/// The metadata with the mapping. The exposures of a picture that was exposed before add up.
+fn recorded(metadata: Option<String>, mapping: ToneMapping) -> Option<String> {
+    let text = metadata.unwrap_or_else(|| "{}".into());
+    let Ok(mut members) = serde_json::from_str::<Map<String, Value>>(&text) else { return Some(text) };
+    let before = members.get("exposure").and_then(Value::as_f64).unwrap_or(0.0);
+    members.insert("exposure".into(), (before + mapping.exposure).into());
+    if let Some((name, _)) =
+        ToneCurve::ALL.iter().find(|(_, curve)| *curve == mapping.curve && *curve != ToneCurve::None)
+    {
+        members.insert("tone".into(), (*name).into());
+    }
+    Some(Value::Object(members).to_string())
+}
+
+impl JsonLight {
+    /// Prints the line about light. With `advise`, also the exposure that shows a picture that is nearly black or mostly
+    /// clipped.
+    pub fn print(&self, file: &Path, advise: bool) {
+        let [median, largest] = [self.median, self.largest].map(short);
+        let [black, clipped] = [self.black, self.clipped].map(percent);
+        let not_finite = match self.not_finite_pixels {
+            0 => String::new(),
+            1 => "; 1 pixel is not finite".into(),
+            count => format!("; {count} pixels are not finite"),
+        };
+        crate::say(&format!(
+            "light: median {median}, largest {largest}; {black} of pixels black, {clipped} clip in 8 bits{not_finite}"
+        ));
+        let Some(stops) = self.advised_exposure.filter(|_| advise) else { return };
+        let state = if stops > self.exposure { "nearly black" } else { "mostly clipped" };
+        crate::say(&match is_eight_bit(file) {
+            true => format!("the picture is {state}: to show it, use --exposure {stops}"),
+            false => {
+                let [from, to] = [file, &file.with_extension("png")].map(|path| quoted(path.as_os_str()));
+                format!(
+                    "as it stands, the picture is {state}: to show it, run lookat convert {from} {to} --exposure {stops}"
+                )
+            }
+        });
+    }
+}
+
+/// A number with two digits.
+fn short(value: f32) -> String {
+    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or_default();
+    match rounded {
+        0.0 | 1e-3..1e5 => format!("{rounded}"),
+        _ => format!("{rounded:e}"),
+    }
+}
+
+/// A share in percent, which rounding shows as 0 or 100 only if it is.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        percent if percent > 0.0 && percent < 0.1 => "under 0.1 %".into(),
+        percent if percent > 99.9 && percent < 100.0 => "over 99.9 %".into(),
+        percent => format!("{} %", (10.0 * percent).round() / 10.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        let numbers = [0.0, 0.2149, 3.44, 1234.0, 9.99e4, 1e5, 8.64e-7, 0.000_999].map(short);
+        assert_eq!(numbers, ["0", "0.21", "3.4", "1200", "1e5", "1e5", "8.6e-7", "0.001"]);
+        let shares = [0.0, 1e-6, 0.003, 0.12345, 0.5, 0.999_99, 1.0].map(percent);
+        assert_eq!(shares, ["0 %", "under 0.1 %", "0.3 %", "12.3 %", "50 %", "over 99.9 %", "100 %"]);
+    }
+
+    #[test]
+    fn metadata_keeps_what_it_has() {
+        let mapping = ToneMapping { exposure: 2.0, curve: ToneCurve::Aces };
+        let record = |text: Option<&str>| recorded(text.map(String::from), mapping).unwrap();
+        assert_eq!(record(None), r#"{"exposure":2.0,"tone":"aces"}"#);
+        assert_eq!(
+            record(Some(r#"{"exposure":-0.5,"seed":3}"#)),
+            r#"{"exposure":1.5,"seed":3,"tone":"aces"}"#
+        );
+        assert_eq!(record(Some("not JSON")), "not JSON");
+    }
+}
