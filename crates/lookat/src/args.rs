@@ -14,6 +14,7 @@ use lookat_lab::bench::Suite;
 use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
 use crate::metric::{Limit, Metric};
+use crate::render::{FocusPlace, focus_place};
 pub use chart::{Chart, Other};
 pub use memory::{Memory, way_out};
 pub use tone::Tone;
@@ -115,6 +116,9 @@ pub struct Render {
     /// Replace a picture that is larger, has more samples, or was made by another program
     #[arg(long)]
     pub force: bool,
+    /// Focus the lens on what the picture shows there: a pixel, as in 120,80, or fractions of its size, as in 0.5,0.5
+    #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = focus_place)]
+    pub focus: Option<FocusPlace>,
     /// Print only errors and interruptions
     #[arg(short, long)]
     pub quiet: bool,

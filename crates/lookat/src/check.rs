@@ -42,7 +42,8 @@ pub fn check(arguments: &Check) -> ExitCode {
         if arguments.report.json {
             let scene = path.display().to_string();
             let unread = arguments.fast.then_some(loaded.unread);
-            let result = JsonResult { scene, diagnostics: report::json(&loaded), unread };
+            let result =
+                JsonResult { scene, diagnostics: report::json(&loaded.diagnostics, &loaded.sources), unread };
             lost |= crate::print_json(&result).is_err();
         } else {
             report::print(&loaded, arguments.quiet);

@@ -51,7 +51,11 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
     };
     let printed = if arguments.report.json {
         let needs = found.as_ref().map(Inspected::json);
-        crate::print_json(&JsonResult { scene: name, diagnostics: report::json(&loaded), needs })
+        crate::print_json(&JsonResult {
+            scene: name,
+            diagnostics: report::json(&loaded.diagnostics, &loaded.sources),
+            needs,
+        })
     } else {
         report::print(&loaded, false);
         found.as_ref().map_or(Ok(()), |found| crate::print(&found.text(&visible(&name))))

@@ -1,5 +1,6 @@
 //! `lookat render`: renders a scene file to a picture.
 
+mod focus;
 mod progress;
 mod summary;
 
@@ -9,7 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use lookat_image::{Charge, Format, MemoryBudget, byte_words};
-use lookat_render::{Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes};
+use lookat_render::{Prepared, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes};
+use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
 
 use crate::args::{Render, crop_edges, way_out};
@@ -19,6 +21,9 @@ use crate::light::{map_tones, note_linear};
 use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
 use crate::source::{load_scene, replace_samples};
+use crate::view;
+use focus::focus;
+pub use focus::{FocusPlace, focus_place};
 use progress::Shown;
 pub use progress::progress_bar;
 pub use summary::Metadata;
@@ -60,7 +65,13 @@ pub fn render(arguments: &Render) -> ExitCode {
     if !arguments.report.json {
         report::print(&loaded, arguments.quiet);
     }
-    let mut result = JsonResult { scene, diagnostics: report::json(&loaded), picture: None, error: None };
+    let mut result = JsonResult {
+        scene,
+        diagnostics: report::json(&loaded.diagnostics, &loaded.sources),
+        picture: None,
+        error: None,
+    };
+    let mut advice = Vec::new();
     let status = match (&loaded.scene, &loaded.misfit) {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone(), &mut result),
         (None, _) => {
@@ -69,7 +80,7 @@ pub fn render(arguments: &Render) -> ExitCode {
             }
             report::failure(&loaded)
         }
-        (Some(scene), _) => match picture(arguments, scene, &loaded) {
+        (Some(scene), _) => match picture(arguments, scene, &loaded, &mut advice) {
             Ok((picture, written)) => {
                 let status = if picture.complete { 0 } else { interrupt::STATUS };
                 result.picture = Some(picture);
@@ -78,6 +89,7 @@ pub fn render(arguments: &Render) -> ExitCode {
             Err(message) => fail(message, &mut result),
         },
     };
+    result.diagnostics.extend(report::json(&advice, &loaded.sources));
     finish(arguments, &result, status)
 }
 
@@ -161,6 +173,7 @@ fn picture(
     arguments: &Render,
     scene: &Scene,
     loaded: &Loaded,
+    advice: &mut Vec<Diagnostic>,
 ) -> Result<(JsonPicture, Result<(), String>), String> {
     // A draft replaces no finished picture.
     let own = if arguments.quick { marked(&loaded.output, "quick") } else { loaded.output.clone() };
@@ -191,9 +204,20 @@ fn picture(
     }
     let notice = "stopping; interrupt again to quit without a picture";
     interrupt::stop_in_order((!arguments.quiet).then_some(notice), || HAS_SAMPLES.load(Ordering::Relaxed));
+    let mut scene = scene.clone();
+    let mut prepared = Prepared::new(&scene);
+    if let Some(place) = arguments.focus {
+        crate::say(&focus(&mut prepared, &mut scene.view, place)?);
+    }
+    if !arguments.quiet {
+        *advice = view::look(loaded, &scene, &mut prepared).1;
+        if !arguments.report.json {
+            report::print_each(advice, &loaded.sources);
+        }
+    }
     let started = Instant::now();
     let shown = Shown::new(arguments, crop.area());
-    let mut rendered = lookat_render::render(scene, &settings, &|progress| {
+    let mut rendered = prepared.render(&scene.view, &settings, &|progress| {
         HAS_SAMPLES.store(true, Ordering::Relaxed);
         shown.update(&progress);
         interrupt::flow()
@@ -248,7 +272,7 @@ fn picture(
     }
     // A picture that shows nothing is never what was meant: --quiet does not hide it.
     if !arguments.report.json {
-        explain_black(&picture, &rendered, scene, &loaded.sources);
+        explain_black(&picture, &rendered, (&scene, &mut prepared), &loaded.sources);
     }
     Ok((picture, destination.result()))
 }

@@ -302,15 +302,14 @@ struct JsonPlace {
 }
 
 /// The diagnostics of a scene as JSON.
-pub fn json(loaded: &Loaded) -> Vec<JsonDiagnostic<'_>> {
+pub fn json<'a>(diagnostics: &'a [Diagnostic], sources: &Sources) -> Vec<JsonDiagnostic<'a>> {
     let place = |span: Span| {
-        let location = loaded.sources.location(span);
+        let location = sources.location(span);
         let file = location.path.display().to_string();
         JsonPlace { file, line: location.line, column: location.column, start: span.start, end: span.end }
     };
     let label = |label: &'_ Label| -> JsonPlace { place(label.span) };
-    loaded
-        .diagnostics
+    diagnostics
         .iter()
         .map(|diagnostic| JsonDiagnostic {
             severity: match diagnostic.severity {

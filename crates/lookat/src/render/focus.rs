@@ -15,7 +15,9 @@ pub enum FocusPlace {
 
 /// Parses X,Y: whole numbers are a pixel, numbers with a point are fractions.
 pub fn focus_place(text: &str) -> Result<FocusPlace, String> {
-    let numbers = text.split_once(',').and_then(|(x, y)| Some(DVec2::new(x.trim().parse().ok()?, y.trim().parse().ok()?)));
+    let numbers = text
+        .split_once(',')
+        .and_then(|(x, y)| Some(DVec2::new(x.trim().parse().ok()?, y.trim().parse().ok()?)));
     match numbers {
         Some(at) if text.contains('.') && at.min_element() >= 0.0 && at.max_element() <= 1.0 => {
             Ok(FocusPlace::Fractions(at))
@@ -43,7 +45,8 @@ pub fn focus(prepared: &mut Prepared, view: &mut View, place: FocusPlace) -> Res
         return Err(format!("--focus: the picture has only {width} x {height} pixels"));
     }
     let at = format!("{}, {}", film.x.floor(), film.y.floor());
-    let Some(depth) = prepared.pick(view, film).map(|picked| picked.depth).filter(|depth| *depth > 0.0) else {
+    let Some(depth) = prepared.pick(view, film).map(|picked| picked.depth).filter(|depth| *depth > 0.0)
+    else {
         return Err(format!("--focus: there is nothing to focus on at pixel {at}; choose another place"));
     };
     if let Some(lens) = &mut view.camera.lens {

@@ -122,7 +122,12 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
 }
 
 /// Prints the reason why a picture is all black.
-pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &Scene, sources: &Sources) {
+pub(super) fn explain_black(
+    picture: &JsonPicture,
+    rendered: &Rendered,
+    (scene, prepared): (&Scene, &mut Prepared),
+    sources: &Sources,
+) {
     if picture.black && rendered.complete && picture.least_samples > 0 {
         let depth = match scene.view.integrator {
             Integrator::Path { max_depth, .. } | Integrator::DirectLighting { max_depth, .. } => max_depth,
@@ -130,7 +135,7 @@ pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &
         };
         // Without secondary rays, no surface scattered light.
         let is_alone = picture.rays == rendered.statistics.samples && depth > 0;
-        let black = if is_alone { black_material(scene) } else { None };
+        let black = if is_alone { black_material(scene, prepared) } else { None };
         let black = black.map(|at| {
             let place = report::place(at, sources);
             format!("the picture is all black: the camera sees the black material at {place}; give it a color above 0")
@@ -163,14 +168,13 @@ pub(super) fn explain_black(picture: &JsonPicture, rendered: &Rendered, scene: &
 }
 
 /// The place of a black material that the camera sees.
-fn black_material(scene: &Scene) -> Option<Span> {
+fn black_material(scene: &Scene, prepared: &mut Prepared) -> Option<Span> {
     let is_black =
         |primitive: &Primitive| primitive.emission.is_none() && primitive.material.kind().is_black();
-    // Otherwise there is no need to prepare the scene again.
     if !scene.world.shapes().any(is_black) {
         return None;
     }
-    let (mut prepared, crop) = (Prepared::new(scene), scene.view.film.crop);
+    let crop = scene.view.film.crop;
     // Few enough for an answer in a moment.
     let [across, down] = [crop.width(), crop.height()].map(|side| side.div_ceil(256) as usize);
     let pixels = (crop.y0..crop.y1)

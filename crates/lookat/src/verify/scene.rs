@@ -54,7 +54,10 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
     let mut loaded = load_scene(file, &options, Report { strict: false, json: false });
     replace_samples(&mut loaded, arguments.spp);
     report::print(&loaded, false);
-    outcome.diagnostics = Diagnostics { text: report::text(&loaded), json: json!(report::json(&loaded)) };
+    outcome.diagnostics = Diagnostics {
+        text: report::text(&loaded),
+        json: json!(report::json(&loaded.diagnostics, &loaded.sources)),
+    };
     let Some(scene) = &loaded.scene else { return Err(why_no_scene(&loaded)) };
     note_jitter(scene, &loaded);
     let packing = if arguments.report.is_some() { PACKING_BYTES } else { 0 };
