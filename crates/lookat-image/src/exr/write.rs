@@ -26,7 +26,13 @@ pub(crate) fn write(image: &Image, out: impl Write + Seek) -> Result<(), Fault> 
     if let Some(metadata) = &image.metadata {
         attributes.other.insert(text(METADATA), AttributeValue::Text(text(metadata)));
     }
-    ::exr::image::Image::new(attributes, layer).write().to_buffered(out).map_err(|error| match error {
+    let image = ::exr::image::Image::new(attributes, layer);
+    // The crate starts threads of its own, where the process has one, for lack of memory or by choice.
+    let writer = match rayon::current_num_threads() {
+        1 => image.write().non_parallel(),
+        _ => image.write(),
+    };
+    writer.to_buffered(out).map_err(|error| match error {
         Error::Io(error) => Fault::Io(error),
         Error::Invalid(reason) | Error::NotSupported(reason) => Fault::Unfit(reason.into()),
         Error::Aborted => Fault::Unfit("interrupted".into()),
