@@ -12,6 +12,8 @@ use serde_json::Value;
 #[path = "cli/explain.rs"]
 mod explain;
 mod folder;
+#[path = "cli/live.rs"]
+mod live;
 #[path = "cli/memory.rs"]
 mod memory;
 #[path = "cli/messages.rs"]
@@ -25,6 +27,8 @@ mod stopping;
 mod terminal;
 #[path = "cli/threads.rs"]
 mod threads;
+#[path = "cli/view.rs"]
+mod view;
 
 use folder::{Folder, Run};
 
@@ -113,6 +117,7 @@ fn the_exit_status_tells_fine_from_wrong_from_trouble() {
     check(&["check"], 2);
     check(&["render"], 2);
     check(&["render", "fine.pbrt", "wrong.pbrt"], 2);
+    check(&["render", "fine.pbrt", "nothing.pbrt", "-o", "."], 2);
     check(&["render", "fine.pbrt", "--spp", "0"], 2);
     check(&["render", "fine.pbrt", "--threads", "0"], 2);
     check(&["render", "fine.pbrt", "--threads", "-1"], 2);

@@ -34,6 +34,7 @@
 mod accelerator;
 mod advice;
 mod angle;
+mod bounds;
 mod camera;
 mod cie;
 mod color;
@@ -73,6 +74,7 @@ mod texture;
 mod transform;
 mod undefined;
 mod validate;
+mod view_override;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use color::LUMINANCE;
@@ -107,3 +109,4 @@ pub use texture::{
 };
 pub use transform::{LookAtFault, Transform};
 pub use validate::{Faults, Invalid};
+pub use view_override::{CameraPlacement, ViewOverride};

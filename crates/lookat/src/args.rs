@@ -1,7 +1,10 @@
 //! The command line.
 
 mod chart;
+mod frames;
+mod live;
 mod memory;
+mod view;
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -14,7 +17,10 @@ use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
 use crate::metric::{Limit, Metric};
 pub use chart::{Chart, Other};
+pub use frames::{Animation, Frames, Parameter};
+pub use live::{LiveView, Protocol};
 pub use memory::{Memory, way_out};
+pub use view::ViewOverride;
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
@@ -61,11 +67,12 @@ impl Command {
     }
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Render {
-    /// The scene file; - is standard input
-    pub scene: PathBuf,
-    /// The picture: .exr, .png, .pfm or .tga [default: the filename of Film; with --quick, .quick is added before the extension]
+    /// Scene files; - is standard input
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// The picture: .exr, .png, .pfm or .tga; with several scenes, a folder [default: the filename of Film; with --quick, .quick is added before the extension]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, instead of the number in Sampler. With --target-error or --time, the maximum; with
@@ -105,6 +112,12 @@ pub struct Render {
     /// the picture slightly noisier
     #[arg(long)]
     pub error_layers: bool,
+    #[command(flatten)]
+    pub view: ViewOverride,
+    #[command(flatten)]
+    pub frames: Frames,
+    #[command(flatten)]
+    pub live: LiveView,
     /// Print only errors and interruptions
     #[arg(short, long)]
     pub quiet: bool,

@@ -8,6 +8,7 @@ mod compare;
 mod explain;
 mod inspect;
 mod interrupt;
+mod live;
 mod metric;
 mod noise;
 mod output;
