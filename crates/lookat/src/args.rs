@@ -165,6 +165,8 @@ pub struct Bench {
 pub struct Inspect {
     /// The scene file; - is standard input
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub view: ViewOverride,
     /// Skip directives with errors and continue
     #[arg(long)]
     pub keep_going: bool,

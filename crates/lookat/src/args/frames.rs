@@ -11,7 +11,6 @@ const MOST: u32 = 100_000;
 
 /// Pictures of one scene by a moving camera.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Several pictures")]
 pub struct Frames {
     /// Write N numbered pictures while the camera turns once around the point that it looks at
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, MOST))]

@@ -4,7 +4,6 @@ use clap::{Args, ValueEnum};
 
 /// Where to show the picture while it is rendered.
 #[derive(Debug, Clone, Default, Args)]
-#[command(next_help_heading = "Live view")]
 pub struct LiveView {
     /// Draw the picture in the terminal as it grows
     #[arg(long, value_name = "PROTOCOL", num_args = 0..=1, require_equals = true, default_missing_value = "auto")]

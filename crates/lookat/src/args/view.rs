@@ -5,7 +5,6 @@ use lookat_scene::{Projection, Scene};
 
 /// What to use instead of the camera of the scene.
 #[derive(Debug, Clone, Copy, Default, Args)]
-#[command(next_help_heading = "View")]
 pub struct ViewOverride {
     /// Eye, target and up vector, instead of the camera transformation
     #[arg(long, value_name = "EX EY EZ LX LY LZ UX UY UZ", allow_hyphen_values = true, value_parser = look_at)]

@@ -35,7 +35,12 @@ pub fn draw(drawing: &Drawing, out: &mut Vec<u8>) {
         for (color, columns) in sixels.iter().enumerate().filter(|(_, columns)| !columns.is_empty()) {
             put(out, format_args!("#{color}"));
             for run in columns.chunk_by(|a, b| a == b) {
-                put(out, format_args!("!{}{}", run.len(), char::from(0x3f + run[0])));
+                let sixel = char::from(0x3f + run[0]);
+                match run.len() {
+                    // The count is longer.
+                    1..4 => run.iter().for_each(|_| put(out, sixel)),
+                    count => put(out, format_args!("!{count}{sixel}")),
+                }
             }
             put(out, '$');
         }
@@ -61,27 +66,25 @@ mod tests {
     /// Decodes a picture as a terminal does.
     fn decoded(text: &str, [width, height]: [usize; 2]) -> Vec<[u32; 3]> {
         let (start, end) = (text.find('q').unwrap() + 1, text.rfind('\x1b').unwrap());
-        let mut rest = text[start..end].strip_prefix(&format!("\"1;1;{width};{height}")).unwrap();
-        let mut numbers = |rest: &mut &str| -> Vec<u32> {
+        let mut rest = text[start..end].strip_prefix(&format!("\"1;1;{width};{height}")).unwrap().to_owned();
+        let numbers = |rest: &mut String| -> Vec<u32> {
             let end = rest.find(|c: char| !c.is_ascii_digit() && c != ';').unwrap_or(rest.len());
-            let (text, after) = rest.split_at(end);
-            *rest = after;
+            let text: String = rest.drain(..end).collect();
             text.split(';').map(|number| number.parse().unwrap()).collect()
         };
         let (mut colors, mut color) = (std::collections::HashMap::new(), 0);
         let (mut x, mut y, mut out) = (0, 0, vec![[u32::MAX; 3]; width * height]);
-        while let Some(c) = rest.chars().next() {
-            rest = &rest[1..];
-            match c {
+        while !rest.is_empty() {
+            match rest.remove(0) {
                 '#' => match numbers(&mut rest)[..] {
                     [number] => color = number,
                     [number, 2, r, g, b] => drop(colors.insert(number, [r, g, b])),
                     _ => panic!("{rest}"),
                 },
-                '!' => {
-                    let count = numbers(&mut rest)[0];
-                    let bits = rest.as_bytes()[0] - 0x3f;
-                    rest = &rest[1..];
+                c @ ('!' | '?'..='~') => {
+                    let count = if c == '!' { numbers(&mut rest)[0] } else { 1 };
+                    let sixel = if c == '!' { rest.remove(0) } else { c };
+                    let bits = sixel as u8 - 0x3f;
                     for at in x..x + count as usize {
                         for bit in (0..6).filter(|bit| bits >> bit & 1 == 1) {
                             out[(y + bit) * width + at] = colors[&color];
@@ -91,7 +94,7 @@ mod tests {
                 }
                 '$' => x = 0,
                 '-' => (x, y) = (0, y + 6),
-                _ => panic!("{c}"),
+                other => panic!("{other}"),
             }
         }
         out

@@ -9,6 +9,7 @@ use crate::args::{Render, Report};
 use crate::interrupt;
 use crate::live::{Live, Watch};
 use crate::source::load_scene;
+use crate::usage::tip_for_render;
 
 /// The arguments for each scene alone. Fails if they do not fit together.
 pub fn jobs(arguments: &Render) -> Result<Vec<Render>, String> {
@@ -25,9 +26,10 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Render>, String> {
     }
     if let Some(file) = arguments.output.as_ref().filter(|file| !file.is_dir()) {
         return Err(format!(
-            "-o {} names one picture, and there are {} scenes: name an existing folder, or leave out -o",
+            "-o {} names one picture, and there are {} scenes: name an existing folder, or leave out -o{}",
             file.display(),
-            scenes.len()
+            scenes.len(),
+            tip_for_render()
         ));
     }
     let files: Vec<PathBuf> = scenes.iter().map(|scene| picture_of(arguments, scene)).collect();
