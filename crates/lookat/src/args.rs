@@ -36,7 +36,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to a picture
-    Render(Render),
+    Render(Box<Render>),
     /// Report the errors and warnings of scene files, without rendering
     Check(Check),
     /// Measure the difference between two pictures
@@ -59,9 +59,8 @@ impl Command {
     /// The number of threads in the command line, if given.
     pub fn threads(&self) -> Option<u16> {
         match self {
-            Command::Render(Render { threads, .. })
-            | Command::Verify(Verify { threads, .. })
-            | Command::Chart(Chart { threads, .. }) => *threads,
+            Command::Render(render) => render.threads,
+            Command::Verify(Verify { threads, .. }) | Command::Chart(Chart { threads, .. }) => *threads,
             _ => None,
         }
     }

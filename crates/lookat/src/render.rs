@@ -198,15 +198,17 @@ fn picture_file(arguments: &Render, loaded: &Loaded) -> PathBuf {
     arguments.output.clone().unwrap_or(own)
 }
 
-/// Renders and writes the picture; and whether it is where it was asked for. `None` if the files of the scene have changed
-/// meanwhile.
+/// A written picture, and whether it is where it was asked for.
+type Written = (JsonPicture, Result<(), String>);
+
+/// Renders and writes the picture. `None` if the files of the scene have changed meanwhile.
 fn picture(
     arguments: &Render,
     scene: &Scene,
     loaded: &Loaded,
     prepared: Option<&mut Prepared>,
     live: &Live,
-) -> Result<Option<(JsonPicture, Result<(), String>)>, String> {
+) -> Result<Option<Written>, String> {
     let file = picture_file(arguments, loaded);
     // Check before hours of rendering, not after.
     let crop = scene.view.film.crop;
