@@ -22,7 +22,10 @@ pub fn draw(drawing: &Drawing, out: &mut Vec<u8>) {
         row.iter().enumerate().map(|(x, pixel)| dithered(*pixel, x, y)).collect()
     };
     let rows: Vec<Vec<u32>> = drawing.pixels.chunks(width as usize).enumerate().map(row).collect();
-    for band in rows.chunks(6) {
+    for (number, band) in rows.chunks(6).enumerate() {
+        if number > 0 {
+            put(out, '-');
+        }
         // Of each color, the bits of its pixels in each column.
         let mut sixels = vec![Vec::new(); COLORS as usize];
         for (bit, row) in band.iter().enumerate() {
@@ -44,7 +47,6 @@ pub fn draw(drawing: &Drawing, out: &mut Vec<u8>) {
             }
             put(out, '$');
         }
-        put(out, '-');
     }
     put(out, "\x1b\\");
 }
