@@ -18,6 +18,8 @@ mod finished;
 mod folder;
 #[path = "cli/light.rs"]
 mod light;
+#[path = "cli/live.rs"]
+mod live;
 #[path = "cli/memory.rs"]
 mod memory;
 #[path = "cli/messages.rs"]
@@ -31,6 +33,8 @@ mod stopping;
 mod terminal;
 #[path = "cli/threads.rs"]
 mod threads;
+#[path = "cli/view.rs"]
+mod view;
 
 use folder::{Folder, Run};
 
@@ -119,6 +123,7 @@ fn the_exit_status_tells_fine_from_wrong_from_trouble() {
     check(&["check"], 2);
     check(&["render"], 2);
     check(&["render", "fine.pbrt", "wrong.pbrt"], 2);
+    check(&["render", "fine.pbrt", "nothing.pbrt", "-o", "."], 2);
     check(&["render", "fine.pbrt", "--spp", "0"], 2);
     check(&["render", "fine.pbrt", "--threads", "0"], 2);
     check(&["render", "fine.pbrt", "--threads", "-1"], 2);

@@ -1,4 +1,4 @@
-//! What reaches a terminal of names that are hostile to it.
+//! What reaches a terminal: pictures, and names that are hostile to it.
 
 use std::fs::File;
 use std::io::Read;
@@ -20,6 +20,7 @@ fn on_terminal(folder: &Folder, arguments: &[&str]) -> String {
     let pair = openpty(None, None).unwrap();
     let slave = |fd: &OwnedFd| Stdio::from(fd.try_clone().unwrap());
     let mut command = folder.command(arguments);
+    command.env("COLORTERM", "truecolor");
     let mut child = command.stdout(slave(&pair.slave)).stderr(slave(&pair.slave)).spawn().unwrap();
     // Those of this process are closed, so that reading ends with the program.
     drop((command, pair.slave));
@@ -116,4 +117,37 @@ fn json_is_safe_to_print() {
     let run = folder.run(&["check", "--json", &scene]);
     assert!(run.out.trim_end().chars().all(|c| ('\u{20}'..'\u{7f}').contains(&c)), "{:?}", run.out);
     assert_eq!(json_lines(&run)[0]["scene"], scene.as_str());
+}
+
+/// A picture of two by two pixels, in two half blocks: its colors, and the bar below.
+#[test]
+fn a_picture_is_drawn_in_half_blocks() {
+    let folder = Folder::new();
+    // Emitters that fill the screen, seen straight on: a color for each quarter.
+    let light = |color: &str, at: &str| {
+        format!(
+            "AttributeBegin Translate {at} 0 AreaLightSource \"diffuse\" \"rgb L\" [{color}] \"bool twosided\" \"true\" \
+            Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0] AttributeEnd "
+        )
+    };
+    let lights = [("1 0 0", "-1 0"), ("0 1 0", "0 0"), ("0 0 1", "-1 -1"), ("1 1 0.5", "0 -1")]
+        .map(|(color, at)| light(color, at));
+    folder.write(
+        "colors.pbrt",
+        &format!(
+            "LookAt 0 0 -4 0 0 0 0 1 0 Camera \"orthographic\" Sampler \"sobol\" \"integer pixelsamples\" 4 Integrator \"path\" \
+            Film \"image\" \"integer xresolution\" 2 \"integer yresolution\" 2 \"string filename\" \"colors.exr\" \
+            WorldBegin {} WorldEnd",
+            lights.concat()
+        ),
+    );
+    let text = on_terminal(&folder, &["render", "colors.pbrt", "--show=blocks"]);
+    let drawn = "\u{1b}[38;2;255;0;0;48;2;0;0;255m▀\u{1b}[38;2;0;255;0;48;2;255;255;188m▀\u{1b}[0m\r\n";
+    let (_, after) = text.split_once(drawn).unwrap_or_else(|| panic!("{text:?}"));
+    assert!(after.contains("colors.exr: 2 x 2 pixels"), "{text:?}");
+    // A picture of several updates is drawn over itself.
+    let arguments = ["render", "colors.pbrt", "--show=blocks", "--time", "1.5"];
+    let text = on_terminal(&folder, &arguments);
+    let drawings = text.matches("▀\u{1b}[0m\r\n").count();
+    assert!(drawings >= 3 && text.matches("\u{1b}[1A\r").count() >= drawings - 1, "{text:?}");
 }

@@ -5,6 +5,7 @@ use lookat_syntax::ParamType;
 
 use crate::params::Params;
 use crate::schema::{DefaultValue, Edges, Effect, Key, Keys, Kind, Name, Range, Unit, names};
+use crate::view_override::ViewOverride;
 use crate::{Film, Transform};
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
@@ -91,9 +92,10 @@ fn film_aspect(film: &Film) -> f64 {
     f64::from(film.resolution[0]) / f64::from(film.resolution[1])
 }
 
-const FOV: Key<f64> = Key::float("fov", 90.0, "the angle of view along the shorter side of the picture")
-    .within(Range::between(0.0, 180.0))
-    .unit(Unit::Degrees);
+pub(crate) const FOV: Key<f64> =
+    Key::float("fov", 90.0, "the angle of view along the shorter side of the picture")
+        .within(Range::between(0.0, 180.0))
+        .unit(Unit::Degrees);
 const HALF_FOV: Key<f64> =
     Key::float("halffov", -1.0, "half the angle of view; if positive, it replaces fov")
         .default_words("none")
@@ -112,10 +114,13 @@ const SCREEN_WINDOW: Key<Edges> = Key::new(
 .default_words("-1 to 1 along the shorter side");
 const LENS_RADIUS: Key<f64> =
     Key::float("lensradius", 0.0, "the radius of the aperture; 0 is a pinhole").unit(Unit::CameraSpace);
-const FOCAL_DISTANCE: Key<f64> =
+pub(crate) const FOCAL_DISTANCE: Key<f64> =
     Key::float("focaldistance", 1e6, "the distance to the plane of focus along the direction of view")
         .within(Range::above(0.0))
         .unit(Unit::CameraSpace);
+/// As an override; in a scene, a negative radius is a pinhole.
+pub(crate) const LENS_RADIUS_RANGE: Range = Range::at_least(0.0);
+pub(crate) const SCREEN_WINDOW_HELP: &str = "write the edges as xmin xmax ymin ymax";
 const SHUTTER_OPEN: Key<f64> =
     Key::float("shutteropen", 0.0, "the time when the shutter opens").effect(Effect::NoEffect);
 const SHUTTER_CLOSE: Key<f64> =
@@ -155,9 +160,14 @@ pub(crate) const KINDS: &[Kind] = &[
 ];
 
 /// pbrt-v3's CreatePerspectiveCamera, CreateOrthographicCamera and CreateEnvironmentCamera.
-pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &Film) -> Option<Camera> {
+pub(crate) fn camera(
+    params: &mut Params,
+    world_from_camera: Transform,
+    film: &Film,
+    view: &ViewOverride,
+) -> Option<Camera> {
     let projection = match params.kind() {
-        "perspective" => perspective(params),
+        "perspective" => perspective(params, view.fov),
         "orthographic" => Projection::Orthographic { telecentric: false },
         "environment" => Projection::Environment,
         "realistic" => {
@@ -168,12 +178,12 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
                 params.warn_of_unread_path(&file);
             }
             params.ignore_rest();
-            Projection::Perspective { fov: 90.0 }
+            Projection::Perspective { fov: view.fov.unwrap_or(90.0) }
         }
         _ => return params.unknown_kind(&names(KINDS)),
     };
-    let screen = screen_window(params, film);
-    let lens = if projection == Projection::Environment { no_lens(params) } else { lens(params) };
+    let screen = screen_window(params, film, view.screen_window);
+    let lens = if projection == Projection::Environment { no_lens(params) } else { lens(params, view) };
     let projection = match projection {
         Projection::Orthographic { .. } => orthographic(params, lens.is_some()),
         other => other,
@@ -184,7 +194,7 @@ pub(crate) fn camera(params: &mut Params, world_from_camera: Transform, film: &F
     params.finish().then_some(Camera { world_from_camera, projection, screen, lens })
 }
 
-fn perspective(params: &mut Params) -> Projection {
+fn perspective(params: &mut Params, instead: Option<f64>) -> Projection {
     let (fov, half) = (params.take(&FOV), params.take(&HALF_FOV));
     // As in pbrt-v3, a positive halffov replaces fov.
     if half <= 0.0 && params.was_taken("halffov") && params.usable() {
@@ -192,6 +202,11 @@ fn perspective(params: &mut Params) -> Projection {
     }
     if half > 0.0 {
         params.replaced_by("fov", &["halffov"]);
+    }
+    if let Some(fov) = instead {
+        // At the type: the scene does not give this angle.
+        params.doubt_angle("fov", "", fov);
+        return Projection::Perspective { fov };
     }
     Projection::Perspective { fov: if half > 0.0 { 2.0 * half } else { fov } }
 }
@@ -210,11 +225,12 @@ fn orthographic(params: &mut Params, lens: bool) -> Projection {
     Projection::Orthographic { telecentric }
 }
 
-fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
+fn screen_window(params: &mut Params, film: &Film, instead: Option<[f64; 4]>) -> ScreenWindow {
     let own = film_aspect(film);
     let aspect = params.take(&Key { default: own, ..FRAME_ASPECT_RATIO });
     let default = ScreenWindow::of_aspect(aspect);
-    match params.take(&SCREEN_WINDOW) {
+    let window = params.take(&SCREEN_WINDOW);
+    match instead.or(window) {
         None => {
             if (aspect / own - 1.0).abs() > 0.01 {
                 params.warn(
@@ -232,8 +248,7 @@ fn screen_window(params: &mut Params, film: &Film) -> ScreenWindow {
             ScreenWindow { min: DVec2::new(x0, y0), max: DVec2::new(x1, y1) }
         }
         Some(_) => {
-            let help = "write the edges as xmin xmax ymin ymax";
-            params.reject("screenwindow", "screenwindow is empty", Some(help));
+            params.reject("screenwindow", "screenwindow is empty", Some(SCREEN_WINDOW_HELP));
             default
         }
     }
@@ -251,11 +266,13 @@ fn no_lens(params: &mut Params) -> Option<Lens> {
     None
 }
 
-fn lens(params: &mut Params) -> Option<Lens> {
-    let radius = params.take(&LENS_RADIUS);
+fn lens(params: &mut Params, view: &ViewOverride) -> Option<Lens> {
+    let own = params.take(&LENS_RADIUS);
+    let radius = view.lens_radius.unwrap_or(own);
     // Without a lens, it has no meaning.
     let range = if radius > 0.0 { FOCAL_DISTANCE.range } else { Range::ALL };
-    let focal_distance = params.take(&Key { range, ..FOCAL_DISTANCE });
+    let own = params.take(&Key { range, ..FOCAL_DISTANCE });
+    let focal_distance = view.focal_distance.unwrap_or(own);
     if radius < 0.0 {
         params.warn(
             "lensradius",
@@ -264,7 +281,7 @@ fn lens(params: &mut Params) -> Option<Lens> {
         );
     }
     if radius <= 0.0 {
-        if !params.was_taken("lensradius") {
+        if !params.was_taken("lensradius") && view.lens_radius.is_none() {
             let reason = "without lensradius the camera is a pinhole, and everything is sharp";
             params.unused(
                 "focaldistance",
@@ -274,7 +291,7 @@ fn lens(params: &mut Params) -> Option<Lens> {
         }
         return None;
     }
-    if !params.was_taken("focaldistance") {
+    if !params.was_taken("focaldistance") && view.focal_distance.is_none() {
         params.warn(
             "lensradius",
             "the lens has no focaldistance: it focuses at 1e6 units, so everything nearer is blurred",

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use lookat_syntax::{EntityKind, Span};
 
-use crate::Transform;
 use crate::draft::Slot;
 use crate::places::LookAt;
 use crate::symbols::{SymbolId, SymbolKind};
+use crate::{CameraPlacement, Transform};
 
 /// Facts in the order in which the scene is read.
 #[derive(Debug, Default)]
@@ -36,6 +36,12 @@ pub(crate) struct Facts {
     pub lights: Vec<Span>,
     /// The last Camera and its transformation.
     pub camera: Option<(Span, Transform)>,
+    /// The last `LookAt` before `Camera`, and the transformation that it made.
+    pub placed: Option<(CameraPlacement, Transform)>,
+    /// That of the camera, if nothing follows it.
+    pub placement: Option<CameraPlacement>,
+    /// True if the world uses the coordinate system of the camera.
+    pub uses_camera_space: bool,
     /// A transformation after `Camera` that nothing has used.
     pub idle_transform: Option<Span>,
     /// `Rotate` directives.

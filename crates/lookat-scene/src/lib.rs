@@ -34,6 +34,7 @@
 mod accelerator;
 mod advice;
 mod angle;
+mod bounds;
 mod camera;
 mod cie;
 mod color;
@@ -74,6 +75,7 @@ mod texture;
 mod transform;
 mod undefined;
 mod validate;
+mod view_override;
 
 pub use camera::{Camera, Lens, Projection, ScreenWindow};
 pub use color::LUMINANCE;
@@ -109,3 +111,4 @@ pub use texture::{
 };
 pub use transform::{LookAtFault, Transform};
 pub use validate::{Faults, Invalid};
+pub use view_override::{CameraPlacement, ViewOverride};

@@ -113,6 +113,8 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
     advise(&evidence, &mut report);
     report.symbols = symbols;
     let misfit = report.misfit.take();
+    let placement = options.view.placement().or(facts.placement);
+    let world_follows_camera = facts.uses_camera_space;
     let can_keep_going = settled.is_some() && !report.is_v4(&files.sources) && misfit.is_none();
     let is_whole = (!report.has_errors() || options.keep_going) && misfit.is_none() && !options.fast;
     let unread = built.unread;
@@ -134,6 +136,8 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
         symbols,
         unread,
         can_keep_going,
+        placement,
+        world_follows_camera,
         misfit,
     }
 }
@@ -160,6 +164,8 @@ fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
         symbols: Vec::new(),
         unread: 0,
         can_keep_going: false,
+        placement: None,
+        world_follows_camera: false,
         misfit: None,
     }
 }

@@ -1,12 +1,15 @@
 //! How the caller wants a scene to be loaded.
 
 use crate::film::FilmOverride;
+use crate::view_override::ViewOverride;
 
 /// How [`load`](crate::load()) reads a scene.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LoadOptions {
     /// What to use instead of the size and the crop window that the scene gives. Default: what the scene gives.
     pub film: FilmOverride,
+    /// What to use instead of the camera that the scene gives. Default: what the scene gives.
+    pub view: ViewOverride,
     /// Omit directives with errors and build a scene from the others. Default: false.
     pub keep_going: bool,
     /// The most memory for reading the scene, in bytes. Default:

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use lookat_image::MemoryBudget;
 use lookat_syntax::Diagnostic;
 
-use crate::{Places, Scene, Sources, Symbol};
+use crate::{CameraPlacement, Places, Scene, Sources, Symbol};
 
 /// The result of [`load`](crate::load()).
 #[derive(Debug)]
@@ -35,6 +35,11 @@ pub struct Loaded {
     pub unread: usize,
     /// True if `keep_going` would give a scene.
     pub can_keep_going: bool,
-    /// The reason why the [`FilmOverride`](crate::FilmOverride) does not fit the scene.
+    /// The `LookAt` that places the camera. `None` for a camera that is placed otherwise.
+    pub placement: Option<CameraPlacement>,
+    /// True if the world uses the coordinate system of the camera.
+    pub world_follows_camera: bool,
+    /// The reason why the [`FilmOverride`](crate::FilmOverride) or the [`ViewOverride`](crate::ViewOverride) does not fit
+    /// the scene.
     pub misfit: Option<String>,
 }

@@ -9,9 +9,10 @@ use crate::accelerator;
 use crate::camera::{self, Camera, Projection};
 use crate::facts::Facts;
 use crate::files::Files;
-use crate::film::{self, FilmOverride};
+use crate::film;
 use crate::filter::{self, Filter};
 use crate::integrator::{self, Integrator};
+use crate::load_options::LoadOptions;
 use crate::params::Params;
 use crate::places::Places;
 use crate::report::Report;
@@ -76,7 +77,7 @@ impl Options {
     pub fn settle(
         self,
         world_begin: Span,
-        film_override: &FilmOverride,
+        load_options: &LoadOptions,
         files: &Files,
         report: &mut Report,
         facts: &mut Facts,
@@ -90,7 +91,7 @@ impl Options {
             None => Entity { name: Spanned { value: default.into(), span: world_begin }, params: Vec::new() },
         };
         let params = &mut Params::new("Film", entity(self.film, "image"), files, report);
-        let (film, output) = film::film(params, film_override);
+        let (film, output) = film::film(params, &load_options.film);
         let crop_window = params.given_place("cropwindow");
         let filter =
             filter::filter(&mut Params::new("PixelFilter", entity(self.filter, "box"), files, report));
@@ -104,13 +105,17 @@ impl Options {
         if let Some(given) = self.accelerator {
             accelerator::accelerator(&mut Params::new("Accelerator", given.entity, files, report));
         }
+        let view_override = &load_options.view;
+        if let Err(reason) = view_override.check() {
+            report.misfit = Some(reason);
+        }
         let (given, world_from_camera) = match self.camera {
             Some((given, world_from_camera)) => (Some(given), world_from_camera),
-            None => (None, Transform::IDENTITY),
+            None => (None, view_override.world_from_camera().unwrap_or(Transform::IDENTITY)),
         };
         let at = given.as_ref().map(|given| given.entity.name.span);
         let params = &mut Params::new("Camera", entity(given, "perspective"), files, report);
-        let camera = camera::camera(params, world_from_camera, &film);
+        let camera = camera::camera(params, world_from_camera, &film, view_override);
         let places = Places {
             camera: at,
             look_at: facts.look_at.filter(|look_at| look_at.places(&world_from_camera)),

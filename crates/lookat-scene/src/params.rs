@@ -203,7 +203,7 @@ impl<'a> Params<'a> {
         }
     }
 
-    /// Reports that the caller's `FilmOverride` does not fit.
+    /// Reports that an override of the caller does not fit.
     pub fn misfit(&mut self, message: String) {
         self.report.misfit = Some(message);
     }

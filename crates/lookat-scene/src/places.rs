@@ -40,6 +40,11 @@ pub struct LookAt {
 }
 
 impl LookAt {
+    pub(crate) fn new(span: Span, points: [f64; 9]) -> Self {
+        let [eye, look, up] = [0, 3, 6].map(|at| DVec3::from_slice(&points[at..at + 3]));
+        LookAt { span, eye, look, up }
+    }
+
     /// Whether it alone places a camera.
     pub(crate) fn places(&self, world_from_camera: &Transform) -> bool {
         Transform::look_at(self.eye, self.look, self.up).is_ok_and(|it| it.inverse() == *world_from_camera)

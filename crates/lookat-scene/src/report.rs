@@ -25,7 +25,7 @@ pub(crate) struct Report {
     pub incomplete: bool,
     /// True if the last directive of a file is incomplete and may have swallowed the text after it.
     pub incomplete_end: bool,
-    /// The reason why the caller's `FilmOverride` does not fit this scene.
+    /// The reason why an override of the caller does not fit this scene.
     pub misfit: Option<String>,
     /// True if a part of the current directive is unreadable. Then only problems that do not depend on this part are
     /// reported.

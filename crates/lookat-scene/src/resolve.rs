@@ -86,6 +86,7 @@ impl<'a> Resolver<'a> {
                 self.definitions.coordinate_systems.define(&name, self.state.ctm, &mut self.report);
             }
             Directive::CoordSysTransform(name) => {
+                self.facts.uses_camera_space |= self.block == Block::World && name.value == "camera";
                 // Applies to both times.
                 let known = self.definitions.coordinate_systems.find(&name, &mut self.report);
                 known.into_iter().for_each(|known| self.state.ctm = *known);
@@ -146,9 +147,12 @@ impl<'a> Resolver<'a> {
                 self.definitions.media.define(&entity.name, (), &mut self.report);
             }
             _ => {
-                let world_from_camera = self.state.ctm.inverse();
+                let instead = self.load_options.view.world_from_camera();
+                let world_from_camera = instead.unwrap_or_else(|| self.state.ctm.inverse());
                 if kind == EntityKind::Camera {
                     self.use_transform();
+                    let placed = self.facts.placed.filter(|(_, ctm)| *ctm == self.state.ctm);
+                    self.facts.placement = placed.map(|(placement, _)| placement);
                     self.facts.camera = Some((at, world_from_camera));
                     self.definitions.coordinate_systems.define_builtin("camera", world_from_camera);
                 }

@@ -1,8 +1,11 @@
 //! The command line.
 
 mod chart;
+mod frames;
+mod live;
 mod memory;
 mod tone;
+mod view;
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -16,8 +19,11 @@ use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 use crate::metric::{Limit, Metric};
 use crate::render::{FocusPlace, focus_place};
 pub use chart::{Chart, Other};
+pub use frames::{Animation, Frames, Parameter};
+pub use live::{LiveView, Protocol};
 pub use memory::{Memory, way_out};
 pub use tone::Tone;
+pub use view::ViewOverride;
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
@@ -34,7 +40,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Render a scene to a picture
-    Render(Render),
+    Render(Box<Render>),
     /// Report the errors and warnings of scene files, without rendering
     Check(Check),
     /// Measure the difference between two pictures
@@ -59,19 +65,19 @@ impl Command {
     /// The number of threads in the command line, if given.
     pub fn threads(&self) -> Option<u16> {
         match self {
-            Command::Render(Render { threads, .. })
-            | Command::Verify(Verify { threads, .. })
-            | Command::Chart(Chart { threads, .. }) => *threads,
+            Command::Render(render) => render.threads,
+            Command::Verify(Verify { threads, .. }) | Command::Chart(Chart { threads, .. }) => *threads,
             _ => None,
         }
     }
 }
 
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Render {
-    /// The scene file; - is standard input
-    pub scene: PathBuf,
-    /// The picture: .exr, .png, .pfm or .tga [default: the filename of Film; with --quick, .quick is added before the extension]
+    /// Scene files; - is standard input
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// The picture: .exr, .png, .pfm or .tga; with several scenes, a folder [default: the filename of Film; with --quick, .quick is added before the extension]
     #[arg(short, long, visible_alias = "outfile", value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Samples per pixel, instead of the number in Sampler. With --target-error or --time, the maximum; with
@@ -119,6 +125,12 @@ pub struct Render {
     /// Focus the lens on what the picture shows there: a pixel, as in 120,80, or fractions of its size, as in 0.5,0.5
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = focus_place)]
     pub focus: Option<FocusPlace>,
+    #[command(flatten)]
+    pub view: ViewOverride,
+    #[command(flatten)]
+    pub frames: Frames,
+    #[command(flatten)]
+    pub live: LiveView,
     /// Print only errors and interruptions
     #[arg(short, long)]
     pub quiet: bool,
@@ -166,6 +178,8 @@ pub struct Bench {
 pub struct Inspect {
     /// The scene file; - is standard input
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub view: ViewOverride,
     /// Skip directives with errors and continue
     #[arg(long)]
     pub keep_going: bool,

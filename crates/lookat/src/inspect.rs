@@ -39,11 +39,15 @@ struct Inspected<'s> {
 /// Runs the command.
 pub fn inspect(arguments: &Inspect) -> ExitCode {
     let options = LoadOptions {
+        view: arguments.view.options(),
         keep_going: arguments.keep_going,
         max_memory: arguments.memory.limit(),
         ..LoadOptions::default()
     };
     let loaded = load_scene(&arguments.scene, &options, arguments.report);
+    if let Some(Err(message)) = loaded.scene.as_ref().map(|scene| arguments.view.check_use(scene)) {
+        return crate::exit_code(Err(message));
+    }
     let name = arguments.scene.display().to_string();
     let found = match loaded.scene.as_ref().map(|scene| Inspected::new(scene, &loaded)).transpose() {
         Ok(found) => found,

@@ -11,6 +11,7 @@ mod finished;
 mod inspect;
 mod interrupt;
 mod light;
+mod live;
 mod metric;
 mod noise;
 mod output;

@@ -1,16 +1,20 @@
 //! `lookat render`: renders a scene file to a picture.
 
+mod batch;
 mod focus;
+mod frames;
 mod progress;
 mod summary;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use lookat_image::{Charge, Format, MemoryBudget, byte_words};
-use lookat_render::{Prepared, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes};
+use lookat_render::{
+    Prepared, Progress, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes,
+};
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
 
@@ -18,12 +22,15 @@ use crate::args::{Render, crop_edges, way_out};
 use crate::finished::{NewPicture, check_unfinished, free_file, marked};
 use crate::interrupt;
 use crate::light::{map_tones, note_linear};
+use crate::live::Live;
 use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
-use crate::source::{load_scene, replace_samples};
+use crate::source::{load_noted, replace_samples};
 use crate::view;
+use batch::{jobs, render_again, render_each};
 use focus::focus;
 pub use focus::{FocusPlace, focus_place};
+use frames::render_frames;
 use progress::Shown;
 pub use progress::progress_bar;
 pub use summary::Metadata;
@@ -40,24 +47,41 @@ const MOST_PIXELS: u64 = 1 << 24;
 
 /// Runs the command.
 pub fn render(arguments: &Render) -> ExitCode {
-    let crop = crop_edges(arguments.crop.as_deref());
-    let options = LoadOptions {
-        film: FilmOverride {
-            resolution: arguments.resolution,
-            quarter: arguments.quick,
-            crop: crop.clone().unwrap_or_default(),
+    let prepared =
+        crop_edges(arguments.crop.as_deref()).and_then(|_| check_arguments(arguments)).and_then(|()| {
+            let jobs = jobs(arguments)?;
+            Ok((jobs, Live::new(&arguments.live)?))
+        });
+    ExitCode::from(match prepared {
+        Ok((jobs, live)) => match &live.watch {
+            Some(watch) => render_again(&jobs[0], &live, watch),
+            None => render_each(&jobs, &live),
         },
+        Err(message) => {
+            let mut result = JsonResult::new(&arguments.scenes[0]);
+            let status = fail(message, &mut result);
+            finish(arguments, &result, status)
+        }
+    })
+}
+
+/// How a scene is loaded.
+fn load_options(arguments: &Render) -> LoadOptions {
+    let crop = crop_edges(arguments.crop.as_deref()).unwrap_or_default();
+    LoadOptions {
+        film: FilmOverride { resolution: arguments.resolution, quarter: arguments.quick, crop },
+        view: arguments.first_view().options(),
         keep_going: arguments.keep_going,
         max_memory: arguments.memory.limit(),
         ..LoadOptions::default()
-    };
-    let scene = arguments.scene.display().to_string();
-    if let Err(message) = crop.and_then(|_| check_arguments(arguments)) {
-        let mut result = JsonResult { scene, diagnostics: Vec::new(), picture: None, error: None };
-        let status = fail(message, &mut result);
-        return finish(arguments, &result, status);
     }
-    let mut loaded = load_scene(&arguments.scene, &options, arguments.report);
+}
+
+/// Renders one scene. Returns the exit status.
+fn render_scene(arguments: &Render, live: &Live) -> u8 {
+    let path = &arguments.scenes[0];
+    let note = |file: &Path| live.watch.iter().for_each(|watch| watch.note(file));
+    let mut loaded = load_noted(path, &load_options(arguments), arguments.report, &note);
     // If --spp is a maximum, the scene keeps its own number.
     let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
     let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));
@@ -65,12 +89,8 @@ pub fn render(arguments: &Render) -> ExitCode {
     if !arguments.report.json {
         report::print(&loaded, arguments.quiet);
     }
-    let mut result = JsonResult {
-        scene,
-        diagnostics: report::json(&loaded.diagnostics, &loaded.sources),
-        picture: None,
-        error: None,
-    };
+    let diagnostics = report::json(&loaded.diagnostics, &loaded.sources);
+    let mut result = JsonResult { diagnostics, ..JsonResult::new(path) };
     let mut advice = Vec::new();
     let status = match (&loaded.scene, &loaded.misfit) {
         (None, Some(message)) if !report::has_errors(&loaded) => fail(message.clone(), &mut result),
@@ -80,12 +100,9 @@ pub fn render(arguments: &Render) -> ExitCode {
             }
             report::failure(&loaded)
         }
-        (Some(scene), _) => match picture(arguments, scene, &loaded, &mut advice) {
-            Ok((picture, written)) => {
-                let status = if picture.complete { 0 } else { interrupt::STATUS };
-                result.picture = Some(picture);
-                written.map_or_else(|message| fail(message, &mut result), |()| status)
-            }
+        (Some(scene), _) => match pictures(arguments, scene, &loaded, live, (&mut result, &mut advice)) {
+            Ok(true) => 0,
+            Ok(false) => interrupt::STATUS,
             Err(message) => fail(message, &mut result),
         },
     };
@@ -93,10 +110,39 @@ pub fn render(arguments: &Render) -> ExitCode {
     finish(arguments, &result, status)
 }
 
+/// Renders the picture or the pictures of a scene. False after an interruption.
+fn pictures(
+    arguments: &Render,
+    scene: &Scene,
+    loaded: &Loaded,
+    live: &Live,
+    (result, advice): (&mut JsonResult, &mut Vec<Diagnostic>),
+) -> Result<bool, String> {
+    if interrupt::flow().is_break() {
+        return Ok(false);
+    }
+    arguments.first_view().check_use(scene)?;
+    if !arguments.quiet {
+        note_sampler(arguments, scene, loaded);
+        note_linear(&picture_file(arguments, loaded), arguments.tone);
+    }
+    if arguments.frames.is_used() {
+        let (frames, written) = render_frames(arguments, scene, loaded, live);
+        result.frames = frames;
+        return written;
+    }
+    let Some((picture, written)) = picture(arguments, scene, loaded, None, (live, advice))? else {
+        return Ok(true);
+    };
+    let is_complete = picture.complete;
+    result.picture = Some(picture);
+    written.map(|()| is_complete)
+}
+
 /// Prints the result as JSON, if requested. Returns the exit status.
-fn finish(arguments: &Render, result: &JsonResult, status: u8) -> ExitCode {
+fn finish(arguments: &Render, result: &JsonResult, status: u8) -> u8 {
     let lost = arguments.report.json && crate::print_json(result).is_err();
-    ExitCode::from(if lost { crate::lost() } else { status })
+    if lost { crate::lost() } else { status }
 }
 
 /// Reports an error outside the scene.
@@ -168,16 +214,25 @@ fn new_picture(scene: &Scene, settings: &Settings) -> NewPicture {
     }
 }
 
-/// Renders and writes the picture; and whether it is where it was asked for.
+/// The file of the picture.
+fn picture_file(arguments: &Render, loaded: &Loaded) -> PathBuf {
+    // A draft replaces no finished picture.
+    let own = if arguments.quick { marked(&loaded.output, "quick") } else { loaded.output.clone() };
+    arguments.output.clone().unwrap_or(own)
+}
+
+/// A written picture, and whether it is where it was asked for.
+type Written = (JsonPicture, Result<(), String>);
+
+/// Renders and writes the picture. `None` if the files of the scene have changed meanwhile.
 fn picture(
     arguments: &Render,
     scene: &Scene,
     loaded: &Loaded,
-    advice: &mut Vec<Diagnostic>,
-) -> Result<(JsonPicture, Result<(), String>), String> {
-    // A draft replaces no finished picture.
-    let own = if arguments.quick { marked(&loaded.output, "quick") } else { loaded.output.clone() };
-    let file = arguments.output.clone().unwrap_or(own);
+    prepared: Option<&mut Prepared>,
+    (live, advice): (&Live, &mut Vec<Diagnostic>),
+) -> Result<Option<Written>, String> {
+    let file = picture_file(arguments, loaded);
     // Check before hours of rendering, not after.
     let crop = scene.view.film.crop;
     check_output(&file, [crop.width(), crop.height()])?;
@@ -198,31 +253,41 @@ fn picture(
     if arguments.error_layers {
         check_error_layers(&file, arguments, scene)?;
     }
-    if !arguments.quiet {
-        note_sampler(arguments, scene, loaded);
-        note_linear(&file, arguments.tone);
-    }
     let notice = "stopping; interrupt again to quit without a picture";
     interrupt::stop_in_order((!arguments.quiet).then_some(notice), || HAS_SAMPLES.load(Ordering::Relaxed));
-    let mut scene = scene.clone();
-    let mut prepared = Prepared::new(&scene);
+    let (mut scene, is_frame) = (scene.clone(), prepared.is_some());
+    let mut own;
+    let prepared = match prepared {
+        Some(prepared) => prepared,
+        None => {
+            own = Prepared::new(&scene);
+            &mut own
+        }
+    };
     if let Some(place) = arguments.focus {
-        crate::say(&focus(&mut prepared, &mut scene.view, place)?);
+        crate::say(&focus(prepared, &mut scene.view, place)?);
     }
-    if !arguments.quiet {
-        *advice = view::look(loaded, &scene, &mut prepared).1;
+    if !arguments.quiet && !is_frame {
+        *advice = view::look(loaded, &scene, prepared).1;
         if !arguments.report.json {
             report::print_each(advice, &loaded.sources);
         }
     }
     let started = Instant::now();
     let shown = Shown::new(arguments, crop.area());
-    let mut rendered = prepared.render(&scene.view, &settings, &|progress| {
+    live.begin(&file, [crop.width(), crop.height()]);
+    let progress = |progress: Progress| {
         HAS_SAMPLES.store(true, Ordering::Relaxed);
         shown.update(&progress);
-        interrupt::flow()
-    });
+        live.update(&progress, &shown.bar);
+        live.flow()
+    };
+    let mut rendered = prepared.render(&scene.view, &settings, &progress);
     shown.clear();
+    if !rendered.complete && interrupt::flow().is_continue() {
+        return Ok(None);
+    }
+    live.finish(&rendered.image);
     let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
 
     let samples_per_pixel = rendered.statistics.samples as f64 / crop.area() as f64;
@@ -272,9 +337,9 @@ fn picture(
     }
     // A picture that shows nothing is never what was meant: --quiet does not hide it.
     if !arguments.report.json {
-        explain_black(&picture, &rendered, (&scene, &mut prepared), &loaded.sources);
+        explain_black(&picture, &rendered, (&scene, prepared), &loaded.sources);
     }
-    Ok((picture, destination.result()))
+    Ok(Some((picture, destination.result())))
 }
 
 /// Charges the memory to render the scene. Fails if there is not enough.

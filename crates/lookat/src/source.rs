@@ -13,12 +13,20 @@ use crate::args::Report;
 
 /// Loads a scene. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded {
+    load_noted(path, options, report, &|_| ())
+}
+
+/// The same. Calls `note` with each file before reading it, also with one that is missing.
+pub fn load_noted(path: &Path, options: &LoadOptions, report: Report, note: &dyn Fn(&Path)) -> Loaded {
     let is_open = Cell::new(false);
     // Only the scene itself can be standard input or a pipe, not a file that it names.
-    let open = |file: &Path| match file == path && !is_open.replace(true) {
-        true if file == Path::new("-") => Ok(Box::new(io::stdin()) as Box<dyn Read>),
-        true => open_scene(file),
-        false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
+    let open = |file: &Path| {
+        note(file);
+        match file == path && !is_open.replace(true) {
+            true if file == Path::new("-") => Ok(Box::new(io::stdin()) as Box<dyn Read>),
+            true => open_scene(file),
+            false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
+        }
     };
     let mut loaded = load_opened(path, &open, options);
     // Show `-` under a readable name.

@@ -18,6 +18,7 @@ use crate::schema::{Effect, Kind, Parameter};
 use crate::symbols::SymbolKind;
 use crate::texture::{TextureParams, Textures, texture};
 use crate::transform::Transform;
+use crate::view_override::ViewOverride;
 use crate::{camera, cutout, film, filter, integrator, light, material, sampler, shape};
 
 /// The parameters that the constructor of a type reads, when none is given.
@@ -35,7 +36,7 @@ fn read(kind: &Kind) -> Vec<&'static str> {
 fn construct(kind: &Kind, params: &mut TextureParams) {
     let (here, pictures) = (Transform::IDENTITY, &mut Pictures::default());
     match kind.directive {
-        "Camera" => drop(camera::camera(params, here, &Film::new([1, 1]))),
+        "Camera" => drop(camera::camera(params, here, &Film::new([1, 1]), &ViewOverride::default())),
         "Film" => drop(film::film(params, &FilmOverride::default())),
         "PixelFilter" => drop(filter::filter(params)),
         "Sampler" => drop(sampler::sampler(params)),

@@ -151,10 +151,15 @@ impl Params<'_> {
     /// An angle in degrees.
     pub(super) fn angle(&mut self, name: &'static str, default: f64) -> f64 {
         let given = self.float(name, default);
-        if let Some((severity, message, help)) = angle::doubt(name, given) {
-            self.remark(severity, name, &message, &help);
-        }
+        self.doubt_angle(name, name, given);
         given
+    }
+
+    /// Reports at the place of a parameter that an angle looks like radians.
+    pub fn doubt_angle(&mut self, name: &str, place: &str, given: f64) {
+        if let Some((severity, message, help)) = angle::doubt(name, given) {
+            self.remark(severity, place, &message, &help);
+        }
     }
 
     /// The number of samples within each camera sample, limited to `MOST_NESTED`.

@@ -68,7 +68,7 @@ impl Resolver<'_> {
     /// Resolves the options. They end at `end`.
     pub(super) fn settle(&mut self, end: Span) -> Settled {
         let options = std::mem::take(&mut self.options);
-        options.settle(end, &self.load_options.film, &self.files, &mut self.report, &mut self.facts)
+        options.settle(end, self.load_options, &self.files, &mut self.report, &mut self.facts)
     }
 
     pub(super) fn world_begin(&mut self, at: Span) {

@@ -1,12 +1,13 @@
 //! Directives that change the current transformation.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec4};
 use lookat_syntax::{Diagnostic, Span};
 
 use super::Resolver;
 use crate::facts::Block;
 use crate::places::LookAt;
 use crate::transform::{LARGEST, LookAtFault, Transform};
+use crate::view_override::{CameraPlacement, look_at};
 
 impl Resolver<'_> {
     pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
@@ -33,14 +34,18 @@ impl Resolver<'_> {
     }
 
     pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
-        let [eye, look, up] = [0, 3, 6].map(|at| DVec3::new(points[at], points[at + 1], points[at + 2]));
         match self.block {
             Block::World => self.facts.look_ats.push(span),
-            _ if !self.options.camera_is_set() => self.facts.look_at = Some(LookAt { span, eye, look, up }),
+            _ if !self.options.camera_is_set() => self.facts.look_at = Some(LookAt::new(span, points)),
             _ => {}
         }
-        match Transform::look_at(eye, look, up) {
-            Ok(transform) => self.concat(transform, span),
+        match look_at(points) {
+            Ok(transform) => {
+                let before = self.state.ctm;
+                self.concat(transform, span)?;
+                self.facts.placed = Some((CameraPlacement { before, points }, self.state.ctm));
+                Ok(())
+            }
             Err(fault) => {
                 let help = match fault {
                     LookAtFault::EyeAtLook => {

@@ -20,7 +20,7 @@ const STEP: Duration = Duration::from_millis(100);
 /// The progress display of a rendering.
 pub struct Shown {
     is_silent: bool,
-    bar: ProgressBar,
+    pub bar: ProgressBar,
     /// The number of pixels of the picture.
     pixels: u64,
     has_target: bool,

@@ -18,8 +18,19 @@ pub(super) struct JsonResult<'a> {
     pub diagnostics: Vec<JsonDiagnostic<'a>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub picture: Option<JsonPicture>,
+    /// The pictures of `--turntable` and `--animate`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<JsonPicture>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub error: Option<String>,
+}
+
+impl JsonResult<'_> {
+    /// Without any result yet.
+    pub fn new(scene: &Path) -> Self {
+        let scene = scene.display().to_string();
+        JsonResult { scene, diagnostics: Vec::new(), picture: None, frames: Vec::new(), error: None }
+    }
 }
 
 #[derive(Serialize)]

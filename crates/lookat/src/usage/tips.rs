@@ -58,9 +58,9 @@ const SYNONYMS: [(&str, &str); 12] = [
 fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -> Option<String> {
     // The parser reports `-spp 4` as `-s`. It reads `-out a.exr` as `-o ut`, and reports the word after it.
     if !unknown.starts_with("--")
-        && let Some(long) = typed.iter().find_map(|word| long_of_one_dash(word, command))
+        && let Some(tip) = one_dash(typed, command)
     {
-        return Some(format!("options of several letters begin with two dashes: '--{long}'"));
+        return Some(tip);
     }
     let is_reported = |word: &String| match unknown.starts_with("--") {
         true => word.split('=').next() == Some(unknown),
@@ -82,6 +82,16 @@ fn tip_for(unknown: &str, typed: &[String], command: &Command, root: &Command) -
     let others = root.get_subcommands().filter(|other| option(other, unknown).is_some());
     let others: Vec<String> = others.map(|other| format!("'lookat {}'", other.get_name())).collect();
     (!others.is_empty()).then(|| format!("'{unknown}' is an option of {}", others.join(", ")))
+}
+
+/// A tip for an option of `render` with one dash, as in `-out a.exr`, which the parser reads as `-o ut` and a scene.
+pub fn one_dash_of_render(typed: &[String]) -> Option<String> {
+    one_dash(typed, Arguments::command().find_subcommand("render")?)
+}
+
+fn one_dash(typed: &[String], command: &Command) -> Option<String> {
+    let long = typed.iter().find_map(|word| long_of_one_dash(word, command))?;
+    Some(format!("options of several letters begin with two dashes: '--{long}'"))
 }
 
 /// The option with this spelling, `--long` or `-s`.

@@ -1,0 +1,215 @@
+//! Control sequences that draw a picture: the protocols of kitty and iTerm2, and half blocks. Sixels are next door.
+
+use std::fmt::Display;
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use super::sixel;
+use crate::args::Protocol;
+
+/// A picture as it is drawn.
+pub struct Drawing {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Columns and lines of the terminal.
+    pub cells: [u32; 2],
+    /// On the sRGB curve, row by row.
+    pub pixels: Vec<[u8; 3]>,
+    /// The number of the picture.
+    pub id: u32,
+}
+
+/// The best protocol that a terminal is known to have, by its environment variables. A terminal is not asked: its
+/// answer would mix with what the user types.
+pub fn known(variable: &impl Fn(&str) -> Option<String>) -> Protocol {
+    let of = |name: &str| variable(name).unwrap_or_default();
+    let (term, program) = (of("TERM"), of("TERM_PROGRAM"));
+    let term_has = |names: &[&str]| names.iter().any(|name| term.contains(name));
+    // Multiplexers pass no pictures on.
+    if variable("TMUX").is_some() || variable("STY").is_some() || term_has(&["screen", "tmux"]) {
+        return Protocol::Blocks;
+    }
+    if ["iTerm.app", "WezTerm", "mintty"].contains(&program.as_str()) || of("LC_TERMINAL") == "iTerm2" {
+        return Protocol::Iterm;
+    }
+    let is_kitty = ["KITTY_WINDOW_ID", "KONSOLE_VERSION"].iter().any(|name| variable(name).is_some());
+    if is_kitty || program == "ghostty" || term_has(&["kitty", "ghostty"]) {
+        return Protocol::Kitty;
+    }
+    match variable("WT_SESSION").is_some() || term_has(&["sixel", "foot", "mlterm", "contour"]) {
+        true => Protocol::Sixel,
+        false => Protocol::Blocks,
+    }
+}
+
+impl Drawing {
+    /// Appends what draws the picture. The cursor ends on the line below.
+    pub fn draw(&self, protocol: Protocol, out: &mut Vec<u8>) {
+        if let Protocol::Blocks | Protocol::Auto = protocol {
+            let has_true_color =
+                std::env::var("COLORTERM").is_ok_and(|it| it == "truecolor" || it == "24bit");
+            return self.blocks(has_true_color, out);
+        }
+        let lines = self.cells[1];
+        // Makes room, then draws from the first line.
+        out.extend(std::iter::repeat_n(b'\n', lines as usize));
+        put(out, format_args!("\x1b[{lines}A\x1b7"));
+        match protocol {
+            Protocol::Kitty => self.kitty(out),
+            Protocol::Iterm => self.iterm(out),
+            _ => sixel::draw(self, out),
+        }
+        put(out, format_args!("\x1b8\x1b[{lines}B\r"));
+    }
+
+    /// Two pixels per character: the upper one in the color of the text, the lower one in that of the background.
+    fn blocks(&self, has_true_color: bool, out: &mut Vec<u8>) {
+        let color = |[r, g, b]: [u8; 3]| match has_true_color {
+            true => format!("2;{r};{g};{b}"),
+            false => format!("5;{}", color_of_256([r, g, b])),
+        };
+        let width = self.size[0] as usize;
+        for lines in self.pixels.chunks(2 * width) {
+            let (upper, lower) = lines.split_at(width);
+            for (column, pixel) in upper.iter().enumerate() {
+                let below = lower.get(column).map_or("49".into(), |pixel| format!("48;{}", color(*pixel)));
+                put(out, format_args!("\x1b[38;{};{below}m▀", color(*pixel)));
+            }
+            put(out, "\x1b[0m\n");
+        }
+    }
+
+    /// The graphics protocol of kitty: <https://sw.kovidgoyal.net/kitty/graphics-protocol>. The same number replaces
+    /// the picture; `q=2` asks for no answer, `C=1` leaves the cursor.
+    fn kitty(&self, out: &mut Vec<u8>) {
+        let ([width, height], [columns, lines]) = (self.size, self.cells);
+        let text = STANDARD.encode(self.pixels.as_flattened());
+        let mut keys = format!("a=T,f=24,s={width},v={height},c={columns},r={lines},i={},q=2,C=1,", self.id);
+        let mut chunks = text.as_bytes().chunks(4096).peekable();
+        while let Some(chunk) = chunks.next() {
+            put(out, format_args!("\x1b_G{keys}m={};", u8::from(chunks.peek().is_some())));
+            out.extend_from_slice(chunk);
+            put(out, "\x1b\\");
+            keys.clear();
+        }
+    }
+
+    /// An inline picture of iTerm2: <https://iterm2.com/documentation-images.html>.
+    fn iterm(&self, out: &mut Vec<u8>) {
+        let Some(file) = self.png() else { return };
+        let [columns, lines] = self.cells;
+        put(
+            out,
+            format_args!(
+                "\x1b]1337;File=inline=1;size={};width={columns};height={lines};preserveAspectRatio=1;doNotMoveCursor=1:{}\x07",
+                file.len(),
+                STANDARD.encode(&file)
+            ),
+        );
+    }
+
+    fn png(&self) -> Option<Vec<u8>> {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, self.size[0], self.size[1]);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_compression(png::Compression::Fast);
+        encoder.write_header().ok()?.write_image_data(self.pixels.as_flattened()).ok()?;
+        Some(file)
+    }
+}
+
+/// The nearest color of the cube of xterm's 256 colors.
+fn color_of_256(color: [u8; 3]) -> u32 {
+    const LEVELS: [u8; 6] = [0, 95, 135, 175, 215, 255];
+    let level = |value: u8| (0..6).min_by_key(|level| LEVELS[*level as usize].abs_diff(value)).unwrap_or(0);
+    color.into_iter().fold(0, |index, value| 6 * index + level(value)) + 16
+}
+
+pub fn put(out: &mut Vec<u8>, text: impl Display) {
+    let _ = write!(out, "{text}");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COLORS: [[u8; 3]; 6] =
+        [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [1, 2, 3], [250, 251, 252]];
+
+    /// A picture of 2 by 3 pixels.
+    fn drawing() -> Drawing {
+        Drawing { size: [2, 3], cells: [2, 2], pixels: COLORS.to_vec(), id: 9 }
+    }
+
+    fn drawn(protocol: Protocol) -> String {
+        let mut out = Vec::new();
+        drawing().draw(protocol, &mut out);
+        String::from_utf8(out).unwrap()
+    }
+
+    #[test]
+    fn half_blocks_have_the_colors_of_two_pixels() {
+        let mut out = Vec::new();
+        drawing().blocks(true, &mut out);
+        let expected = "\x1b[38;2;255;0;0;48;2;0;0;255m▀\x1b[38;2;0;255;0;48;2;255;255;0m▀\x1b[0m\n\
+            \x1b[38;2;1;2;3;49m▀\x1b[38;2;250;251;252;49m▀\x1b[0m\n";
+        assert_eq!(String::from_utf8(out).unwrap(), expected);
+        let mut out = Vec::new();
+        drawing().blocks(false, &mut out);
+        let first =
+            "\x1b[38;5;196;48;5;21m▀\x1b[38;5;46;48;5;226m▀\x1b[0m\n\x1b[38;5;16;49m▀\x1b[38;5;231;49m▀";
+        assert!(String::from_utf8(out).unwrap().starts_with(first));
+    }
+
+    #[test]
+    fn kitty_gets_the_pixels_in_chunks() {
+        let text = drawn(Protocol::Kitty);
+        let expected = format!(
+            "\n\n\x1b[2A\x1b7\x1b_Ga=T,f=24,s=2,v=3,c=2,r=2,i=9,q=2,C=1,m=0;{}\x1b\\\x1b8\x1b[2B\r",
+            STANDARD.encode(COLORS.as_flattened())
+        );
+        assert_eq!(text, expected);
+        let mut out = Vec::new();
+        Drawing { size: [100, 100], cells: [9, 9], pixels: vec![[1, 2, 3]; 10_000], id: 1 }.kitty(&mut out);
+        let text = String::from_utf8(out).unwrap();
+        let parts: Vec<&str> = text.split_terminator("\x1b\\").collect();
+        assert!(
+            parts[1].starts_with("\x1b_Gm=1;") && parts[9].starts_with("\x1b_Gm=0;") && parts.len() == 10
+        );
+        let data: String = parts.iter().map(|part| part.split_once(';').unwrap().1).collect();
+        assert_eq!(STANDARD.decode(data).unwrap(), [[1, 2, 3]; 10_000].as_flattened());
+    }
+
+    #[test]
+    fn iterm_gets_a_png_file() {
+        let text = drawn(Protocol::Iterm);
+        let start = text.find("\x1b]1337;File=inline=1;").unwrap();
+        let (_, data) = text[start..text.find('\x07').unwrap()].split_once(':').unwrap();
+        let file = STANDARD.decode(data).unwrap();
+        assert!(text.contains(&format!("size={};width=2;height=2;", file.len())));
+        let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        assert_eq!(pixels, COLORS.as_flattened());
+    }
+
+    #[test]
+    fn terminals_are_known_by_their_variables() {
+        let of = |variables: &[(&str, &str)]| {
+            known(&|name: &str| {
+                variables.iter().find(|(known, _)| *known == name).map(|(_, value)| value.to_string())
+            })
+        };
+        assert_eq!(of(&[("TERM", "xterm-256color")]), Protocol::Blocks);
+        assert_eq!(of(&[("TERM", "xterm-kitty")]), Protocol::Kitty);
+        assert_eq!(of(&[("TERM", "xterm-256color"), ("TERM_PROGRAM", "ghostty")]), Protocol::Kitty);
+        assert_eq!(of(&[("TERM", "screen-256color"), ("KITTY_WINDOW_ID", "1")]), Protocol::Blocks);
+        assert_eq!(of(&[("TERM_PROGRAM", "iTerm.app")]), Protocol::Iterm);
+        assert_eq!(of(&[("LC_TERMINAL", "iTerm2")]), Protocol::Iterm);
+        assert_eq!(of(&[("TERM", "foot")]), Protocol::Sixel);
+        assert_eq!(of(&[("WT_SESSION", "1")]), Protocol::Sixel);
+        assert_eq!(of(&[]), Protocol::Blocks);
+    }
+}

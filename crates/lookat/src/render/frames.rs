@@ -1,0 +1,172 @@
+//! Pictures of one scene by a moving camera.
+
+use std::path::PathBuf;
+
+use lookat_render::Prepared;
+use lookat_scene::glam::DVec3;
+use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, LookAtFault, Projection, Scene, Transform};
+
+use super::{JsonPicture, charge_memory, picture, picture_file, settings};
+use crate::args::{Animation, Parameter, Render};
+use crate::finished::marked;
+use crate::interrupt;
+use crate::live::Live;
+use crate::output::{check_inputs, check_output};
+
+/// Renders all pictures, and prepares the world once. Gives the pictures so far, and whether they are all there.
+pub fn render_frames(
+    arguments: &Render,
+    scene: &Scene,
+    loaded: &Loaded,
+    live: &Live,
+) -> (Vec<JsonPicture>, Result<bool, String>) {
+    let mut done = Vec::new();
+    let result = render_into(&mut done, arguments, scene, loaded, live);
+    (done, result)
+}
+
+fn render_into(
+    done: &mut Vec<JsonPicture>,
+    arguments: &Render,
+    scene: &Scene,
+    loaded: &Loaded,
+    live: &Live,
+) -> Result<bool, String> {
+    let cameras = cameras(arguments, scene, loaded)?;
+    let file = picture_file(arguments, loaded);
+    let digits = cameras.len().to_string().len().max(4);
+    let files: Vec<PathBuf> =
+        (1..=cameras.len()).map(|number| marked(&file, &format!("{number:0digits$}"))).collect();
+    let crop = scene.view.film.crop;
+    for file in &files {
+        check_output(file, [crop.width(), crop.height()])?;
+        check_inputs(file, &loaded.inputs)?;
+    }
+    drop(charge_memory(scene, &settings(arguments, &file), &loaded.memory)?);
+    let mut scene = scene.clone();
+    scene.view.camera = cameras[0];
+    let mut prepared = Prepared::new(&scene);
+    for (camera, file) in cameras.into_iter().zip(files) {
+        if interrupt::flow().is_break() {
+            return Ok(false);
+        }
+        scene.view.camera = camera;
+        let arguments = Render { output: Some(file), ..arguments.clone() };
+        if let Some((picture, written)) =
+            picture(&arguments, &scene, loaded, Some(&mut prepared), (live, &mut Vec::new()))?
+        {
+            let is_complete = picture.complete;
+            done.push(picture);
+            written?;
+            if !is_complete {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
+}
+
+/// The camera of each picture.
+fn cameras(arguments: &Render, scene: &Scene, loaded: &Loaded) -> Result<Vec<Camera>, String> {
+    let camera = scene.view.camera;
+    match (arguments.frames.turntable, arguments.frames.animate) {
+        (Some(count), _) => {
+            check_world(loaded, "--turntable")?;
+            let turntable = Turntable::new(scene, loaded.placement)?;
+            (0..count).map(|number| turntable.camera(camera, number, count)).collect()
+        }
+        (None, Some(animation)) => {
+            let last = arguments.frames.frames.unwrap_or(1) - 1;
+            (0..=last)
+                .map(|number| animated(camera, loaded, animation, animation.value(number, last)))
+                .collect()
+        }
+        (None, None) => Ok(vec![camera]),
+    }
+}
+
+/// Fails if a moving camera changes the world.
+fn check_world(loaded: &Loaded, option: &str) -> Result<(), String> {
+    match loaded.world_follows_camera {
+        true => Err(format!(
+            "{option} moves the camera, and CoordSysTransform \"camera\" places a part of this world relative to it; render single pictures with --lookat"
+        )),
+        false => Ok(()),
+    }
+}
+
+/// The camera with another value of a parameter.
+fn animated(mut camera: Camera, loaded: &Loaded, animation: Animation, value: f64) -> Result<Camera, String> {
+    match animation.parameter {
+        Parameter::Fov => camera.projection = Projection::Perspective { fov: value },
+        // The scene is loaded with a lens.
+        Parameter::LensRadius => {
+            camera.lens = camera.lens.map(|lens| Lens { radius: value, ..lens }).filter(|_| value > 0.0);
+        }
+        Parameter::FocalDistance => {
+            camera.lens = camera.lens.map(|lens| Lens { focal_distance: value, ..lens });
+        }
+        Parameter::LookAt(at) => {
+            let option = format!("--animate {}", animation.parameter.name());
+            check_world(loaded, &option)?;
+            let placement = loaded.placement.ok_or_else(|| {
+                format!("{option} needs a LookAt directly before Camera; give one with --lookat")
+            })?;
+            let mut points = placement.points;
+            points[at] = value;
+            let placed = CameraPlacement { points, ..placement }.world_from_camera();
+            camera.world_from_camera = placed.map_err(|fault| format!("{option} at {value}: {fault}"))?;
+        }
+    }
+    Ok(camera)
+}
+
+/// A camera that turns around a point.
+struct Turntable {
+    placement: CameraPlacement,
+    axis: DVec3,
+}
+
+impl Turntable {
+    /// Around the target of `LookAt` and its up vector. Without one, around the middle of the world and the axis of the
+    /// world that is nearest to the upper side of the picture.
+    fn new(scene: &Scene, placement: Option<CameraPlacement>) -> Result<Turntable, String> {
+        if let Some(placement) = placement {
+            return Ok(Turntable { placement, axis: DVec3::from_slice(&placement.points[6..]) });
+        }
+        let [low, high] = scene.world.bounds().ok_or("--turntable needs a shape to turn around")?;
+        let world_from_camera = scene.view.camera.world_from_camera;
+        let (eye, middle) = (world_from_camera.point(DVec3::ZERO), (low + high) / 2.0);
+        let up = world_from_camera.vector(DVec3::Y);
+        let axis = [DVec3::X, DVec3::Y, DVec3::Z]
+            .into_iter()
+            .max_by(|a, b| up.dot(*a).abs().total_cmp(&up.dot(*b).abs()));
+        let axis = axis.map_or(DVec3::Y, |axis| axis * up.dot(axis).signum());
+        let points = [eye, middle, axis].map(|point| point.to_array()).concat();
+        let points = <[f64; 9]>::try_from(points).map_err(|_| "nine numbers".to_owned())?;
+        let placement = CameraPlacement { before: Transform::IDENTITY, points };
+        // What the camera does besides looking at the middle: it may look past it, or mirror the picture.
+        let looking = placement.world_from_camera().map_err(|fault| around(&fault))?;
+        let before = world_from_camera.inverse() * looking;
+        Ok(Turntable { placement: CameraPlacement { before, ..placement }, axis })
+    }
+
+    /// The camera of a picture. The first is that of the scene.
+    fn camera(&self, camera: Camera, number: u32, count: u32) -> Result<Camera, String> {
+        if number == 0 {
+            return Ok(camera);
+        }
+        let turn = Transform::rotate(360.0 * f64::from(number) / f64::from(count), self.axis)
+            .ok_or("--turntable: the up vector of LookAt is zero")?;
+        let mut points = self.placement.points;
+        let [eye, look] = [0, 3].map(|at| DVec3::from_slice(&points[at..at + 3]));
+        points[..3].copy_from_slice(&(look + turn.vector(eye - look)).to_array());
+        let placed = CameraPlacement { points, ..self.placement }.world_from_camera();
+        let world_from_camera = placed.map_err(|fault| around(&fault))?;
+        Ok(Camera { world_from_camera, ..camera })
+    }
+}
+
+fn around(fault: &LookAtFault) -> String {
+    format!("--turntable: {fault}; place the camera with --lookat")
+}

@@ -1,0 +1,226 @@
+//! Options that replace the camera, pictures by a moving camera, and several scenes.
+
+use lookat_image::Channel;
+
+use super::*;
+
+/// `fine.pbrt` with another camera.
+fn with_camera(camera: &str) -> String {
+    FINE.replace("Camera \"perspective\" \"float fov\" 40", camera)
+}
+
+/// An option gives the picture that the scene with its parameter gives.
+#[test]
+fn options_replace_the_camera() {
+    let folder = Folder::new();
+    let lens = "Camera \"perspective\" \"float fov\" 40 \"float lensradius\" .5 \"float focaldistance\" 3";
+    for (options, scene) in [
+        (&["--fov", "55.5"][..], with_camera("Camera \"perspective\" \"float fov\" 55.5")),
+        (&["--lens-radius", ".5", "--focal-distance", "3"], with_camera(lens)),
+        (
+            &["--screen-window", "-2 1, -1.5 .75"],
+            with_camera("Camera \"perspective\" \"float fov\" 40 \"float screenwindow\" [-2 1 -1.5 .75]"),
+        ),
+        (
+            &["--lookat", "1 2 -3  0 .5 0  0 0 1"],
+            FINE.replace("0 0 -4  0 0 0  0 1 0", "1 2 -3  0 .5 0  0 0 1"),
+        ),
+        (
+            &["--lookat=-1,2,-3, 0,.5,0, 0,0,1"],
+            FINE.replace("0 0 -4  0 0 0  0 1 0", "-1 2 -3  0 .5 0  0 0 1"),
+        ),
+    ] {
+        folder.write("other.pbrt", &scene);
+        assert_eq!(folder.run(&["render", "other.pbrt", "-o", "other.exr"]).status, 0);
+        let expected = Image::read(&folder.path("other.exr")).unwrap();
+        assert_eq!(folder.picture(options).channels, expected.channels, "{options:?}");
+        assert_ne!(folder.picture(&[]).channels, expected.channels, "{options:?}");
+    }
+    folder.write("lens.pbrt", &with_camera(lens));
+    let run = folder.run(&["render", "lens.pbrt", "--lens-radius", "0", "-o", "lens.exr"]);
+    assert!(run.status == 0 && !run.err.contains("warning"), "{}", run.err);
+    assert_eq!(Image::read(&folder.path("lens.exr")).unwrap().channels, folder.picture(&[]).channels);
+}
+
+#[test]
+fn options_that_no_camera_can_have_are_refused() {
+    let folder = Folder::new();
+    folder.write("ortho.pbrt", &with_camera("Camera \"orthographic\""));
+    folder.write("all.pbrt", &with_camera("Camera \"environment\""));
+    for (scene, arguments, message) in [
+        (
+            "fine.pbrt",
+            &["--fov", "180"][..],
+            "'--fov <DEGREES>': the angle must be above 0 and below 180 degrees",
+        ),
+        ("fine.pbrt", &["--fov", "wide"], "'--fov <DEGREES>': expected a number"),
+        ("fine.pbrt", &["--lens-radius", "-1"], "'--lens-radius <R>': the radius must be at least 0"),
+        ("fine.pbrt", &["--focal-distance", "0"], "'--focal-distance <D>': the distance must be above 0"),
+        (
+            "fine.pbrt",
+            &["--screen-window", "1 1 0 1"],
+            "the window is empty: write the edges as xmin xmax ymin ymax",
+        ),
+        ("fine.pbrt", &["--lookat", "0 0 -4 0 0 0"], "expected 9 numbers in quotes"),
+        (
+            "fine.pbrt",
+            &["--lookat", "0 0 0 0 0 0 0 1 0"],
+            "the eye and the target of LookAt are the same point",
+        ),
+        ("fine.pbrt", &["--focal-distance", "3"], "--focal-distance has no effect on a pinhole"),
+        (
+            "ortho.pbrt",
+            &["--fov", "30"],
+            "--fov has no effect on an orthographic camera; to see more or less, use --screen-window",
+        ),
+        ("all.pbrt", &["--fov", "30"], "--fov has no effect on an environment camera"),
+        ("all.pbrt", &["--lens-radius", "1"], "--lens-radius has no effect on an environment camera"),
+        ("fine.pbrt", &["--animate", "size=1..2", "--frames", "3"], "the parameters are fov, lens-radius,"),
+        (
+            "fine.pbrt",
+            &["--animate", "fov=10-20", "--frames", "3"],
+            "expected PARAMETER=A..B, as in fov=20..60",
+        ),
+        (
+            "fine.pbrt",
+            &["--animate", "fov=10..200", "--frames", "3"],
+            "fov cannot be 200: the angle must be above 0",
+        ),
+        ("fine.pbrt", &["--animate", "fov=10..20"], "--frames <N>"),
+        ("fine.pbrt", &["--animate", "focal-distance=1..2", "--frames", "3"], "has no effect on a pinhole"),
+        ("fine.pbrt", &["--turntable", "0"], "expected a whole number from 1"),
+        (
+            "fine.pbrt",
+            &["--animate", "eye.z=0..1", "--frames", "2"],
+            "eye.z at 0: the eye and the target of LookAt are the same point",
+        ),
+    ] {
+        let run = folder.run(&[&["render", scene], arguments].concat());
+        assert!(run.status == 2 && run.err.contains(message), "{arguments:?}: {}", run.err);
+    }
+    // The advice of the format applies.
+    let run = folder.run(&["render", "fine.pbrt", "--lens-radius", "1"]);
+    assert!(run.status == 0 && run.err.contains("the lens has no focaldistance"), "{}", run.err);
+    let run = folder.run(&["render", "fine.pbrt", "--fov", ".785"]);
+    assert!(run.status == 0 && run.err.contains("did you mean radians?"), "{}", run.err);
+}
+
+/// Each picture is the one of its value alone, bit for bit.
+#[test]
+fn pictures_of_an_animation_are_those_of_their_values() {
+    let folder = Folder::new();
+    for (animation, option, values) in [
+        ("fov=20..60", "--fov", ["20", "40", "60"]),
+        ("lens-radius=0..0.5", "--lens-radius", ["0", "0.25", "0.5"]),
+        ("focal-distance=5..3", "--focal-distance", ["5", "4", "3"]),
+        ("eye.x=-1..1", "--lookat", ["-1 0 -4 0 0 0 0 1 0", "0 0 -4 0 0 0 0 1 0", "1 0 -4 0 0 0 0 1 0"]),
+        ("look.y=1..2", "--lookat", ["0 0 -4 0 1 0 0 1 0", "0 0 -4 0 1.5 0 0 1 0", "0 0 -4 0 2 0 0 1 0"]),
+    ] {
+        let lens: &[&str] = match option {
+            "--focal-distance" => &["--lens-radius", ".25"],
+            "--lens-radius" => &["--focal-distance", "3"],
+            _ => &[],
+        };
+        // A pinhole has no distance of focus.
+        let still = |value: &str| if option == "--lens-radius" && value == "0" { &[][..] } else { lens };
+        let arguments = ["render", "fine.pbrt", "-o", "a.exr", "--animate", animation, "--frames", "3"];
+        let run = folder.run(&[&arguments[..], lens].concat());
+        assert_eq!(run.status, 0, "{}", run.err);
+        for (number, value) in values.into_iter().enumerate() {
+            let frame = Image::read(&folder.path(&format!("a.{:04}.exr", number + 1))).unwrap();
+            let alone = folder.picture(&[&[option, value], still(value)].concat());
+            assert_eq!(frame.channels, alone.channels, "{animation} {value}");
+        }
+    }
+    assert!(!folder.path("a.exr").exists() && !folder.path("a.0004.exr").exists());
+    let run = folder.run(&["render", "fine.pbrt", "--animate", "fov=20..60", "--frames", "2", "--json"]);
+    let line = &json_lines(&run)[0];
+    let files: Vec<&str> =
+        line["frames"].as_array().unwrap().iter().map(|it| it["file"].as_str().unwrap()).collect();
+    assert_eq!(files, ["fine.0001.pfm", "fine.0002.pfm"]);
+    assert!(line["picture"].is_null());
+}
+
+#[test]
+fn a_turntable_turns_around_the_target_of_look_at() {
+    let folder = Folder::new();
+    let turned = |scene: &str, count: &str| {
+        let run = folder.run(&["render", scene, "-o", "t.exr", "--turntable", count]);
+        assert_eq!(run.status, 0, "{}", run.err);
+        let count: u32 = count.parse().unwrap();
+        let frame = |number: u32| Image::read(&folder.path(&format!("t.{number:04}.exr"))).unwrap().channels;
+        (1..=count).map(frame).collect::<Vec<_>>()
+    };
+    let frames = turned("fine.pbrt", "4");
+    assert_eq!(frames[0], folder.picture(&[]).channels);
+    // A quarter about y takes -z to -x.
+    for (frame, eye) in [(1, "-4 0 0"), (2, "0 0 4"), (3, "4 0 0")] {
+        let alone = folder.picture(&["--lookat", &format!("{eye} 0 0 0 0 1 0")]);
+        assert_eq!(frames[frame], alone.channels, "{eye}");
+    }
+    // What stands before LookAt stays: a mirrored picture stays mirrored.
+    folder.write("mirrored.pbrt", &format!("Scale -1 1 1 {FINE}"));
+    folder.write("behind.pbrt", &format!("Scale -1 1 1 {}", FINE.replace("0 0 -4", "0 0 4")));
+    assert_eq!(folder.run(&["render", "behind.pbrt", "-o", "b.exr"]).status, 0);
+    assert_eq!(turned("mirrored.pbrt", "2")[1], Image::read(&folder.path("b.exr")).unwrap().channels);
+    // Without LookAt, around the middle of the shapes.
+    folder.write("moved.pbrt", &FINE.replace("LookAt 0 0 -4  0 0 0  0 1 0", "Translate .5 0 4"));
+    folder.write(
+        "back.pbrt",
+        &FINE.replace("LookAt 0 0 -4  0 0 0  0 1 0", "Translate .5 0 4 Rotate 180 0 1 0"),
+    );
+    assert_eq!(folder.run(&["render", "back.pbrt", "-o", "b.exr"]).status, 0);
+    let (found, expected) = (turned("moved.pbrt", "2"), Image::read(&folder.path("b.exr")).unwrap());
+    let differ =
+        |a: &Channel, b: &Channel| a.samples.iter().zip(&b.samples).any(|(a, b)| (a - b).abs() > 1e-4);
+    assert!(found[1].iter().zip(&expected.channels).all(|(a, b)| !differ(a, b)));
+    let world = "WorldBegin CoordSysTransform \"camera\"";
+    folder.write("carried.pbrt", &FINE.replace("WorldBegin", world));
+    let run = folder.run(&["render", "carried.pbrt", "--turntable", "2"]);
+    assert!(run.status == 2 && run.err.contains("render single pictures with --lookat"), "{}", run.err);
+}
+
+#[test]
+fn several_scenes_are_rendered_one_by_one() {
+    let folder = Folder::new();
+    folder.write("other.pbrt", &FINE.replace("fine.pfm", "other.pfm"));
+    let run = folder.run(&["render", "fine.pbrt", "wrong.pbrt", "other.pbrt", "--json"]);
+    // Both write fine.pfm.
+    let message = "fine.pbrt and wrong.pbrt both write fine.pfm: change the filename of one Film, or render them one by one with -o";
+    assert_eq!((run.status, run.err), (2, format!("error: {message}\n")));
+    assert!(!folder.path("fine.pfm").exists());
+    folder.write("wrong.pbrt", &FINE.replace("fine.pfm", "wrong.pfm").replace("Shape", "Shap"));
+    let run = folder.run(&["render", "fine.pbrt", "wrong.pbrt", "other.pbrt", "--json"]);
+    let lines = json_lines(&run);
+    assert_eq!((run.status, lines.len()), (1, 3));
+    assert!(lines[0]["picture"]["file"] == "fine.pfm" && lines[2]["picture"]["file"] == "other.pfm");
+    assert!(lines[1]["picture"].is_null() && folder.path("other.pfm").exists());
+    let run = folder.run(&["render", "fine.pbrt", "nothing.pbrt", "other.pbrt"]);
+    assert!(run.status == 2 && run.err.contains("other.pfm: 32 x 24 pixels"), "{}", run.err);
+
+    let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "a.exr"]);
+    assert!(run.status == 2 && run.err.contains("name an existing folder, or leave out -o"), "{}", run.err);
+    std::fs::create_dir(folder.path("out")).unwrap();
+    let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "out", "--quick"]);
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert!(folder.path("out/fine.quick.pfm").exists() && folder.path("out/other.quick.pfm").exists());
+    let run = folder.run(&["render", "fine.pbrt", "-"]);
+    assert!(run.status == 2 && run.err.contains("standard input can be read once"), "{}", run.err);
+}
+
+/// Pictures that are finished stay; the one that is not is a partial picture.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_animation_keeps_its_finished_pictures() {
+    let folder = Folder::new();
+    let arguments = ["render", "fine.pbrt", "-o", "a.exr", "--turntable", "1000", "--spp", "256"];
+    let child = folder.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    while !folder.path("a.0003.exr").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let run = Run::of(child.wait_with_output().unwrap());
+    assert_eq!(run.status, 130, "{}", run.err);
+    assert!(!folder.path("a.1000.exr").exists());
+    assert_eq!(Image::read(&folder.path("a.0002.exr")).unwrap().data_window.width, 32);
+}
