@@ -134,18 +134,19 @@ impl<S: Simd> Lobes<S> {
     /// About what it scatters, in all, of light that comes along `wo`: exact where it does not depend on roughness.
     #[inline(always)]
     pub fn albedo(&self, cos_o: f32x8<S>) -> Colors<S> {
-        let share = |of: Colors<S>| of * dielectric(cos_o, self.eta);
         match self.kind {
             Kind::Lambert | Kind::OrenNayar | Kind::LambertTransmission => self.color,
             Kind::Microfacet(fresnel) | Kind::Mirror(fresnel) => self.fresnel(fresnel, cos_o),
-            Kind::MicrofacetTransmission | Kind::Refraction => self.color - share(self.color),
+            Kind::MicrofacetTransmission | Kind::Refraction => {
+                self.color - self.color * dielectric(cos_o, self.eta)
+            }
             Kind::Substrate => {
                 let [base, coat] = self.colors;
                 self.color * (base - base * coat + schlick(coat, cos_o.abs()))
             }
             Kind::Glass => {
                 let [reflectance, transmittance] = self.colors;
-                transmittance + share(reflectance - transmittance)
+                transmittance + (reflectance - transmittance) * dielectric(cos_o, self.eta)
             }
         }
     }

@@ -262,7 +262,11 @@ impl<S: Simd> Builder<'_, S> {
     #[inline(always)]
     fn alpha(&self, roughness: &Roughness, active: mask64x8<S>) -> [f32x8<S>; 2] {
         let u = self.width(&roughness.u, roughness.remap, active);
-        [u, roughness.v.as_ref().map_or(u, |v| self.width(v, roughness.remap, active))]
+        let v = match &roughness.v {
+            Some(v) => self.width(v, roughness.remap, active),
+            None => u,
+        };
+        [u, v]
     }
 
     #[inline(never)]

@@ -236,14 +236,17 @@ impl SceneLight {
     /// About the irradiance that its samples are for, were nothing in the way.
     #[inline(always)]
     fn estimate<S: Simd>(&self, simd: S, at: &Receivers<S>) -> f64x8<S> {
-        let of_sky = |brightness: f64| self.sampled_share(simd, at.lunes.as_ref()) * (brightness * PI);
         match self {
             SceneLight::Distant { direction, radiance } => {
                 let cosine = at.cosine(Vec3x8::splat(simd, *direction), 0.0.simd_into(simd));
                 Colors::splat(simd, *radiance).strength() * cosine
             }
-            SceneLight::Infinite { radiance, .. } => of_sky(strength(*radiance)),
-            SceneLight::Environment(environment) => of_sky(environment.brightness()),
+            SceneLight::Infinite { radiance, .. } => {
+                self.sampled_share(simd, at.lunes.as_ref()) * (strength(*radiance) * PI)
+            }
+            SceneLight::Environment(environment) => {
+                self.sampled_share(simd, at.lunes.as_ref()) * (environment.brightness() * PI)
+            }
             SceneLight::Surface(surface) => surface.estimate(simd, at),
             SceneLight::Point(light) => light.estimate(simd, at),
         }
