@@ -112,9 +112,11 @@ impl PointLight {
             Spread::Projection { map, half_size } => {
                 let [x, y] = [d.x / d.z / half_size.x, d.y / d.z / half_size.y];
                 let is_lit = d.z.simd_ge(NEAR) & x.abs().max(y.abs()).simd_le(1.0);
-                let shown =
-                    |map: &Arc<_>| bilinear::<S, Vec3>(map, [(x + 1.0) * 0.5, (y + 1.0) * 0.5], is_lit);
-                map.as_ref().map_or(white, shown).or_wide(is_lit, Colors::splat(simd, Vec3::ZERO))
+                let shown = match map {
+                    Some(map) => bilinear::<S, Vec3>(map, [(x + 1.0) * 0.5, (y + 1.0) * 0.5], is_lit),
+                    None => white,
+                };
+                shown.or_wide(is_lit, Colors::splat(simd, Vec3::ZERO))
             }
         }
     }

@@ -285,7 +285,8 @@ fn shapes(case: usize, mut text: String) -> String {
 
 /// Whether a scene has a tree, and whether any material is more than matte.
 fn kind(text: &str) -> [bool; 2] {
-    let found = inspect(&scene(text));
+    let scene = scene(text);
+    let found = inspect(&Prepared::new(&scene), &scene.view);
     [
         found.asks_tree,
         found.surfaces.is_some_and(|surfaces| surfaces.kinds.iter().any(|kind| *kind != "matte")),
