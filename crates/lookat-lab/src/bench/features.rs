@@ -91,7 +91,9 @@ mod tests {
     fn each_feature_makes_another_scene() {
         let inspected: Vec<_> = features()
             .into_iter()
-            .map(|(name, scene)| (name, lookat_render::inspect(&Prepared::new(&scene), &scene.view)))
+            .map(|(name, scene)| {
+                (name, lookat_render::inspect(&lookat_render::Prepared::new(&scene), &scene.view))
+            })
             .collect();
         let base = &inspected[0].1;
         assert!(!base.has_lens && !base.has_filter_table && !base.has_cutouts && base.world.instances == 0);
