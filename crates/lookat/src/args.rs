@@ -111,7 +111,7 @@ pub struct Render {
     pub error_layers: bool,
     #[command(flatten)]
     pub tone: Tone,
-    /// Replace a picture that is larger, has more samples, or was made by another program
+    /// Replace a picture that is larger, has more samples, or comes from another program
     #[arg(long)]
     pub force: bool,
     /// Print only errors and interruptions
@@ -254,7 +254,7 @@ pub struct Convert {
     /// Convert this layer, part or channel of an EXR file
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
-    /// Replace a picture that is larger, has more samples, or was made by another program
+    /// Replace a picture that is larger, has more samples, or comes from another program
     #[arg(long)]
     pub force: bool,
     /// Print only errors
