@@ -119,7 +119,7 @@ pub struct Render {
     pub error_layers: bool,
     #[command(flatten)]
     pub tone: Tone,
-    /// Replace a picture that is larger, has more samples, or was made by another program
+    /// Replace a picture that is larger, has more samples, or comes from another program
     #[arg(long)]
     pub force: bool,
     /// Focus the lens on what the picture shows there: a pixel, as in 120,80, or fractions of its size, as in 0.5,0.5
@@ -276,7 +276,7 @@ pub struct Convert {
     /// Convert this layer, part or channel of an EXR file
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
-    /// Replace a picture that is larger, has more samples, or was made by another program
+    /// Replace a picture that is larger, has more samples, or comes from another program
     #[arg(long)]
     pub force: bool,
     /// Print only errors
