@@ -132,7 +132,7 @@ fn without_tev_a_warning_is_given_and_the_picture_is_rendered() {
         "{}",
         run.err
     );
-    assert!(folder.path("fine.pfm").exists());
+    assert!(folder.path("fine.exr").exists());
     let run = folder.run(&["render", "fine.pbrt", "--tev", "localhost"]);
     assert!(
         run.status == 2 && run.err.contains("expected a host and a port, as in 127.0.0.1:14158"),

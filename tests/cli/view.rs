@@ -137,7 +137,7 @@ fn pictures_of_an_animation_are_those_of_their_values() {
     let line = &json_lines(&run)[0];
     let files: Vec<&str> =
         line["frames"].as_array().unwrap().iter().map(|it| it["file"].as_str().unwrap()).collect();
-    assert_eq!(files, ["fine.0001.pfm", "fine.0002.pfm"]);
+    assert_eq!(files, ["fine.0001.exr", "fine.0002.exr"]);
     assert!(line["picture"].is_null());
 }
 
@@ -183,20 +183,20 @@ fn a_turntable_turns_around_the_target_of_look_at() {
 #[test]
 fn several_scenes_are_rendered_one_by_one() {
     let folder = Folder::new();
-    folder.write("other.pbrt", &FINE.replace("fine.pfm", "other.pfm"));
+    folder.write("other.pbrt", &FINE.replace("fine.exr", "other.exr"));
     let run = folder.run(&["render", "fine.pbrt", "wrong.pbrt", "other.pbrt", "--json"]);
-    // Both write fine.pfm.
-    let message = "fine.pbrt and wrong.pbrt both write fine.pfm: change the filename of one Film, or render them one by one with -o";
+    // Both write fine.exr.
+    let message = "fine.pbrt and wrong.pbrt both write fine.exr: change the filename of one Film, or render them one by one with -o";
     assert_eq!((run.status, run.err), (2, format!("error: {message}\n")));
-    assert!(!folder.path("fine.pfm").exists());
-    folder.write("wrong.pbrt", &FINE.replace("fine.pfm", "wrong.pfm").replace("Shape", "Shap"));
+    assert!(!folder.path("fine.exr").exists());
+    folder.write("wrong.pbrt", &FINE.replace("fine.exr", "wrong.exr").replace("Shape", "Shap"));
     let run = folder.run(&["render", "fine.pbrt", "wrong.pbrt", "other.pbrt", "--json"]);
     let lines = json_lines(&run);
     assert_eq!((run.status, lines.len()), (1, 3));
-    assert!(lines[0]["picture"]["file"] == "fine.pfm" && lines[2]["picture"]["file"] == "other.pfm");
-    assert!(lines[1]["picture"].is_null() && folder.path("other.pfm").exists());
+    assert!(lines[0]["picture"]["file"] == "fine.exr" && lines[2]["picture"]["file"] == "other.exr");
+    assert!(lines[1]["picture"].is_null() && folder.path("other.exr").exists());
     let run = folder.run(&["render", "fine.pbrt", "nothing.pbrt", "other.pbrt"]);
-    assert!(run.status == 2 && run.err.contains("other.pfm: 32 x 24 pixels"), "{}", run.err);
+    assert!(run.status == 2 && run.err.contains("other.exr: 32 x 24 pixels"), "{}", run.err);
 
     let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "a.exr"]);
     assert!(run.status == 2 && run.err.contains("name an existing folder, or leave out -o"), "{}", run.err);

@@ -122,7 +122,7 @@ pub struct Render {
     /// Replace a picture that is larger, has more samples, or comes from another program
     #[arg(long)]
     pub force: bool,
-    /// Focus the lens on what the picture shows there: a pixel, as in 120,80, or fractions of its size, as in 0.5,0.5
+    /// Focus the lens on the point that the picture shows there: a pixel, as in 120,80, or fractions of its size, as in 0.5,0.5
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = focus_place)]
     pub focus: Option<FocusPlace>,
     #[command(flatten)]

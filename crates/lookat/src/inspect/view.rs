@@ -81,7 +81,7 @@ fn light(sight: &Sight, sources: &Sources) -> Option<String> {
         .take(MOST_LISTED)
         .map(|light| format!("{} {}", name(sight.light_place(light), sources), share(light.irradiance)))
         .collect();
-    (!parts.is_empty()).then(|| format!("straight on what is in view: {}", parts.join(", ")))
+    (!parts.is_empty()).then(|| format!("straight on the surfaces in view: {}", parts.join(", ")))
 }
 
 /// The word of a directive, and its line.

@@ -141,7 +141,7 @@ fn exchanged(sight: &Sight) -> Option<Diagnostic> {
         sight.facts.shapes.iter().filter(|shape| !shape.is_thin() && !shape.is_emitter).count();
     let is_odd = bodies(&sight.facts) == 0 && turned.inside.is_none() && 2 * bodies(turned) > bodies_in_all;
     let look_at = sight.places.look_at.filter(|_| is_odd)?;
-    let message = "far more is in view the other way round: eye and target seem to be exchanged";
+    let message = "far more is in view the other way round: eye and target may be exchanged";
     let help = "the first three numbers are the eye, the next three the target";
     Some(Diagnostic::warning(look_at.span, message).help(help).fix(look_at.span, exchange(&look_at)))
 }

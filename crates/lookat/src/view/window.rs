@@ -19,7 +19,7 @@ pub(super) fn other_order(sight: &Sight) -> Option<Diagnostic> {
     if !(is_reversed && a < c && b < d) {
         return None;
     }
-    let message = "the screen window is reversed: its edges seem to be in the order xmin ymin xmax ymax";
+    let message = "the screen window is reversed: its edges may be in the order xmin ymin xmax ymax";
     let help = "write the edges as xmin xmax ymin ymax";
     Some(Diagnostic::warning(at, message).help(help).fix(at, format!("[{a} {c} {b} {d}]")))
 }
