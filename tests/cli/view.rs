@@ -203,7 +203,7 @@ fn several_scenes_are_rendered_one_by_one() {
     std::fs::create_dir(folder.path("out")).unwrap();
     let run = folder.run(&["render", "fine.pbrt", "other.pbrt", "-o", "out", "--quick"]);
     assert_eq!(run.status, 0, "{}", run.err);
-    assert!(folder.path("out/fine.quick.pfm").exists() && folder.path("out/other.quick.pfm").exists());
+    assert!(folder.path("out/fine.quick.exr").exists() && folder.path("out/other.quick.exr").exists());
     let run = folder.run(&["render", "fine.pbrt", "-"]);
     assert!(run.status == 2 && run.err.contains("standard input can be read once"), "{}", run.err);
 }
