@@ -13,7 +13,7 @@ pub enum ToneCurve {
     #[default]
     None,
     /// Equation 4 of Reinhard et al., "Photographic Tone Reproduction for Digital Images" (2002): L (1 + L / W²) / (1 + L)
-    /// of the luminance L, which keeps the ratios of the channels. The luminance W that becomes white is [`WHITE`] in every
+    /// of the luminance L, which keeps the ratios of the channels. The luminance W that becomes white is `WHITE` in every
     /// picture, so that frames and crops match.
     Reinhard,
     /// The fit of the ACES reference curve by Krzysztof Narkowicz, "ACES Filmic Tone Mapping Curve" (2016), for each
