@@ -89,7 +89,7 @@ impl Folder {
         Run::of(child.wait_with_output().unwrap())
     }
 
-    /// Renders `fine.pbrt` into `picture.exr` with more arguments, whatever is there, and reads it.
+    /// Renders `fine.pbrt` into `picture.exr` with more arguments, over any existing file, and reads it.
     #[track_caller]
     fn picture(&self, arguments: &[&str]) -> Image {
         let run = self.run(&[&["render", "fine.pbrt", "--force", "-o", "picture.exr"], arguments].concat());

@@ -61,7 +61,7 @@ fn pictures_that_show_nothing_name_the_exposure_that_shows_them() {
     assert_eq!(advised(&folder, &with_light(0.0), &["-o", "a.png"]), None);
 }
 
-/// Twice the exposure is twice the light, whatever the file; linear files stay linear.
+/// One stop more doubles the light in 8-bit files. Linear files stay as they are.
 #[test]
 fn exposure_is_light() {
     let folder = Folder::new();

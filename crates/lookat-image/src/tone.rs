@@ -19,7 +19,7 @@ pub enum ToneCurve {
     /// The fit of the ACES reference curve by Krzysztof Narkowicz, "ACES Filmic Tone Mapping Curve" (2016), for each
     /// channel. It maps 1 to about 0.8.
     Aces,
-    /// The Khronos PBR Neutral tone mapper (specification of 2024). It keeps colors up to 0.8 but for an offset of at most
+    /// The Khronos PBR Neutral tone mapper (specification of 2024). It keeps colors up to 0.8, less an offset of at most
     /// 0.04, and compresses brighter ones towards white without a change of hue.
     Neutral,
 }

@@ -106,9 +106,9 @@ impl LightTable {
         })
     }
 
-    /// The primitive of the world that is a light.
-    pub fn primitive_of(&self, light: usize) -> Option<usize> {
-        self.of_primitive.iter().position(|of| *of == Some(light))
+    /// The primitives of the world that are lights, in the order of these.
+    pub fn primitives(&self) -> impl Iterator<Item = usize> {
+        self.of_primitive.iter().enumerate().filter_map(|(number, light)| light.map(|_| number))
     }
 
     /// How many samples of direct light there are of a light, where all are sampled.

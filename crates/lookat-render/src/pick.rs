@@ -29,14 +29,18 @@ impl Prepared {
         let ray = camera.ray(film, DVec2::splat(0.5));
         let hit = self.traceable.nearest(&ray)?;
         let Surface { p, n, primitive, .. } = Surface::new(&self.traceable, &ray, &hit);
-        let from_eye = view.camera.world_from_camera.inverse().vector(p - camera.eye);
         Some(Picked {
             primitive,
             p: p + self.traceable.origin,
             n: if n.dot(ray.d) > 0.0 { -n } else { n },
-            depth: from_eye.z,
+            depth: depth(view, p - camera.eye),
         })
     }
+}
+
+/// The z in camera space of a point, given relative to the eye.
+pub(crate) fn depth(view: &View, from_eye: DVec3) -> f64 {
+    view.camera.world_from_camera.inverse().vector(from_eye).z
 }
 
 #[cfg(test)]

@@ -7,13 +7,13 @@ mod shapes;
 use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
-use lookat_scene::syntax::Span;
 use lookat_scene::{PixelBounds, View};
 use rayon::prelude::*;
 
 use crate::camera::CameraRays;
+use crate::pick::depth;
 use crate::prepare::Prepared;
-use crate::ray::{ElementId, Ray};
+use crate::ray::Ray;
 use crate::surface::Surface;
 use crate::traceable::Traceable;
 pub use lights::{LightFacts, LightPlace};
@@ -35,11 +35,11 @@ pub struct ViewFacts {
     pub bounds: Option<[DVec3; 2]>,
     /// The shapes of the world and the instances of objects: all that probe rays hit, and up to 4096 in all.
     pub shapes: Vec<ShapeFacts>,
-    /// The shares of the picture that show a shape, a light with a shape, and neither.
+    /// The share of the picture that shows shapes that emit no light.
     pub shape_share: f64,
-    /// See `shape_share`.
+    /// The share that shows shapes that emit light.
     pub emitter_share: f64,
-    /// See `shape_share`.
+    /// The share that shows no shape.
     pub sky_share: f64,
     /// The depths at which probe rays see something, sorted.
     pub depths: Vec<f64>,
@@ -134,8 +134,8 @@ fn seen<'s>(traceable: &'s Traceable, view: &View, camera: &CameraRays, film: DV
         let hit = traceable.nearest(&ray)?;
         let surface = Surface::new(traceable, &ray, &hit);
         if !traceable.is_passed(&hit) || surface.primitive.emission.is_some() {
-            let from_eye = view.camera.world_from_camera.inverse().vector(surface.p - camera.eye);
-            return Some(Seen { ray, surface, depth: from_eye.z });
+            let depth = depth(view, surface.p - camera.eye);
+            return Some(Seen { ray, surface, depth });
         }
         ray = surface.leave(ray.d);
     }
@@ -154,16 +154,6 @@ fn sorted(mut numbers: Vec<f64>) -> Vec<f64> {
 }
 
 /// The least, the median and the largest of sorted numbers.
-pub(crate) fn spread(numbers: &[f64]) -> Option<[f64; 3]> {
+fn spread(numbers: &[f64]) -> Option<[f64; 3]> {
     Some([*numbers.first()?, numbers[numbers.len() / 2], *numbers.last()?])
-}
-
-/// The place of the directive of a primitive.
-fn span_of(traceable: &Traceable, primitive: u32) -> Option<Span> {
-    traceable.primitive(primitive).span
-}
-
-/// Whether an element is of the world itself.
-fn is_in_world(instance: u32) -> bool {
-    instance == ElementId::WORLD
 }

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use lookat_syntax::{EntityKind, Span};
 
 use crate::draft::Slot;
-use crate::places::LookAt;
 use crate::symbols::{SymbolId, SymbolKind};
 use crate::{CameraPlacement, Transform};
 
@@ -30,8 +29,6 @@ pub(crate) struct Facts {
     pub replaced_options: Vec<(EntityKind, Span, Span)>,
     /// Options that are left to their defaults.
     pub missing_options: Vec<EntityKind>,
-    /// The last `LookAt` before `Camera`.
-    pub look_at: Option<LookAt>,
     /// The types of the lights of the world.
     pub lights: Vec<Span>,
     /// The last Camera and its transformation.

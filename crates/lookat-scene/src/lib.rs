@@ -97,7 +97,7 @@ pub use material::{
 };
 pub use memory::Memory;
 pub use mesh::{Mesh, MeshFault};
-pub use places::{LookAt, Places};
+pub use places::Places;
 pub use sampler::{MAX_SAMPLES, Sampler, SamplerKind};
 pub use scene::{Instance, Object, Primitive, Scene, View, World};
 pub use shape::{

@@ -118,7 +118,6 @@ impl Options {
         let camera = camera::camera(params, world_from_camera, &film, view_override);
         let places = Places {
             camera: at,
-            look_at: facts.look_at.filter(|look_at| look_at.places(&world_from_camera)),
             screen_window: params.given_place("screenwindow"),
             lens_radius: params.given_place("lensradius"),
             focal_distance: params.given_place("focaldistance"),

@@ -1,6 +1,7 @@
 //! What the caller sets of the view, instead of the scene.
 
 use glam::DVec3;
+use lookat_syntax::Span;
 
 use crate::camera::{FOCAL_DISTANCE, FOV, LENS_RADIUS_RANGE, SCREEN_WINDOW_HELP};
 use crate::schema::Range;
@@ -24,6 +25,8 @@ pub struct ViewOverride {
 /// A camera that a `LookAt` places: `before`, and then the `LookAt`, make the camera transformation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraPlacement {
+    /// The `LookAt` in the text. `None` if the caller gives it.
+    pub span: Option<Span>,
     /// The transformation before the `LookAt`, such as a mirroring `Scale -1 1 1`.
     pub before: Transform,
     /// Eye, target and up vector.
@@ -65,7 +68,7 @@ impl ViewOverride {
 
     /// The placement of the camera, if it is set.
     pub(crate) fn placement(&self) -> Option<CameraPlacement> {
-        self.look_at.map(|points| CameraPlacement { before: Transform::IDENTITY, points })
+        self.look_at.map(|points| CameraPlacement { span: None, before: Transform::IDENTITY, points })
     }
 }
 

@@ -60,7 +60,7 @@ pub fn check(arguments: &Check) -> ExitCode {
 fn look(loaded: &mut Loaded, strict: bool) -> Result<(), String> {
     let Some(scene) = &loaded.scene else { return Ok(()) };
     let mut prepared = view::prepare(loaded, scene)?;
-    let (_, mut advice) = view::look(loaded, scene, &mut prepared);
+    let mut advice = view::advise(loaded, scene, &mut prepared);
     if strict {
         advice.iter_mut().for_each(|warning| warning.severity = Severity::Error);
     }

@@ -268,7 +268,7 @@ fn picture(
         crate::say(&focus(prepared, &mut scene.view, place)?);
     }
     if !arguments.quiet && !is_frame {
-        *advice = view::look(loaded, &scene, prepared).1;
+        *advice = view::advise(loaded, &scene, prepared);
         if !arguments.report.json {
             report::print_each(advice, &loaded.sources);
         }

@@ -27,15 +27,20 @@ pub fn failure(loaded: &Loaded) -> u8 {
 
 /// Prints the diagnostics of a scene to standard error. `quiet` leaves warnings and notes out.
 pub fn print(loaded: &Loaded, quiet: bool) {
+    let (out, renderer) = standard_error();
+    write(&mut out.lock(), loaded, quiet, &renderer);
+}
+
+/// Standard error, in colors if it is a terminal.
+fn standard_error() -> (anstream::Stderr, Renderer) {
     let out = anstream::stderr();
     let renderer = if out.as_inner().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    write(&mut out.lock(), loaded, quiet, &renderer);
+    (out, renderer)
 }
 
 /// Prints diagnostics to standard error.
 pub fn print_each(diagnostics: &[Diagnostic], sources: &Sources) {
-    let out = anstream::stderr();
-    let renderer = if out.as_inner().is_terminal() { Renderer::styled() } else { Renderer::plain() };
+    let (out, renderer) = standard_error();
     let mut out = out.lock();
     for diagnostic in diagnostics {
         // Ignore a closed standard error.

@@ -9,7 +9,7 @@ mod window;
 use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, FileId, Span};
-use lookat_scene::{Loaded, LookAt, Places, Projection, Scene, Transform, View};
+use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Transform, View};
 
 use crate::args::way_out;
 
@@ -17,11 +17,13 @@ use crate::args::way_out;
 pub struct Sight<'l> {
     pub scene: &'l Scene,
     pub places: &'l Places,
+    /// The `LookAt` that alone places the camera, and its place.
+    look_at: Option<(Span, CameraPlacement)>,
     pub facts: ViewFacts,
     /// With a lens.
     pub focus: Option<Focus>,
     /// What is in view where eye and target of the `LookAt` change places.
-    pub turned: Option<ViewFacts>,
+    turned: Option<ViewFacts>,
     /// The start of the scene file.
     start: Span,
 }
@@ -34,29 +36,27 @@ pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, String> {
     }
 }
 
-/// What a scene shows, and warnings about it.
-pub fn look<'l>(
-    loaded: &'l Loaded,
-    scene: &'l Scene,
-    prepared: &mut Prepared,
-) -> (Sight<'l>, Vec<Diagnostic>) {
-    let mut sight = Sight {
+/// What a scene shows.
+pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, prepared: &mut Prepared) -> Sight<'l> {
+    let placement = loaded.placement.filter(|placement| placement.before == Transform::IDENTITY);
+    Sight {
         scene,
         places: &loaded.places,
+        look_at: placement.and_then(|placement| Some((placement.span?, placement))),
         facts: prepared.facts(&scene.view),
         focus: Focus::new(&scene.view.camera, &scene.view.film),
         turned: None,
         start: Span { file: FileId(0), start: 0, end: 0 },
-    };
-    if let Some(look_at) = loaded.places.look_at.filter(|_| sight.is_odd()) {
-        sight.turned = turned(&scene.view, &look_at).map(|view| prepared.facts(&view));
     }
-    let advice = advice(&sight);
-    (sight, advice)
 }
 
 /// Warnings. Where the camera is in the wrong place, nothing is said about what it shows from there.
-fn advice(sight: &Sight) -> Vec<Diagnostic> {
+pub fn advise(loaded: &Loaded, scene: &Scene, prepared: &mut Prepared) -> Vec<Diagnostic> {
+    let mut sight = look(loaded, scene, prepared);
+    if let Some((_, look_at)) = sight.look_at.filter(|_| sight.is_odd()) {
+        sight.turned = turned(&scene.view, &look_at).map(|view| prepared.facts(&view));
+    }
+    let sight = &sight;
     if let Some(found) =
         size::giant(sight).or_else(|| window::other_order(sight)).or_else(|| placement::odd(sight))
     {
@@ -67,10 +67,17 @@ fn advice(sight: &Sight) -> Vec<Diagnostic> {
 }
 
 /// The view with eye and target in each other's place.
-fn turned(view: &View, look_at: &LookAt) -> Option<View> {
+fn turned(view: &View, look_at: &CameraPlacement) -> Option<View> {
     let mut view = view.clone();
-    view.camera.world_from_camera = Transform::look_at(look_at.look, look_at.eye, look_at.up).ok()?.inverse();
+    view.camera.world_from_camera = exchanged(look_at).world_from_camera().ok()?;
     Some(view)
+}
+
+/// A `LookAt` with eye and target in each other's place.
+fn exchanged(look_at: &CameraPlacement) -> CameraPlacement {
+    let mut points = look_at.points;
+    points[..6].rotate_left(3);
+    CameraPlacement { points, ..*look_at }
 }
 
 impl Sight<'_> {
@@ -86,8 +93,8 @@ impl Sight<'_> {
 
     /// The place of the directive that places the camera.
     fn camera_place(&self) -> Span {
-        let Places { look_at, camera, world_begin, .. } = self.places;
-        look_at.map(|look_at| look_at.span).or(*camera).or(*world_begin).unwrap_or(self.start)
+        let Places { camera, world_begin, .. } = self.places;
+        self.look_at.map(|(span, _)| span).or(*camera).or(*world_begin).unwrap_or(self.start)
     }
 
     fn lens_place(&self) -> Span {

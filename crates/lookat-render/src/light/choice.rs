@@ -69,7 +69,7 @@ impl<'v, S: Simd> LightSampler<'v, S> {
             let (rule, count) = (table.rule(choice), table.eligible_at(simd, at));
             let mut sampler =
                 LightSampler { table, rule, count, estimates: SmallVec::new(), total: 0.0.simd_into(simd) };
-            // Where there is no choice, none is asked for.
+            // Without a choice there is nothing to estimate.
             if table.eligible(at.lunes.is_some()) < 2 {
                 return sampler;
             }

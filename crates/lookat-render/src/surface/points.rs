@@ -148,10 +148,11 @@ pub(crate) struct Triangles {
     normals: [[[f64; LANES]; 3]; 3],
     /// Which of them have normals.
     has_normals: u64,
-    /// Which normals are turned: those from the winding order, where the file gives none; those on the side that emits; and those that
-    /// the file gives.
+    /// Where the winding order gives the normals, the lanes that turn them.
     is_n: u64,
+    /// The lanes that turn the normals on the side that emits.
     is_emitting: u64,
+    /// Where the file gives the normals, the lanes that turn them.
     is_smooth: u64,
 }
 

@@ -169,7 +169,7 @@ impl<S: Simd> PointInSpace<S> {
                     heights[lane] += MEAN * roughness.powi(whole[lane] as i32);
                 }
             }
-            // What a color can hold, whatever the roughness.
+            // The limit of colors: a large roughness gives more.
             heights.max(-1e18).min(1e18)
         })
     }

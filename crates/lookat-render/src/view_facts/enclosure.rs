@@ -44,7 +44,7 @@ pub(super) fn around(traceable: &Traceable, p: DVec3) -> Option<(u32, u32)> {
 }
 
 /// Directions that cover the sphere evenly (a Fibonacci lattice).
-pub(super) fn direction(i: u32) -> DVec3 {
+fn direction(i: u32) -> DVec3 {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
     let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(RAYS);
     let (sin, cos) = (libm::sin(TAU * GOLDEN * f64::from(i)), libm::cos(TAU * GOLDEN * f64::from(i)));

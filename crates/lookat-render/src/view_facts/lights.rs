@@ -34,9 +34,9 @@ pub struct LightFacts {
     pub position: Option<DVec3>,
     /// The mean irradiance, as luminance, that comes straight from the light to the surfaces in view.
     pub irradiance: f64,
-    /// Whether any of the surfaces in view, or of those that these see, lies where the light shines to, with nothing in the way.
+    /// Whether the light reaches a surface in view, or a surface that one of these sees.
     pub reaches: bool,
-    /// The same, whatever is in the way.
+    /// Whether it would, if nothing blocked it.
     pub faces: bool,
     /// Where `reaches` is false, the number in [`ViewFacts::shapes`](super::ViewFacts::shapes) of the opaque shape around the light.
     pub inside: Option<usize>,
@@ -95,7 +95,7 @@ pub(super) fn facts(
     places.into_iter().enumerate().map(light_facts).collect()
 }
 
-/// Which lights those of the table are: points and directions, shapes, environment maps, constant skies.
+/// The place of each light of the table, which has points and directions first, then shapes, environment maps and constant skies.
 fn places(prepared: &Prepared) -> Vec<LightPlace> {
     let (lights, source) = (&prepared.lights, &prepared.traceable.source.lights);
     let rank = |light: &Light| match light {
@@ -107,8 +107,7 @@ fn places(prepared: &Prepared) -> Vec<LightPlace> {
         let own = source.iter().enumerate().filter(move |(_, light)| rank(light) == of);
         own.map(|(number, _)| LightPlace::Light(number))
     };
-    let of_shapes =
-        (0..lights.len()).filter_map(|light| lights.primitive_of(light)).map(LightPlace::Primitive);
+    let of_shapes = lights.primitives().map(LightPlace::Primitive);
     of_rank(0).chain(of_shapes).chain(of_rank(1)).chain(of_rank(2)).collect()
 }
 
@@ -210,7 +209,7 @@ fn of_sky<S: Simd>(
     (surfaces.leave(d), radiance * to_f32(share), cosine.simd_gt(0.0))
 }
 
-/// The first of them is in the place of those that are missing.
+/// Surfaces side by side. The first one fills lanes without a surface.
 fn side_by_side<S: Simd>(simd: S, world: &World, surfaces: &[Surface]) -> Surfaces<S> {
     let of = |lane: usize| surfaces.get(lane).unwrap_or(&surfaces[0]);
     let zero = Vec3x8::splat(simd, DVec3::ZERO);

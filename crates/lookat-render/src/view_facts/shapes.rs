@@ -4,7 +4,7 @@ use glam::DVec3;
 use lookat_scene::MaterialKind;
 use lookat_scene::syntax::Span;
 
-use super::{PROBES, Seen, is_in_world, sorted, span_of, spread};
+use super::{PROBES, Seen, sorted, spread};
 use crate::prepare::corners_of_shape;
 use crate::ray::ElementId;
 use crate::traceable::Traceable;
@@ -15,7 +15,7 @@ const MOST: usize = 4096;
 /// A shape of the world, or an instance of an object.
 #[derive(Debug, Clone)]
 pub struct ShapeFacts {
-    /// Its directive; of an instance, that of a shape of its object. `None` for a shape made in code.
+    /// The place of its directive. An instance has the place of the first shape of its object. `None` for a shape made in code.
     pub span: Option<Span>,
     /// Two opposite corners of its box.
     pub bounds: [DVec3; 2],
@@ -44,7 +44,7 @@ pub struct Flat {
 
 /// What tells shapes apart: instances as a whole, other shapes by their primitives.
 pub(super) fn key(element: ElementId) -> (u32, u32) {
-    (element.instance, if is_in_world(element.instance) { element.primitive } else { 0 })
+    (element.instance, if element.instance == ElementId::WORLD { element.primitive } else { 0 })
 }
 
 /// The shapes of a world, or as many of them as are measured at most.
@@ -72,7 +72,7 @@ impl ShapeFacts {
         };
         let own = traceable.primitive(number);
         ShapeFacts {
-            span: span_of(traceable, number),
+            span: own.span,
             bounds,
             is_emitter: own.emission.is_some(),
             is_opaque: own.cutout.is_none() && is_opaque(own.material.kind()),

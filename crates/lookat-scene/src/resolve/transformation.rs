@@ -5,7 +5,6 @@ use lookat_syntax::{Diagnostic, Span};
 
 use super::Resolver;
 use crate::facts::Block;
-use crate::places::LookAt;
 use crate::transform::{LARGEST, LookAtFault, Transform};
 use crate::view_override::{CameraPlacement, look_at};
 
@@ -34,16 +33,15 @@ impl Resolver<'_> {
     }
 
     pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
-        match self.block {
-            Block::World => self.facts.look_ats.push(span),
-            _ if !self.options.camera_is_set() => self.facts.look_at = Some(LookAt::new(span, points)),
-            _ => {}
+        if self.block == Block::World {
+            self.facts.look_ats.push(span);
         }
         match look_at(points) {
             Ok(transform) => {
                 let before = self.state.ctm;
                 self.concat(transform, span)?;
-                self.facts.placed = Some((CameraPlacement { before, points }, self.state.ctm));
+                self.facts.placed =
+                    Some((CameraPlacement { span: Some(span), before, points }, self.state.ctm));
                 Ok(())
             }
             Err(fault) => {

@@ -105,7 +105,7 @@ impl Parameter {
 }
 
 impl Render {
-    /// The view of the first picture. For an animated radius, that of the widest lens: a pinhole has no focal distance.
+    /// The view of the first picture. An animated radius is at its largest here, because a pinhole has no focal distance.
     pub fn first_view(&self) -> ViewOverride {
         let mut view = self.view;
         match self.frames.animate {

@@ -74,22 +74,14 @@ fn checked<T>(value: T, view: lookat_scene::ViewOverride) -> Result<T, String> {
     view.check().map(|()| value)
 }
 
-const NONE: lookat_scene::ViewOverride = lookat_scene::ViewOverride {
-    look_at: None,
-    fov: None,
-    lens_radius: None,
-    focal_distance: None,
-    screen_window: None,
-};
-
 fn look_at(text: &str) -> Result<[f64; 9], String> {
     let points = numbers(text, "0 1 -5  0 1 0  0 1 0")?;
-    checked(points, lookat_scene::ViewOverride { look_at: Some(points), ..NONE })
+    checked(points, lookat_scene::ViewOverride { look_at: Some(points), ..Default::default() })
 }
 
 fn screen_window(text: &str) -> Result<[f64; 4], String> {
     let edges = numbers(text, "-1.5 1.5 -1 1")?;
-    checked(edges, lookat_scene::ViewOverride { screen_window: Some(edges), ..NONE })
+    checked(edges, lookat_scene::ViewOverride { screen_window: Some(edges), ..Default::default() })
 }
 
 fn number(text: &str) -> Result<f64, String> {
@@ -98,15 +90,15 @@ fn number(text: &str) -> Result<f64, String> {
 
 fn fov(text: &str) -> Result<f64, String> {
     let fov = number(text)?;
-    checked(fov, lookat_scene::ViewOverride { fov: Some(fov), ..NONE })
+    checked(fov, lookat_scene::ViewOverride { fov: Some(fov), ..Default::default() })
 }
 
 fn lens_radius(text: &str) -> Result<f64, String> {
     let radius = number(text)?;
-    checked(radius, lookat_scene::ViewOverride { lens_radius: Some(radius), ..NONE })
+    checked(radius, lookat_scene::ViewOverride { lens_radius: Some(radius), ..Default::default() })
 }
 
 fn focal_distance(text: &str) -> Result<f64, String> {
     let distance = number(text)?;
-    checked(distance, lookat_scene::ViewOverride { focal_distance: Some(distance), ..NONE })
+    checked(distance, lookat_scene::ViewOverride { focal_distance: Some(distance), ..Default::default() })
 }

@@ -64,7 +64,7 @@ impl Drawing {
         put(out, format_args!("\x1b8\x1b[{lines}B\r"));
     }
 
-    /// Two pixels per character: the upper one in the color of the text, the lower one in that of the background.
+    /// Two pixels per character: the text color shows the upper one, the background color the lower one.
     fn blocks(&self, has_true_color: bool, out: &mut Vec<u8>) {
         let color = |[r, g, b]: [u8; 3]| match has_true_color {
             true => format!("2;{r};{g};{b}"),

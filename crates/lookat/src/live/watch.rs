@@ -14,7 +14,7 @@ const STEP: Duration = Duration::from_millis(100);
 /// that does not exist.
 type Stamp = Option<(Option<SystemTime>, u64, u64)>;
 
-/// The files that the scene was read from, as they were then, and those that were missing.
+/// The files of the scene, with their state when the scene was read. Some may have been missing.
 #[derive(Default)]
 pub struct Watch {
     files: Mutex<BTreeMap<PathBuf, Stamp>>,

@@ -1,11 +1,11 @@
 //! Cameras inside a shape, behind the ground, far away, or turned away from everything.
 
 use lookat_render::{ShapeFacts, ViewFacts};
-use lookat_scene::LookAt;
+use lookat_scene::CameraPlacement;
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::Diagnostic;
 
-use super::{Sight, point, short};
+use super::{Sight, exchanged, point, short};
 
 /// Shapes that fill less of the shorter side than this are hardly seen.
 const HARDLY_SEEN: f64 = 0.02;
@@ -18,7 +18,7 @@ const HIDING: f64 = 0.3;
 pub(super) fn odd(sight: &Sight) -> Option<Diagnostic> {
     let found = inside(sight).or_else(|| behind_ground(sight)).or_else(|| far_away(sight));
     let found = found.or_else(|| nothing_in_view(sight)).map(|found| with_turn(sight, found));
-    found.or_else(|| exchanged(sight))
+    found.or_else(|| other_way(sight))
 }
 
 /// The eye is in a closed shape, which no light comes into.
@@ -131,7 +131,7 @@ fn far_away(sight: &Sight) -> Option<Diagnostic> {
 }
 
 /// Nothing but planes is in view, and other shapes are the other way round.
-fn exchanged(sight: &Sight) -> Option<Diagnostic> {
+fn other_way(sight: &Sight) -> Option<Diagnostic> {
     let turned = sight.turned.as_ref()?;
     let bodies = |facts: &ViewFacts| {
         let is_body = |shape: &&ShapeFacts| shape.share > HIDDEN && shape.flat.is_none() && !shape.is_emitter;
@@ -140,15 +140,15 @@ fn exchanged(sight: &Sight) -> Option<Diagnostic> {
     let bodies_in_all =
         sight.facts.shapes.iter().filter(|shape| !shape.is_thin() && !shape.is_emitter).count();
     let is_odd = bodies(&sight.facts) == 0 && turned.inside.is_none() && 2 * bodies(turned) > bodies_in_all;
-    let look_at = sight.places.look_at.filter(|_| is_odd)?;
+    let (span, look_at) = sight.look_at.filter(|_| is_odd)?;
     let message = "far more is in view the other way round: eye and target may be exchanged";
     let help = "the first three numbers are the eye, the next three the target";
-    Some(Diagnostic::warning(look_at.span, message).help(help).fix(look_at.span, exchange(&look_at)))
+    Some(Diagnostic::warning(span, message).help(help).fix(span, text(&exchanged(&look_at))))
 }
 
 /// Proposes to exchange eye and target if more is in view then.
 fn with_turn(sight: &Sight, found: Diagnostic) -> Diagnostic {
-    let (Some(turned), Some(look_at)) = (&sight.turned, sight.places.look_at) else { return found };
+    let (Some(turned), Some((span, look_at))) = (&sight.turned, sight.look_at) else { return found };
     let shapes = |facts: &ViewFacts| facts.shapes.iter().filter(|shape| shape.share > 0.0).count();
     let now = shapes(&sight.facts).max(usize::from(sight.facts.inside.is_some()));
     if turned.inside.is_some() || turned.shape_share < HIDDEN || shapes(turned) <= now {
@@ -156,11 +156,11 @@ fn with_turn(sight: &Sight, found: Diagnostic) -> Diagnostic {
     }
     let help = found.help.as_deref().unwrap_or_default();
     let help = format!("{help}; if eye and target are exchanged, write them in this order");
-    found.help(help).fix(look_at.span, exchange(&look_at))
+    found.help(help).fix(span, text(&exchanged(&look_at)))
 }
 
-/// The directive with eye and target exchanged.
-fn exchange(look_at: &LookAt) -> String {
-    let numbers = [look_at.look, look_at.eye, look_at.up].map(|DVec3 { x, y, z }| format!("{x} {y} {z}"));
-    format!("LookAt {}", numbers.join("  "))
+/// The directive, as in a scene file.
+fn text(look_at: &CameraPlacement) -> String {
+    let vectors = look_at.points.chunks(3).map(|xyz| format!("{} {} {}", xyz[0], xyz[1], xyz[2]));
+    format!("LookAt {}", vectors.collect::<Vec<_>>().join("  "))
 }
