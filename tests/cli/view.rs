@@ -224,3 +224,47 @@ fn an_interrupted_animation_keeps_its_finished_pictures() {
     assert!(!folder.path("a.1000.exr").exists());
     assert_eq!(Image::read(&folder.path("a.0002.exr")).unwrap().data_window.width, 32);
 }
+
+/// A sphere of radius 1, seen from a distance of 4.
+#[test]
+fn the_lens_is_focused_on_the_point_that_is_named() {
+    let folder = Folder::new();
+    let render = |arguments: &[&str]| {
+        let run = folder.run(&[&["render", "fine.pbrt", "-o", "picture.exr", "--force"], arguments].concat());
+        (run.status, run.err)
+    };
+    let (status, err) = render(&["--lens-radius", "0.2", "--focus", "0.5,0.5"]);
+    let line = "focused on pixel 16, 12; to keep this, write \"float focaldistance\" 3 in Camera\n";
+    assert!(status == 0 && err.starts_with(line), "{err}");
+    let focused = Image::read(&folder.path("picture.exr")).unwrap();
+    let set = folder.picture(&["--lens-radius", "0.2", "--focal-distance", "3"]);
+    assert_eq!(focused.channels, set.channels);
+    // The middle of the pixel is beside the middle of the sphere.
+    let (_, err) = render(&["--lens-radius", "0.2", "--focus", "16,12"]);
+    assert!(err.contains("\"float focaldistance\" 3.00"), "{err}");
+    let metadata: Value = serde_json::from_str(set.metadata.as_deref().unwrap()).unwrap();
+    let camera = &metadata["camera"];
+    let read = ["fov", "lensradius", "focaldistance"].map(|name| camera[name].as_f64().unwrap());
+    assert_eq!(read, [40.0, 0.2, 3.0]);
+    assert_eq!(camera["world_from_camera"][11], -4.0);
+    for (arguments, message) in [
+        (&["--focus", "0.5,0.5"][..], "--focus needs a lens"),
+        (&["--focus", "0,0", "--lens-radius", "1"], "there is nothing to focus on at pixel 0, 0"),
+        (&["--focus", "99,0", "--lens-radius", "1"], "the picture has only 32 x 24 pixels"),
+    ] {
+        let (status, err) = render(arguments);
+        assert!(status == 2 && err.contains(message), "{err}");
+    }
+}
+
+#[test]
+fn check_looks_from_elsewhere() {
+    let folder = Folder::new();
+    let check = |arguments: &[&str]| folder.run(&[&["check", "--view", "fine.pbrt"], arguments].concat());
+    assert_eq!(check(&[]).out, "");
+    assert!(!check(&[]).err.contains("warning"));
+    let inside = check(&["--lookat", "0 0 0  0 0 1  0 1 0"]);
+    assert!(inside.status == 0 && inside.err.contains("the camera is inside this shape"), "{}", inside.err);
+    let idle = check(&["--focal-distance", "3"]);
+    assert!(idle.status == 2 && idle.err.contains("has no effect on a pinhole"), "{}", idle.err);
+}

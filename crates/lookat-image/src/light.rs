@@ -13,7 +13,7 @@ use crate::{Image, linear_from_srgb};
 const VISIBLE: f64 = 0.01;
 /// The byte of 8-bit sRGB from which a pixel counts as visible.
 const DARK_BYTE: f32 = 13.0;
-/// A picture is mostly clipped if more than this share of the pixels with light clips.
+/// A picture is overexposed if more than this share of the pixels with light clips.
 pub(crate) const MOSTLY: f64 = 0.3;
 /// Pixels that a thread takes at a time.
 const GRAIN: usize = 1 << 14;
@@ -31,7 +31,7 @@ pub struct Light {
     pub clipped: f64,
     /// The number of pixels that are not finite.
     pub not_finite: u64,
-    /// The exposure in stops that suits the picture, if it is nearly black or mostly clipped and this exposure helps.
+    /// The exposure in stops that suits the picture, if it is nearly black or overexposed and this exposure helps.
     pub advised_exposure: Option<f64>,
 }
 

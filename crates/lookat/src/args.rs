@@ -221,6 +221,8 @@ pub struct Check {
     #[arg(long, conflicts_with = "fast")]
     pub view: bool,
     #[command(flatten)]
+    pub camera: ViewOverride,
+    #[command(flatten)]
     pub memory: Memory,
     #[command(flatten)]
     pub report: Report,

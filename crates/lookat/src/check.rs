@@ -24,6 +24,7 @@ pub fn check(arguments: &Check) -> ExitCode {
     let options = LoadOptions {
         accept_part: true,
         fast: arguments.fast,
+        view: arguments.camera.options(),
         max_memory: arguments.memory.limit(),
         ..LoadOptions::default()
     };
@@ -31,7 +32,7 @@ pub fn check(arguments: &Check) -> ExitCode {
     for path in &arguments.files {
         let mut loaded = load_scene(path, &options, arguments.report);
         if arguments.view
-            && let Err(message) = look(&mut loaded, arguments.report.strict)
+            && let Err(message) = look(&mut loaded, arguments)
         {
             crate::say(&format!("error: {message}"));
             status = crate::TROUBLE;
@@ -56,12 +57,13 @@ pub fn check(arguments: &Check) -> ExitCode {
     ExitCode::from(if lost { crate::lost() } else { status })
 }
 
-/// Adds warnings about what the scene shows. With `strict`, they are errors.
-fn look(loaded: &mut Loaded, strict: bool) -> Result<(), String> {
+/// Adds warnings about what the scene shows. With `--strict`, they are errors.
+fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), String> {
     let Some(scene) = &loaded.scene else { return Ok(()) };
+    arguments.camera.check_use(scene)?;
     let mut prepared = view::prepare(loaded, scene)?;
     let mut advice = view::advise(loaded, scene, &mut prepared);
-    if strict {
+    if arguments.report.strict {
         advice.iter_mut().for_each(|warning| warning.severity = Severity::Error);
     }
     loaded.diagnostics.extend(advice);

@@ -81,11 +81,15 @@ impl JsonLight {
             1 => "; 1 pixel is not finite".into(),
             count => format!("; {count} pixels are not finite"),
         };
+        let exposed = match self.exposure {
+            0.0 => String::new(),
+            stops => format!(" with exposure {stops}"),
+        };
         crate::say(&format!(
-            "light: median {median}, largest {largest}; {black} of pixels black, {clipped} clip in 8 bits{not_finite}"
+            "light: median {median}, largest {largest}; {black} of pixels black, {clipped} clip in 8 bits{exposed}{not_finite}"
         ));
         let Some(stops) = self.advised_exposure.filter(|_| advise) else { return };
-        let state = if stops > self.exposure { "nearly black" } else { "mostly clipped" };
+        let state = if stops > self.exposure { "nearly black" } else { "overexposed" };
         crate::say(&match is_eight_bit(file) {
             true => format!("the picture is {state}: to show it, use --exposure {stops}"),
             false => {

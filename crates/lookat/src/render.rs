@@ -68,9 +68,14 @@ pub fn render(arguments: &Render) -> ExitCode {
 /// How a scene is loaded.
 fn load_options(arguments: &Render) -> LoadOptions {
     let crop = crop_edges(arguments.crop.as_deref()).unwrap_or_default();
+    let mut view = arguments.first_view();
+    if arguments.focus.is_some() {
+        // Any distance: --focus replaces it when the scene is prepared.
+        view.focal_distance = Some(1.0);
+    }
     LoadOptions {
         film: FilmOverride { resolution: arguments.resolution, quarter: arguments.quick, crop },
-        view: arguments.first_view().options(),
+        view: view.options(),
         keep_going: arguments.keep_going,
         max_memory: arguments.memory.limit(),
         ..LoadOptions::default()
@@ -292,8 +297,8 @@ fn picture(
 
     let samples_per_pixel = rendered.statistics.samples as f64 / crop.area() as f64;
     let scene_file = &loaded.sources.files[0].path;
-    let metadata = Metadata::new(scene_file, arguments.seed, samples_per_pixel, rendered.complete);
-    rendered.image.metadata = metadata.with_settings(&settings).as_json();
+    let metadata = Metadata::new(scene_file, &scene.view.camera, arguments.seed, samples_per_pixel);
+    rendered.image.metadata = metadata.with_settings(&settings, rendered.complete).as_json();
     let light = map_tones(&mut rendered.image, &file, arguments.tone);
     let file = if rendered.complete { file } else { partial };
     let is_partial = !rendered.complete;

@@ -9,7 +9,7 @@ use crate::light::MOSTLY;
 use crate::rank::{nearest_rank, ranked};
 
 /// A picture is bright enough, and not too bright, if this percentile of the largest channels of its pixels with light is in
-/// this range, and it is not mostly clipped. Lamps that are seen may be the rest, and are cut off.
+/// this range, and it is not overexposed. Lamps that are seen may be the rest, and are cut off.
 const BRIGHT: f64 = 0.95;
 const FINE: RangeInclusive<f64> = 0.2..=2.0;
 /// Where the percentile of other pictures is brought.

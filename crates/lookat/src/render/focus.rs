@@ -49,6 +49,8 @@ pub fn focus(prepared: &mut Prepared, view: &mut View, place: FocusPlace) -> Res
     else {
         return Err(format!("--focus: there is nothing to focus on at pixel {at}; choose another place"));
     };
+    // Six digits, so that the line is short and gives the same picture.
+    let depth = format!("{depth:.5e}").parse().unwrap_or(depth);
     if let Some(lens) = &mut view.camera.lens {
         lens.focal_distance = depth;
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 use lookat_render::glam::DVec2;
 use lookat_render::{Prepared, Reached, Rendered, Settings, Stop, TargetError};
 use lookat_scene::syntax::Span;
-use lookat_scene::{Integrator, Primitive, Scene, Sources};
+use lookat_scene::{Camera, Integrator, Primitive, Projection, Scene, ScreenWindow, Sources};
 use serde::Serialize;
 
 use crate::light::JsonLight;
@@ -71,6 +71,7 @@ pub struct Metadata {
     program: &'static str,
     version: &'static str,
     scene: String,
+    camera: JsonCamera,
     seed: u64,
     samples_per_pixel: f64,
     complete: bool,
@@ -82,16 +83,49 @@ pub struct Metadata {
     confidence: Option<f64>,
 }
 
+/// The camera of a picture, with the names of the scene file.
+#[derive(Serialize)]
+struct JsonCamera {
+    /// Row by row.
+    world_from_camera: [f64; 16],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fov: Option<f64>,
+    screenwindow: [f64; 4],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lensradius: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    focaldistance: Option<f64>,
+}
+
+impl JsonCamera {
+    fn new(camera: &Camera) -> JsonCamera {
+        let fov = match camera.projection {
+            Projection::Perspective { fov } => Some(fov),
+            Projection::Orthographic { .. } | Projection::Environment => None,
+        };
+        let ScreenWindow { min, max } = camera.screen;
+        JsonCamera {
+            world_from_camera: camera.world_from_camera.matrix().transpose().to_cols_array(),
+            fov,
+            screenwindow: [min.x, max.x, min.y, max.y],
+            lensradius: camera.lens.map(|lens| lens.radius),
+            focaldistance: camera.lens.map(|lens| lens.focal_distance),
+        }
+    }
+}
+
 impl Metadata {
-    pub fn new(scene: &Path, seed: u64, samples_per_pixel: f64, complete: bool) -> Metadata {
+    /// Of a complete picture.
+    pub fn new(scene: &Path, camera: &Camera, seed: u64, samples_per_pixel: f64) -> Metadata {
         let (program, version) = ("lookat", env!("CARGO_PKG_VERSION"));
         Metadata {
             program,
             version,
             scene: scene.display().to_string(),
+            camera: JsonCamera::new(camera),
             seed,
             samples_per_pixel,
-            complete,
+            complete: true,
             adaptive: false,
             target_error: None,
             confidence: None,
@@ -99,12 +133,12 @@ impl Metadata {
     }
 
     /// Adds the settings that determine the samples of each pixel.
-    pub(super) fn with_settings(self, settings: &Settings) -> Metadata {
+    pub(super) fn with_settings(self, settings: &Settings, complete: bool) -> Metadata {
         let target = super::target_error(settings);
         let adaptive = matches!(settings.stop, Stop::Adaptive | Stop::Time { adaptive: true, .. });
         let (relative, confidence) =
             (target.map(|target| target.relative), target.map(|target| target.confidence));
-        Metadata { adaptive, target_error: relative, confidence, ..self }
+        Metadata { complete, adaptive, target_error: relative, confidence, ..self }
     }
 
     pub fn as_json(&self) -> Option<String> {

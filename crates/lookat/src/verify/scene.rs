@@ -152,7 +152,8 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
     let started = Instant::now();
     let mut image = lookat_render::render(scene, &settings, &|_| ControlFlow::Continue(())).image;
     let seconds = started.elapsed().as_secs_f64();
-    image.metadata = Metadata::new(file, arguments.seed, f64::from(samples_per_pixel), true).as_json();
+    image.metadata =
+        Metadata::new(file, &scene.view.camera, arguments.seed, f64::from(samples_per_pixel)).as_json();
     Ok(Rendered { image, samples_per_pixel, seconds })
 }
 

@@ -1,6 +1,7 @@
-//! docs/getting-started.md as a reader follows it: its scene, its commands, their output and its pictures.
+//! Pages that a reader follows step by step: their scenes, their commands, the output and the pictures.
 //!
-//! `UPDATE_EXPECTED=1` writes output and pictures into the page, and fails all the same: look at `git diff`.
+//! A block of `pbrt` or `diff` is about `scene.pbrt`, or about the file that it names. `UPDATE_EXPECTED=1` writes output and pictures
+//! into the pages, and fails all the same: look at `git diff`.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,7 @@ fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
 }
 
-/// What the reader has: a folder with the scene, and the last picture there.
+/// What the reader has: a folder with the scenes, and the last picture there.
 struct Reader {
     folder: Folder,
     picture: String,
@@ -22,16 +23,16 @@ struct Reader {
 }
 
 impl Reader {
-    /// Applies a diff to the scene: replaces the lines that it keeps or removes, which must be there once.
-    fn edit(&self, diff: &str) {
+    /// Applies a diff to a scene: replaces the lines that it keeps or removes, which must be there once.
+    fn edit(&self, scene: &str, diff: &str) {
         let side = |sign: char| -> String {
             let lines = diff.lines().filter(|line| line.starts_with([' ', sign]));
             lines.map(|line| format!("{}\n", &line[1..])).collect()
         };
         let (before, after) = (side('-'), side('+'));
-        let scene = std::fs::read_to_string(self.folder.path("scene.pbrt")).unwrap();
-        assert_eq!(scene.matches(&before).count(), 1, "{before}\nin\n{scene}");
-        self.folder.write("scene.pbrt", &scene.replace(&before, &after));
+        let text = std::fs::read_to_string(self.folder.path(scene)).unwrap();
+        assert_eq!(text.matches(&before).count(), 1, "{before}\nin\n{text}");
+        self.folder.write(scene, &text.replace(&before, &after));
     }
 
     /// Runs the commands of a block. The block as it should be.
@@ -39,11 +40,12 @@ impl Reader {
         let mut printed = String::new();
         for line in block.lines() {
             let Some(command) = line.strip_prefix("$ ") else { continue };
-            let arguments: Vec<&str> = command.split(' ').collect();
+            let words = shlex::split(command).unwrap();
+            let arguments: Vec<&str> = words.iter().map(String::as_str).collect();
             assert_eq!(arguments[0], "lookat", "{command}");
             let Run { status, out, err } = self.folder.run(&arguments[1..]);
             assert_eq!(status, 0, "{command}\n{err}");
-            let result = err.lines().find(|line| line.contains(" pixels, "));
+            let result = err.lines().find(|line| line.contains(" pixels"));
             if let Some((file, _)) = result.and_then(|line| line.split_once(": ")) {
                 self.picture = file.to_owned();
             }
@@ -88,8 +90,18 @@ fn without_machine(block: &str) -> String {
 }
 
 #[test]
-fn every_step_does_what_the_page_shows() {
-    let file = docs().join("getting-started.md");
+fn getting_started() {
+    follow("getting-started.md", 5);
+}
+
+#[test]
+fn authoring() {
+    follow("authoring.md", 7);
+}
+
+/// Does each step of a page, and compares what happens with what the page shows.
+fn follow(page: &str, expected_pictures: usize) {
+    let file = docs().join(page);
     let page = std::fs::read_to_string(&file).unwrap();
     let update = std::env::var_os("UPDATE_EXPECTED").is_some();
     let mut reader = Reader { folder: Folder::empty(), picture: String::new(), update };
@@ -103,23 +115,19 @@ fn every_step_does_what_the_page_shows() {
         }
         let (block, after) = fenced.split_once("```\n").expect("the block ends");
         let (kind, body) = block.split_once('\n').unwrap();
-        let body = match kind {
-            "pbrt" => {
-                reader.folder.write("scene.pbrt", body);
-                body.to_owned()
-            }
-            "diff" => {
-                reader.edit(body);
-                body.to_owned()
-            }
-            "console" => reader.run(body),
-            _ => body.to_owned(),
-        };
+        let (language, scene) = kind.split_once(' ').unwrap_or((kind, "scene.pbrt"));
+        let mut body = body.to_owned();
+        match language {
+            "pbrt" => reader.folder.write(scene, &body),
+            "diff" => reader.edit(scene, &body),
+            "console" => body = reader.run(&body),
+            _ => {}
+        }
         made += &format!("{text}```{kind}\n{body}```\n");
         rest = after;
     }
     made += rest;
-    assert_eq!(pictures, 5);
+    assert_eq!(pictures, expected_pictures);
     if without_machine(&made) != without_machine(&page) {
         if update {
             std::fs::write(&file, &made).unwrap();
