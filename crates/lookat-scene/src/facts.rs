@@ -33,9 +33,9 @@ pub(crate) struct Facts {
     pub lights: Vec<Span>,
     /// The last Camera and its transformation.
     pub camera: Option<(Span, Transform)>,
-    /// The last `LookAt` before `Camera`, and the transformation that it made.
-    pub placed: Option<(CameraPlacement, Transform)>,
-    /// That of the camera, if nothing follows it.
+    /// The last `LookAt` that is part of the current transformation.
+    pub placed: Option<CameraPlacement>,
+    /// That of the camera.
     pub placement: Option<CameraPlacement>,
     /// True if the world uses the coordinate system of the camera.
     pub uses_camera_space: bool,

@@ -90,6 +90,7 @@ impl<'a> Resolver<'a> {
                 // Applies to both times.
                 let known = self.definitions.coordinate_systems.find(&name, &mut self.report);
                 known.into_iter().for_each(|known| self.state.ctm = *known);
+                self.facts.placed = None;
             }
             Directive::ActiveTransform(which) => {
                 self.facts.motion.push(("ActiveTransform", at));
@@ -151,8 +152,7 @@ impl<'a> Resolver<'a> {
                 let world_from_camera = instead.unwrap_or_else(|| self.state.ctm.inverse());
                 if kind == EntityKind::Camera {
                     self.use_transform();
-                    let placed = self.facts.placed.filter(|(_, ctm)| *ctm == self.state.ctm);
-                    self.facts.placement = placed.map(|(placement, _)| placement);
+                    self.facts.placement = self.facts.placed;
                     self.facts.camera = Some((at, world_from_camera));
                     self.definitions.coordinate_systems.define_builtin("camera", world_from_camera);
                 }

@@ -22,15 +22,17 @@ pub struct ViewOverride {
     pub screen_window: Option<[f64; 4]>,
 }
 
-/// A camera that a `LookAt` places: `before`, and then the `LookAt`, make the camera transformation.
+/// A camera that a `LookAt` places: `before`, the `LookAt` and `after` make the camera transformation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraPlacement {
     /// The `LookAt` in the text. `None` if the caller gives it.
     pub span: Option<Span>,
     /// The transformation before the `LookAt`, such as a mirroring `Scale -1 1 1`.
     pub before: Transform,
-    /// Eye, target and up vector.
+    /// Eye, target and up vector, in the space that `after` makes of the world.
     pub points: [f64; 9],
+    /// The transformation after the `LookAt`, such as a rotation of the world.
+    pub after: Transform,
 }
 
 impl ViewOverride {
@@ -68,14 +70,24 @@ impl ViewOverride {
 
     /// The placement of the camera, if it is set.
     pub(crate) fn placement(&self) -> Option<CameraPlacement> {
-        self.look_at.map(|points| CameraPlacement { span: None, before: Transform::IDENTITY, points })
+        self.look_at.map(|points| CameraPlacement {
+            span: None,
+            before: Transform::IDENTITY,
+            points,
+            after: Transform::IDENTITY,
+        })
     }
 }
 
 impl CameraPlacement {
     /// The transformation of the camera that is placed so.
     pub fn world_from_camera(&self) -> Result<Transform, LookAtFault> {
-        Ok((self.before * look_at(self.points)?).inverse())
+        Ok((self.before * look_at(self.points)? * self.after).inverse())
+    }
+
+    /// Whether the `LookAt` alone places the camera.
+    pub fn is_plain(&self) -> bool {
+        self.before == Transform::IDENTITY && self.after == Transform::IDENTITY
     }
 }
 
@@ -172,8 +184,27 @@ mod tests {
         assert!(matches!(camera.projection, Projection::Perspective { fov: 20.0 }));
         assert_eq!(found.placement.unwrap().world_from_camera(), Ok(camera.world_from_camera));
         assert!(found.world_follows_camera);
-        for other in ["Translate 1 2 3", &CAMERA.replace(" Camera", " Rotate 3 0 0 1 Camera")] {
+        for other in [
+            "Translate 1 2 3",
+            &CAMERA.replace(" Camera", " Identity Camera"),
+            &CAMERA.replace("LookAt", "ActiveTransform EndTime LookAt"),
+        ] {
             assert_eq!(loaded(other, ViewOverride::default()).placement, None);
         }
+    }
+
+    #[test]
+    fn a_placement_knows_what_is_around_its_look_at() {
+        let text = CAMERA.replace(
+            " Camera",
+            " Rotate 3 0 0 1 ActiveTransform EndTime Scale 2 2 2 ActiveTransform All Translate 1 2 3 Camera",
+        );
+        let found = loaded(&text, ViewOverride::default());
+        let placement = found.placement.unwrap();
+        assert!(!placement.is_plain() && placement.before.vector(DVec3::ONE) == DVec3::new(-1.0, 1.0, 1.0));
+        let [made, own] =
+            [placement.world_from_camera().unwrap(), found.scene.unwrap().view.camera.world_from_camera]
+                .map(|transform| transform.matrix());
+        assert!(made.abs_diff_eq(own, 1e-12), "{made} {own}");
     }
 }

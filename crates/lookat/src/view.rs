@@ -9,7 +9,7 @@ mod window;
 use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
 use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, FileId, Span};
-use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Transform, View};
+use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, View};
 
 use crate::args::way_out;
 
@@ -38,7 +38,7 @@ pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, String> {
 
 /// What a scene shows.
 pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, prepared: &mut Prepared) -> Sight<'l> {
-    let placement = loaded.placement.filter(|placement| placement.before == Transform::IDENTITY);
+    let placement = loaded.placement.filter(CameraPlacement::is_plain);
     Sight {
         scene,
         places: &loaded.places,

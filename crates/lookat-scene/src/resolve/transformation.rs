@@ -10,10 +10,19 @@ use crate::view_override::{CameraPlacement, look_at};
 
 impl Resolver<'_> {
     pub(super) fn concat(&mut self, transform: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
-        self.replace(self.state.ctm * transform, at)
+        self.set_ctm(self.state.ctm * transform, at)?;
+        if let Some(placement) = self.facts.placed.as_mut().filter(|_| self.state.at_start) {
+            placement.after = placement.after * transform;
+        }
+        Ok(())
     }
 
     pub(super) fn replace(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
+        self.facts.placed = None;
+        self.set_ctm(ctm, at)
+    }
+
+    fn set_ctm(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
         if self.block == Block::Options && self.options.camera_is_set() {
             self.facts.idle_transform.get_or_insert(at);
         }
@@ -40,8 +49,10 @@ impl Resolver<'_> {
             Ok(transform) => {
                 let before = self.state.ctm;
                 self.concat(transform, span)?;
-                self.facts.placed =
-                    Some((CameraPlacement { span: Some(span), before, points }, self.state.ctm));
+                if self.state.at_start {
+                    let after = Transform::IDENTITY;
+                    self.facts.placed = Some(CameraPlacement { span: Some(span), before, points, after });
+                }
                 Ok(())
             }
             Err(fault) => {

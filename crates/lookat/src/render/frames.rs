@@ -110,7 +110,7 @@ fn animated(mut camera: Camera, loaded: &Loaded, animation: Animation, value: f6
             let option = format!("--animate {}", animation.parameter.name());
             check_world(loaded, &option)?;
             let placement = loaded.placement.ok_or_else(|| {
-                format!("{option} needs a LookAt directly before Camera; give one with --lookat")
+                format!("{option} needs a LookAt that places the camera; give one with --lookat")
             })?;
             let mut points = placement.points;
             points[at] = value;
@@ -144,7 +144,8 @@ impl Turntable {
         let axis = axis.map_or(DVec3::Y, |axis| axis * up.dot(axis).signum());
         let points = [eye, middle, axis].map(|point| point.to_array()).concat();
         let points = <[f64; 9]>::try_from(points).map_err(|_| "nine numbers".to_owned())?;
-        let placement = CameraPlacement { span: None, before: Transform::IDENTITY, points };
+        let placement =
+            CameraPlacement { span: None, before: Transform::IDENTITY, points, after: Transform::IDENTITY };
         // What the camera does besides looking at the middle: it may look past it, or mirror the picture.
         let looking = placement.world_from_camera().map_err(|fault| around(&fault))?;
         let before = world_from_camera.inverse() * looking;
