@@ -16,6 +16,8 @@ mod explain;
 #[path = "cli/finished.rs"]
 mod finished;
 mod folder;
+#[path = "cli/layers.rs"]
+mod layers;
 #[path = "cli/light.rs"]
 mod light;
 #[path = "cli/live.rs"]

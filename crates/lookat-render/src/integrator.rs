@@ -27,7 +27,7 @@ use crate::traceable::Traceable;
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
 pub(crate) use replay::stage_profiles;
-pub(crate) use tracer::Tracer;
+pub(crate) use tracer::{MAX_PASSED, Tracer};
 use wave::Wave;
 use world::{Sees, World};
 

@@ -29,6 +29,7 @@
 //! | render many views of a world | [`Prepared`] |
 //! | show a picture that grows | [`Progress::snapshot`] |
 //! | know what is at a place of a picture | [`Prepared::pick`] |
+//! | give a picture depth, normals and other layers | [`Settings::layers`] |
 //! | trace rays of your own | [`Probe`] |
 //! | know where the time goes | [`profile()`] |
 //! | know what a scene takes | [`inspect()`], [`film_bytes`], [`preparation_bytes`] |
@@ -88,8 +89,8 @@ pub use prepare::{Prepared, preparation_bytes};
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
 pub use render::{
-    DARK, Progress, Reached, Rendered, Settings, Statistics, Stop, TargetError, TimeLeft, film_bytes,
-    profile, render,
+    DARK, Layer, Layers, Progress, Reached, Rendered, Settings, Statistics, Stop, TargetError, TimeLeft,
+    film_bytes, profile, render,
 };
 pub use threads::{start_threads, threads};
 pub use view_facts::{Flat, LightFacts, LightPlace, ShapeFacts, ViewFacts};

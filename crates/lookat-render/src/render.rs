@@ -7,6 +7,7 @@ mod control;
 mod exposure;
 mod fixed;
 mod forecast;
+mod layers;
 mod profile;
 mod rounds;
 mod sample;
@@ -31,6 +32,7 @@ use adaptive::Adaptive;
 use control::{Control, State};
 use fixed::Fixed;
 pub use forecast::TimeLeft;
+pub use layers::{Layer, Layers};
 pub use profile::profile;
 use sample::Context;
 pub use settings::{Settings, Stop, film_bytes};
@@ -186,7 +188,7 @@ fn run(
             None
         }
     };
-    let image = film.develop(stop.has_error_layers());
+    let mut image = film.develop(stop.has_error_layers());
     let tiles = film.lock();
     let counts = || tiles.iter().flat_map(|tile| tile.pixels().map(|pixel| pixel.all.count));
     let statistics = Statistics {
@@ -197,7 +199,11 @@ fn run(
         ..control.state().statistics
     };
     let State { interrupted, total, .. } = *control.state();
-    let complete = !interrupted || statistics.samples == total;
+    let mut complete = !interrupted || statistics.samples == total;
+    drop(tiles);
+    if complete && !settings.layers.is_empty() {
+        complete = layers::add(&context, view, settings, &mut image);
+    }
     Rendered { image, statistics, preparation: Duration::ZERO, complete }
 }
 

@@ -4,21 +4,36 @@ mod coordinates;
 pub(crate) mod shaded;
 
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use lookat_scene::{Material, Texture};
 
 use crate::camera::views::Views;
 use crate::frame::Frames;
-use crate::number::{LANES, Vec2x8, Vec3x8, bits, vectorized};
+use crate::number::{LANES, Vec2x8, Vec3x8, baseline, bits, first_lanes, vectorized};
 use crate::parametric::Parametrics;
 use crate::ray::{Hit, Ray};
+use crate::surface::Surface;
 use crate::surface::points::Surfaces;
 use crate::texture::{Footprint, TexturePoint};
+use crate::trace::rays::{NONE, WORLD};
 use crate::traceable::Traceable;
 use coordinates::Coordinates;
 
 /// A ray, and what it has hit.
 pub(crate) type Found = (Ray, Hit);
+
+/// The texture coordinates of a surface, where a ray has found it.
+pub(crate) fn uv(scene: &Traceable, surface: &Surface, found: Found) -> DVec2 {
+    baseline!(simd => {
+        let none = Vec3x8::splat(simd, DVec3::ZERO);
+        let (element, instance) = (NONE.simd_into(simd), WORLD.simd_into(simd));
+        let mut surfaces = Surfaces { p: none, n: none, ns: none, magnitude: 0.0.simd_into(simd), element, instance };
+        surfaces.put(0, surface);
+        let mut all = [None; LANES];
+        all[0] = Some(found);
+        Coordinates::new(scene, &surfaces, &all, first_lanes(simd, 1)).flat.lane(0).uv
+    })
+}
 
 /// Where on surfaces of a material its textures are looked up, and the shading frames there.
 #[inline(always)]

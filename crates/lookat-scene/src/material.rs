@@ -52,6 +52,8 @@ pub struct Material {
     pub(crate) bump: Option<Texture<f64>>,
     /// The type that its directive names. `None` for a material made in code.
     pub span: Option<Span>,
+    /// The name that `MakeNamedMaterial` gives it.
+    pub name: Option<String>,
     needs: Needs,
     /// How many materials it comes to, counting the parts of nested mixes.
     parts: u32,
@@ -91,6 +93,7 @@ impl Material {
         }),
         bump: None,
         span: None,
+        name: None,
         needs: Needs::NOTHING,
         parts: 1,
     };
@@ -103,7 +106,7 @@ impl Material {
             MaterialKind::Mix(mix) => mix.parts(),
             _ => 1,
         };
-        Material { kind, bump, span: None, needs, parts }
+        Material { kind, bump, span: None, name: None, needs, parts }
     }
 
     /// Its scattering.

@@ -14,6 +14,7 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use lookat_lab::bench::Suite;
+use lookat_render::Layers;
 use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
 use crate::metric::{Limit, Metric};
@@ -117,6 +118,10 @@ pub struct Render {
     /// the picture slightly noisier
     #[arg(long)]
     pub error_layers: bool,
+    /// Also write layers into the EXR file: depth, position, normal, shading-normal, uv, albedo, shape, material or
+    /// samples; or denoise, the layers for Open Image Denoise
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = layers)]
+    pub layers: Vec<Layers>,
     #[command(flatten)]
     pub tone: Tone,
     /// Replace a picture that is larger, has more samples, or comes from another program
@@ -328,6 +333,13 @@ fn metric(text: &str) -> Result<Metric, String> {
 fn suite(text: &str) -> Result<Suite, String> {
     let found = Suite::ALL.into_iter().find(|suite| suite.name() == text);
     found.ok_or_else(|| format!("the parts are {}", Suite::ALL.map(Suite::name).join(", ")))
+}
+
+fn layers(text: &str) -> Result<Layers, String> {
+    Layers::named(text).ok_or_else(|| {
+        let names: Vec<&str> = Layers::names().collect();
+        format!("the layers are {}", names.join(", "))
+    })
 }
 
 fn limit(text: &str) -> Result<Limit, String> {

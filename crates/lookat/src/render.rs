@@ -3,6 +3,7 @@
 mod batch;
 mod focus;
 mod frames;
+mod layers;
 mod progress;
 mod summary;
 
@@ -13,7 +14,7 @@ use std::time::Instant;
 
 use lookat_image::{Charge, Format, MemoryBudget, byte_words};
 use lookat_render::{
-    Prepared, Progress, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes,
+    Layers, Prepared, Progress, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes,
 };
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
@@ -31,6 +32,7 @@ use batch::{jobs, render_again, render_each};
 use focus::focus;
 pub use focus::{FocusPlace, focus_place};
 use frames::render_frames;
+use layers::Numbered;
 use progress::Shown;
 pub use progress::progress_bar;
 pub use summary::Metadata;
@@ -194,7 +196,8 @@ fn settings(arguments: &Render, file: &Path) -> Settings {
         (None, None) if adaptive => Stop::Adaptive,
         (None, None) => Stop::Samples { error_layers },
     };
-    Settings { seed: arguments.seed, stop, ..Settings::default() }
+    let layers = arguments.layers.iter().copied().fold(Layers::default(), Layers::and);
+    Settings { seed: arguments.seed, stop, layers, ..Settings::default() }
 }
 
 fn target_error(settings: &Settings) -> Option<TargetError> {
@@ -255,9 +258,7 @@ fn picture(
             "--target-error supports at most {MOST_PIXELS} pixels; render parts with --crop"
         ));
     }
-    if arguments.error_layers {
-        check_error_layers(&file, arguments, scene)?;
-    }
+    check_layers(&file, arguments, scene)?;
     let notice = "stopping; interrupt again to quit without a picture";
     interrupt::stop_in_order((!arguments.quiet).then_some(notice), || HAS_SAMPLES.load(Ordering::Relaxed));
     let (mut scene, is_frame) = (scene.clone(), prepared.is_some());
@@ -298,7 +299,9 @@ fn picture(
     let samples_per_pixel = rendered.statistics.samples as f64 / crop.area() as f64;
     let scene_file = &loaded.sources.files[0].path;
     let metadata = Metadata::new(scene_file, &scene.view.camera, arguments.seed, samples_per_pixel);
-    rendered.image.metadata = metadata.with_settings(&settings, rendered.complete).as_json();
+    let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
+    let metadata = metadata.with_settings(&settings, rendered.complete).with_numbers(numbered.clone());
+    rendered.image.metadata = metadata.as_json();
     let light = map_tones(&mut rendered.image, &file, arguments.tone);
     let file = if rendered.complete { file } else { partial };
     let is_partial = !rendered.complete;
@@ -325,6 +328,7 @@ fn picture(
         complete: rendered.complete,
         black: light.is_some_and(|light| light.black == 1.0),
         light,
+        numbered,
         target: target_error(&settings).zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
     };
     if let Some(why) = kept.filter(|_| !arguments.report.json) {
@@ -362,15 +366,15 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
 /// The message if `--adaptive` changed nothing. See `allotment.rs` and `adaptive.rs` in lookat-render.
 const ALIKE: &str = "--adaptive had no effect: it needs noise, at least 8 samples per pixel, and 512 pixels";
 
-/// Fails if error layers are impossible.
-fn check_error_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), String> {
-    if Format::from_path(file) != Some(Format::Exr) {
-        return Err(format!(
-            "{}: only an .exr file can store error layers; choose one with -o",
-            file.display()
-        ));
+/// Fails if the layers are impossible.
+fn check_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), String> {
+    let is_asked = arguments.error_layers || !arguments.layers.is_empty();
+    if is_asked && Format::from_path(file) != Some(Format::Exr) {
+        let layers = if arguments.error_layers { "error layers" } else { "layers" };
+        return Err(format!("{}: only an .exr file can store {layers}; choose one with -o", file.display()));
     }
-    if arguments.target_error.is_none() && scene.view.sampler.samples_per_pixel < 2 {
+    if arguments.error_layers && arguments.target_error.is_none() && scene.view.sampler.samples_per_pixel < 2
+    {
         return Err(
             "--error-layers needs at least 2 samples per pixel, preferably 16 or more; increase --spp".into(),
         );

@@ -108,6 +108,12 @@ pub fn place(span: Span, sources: &Sources) -> String {
     format!("{}:{}:{}", shown_path(at.path), at.line, at.column)
 }
 
+/// A word in the text, without its quotation marks.
+pub fn word(span: Span, sources: &Sources) -> String {
+    let text = &sources.file(span.file).text[span.start as usize..span.end as usize];
+    String::from_utf8_lossy(text).trim_matches('"').to_owned()
+}
+
 /// The most other places in the text output. `--json` prints all.
 const MOST_PLACES: usize = 10;
 

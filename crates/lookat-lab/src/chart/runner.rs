@@ -92,7 +92,7 @@ impl Runner {
         method.apply(&mut scene.view);
         scene.view.sampler = Sampler { samples_per_pixel: 1, ..scene.view.sampler }.with_samples(samples);
         let stop = (method.stop)(samples);
-        let settings = Settings { threads: self.threads, seed, stop };
+        let settings = Settings { threads: self.threads, seed, stop, ..Settings::default() };
         let started = Instant::now();
         let rendered = lookat_render::render(&scene, &settings, &|progress| {
             watch(progress.done as f64 / progress.total.max(1) as f64)

@@ -1,10 +1,11 @@
 //! The lobes at points side by side: a lobe of a kind, where it is, and how likely it is to be sampled.
 
 use fearless_simd::{Simd, f32x8, mask32x8, mask64x8, prelude::*};
+use glam::Vec3;
 use smallvec::SmallVec;
 
 use super::lobe::{Lobe, Lobes, PointLobe};
-use crate::number::{narrow, splat_f32, vectorized};
+use crate::number::{Colors, narrow, splat_f32, vectorized};
 
 /// A lobe.
 #[derive(Clone, Copy)]
@@ -54,6 +55,17 @@ impl<S: Simd> Slots<S> {
             None => self.0.push(Slot { lobe, mask: own, probability: splat_f32(own.token(), 1.0) }),
         }
         *from = at + 1;
+    }
+
+    /// About what all lobes scatter, in all, of light that comes along the normals.
+    #[inline(always)]
+    pub fn albedo(&self, simd: S) -> Colors<S> {
+        let black = Colors::splat(simd, Vec3::ZERO);
+        let mut sum = black;
+        for slot in &self.0 {
+            sum = sum + slot.lobe.albedo(splat_f32(simd, 1.0)).or(slot.mask, black);
+        }
+        sum
     }
 
     /// The lobes of the first point.

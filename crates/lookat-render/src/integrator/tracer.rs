@@ -13,7 +13,7 @@ use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 
 /// The most surfaces without a material that a ray passes through in a row.
-pub(super) const MAX_PASSED: u32 = 1000;
+pub(crate) const MAX_PASSED: u32 = 1000;
 
 /// Traces rays and counts them.
 pub(crate) struct Tracer<'s> {

@@ -107,7 +107,7 @@ fn all() -> (Vec<(String, Scene, Stop)>, String) {
 fn hash(scene: &Scene, stop: Stop, level: Level, threads: usize) -> u64 {
     let mut prepared = Prepared::new(scene);
     prepared.traceable.level = level;
-    let settings = Settings { seed: 7, threads, stop };
+    let settings = Settings { seed: 7, threads, stop, ..Settings::default() };
     let image = prepared.render(&scene.view, &settings, &|_| ControlFlow::Continue(())).image;
     let bytes = image.channels.iter().flat_map(|channel| &channel.samples).flat_map(|x| x.to_le_bytes());
     bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))

@@ -66,6 +66,12 @@ impl Control<'_> {
         }
     }
 
+    /// Asks the progress callback, when all samples are done, whether to go on. True if the rendering is interrupted.
+    pub fn is_interrupted(&self) -> bool {
+        self.advance(0);
+        self.state().interrupted
+    }
+
     /// A profiler for a tile, if stages are measured.
     pub fn profiler(&self) -> Option<Box<Profiler>> {
         self.profilers.map(|_| Box::new(Profiler::new()))

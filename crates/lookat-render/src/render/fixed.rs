@@ -11,9 +11,9 @@ use crate::film::{Film, REPLICATES, Tile, places};
 use crate::sampler::replicate_seed;
 
 /// Samples that are taken of every pixel before the next pass begins.
-struct Pass {
-    pattern: Pattern,
-    samples: Range<u32>,
+pub(super) struct Pass {
+    pub pattern: Pattern,
+    pub samples: Range<u32>,
 }
 
 /// Passes of 1, 1, 2, 4, ... samples per pixel over the whole picture, so that breaking off leaves a whole picture. With
@@ -26,9 +26,14 @@ pub(super) struct Fixed {
 
 impl Fixed {
     pub fn new(sampler: Sampler, seed: u64, has_spreads: bool) -> Fixed {
-        let passes = if has_spreads { replicates(sampler, seed) } else { passes(sampler, seed) };
-        Fixed { passes: passes.into_iter(), pass: None, samples_per_pixel: sampler.samples_per_pixel }
+        let passes = all(sampler, seed, has_spreads).into_iter();
+        Fixed { passes, pass: None, samples_per_pixel: sampler.samples_per_pixel }
     }
+}
+
+/// All passes of a picture.
+pub(super) fn all(sampler: Sampler, seed: u64, has_spreads: bool) -> Vec<Pass> {
+    if has_spreads { replicates(sampler, seed) } else { passes(sampler, seed) }
 }
 
 fn replicates(sampler: Sampler, seed: u64) -> Vec<Pass> {

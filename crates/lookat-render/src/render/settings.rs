@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use lookat_scene::{Sampler, SamplerKind, View};
 
 use super::adaptive;
+use super::layers::Layers;
 use super::stop::TargetError;
 use super::target;
 use crate::film::{Errors, pixel_bytes};
@@ -21,6 +22,9 @@ pub struct Settings {
     pub threads: usize,
     /// Which samples are taken, and when there are enough of them.
     pub stop: Stop,
+    /// What the picture has beside its colors. Takes a pass over first hits after the picture, by the samples per pixel of the
+    /// scene. An interrupted picture has none. Default none.
+    pub layers: Layers,
 }
 
 /// The stopping rule.
@@ -119,6 +123,11 @@ impl Stop {
         }
     }
 
+    /// The pattern of layers: the picture's, with the samples per pixel of the scene.
+    pub(super) fn layer_sampler(&self, view: &View) -> Sampler {
+        Sampler { samples_per_pixel: view.sampler.samples_per_pixel, ..self.sampler(view) }
+    }
+
     /// The samples of a pixel that textures are filtered for.
     pub(super) fn nominal_samples(&self, view: &View) -> u32 {
         match self {
@@ -138,5 +147,6 @@ pub fn film_bytes(view: &View, settings: &Settings) -> u64 {
         Stop::Adaptive | Stop::Time { adaptive: true, .. } => adaptive::pixel_bytes(threads),
         Stop::TargetError { .. } => target::PIXEL_BYTES,
     };
-    view.film.crop.area() * (pixel_bytes(has_lobes, settings.stop.errors()) + policy) as u64
+    let pixel = pixel_bytes(has_lobes, settings.stop.errors()) + policy + settings.layers.pixel_bytes();
+    view.film.crop.area() * pixel as u64
 }

@@ -23,10 +23,10 @@ type Place = (usize, u32);
 /// Takes samples, and what is used again for one batch of them after the other.
 pub(super) struct Worker<'a> {
     pub tracer: Tracer<'a>,
-    streams: Streams,
-    wave: Box<Wave>,
+    pub streams: Streams,
+    pub wave: Box<Wave>,
     /// Whether the filter is negative at each sample.
-    negative: [bool; WAVE],
+    pub negative: [bool; WAVE],
 }
 
 impl<'a> Worker<'a> {
@@ -106,7 +106,7 @@ impl Context<'_> {
 
     /// The camera rays of up to eight samples, from one on, and the numbers of these samples.
     #[inline(never)]
-    fn camera_rays<S: Simd>(
+    pub(super) fn camera_rays<S: Simd>(
         &self,
         simd: S,
         worker: &mut Worker,

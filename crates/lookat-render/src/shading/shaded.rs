@@ -97,6 +97,11 @@ impl<'s> Materials<'s> {
         }
     }
 
+    /// The number of the material of a primitive.
+    pub fn number(&self, primitive: u32) -> u32 {
+        self.of_primitive[primitive as usize]
+    }
+
     /// The lobes of points on primitives, and where they have to be asked for.
     #[inline(always)]
     pub fn lobes<S: Simd>(
@@ -107,7 +112,7 @@ impl<'s> Materials<'s> {
         slots: &mut Slots<S>,
     ) -> mask64x8<S> {
         let mut is_open = 0;
-        let of = |lane: usize| self.of_primitive[primitives[lane] as usize];
+        let of = |lane: usize| self.number(primitives[lane]);
         for (first, own) in groups(is_hit.to_bitmask(), |first, lane| of(first) == of(lane)) {
             match &self.lobes[of(first) as usize] {
                 Some(lobes) => slots.add(simd, lobes, bits(simd, own)),

@@ -39,7 +39,10 @@ impl Resolver<'_> {
         let kind = material::named_type(params);
         let params = params.take_rest();
         let kind = kind.unwrap_or_else(|| Text { value: "matte".into(), span: name.span });
-        let instance = self.material(Entity { name: kind, params }, "Material");
+        let mut instance = self.material(Entity { name: kind, params }, "Material");
+        if let Some(material) = Arc::get_mut(&mut instance.material) {
+            material.name = Some(name.value.clone());
+        }
         if self.definitions.materials.get(&name.value).is_some() {
             self.facts.redefined.push((SymbolKind::Material, name.value.clone(), name.span));
         }

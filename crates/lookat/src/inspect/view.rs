@@ -6,6 +6,7 @@ use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::Span;
 use serde_json::{Value, json};
 
+use crate::report;
 use crate::view::{Sight, short};
 
 /// The most shapes and lights that are listed.
@@ -87,9 +88,7 @@ fn light(sight: &Sight, sources: &Sources) -> Option<String> {
 /// The word of a directive, and its line.
 fn name(span: Option<Span>, sources: &Sources) -> String {
     let Some(span) = span else { return "a shape".into() };
-    let text = &sources.file(span.file).text[span.start as usize..span.end as usize];
-    let word = String::from_utf8_lossy(text).trim_matches('"').to_owned();
-    format!("{word} (line {})", sources.location(span).line)
+    format!("{} (line {})", report::word(span, sources), sources.location(span).line)
 }
 
 fn percent(share: f64) -> String {

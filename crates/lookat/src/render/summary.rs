@@ -8,6 +8,7 @@ use lookat_scene::syntax::Span;
 use lookat_scene::{Camera, Integrator, Primitive, Projection, Scene, ScreenWindow, Sources};
 use serde::Serialize;
 
+use super::layers::Numbered;
 use crate::light::JsonLight;
 use crate::report::{self, JsonDiagnostic};
 
@@ -50,6 +51,8 @@ pub(super) struct JsonPicture {
     pub black: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub light: Option<JsonLight>,
+    #[serde(flatten)]
+    pub numbered: Numbered,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub target: Option<JsonTarget>,
 }
@@ -81,6 +84,8 @@ pub struct Metadata {
     target_error: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     confidence: Option<f64>,
+    #[serde(flatten)]
+    numbered: Numbered,
 }
 
 /// The camera of a picture, with the names of the scene file.
@@ -129,6 +134,7 @@ impl Metadata {
             adaptive: false,
             target_error: None,
             confidence: None,
+            numbered: Numbered::default(),
         }
     }
 
@@ -139,6 +145,11 @@ impl Metadata {
         let (relative, confidence) =
             (target.map(|target| target.relative), target.map(|target| target.confidence));
         Metadata { complete, adaptive, target_error: relative, confidence, ..self }
+    }
+
+    /// Adds what the numbers of the layers stand for.
+    pub(super) fn with_numbers(self, numbered: Numbered) -> Metadata {
+        Metadata { numbered, ..self }
     }
 
     pub fn as_json(&self) -> Option<String> {

@@ -1,0 +1,188 @@
+//! Layers of a picture beside its colors, by a pass of their own over first hits.
+
+mod means;
+mod points;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Mutex;
+
+use glam::DVec3;
+use lookat_image::{Channel, Image};
+use lookat_scene::{Material, Primitive, View};
+use rayon::prelude::*;
+
+use super::fixed;
+use super::sample::Context;
+use super::settings::Settings;
+use super::waves::Worker;
+use crate::film::{Errors, Tile, indices, lock, places};
+use crate::prepare::Prepared;
+use crate::shading::shaded::Materials;
+
+/// What a picture has of each pixel beside its color, of the first surface with a material. All but the depth are 0 where there is
+/// none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layer {
+    /// z in camera space; 1e10 where there is no surface, as in Blender's files. Of one point, as are position, texture
+    /// coordinates, shape and material: the one that is seen through the middle of the pixel and of the lens. A mean over
+    /// an edge would belong to no surface.
+    Depth,
+    /// The point in the world.
+    Position,
+    /// The geometric normal in the world, on the side of the eye. The mean over the camera samples of the pixel, by its filter, as of
+    /// shading normal and albedo: what a denoiser takes.
+    Normal,
+    /// The shading normal, with bumps, on the same side.
+    ShadingNormal,
+    /// Texture coordinates, from 0 to 1 on most shapes.
+    Uv,
+    /// What the material reflects and lets through of light that comes along the normal, at most 1: a color that does not depend on
+    /// light and view.
+    Albedo,
+    /// The number of the shape in [`Prepared::shapes`], counted from 1. An instance gives a shape of its object.
+    Shape,
+    /// The number of the material in [`Prepared::materials`], counted from 1.
+    Material,
+    /// Camera samples of the picture.
+    Samples,
+}
+
+/// All layers, in the order of their definition: names, and channels of an EXR file. Those are pbrt-v4's where it has the
+/// layer, else Mitsuba's; `Z` is OpenEXR's own.
+const TABLE: [(Layer, &str, &[&str]); 9] = [
+    (Layer::Depth, "depth", &["Z"]),
+    (Layer::Position, "position", &["P.X", "P.Y", "P.Z"]),
+    (Layer::Normal, "normal", &["N.X", "N.Y", "N.Z"]),
+    (Layer::ShadingNormal, "shading-normal", &["Ns.X", "Ns.Y", "Ns.Z"]),
+    (Layer::Uv, "uv", &["uv.U", "uv.V"]),
+    (Layer::Albedo, "albedo", &["albedo.R", "albedo.G", "albedo.B"]),
+    (Layer::Shape, "shape", &["shape.I"]),
+    (Layer::Material, "material", &["material.I"]),
+    // As in the layers of errors.
+    (Layer::Samples, "samples", &["count.samples"]),
+];
+
+impl Layer {
+    /// The channels of an EXR file.
+    pub fn channels(self) -> &'static [&'static str] {
+        TABLE[self as usize].2
+    }
+}
+
+/// A set of layers. The default is empty.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Layers(u16);
+
+impl Layers {
+    /// The auxiliary images of Open Image Denoise.
+    pub const DENOISE: Layers = Layers(1 << Layer::Albedo as u16 | 1 << Layer::ShadingNormal as u16);
+    /// Those that are of one point.
+    const OF_POINTS: Layers = Layers(
+        1 << Layer::Depth as u16
+            | 1 << Layer::Position as u16
+            | 1 << Layer::Uv as u16
+            | 1 << Layer::Shape as u16
+            | 1 << Layer::Material as u16,
+    );
+    /// Those that are means of samples.
+    const OF_SAMPLES: Layers = Layers(Layers::DENOISE.0 | 1 << Layer::Normal as u16);
+
+    /// All names, of layers and of the set for denoising.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        TABLE.iter().map(|(_, name, _)| *name).chain(["denoise"])
+    }
+
+    /// The layer, or the set, of a name.
+    pub fn named(name: &str) -> Option<Layers> {
+        let number = Layers::names().position(|known| known == name)?;
+        Some(if number < TABLE.len() { Layers(1 << number) } else { Layers::DENOISE })
+    }
+
+    /// These and others.
+    pub fn and(self, others: Layers) -> Layers {
+        Layers(self.0 | others.0)
+    }
+
+    /// True if there is none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    fn has_any(self, of: Layers) -> bool {
+        self.0 & of.0 != 0
+    }
+
+    /// For each channel its layer, which coordinate of it, and its name.
+    fn channels(self) -> impl Iterator<Item = (Layer, usize, &'static str)> {
+        let own = TABLE.iter().filter(move |(layer, ..)| self.0 >> *layer as u16 & 1 == 1);
+        own.flat_map(|(layer, _, names)| names.iter().enumerate().map(|(axis, name)| (*layer, axis, *name)))
+    }
+
+    /// Bytes of a pixel: of the picture, and of its parts before or the copy that is written.
+    pub(super) fn pixel_bytes(self) -> usize {
+        2 * size_of::<f32>() * self.channels().count()
+    }
+}
+
+/// Those of a pixel, by the numbers of the layers.
+type Values = [DVec3; TABLE.len()];
+
+/// The depth where there is nothing.
+const FAR: f64 = 1e10;
+
+/// Adds the layers to the picture of a film; nothing after an interruption, and then false.
+pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &mut Image) -> bool {
+    let Settings { seed, stop, layers, .. } = *settings;
+    let film = context.film;
+    let passes = fixed::all(stop.layer_sampler(view), seed, stop.errors() != Errors::None);
+    let of_tile = |worker: &mut Worker, tile: &Mutex<Tile>| {
+        if context.control.is_interrupted() {
+            return None;
+        }
+        let tile = lock(tile);
+        let mut values: Vec<Values> = vec![Values::default(); tile.bounds.area() as usize];
+        for (at, (place, values)) in places(tile.bounds).zip(&mut values).enumerate() {
+            values[Layer::Depth as usize].x = FAR;
+            values[Layer::Samples as usize].x = tile.count(at).into();
+            if layers.has_any(Layers::OF_POINTS) {
+                context.look(view, place, values);
+            }
+        }
+        if layers.has_any(Layers::OF_SAMPLES) {
+            context.average(worker, &passes, tile.bounds, &mut values);
+        }
+        let plane = |(layer, axis, _)| {
+            let values = values.iter().map(|values| values[layer as usize][axis]);
+            values.map(|value| value.clamp(f32::MIN.into(), f32::MAX.into()) as f32).collect()
+        };
+        Some(layers.channels().map(plane).collect())
+    };
+    let tiles = film.tiles.par_iter().map_init(|| Worker::new(context), of_tile);
+    let Some(tiles) = tiles.collect::<Option<Vec<Vec<Vec<f32>>>>>() else { return false };
+    for (number, (_, _, name)) in layers.channels().enumerate() {
+        if image.channel(name).is_some() {
+            continue;
+        }
+        let mut samples = vec![0.0; film.of.crop.area() as usize];
+        for (tile, planes) in film.tiles.iter().zip(&tiles) {
+            for (at, value) in indices(lock(tile).bounds, film.of.crop).zip(&planes[number]) {
+                samples[at] = *value;
+            }
+        }
+        image.channels.push(Channel { name: name.into(), samples });
+    }
+    true
+}
+
+impl Prepared {
+    /// The shapes in the order of the numbers in [`Layer::Shape`].
+    pub fn shapes(&self) -> impl ExactSizeIterator<Item = &Primitive> {
+        self.traceable.primitives()
+    }
+
+    /// The materials in the order of the numbers in [`Layer::Material`].
+    pub fn materials(&self) -> Vec<&Material> {
+        Materials::new(&self.traceable).all
+    }
+}

@@ -1,0 +1,128 @@
+//! Layers that are means over the camera samples of a pixel.
+
+use arrayvec::ArrayVec;
+use fearless_simd::{Simd, mask64x8, prelude::*};
+use glam::{DVec3, Vec3};
+use lookat_scene::PixelBounds;
+
+use super::{Layer, Values};
+use crate::bsdf::Slots;
+use crate::camera::views::{Viewer, Views};
+use crate::film::places;
+use crate::integrator::wave::WAVE;
+use crate::integrator::world::Sees;
+use crate::number::{LANES, bits, first_lanes, side_by_side, those};
+use crate::render::fixed::Pass;
+use crate::render::sample::Context;
+use crate::render::waves::Worker;
+use crate::sampler::Sample;
+use crate::trace::MOST_PACKETS;
+
+/// The layers, and the least that their values can be.
+const LAYERS: [(Layer, f64); 3] = [(Layer::Normal, -1.0), (Layer::ShadingNormal, -1.0), (Layer::Albedo, 0.0)];
+
+/// What a sample sees of each layer.
+type Seen = [DVec3; LAYERS.len()];
+
+/// Samples of a pixel.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    all: Seen,
+    /// Those where the filter is negative subtracted.
+    signed: Seen,
+    signs: f64,
+    count: f64,
+}
+
+impl Sums {
+    fn add(&mut self, seen: &Seen, sign: f64) {
+        for (at, value) in seen.iter().enumerate() {
+            self.all[at] += *value;
+            self.signed[at] += *value * sign;
+        }
+        self.signs += sign;
+        self.count += 1.0;
+    }
+
+    /// As [`crate::film::Pixel::value`].
+    fn value(&self, at: usize, weight: f64) -> DVec3 {
+        let share = weight / self.count;
+        self.signed[at] * share - self.all[at] / self.count * (self.signs * share - 1.0)
+    }
+}
+
+impl Context<'_> {
+    /// Averages over the samples of a tile: those of the picture, where it has the samples per pixel of the scene.
+    pub(super) fn average(
+        &self,
+        worker: &mut Worker,
+        passes: &[Pass],
+        bounds: PixelBounds,
+        values: &mut [Values],
+    ) {
+        let mut sums = vec![Sums::default(); values.len()];
+        for Pass { pattern, samples } in passes {
+            let of_pixel = |(at, place)| samples.clone().map(move |index| (at, (pattern.seed, place, index)));
+            let mut all = places(bounds).enumerate().flat_map(of_pixel);
+            loop {
+                let (pixels, samples): (ArrayVec<usize, WAVE>, ArrayVec<Sample, WAVE>) =
+                    all.by_ref().take(WAVE).unzip();
+                if samples.is_empty() {
+                    break;
+                }
+                worker.streams.restart(&pattern.sampler, &samples);
+                let mut seen = [Seen::default(); WAVE];
+                side_by_side!(self.prepared.traceable.level, simd => self.see(simd, worker, &samples, &mut seen));
+                for (at, (pixel, seen)) in pixels.into_iter().zip(&seen).enumerate() {
+                    sums[pixel].add(seen, if worker.negative[at] { -1.0 } else { 1.0 });
+                }
+            }
+        }
+        for (sums, values) in sums.iter().zip(values) {
+            for (at, (layer, least)) in LAYERS.iter().enumerate() {
+                let value = sums.value(at, self.film.weight);
+                values[*layer as usize] = value.clamp(DVec3::splat(*least), DVec3::ONE);
+            }
+        }
+    }
+
+    /// What camera samples see first that has a material.
+    #[inline(always)]
+    fn see<S: Simd>(&self, simd: S, worker: &mut Worker, samples: &[Sample], seen: &mut [Seen; WAVE]) {
+        let (mut packets, mut numbers) =
+            (ArrayVec::<_, MOST_PACKETS>::new(), ArrayVec::<_, MOST_PACKETS>::new());
+        let mut active: ArrayVec<mask64x8<S>, MOST_PACKETS> = ArrayVec::new();
+        for first in (0..samples.len()).step_by(LANES) {
+            let (own, rays) = self.camera_rays(simd, worker, samples, first);
+            active.push(first_lanes(simd, own.len()));
+            packets.push(rays);
+            numbers.push(own);
+        }
+        let (world, tracer) = (self.integrator.world(), &mut worker.tracer);
+        let viewer = Viewer { camera: &self.camera, spacing: self.spacing };
+        let found = world.nearest_of(simd, tracer, &packets, &active);
+        for (at, mut hits) in found.into_iter().enumerate() {
+            let (mut rays, mut passed) = (packets[at], 0);
+            if world.materials.has_passed {
+                let sees = (active[at], bits(simd, 0), Sees::Nothing);
+                passed = world.pass(simd, tracer, &mut rays, &mut hits, sees, |_, _| {});
+            }
+            let is_hit = active[at] & hits.is_hit();
+            if !is_hit.any_true() {
+                continue;
+            }
+            let mut slots = Slots::new();
+            let views =
+                Views { of: viewer, places: &worker.wave.places, samples: &numbers[at], direct: !passed };
+            let surfaces =
+                world.shaded(simd, tracer, (&rays, &hits), Some(&views), is_hit, &mut slots).surfaces;
+            let n = (-surfaces.n).or(surfaces.n.dot(rays.d).simd_gt(0.0), surfaces.n);
+            let ns = (-surfaces.ns).or(surfaces.ns.dot(n).simd_lt(0.0), surfaces.ns);
+            let albedo = slots.albedo(simd);
+            for lane in those(is_hit) {
+                let albedo = albedo.lane(lane).max(Vec3::ZERO).min(Vec3::ONE).as_dvec3();
+                seen[usize::from(numbers[at][lane])] = [n.lane(lane), ns.lane(lane), albedo];
+            }
+        }
+    }
+}
