@@ -51,12 +51,19 @@ function parts({ lookAt, mirrored }) {
   return { eye, target, up, forward, side, right, top: mirrored[1] ? top.map((value) => -value) : top, distance: Math.hypot(...away) };
 }
 
-/** The size of a unit of the screen at a distance. */
+/**
+ * The size of a unit of the screen at a distance.
+ * @param {Camera} camera
+ * @param {number} distance
+ */
 function unitAt({ kind, fov }, distance) {
   return kind === 'perspective' ? distance * Math.tan((fov ?? 90) * Math.PI / 360) : 1;
 }
 
-/** Width and height of the screen window; negative if its edges are reversed. */
+/**
+ * Width and height of the screen window; negative if its edges are reversed.
+ * @param {number[]} window
+ */
 const extent = ([x0, x1, y0, y1]) => [x1 - x0, y1 - y0];
 
 /** @type {(camera: Camera, eye: Vector, target: Vector, up: Vector) => Camera} */

@@ -85,8 +85,6 @@ function listenToPointers(frame, page) {
   };
 
   frame.addEventListener('pointerdown', (event) => {
-    frame.focus({ preventScroll: true });
-    event.preventDefault();
     frame.setPointerCapture(event.pointerId);
     down.set(event.pointerId, event);
     const isPan = event.shiftKey || event.button !== 0;

@@ -23,7 +23,7 @@ let number = 0;
 let film = null;
 /** @type {Camera?} */
 let camera = null;
-/** What the page sets instead of the file. */
+/** What the page sets instead of the file. @type {Record<string, unknown>} */
 let set = {};
 /** @type {import('./picture.js').Picture?} */
 let picture = null;
@@ -39,10 +39,12 @@ function say(text) {
   if ($('spoken').textContent !== text) $('spoken').textContent = text;
 }
 
+/** What to do with each type of news. @type {Record<string, (news: any) => void>} */
 const news = {
   scene({ name, messages, hasErrors, film: newFilm }) {
-    document.title = `${name} \u2013 lookat`;
-    $('name').textContent = name;
+    const file = name.split(/[\\/]/).pop();
+    document.title = `${file} \u2013 lookat`;
+    [$('name').textContent, $('name').title] = [file, name];
     $('error').hidden = !hasErrors;
     $('errors').textContent = hasErrors ? messages : '';
     $('texts').textContent = hasErrors ? '' : messages;
@@ -59,7 +61,7 @@ const news = {
     if (by === me && of < number) return;
     set = Object.fromEntries(Object.entries(itsSet).filter(([, value]) => value !== null));
     camera = itsCamera;
-    panel.showCamera(camera, set);
+    panel.showCamera(itsCamera, set);
   },
   picked({ by, number: of, hit }) {
     if (by === me) waiting.get(of)?.(hit);
@@ -67,11 +69,12 @@ const news = {
   },
 };
 
+/** @param {import('./picture.js').Picture} newPicture */
 function showPicture(newPicture) {
   picture = newPicture;
-  draw(canvas, picture, tone);
+  draw(canvas, newPicture, tone);
   frame.toggleAttribute('data-magnified', isMagnified());
-  const { width, height, done, total, seconds, isFinal } = picture;
+  const { width, height, done, total, seconds, isFinal } = newPicture;
   const isSmall = !isFinal && done === total;
   const [now, time] = [performance.now(), seconds < 1 ? `${Math.round(1000 * seconds)} ms` : `${seconds.toFixed(1)} s`];
   arrivals = isSmall ? [...arrivals.filter((at) => now - at < 1000), now] : [];
@@ -90,13 +93,18 @@ function showPicture(newPicture) {
 
 let isAsked = false;
 
-/** Moves the camera, at most once in each frame of the display. */
+/**
+ * Moves the camera, at most once in each frame of the display.
+ * @param {Camera} newCamera
+ */
 function move(newCamera) {
   if (!camera) return;
   for (const key of KEYS) if (newCamera[key] !== camera[key]) set[key] = newCamera[key];
+  // What is marked is elsewhere then.
+  if (newCamera.lookAt !== camera.lookAt || newCamera.screenWindow !== camera.screenWindow) $('mark').hidden = true;
   camera = newCamera;
   number++;
-  panel.showCamera(camera, set);
+  panel.showCamera(newCamera, set);
   if (isAsked) return;
   isAsked = true;
   requestAnimationFrame(() => {
@@ -124,20 +132,28 @@ function pick(place) {
   });
 }
 
-/** Shows what is at a place, and focuses the lens there. */
+/**
+ * Shows what is at a place, and focuses the lens there.
+ * @param {number[]} place
+ */
 async function click(place) {
   const hit = await pick(place);
   $('mark').hidden = false;
   frame.style.setProperty('--x', `${100 * place[0]}%`);
   frame.style.setProperty('--y', `${100 * place[1]}%`);
-  const canFocus = hit && camera && camera.lensRadius > 0 && hit.depth > 0 && $('focus').checked;
-  panel.showHit(hit, Boolean(canFocus));
-  if (canFocus) move({ ...camera, focalDistance: hit.depth });
+  const focused = hit && hit.depth > 0 && camera && camera.lensRadius > 0 && $('focus').checked
+    ? { ...camera, focalDistance: hit.depth }
+    : null;
+  panel.showHit(hit, Boolean(focused));
+  if (focused) move(focused);
 }
 
 // The frame ------------------------------------------------------------------------------------------------
 
-/** A place of the picture in pixels of the full film. */
+/**
+ * A place of the picture in pixels of the full film.
+ * @param {number[]} place
+ */
 function filmPlace([x, y]) {
   const [x0, y0, x1, y1] = film?.crop ?? [0, 0, 1, 1];
   return [x0 + x * (x1 - x0), y0 + y * (y1 - y0)];
@@ -150,6 +166,7 @@ function fit() {
   const [width, height] = [x1 - x0, y1 - y0];
   const fitting = Math.min((room.clientWidth - 16) / width, (room.clientHeight - 16) / height);
   const scale = Number($('zoom').value) / devicePixelRatio || fitting;
+  room.style.setProperty('--ratio', width / height);
   frame.style.setProperty('--across', `${Math.max(width * scale, 1)}px`);
   frame.style.setProperty('--down', `${Math.max(height * scale, 1)}px`);
   frame.toggleAttribute('data-magnified', isMagnified());

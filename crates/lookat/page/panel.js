@@ -36,12 +36,16 @@ const FILM = [
   { label: 'pixelsamples', key: 'samplesPerPixel', names: [''] },
 ];
 
-/** As many digits as a person wants to read. */
-const short = (value) => String(Number(value.toPrecision(6)));
+/** As many digits as there is room for. The numbers that nobody edits keep all of theirs. */
+const short = (value) => String(Number(value.toPrecision(4)));
 
 const list = (value) => (Array.isArray(value) ? value : [value]);
 
-/** The window with another ratio of width and height, and the same shorter side. */
+/**
+ * The window with another ratio of width and height, and the same shorter side.
+ * @param {number[]} window
+ * @param {number} ratio
+ */
 function withAspect([x0, x1, y0, y1], ratio) {
   const half = Math.min(Math.abs(x1 - x0), Math.abs(y1 - y0)) / 2;
   const [x, y] = [half * Math.max(ratio, 1) * Math.sign(x1 - x0), half * Math.max(1 / ratio, 1) * Math.sign(y1 - y0)];
