@@ -47,7 +47,8 @@ const news = {
     [$('name').textContent, $('name').title] = [file, name];
     $('error').hidden = !hasErrors;
     $('errors').textContent = hasErrors ? messages : '';
-    $('texts').textContent = hasErrors ? '' : messages;
+    $('trouble').textContent = `The file has errors.${newFilm ? ' This is the last picture without them.' : ''}`;
+    $('texts').textContent = (!hasErrors && messages) || 'No warnings and no notes.';
     // The last line counts the messages.
     $('counts').textContent = hasErrors ? 'errors' : messages.trim().split('\n').pop()?.split(': ').pop() || 'none';
     say(hasErrors ? 'The file has errors.' : 'The file has been read.');
@@ -246,7 +247,7 @@ const request = connect({
   picture: showPicture,
   news: (message) => news[message.type]?.(message),
   connection(isOpen) {
-    $('connection').textContent = isOpen ? 'connected' : 'connection lost: is lookat view still running?';
+    $('connection').textContent = isOpen ? 'connected' : 'connection lost';
     $('connection').toggleAttribute('data-lost', !isOpen);
   },
 });

@@ -13,7 +13,7 @@ const UNFOCUSED: f64 = 1e6;
 
 /// The `LookAt` of the file, or for a camera that is placed otherwise one to what it sees in the middle. The
 /// transformation before it keeps what no `LookAt` can do, such as mirroring.
-pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &mut Prepared) -> Option<CameraPlacement> {
+pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &Prepared) -> Option<CameraPlacement> {
     if loaded.placement.is_some() {
         return loaded.placement;
     }

@@ -24,6 +24,8 @@ use opened::Opened;
 const IDLE: Duration = Duration::from_millis(50);
 /// The camera rests if it has not moved for so long.
 const REST: Duration = Duration::from_millis(60);
+/// The same where the world has to be prepared again, which nothing can interrupt.
+const LONG_REST: Duration = Duration::from_millis(500);
 /// A file with errors is read again if it changes within this time: it is just being saved.
 const SAVING: Duration = Duration::from_millis(200);
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
@@ -55,8 +57,6 @@ pub struct Engine {
     stage: Stage,
     /// Counts the views.
     generation: u32,
-    /// The samples of the best picture of this view so far.
-    best: u64,
 }
 
 impl Engine {
@@ -74,7 +74,6 @@ impl Engine {
             pace: Pace::default(),
             stage: Stage::Finished,
             generation: 0,
-            best: 0,
         }
     }
 
@@ -84,7 +83,8 @@ impl Engine {
         loop {
             let time = match self.stage {
                 Stage::New => Duration::ZERO,
-                Stage::Small => REST,
+                Stage::Small if self.opened.as_ref().is_some_and(Opened::is_near) => REST,
+                Stage::Small => LONG_REST,
                 Stage::Finished => IDLE,
             };
             let pending = self.requests.take(time);
@@ -107,8 +107,8 @@ impl Engine {
         if let Some(view) = pending.view {
             self.set_view(view);
         }
-        if let Some(pick) = pending.pick {
-            self.pick(pick);
+        if let Some((pick, opened)) = pending.pick.zip(self.opened.as_ref()) {
+            answer(pick, opened, &self.hub);
         }
     }
 
@@ -132,16 +132,6 @@ impl Engine {
     fn restart(&mut self) {
         self.stage = Stage::New;
         self.generation = self.generation.wrapping_add(1);
-        self.best = 0;
-    }
-
-    fn pick(&mut self, Pick { by, number, at }: Pick) {
-        let hit = self.opened.as_mut().and_then(|opened| opened.pick(at));
-        self.hub.tell(Kind::Picked, News::Picked(Picked { by, number, at, hit }).message());
-        // Picking broke the rendering off.
-        if self.stage == Stage::Finished && self.best != u64::MAX {
-            self.stage = Stage::Small;
-        }
     }
 
     /// Reads the file.
@@ -204,7 +194,7 @@ impl Engine {
 
     /// Renders a picture of the resolution for which there is time.
     fn render_small(&mut self) {
-        let Some(opened) = &mut self.opened else {
+        let Some(opened) = &self.opened else {
             self.stage = Stage::Finished;
             return;
         };
@@ -212,7 +202,8 @@ impl Engine {
         let sampler = opened.view.sampler.with_samples(1);
         let view = View { film, sampler, ..opened.view.clone() };
         let started = Instant::now();
-        let rendered = opened.prepared.render(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
+        let rendered =
+            opened.prepared.render_unmoved(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
         self.pace.learn(started.elapsed());
         let total = rendered.statistics.samples;
         let about = About { done: total, total, is_final: false, ..self.about(started) };
@@ -226,37 +217,39 @@ impl Engine {
     fn render_full(&mut self) {
         let started = Instant::now();
         let about = self.about(started);
-        let Some(Opened { view, prepared, .. }) = &mut self.opened else { return };
-        let (requests, watch, hub) = (&self.requests, &self.watch, &self.hub);
-        let (area, best) = (view.film.crop.area(), self.best);
-        let next = Mutex::new((started + STEP, best));
+        let Some(opened) = &mut self.opened else { return };
+        opened.prepared.look(&opened.view.camera);
+        let (opened, requests, watch, hub) = (&*opened, &self.requests, &self.watch, &self.hub);
+        let area = opened.view.film.crop.area();
+        let next = Mutex::new(started + STEP);
         let progress = |progress: Progress| {
+            // Another thread does it.
+            let Ok(mut next) = next.try_lock() else { return ControlFlow::Continue(()) };
+            if let Some(pick) = requests.take_pick() {
+                answer(pick, opened, hub);
+            }
             if requests.has_any() || watch.has_changed() {
                 return ControlFlow::Break(());
             }
-            // Another thread is taking the picture.
-            let Ok(mut next) = next.try_lock() else { return ControlFlow::Continue(()) };
             let now = Instant::now();
             // At first, some pixels have no samples.
-            if now >= next.0 && progress.done > area.max(next.1) {
+            if now >= *next && progress.done > area {
                 let (done, total, seconds) = (progress.done, progress.total, started.elapsed().as_secs_f64());
                 if let Some(message) = picture(&progress.snapshot(), About { done, total, seconds, ..about })
                 {
                     hub.tell(Kind::Picture, message);
                 }
-                *next = (Instant::now() + STEP.max(10 * now.elapsed()), done);
+                *next = Instant::now() + STEP.max(10 * now.elapsed());
             }
             ControlFlow::Continue(())
         };
-        let rendered = prepared.render(view, &Settings::default(), &progress);
-        self.best = next.into_inner().map_or(best, |(_, done)| done);
+        let rendered = opened.prepared.render_unmoved(&opened.view, &Settings::default(), &progress);
         if rendered.complete {
             let total = rendered.statistics.samples;
             let about = About { done: total, total, is_final: true, ..self.about(started) };
             if let Some(message) = picture(&rendered.image, about) {
                 self.hub.tell(Kind::Picture, message);
             }
-            self.best = u64::MAX;
             self.stage = Stage::Finished;
         }
     }
@@ -266,4 +259,10 @@ impl Engine {
             (self.generation, self.set.number, started.elapsed().as_secs_f64());
         About { generation, number, done: 0, total: 0, seconds, is_final: false }
     }
+}
+
+/// Tells what the picture shows at a place.
+fn answer(Pick { by, number, at }: Pick, opened: &Opened, hub: &Hub) {
+    let hit = opened.pick(at);
+    hub.tell(Kind::Picked, News::Picked(Picked { by, number, at, hit }).message());
 }

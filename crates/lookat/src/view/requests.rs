@@ -35,6 +35,17 @@ impl Requests {
         self.put.notify_all();
     }
 
+    /// Takes the request about a place alone: it can be answered while a picture is rendered.
+    pub fn take_pick(&self) -> Option<Pick> {
+        if !self.has_any() {
+            return None;
+        }
+        let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        let pick = pending.pick.take();
+        self.has_any.store(pending.film.is_some() || pending.view.is_some(), Ordering::Relaxed);
+        pick
+    }
+
     pub fn has_any(&self) -> bool {
         self.has_any.load(Ordering::Relaxed)
     }

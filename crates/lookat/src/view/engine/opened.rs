@@ -36,7 +36,7 @@ impl Opened {
         // The size of the film decides about the screen, too.
         let has_new_camera =
             before.is_some_and(|before| Camera { screen: camera.screen, ..before } != camera);
-        let placement = placement(&loaded, &scene, &mut prepared);
+        let placement = placement(&loaded, &scene, &prepared);
         let advice = sight::advise(&loaded, &scene, &mut prepared);
         loaded.diagnostics.extend(advice);
         Ok(Opened {
@@ -54,6 +54,11 @@ impl Opened {
     /// The camera of the file.
     pub fn own_camera(&self) -> Camera {
         self.scene.view.camera
+    }
+
+    /// Whether the picture that `render` makes needs no further preparation.
+    pub fn is_near(&self) -> bool {
+        self.prepared.is_near(&self.view.camera)
     }
 
     /// Sets the camera. Fails with the reason, and changes nothing.
@@ -95,7 +100,7 @@ impl Opened {
     }
 
     /// What the picture shows at a place.
-    pub fn pick(&mut self, [x, y]: [f64; 2]) -> Option<Hit> {
+    pub fn pick(&self, [x, y]: [f64; 2]) -> Option<Hit> {
         if !x.is_finite() || !y.is_finite() {
             return None;
         }
