@@ -30,11 +30,15 @@ struct Opened {
 
 impl Opened {
     fn new() -> Option<Opened> {
+        Opened::with(SCENE)
+    }
+
+    fn with(scene: &str) -> Option<Opened> {
         let Some(program) = browser::find() else {
             println!("skipped: no Chromium on PATH, nor in the environment variable CHROMIUM");
             return None;
         };
-        let viewer = Viewer::start(SCENE);
+        let viewer = Viewer::start(scene);
         let mut browser = Browser::start(&program);
         browser.resize(1280, 900);
         browser.visit(&format!("http://{}/{}/", viewer.host, viewer.token));
@@ -83,7 +87,6 @@ impl Opened {
 
     fn close(self) {
         assert!(self.browser.faults.is_empty(), "{}", self.browser.faults.join("\n"));
-        assert_eq!(self.viewer.text(), SCENE);
     }
 }
 
@@ -112,6 +115,7 @@ fn the_camera_moves_by_mouse_and_keys() {
     page.value("of('reset').click()");
     page.browser.wait_for("of('fov-').valueAsNumber === 40");
     page.finish();
+    assert_eq!(page.viewer.text(), SCENE);
     page.close();
 }
 
@@ -176,4 +180,56 @@ fn everything_has_a_label_and_fits() {
         .filter((e) => !(e.labels?.length || e.getAttribute('aria-label') || e.textContent.trim())).length";
     assert_eq!(page.value(unnamed), 0);
     page.close();
+}
+
+/// On a plane through the target. Mirrored cameras and reversed windows follow the pointer, too.
+#[test]
+fn what_is_under_the_pointer_follows_it() {
+    let plane = SCENE.replace("LookAt 0 1 -5", "LookAt 0 0 -5").replace(
+        "Shape \"sphere\"",
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 -9 0 9 -9 0 9 9 0 -9 9 0]",
+    );
+    let window = |edges: &str| format!("\"float screenwindow\" [{edges}] Film");
+    for scene in [
+        plane.clone(),
+        plane.replace("LookAt", "Scale -1 1 1 LookAt"),
+        plane.replace("Film", &window("1.5 -1.2 1 -1")),
+        plane.replace("\"perspective\" \"float fov\" 40", "\"orthographic\""),
+    ] {
+        let Some(mut page) = Opened::with(&scene) else { return };
+        let mut socket = page.viewer.page();
+        let camera = socket.news("view", |_| true)["camera"].take();
+        let mut number = 0;
+        let mut seen = |camera: &Value, x: f64, y: f64| -> [f64; 3] {
+            number += 1;
+            let set = json!({"lookAt": camera["lookAt"], "screenWindow": camera["screenWindow"]});
+            socket.request(&json!({"type": "view", "by": 1, "number": number, "camera": set}));
+            socket.news("view", |view| view["number"] == number && view["refused"].is_null());
+            socket.request(&json!({"type": "pick", "by": 1, "number": number, "at": [60.0 * x, 40.0 * y]}));
+            let picked = socket.news("picked", |picked| picked["number"] == number);
+            std::array::from_fn(|axis| picked["hit"]["p"][axis].as_f64().unwrap())
+        };
+        let mut moved = |call: &str| {
+            page.value(&format!(
+                "import(new URL('camera.js', location.href)).then(({{ dolly, orbit, pan }}) => {call})"
+            ))
+        };
+        let is_near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+        let [before, right] = [seen(&camera, 0.5, 0.4), seen(&camera, 0.6, 0.4)];
+        let panned = moved(&format!("pan({camera}, 0.1, 0.2, null)"));
+        assert!(is_near(seen(&panned, 0.6, 0.6), before), "{scene}");
+        let nearer = moved(&format!("dolly({camera}, 0.7, [0.6, 0.4])"));
+        assert!(is_near(seen(&nearer, 0.6, 0.4), right), "{scene}");
+        assert!(!is_near(seen(&nearer, 0.5, 0.4), before), "{scene}");
+        // What is before the target goes right as the eye goes left, and down as the eye goes up.
+        let up = seen(&camera, 0.5, 0.3);
+        let side = |camera: &Value, to: [f64; 3]| -> f64 {
+            (0..3).map(|axis| camera["lookAt"][axis].as_f64().unwrap() * (to[axis] - before[axis])).sum()
+        };
+        let turned = moved(&format!("orbit({camera}, null, 0.1, 0)"));
+        assert!(side(&turned, right) < side(&camera, right), "{scene}");
+        let risen = moved(&format!("orbit({camera}, null, 0, 0.1)"));
+        assert!(side(&risen, up) > side(&camera, up), "{scene}");
+        page.close();
+    }
 }

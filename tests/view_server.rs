@@ -253,6 +253,28 @@ fn the_last_picture_is_that_of_render() {
     assert!(picture.pixels == rendered(&viewer, &film));
 }
 
+/// The page moves a camera from where it is, however the file places it.
+#[test]
+fn cameras_are_moved_from_where_they_are() {
+    for (placed, has_look_at, is_exact) in [
+        ("LookAt 0 1 -5  0 0 0  0 1 0", true, true),
+        ("Scale -1 1 1 LookAt 0 1 -5  0 0 0  0 1 0", true, true),
+        ("Rotate 20 1 .3 0 Translate 0 -1 5", false, false),
+        ("Scale -1 2 1 Translate 0 -1 5", false, false),
+    ] {
+        let viewer = Viewer::start(&SCENE.replace("LookAt 0 1 -5  0 0 0  0 1 0", placed));
+        let mut page = viewer.page();
+        let view = page.news("view", |_| true);
+        assert_eq!(view["camera"]["hasLookAt"], has_look_at, "{placed}");
+        let own = page.finished().pixels;
+        let camera = json!({"lookAt": view["camera"]["lookAt"]});
+        page.request(&json!({"type": "view", "by": 1, "number": 9, "camera": camera}));
+        let moved = page.picture(|picture| picture.is_final && picture.number == 9).pixels;
+        let differing = own.iter().zip(&moved).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-4).count();
+        assert!(differing <= if is_exact { 0 } else { 8 }, "{placed}: {differing}");
+    }
+}
+
 #[test]
 fn a_place_has_a_shape_a_material_and_lines() {
     let viewer = Viewer::start(SCENE);
