@@ -91,7 +91,7 @@ impl Opened {
         let page = report(folder.path());
         let mut browser = Browser::start(&program);
         browser.resize(1400, 900);
-        browser.visit(&page);
+        browser.visit(&format!("file://{}", page.display()));
         // What the scripts of the checks have in common.
         browser.evaluate(
             "window.scene = (name) => [...document.querySelectorAll('article')]

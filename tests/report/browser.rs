@@ -22,7 +22,9 @@ pub struct Browser {
     /// The page is spoken to in this session.
     session: Option<String>,
     sent: u64,
-    /// Errors of the page, and all that it asked the network for.
+    /// The address of the page.
+    own: String,
+    /// Errors of the page, and all that it asked the network for beside its own files.
     pub faults: Vec<String>,
     _profile: TempDir,
 }
@@ -75,6 +77,7 @@ impl Browser {
             messages,
             session: None,
             sent: 0,
+            own: "file:".into(),
             faults: vec![],
             _profile: profile,
         };
@@ -107,15 +110,17 @@ impl Browser {
         loop {
             let left = end.saturating_duration_since(Instant::now());
             let message = self.messages.recv_timeout(left).expect("the browser does not answer");
-            self.faults.extend(fault(&message));
+            self.faults.extend(fault(&message, &self.own));
             if is_it(&message) {
                 return message;
             }
         }
     }
 
-    pub fn visit(&mut self, page: &Path) {
-        self.call("Page.navigate", json!({"url": format!("file://{}", page.display())}));
+    /// Opens a page. All that it needs is below its address.
+    pub fn visit(&mut self, address: &str) {
+        self.own = address.into();
+        self.call("Page.navigate", json!({"url": address}));
         self.wait(&|message| message["method"] == "Page.loadEventFired");
     }
 
@@ -186,15 +191,15 @@ impl Drop for Browser {
     }
 }
 
-/// What a message says that should not be.
-fn fault(message: &Value) -> Option<String> {
+/// What a message says that should not be, of a page at this address.
+fn fault(message: &Value, own: &str) -> Option<String> {
     let parameters = &message["params"];
     let url = parameters["request"]["url"].as_str().unwrap_or_default();
     let is_fault = match message["method"].as_str()? {
         "Runtime.exceptionThrown" => true,
         "Runtime.consoleAPICalled" => parameters["type"] == "error",
         "Log.entryAdded" => parameters["entry"]["level"] == "error",
-        "Network.requestWillBeSent" => !url.starts_with("file:") && !url.starts_with("data:"),
+        "Network.requestWillBeSent" => !url.starts_with(own) && !url.starts_with("data:"),
         _ => false,
     };
     is_fault.then(|| message.to_string())

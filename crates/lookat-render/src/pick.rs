@@ -21,10 +21,8 @@ pub struct Picked<'p> {
 
 impl Prepared {
     /// The shape that a view shows at `film`, in pixels from the top left corner of the full picture, through the middle of
-    /// the lens. Surfaces without a material are seen, holes are not. `None` where there is nothing. A view from another cell
-    /// prepares the world again.
-    pub fn pick(&mut self, view: &View, film: DVec2) -> Option<Picked<'_>> {
-        self.look(&view.camera);
+    /// the lens. Surfaces without a material are seen, holes are not. `None` where there is nothing.
+    pub fn pick(&self, view: &View, film: DVec2) -> Option<Picked<'_>> {
         let camera = self.camera(view);
         let ray = camera.ray(film, DVec2::splat(0.5));
         let hit = self.traceable.nearest(&ray)?;
@@ -62,9 +60,9 @@ mod tests {
             Translate 4 0 1 ObjectInstance \"o\" WorldEnd",
         );
         let scene = loaded.scene.unwrap();
-        let mut prepared = Prepared::new(&scene);
+        let prepared = Prepared::new(&scene);
         let pixels = 30.0 / 30_f64.to_radians().tan();
-        let mut pick = |x: f64, z: f64| {
+        let pick = |x: f64, z: f64| {
             let film = DVec2::new(30.0 + pixels * x / (10.0 + z), 30.0);
             let Picked { primitive, p, n, depth } = prepared.pick(&scene.view, film)?;
             assert!((n.z + 1.0).abs() < 0.1 && (p.x - x).abs() < 0.2, "{p} {n}");

@@ -53,11 +53,16 @@ impl Prepared {
         Prepared { world, lattice, brightest, traceable, lights }
     }
 
+    /// Whether a camera is in the cell of the origin, so that nothing has to be prepared for it.
+    pub fn is_near(&self, camera: &Camera) -> bool {
+        self.lattice.origin(CameraRays::eye(camera)) == self.traceable.origin
+    }
+
     /// Moves the origin to the cell of a camera, and returns the time that this took.
-    pub(crate) fn look(&mut self, camera: &Camera) -> Duration {
+    pub fn look(&mut self, camera: &Camera) -> Duration {
         let started = Instant::now();
-        let origin = self.lattice.origin(CameraRays::eye(camera));
-        if origin != self.traceable.origin {
+        if !self.is_near(camera) {
+            let origin = self.lattice.origin(CameraRays::eye(camera));
             // Gives the memory of the old trees back first.
             (self.traceable, self.lights) = relative_to(&Arc::default(), origin);
             (self.traceable, self.lights) = relative_to(&self.world, origin);
@@ -141,9 +146,14 @@ mod tests {
                 Transform::look_at(eye, DVec3::ZERO, DVec3::Y).unwrap().inverse();
             let settings = Settings { seed: number, ..Settings::default() };
             let progress = |_: crate::Progress| ControlFlow::Continue(());
-            let seen = prepared.render(&scene.view, &settings, &progress);
+            let is_near = prepared.is_near(&scene.view.camera);
+            let unmoved = prepared.render_unmoved(&scene.view, &settings, &progress).image.rgb().unwrap();
+            let seen = prepared.render(&scene.view, &settings, &progress).image.rgb().unwrap();
             let alone = render(&scene, &settings, &progress);
-            assert_eq!(seen.image.rgb(), alone.image.rgb(), "{number}");
+            assert_eq!(Some(&seen), alone.image.rgb().as_ref(), "{number}");
+            // From another cell, a few of the paths that roundings lead past an edge differ.
+            let differing = unmoved.iter().zip(&seen).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
+            assert!((unmoved == seen) >= is_near && differing < 8, "{number}: {is_near} {differing}");
             moves += u32::from(origin != prepared.traceable.origin);
             origin = prepared.traceable.origin;
         }

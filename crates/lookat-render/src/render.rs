@@ -144,6 +144,18 @@ impl Prepared {
             Rendered { preparation, ..run(self, view, settings, deadline, progress, None) }
         })
     }
+
+    /// Renders a view without preparing anything: at once. The picture is that of [`Prepared::render`] if the camera
+    /// [is in the cell](Prepared::is_near) of the origin. Elsewhere it is rounded otherwise.
+    pub fn render_unmoved(
+        &self,
+        view: &View,
+        settings: &Settings,
+        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Rendered {
+        let deadline = settings.stop.deadline();
+        on_threads(settings, || run(self, view, settings, deadline, progress, None))
+    }
 }
 
 /// Runs on the threads that the settings ask for.

@@ -6,6 +6,7 @@ mod live;
 mod memory;
 mod tone;
 mod view;
+mod view_server;
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -25,6 +26,7 @@ pub use live::{LiveView, Protocol};
 pub use memory::{Memory, way_out};
 pub use tone::Tone;
 pub use view::ViewOverride;
+pub use view_server::View;
 
 /// The parsed command line.
 #[derive(Debug, Parser)]
@@ -42,6 +44,8 @@ pub struct Arguments {
 pub enum Command {
     /// Render a scene to a picture
     Render(Box<Render>),
+    /// Show a scene in the browser, with a camera to move, while you edit its file
+    View(View),
     /// Report the errors and warnings of scene files, without rendering
     Check(Check),
     /// Measure the difference between two pictures
@@ -67,7 +71,9 @@ impl Command {
     pub fn threads(&self) -> Option<u16> {
         match self {
             Command::Render(render) => render.threads,
-            Command::Verify(Verify { threads, .. }) | Command::Chart(Chart { threads, .. }) => *threads,
+            Command::View(View { threads, .. })
+            | Command::Verify(Verify { threads, .. })
+            | Command::Chart(Chart { threads, .. }) => *threads,
             _ => None,
         }
     }

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use crate::args::Check;
 use crate::report::{self, JsonDiagnostic};
+use crate::sight;
 use crate::source::load_scene;
-use crate::view;
 
 #[derive(Serialize)]
 struct JsonResult<'a> {
@@ -61,8 +61,8 @@ pub fn check(arguments: &Check) -> ExitCode {
 fn look(loaded: &mut Loaded, arguments: &Check) -> Result<(), String> {
     let Some(scene) = &loaded.scene else { return Ok(()) };
     arguments.camera.check_use(scene)?;
-    let mut prepared = view::prepare(loaded, scene)?;
-    let mut advice = view::advise(loaded, scene, &mut prepared);
+    let mut prepared = sight::prepare(loaded, scene)?;
+    let mut advice = sight::advise(loaded, scene, &mut prepared);
     if arguments.report.strict {
         advice.iter_mut().for_each(|warning| warning.severity = Severity::Error);
     }

@@ -14,8 +14,8 @@ use serde_json::{Value, json};
 
 use crate::args::Inspect;
 use crate::report::{self, JsonDiagnostic};
+use crate::sight::Sight;
 use crate::source::load_scene;
-use crate::view::Sight;
 use crate::visible::visible;
 
 /// The JSON output.
@@ -73,9 +73,9 @@ pub fn inspect(arguments: &Inspect) -> ExitCode {
 
 impl<'s> Inspected<'s> {
     fn new(scene: &'s Scene, loaded: &'s Loaded) -> Result<Self, String> {
-        let mut prepared = crate::view::prepare(loaded, scene)?;
+        let mut prepared = crate::sight::prepare(loaded, scene)?;
         let inspection = lookat_render::inspect(&prepared, &scene.view);
-        let sight = crate::view::look(loaded, scene, &mut prepared);
+        let sight = crate::sight::look(loaded, scene, &mut prepared);
         Ok(Inspected { scene, inspection, memory: scene.world.memory(), sight, sources: &loaded.sources })
     }
 

@@ -17,6 +17,7 @@ mod noise;
 mod output;
 mod render;
 mod report;
+mod sight;
 mod source;
 mod stability;
 mod usage;
@@ -43,6 +44,7 @@ fn main() -> ExitCode {
     start_threads(&arguments.command);
     match arguments.command {
         args::Command::Render(arguments) => render::render(&arguments),
+        args::Command::View(arguments) => view::view(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
         args::Command::Compare(arguments) => compare::compare(&arguments),
         args::Command::Convert(arguments) => convert::convert(&arguments),

@@ -26,8 +26,8 @@ use crate::light::{map_tones, note_linear};
 use crate::live::Live;
 use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
+use crate::sight;
 use crate::source::{load_noted, replace_samples};
-use crate::view;
 use batch::{jobs, render_again, render_each};
 use focus::focus;
 pub use focus::{FocusPlace, focus_place};
@@ -274,7 +274,7 @@ fn picture(
         crate::say(&focus(prepared, &mut scene.view, place)?);
     }
     if !arguments.quiet && !is_frame {
-        *advice = view::advise(loaded, &scene, prepared);
+        *advice = sight::advise(loaded, &scene, prepared);
         if !arguments.report.json {
             report::print_each(advice, &loaded.sources);
         }

@@ -1,182 +1,53 @@
-//! Warnings about what a scene shows: where its camera is, what is in view, what is sharp and what is lit.
+//! `lookat view`: shows a scene in the browser, and follows its file.
 
-mod focus;
-mod lights;
-mod placement;
-mod size;
-mod window;
+mod camera;
+mod engine;
+mod files;
+mod http;
+mod messages;
+mod open;
+mod outbox;
+mod pace;
+mod requests;
+mod server;
+mod socket;
+mod timed;
 
-use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
-use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::{Diagnostic, FileId, Span};
-use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, View};
+use std::net::{Ipv4Addr, TcpListener};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
 
-use crate::args::way_out;
+use lookat_image::io_reason;
 
-/// A scene and what it shows.
-pub struct Sight<'l> {
-    pub scene: &'l Scene,
-    pub places: &'l Places,
-    /// The `LookAt` that alone places the camera, and its place.
-    look_at: Option<(Span, CameraPlacement)>,
-    pub facts: ViewFacts,
-    /// With a lens.
-    pub focus: Option<Focus>,
-    /// What is in view where eye and target of the `LookAt` change places.
-    turned: Option<ViewFacts>,
-    /// The start of the scene file.
-    start: Span,
+use crate::args::View;
+use engine::Engine;
+use outbox::Hub;
+use requests::Requests;
+use server::Server;
+
+/// Runs the command until a signal.
+pub fn view(arguments: &View) -> ExitCode {
+    crate::exit_code(serve(arguments))
 }
 
-/// Prepares a scene for rays. Fails if there is not enough memory.
-pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, String> {
-    match loaded.memory.reserve(preparation_bytes(&scene.world)) {
-        Ok(_charge) => Ok(Prepared::new(scene)),
-        Err(shortage) => Err(format!("the shapes and lights are too large: {}", way_out(shortage))),
+fn serve(arguments: &View) -> Result<u8, String> {
+    if arguments.scene == Path::new("-") {
+        return Err("standard input can be read once: name a file".into());
     }
-}
-
-/// What a scene shows.
-pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, prepared: &mut Prepared) -> Sight<'l> {
-    let placement = loaded.placement.filter(CameraPlacement::is_plain);
-    Sight {
-        scene,
-        places: &loaded.places,
-        look_at: placement.and_then(|placement| Some((placement.span?, placement))),
-        facts: prepared.facts(&scene.view),
-        focus: Focus::new(&scene.view.camera, &scene.view.film),
-        turned: None,
-        start: Span { file: FileId(0), start: 0, end: 0 },
-    }
-}
-
-/// Warnings. Where the camera is in the wrong place, nothing is said about what it shows from there.
-pub fn advise(loaded: &Loaded, scene: &Scene, prepared: &mut Prepared) -> Vec<Diagnostic> {
-    let mut sight = look(loaded, scene, prepared);
-    if let Some((_, look_at)) = sight.look_at.filter(|_| sight.is_odd()) {
-        sight.turned = turned(&scene.view, &look_at).map(|view| prepared.facts(&view));
-    }
-    let sight = &sight;
-    if let Some(found) =
-        size::giant(sight).or_else(|| window::other_order(sight)).or_else(|| placement::odd(sight))
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
+        format!("cannot listen at 127.0.0.1:{}: {}; choose another --port", arguments.port, io_reason(&error))
+    })?;
+    let (requests, hub) = (Arc::new(Requests::default()), Arc::new(Hub::default()));
+    let server = Server::new(&listener, requests.clone(), hub.clone())?;
+    let address = server.address();
+    server.start(listener)?;
+    crate::print(&format!("{address}\n"))?;
+    crate::say("open this address in a browser; end with Ctrl-C");
+    if arguments.open
+        && let Err(reason) = open::in_browser(&address)
     {
-        return vec![found];
+        crate::say(&format!("warning: cannot open a browser: {reason}"));
     }
-    let others = window::stretched(sight).into_iter().chain(focus::blurred(sight));
-    others.chain(lights::idle(sight)).collect()
-}
-
-/// The view with eye and target in each other's place.
-fn turned(view: &View, look_at: &CameraPlacement) -> Option<View> {
-    let mut view = view.clone();
-    view.camera.world_from_camera = exchanged(look_at).world_from_camera().ok()?;
-    Some(view)
-}
-
-/// A `LookAt` with eye and target in each other's place.
-fn exchanged(look_at: &CameraPlacement) -> CameraPlacement {
-    let mut points = look_at.points;
-    points[..6].rotate_left(3);
-    CameraPlacement { points, ..*look_at }
-}
-
-impl Sight<'_> {
-    /// Whether the camera may be in the wrong place.
-    fn is_odd(&self) -> bool {
-        self.facts.inside.is_some() || self.shapes_in_view().count() < 2
-    }
-
-    /// The shapes that are seen.
-    fn shapes_in_view(&self) -> impl Iterator<Item = &ShapeFacts> {
-        self.facts.shapes.iter().filter(|shape| shape.share > 0.0)
-    }
-
-    /// The place of the directive that places the camera.
-    fn camera_place(&self) -> Span {
-        let Places { camera, world_begin, .. } = self.places;
-        self.look_at.map(|(span, _)| span).or(*camera).or(*world_begin).unwrap_or(self.start)
-    }
-
-    fn lens_place(&self) -> Span {
-        self.places.focal_distance.or(self.places.lens_radius).unwrap_or_else(|| self.camera_place())
-    }
-
-    /// The extent of the shorter side of the picture at a depth. `None` if the picture shows all directions.
-    fn extent_at(&self, depth: f64) -> Option<f64> {
-        let camera = &self.scene.view.camera;
-        let side = (camera.screen.max - camera.screen.min).abs().min_element();
-        match camera.projection {
-            Projection::Perspective { fov } => Some(side * depth * (fov.to_radians() * 0.5).tan()),
-            Projection::Orthographic { .. } => Some(side),
-            Projection::Environment => None,
-        }
-    }
-
-    /// The pixels on the shorter side of the full picture.
-    fn short_side(&self) -> f64 {
-        f64::from(self.scene.view.film.resolution[0].min(self.scene.view.film.resolution[1]))
-    }
-
-    /// Whether the picture shows all directions.
-    fn is_all_around(&self) -> bool {
-        self.scene.view.camera.projection == Projection::Environment
-    }
-
-    /// The box around all shapes that are no lights.
-    fn bounds(&self) -> Option<[DVec3; 2]> {
-        let dark = self.facts.shapes.iter().filter(|shape| !shape.is_emitter).map(|shape| shape.bounds);
-        dark.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
-    }
-
-    /// Its largest side.
-    fn world_size(&self) -> f64 {
-        self.bounds().map_or(0.0, |[low, high]| (high - low).max_element())
-    }
-
-    /// The place of the directive of a light.
-    pub fn light_place(&self, light: &LightFacts) -> Option<Span> {
-        match light.place {
-            LightPlace::Light(number) => self.places.lights.get(number).copied(),
-            LightPlace::Primitive(number) => self.scene.world.primitives[number].span,
-        }
-    }
-
-    /// The distance of the eye from the box around all shapes; 0 within it. `None` without shapes.
-    pub fn distance(&self) -> Option<f64> {
-        let [low, high] = self.bounds()?;
-        Some(self.facts.eye.clamp(low, high).distance(self.facts.eye))
-    }
-
-    /// Whether all of the picture is rendered.
-    fn is_whole(&self) -> bool {
-        let film = &self.scene.view.film;
-        film.crop.area() == u64::from(film.resolution[0]) * u64::from(film.resolution[1])
-    }
-
-    /// The distance of a light from the middle of all shapes that are no lights. `None` of lights that are everywhere.
-    fn light_distance(&self, light: &LightFacts) -> Option<f64> {
-        let [low, high] = self.bounds()?;
-        Some(light.position?.distance((low + high) * 0.5))
-    }
-
-    /// A point in camera space.
-    fn in_camera(&self, p: DVec3) -> DVec3 {
-        self.scene.view.camera.world_from_camera.inverse().point(p)
-    }
-}
-
-/// A number with a few digits.
-pub fn short(number: f64) -> String {
-    let digits = match number.abs() {
-        size if size == 0.0 || (0.01..1e5).contains(&size) => 3 - size.max(0.01).log10().floor() as i32,
-        _ => return format!("{number:.2e}"),
-    };
-    let text = format!("{number:.*}", digits.clamp(0, 6) as usize);
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
-/// Three numbers, as in a scene file.
-fn point(p: DVec3) -> String {
-    let DVec3 { x, y, z } = p;
-    format!("{} {} {}", short(x), short(y), short(z))
+    Engine::new(arguments, requests, hub).run()
 }

@@ -7,7 +7,7 @@ use lookat_scene::syntax::Span;
 use serde_json::{Value, json};
 
 use crate::report;
-use crate::view::{Sight, short};
+use crate::sight::{Sight, short};
 
 /// The most shapes and lights that are listed.
 const MOST_LISTED: usize = 8;

@@ -30,7 +30,7 @@ pub fn focus_place(text: &str) -> Result<FocusPlace, String> {
 }
 
 /// Focuses the lens of a view, and returns the line to write into the scene. Fails without a lens, or where nothing is.
-pub fn focus(prepared: &mut Prepared, view: &mut View, place: FocusPlace) -> Result<String, String> {
+pub fn focus(prepared: &Prepared, view: &mut View, place: FocusPlace) -> Result<String, String> {
     if view.camera.lens.is_none() {
         let message = "--focus needs a lens: add \"float lensradius\" to Camera, or use --lens-radius";
         return Err(message.into());

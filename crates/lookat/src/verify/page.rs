@@ -119,7 +119,7 @@ fn page(title: &str, command: &str, scenes: &[PageScene]) -> [String; 2] {
         "title" => escape(title),
         "command" => escape(command),
         "style" => include_str!("page.css").into(),
-        "script" => include_str!("page.js").into(),
+        "script" => concat!(include_str!("../../page/tone.js"), "\n", include_str!("page.js")).into(),
         "counts" => counts(&scenes),
         "headings" => columns.iter().map(|name| heading(name)).collect(),
         "rows" => numbered().map(|(number, scene)| row(number, scene, &columns)).collect(),

@@ -1,0 +1,253 @@
+// The page of `lookat view`: shows the picture, and moves the camera.
+
+import { depthOf } from './camera.js';
+import { listen } from './gestures.js';
+import { makePanel } from './panel.js';
+import { draw, valuesAt } from './picture.js';
+import { connect } from './socket.js';
+
+/** @typedef {import('./camera.js').Camera} Camera */
+/** @typedef {{resolution: number[], crop: number[], samplesPerPixel: number}} Film */
+/** @typedef {{p: number[], depth: number, shape: string, shapePlace: string?, material: string, materialPlace: string?}} Hit */
+
+const $ = (id) => /** @type {any} */ (document.getElementById(id));
+const [frame, room, canvas] = [$('frame'), $('room'), $('picture')];
+
+/** What a request can set of the camera. */
+const KEYS = ['lookAt', 'fov', 'lensRadius', 'focalDistance', 'screenWindow'];
+
+/** This page, among those that show the scene. */
+const me = crypto.getRandomValues(new Uint32Array(1))[0];
+let number = 0;
+/** @type {Film?} */
+let film = null;
+/** @type {Camera?} */
+let camera = null;
+/** What the page sets instead of the file. @type {Record<string, unknown>} */
+let set = {};
+/** @type {import('./picture.js').Picture?} */
+let picture = null;
+let tone = { stops: 0, curve: 'none' };
+/** Whoever waits for what is at a place, by the number of the request. */
+const waiting = new Map();
+/** When the last pictures of a moving camera came, in milliseconds. */
+let arrivals = [];
+
+// What the program tells -----------------------------------------------------------------------------------
+
+function say(text) {
+  if ($('spoken').textContent !== text) $('spoken').textContent = text;
+}
+
+/** What to do with each type of news. @type {Record<string, (news: any) => void>} */
+const news = {
+  scene({ name, messages, hasErrors, film: newFilm }) {
+    const file = name.split(/[\\/]/).pop();
+    document.title = `${file} \u2013 lookat`;
+    [$('name').textContent, $('name').title] = [file, name];
+    $('error').hidden = !hasErrors;
+    $('errors').textContent = hasErrors ? messages : '';
+    $('trouble').textContent = `The file has errors.${newFilm ? ' This is the last picture without them.' : ''}`;
+    $('texts').textContent = (!hasErrors && messages) || 'No warnings and no notes.';
+    // The last line counts the messages.
+    $('counts').textContent = hasErrors ? 'errors' : messages.trim().split('\n').pop()?.split(': ').pop() || 'none';
+    say(hasErrors ? 'The file has errors.' : 'The file has been read.');
+    if (newFilm) film = newFilm;
+    panel.showFilm(film);
+    fit();
+  },
+  view({ by, number: of, set: itsSet, camera: itsCamera, refused }) {
+    $('refused').textContent = by === me && refused ? refused : '';
+    // The answer to a request before the newest one.
+    if (by === me && of < number) return;
+    set = Object.fromEntries(Object.entries(itsSet).filter(([, value]) => value !== null));
+    camera = itsCamera;
+    panel.showCamera(itsCamera, set);
+  },
+  picked({ by, number: of, hit }) {
+    if (by === me) waiting.get(of)?.(hit);
+    waiting.delete(of);
+  },
+};
+
+/** @param {import('./picture.js').Picture} newPicture */
+function showPicture(newPicture) {
+  picture = newPicture;
+  draw(canvas, newPicture, tone);
+  frame.toggleAttribute('data-magnified', isMagnified());
+  const { width, height, done, total, seconds, isFinal } = newPicture;
+  const isSmall = !isFinal && done === total;
+  const [now, time] = [performance.now(), seconds < 1 ? `${Math.round(1000 * seconds)} ms` : `${seconds.toFixed(1)} s`];
+  arrivals = isSmall ? [...arrivals.filter((at) => now - at < 1000), now] : [];
+  const size = `${width} \u00d7 ${height}`;
+  const rate = arrivals.length > 5 ? `${arrivals.length} per second, ` : '';
+  const perPixel = (count) => Math.round(10 * count / (width * height)) / 10;
+  $('samples').textContent = isSmall
+    ? `moving: ${rate}${size}, ${time}`
+    : `${isFinal ? 'finished: ' : ''}${perPixel(done)} of ${perPixel(total)} samples, ${size}, ${time}`;
+  $('progress').value = isSmall ? 0 : done / total;
+  if (isFinal) say(`The picture is finished, with ${perPixel(total)} samples per pixel.`);
+  readPixel();
+}
+
+// Requests -------------------------------------------------------------------------------------------------
+
+let isAsked = false;
+
+/**
+ * Moves the camera, at most once in each frame of the display.
+ * @param {Camera} newCamera
+ */
+function move(newCamera) {
+  if (!camera) return;
+  for (const key of KEYS) if (newCamera[key] !== camera[key]) set[key] = newCamera[key];
+  // What is marked is elsewhere then.
+  if (newCamera.lookAt !== camera.lookAt || newCamera.screenWindow !== camera.screenWindow) $('mark').hidden = true;
+  camera = newCamera;
+  number++;
+  panel.showCamera(newCamera, set);
+  if (isAsked) return;
+  isAsked = true;
+  requestAnimationFrame(() => {
+    isAsked = false;
+    request({ type: 'view', by: me, number, camera: set });
+  });
+}
+
+function reset() {
+  set = {};
+  request({ type: 'view', by: me, number: ++number, camera: set });
+}
+
+/**
+ * What the picture shows at a place, in fractions of the picture. `null` where there is nothing, or without an answer.
+ * @param {number[]} place
+ * @returns {Promise<Hit?>}
+ */
+function pick(place) {
+  const [id, at] = [Math.floor(Math.random() * 2 ** 32), filmPlace(place)];
+  request({ type: 'pick', by: me, number: id, at });
+  return new Promise((answer) => {
+    waiting.set(id, answer);
+    setTimeout(() => answer(null), 2000);
+  });
+}
+
+/**
+ * Shows what is at a place, and focuses the lens there.
+ * @param {number[]} place
+ */
+async function click(place) {
+  const hit = await pick(place);
+  $('mark').hidden = false;
+  frame.style.setProperty('--x', `${100 * place[0]}%`);
+  frame.style.setProperty('--y', `${100 * place[1]}%`);
+  const focused = hit && hit.depth > 0 && camera && camera.lensRadius > 0 && $('focus').checked
+    ? { ...camera, focalDistance: hit.depth }
+    : null;
+  panel.showHit(hit, Boolean(focused));
+  if (focused) move(focused);
+}
+
+// The frame ------------------------------------------------------------------------------------------------
+
+/**
+ * A place of the picture in pixels of the full film.
+ * @param {number[]} place
+ */
+function filmPlace([x, y]) {
+  const [x0, y0, x1, y1] = film?.crop ?? [0, 0, 1, 1];
+  return [x0 + x * (x1 - x0), y0 + y * (y1 - y0)];
+}
+
+/** Gives the frame its size, which no picture changes. */
+function fit() {
+  if (!film) return;
+  const [x0, y0, x1, y1] = film.crop;
+  const [width, height] = [x1 - x0, y1 - y0];
+  const fitting = Math.min((room.clientWidth - 16) / width, (room.clientHeight - 16) / height);
+  const scale = Number($('zoom').value) / devicePixelRatio || fitting;
+  room.style.setProperty('--ratio', width / height);
+  frame.style.setProperty('--across', `${Math.max(width * scale, 1)}px`);
+  frame.style.setProperty('--down', `${Math.max(height * scale, 1)}px`);
+  frame.toggleAttribute('data-magnified', isMagnified());
+}
+
+/** Whether each pixel of the picture is several of the display. Small pictures of a moving camera look better smooth. */
+function isMagnified() {
+  const isWhole = film && picture?.width === film.crop[2] - film.crop[0];
+  return Boolean(isWhole && frame.clientWidth * devicePixelRatio >= 1.5 * (picture?.width ?? 1));
+}
+
+/** @type {number[]?} */
+let pointer = null;
+
+function readPixel() {
+  if (!pointer || !picture) {
+    $('pixel').textContent = '';
+    return;
+  }
+  const at = filmPlace(pointer).map(Math.floor);
+  const values = valuesAt(picture, pointer[0], pointer[1]).map((value) => value.toPrecision(3));
+  $('pixel').textContent = `${at.join(', ')}: ${values.join(' ')}`;
+}
+
+function redraw() {
+  tone = { stops: Number($('exposure').value), curve: $('curve').value };
+  $('stops').textContent = `${tone.stops > 0 ? '+' : ''}${tone.stops} stops`;
+  if (picture) draw(canvas, picture, tone);
+}
+
+// The whole page -------------------------------------------------------------------------------------------
+
+const panel = makePanel({
+  camera: (change) => camera && move(change(camera)),
+  film: (change) => request({ type: 'film', ...change }),
+});
+listen(frame, {
+  camera: () => camera,
+  /** The part of the film that a pixel of the page is, along x and y. */
+  scale() {
+    const [[x0, y0], [x1, y1]] = [filmPlace([0, 0]), filmPlace([1, 1])];
+    const [width, height] = film?.resolution ?? [1, 1];
+    return [(x1 - x0) / width / frame.clientWidth, (y1 - y0) / height / frame.clientHeight];
+  },
+  /** A place of the picture in fractions of the film. */
+  place(at) {
+    const [x, y] = filmPlace(at);
+    const [width, height] = film?.resolution ?? [1, 1];
+    return [x / width, y / height];
+  },
+  move,
+  click,
+  reset,
+  async point(place) {
+    const hit = await pick(place);
+    return hit && camera ? { p: hit.p, depth: depthOf(camera, hit.p) } : null;
+  },
+  hover(place) {
+    pointer = place;
+    readPixel();
+  },
+  expose(stops) {
+    $('exposure').value = Number($('exposure').value) + stops;
+    redraw();
+  },
+});
+$('exposure').addEventListener('input', redraw);
+$('curve').addEventListener('change', redraw);
+$('zoom').addEventListener('change', fit);
+$('reset').addEventListener('click', reset);
+$('film-reset').addEventListener('click', () => request({ type: 'film' }));
+$('panel').addEventListener('submit', (event) => event.preventDefault());
+new ResizeObserver(fit).observe(room);
+redraw();
+
+const request = connect({
+  picture: showPicture,
+  news: (message) => news[message.type]?.(message),
+  connection(isOpen) {
+    $('connection').textContent = isOpen ? 'connected' : 'connection lost';
+    $('connection').toggleAttribute('data-lost', !isOpen);
+  },
+});

@@ -1,0 +1,180 @@
+// The fields of the camera and the film, and what the picture shows at a place.
+
+/** @typedef {import('./camera.js').Camera} Camera */
+
+/**
+ * A row of numbers. `key` and `from` say where they are, `names` what each of them is.
+ * @typedef {object} Row
+ * @property {string} label
+ * @property {string} key
+ * @property {number} from
+ * @property {string[]} names
+ * @property {string[]} kinds of cameras that have it
+ * @property {((camera: Camera, distance: number) => [number, number])} [range] of its slider
+ */
+
+const ALL = ['perspective', 'orthographic', 'environment'];
+const [PERSPECTIVE, FLAT] = [['perspective'], ['perspective', 'orthographic']];
+const XYZ = ['x', 'y', 'z'];
+
+/** @type {Row[]} */
+const ROWS = [
+  { label: 'eye', key: 'lookAt', from: 0, names: XYZ, kinds: ALL },
+  { label: 'target', key: 'lookAt', from: 3, names: XYZ, kinds: ALL },
+  { label: 'up vector', key: 'lookAt', from: 6, names: XYZ, kinds: ALL },
+  { label: 'fov', key: 'fov', from: 0, names: [''], kinds: PERSPECTIVE, range: () => [1, 179] },
+  { label: 'lensradius', key: 'lensRadius', from: 0, names: [''], kinds: FLAT, range: (_, distance) => [0, distance / 20] },
+  { label: 'focaldistance', key: 'focalDistance', from: 0, names: [''], kinds: FLAT, range: (_, distance) => [distance / 50, 3 * distance] },
+  { label: 'screenwindow', key: 'screenWindow', from: 0, names: ['left', 'right', 'bottom', 'top'], kinds: FLAT },
+  { label: 'frameaspectratio', key: 'aspect', from: 0, names: [''], kinds: FLAT },
+];
+
+/** @type {{label: string, key: string, names: string[]}[]} */
+const FILM = [
+  { label: 'resolution', key: 'resolution', names: ['xresolution', 'yresolution'] },
+  { label: 'cropwindow', key: 'crop', names: ['left', 'right', 'top', 'bottom'] },
+  { label: 'pixelsamples', key: 'samplesPerPixel', names: [''] },
+];
+
+/** As many digits as there is room for. The numbers that nobody edits keep all of theirs. */
+const short = (value) => String(Number(value.toPrecision(4)));
+
+const list = (value) => (Array.isArray(value) ? value : [value]);
+
+/**
+ * The window with another ratio of width and height, and the same shorter side.
+ * @param {number[]} window
+ * @param {number} ratio
+ */
+function withAspect([x0, x1, y0, y1], ratio) {
+  const half = Math.min(Math.abs(x1 - x0), Math.abs(y1 - y0)) / 2;
+  const [x, y] = [half * Math.max(ratio, 1) * Math.sign(x1 - x0), half * Math.max(1 / ratio, 1) * Math.sign(y1 - y0)];
+  const [middleX, middleY] = [(x0 + x1) / 2, (y0 + y1) / 2];
+  return [middleX - x, middleX + x, middleY - y, middleY + y];
+}
+
+/** @param {Camera} camera */
+const aspectOf = ({ screenWindow: [x0, x1, y0, y1] }) => Math.abs((x1 - x0) / (y1 - y0));
+
+/** @param {Camera} camera */
+const distanceOf = ({ lookAt }) => Math.hypot(...[0, 1, 2].map((i) => lookAt[i + 3] - lookAt[i]));
+
+/**
+ * The camera with another number in a row.
+ * @param {Camera} camera
+ * @param {Row} row
+ * @param {number} index
+ * @param {number} value
+ * @returns {Camera}
+ */
+function changed(camera, { key, from }, index, value) {
+  if (key === 'aspect') return { ...camera, screenWindow: withAspect(camera.screenWindow, value) };
+  const old = camera[key];
+  if (Array.isArray(old)) return { ...camera, [key]: old.with(from + index, value) };
+  const next = { ...camera, [key]: value };
+  // A new lens is sharp at the target.
+  if (key === 'lensRadius' && value > 0 && !camera.focalDistance) next.focalDistance = distanceOf(camera);
+  return next;
+}
+
+/** A row of inputs with a label for each. */
+function makeField(label, names, range) {
+  const field = document.createElement('div');
+  field.className = 'field';
+  const numbers = document.createElement('div');
+  numbers.className = 'numbers';
+  const title = document.createElement(names.length > 1 ? 'span' : 'label');
+  title.textContent = label;
+  const inputs = names.map((name) => {
+    const input = Object.assign(document.createElement('input'), { type: 'number', step: 'any', id: `${label}-${name}` });
+    input.setAttribute('aria-label', `${label} ${name}`.trim());
+    input.title = name;
+    return input;
+  });
+  if (title instanceof HTMLLabelElement) title.htmlFor = inputs[0].id;
+  const slider = range && Object.assign(document.createElement('input'), { type: 'range', step: 'any' });
+  slider?.setAttribute('aria-label', `${label}, slider`);
+  numbers.append(...(slider ? [slider] : []), ...inputs);
+  field.append(title, numbers);
+  return { field, inputs, slider };
+}
+
+/** Shows a number, unless someone is typing it. */
+function show(input, value) {
+  if (input !== document.activeElement || input.type === 'range') input.value = value === null ? '' : short(value);
+}
+
+/**
+ * Makes the fields.
+ * @param {{camera: (change: (camera: Camera) => Camera) => void, film: (change: object) => void}} act
+ */
+export function makePanel(act) {
+  const rows = ROWS.map((row) => {
+    const made = makeField(row.label, row.names, row.range);
+    made.inputs.forEach((input, index) => input.addEventListener('change', () => {
+      if (input.value !== '') act.camera((camera) => changed(camera, row, index, input.valueAsNumber));
+    }));
+    made.slider?.addEventListener('input', () => act.camera((camera) => changed(camera, row, 0, made.slider.valueAsNumber)));
+    document.getElementById('camera')?.append(made.field);
+    return { ...row, ...made };
+  });
+  const film = FILM.map((row) => ({ ...row, ...makeField(row.label, row.names) }));
+  const change = () => {
+    const values = film.map(({ key, inputs }) => [key, inputs.map((input) => input.valueAsNumber)]);
+    if (values.flatMap(([, numbers]) => numbers).some(Number.isNaN)) return;
+    const { resolution, crop, samplesPerPixel } = Object.fromEntries(values);
+    act.film({ resolution, crop, samplesPerPixel: samplesPerPixel[0] });
+  };
+  for (const { field, inputs } of film) {
+    inputs.forEach((input) => input.addEventListener('change', change));
+    document.getElementById('film')?.append(field);
+  }
+
+  /** The longest distance of the target so far gives the sliders their range, so that they do not slip away. */
+  let reach = 0;
+  return {
+    /**
+     * @param {Camera} camera
+     * @param {Record<string, unknown>} set
+     */
+    showCamera(camera, set) {
+      reach = Math.max(reach, distanceOf(camera));
+      const kind = document.getElementById('kind');
+      if (kind) kind.textContent = camera.kind + (camera.hasLookAt ? '' : ', placed without LookAt');
+      for (const { key, from, kinds, names, range, field, inputs, slider } of rows) {
+        field.hidden = !kinds.includes(camera.kind);
+        const value = key === 'aspect' ? aspectOf(camera) : camera[key];
+        const numbers = Array.isArray(value) ? value.slice(from, from + names.length) : [value];
+        inputs.forEach((input, index) => show(input, numbers[index]));
+        const isIdle = key === 'focalDistance' && !camera.lensRadius;
+        for (const input of [...inputs, ...(slider ? [slider] : [])]) input.disabled = isIdle;
+        field.toggleAttribute('data-set', key in set && !isIdle);
+        if (!slider || !range) continue;
+        const [least, most] = range(camera, reach);
+        [slider.min, slider.max] = [String(least), String(Math.max(most, value ?? 0))];
+        show(slider, value);
+      }
+    },
+    /** @param {{resolution: number[], crop: number[], samplesPerPixel: number} | null} of */
+    showFilm(of) {
+      if (!of) return;
+      const [width, height] = of.resolution;
+      const [x0, y0, x1, y1] = of.crop;
+      const values = { ...of, crop: [x0 / width, x1 / width, y0 / height, y1 / height] };
+      for (const { key, inputs } of film) list(values[key]).forEach((value, index) => show(inputs[index], value));
+    },
+    /**
+     * @param {import('./main.js').Hit?} hit
+     * @param {boolean} isFocused
+     */
+    showHit(hit, isFocused) {
+      const make = (name, text) => Object.assign(document.createElement(name), { textContent: text });
+      const lines = hit ? [
+        ['shape', hit.shape], ['at', hit.shapePlace], ['material', hit.material], ['at', hit.materialPlace],
+        ['depth', short(hit.depth) + (isFocused ? ', now in focus' : '')], ['point', hit.p.map(short).join(' ')],
+      ] : [];
+      const shown = lines.filter(([, text]) => text).flatMap(([name, text]) => [make('dt', name), make('dd', text)]);
+      document.getElementById('hit')?.replaceChildren(...(hit ? shown : [make('dd', 'Nothing is there.')]));
+    },
+  };
+}

@@ -1,0 +1,128 @@
+//! A scene that has been read and prepared.
+
+use lookat_image::Charge;
+use lookat_render::{Prepared, Settings};
+use lookat_scene::glam::DVec2;
+use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View, ViewOverride};
+
+use crate::render::charge_memory;
+use crate::report;
+use crate::sight;
+use crate::view::camera::{changed, placement, values};
+use crate::view::messages::{self, Hit, SetCamera};
+
+/// A scene that is ready to render.
+pub struct Opened {
+    loaded: Loaded,
+    scene: Scene,
+    placement: Option<CameraPlacement>,
+    /// What the page sees.
+    pub view: View,
+    /// The `LookAt` of what the page sees.
+    points: [f64; 9],
+    pub prepared: Prepared,
+    /// Whether the file had another camera before.
+    pub has_new_camera: bool,
+    _charge: Charge,
+}
+
+impl Opened {
+    /// Prepares a scene. `before` is the camera that the file had.
+    pub fn new(mut loaded: Loaded, before: Option<Camera>) -> Result<Opened, String> {
+        let scene = loaded.scene.take().ok_or_else(String::new)?;
+        let charge = charge_memory(&scene, &Settings::default(), &loaded.memory)?;
+        let mut prepared = Prepared::new(&scene);
+        let camera = scene.view.camera;
+        // The size of the film decides about the screen, too.
+        let has_new_camera =
+            before.is_some_and(|before| Camera { screen: camera.screen, ..before } != camera);
+        let placement = placement(&loaded, &scene, &prepared);
+        let advice = sight::advise(&loaded, &scene, &mut prepared);
+        loaded.diagnostics.extend(advice);
+        Ok(Opened {
+            view: scene.view.clone(),
+            points: placement.map_or([0.0; 9], |placement| placement.points),
+            loaded,
+            scene,
+            placement,
+            prepared,
+            has_new_camera,
+            _charge: charge,
+        })
+    }
+
+    /// The camera of the file.
+    pub fn own_camera(&self) -> Camera {
+        self.scene.view.camera
+    }
+
+    /// Whether the picture that `render` makes needs no further preparation.
+    pub fn is_near(&self) -> bool {
+        self.prepared.is_near(&self.view.camera)
+    }
+
+    /// Sets the camera. Fails with the reason, and changes nothing.
+    pub fn set(&mut self, set: &SetCamera) -> Result<(), String> {
+        if set.look_at.is_some() && self.loaded.world_follows_camera {
+            return Err("CoordSysTransform \"camera\" places a part of this world relative to the camera: \
+                        move the camera in the file"
+                .into());
+        }
+        self.view.camera = changed(self.own_camera(), self.placement, &ViewOverride::from(*set))?;
+        self.points = set.look_at.or(self.placement.map(|it| it.points)).unwrap_or(self.points);
+        Ok(())
+    }
+
+    /// What the page sees, in numbers.
+    pub fn values(&self) -> messages::Camera {
+        values(&self.view.camera, self.placement.as_ref(), self.points)
+    }
+
+    /// The camera of the file, in numbers.
+    pub fn own(&self) -> messages::Camera {
+        let points = self.placement.map_or(self.points, |placement| placement.points);
+        values(&self.own_camera(), self.placement.as_ref(), points)
+    }
+
+    pub fn film(&self) -> messages::Film {
+        let View { film, sampler, .. } = &self.scene.view;
+        let crop = film.crop;
+        messages::Film {
+            resolution: film.resolution,
+            crop: [crop.x0, crop.y0, crop.x1, crop.y1],
+            samples_per_pixel: sampler.samples_per_pixel,
+        }
+    }
+
+    /// Warnings and notes, also about what the camera of the file shows.
+    pub fn messages(&self) -> String {
+        report::text(&self.loaded)
+    }
+
+    /// What the picture shows at a place.
+    pub fn pick(&self, [x, y]: [f64; 2]) -> Option<Hit> {
+        if !x.is_finite() || !y.is_finite() {
+            return None;
+        }
+        let Opened { prepared, view, loaded, .. } = self;
+        let picked = prepared.pick(view, DVec2::new(x, y))?;
+        let (shape, material) = (picked.primitive.span, picked.primitive.material.span);
+        let word = |span: Option<_>| span.map(|span| word(span, &loaded.sources));
+        let place = |span: Option<_>| span.map(|span| report::place(span, &loaded.sources));
+        Some(Hit {
+            p: picked.p.to_array(),
+            depth: picked.depth,
+            shape: word(shape).unwrap_or_default(),
+            shape_place: place(shape),
+            material: word(material).unwrap_or_else(|| "the default material".into()),
+            material_place: place(material),
+        })
+    }
+}
+
+/// The type that a directive names.
+fn word(span: lookat_scene::syntax::Span, sources: &Sources) -> String {
+    let text = &sources.file(span.file).text;
+    let text = text.get(span.start as usize..span.end as usize).unwrap_or_default();
+    String::from_utf8_lossy(text).trim_matches('"').to_owned()
+}

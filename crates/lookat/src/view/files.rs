@@ -1,0 +1,30 @@
+//! The files of the page, inside the program.
+
+/// A file of the page.
+pub struct PageFile {
+    pub name: &'static str,
+    /// Its media type.
+    pub kind: &'static str,
+    pub text: &'static str,
+}
+
+const fn script(name: &'static str, text: &'static str) -> PageFile {
+    PageFile { name, kind: "text/javascript; charset=utf-8", text }
+}
+
+/// The page has no name.
+pub const FILES: &[PageFile] = &[
+    PageFile { name: "", kind: "text/html; charset=utf-8", text: include_str!("../../page/index.html") },
+    PageFile {
+        name: "style.css",
+        kind: "text/css; charset=utf-8",
+        text: include_str!("../../page/style.css"),
+    },
+    script("main.js", include_str!("../../page/main.js")),
+    script("socket.js", include_str!("../../page/socket.js")),
+    script("picture.js", include_str!("../../page/picture.js")),
+    script("tone.js", include_str!("../../page/tone.js")),
+    script("camera.js", include_str!("../../page/camera.js")),
+    script("gestures.js", include_str!("../../page/gestures.js")),
+    script("panel.js", include_str!("../../page/panel.js")),
+];

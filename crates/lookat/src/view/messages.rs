@@ -1,0 +1,202 @@
+//! The messages between the page and the program: JSON, and pictures as numbers.
+
+use lookat_image::Image;
+use lookat_scene::ViewOverride;
+use serde::{Deserialize, Serialize};
+use tungstenite::Message;
+
+/// What the page asks for.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "camelCase")]
+pub enum Request {
+    Film(SetFilm),
+    View(SetView),
+    Pick(Pick),
+}
+
+/// What the page sets of the film instead of the file. Each of them reads the file again.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SetFilm {
+    pub resolution: Option<[u32; 2]>,
+    pub crop: Option<[f64; 4]>,
+    pub samples_per_pixel: Option<u32>,
+}
+
+/// What the page sets of the camera instead of the file.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SetView {
+    /// The page, by a random number of its own. It knows by it what it asked for itself.
+    pub by: u32,
+    /// Counts the requests of the page.
+    pub number: u32,
+    pub camera: SetCamera,
+}
+
+/// The camera that the page sets; `None` as in the file.
+#[derive(Debug, Default, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct SetCamera {
+    pub look_at: Option<[f64; 9]>,
+    pub fov: Option<f64>,
+    pub lens_radius: Option<f64>,
+    pub focal_distance: Option<f64>,
+    pub screen_window: Option<[f64; 4]>,
+}
+
+impl From<SetCamera> for ViewOverride {
+    fn from(camera: SetCamera) -> ViewOverride {
+        let SetCamera { look_at, fov, lens_radius, focal_distance, screen_window } = camera;
+        ViewOverride { look_at, fov, lens_radius, focal_distance, screen_window }
+    }
+}
+
+/// Asks what the picture shows at a place.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Pick {
+    pub by: u32,
+    pub number: u32,
+    /// In pixels from the top left corner of the full picture.
+    pub at: [f64; 2],
+}
+
+/// What the program tells.
+#[derive(Debug, Serialize)]
+#[serde(tag = "type", rename_all = "camelCase")]
+pub enum News<'a> {
+    Scene(Scene<'a>),
+    View(View<'a>),
+    Picked(Picked),
+}
+
+impl News<'_> {
+    pub fn message(&self) -> Message {
+        Message::text(serde_json::to_string(self).unwrap_or_default())
+    }
+}
+
+/// The file, as it was read last.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Scene<'a> {
+    pub name: &'a str,
+    /// Errors, warnings and notes, as the terminal shows them.
+    pub messages: &'a str,
+    /// Whether there are errors. The page then shows the last scene without them.
+    pub has_errors: bool,
+    /// `None` until a file without errors has been read.
+    pub film: Option<Film>,
+    /// The camera of the file.
+    pub camera: Option<Camera>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Film {
+    pub resolution: [u32; 2],
+    /// The rendered pixels: left, top, right and bottom edge.
+    pub crop: [u32; 4],
+    pub samples_per_pixel: u32,
+}
+
+/// A camera with all values.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Camera {
+    /// `perspective`, `orthographic` or `environment`.
+    pub kind: &'static str,
+    pub look_at: [f64; 9],
+    /// Whether a `LookAt` alone places the camera of the file.
+    pub has_look_at: bool,
+    /// Whether the transformation before `LookAt` exchanges left and right, or top and bottom.
+    pub mirrored: [bool; 2],
+    pub fov: Option<f64>,
+    /// 0 for a pinhole.
+    pub lens_radius: f64,
+    /// `None` for a pinhole.
+    pub focal_distance: Option<f64>,
+    pub screen_window: [f64; 4],
+}
+
+/// The camera as it is set.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct View<'a> {
+    pub by: u32,
+    pub number: u32,
+    pub set: SetCamera,
+    pub camera: Camera,
+    /// Why the request of the page changed nothing.
+    pub refused: Option<&'a str>,
+}
+
+/// What the picture shows at a place.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Picked {
+    pub by: u32,
+    pub number: u32,
+    pub at: [f64; 2],
+    /// `None` where there is nothing.
+    pub hit: Option<Hit>,
+}
+
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Hit {
+    pub p: [f64; 3],
+    /// The focal distance at which it is sharp.
+    pub depth: f64,
+    /// The type of the shape, and its place.
+    pub shape: String,
+    pub shape_place: Option<String>,
+    /// The type of the material, and its place.
+    pub material: String,
+    pub material_place: Option<String>,
+}
+
+/// What a picture is.
+#[derive(Debug, Clone, Copy)]
+pub struct About {
+    /// Counts the views.
+    pub generation: u32,
+    /// The number of the page's request that the view follows.
+    pub number: u32,
+    /// Samples of all pixels, done and in all.
+    pub done: u64,
+    pub total: u64,
+    /// The time since this rendering began.
+    pub seconds: f64,
+    /// Whether it is the picture that `render` makes.
+    pub is_final: bool,
+}
+
+/// The bytes before the pixels of a picture: eight numbers.
+const HEADER: usize = 64;
+
+/// A picture as a message: width, height and `about` as `f64`, then linear red, green and blue of each pixel as `f32`.
+/// Little-endian.
+pub fn picture(image: &Image, about: About) -> Option<Message> {
+    let pixels = image.rgb()?;
+    let About { generation, number, done, total, seconds, is_final } = about;
+    let window = image.data_window;
+    let header = [
+        f64::from(window.width),
+        f64::from(window.height),
+        f64::from(generation),
+        f64::from(number),
+        done as f64,
+        total as f64,
+        seconds,
+        f64::from(u8::from(is_final)),
+    ];
+    let mut bytes = vec![0; HEADER + 12 * pixels.len()];
+    let (head, body) = bytes.split_at_mut(HEADER);
+    head.copy_from_slice(header.map(f64::to_le_bytes).as_flattened());
+    for (place, value) in body.chunks_exact_mut(4).zip(pixels.as_flattened()) {
+        place.copy_from_slice(&value.to_le_bytes());
+    }
+    Some(Message::binary(bytes))
+}

@@ -1,0 +1,61 @@
+//! What the pages ask for: the newest request of each kind.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::messages::{Pick, Request, SetFilm, SetView};
+
+/// The requests that wait for the engine.
+#[derive(Default)]
+pub struct Requests {
+    pending: Mutex<Pending>,
+    put: Condvar,
+    /// The same for a look without a lock.
+    has_any: AtomicBool,
+}
+
+/// The newest request of each kind.
+#[derive(Default)]
+pub struct Pending {
+    pub film: Option<SetFilm>,
+    pub view: Option<SetView>,
+    pub pick: Option<Pick>,
+}
+
+impl Requests {
+    pub fn put(&self, request: Request) {
+        let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        match request {
+            Request::Film(film) => pending.film = Some(film),
+            Request::View(view) => pending.view = Some(view),
+            Request::Pick(pick) => pending.pick = Some(pick),
+        }
+        self.has_any.store(true, Ordering::Relaxed);
+        self.put.notify_all();
+    }
+
+    /// Takes the request about a place alone: it can be answered while a picture is rendered.
+    pub fn take_pick(&self) -> Option<Pick> {
+        if !self.has_any() {
+            return None;
+        }
+        let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        let pick = pending.pick.take();
+        self.has_any.store(pending.film.is_some() || pending.view.is_some(), Ordering::Relaxed);
+        pick
+    }
+
+    pub fn has_any(&self) -> bool {
+        self.has_any.load(Ordering::Relaxed)
+    }
+
+    /// Takes all requests, after waiting at most `time` for the first.
+    pub fn take(&self, time: Duration) -> Pending {
+        let pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = self.put.wait_timeout_while(pending, time, |_| !self.has_any());
+        let (mut pending, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        self.has_any.store(false, Ordering::Relaxed);
+        std::mem::take(&mut pending)
+    }
+}

@@ -1,0 +1,184 @@
+//! Writes changes into the files of a scene, and takes them back.
+
+use std::path::{Path, PathBuf};
+
+use lookat_image::{io_reason, write_file};
+use lookat_scene::Sources;
+use lookat_scene::syntax::Fix;
+
+use super::messages::ChangedLines;
+
+/// The most bytes of texts that are kept to take changes back.
+const MOST_KEPT: usize = 256 << 20;
+
+/// A file before and after a change.
+#[derive(Clone)]
+pub struct FileChange {
+    pub path: PathBuf,
+    pub before: Vec<u8>,
+    pub after: Vec<u8>,
+}
+
+/// The files that fixes change.
+pub fn changes(sources: &Sources, fixes: &[Fix]) -> Vec<FileChange> {
+    let mut fixes: Vec<&Fix> = fixes.iter().collect();
+    // The last fix of a file comes first, so that the places of the others stay. Insertions at one place keep their order.
+    fixes.sort_by_key(|fix| (fix.span.file.0, fix.span.start));
+    let mut changes: Vec<FileChange> = Vec::new();
+    for fix in fixes.into_iter().rev() {
+        let source = sources.file(fix.span.file);
+        let is_same = |change: &&mut FileChange| change.path == source.path;
+        let change = match changes.iter_mut().find(is_same) {
+            Some(change) => change,
+            None => {
+                let text = source.text.to_vec();
+                changes.push(FileChange { path: source.path.clone(), before: text.clone(), after: text });
+                changes.last_mut().expect("it has just been pushed")
+            }
+        };
+        let range = fix.span.start as usize..fix.span.end as usize;
+        change.after.splice(range, fix.replacement.bytes());
+    }
+    changes
+}
+
+impl FileChange {
+    /// The lines from the first to the last that differ.
+    pub fn lines(&self) -> ChangedLines {
+        let [before, after] = [&self.before, &self.after].map(|text| text.split(|byte| *byte == b'\n').collect::<Vec<_>>());
+        let same = |pairs: &mut dyn Iterator<Item = (&&[u8], &&[u8])>| pairs.take_while(|(a, b)| a == b).count();
+        let first = same(&mut before.iter().zip(&after));
+        let rest = before.len().min(after.len()) - first;
+        let last = same(&mut before.iter().rev().zip(after.iter().rev())).min(rest);
+        let text = |lines: &[&[u8]]| {
+            lines[first..lines.len() - last].iter().map(|line| String::from_utf8_lossy(line).into_owned()).collect()
+        };
+        ChangedLines {
+            file: self.path.display().to_string(),
+            line: first + 1,
+            removed: text(&before),
+            added: text(&after),
+        }
+    }
+
+    fn reversed(&self) -> FileChange {
+        FileChange { path: self.path.clone(), before: self.after.clone(), after: self.before.clone() }
+    }
+}
+
+/// Changes of the files so far.
+#[derive(Default)]
+pub struct History {
+    done: Vec<Vec<FileChange>>,
+    undone: Vec<Vec<FileChange>>,
+}
+
+impl History {
+    /// Changes files. Fails, and changes nothing, if one of them is not as it was before.
+    pub fn write(&mut self, changes: Vec<FileChange>) -> Result<(), String> {
+        put(&changes)?;
+        self.undone.clear();
+        self.done.push(changes);
+        let size = |changes: &Vec<FileChange>| -> usize {
+            changes.iter().map(|change| change.before.len() + change.after.len()).sum()
+        };
+        while self.done.len() > 1 && self.done.iter().map(size).sum::<usize>() > MOST_KEPT {
+            self.done.remove(0);
+        }
+        Ok(())
+    }
+
+    pub fn undo(&mut self) -> Result<(), String> {
+        let changes = self.done.last().ok_or("there is nothing to undo")?;
+        put(&changes.iter().map(FileChange::reversed).collect::<Vec<_>>())?;
+        self.undone.extend(self.done.pop());
+        Ok(())
+    }
+
+    pub fn redo(&mut self) -> Result<(), String> {
+        put(self.undone.last().ok_or("there is nothing to redo")?)?;
+        self.done.extend(self.undone.pop());
+        Ok(())
+    }
+
+    pub fn can_undo(&self) -> bool {
+        !self.done.is_empty()
+    }
+
+    pub fn can_redo(&self) -> bool {
+        !self.undone.is_empty()
+    }
+}
+
+/// Writes all files or none.
+fn put(changes: &[FileChange]) -> Result<(), String> {
+    for FileChange { path, before, .. } in changes {
+        let text = std::fs::read(path).map_err(|error| format!("{}: {}", path.display(), io_reason(&error)))?;
+        if text != *before {
+            return Err(format!("{} has changed meanwhile: nothing is written", path.display()));
+        }
+    }
+    for (number, FileChange { path, after, .. }) in changes.iter().enumerate() {
+        if let Err(reason) = write(path, after) {
+            for FileChange { path, before, .. } in &changes[..number] {
+                write(path, before).map_err(|again| format!("{reason}; {again}"))?;
+            }
+            return Err(reason);
+        }
+    }
+    Ok(())
+}
+
+fn write(path: &Path, text: &[u8]) -> Result<(), String> {
+    write_file(path, text).map_err(|error| error.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn change(path: &Path, before: &str, after: &str) -> FileChange {
+        FileChange { path: path.into(), before: before.into(), after: after.into() }
+    }
+
+    #[test]
+    fn changes_are_written_undone_and_done_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let [a, b] = ["a", "b"].map(|name| folder.path().join(name));
+        let texts = || [&a, &b].map(|path| std::fs::read_to_string(path).unwrap());
+        std::fs::write(&a, "1").unwrap();
+        std::fs::write(&b, "2").unwrap();
+        let mut history = History::default();
+        assert!(history.undo().is_err() && history.redo().is_err());
+        history.write(vec![change(&a, "1", "3"), change(&b, "2", "4")]).unwrap();
+        history.write(vec![change(&a, "3", "5")]).unwrap();
+        assert_eq!(texts(), ["5", "4"]);
+        history.undo().unwrap();
+        history.undo().unwrap();
+        assert_eq!(texts(), ["1", "2"]);
+        assert!(!history.can_undo() && history.can_redo());
+        history.redo().unwrap();
+        assert_eq!(texts(), ["3", "4"]);
+        // Another program changes one of the files.
+        std::fs::write(&b, "mine").unwrap();
+        let reason = history.undo().unwrap_err();
+        assert!(reason.contains("has changed meanwhile"), "{reason}");
+        assert_eq!(texts(), ["3", "mine"]);
+        std::fs::remove_file(&b).unwrap();
+        assert!(history.undo().is_err());
+        // A new change forgets the ones that were undone.
+        history.write(vec![change(&a, "3", "6")]).unwrap();
+        assert!(!history.can_redo());
+    }
+
+    #[test]
+    fn the_lines_that_differ_are_found() {
+        let lines = |before, after| change(Path::new("a"), before, after).lines();
+        let found = lines("a\nb\nc\nd\n", "a\nB\nc\nD\n");
+        assert_eq!((found.line, found.removed.len(), found.added.len()), (2, 3, 3));
+        let found = lines("a\na\n", "a\na\na\n");
+        assert_eq!((found.removed.len(), found.added), (0, vec!["a".to_owned()]));
+        let found = lines("a", "b");
+        assert_eq!((found.line, found.removed, found.added), (1, vec!["a".to_owned()], vec!["b".to_owned()]));
+    }
+}

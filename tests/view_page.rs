@@ -1,0 +1,235 @@
+//! The page of `lookat view`, in a browser. Skipped where there is none.
+
+#[path = "report/browser.rs"]
+#[expect(dead_code, reason = "the report needs more of it")]
+mod browser;
+#[path = "view_server/viewer.rs"]
+#[expect(dead_code, reason = "the server needs more of it")]
+mod viewer;
+
+use browser::Browser;
+use serde_json::{Value, json};
+use viewer::Viewer;
+
+const SCENE: &str = "LookAt 0 1 -5  0 0 0  0 1 0
+Camera \"perspective\" \"float fov\" 40
+Film \"image\" \"integer xresolution\" 60 \"integer yresolution\" 40
+Sampler \"halton\" \"integer pixelsamples\" 4
+Integrator \"path\"
+WorldBegin
+LightSource \"infinite\" \"rgb L\" [.25 .25 .25]
+Material \"matte\" \"rgb Kd\" [.5 .4 .3]
+Shape \"sphere\"
+WorldEnd
+";
+
+struct Opened {
+    browser: Browser,
+    viewer: Viewer,
+}
+
+impl Opened {
+    fn new() -> Option<Opened> {
+        Opened::with(SCENE)
+    }
+
+    fn with(scene: &str) -> Option<Opened> {
+        let Some(program) = browser::find() else {
+            println!("skipped: no Chromium on PATH, nor in the environment variable CHROMIUM");
+            return None;
+        };
+        let viewer = Viewer::start(scene);
+        let mut browser = Browser::start(&program);
+        browser.resize(1280, 900);
+        browser.visit(&format!("http://{}/{}/", viewer.host, viewer.token));
+        let mut page = Opened { browser, viewer };
+        page.browser.evaluate("window.of = (id) => document.getElementById(id)");
+        page.finish();
+        Some(page)
+    }
+
+    /// Waits for the picture that `render` makes.
+    fn finish(&mut self) {
+        self.browser.wait_for("of('samples').textContent.startsWith('finished: 4 of 4 samples')");
+    }
+
+    fn value(&mut self, expression: &str) -> Value {
+        self.browser.evaluate(expression)
+    }
+
+    fn number(&mut self, field: &str) -> f64 {
+        self.value(&format!("of({}).valueAsNumber", json!(field))).as_f64().unwrap()
+    }
+
+    /// Types a number into a field.
+    fn enter(&mut self, field: &str, value: f64) {
+        let field = json!(field);
+        self.value(&format!("of({field}).value = {value}; of({field}).dispatchEvent(new Event('change'))"));
+    }
+
+    /// A place of the window, by fractions of the picture.
+    fn place(&mut self, x: f64, y: f64) -> [f64; 2] {
+        let place = self.value(&format!(
+            "(({{ x, y, width, height }}) => [x + {x} * width, y + {y} * height])(of('frame').getBoundingClientRect())"
+        ));
+        std::array::from_fn(|i| place[i].as_f64().unwrap())
+    }
+
+    fn drag(&mut self, from: [f64; 2], to: [f64; 2]) {
+        self.browser.mouse("mousePressed", from);
+        for step in 1..=10 {
+            let at = |axis: usize| from[axis] + (to[axis] - from[axis]) * f64::from(step) / 10.0;
+            self.browser.mouse("mouseMoved", [at(0), at(1)]);
+        }
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        self.browser.mouse("mouseReleased", to);
+    }
+
+    fn close(self) {
+        assert!(self.browser.faults.is_empty(), "{}", self.browser.faults.join("\n"));
+    }
+}
+
+#[test]
+fn the_camera_moves_by_mouse_and_keys() {
+    let Some(mut page) = Opened::new() else { return };
+    let frame = page.place(0.0, 0.0);
+    let [left, middle] = [page.place(0.3, 0.5), page.place(0.5, 0.5)];
+    page.drag(left, middle);
+    page.browser.wait_for("of('eye-x').valueAsNumber < -1");
+    page.finish();
+    // Around the target or what is seen there, at about the same distance, and upright.
+    let eye = ["x", "y", "z"].map(|axis| page.number(&format!("eye-{axis}")));
+    assert!((eye.iter().map(|it| it * it).sum::<f64>().sqrt() - 5.1).abs() < 1.5, "{eye:?}");
+    assert_eq!(page.number("up vector-y"), 1.0);
+    assert_eq!(page.place(0.0, 0.0), frame, "nothing jumps");
+    page.value("of('frame').focus()");
+    page.browser.press("r", 82);
+    page.browser.wait_for("of('eye-x').valueAsNumber === 0");
+    page.browser.press("ArrowRight", 39);
+    page.browser.wait_for("of('eye-x').valueAsNumber > 0.1");
+    page.browser.press("+", 187);
+    page.browser.wait_for("Math.abs(Math.hypot(...['x', 'y', 'z'].map((axis) => of(`eye-${axis}`).valueAsNumber)) - 0.9 * 26 ** 0.5) < 0.02");
+    page.enter("fov-", 200.0);
+    page.browser.wait_for("of('refused').textContent.includes('below 180 degrees')");
+    page.value("of('reset').click()");
+    page.browser.wait_for("of('fov-').valueAsNumber === 40");
+    page.finish();
+    assert_eq!(page.viewer.text(), SCENE);
+    page.close();
+}
+
+#[test]
+fn a_click_names_the_shape_and_focuses() {
+    let Some(mut page) = Opened::new() else { return };
+    let middle = page.place(0.5, 0.5);
+    page.browser.click(middle);
+    page.browser.wait_for("of('hit').textContent.includes('scene.pbrt:9:7')");
+    let hit = page.value("of('hit').textContent");
+    assert!(
+        ["sphere", "matte", "scene.pbrt:8:10"].iter().all(|it| hit.as_str().unwrap().contains(it)),
+        "{hit}"
+    );
+    assert_eq!(page.value("of('focaldistance-').disabled"), true);
+    page.enter("lensradius-", 0.1);
+    page.browser.wait_for("!of('focaldistance-').disabled");
+    assert!((page.number("focaldistance-") - 5.099).abs() < 0.001);
+    page.browser.click(middle);
+    page.browser.wait_for("of('focaldistance-').valueAsNumber < 4.2");
+    page.finish();
+    let corner = page.place(0.02, 0.02);
+    page.browser.click(corner);
+    page.browser.wait_for("of('hit').textContent === 'Nothing is there.'");
+    page.close();
+}
+
+#[test]
+fn errors_are_shown_over_the_last_picture() {
+    let Some(mut page) = Opened::new() else { return };
+    page.viewer.write(&SCENE.replace("\"sphere\"", "\"sphrere\""));
+    page.browser.wait_for("!of('error').hidden && of('errors').textContent.includes('^^^^^^^^^')");
+    assert!(page.value("of('errors').textContent").as_str().unwrap().contains("did you mean \"sphere\"?"));
+    assert_eq!(page.value("of('picture').width"), 60);
+    page.viewer.write(SCENE);
+    page.browser.wait_for("of('error').hidden");
+    page.finish();
+    page.close();
+}
+
+#[test]
+fn exposure_needs_no_rendering() {
+    let Some(mut page) = Opened::new() else { return };
+    let color = "[...of('picture').getContext('2d').getImageData(1, 1, 1, 1).data]";
+    assert_eq!(page.value(color), json!([137, 137, 137, 255]));
+    page.value("of('exposure').value = 1; of('exposure').dispatchEvent(new Event('input'))");
+    assert_eq!(page.value(color), json!([188, 188, 188, 255]));
+    page.value("of('curve').value = 'reinhard'; of('curve').dispatchEvent(new Event('change'))");
+    // 0.5 * (1 + 0.5 / 16) / 1.5 = 0.34375
+    assert_eq!(page.value(color), json!([158, 158, 158, 255]));
+    page.close();
+}
+
+#[test]
+fn everything_has_a_label_and_fits() {
+    let Some(mut page) = Opened::new() else { return };
+    for (width, height) in [(1280, 800), (400, 800)] {
+        page.browser.resize(width, height);
+        assert_eq!(page.value("document.documentElement.scrollWidth"), width, "{width}");
+    }
+    let unnamed = "[...document.querySelectorAll('input, select, button')]
+        .filter((e) => !(e.labels?.length || e.getAttribute('aria-label') || e.textContent.trim())).length";
+    assert_eq!(page.value(unnamed), 0);
+    page.close();
+}
+
+/// On a plane through the target. Mirrored cameras and reversed windows follow the pointer, too.
+#[test]
+fn what_is_under_the_pointer_follows_it() {
+    let plane = SCENE.replace("LookAt 0 1 -5", "LookAt 0 0 -5").replace(
+        "Shape \"sphere\"",
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 -9 0 9 -9 0 9 9 0 -9 9 0]",
+    );
+    let window = |edges: &str| format!("\"float screenwindow\" [{edges}] Film");
+    for scene in [
+        plane.clone(),
+        plane.replace("LookAt", "Scale -1 1 1 LookAt"),
+        plane.replace("Film", &window("1.5 -1.2 1 -1")),
+        plane.replace("\"perspective\" \"float fov\" 40", "\"orthographic\""),
+    ] {
+        let Some(mut page) = Opened::with(&scene) else { return };
+        let mut socket = page.viewer.page();
+        let camera = socket.news("view", |_| true)["camera"].take();
+        let mut number = 0;
+        let mut seen = |camera: &Value, x: f64, y: f64| -> [f64; 3] {
+            number += 1;
+            let set = json!({"lookAt": camera["lookAt"], "screenWindow": camera["screenWindow"]});
+            socket.request(&json!({"type": "view", "by": 1, "number": number, "camera": set}));
+            socket.news("view", |view| view["number"] == number && view["refused"].is_null());
+            socket.request(&json!({"type": "pick", "by": 1, "number": number, "at": [60.0 * x, 40.0 * y]}));
+            let picked = socket.news("picked", |picked| picked["number"] == number);
+            std::array::from_fn(|axis| picked["hit"]["p"][axis].as_f64().unwrap())
+        };
+        let mut moved = |call: &str| {
+            page.value(&format!(
+                "import(new URL('camera.js', location.href)).then(({{ dolly, orbit, pan }}) => {call})"
+            ))
+        };
+        let is_near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
+        let [before, right] = [seen(&camera, 0.5, 0.4), seen(&camera, 0.6, 0.4)];
+        let panned = moved(&format!("pan({camera}, 0.1, 0.2, null)"));
+        assert!(is_near(seen(&panned, 0.6, 0.6), before), "{scene}");
+        let nearer = moved(&format!("dolly({camera}, 0.7, [0.6, 0.4])"));
+        assert!(is_near(seen(&nearer, 0.6, 0.4), right), "{scene}");
+        assert!(!is_near(seen(&nearer, 0.5, 0.4), before), "{scene}");
+        // What is before the target goes right as the eye goes left, and down as the eye goes up.
+        let up = seen(&camera, 0.5, 0.3);
+        let side = |camera: &Value, to: [f64; 3]| -> f64 {
+            (0..3).map(|axis| camera["lookAt"][axis].as_f64().unwrap() * (to[axis] - before[axis])).sum()
+        };
+        let turned = moved(&format!("orbit({camera}, null, 0.1, 0)"));
+        assert!(side(&turned, right) < side(&camera, right), "{scene}");
+        let risen = moved(&format!("orbit({camera}, null, 0, 0.1)"));
+        assert!(side(&risen, up) > side(&camera, up), "{scene}");
+        page.close();
+    }
+}

@@ -1,0 +1,361 @@
+//! The server of `lookat view`: who gets in, and what they get.
+
+#[path = "view_server/viewer.rs"]
+mod viewer;
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use lookat_image::{Image, PictureFile};
+use serde_json::{Value, json};
+use viewer::{Page, Viewer};
+
+const SCENE: &str = "LookAt 0 1 -5  0 0 0  0 1 0
+Camera \"perspective\" \"float fov\" 40
+Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 32
+Sampler \"halton\" \"integer pixelsamples\" 8
+Integrator \"path\"
+WorldBegin
+LightSource \"infinite\" \"rgb L\" [1 2 3]
+Material \"matte\" \"rgb Kd\" [.5 .4 .3]
+Shape \"sphere\"
+WorldEnd
+";
+
+#[test]
+fn every_file_of_the_page_is_served_with_its_rules() {
+    let viewer = Viewer::start(SCENE);
+    let index = viewer.get("");
+    assert!(index.starts_with("HTTP/1.1 200 OK\r\n"), "{index}");
+    let head = index.split("\r\n\r\n").next().unwrap();
+    for rule in [
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self';",
+        "frame-ancestors 'none'",
+        "x-content-type-options: nosniff\r\n",
+        "cache-control: no-store\r\n",
+        "referrer-policy: no-referrer\r\n",
+    ] {
+        assert!(head.contains(rule), "{rule} {head}");
+    }
+    assert!(!index.contains("//cdn") && !index.contains("https:"));
+    assert!(viewer.get("style.css").contains("\r\ncontent-type: text/css"));
+    let mut scripts = vec!["main.js".to_owned()];
+    let mut at = 0;
+    while let Some(name) = scripts.get(at) {
+        let answer = viewer.get(name);
+        assert!(answer.starts_with("HTTP/1.1 200 OK\r\n"), "{name}: {answer}");
+        assert!(answer.contains("\r\ncontent-type: text/javascript"), "{name}");
+        let imports = answer.lines().filter_map(|line| line.strip_prefix("import ")?.split("'./").nth(1));
+        for import in imports.map(|rest| rest.trim_end_matches("';").to_owned()) {
+            if !scripts.contains(&import) {
+                scripts.push(import);
+            }
+        }
+        at += 1;
+    }
+    assert!(scripts.len() > 4, "{scripts:?}");
+}
+
+#[test]
+fn strangers_are_refused() {
+    let viewer = Viewer::start(SCENE);
+    let Viewer { host, token, .. } = &viewer;
+    let wrong = token.chars().rev().collect::<String>();
+    let own = format!("Host: {host}\r\n");
+    let socket = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n";
+    let origin = format!("Origin: http://{host}\r\n");
+    for (line, headers, status) in [
+        (format!("GET /{token}/ HTTP/1.1"), own.clone(), 200),
+        (format!("GET /{token}/ HTTP/1.1"), own.clone() + &origin, 200),
+        // Without the token, or with a part of it.
+        ("GET / HTTP/1.1".into(), own.clone(), 404),
+        ("GET // HTTP/1.1".into(), own.clone(), 404),
+        ("GET /main.js HTTP/1.1".into(), own.clone(), 404),
+        (format!("GET /{wrong}/ HTTP/1.1"), own.clone(), 404),
+        (format!("GET /{}/ HTTP/1.1", &token[1..]), own.clone(), 404),
+        (format!("GET /{token}0/ HTTP/1.1"), own.clone(), 404),
+        // Other places.
+        (format!("GET /{token} HTTP/1.1"), own.clone(), 404),
+        (format!("GET /{token}/../Cargo.toml HTTP/1.1"), own.clone(), 404),
+        (format!("GET /{token}/%2e%2e/scene.pbrt HTTP/1.1"), own.clone(), 404),
+        (format!("GET /{token}//etc/passwd HTTP/1.1"), own.clone(), 404),
+        (format!("GET /{token}/scene.pbrt HTTP/1.1"), own.clone(), 404),
+        // DNS rebinding: the name of another page that leads here.
+        (format!("GET /{token}/ HTTP/1.1"), "Host: example.com\r\n".into(), 403),
+        (format!("GET /{token}/ HTTP/1.1"), "Host: 127.0.0.1\r\n".into(), 403),
+        (format!("GET /{token}/ HTTP/1.1"), String::new(), 403),
+        (format!("GET /{token}/ HTTP/1.1"), format!("{own}Host: example.com\r\n"), 403),
+        // Other pages.
+        (format!("GET /{token}/ HTTP/1.1"), format!("{own}Origin: http://example.com\r\n"), 403),
+        (
+            format!("POST /{token}/ HTTP/1.1"),
+            format!("{own}Origin: http://example.com\r\nContent-Length: 0\r\n"),
+            403,
+        ),
+        (format!("POST /{token}/ HTTP/1.1"), format!("{own}{origin}Content-Length: 0\r\n"), 405),
+        (format!("GET /{token}/socket HTTP/1.1"), format!("{own}{origin}{socket}"), 101),
+        (format!("GET /{token}/socket HTTP/1.1"), format!("{own}{socket}"), 403),
+        (format!("GET /{token}/socket HTTP/1.1"), format!("{own}{socket}Origin: null\r\n"), 403),
+        (format!("GET /{token}/socket HTTP/1.1"), format!("{own}{socket}Origin: https://{host}\r\n"), 403),
+        (
+            format!("GET /{token}/socket HTTP/1.1"),
+            format!("{own}{socket}Origin: http://example.com\r\n"),
+            403,
+        ),
+        (format!("GET /{wrong}/socket HTTP/1.1"), format!("{own}{origin}{socket}"), 404),
+        (format!("GET /{token}/socket HTTP/1.1"), format!("{own}{origin}"), 400),
+        // Malformed.
+        ("\u{1}\u{2}\u{3}".into(), String::new(), 400),
+        (format!("GET /{token}/ HTTP/7"), own.clone(), 400),
+        (format!("GET /{token}/ HTTP/1.1"), format!("{own}no header\r\n"), 400),
+        (format!("GET /{token}/ HTTP/1.1"), format!("{own}A: {}\r\n", "a".repeat(100_000)), 431),
+        (format!("GET /{token}/ HTTP/1.1"), own.clone() + &"A: a\r\n".repeat(1000), 431),
+    ] {
+        let answer = viewer.ask(&format!("{line}\r\n{headers}\r\n"));
+        let found: Option<u16> = answer.get(9..12).and_then(|status| status.parse().ok());
+        assert_eq!(found, Some(status), "{line} {headers:.300} {answer:.300}");
+        assert!(status == 200 || !answer.contains(token.as_str()));
+    }
+    assert_eq!(viewer.text(), SCENE);
+}
+
+#[test]
+fn clients_that_stall_are_closed_and_hold_up_nobody() {
+    let viewer = Viewer::start(SCENE);
+    let started = Instant::now();
+    let mut stalled: Vec<TcpStream> = (0..31).map(|_| viewer.connect()).collect();
+    for stream in &mut stalled {
+        stream.write_all(b"GET / HT").unwrap();
+    }
+    assert!(viewer.get("").starts_with("HTTP/1.1 200"));
+    let mut answer = String::new();
+    stalled[0].read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 408"), "{answer}");
+    let time = started.elapsed();
+    assert!(time > Duration::from_secs(4) && time < Duration::from_secs(20), "{time:?}");
+}
+
+#[test]
+fn many_connections_are_survived() {
+    let viewer = Viewer::start(SCENE);
+    for _ in 0..4 {
+        let mut open: Vec<TcpStream> = (0..250).map(|_| viewer.connect()).collect();
+        // Only so many are served; the last of them is closed at once.
+        let last = open.last_mut().unwrap();
+        last.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
+        // It may also be reset.
+        assert_eq!(last.read(&mut [0; 1]).unwrap_or(0), 0);
+    }
+    let end = Instant::now() + Duration::from_secs(10);
+    while !viewer.get("").starts_with("HTTP/1.1 200") {
+        assert!(Instant::now() < end);
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+#[test]
+fn nonsense_ends_only_its_own_connection() {
+    let viewer = Viewer::start(SCENE);
+    let mut good = viewer.page();
+    good.finished();
+    let view = json!({"type": "view", "by": 1, "number": 2, "camera": {}}).to_string();
+    for nonsense in [
+        "{".to_owned(),
+        "[]".into(),
+        json!({"type": "write"}).to_string(),
+        json!({"type": "view", "by": 1, "number": 2, "camera": {"shutter": 1}}).to_string(),
+        json!({"type": "view", "by": 1, "number": 2, "camera": {"lookAt": [1, 2]}}).to_string(),
+        json!({"type": "view", "by": -1, "number": 2, "camera": {}}).to_string(),
+        view.clone() + &" ".repeat(1 << 16),
+    ] {
+        let mut page = viewer.page();
+        page.send(&nonsense);
+        assert!(page.is_ended(), "{nonsense:.100}");
+    }
+    let mut page = viewer.page();
+    page.binary(vec![0; 100]);
+    assert!(page.is_ended());
+    good.send(&view);
+    good.finished();
+    assert_eq!(viewer.text(), SCENE);
+}
+
+#[test]
+fn values_out_of_range_are_refused_with_a_reason() {
+    let viewer = Viewer::start(SCENE);
+    let mut page = viewer.page();
+    page.finished();
+    for (camera, reason) in [
+        (json!({"fov": 180}), "the angle must be above 0 and below 180 degrees"),
+        (
+            json!({"lookAt": [1, 1, 1, 1, 1, 1, 0, 1, 0]}),
+            "the eye and the target of LookAt are the same point",
+        ),
+        (
+            json!({"screenWindow": [1, 1, 0, 1]}),
+            "the window is empty: write the edges as xmin xmax ymin ymax",
+        ),
+    ] {
+        page.request(&json!({"type": "view", "by": 1, "number": 2, "camera": camera}));
+        let view = page.news("view", |view| view["number"] == 2 && view["refused"] == reason);
+        assert_eq!(view["camera"]["fov"], 40.0);
+    }
+}
+
+/// The pixels of what `lookat render` makes.
+fn rendered(viewer: &Viewer, arguments: &[&str]) -> Vec<[f32; 3]> {
+    let picture = viewer.folder.path().join("picture.exr");
+    let output = Command::new(env!("CARGO_BIN_EXE_lookat"))
+        .args(["render", "--force", "-o"])
+        .arg(&picture)
+        .arg(&viewer.scene)
+        .args(arguments)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let image: Image = PictureFile::open(&picture, &Default::default()).unwrap().read().unwrap().0;
+    image.rgb().unwrap()
+}
+
+#[test]
+fn the_last_picture_is_that_of_render() {
+    let viewer = Viewer::start(SCENE);
+    let mut page = viewer.page();
+    let picture = page.finished();
+    assert_eq!(picture.size, [48, 32]);
+    assert!(picture.pixels == rendered(&viewer, &[]));
+    // Another camera.
+    let points = [1.5, 2.0, -4.0, 0.1, 0.2, 0.3, 0.0, 1.0, 0.1];
+    let camera = json!({"lookAt": points, "fov": 55.5, "lensRadius": 0.1, "focalDistance": 4.5, "screenWindow": [-1.5, 1.6, -1, 1]});
+    page.request(&json!({"type": "view", "by": 1, "number": 7, "camera": camera}));
+    let picture = page.picture(|picture| picture.is_final && picture.number == 7);
+    let look_at = points.map(|number| number.to_string()).join(" ");
+    let view = [
+        "--fov",
+        "55.5",
+        "--lens-radius",
+        "0.1",
+        "--focal-distance",
+        "4.5",
+        "--screen-window",
+        "-1.5 1.6 -1 1",
+    ];
+    assert!(picture.pixels == rendered(&viewer, &[&["--lookat", &look_at], &view[..]].concat()));
+    // Another film, and again the camera of the file.
+    page.request(&json!({"type": "view", "by": 1, "number": 8, "camera": {}}));
+    page.request(
+        &json!({"type": "film", "resolution": [30, 40], "crop": [0.1, 0.9, 0, 0.5], "samplesPerPixel": 3}),
+    );
+    let picture = page.picture(|picture| picture.is_final && picture.number == 8 && picture.size == [24, 20]);
+    let film = ["--resolution", "30x40", "--crop", "0.1", "0.9", "0", "0.5", "--spp", "3"];
+    assert!(picture.pixels == rendered(&viewer, &film));
+}
+
+/// The page moves a camera from where it is, however the file places it.
+#[test]
+fn cameras_are_moved_from_where_they_are() {
+    for (placed, has_look_at, is_exact) in [
+        ("LookAt 0 1 -5  0 0 0  0 1 0", true, true),
+        ("Scale -1 1 1 LookAt 0 1 -5  0 0 0  0 1 0", true, true),
+        ("Rotate 20 1 .3 0 Translate 0 -1 5", false, false),
+        ("Scale -1 2 1 Translate 0 -1 5", false, false),
+    ] {
+        let viewer = Viewer::start(&SCENE.replace("LookAt 0 1 -5  0 0 0  0 1 0", placed));
+        let mut page = viewer.page();
+        let view = page.news("view", |_| true);
+        assert_eq!(view["camera"]["hasLookAt"], has_look_at, "{placed}");
+        let own = page.finished().pixels;
+        let camera = json!({"lookAt": view["camera"]["lookAt"]});
+        page.request(&json!({"type": "view", "by": 1, "number": 9, "camera": camera}));
+        let moved = page.picture(|picture| picture.is_final && picture.number == 9).pixels;
+        let differing = own.iter().zip(&moved).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-4).count();
+        assert!(differing <= if is_exact { 0 } else { 8 }, "{placed}: {differing}");
+    }
+}
+
+#[test]
+fn a_place_has_a_shape_a_material_and_lines() {
+    let viewer = Viewer::start(SCENE);
+    let mut page = viewer.page();
+    page.finished();
+    let mut pick = |at: [f64; 2]| {
+        page.request(&json!({"type": "pick", "by": 1, "number": 3, "at": at}));
+        page.news("picked", |picked| picked["at"] == json!(at))["hit"].take()
+    };
+    let hit = pick([24.0, 16.0]);
+    assert_eq!(hit["shape"], "sphere");
+    assert_eq!(hit["shapePlace"], format!("{}:9:7", viewer.scene.display()));
+    assert_eq!(hit["material"], "matte");
+    assert_eq!(hit["materialPlace"], format!("{}:8:10", viewer.scene.display()));
+    let depth = hit["depth"].as_f64().unwrap();
+    assert!((depth - (26_f64.sqrt() - 1.0)).abs() < 0.01, "{depth}");
+    assert_eq!(pick([1.0, 1.0]), Value::Null);
+    // The picture is the same after it, and a new page gets it.
+    let picture = viewer.page().finished();
+    assert!(picture.pixels == rendered(&viewer, &[]));
+}
+
+#[test]
+fn the_page_follows_the_file() {
+    let viewer = Viewer::start(SCENE);
+    let mut page = viewer.page();
+    page.finished();
+    let broken = SCENE.replace("\"sphere\"", "\"sphrere\"");
+    viewer.write(&broken);
+    let scene = page.news("scene", |scene| scene["hasErrors"] == true);
+    let check = Command::new(env!("CARGO_BIN_EXE_lookat")).arg("check").arg(&viewer.scene).output().unwrap();
+    assert_eq!(scene["messages"], String::from_utf8(check.stderr).unwrap());
+    assert_eq!(scene["film"]["resolution"], json!([48, 32]));
+    // The last camera without errors can still move.
+    page.request(&json!({"type": "view", "by": 1, "number": 5, "camera": {"fov": 50}}));
+    page.picture(|picture| picture.is_final && picture.number == 5);
+    std::fs::remove_file(&viewer.scene).unwrap();
+    let gone = |scene: &Value| scene["messages"].as_str().unwrap().contains("cannot read");
+    page.news("scene", |scene| scene["hasErrors"] == true && gone(scene));
+    // The camera that the page has set stays, because the file has the same one as before.
+    viewer.write(&SCENE.replace("[.5 .4 .3]", "[.1 .2 .3]"));
+    page.news("scene", |scene| scene["hasErrors"] == false);
+    let picture = page.picture(|picture| picture.is_final);
+    assert!(picture.pixels == rendered(&viewer, &["--fov", "50"]));
+    // A new camera in the file replaces it.
+    viewer.write(&SCENE.replace("fov\" 40", "fov\" 30"));
+    page.news("view", |view| view["camera"]["fov"] == 30.0);
+    let picture = page.picture(|picture| picture.is_final);
+    assert!(picture.pixels == rendered(&viewer, &[]));
+}
+
+#[test]
+fn a_page_that_takes_no_pictures_is_closed_and_holds_up_nobody() {
+    let large =
+        SCENE.replace("48", "1000").replace("32", "1000").replace("pixelsamples\" 8", "pixelsamples\" 1");
+    let viewer = Viewer::start(&large);
+    let mut stalled = viewer.page();
+    let mut page = viewer.page();
+    let started = Instant::now();
+    let mut number = 0;
+    // Pictures are larger than what the system keeps of a connection.
+    while started.elapsed() < Duration::from_secs(9) {
+        number += 1;
+        page.request(&json!({"type": "view", "by": 1, "number": number, "camera": {"fov": 40 + number % 2}}));
+        page.picture(|picture| picture.is_final && picture.number == number);
+    }
+    assert!(number > 3, "{number}");
+    assert!(stalled.is_ended());
+}
+
+#[test]
+fn two_pages_share_the_camera() {
+    let viewer = Viewer::start(SCENE);
+    let [mut one, mut other]: [Page; 2] = [viewer.page(), viewer.page()];
+    one.request(&json!({"type": "view", "by": 1, "number": 2, "camera": {"fov": 20}}));
+    let view = other.news("view", |view| view["by"] == 1);
+    assert_eq!((&view["camera"]["fov"], &view["set"]["fov"]), (&json!(20.0), &json!(20.0)));
+    let [a, b] =
+        [&mut one, &mut other].map(|page| page.picture(|picture| picture.is_final && picture.number == 2));
+    assert!(a.pixels == b.pixels);
+    drop(one);
+    other.request(&json!({"type": "view", "by": 2, "number": 3, "camera": {}}));
+    other.picture(|picture| picture.is_final && picture.number == 3);
+}
