@@ -1,6 +1,7 @@
 // The page of `lookat view`: shows the picture, and moves the camera.
 
 import { depthOf } from './camera.js';
+import { makeEditor } from './edit.js';
 import { listen } from './gestures.js';
 import { makePanel } from './panel.js';
 import { draw, valuesAt } from './picture.js';
@@ -8,7 +9,7 @@ import { connect } from './socket.js';
 
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {{resolution: number[], crop: number[], samplesPerPixel: number}} Film */
-/** @typedef {{p: number[], depth: number, shape: string, shapePlace: string?, material: string, materialPlace: string?}} Hit */
+/** @typedef {{p: number[], pLookAt: number[], depth: number, shape: string, shapePlace: string?, material: string, materialPlace: string?}} Hit */
 
 const $ = (id) => /** @type {any} */ (document.getElementById(id));
 const [frame, room, canvas] = [$('frame'), $('room'), $('picture')];
@@ -67,6 +68,9 @@ const news = {
   picked({ by, number: of, hit }) {
     if (by === me) waiting.get(of)?.(hit);
     waiting.delete(of);
+  },
+  edited(edited) {
+    showEdited(edited, edited.by === me);
   },
 };
 
@@ -200,6 +204,7 @@ function redraw() {
 
 // The whole page -------------------------------------------------------------------------------------------
 
+const showEdited = makeEditor((action) => request({ type: 'edit', by: me, number: ++number, action }), say);
 const panel = makePanel({
   camera: (change) => camera && move(change(camera)),
   film: (change) => request({ type: 'film', ...change }),
@@ -223,7 +228,7 @@ listen(frame, {
   reset,
   async point(place) {
     const hit = await pick(place);
-    return hit && camera ? { p: hit.p, depth: depthOf(camera, hit.p) } : null;
+    return hit && camera ? { p: hit.pLookAt, depth: depthOf(camera, hit.pLookAt) } : null;
   },
   hover(place) {
     pointer = place;

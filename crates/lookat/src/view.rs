@@ -1,6 +1,7 @@
 //! `lookat view`: shows a scene in the browser, and follows its file.
 
 mod camera;
+mod edit;
 mod engine;
 mod files;
 mod http;
@@ -12,6 +13,7 @@ mod requests;
 mod server;
 mod socket;
 mod timed;
+mod write;
 
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::Path;

@@ -6,7 +6,7 @@ use lookat_scene::{
     Camera, CameraPlacement, Lens, Loaded, Projection, Scene, ScreenWindow, Transform, ViewOverride,
 };
 
-use super::messages;
+use super::messages::{self, SetCamera};
 
 /// The plane of focus of a lens that nobody has focused, as in the format.
 const UNFOCUSED: f64 = 1e6;
@@ -61,6 +61,38 @@ pub fn changed(
     Ok(camera)
 }
 
+/// The same with numbers that are short enough to write into a file. Points have a millionth of the distance of eye and
+/// target; numbers of the file keep their digits.
+pub fn rounded(mut set: SetCamera, own: [f64; 9]) -> SetCamera {
+    let digits = |value: f64| format!("{value:.5e}").parse().unwrap_or(value);
+    if let Some(points) = &mut set.look_at {
+        let [eye, look, up] = [0, 3, 6].map(|at| DVec3::from_slice(&points[at..at + 3]));
+        for (at, (value, own)) in points.iter_mut().zip(own).enumerate() {
+            let size = if at < 6 { eye.distance(look) } else { up.length() };
+            if *value != own {
+                *value = near(*value, size);
+            }
+        }
+    }
+    if let Some(edges) = &mut set.screen_window {
+        let size = (edges[1] - edges[0]).abs().min((edges[3] - edges[2]).abs());
+        edges.iter_mut().for_each(|edge| *edge = near(*edge, size));
+    }
+    for value in [&mut set.fov, &mut set.lens_radius, &mut set.focal_distance] {
+        *value = value.map(digits);
+    }
+    set
+}
+
+/// A number to a millionth of a size.
+fn near(value: f64, size: f64) -> f64 {
+    let decimals = 6.0 - size.log10().floor();
+    match (0.0..=17.0).contains(&decimals) {
+        true => format!("{value:.*}", decimals as usize).parse().map_or(value, |value: f64| value + 0.0),
+        false => value,
+    }
+}
+
 /// The values of a camera that a `LookAt` of `points` places.
 pub fn values(camera: &Camera, placement: Option<&CameraPlacement>, points: [f64; 9]) -> messages::Camera {
     let ScreenWindow { min, max } = camera.screen;
@@ -80,5 +112,28 @@ pub fn values(camera: &Camera, placement: Option<&CameraPlacement>, points: [f64
         lens_radius: camera.lens.map_or(0.0, |lens| lens.radius),
         focal_distance: camera.lens.map(|lens| lens.focal_distance),
         screen_window: [min.x, max.x, min.y, max.y],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_were_set_are_short() {
+        let own = [1.234_567_891_2, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+        let look_at = [1.234_567_891_2, 1e-17, -19.999_999_999_9, 0.1 + 0.2, 0.0, 0.0, -1e-9, 1.0, 0.0];
+        let set = SetCamera { look_at: Some(look_at), fov: Some(100.0 / 3.0), ..SetCamera::default() };
+        let found = rounded(set, own);
+        assert_eq!(found.look_at.unwrap(), [1.234_567_891_2, 0.0, -20.0, 0.3, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        assert_eq!(found.look_at.unwrap()[6].to_string(), "0");
+        assert_eq!(found.fov, Some(33.3333));
+        // Far smaller and larger than usual.
+        let far = |scale: f64| rounded(SetCamera { look_at: Some(look_at.map(|it| it * scale)), ..set }, own);
+        for scale in [1e-30, 1e-5, 1e5, 1e30] {
+            for (found, wanted) in far(scale).look_at.unwrap().iter().zip(look_at).take(6) {
+                assert!((found - wanted * scale).abs() <= 1e-5 * scale, "{found} {wanted} {scale}");
+            }
+        }
     }
 }

@@ -174,7 +174,11 @@ mod tests {
                 SetCamera { screen_window: Some([-1.0, 1.0, -1.5, 1.5]), ..none },
                 "Camera \"orthographic\" \"float screenwindow\" [-1.0 1 -1.5 1.5]",
             ),
-            ("Camera \"perspective\" \"float fov\" 40", SetCamera { fov: Some(40.0), ..none }, "Camera \"perspective\" \"float fov\" 40"),
+            (
+                "Camera \"perspective\" \"float fov\" 40",
+                SetCamera { fov: Some(40.0), ..none },
+                "Camera \"perspective\" \"float fov\" 40",
+            ),
         ] {
             let found = written(camera, &set).unwrap();
             assert_eq!(found, expected);

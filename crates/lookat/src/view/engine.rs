@@ -10,10 +10,11 @@ use std::time::{Duration, Instant};
 use lookat_render::{Progress, Settings};
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, View};
 
-use super::messages::{self, About, News, Pick, Picked, SetCamera, SetFilm, SetView, picture};
+use super::messages::{self, About, Action, Edit, News, Pick, Picked, SetCamera, SetFilm, SetView, picture};
 use super::outbox::{Hub, Kind};
 use super::pace::Pace;
 use super::requests::{Pending, Requests};
+use super::write::{FileChange, History};
 use crate::args::{self, Report};
 use crate::live::Watch;
 use crate::report;
@@ -53,6 +54,9 @@ pub struct Engine {
     opened: Option<Opened>,
     /// What the page sets of its camera.
     set: SetView,
+    history: History,
+    /// The changes that a page was shown last, and the page.
+    shown: Option<(u32, Vec<FileChange>)>,
     pace: Pace,
     stage: Stage,
     /// Counts the views.
@@ -71,6 +75,8 @@ impl Engine {
             watch: Watch::default(),
             opened: None,
             set: SetView { by: 0, number: 0, camera: SetCamera::default() },
+            history: History::default(),
+            shown: None,
             pace: Pace::default(),
             stage: Stage::Finished,
             generation: 0,
@@ -110,6 +116,49 @@ impl Engine {
         if let Some((pick, opened)) = pending.pick.zip(self.opened.as_ref()) {
             answer(pick, opened, &self.hub);
         }
+        for edit in pending.edits {
+            self.edit(edit);
+        }
+    }
+
+    /// Changes the files, or shows what would change.
+    fn edit(&mut self, Edit { by, number, action }: Edit) {
+        let done = match action {
+            Action::Show => self.show_changes(by),
+            Action::Write => {
+                let shown = self.shown.take().filter(|(page, _)| *page == by);
+                shown.map_or(Err("there is nothing to write".into()), |(_, changes)| {
+                    self.history.write(changes)
+                })
+            }
+            Action::Undo => self.history.undo(),
+            Action::Redo => self.history.redo(),
+        };
+        let is_shown = matches!(action, Action::Show) && done.is_ok();
+        let lines = self.shown.iter().filter(|_| is_shown).flat_map(|(_, changes)| changes);
+        let edited = messages::Edited {
+            by,
+            number,
+            lines: lines.map(FileChange::lines).collect(),
+            can_undo: self.history.can_undo(),
+            can_redo: self.history.can_redo(),
+            refused: done.err(),
+        };
+        if !matches!(action, Action::Show) && edited.refused.is_none() {
+            self.read();
+        }
+        self.hub.tell(Kind::Edited, News::Edited(edited).message());
+    }
+
+    fn show_changes(&mut self, by: u32) -> Result<(), String> {
+        self.shown = None;
+        let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
+        let changes = opened.changes(&self.set.camera)?;
+        if changes.is_empty() {
+            return Err("the file has this camera already".into());
+        }
+        self.shown = Some((by, changes));
+        Ok(())
     }
 
     fn set_film(&mut self, SetFilm { resolution, crop, samples_per_pixel }: SetFilm) {
@@ -120,6 +169,7 @@ impl Engine {
 
     fn set_view(&mut self, view: SetView) {
         let Some(opened) = &mut self.opened else { return };
+        let view = SetView { camera: opened.rounded(view.camera), ..view };
         let refused = opened.set(&view.camera).err();
         if refused.is_none() {
             self.set = view;

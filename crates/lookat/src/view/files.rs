@@ -27,4 +27,5 @@ pub const FILES: &[PageFile] = &[
     script("camera.js", include_str!("../../page/camera.js")),
     script("gestures.js", include_str!("../../page/gestures.js")),
     script("panel.js", include_str!("../../page/panel.js")),
+    script("edit.js", include_str!("../../page/edit.js")),
 ];

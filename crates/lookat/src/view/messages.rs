@@ -12,6 +12,7 @@ pub enum Request {
     Film(SetFilm),
     View(SetView),
     Pick(Pick),
+    Edit(Edit),
 }
 
 /// What the page sets of the film instead of the file. Each of them reads the file again.
@@ -62,6 +63,26 @@ pub struct Pick {
     pub at: [f64; 2],
 }
 
+/// Asks to change the files.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Edit {
+    pub by: u32,
+    pub number: u32,
+    pub action: Action,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub enum Action {
+    /// Show the lines that writing the camera changes.
+    Show,
+    /// Write the lines that this page was shown last.
+    Write,
+    Undo,
+    Redo,
+}
+
 /// What the program tells.
 #[derive(Debug, Serialize)]
 #[serde(tag = "type", rename_all = "camelCase")]
@@ -69,6 +90,7 @@ pub enum News<'a> {
     Scene(Scene<'a>),
     View(View<'a>),
     Picked(Picked),
+    Edited(Edited),
 }
 
 impl News<'_> {
@@ -146,7 +168,10 @@ pub struct Picked {
 #[derive(Debug, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Hit {
+    /// The point in the world.
     pub p: [f64; 3],
+    /// The same in the space of the points of `LookAt`, which transformations may follow.
+    pub p_look_at: [f64; 3],
     /// The focal distance at which it is sharp.
     pub depth: f64,
     /// The type of the shape, and its place.
@@ -155,6 +180,30 @@ pub struct Hit {
     /// The type of the material, and its place.
     pub material: String,
     pub material_place: Option<String>,
+}
+
+/// The answer to an edit.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Edited {
+    pub by: u32,
+    pub number: u32,
+    /// The lines that would change, or have changed.
+    pub lines: Vec<ChangedLines>,
+    /// Why nothing has changed, or can be.
+    pub refused: Option<String>,
+    pub can_undo: bool,
+    pub can_redo: bool,
+}
+
+/// Lines of a file before and after a change.
+#[derive(Debug, Serialize)]
+pub struct ChangedLines {
+    pub file: String,
+    /// The number of the first, from 1.
+    pub line: usize,
+    pub removed: Vec<String>,
+    pub added: Vec<String>,
 }
 
 /// What a picture is.

@@ -11,6 +11,7 @@ pub enum Kind {
     Scene,
     View,
     Picked,
+    Edited,
     Picture,
 }
 
@@ -84,7 +85,7 @@ impl Hub {
                 true
             })
         });
-        if kind != Kind::Picked {
+        if !matches!(kind, Kind::Picked | Kind::Edited) {
             told.newest.insert(kind, message);
         }
     }

@@ -1,10 +1,13 @@
-//! What the pages ask for: the newest request of each kind.
+//! What the pages ask for: the newest request of each kind, and each edit.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::messages::{Pick, Request, SetFilm, SetView};
+use super::messages::{Edit, Pick, Request, SetFilm, SetView};
+
+/// The most edits that wait.
+const MOST_EDITS: usize = 16;
 
 /// The requests that wait for the engine.
 #[derive(Default)]
@@ -21,6 +24,8 @@ pub struct Pending {
     pub film: Option<SetFilm>,
     pub view: Option<SetView>,
     pub pick: Option<Pick>,
+    /// All of them, in order.
+    pub edits: Vec<Edit>,
 }
 
 impl Requests {
@@ -30,6 +35,9 @@ impl Requests {
             Request::Film(film) => pending.film = Some(film),
             Request::View(view) => pending.view = Some(view),
             Request::Pick(pick) => pending.pick = Some(pick),
+            // The page notices that the answer is missing.
+            Request::Edit(_) if pending.edits.len() >= MOST_EDITS => return,
+            Request::Edit(edit) => pending.edits.push(edit),
         }
         self.has_any.store(true, Ordering::Relaxed);
         self.put.notify_all();
@@ -42,7 +50,8 @@ impl Requests {
         }
         let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
         let pick = pending.pick.take();
-        self.has_any.store(pending.film.is_some() || pending.view.is_some(), Ordering::Relaxed);
+        let has_others = pending.film.is_some() || pending.view.is_some() || !pending.edits.is_empty();
+        self.has_any.store(has_others, Ordering::Relaxed);
         pick
     }
 

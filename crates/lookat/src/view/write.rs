@@ -45,13 +45,18 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Vec<FileChange> {
 impl FileChange {
     /// The lines from the first to the last that differ.
     pub fn lines(&self) -> ChangedLines {
-        let [before, after] = [&self.before, &self.after].map(|text| text.split(|byte| *byte == b'\n').collect::<Vec<_>>());
-        let same = |pairs: &mut dyn Iterator<Item = (&&[u8], &&[u8])>| pairs.take_while(|(a, b)| a == b).count();
+        let [before, after] =
+            [&self.before, &self.after].map(|text| text.split(|byte| *byte == b'\n').collect::<Vec<_>>());
+        let same =
+            |pairs: &mut dyn Iterator<Item = (&&[u8], &&[u8])>| pairs.take_while(|(a, b)| a == b).count();
         let first = same(&mut before.iter().zip(&after));
         let rest = before.len().min(after.len()) - first;
         let last = same(&mut before.iter().rev().zip(after.iter().rev())).min(rest);
         let text = |lines: &[&[u8]]| {
-            lines[first..lines.len() - last].iter().map(|line| String::from_utf8_lossy(line).into_owned()).collect()
+            lines[first..lines.len() - last]
+                .iter()
+                .map(|line| String::from_utf8_lossy(line).into_owned())
+                .collect()
         };
         ChangedLines {
             file: self.path.display().to_string(),
@@ -113,7 +118,8 @@ impl History {
 /// Writes all files or none.
 fn put(changes: &[FileChange]) -> Result<(), String> {
     for FileChange { path, before, .. } in changes {
-        let text = std::fs::read(path).map_err(|error| format!("{}: {}", path.display(), io_reason(&error)))?;
+        let text =
+            std::fs::read(path).map_err(|error| format!("{}: {}", path.display(), io_reason(&error)))?;
         if text != *before {
             return Err(format!("{} has changed meanwhile: nothing is written", path.display()));
         }

@@ -8,8 +8,10 @@ use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View, ViewOv
 use crate::render::charge_memory;
 use crate::report;
 use crate::sight;
-use crate::view::camera::{changed, placement, values};
+use crate::view::camera::{changed, placement, rounded, values};
+use crate::view::edit::camera_fixes;
 use crate::view::messages::{self, Hit, SetCamera};
+use crate::view::write::{FileChange, changes};
 
 /// A scene that is ready to render.
 pub struct Opened {
@@ -59,6 +61,17 @@ impl Opened {
     /// Whether the picture that `render` makes needs no further preparation.
     pub fn is_near(&self) -> bool {
         self.prepared.is_near(&self.view.camera)
+    }
+
+    /// What is set, in numbers that are short enough to write.
+    pub fn rounded(&self, set: SetCamera) -> SetCamera {
+        rounded(set, self.placement.map_or(self.points, |placement| placement.points))
+    }
+
+    /// What writing the camera that is set changes in the files. Fails with the reason why nothing can be written.
+    pub fn changes(&self, set: &SetCamera) -> Result<Vec<FileChange>, String> {
+        let fixes = camera_fixes(&self.loaded, &self.own_camera(), set)?;
+        Ok(changes(&self.loaded.sources, &fixes))
     }
 
     /// Sets the camera. Fails with the reason, and changes nothing.
@@ -111,6 +124,10 @@ impl Opened {
         let place = |span: Option<_>| span.map(|span| report::place(span, &loaded.sources));
         Some(Hit {
             p: picked.p.to_array(),
+            p_look_at: self
+                .placement
+                .map_or(picked.p, |placement| placement.after.point(picked.p))
+                .to_array(),
             depth: picked.depth,
             shape: word(shape).unwrap_or_default(),
             shape_place: place(shape),

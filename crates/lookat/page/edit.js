@@ -1,0 +1,62 @@
+// Writing the camera into the file: the lines that change are shown first.
+
+/** @typedef {{file: string, line: number, removed: string[], added: string[]}} ChangedLines */
+/** @typedef {{number: number, lines: ChangedLines[], refused: string?, canUndo: boolean, canRedo: boolean}} Edited */
+
+const $ = (id) => /** @type {any} */ (document.getElementById(id));
+
+/**
+ * The text of a change, line by line.
+ * @param {ChangedLines} changed
+ */
+function showLines({ file, line, removed, added }) {
+  const place = Object.assign(document.createElement('p'), { textContent: `${file}:${line}` });
+  const text = document.createElement('pre');
+  for (const [sign, name, lines] of [['-', 'removed', removed], ['+', 'added', added]]) {
+    for (const content of lines) {
+      text.append(Object.assign(document.createElement('span'), { className: name, textContent: `${sign} ${content}\n` }));
+    }
+  }
+  return [place, text];
+}
+
+/**
+ * Makes the buttons and the dialog work.
+ * @param {(action: 'show' | 'write' | 'undo' | 'redo') => void} ask
+ * @param {(text: string) => void} say
+ */
+export function makeEditor(ask, say) {
+  const dialog = $('changes');
+  $('write').addEventListener('click', () => ask('show'));
+  $('undo').addEventListener('click', () => ask('undo'));
+  $('redo').addEventListener('click', () => ask('redo'));
+  dialog.addEventListener('close', () => {
+    if (dialog.returnValue === 'write') ask('write');
+  });
+  document.addEventListener('keydown', (event) => {
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || dialog.open || event.target instanceof HTMLInputElement) return;
+    const key = event.key.toLowerCase();
+    const action = { s: 'show', z: event.shiftKey ? 'redo' : 'undo', y: 'redo' }[key];
+    if (!action) return;
+    event.preventDefault();
+    ask(action);
+  });
+  /**
+   * Shows the answer to an edit.
+   * @param {Edited} edited
+   * @param {boolean} isOwn whether this page asked
+   */
+  return ({ lines, refused, canUndo, canRedo }, isOwn) => {
+    [$('undo').disabled, $('redo').disabled] = [!canUndo, !canRedo];
+    if (!isOwn) return;
+    $('refused').textContent = refused ?? '';
+    if (refused) return;
+    if (!lines.length) {
+      say('The file has been written.');
+      return;
+    }
+    $('lines').replaceChildren(...lines.flatMap(showLines));
+    dialog.returnValue = '';
+    dialog.showModal();
+  };
+}
