@@ -151,9 +151,11 @@ mod tests {
             let seen = prepared.render(&scene.view, &settings, &progress).image.rgb().unwrap();
             let alone = render(&scene, &settings, &progress);
             assert_eq!(Some(&seen), alone.image.rgb().as_ref(), "{number}");
-            // From another cell, a few of the paths that roundings lead past an edge differ.
-            let differing = unmoved.iter().zip(&seen).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
-            assert!((unmoved == seen) >= is_near && differing < 8, "{number}: {is_near} {differing}");
+            // From another cell, roundings decide ties otherwise: the ground is an edge of the checks, at y = 0.
+            let differing = unmoved.iter().zip(&seen).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-6).count();
+            assert!(differing <= if is_near { 0 } else { seen.len() / 10 }, "{number}: {differing}");
+            let mean = |pixels: &[[f32; 3]]| pixels.iter().map(|pixel| pixel[0]).sum::<f32>();
+            assert!((mean(&unmoved) / mean(&seen) - 1.0).abs() < 0.005, "{number}");
             moves += u32::from(origin != prepared.traceable.origin);
             origin = prepared.traceable.origin;
         }
