@@ -1,7 +1,7 @@
 // Writing the camera into the file: the lines that change are shown first.
 
 /** @typedef {{file: string, line: number, removed: string[], added: string[]}} ChangedLines */
-/** @typedef {{number: number, lines: ChangedLines[], refused: string?, canUndo: boolean, canRedo: boolean}} Edited */
+/** @typedef {{lines: ChangedLines[], refused: string?, canUndo: boolean, canRedo: boolean}} Edited */
 
 const $ = (id) => /** @type {any} */ (document.getElementById(id));
 

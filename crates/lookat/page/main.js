@@ -204,7 +204,7 @@ function redraw() {
 
 // The whole page -------------------------------------------------------------------------------------------
 
-const showEdited = makeEditor((action) => request({ type: 'edit', by: me, number: ++number, action }), say);
+const showEdited = makeEditor((action) => request({ type: 'edit', by: me, action }), say);
 const panel = makePanel({
   camera: (change) => camera && move(change(camera)),
   film: (change) => request({ type: 'film', ...change }),

@@ -122,7 +122,7 @@ impl Engine {
     }
 
     /// Changes the files, or shows what would change.
-    fn edit(&mut self, Edit { by, number, action }: Edit) {
+    fn edit(&mut self, Edit { by, action }: Edit) {
         let done = match action {
             Action::Show => self.show_changes(by),
             Action::Write => {
@@ -138,7 +138,6 @@ impl Engine {
         let lines = self.shown.iter().filter(|_| is_shown).flat_map(|(_, changes)| changes);
         let edited = messages::Edited {
             by,
-            number,
             lines: lines.map(FileChange::lines).collect(),
             can_undo: self.history.can_undo(),
             can_redo: self.history.can_redo(),

@@ -68,7 +68,6 @@ pub struct Pick {
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct Edit {
     pub by: u32,
-    pub number: u32,
     pub action: Action,
 }
 
@@ -187,7 +186,6 @@ pub struct Hit {
 #[serde(rename_all = "camelCase")]
 pub struct Edited {
     pub by: u32,
-    pub number: u32,
     /// The lines that would change, or have changed.
     pub lines: Vec<ChangedLines>,
     /// Why nothing has changed, or can be.
