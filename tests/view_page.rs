@@ -157,6 +157,35 @@ fn errors_are_shown_over_the_last_picture() {
 }
 
 #[test]
+fn the_camera_is_written_when_the_lines_have_been_seen() {
+    let Some(mut page) = Opened::new() else { return };
+    let written = SCENE.replace("fov\" 40", "fov\" 55");
+    page.enter("fov-", 55.0);
+    page.browser.wait_for("of('fov-').closest('.field').hasAttribute('data-set')");
+    page.value("of('write').click()");
+    page.browser.wait_for("of('changes').open");
+    let lines = page.value("of('lines').textContent");
+    let (before, after) =
+        ("- Camera \"perspective\" \"float fov\" 40", "+ Camera \"perspective\" \"float fov\" 55");
+    assert!([before, after, "scene.pbrt:2"].iter().all(|it| lines.as_str().unwrap().contains(it)), "{lines}");
+    page.value("of('changes').querySelector('button[value=\"\"]').click()");
+    page.browser.wait_for("!of('changes').open");
+    assert_eq!(page.viewer.text(), SCENE);
+    page.value("of('write').click()");
+    page.browser.wait_for("of('changes').open");
+    page.value("of('changes').querySelector('button[value=write]').click()");
+    page.browser.wait_for("!of('undo').disabled && !of('fov-').closest('.field').hasAttribute('data-set')");
+    assert_eq!(page.viewer.text(), written);
+    page.value("of('undo').click()");
+    page.browser.wait_for("of('undo').disabled && of('fov-').valueAsNumber === 40");
+    assert_eq!(page.viewer.text(), SCENE);
+    page.value("of('redo').click()");
+    page.browser.wait_for("of('redo').disabled && of('fov-').valueAsNumber === 55");
+    assert_eq!(page.viewer.text(), written);
+    page.close();
+}
+
+#[test]
 fn exposure_needs_no_rendering() {
     let Some(mut page) = Opened::new() else { return };
     let color = "[...of('picture').getContext('2d').getImageData(1, 1, 1, 1).data]";

@@ -1,0 +1,108 @@
+//! `lookat view` writes its camera into the files of the scene.
+
+#[path = "view_server/viewer.rs"]
+#[expect(dead_code, reason = "the server needs more of it")]
+mod viewer;
+
+use serde_json::{Value, json};
+use viewer::{Page, Viewer};
+
+const CAMERA: &str =
+    "# The camera.\r\nLookAt 0 1.0 -5  0 0 0  0 1 0 # from the front\r\nCamera \"perspective\"";
+const SCENE: &str = "Include \"camera.pbrt\"
+Film \"image\" \"integer xresolution\" 48 \"integer yresolution\" 32
+Sampler \"halton\" \"integer pixelsamples\" 2
+Integrator \"path\"
+WorldBegin
+LightSource \"infinite\"
+Shape \"sphere\"
+WorldEnd
+";
+
+/// A scene with its camera in another file.
+fn start() -> (Viewer, Page) {
+    let viewer = Viewer::start("WorldBegin WorldEnd");
+    std::fs::write(camera_file(&viewer), CAMERA).unwrap();
+    viewer.write(SCENE);
+    let mut page = viewer.page();
+    page.picture(|picture| picture.is_final && picture.size == [48, 32]);
+    (viewer, page)
+}
+
+fn camera_file(viewer: &Viewer) -> std::path::PathBuf {
+    viewer.folder.path().join("camera.pbrt")
+}
+
+fn camera_text(viewer: &Viewer) -> String {
+    std::fs::read_to_string(camera_file(viewer)).unwrap()
+}
+
+fn set(page: &mut Page, number: u32, camera: Value) {
+    page.request(&json!({"type": "view", "by": 1, "number": number, "camera": camera}));
+    page.news("view", |view| view["number"] == number);
+}
+
+fn edit(page: &mut Page, by: u32, action: &str) -> Value {
+    page.request(&json!({"type": "edit", "by": by, "action": action}));
+    page.news("edited", |_| true)
+}
+
+#[test]
+fn the_camera_is_written_and_taken_back() {
+    let (viewer, mut page) = start();
+    assert_eq!(edit(&mut page, 1, "show")["refused"], "the file has this camera already");
+    assert_eq!(edit(&mut page, 1, "write")["refused"], "there is nothing to write");
+    assert_eq!(edit(&mut page, 1, "undo")["refused"], "there is nothing to undo");
+    set(&mut page, 1, json!({"lookAt": [0.1 + 0.2, 1, -5, 0, 0, 0, 0, 1, 0], "fov": 50}));
+    let shown = edit(&mut page, 1, "show");
+    assert_eq!(
+        shown["lines"],
+        json!([{
+            "file": camera_file(&viewer),
+            "line": 2,
+            "removed": ["LookAt 0 1.0 -5  0 0 0  0 1 0 # from the front\r", "Camera \"perspective\""],
+            "added": ["LookAt 0.3 1.0 -5  0 0 0  0 1 0 # from the front\r", "Camera \"perspective\" \"float fov\" 50"],
+        }])
+    );
+    assert_eq!(camera_text(&viewer), CAMERA);
+    // Another page has been shown nothing.
+    assert_eq!(edit(&mut page, 2, "write")["refused"], "there is nothing to write");
+    edit(&mut page, 1, "show");
+    let written = edit(&mut page, 1, "write");
+    assert_eq!(
+        (&written["refused"], &written["canUndo"], &written["canRedo"]),
+        (&Value::Null, &true.into(), &false.into())
+    );
+    let text = CAMERA.replace("LookAt 0 ", "LookAt 0.3 ") + " \"float fov\" 50";
+    assert_eq!(camera_text(&viewer), text);
+    assert_eq!(viewer.text(), SCENE);
+    // The camera of the page is that of the file now.
+    let mut other = viewer.page();
+    let view = other.news("view", |view| view["camera"]["fov"] == 50.0);
+    assert!(view["set"].as_object().unwrap().values().all(Value::is_null), "{view}");
+    assert_eq!(edit(&mut page, 2, "undo")["canRedo"], true);
+    assert_eq!(camera_text(&viewer), CAMERA);
+    other.news("view", |view| view["camera"]["fov"] == 90.0);
+    assert_eq!(edit(&mut page, 1, "redo")["refused"], Value::Null);
+    assert_eq!(camera_text(&viewer), text);
+}
+
+#[test]
+fn files_that_others_change_are_left_alone() {
+    let (viewer, mut page) = start();
+    set(&mut page, 1, json!({"fov": 50}));
+    edit(&mut page, 1, "show");
+    let other = format!("{CAMERA} # mine");
+    std::fs::write(camera_file(&viewer), &other).unwrap();
+    let refused = edit(&mut page, 1, "write")["refused"].take();
+    assert!(refused.as_str().unwrap().ends_with("has changed meanwhile: nothing is written"), "{refused}");
+    assert_eq!(camera_text(&viewer), other);
+    // Shown again, it can be written.
+    page.news("scene", |_| true);
+    edit(&mut page, 1, "show");
+    assert_eq!(edit(&mut page, 1, "write")["refused"], Value::Null);
+    assert_eq!(camera_text(&viewer), format!("{CAMERA} \"float fov\" 50 # mine"));
+    std::fs::remove_file(camera_file(&viewer)).unwrap();
+    assert!(edit(&mut page, 1, "undo")["refused"].is_string());
+    assert!(!camera_file(&viewer).exists());
+}
