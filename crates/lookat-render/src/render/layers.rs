@@ -119,7 +119,7 @@ impl Layers {
         own.flat_map(|(layer, _, names)| names.iter().enumerate().map(|(axis, name)| (*layer, axis, *name)))
     }
 
-    /// Bytes of a pixel: of the picture, and of its parts before or the copy that is written.
+    /// Bytes of a pixel, with the copy that is written.
     pub(super) fn pixel_bytes(self) -> usize {
         2 * size_of::<f32>() * self.channels().count()
     }
@@ -136,9 +136,11 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
     let Settings { seed, stop, layers, .. } = *settings;
     let film = context.film;
     let passes = fixed::all(stop.layer_sampler(view), seed, stop.errors() != Errors::None);
-    let of_tile = |worker: &mut Worker, tile: &Mutex<Tile>| {
+    let channels: Vec<_> = layers.channels().collect();
+    let planes = Mutex::new(vec![vec![0.0; film.of.crop.area() as usize]; channels.len()]);
+    let add_tile = |worker: &mut Worker, tile: &Mutex<Tile>| {
         if context.control.is_interrupted() {
-            return None;
+            return false;
         }
         let tile = lock(tile);
         let mut values: Vec<Values> = vec![Values::default(); tile.bounds.area() as usize];
@@ -152,25 +154,21 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
         if layers.has_any(Layers::OF_SAMPLES) {
             context.average(worker, &passes, tile.bounds, &mut values);
         }
-        let plane = |(layer, axis, _)| {
-            let values = values.iter().map(|values| values[layer as usize][axis]);
-            values.map(|value| value.clamp(f32::MIN.into(), f32::MAX.into()) as f32).collect()
-        };
-        Some(layers.channels().map(plane).collect())
-    };
-    let tiles = film.tiles.par_iter().map_init(|| Worker::new(context), of_tile);
-    let Some(tiles) = tiles.collect::<Option<Vec<Vec<Vec<f32>>>>>() else { return false };
-    for (number, (_, _, name)) in layers.channels().enumerate() {
-        if image.channel(name).is_some() {
-            continue;
-        }
-        let mut samples = vec![0.0; film.of.crop.area() as usize];
-        for (tile, planes) in film.tiles.iter().zip(&tiles) {
-            for (at, value) in indices(lock(tile).bounds, film.of.crop).zip(&planes[number]) {
-                samples[at] = *value;
+        for (plane, (layer, axis, _)) in lock(&planes).iter_mut().zip(&channels) {
+            for (at, values) in indices(tile.bounds, film.of.crop).zip(&values) {
+                plane[at] = values[*layer as usize][*axis].clamp(f32::MIN.into(), f32::MAX.into()) as f32;
             }
         }
-        image.channels.push(Channel { name: name.into(), samples });
+        true
+    };
+    let tiles = film.tiles.par_iter().map_init(|| Worker::new(context), add_tile);
+    if !tiles.all(|is_done| is_done) {
+        return false;
+    }
+    for ((_, _, name), samples) in channels.iter().zip(std::mem::take(&mut *lock(&planes))) {
+        if image.channel(name).is_none() {
+            image.channels.push(Channel { name: (*name).into(), samples });
+        }
     }
     true
 }
