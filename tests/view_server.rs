@@ -204,6 +204,53 @@ fn values_out_of_range_are_refused_with_a_reason() {
     }
 }
 
+#[test]
+fn a_refusal_changes_nothing_for_good() {
+    let viewer = Viewer::start(SCENE);
+    let mut page = viewer.page();
+    page.finished();
+    page.request(&json!({"type": "view", "by": 1, "number": 2, "camera": {"fov": 200}}));
+    page.news("view", |view| view["number"] == 2 && view["refused"].is_string());
+    // What is told later is no older than the refused request: the page would ignore it.
+    viewer.write(&SCENE.replace("fov\" 40", "fov\" 30"));
+    let view = page.news("view", |view| view["camera"]["fov"] == 30.0);
+    assert_eq!(view["number"], 2);
+    for film in
+        [json!({"resolution": [0, 40]}), json!({"samplesPerPixel": 0}), json!({"crop": [0.5, 0.5, 0, 1]})]
+    {
+        let mut request = film.clone();
+        request["type"] = "film".into();
+        page.request(&request);
+        let scene = page.news("scene", |scene| scene["filmRefused"].is_string());
+        assert_eq!(
+            (&scene["hasErrors"], &scene["film"]["resolution"]),
+            (&false.into(), &json!([48, 32])),
+            "{film}"
+        );
+    }
+    viewer.write(SCENE);
+    let scene = page.news("scene", |scene| scene["filmRefused"].is_null());
+    assert_eq!(scene["hasErrors"], false);
+}
+
+/// Pages that ask at the same time all get their answers.
+#[test]
+fn no_answer_is_lost_to_another_page() {
+    let viewer = Viewer::start(SCENE);
+    let mut pages: Vec<Page> = (0..6).map(|_| viewer.page()).collect();
+    pages[0].finished();
+    for _ in 0..5 {
+        for (by, page) in pages.iter_mut().enumerate() {
+            page.request(&json!({"type": "pick", "by": by, "number": by, "at": [24, 16]}));
+            page.request(&json!({"type": "edit", "by": by, "action": "undo"}));
+        }
+        for (by, page) in pages.iter_mut().enumerate() {
+            let picked = page.news("picked", |picked| picked["by"] == by);
+            assert_eq!(picked["hit"]["shape"], "sphere");
+        }
+    }
+}
+
 /// The pixels of what `lookat render` makes.
 fn rendered(viewer: &Viewer, arguments: &[&str]) -> Vec<[f32; 3]> {
     let picture = viewer.folder.path().join("picture.exr");

@@ -69,18 +69,17 @@ fn the_camera_is_written_and_taken_back() {
     assert_eq!(edit(&mut page, 2, "write")["refused"], "there is nothing to write");
     edit(&mut page, 1, "show");
     let written = edit(&mut page, 1, "write");
-    assert_eq!(
-        (&written["refused"], &written["canUndo"], &written["canRedo"]),
-        (&Value::Null, &true.into(), &false.into())
-    );
+    assert_eq!(written["refused"], Value::Null);
     let text = CAMERA.replace("LookAt 0 ", "LookAt 0.3 ") + " \"float fov\" 50";
     assert_eq!(camera_text(&viewer), text);
     assert_eq!(viewer.text(), SCENE);
     // The camera of the page is that of the file now.
     let mut other = viewer.page();
+    let scene = other.news("scene", |_| true);
+    assert_eq!((&scene["canUndo"], &scene["canRedo"]), (&true.into(), &false.into()));
     let view = other.news("view", |view| view["camera"]["fov"] == 50.0);
     assert!(view["set"].as_object().unwrap().values().all(Value::is_null), "{view}");
-    assert_eq!(edit(&mut page, 2, "undo")["canRedo"], true);
+    assert_eq!(edit(&mut page, 2, "undo")["refused"], Value::Null);
     assert_eq!(camera_text(&viewer), CAMERA);
     other.news("view", |view| view["camera"]["fov"] == 90.0);
     assert_eq!(edit(&mut page, 1, "redo")["refused"], Value::Null);
@@ -105,4 +104,38 @@ fn files_that_others_change_are_left_alone() {
     std::fs::remove_file(camera_file(&viewer)).unwrap();
     assert!(edit(&mut page, 1, "undo")["refused"].is_string());
     assert!(!camera_file(&viewer).exists());
+}
+
+/// The window of the film decides about the screen of a camera without a window.
+#[test]
+fn a_window_is_written_and_taken_back() {
+    let (viewer, mut page) = start();
+    set(&mut page, 1, json!({"screenWindow": [-3, 3, -2, 2]}));
+    edit(&mut page, 1, "show");
+    assert_eq!(edit(&mut page, 1, "write")["refused"], Value::Null);
+    assert_eq!(camera_text(&viewer), format!("{CAMERA} \"float screenwindow\" [-3 3 -2 2]"));
+    edit(&mut page, 1, "undo");
+    assert_eq!(camera_text(&viewer), CAMERA);
+    let view = viewer.page().news("view", |_| true);
+    assert_eq!(view["camera"]["screenWindow"], json!([-1.5, 1.5, -1.0, 1.0]));
+}
+
+#[test]
+fn a_camera_in_two_places_or_a_protected_file_is_not_changed() {
+    let (viewer, mut page) = start();
+    let twice = format!("Include \"./camera.pbrt\"\n{SCENE}");
+    viewer.write(&twice);
+    page.news("scene", |scene| scene["messages"].as_str().unwrap().contains("warning"));
+    set(&mut page, 1, json!({"fov": 50}));
+    let refused = edit(&mut page, 1, "show")["refused"].take();
+    assert!(refused.as_str().unwrap().ends_with("is included twice: change it by hand"), "{refused}");
+    viewer.write(SCENE);
+    page.news("scene", |scene| !scene["messages"].as_str().unwrap().contains("warning"));
+    let mut permissions = std::fs::metadata(camera_file(&viewer)).unwrap().permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(camera_file(&viewer), permissions).unwrap();
+    edit(&mut page, 1, "show");
+    let refused = edit(&mut page, 1, "write")["refused"].take();
+    assert!(refused.as_str().unwrap().ends_with("is write-protected"), "{refused}");
+    assert_eq!((camera_text(&viewer), viewer.text()), (CAMERA.to_owned(), SCENE.to_owned()));
 }

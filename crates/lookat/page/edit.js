@@ -1,7 +1,7 @@
 // Writing the camera into the file: the lines that change are shown first.
 
 /** @typedef {{file: string, line: number, removed: string[], added: string[]}} ChangedLines */
-/** @typedef {{lines: ChangedLines[], refused: string?, canUndo: boolean, canRedo: boolean}} Edited */
+/** @typedef {{lines: ChangedLines[], refused: string?}} Edited */
 
 const $ = (id) => /** @type {any} */ (document.getElementById(id));
 
@@ -11,7 +11,7 @@ const $ = (id) => /** @type {any} */ (document.getElementById(id));
  */
 function showLines({ file, line, removed, added }) {
   const place = Object.assign(document.createElement('p'), { textContent: `${file}:${line}` });
-  const text = document.createElement('pre');
+  const text = Object.assign(document.createElement('pre'), { tabIndex: 0 });
   for (const [sign, name, lines] of [['-', 'removed', removed], ['+', 'added', added]]) {
     for (const content of lines) {
       text.append(Object.assign(document.createElement('span'), { className: name, textContent: `${sign} ${content}\n` }));
@@ -34,8 +34,10 @@ export function makeEditor(ask, say) {
     if (dialog.returnValue === 'write') ask('write');
   });
   document.addEventListener('keydown', (event) => {
-    if (!(event.ctrlKey || event.metaKey) || event.altKey || dialog.open || event.target instanceof HTMLInputElement) return;
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || dialog.open) return;
     const key = event.key.toLowerCase();
+    // A field has an undo of its own.
+    if (key !== 's' && event.target instanceof HTMLInputElement) return;
     const action = { s: 'show', z: event.shiftKey ? 'redo' : 'undo', y: 'redo' }[key];
     if (!action) return;
     event.preventDefault();
@@ -46,8 +48,7 @@ export function makeEditor(ask, say) {
    * @param {Edited} edited
    * @param {boolean} isOwn whether this page asked
    */
-  return ({ lines, refused, canUndo, canRedo }, isOwn) => {
-    [$('undo').disabled, $('redo').disabled] = [!canUndo, !canRedo];
+  return ({ lines, refused }, isOwn) => {
     if (!isOwn) return;
     $('refused').textContent = refused ?? '';
     if (refused) return;

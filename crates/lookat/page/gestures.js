@@ -34,9 +34,9 @@ export function listen(frame, page) {
     const pixels = event.deltaY * (event.deltaMode === 1 ? 32 : 1);
     if (camera) page.move(dolly(camera, Math.exp(0.0015 * pixels), page.place(placeOf(frame, event))));
   }, { passive: false });
-  document.addEventListener('keydown', (event) => {
-    const target = /** @type {Element} */ (event.target);
-    if (event.ctrlKey || event.metaKey || event.altKey || target.closest('input, select, pre')) return;
+  // Letters are keys of the picture alone: elsewhere a screen reader may use them.
+  frame.addEventListener('keydown', (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (press(page, event.key, event.shiftKey)) event.preventDefault();
   });
 }

@@ -24,11 +24,15 @@ let number = 0;
 let film = null;
 /** @type {Camera?} */
 let camera = null;
+/** The camera of the file. @type {Camera?} */
+let own = null;
 /** What the page sets instead of the file. @type {Record<string, unknown>} */
 let set = {};
 /** @type {import('./picture.js').Picture?} */
 let picture = null;
 let tone = { stops: 0, curve: 'none' };
+/** Counts the clicks: the answer to the last one counts. */
+let clicks = 0;
 /** Whoever waits for what is at a place, by the number of the request. */
 const waiting = new Map();
 /** When the last pictures of a moving camera came, in milliseconds. */
@@ -42,7 +46,7 @@ function say(text) {
 
 /** What to do with each type of news. @type {Record<string, (news: any) => void>} */
 const news = {
-  scene({ name, messages, hasErrors, film: newFilm }) {
+  scene({ name, messages, hasErrors, film: newFilm, filmRefused, camera: fileCamera, canUndo, canRedo }) {
     const file = name.split(/[\\/]/).pop();
     document.title = `${file} \u2013 lookat`;
     [$('name').textContent, $('name').title] = [file, name];
@@ -54,6 +58,9 @@ const news = {
     $('counts').textContent = hasErrors ? 'errors' : messages.trim().split('\n').pop()?.split(': ').pop() || 'none';
     say(hasErrors ? 'The file has errors.' : 'The file has been read.');
     if (newFilm) film = newFilm;
+    own = fileCamera;
+    $('film-refused').textContent = filmRefused ?? '';
+    [$('undo').disabled, $('redo').disabled] = [!canUndo, !canRedo];
     panel.showFilm(film);
     fit();
   },
@@ -63,7 +70,7 @@ const news = {
     if (by === me && of < number) return;
     set = Object.fromEntries(Object.entries(itsSet).filter(([, value]) => value !== null));
     camera = itsCamera;
-    panel.showCamera(itsCamera, set);
+    panel.showCamera(itsCamera, own);
   },
   picked({ by, number: of, hit }) {
     if (by === me) waiting.get(of)?.(hit);
@@ -109,7 +116,7 @@ function move(newCamera) {
   if (newCamera.lookAt !== camera.lookAt || newCamera.screenWindow !== camera.screenWindow) $('mark').hidden = true;
   camera = newCamera;
   number++;
-  panel.showCamera(newCamera, set);
+  panel.showCamera(newCamera, own);
   if (isAsked) return;
   isAsked = true;
   requestAnimationFrame(() => {
@@ -124,16 +131,18 @@ function reset() {
 }
 
 /**
- * What the picture shows at a place, in fractions of the picture. `null` where there is nothing, or without an answer.
+ * What the picture shows at a place, in fractions of the picture. `null` where there is nothing, `undefined` without an answer.
  * @param {number[]} place
- * @returns {Promise<Hit?>}
+ * @returns {Promise<Hit | null | undefined>}
  */
 function pick(place) {
   const [id, at] = [Math.floor(Math.random() * 2 ** 32), filmPlace(place)];
   request({ type: 'pick', by: me, number: id, at });
   return new Promise((answer) => {
     waiting.set(id, answer);
-    setTimeout(() => answer(null), 2000);
+    setTimeout(() => {
+      if (waiting.delete(id)) answer(undefined);
+    }, 5000);
   });
 }
 
@@ -142,7 +151,9 @@ function pick(place) {
  * @param {number[]} place
  */
 async function click(place) {
+  const click = ++clicks;
   const hit = await pick(place);
+  if (hit === undefined || click !== clicks) return;
   $('mark').hidden = false;
   frame.style.setProperty('--x', `${100 * place[0]}%`);
   frame.style.setProperty('--y', `${100 * place[1]}%`);
@@ -254,5 +265,7 @@ const request = connect({
   connection(isOpen) {
     $('connection').textContent = isOpen ? 'connected' : 'connection lost';
     $('connection').toggleAttribute('data-lost', !isOpen);
+    // Requests without a connection are lost: what the program tells next counts.
+    if (isOpen) number = 0;
   },
 });

@@ -123,7 +123,7 @@ export function makePanel(act) {
     const values = film.map(({ key, inputs }) => [key, inputs.map((input) => input.valueAsNumber)]);
     if (values.flatMap(([, numbers]) => numbers).some(Number.isNaN)) return;
     const { resolution, crop, samplesPerPixel } = Object.fromEntries(values);
-    act.film({ resolution, crop, samplesPerPixel: samplesPerPixel[0] });
+    act.film({ resolution: resolution.map(Math.round), crop, samplesPerPixel: Math.round(samplesPerPixel[0]) });
   };
   for (const { field, inputs } of film) {
     inputs.forEach((input) => input.addEventListener('change', change));
@@ -135,24 +135,25 @@ export function makePanel(act) {
   return {
     /**
      * @param {Camera} camera
-     * @param {Record<string, unknown>} set
+     * @param {Camera | null} own the camera of the file
      */
-    showCamera(camera, set) {
+    showCamera(camera, own) {
       reach = Math.max(reach, distanceOf(camera));
       const kind = document.getElementById('kind');
       if (kind) kind.textContent = camera.kind + (camera.hasLookAt ? '' : ', placed without LookAt');
       for (const { key, from, kinds, names, range, field, inputs, slider } of rows) {
         field.hidden = !kinds.includes(camera.kind);
-        const value = key === 'aspect' ? aspectOf(camera) : camera[key];
-        const numbers = Array.isArray(value) ? value.slice(from, from + names.length) : [value];
+        const numbersOf = (of) => (key === 'aspect' ? [aspectOf(of)] : list(of[key]).slice(from, from + names.length));
+        const numbers = numbersOf(camera);
         inputs.forEach((input, index) => show(input, numbers[index]));
         const isIdle = key === 'focalDistance' && !camera.lensRadius;
         for (const input of [...inputs, ...(slider ? [slider] : [])]) input.disabled = isIdle;
-        field.toggleAttribute('data-set', key in set && !isIdle);
+        const differs = own !== null && String(numbersOf(own)) !== String(numbers);
+        field.toggleAttribute('data-set', differs && !isIdle);
         if (!slider || !range) continue;
         const [least, most] = range(camera, reach);
-        [slider.min, slider.max] = [String(least), String(Math.max(most, value ?? 0))];
-        show(slider, value);
+        [slider.min, slider.max] = [String(least), String(Math.max(most, numbers[0] ?? 0))];
+        show(slider, numbers[0]);
       }
     },
     /** @param {{resolution: number[], crop: number[], samplesPerPixel: number} | null} of */

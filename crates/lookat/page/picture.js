@@ -102,8 +102,8 @@ export function draw(canvas, picture, { stops, curve }) {
  * @returns {number[]}
  */
 export function valuesAt(picture, x, y) {
-  const column = Math.min(Math.floor(x * picture.width), picture.width - 1);
-  const row = Math.min(Math.floor(y * picture.height), picture.height - 1);
+  const index = (share, size) => Math.min(Math.max(Math.floor(share * size), 0), size - 1);
+  const [column, row] = [index(x, picture.width), index(y, picture.height)];
   const at = 3 * (row * picture.width + column);
   return Array.from(picture.pixels.subarray(at, at + 3));
 }

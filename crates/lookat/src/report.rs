@@ -110,8 +110,8 @@ pub fn place(span: Span, sources: &Sources) -> String {
 
 /// A word in the text, without its quotation marks.
 pub fn word(span: Span, sources: &Sources) -> String {
-    let text = &sources.file(span.file).text[span.start as usize..span.end as usize];
-    String::from_utf8_lossy(text).trim_matches('"').to_owned()
+    let text = sources.file(span.file).text.get(span.start as usize..span.end as usize);
+    String::from_utf8_lossy(text.unwrap_or_default()).trim_matches('"').to_owned()
 }
 
 /// The most other places in the text output. `--json` prints all.

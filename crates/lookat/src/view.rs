@@ -46,10 +46,13 @@ fn serve(arguments: &View) -> Result<u8, String> {
     server.start(listener)?;
     crate::print(&format!("{address}\n"))?;
     crate::say("open this address in a browser; end with Ctrl-C");
-    if arguments.open
-        && let Err(reason) = open::in_browser(&address)
-    {
-        crate::say(&format!("warning: cannot open a browser: {reason}"));
+    if arguments.open {
+        // The browser may run until the user closes it.
+        std::thread::spawn(move || {
+            if let Err(reason) = open::in_browser(&address) {
+                crate::say(&format!("warning: cannot open a browser: {reason}"));
+            }
+        });
     }
     Engine::new(arguments, requests, hub).run()
 }

@@ -24,14 +24,14 @@ use crate::shading::shaded::Materials;
 /// none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layer {
-    /// z in camera space; 1e10 where there is no surface, as in Blender's files. Of one point, as are position, texture
-    /// coordinates, shape and material: the one that is seen through the middle of the pixel and of the lens. A mean over
-    /// an edge would belong to no surface.
+    /// z in camera space; 1e10 where there is no surface, as in Blender's files. Depth, position, texture coordinates, shape and
+    /// material belong to the point behind the middle of the pixel, through the middle of the lens. A mean over an edge would
+    /// belong to no surface.
     Depth,
     /// The point in the world.
     Position,
-    /// The geometric normal in the world, on the side of the eye. The mean over the camera samples of the pixel, by its filter, as of
-    /// shading normal and albedo: what a denoiser takes.
+    /// The geometric normal in the world, on the side of the eye. Normals and albedo are means over the camera samples of the pixel,
+    /// with its filter: a denoiser needs them.
     Normal,
     /// The shading normal, with bumps, on the same side.
     ShadingNormal,
@@ -48,8 +48,8 @@ pub enum Layer {
     Samples,
 }
 
-/// All layers, in the order of their definition: names, and channels of an EXR file. Those are pbrt-v4's where it has the
-/// layer, else Mitsuba's; `Z` is OpenEXR's own.
+/// All layers, in the order of their definition: names, and channels of an EXR file. `P`, `N` and `Ns` are pbrt-v4's names, `Z` is
+/// OpenEXR's own, and the channels `U`, `V` and `I` are Mitsuba's.
 const TABLE: [(Layer, &str, &[&str]); 9] = [
     (Layer::Depth, "depth", &["Z"]),
     (Layer::Position, "position", &["P.X", "P.Y", "P.Z"]),

@@ -36,10 +36,10 @@ pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &Prepared) -> Option<
 /// The camera of the file with what the page sets. Fails with the reason.
 pub fn changed(
     own: Camera,
-    placement: Option<CameraPlacement>,
-    set: &ViewOverride,
+    (placement, focal_distance): (Option<CameraPlacement>, Option<f64>),
+    set: &SetCamera,
 ) -> Result<Camera, String> {
-    set.check()?;
+    ViewOverride::from(*set).check()?;
     let mut camera = own;
     if let Some(points) = set.look_at {
         let placement = placement.ok_or("the camera of the file has no direction")?;
@@ -54,7 +54,7 @@ pub fn changed(
     }
     if own.projection != Projection::Environment {
         let radius = set.lens_radius.or(own.lens.map(|lens| lens.radius)).unwrap_or(0.0);
-        let distance = set.focal_distance.or(own.lens.map(|lens| lens.focal_distance));
+        let distance = set.focal_distance.or(own.lens.map(|lens| lens.focal_distance)).or(focal_distance);
         let lens = Lens { radius, focal_distance: distance.unwrap_or(UNFOCUSED) };
         camera.lens = (radius > 0.0).then_some(lens);
     }

@@ -1,6 +1,8 @@
 //! The camera of the page as changes of the text: the numbers that differ, and nothing else.
 
-use lookat_scene::syntax::{Directive, Entity, EntityKind, Fix, Param, Span, Statement, parse, value_span};
+use lookat_scene::syntax::{
+    Directive, Entity, EntityKind, Fix, Param, ParamType, Span, Statement, parse, value_span,
+};
 use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Projection, Sources};
 
 use super::messages::SetCamera;
@@ -77,7 +79,8 @@ impl<'l> CameraText<'l> {
     }
 
     fn param(&self, name: &str) -> Option<&Param> {
-        self.entity.params.iter().find(|param| param.name.value == name)
+        // The last one counts.
+        self.entity.params.iter().rev().find(|param| param.name.value == name && param.ty == ParamType::Float)
     }
 
     /// The changes that give a parameter these values.
@@ -134,7 +137,7 @@ mod tests {
         let loaded = loaded(camera);
         let own = loaded.scene.as_ref().unwrap().view.camera;
         let fixes = camera_fixes(&loaded, &own, set)?;
-        let changes = changes(&loaded.sources, &fixes);
+        let changes = changes(&loaded.sources, &fixes)?;
         assert!(changes.len() < 2 && changes.iter().all(|change| change.path == Path::new("a.pbrt")));
         let after = changes.into_iter().next().map(|change| String::from_utf8(change.after).unwrap());
         let after = after.unwrap_or_else(|| format!("{camera}\n{REST}\n"));

@@ -1,16 +1,16 @@
 //! Renders what the pages ask for, and follows the file.
 
+mod edits;
 mod opened;
+mod pictures;
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use lookat_render::{Progress, Settings};
-use lookat_scene::{FilmOverride, LoadOptions, Loaded, View};
+use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
 
-use super::messages::{self, About, Action, Edit, News, Pick, Picked, SetCamera, SetFilm, SetView, picture};
+use super::messages::{self, News, Pick, Picked, SetCamera, SetFilm, SetView};
 use super::outbox::{Hub, Kind};
 use super::pace::Pace;
 use super::requests::{Pending, Requests};
@@ -29,8 +29,8 @@ const REST: Duration = Duration::from_millis(60);
 const LONG_REST: Duration = Duration::from_millis(500);
 /// A file with errors is read again if it changes within this time: it is just being saved.
 const SAVING: Duration = Duration::from_millis(200);
-/// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
-const STEP: Duration = Duration::from_millis(60);
+/// The most times that it is read again, so that a file that is written all the time holds up nobody.
+const MOST_READINGS: u32 = 10;
 
 /// How far the picture of a view is.
 #[derive(Clone, Copy, PartialEq)]
@@ -52,6 +52,8 @@ pub struct Engine {
     watch: Watch,
     /// The last file without errors.
     opened: Option<Opened>,
+    /// The errors of the file since then.
+    error: Option<String>,
     /// What the page sets of its camera.
     set: SetView,
     history: History,
@@ -74,6 +76,7 @@ impl Engine {
             samples_per_pixel: None,
             watch: Watch::default(),
             opened: None,
+            error: None,
             set: SetView { by: 0, number: 0, camera: SetCamera::default() },
             history: History::default(),
             shown: None,
@@ -94,7 +97,7 @@ impl Engine {
                 Stage::Finished => IDLE,
             };
             let pending = self.requests.take(time);
-            let is_new = pending.film.is_some() || pending.view.is_some() || pending.pick.is_some();
+            let is_new = pending.is_any();
             self.answer(pending);
             if self.watch.has_changed() {
                 self.read();
@@ -113,68 +116,43 @@ impl Engine {
         if let Some(view) = pending.view {
             self.set_view(view);
         }
-        if let Some((pick, opened)) = pending.pick.zip(self.opened.as_ref()) {
-            answer(pick, opened, &self.hub);
+        for pick in pending.picks {
+            self.opened.iter().for_each(|opened| answer(pick, opened, &self.hub));
         }
         for edit in pending.edits {
             self.edit(edit);
         }
     }
 
-    /// Changes the files, or shows what would change.
-    fn edit(&mut self, Edit { by, action }: Edit) {
-        let done = match action {
-            Action::Show => self.show_changes(by),
-            Action::Write => {
-                let shown = self.shown.take().filter(|(page, _)| *page == by);
-                shown.map_or(Err("there is nothing to write".into()), |(_, changes)| {
-                    self.history.write(changes)
-                })
-            }
-            Action::Undo => self.history.undo(),
-            Action::Redo => self.history.redo(),
-        };
-        let is_shown = matches!(action, Action::Show) && done.is_ok();
-        let lines = self.shown.iter().filter(|_| is_shown).flat_map(|(_, changes)| changes);
-        let edited = messages::Edited {
-            by,
-            lines: lines.map(FileChange::lines).collect(),
-            can_undo: self.history.can_undo(),
-            can_redo: self.history.can_redo(),
-            refused: done.err(),
-        };
-        if !matches!(action, Action::Show) && edited.refused.is_none() {
-            self.read();
-        }
-        self.hub.tell(Kind::Edited, News::Edited(edited).message());
-    }
-
-    fn show_changes(&mut self, by: u32) -> Result<(), String> {
-        self.shown = None;
-        let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
-        let changes = opened.changes(&self.set.camera)?;
-        if changes.is_empty() {
-            return Err("the file has this camera already".into());
-        }
-        self.shown = Some((by, changes));
-        Ok(())
-    }
-
     fn set_film(&mut self, SetFilm { resolution, crop, samples_per_pixel }: SetFilm) {
+        let before = (self.options.film, self.samples_per_pixel);
         self.options.film = FilmOverride { resolution, crop, quarter: false };
-        self.samples_per_pixel = samples_per_pixel.map(|samples| samples.max(1));
-        self.read();
+        self.samples_per_pixel = samples_per_pixel;
+        let is_side = |side: &u32| (1..=MAX_SIDE).contains(side);
+        let is_valid = resolution.iter().flatten().all(is_side)
+            && samples_per_pixel.is_none_or(|samples| (1..=MAX_SAMPLES).contains(&samples));
+        let opened = match is_valid {
+            true => self.load().and_then(|loaded| self.open(loaded)),
+            false => Err(format!("resolution is 1 to {MAX_SIDE}, pixelsamples 1 to {MAX_SAMPLES}")),
+        };
+        match &opened {
+            Ok(()) => self.error = None,
+            Err(_) => (self.options.film, self.samples_per_pixel) = before,
+        }
+        self.tell_scene(opened.err().as_deref());
     }
 
     fn set_view(&mut self, view: SetView) {
         let Some(opened) = &mut self.opened else { return };
         let view = SetView { camera: opened.rounded(view.camera), ..view };
         let refused = opened.set(&view.camera).err();
+        // A page ignores answers to its earlier requests, so the newest one is remembered even if it is refused.
+        let camera = if refused.is_none() { view.camera } else { self.set.camera };
+        self.set = SetView { camera, ..view };
         if refused.is_none() {
-            self.set = view;
             self.restart();
         }
-        self.tell_view(view, refused.as_deref());
+        self.tell_view(refused.as_deref());
     }
 
     /// Begins the picture of another view.
@@ -185,47 +163,61 @@ impl Engine {
 
     /// Reads the file.
     fn read(&mut self) {
-        let loaded = self.load();
-        let error = self.open(loaded).err();
+        self.error = self.load().and_then(|loaded| self.open(loaded)).err();
+        self.tell_scene(None);
+    }
+
+    /// Tells what the file has, and why the film is not the one that was asked for.
+    fn tell_scene(&self, film_refused: Option<&str>) {
         let opened = self.opened.as_ref();
-        let messages = error.clone().or(opened.map(Opened::messages)).unwrap_or_default();
+        let messages = self.error.clone().or(opened.map(Opened::messages)).unwrap_or_default();
         let scene = messages::Scene {
             name: &self.path.display().to_string(),
             messages: &messages,
-            has_errors: error.is_some(),
+            has_errors: self.error.is_some(),
             film: opened.map(Opened::film),
+            film_refused,
             camera: opened.map(Opened::own),
+            can_undo: self.history.can_undo(),
+            can_redo: self.history.can_redo(),
         };
         self.hub.tell(Kind::Scene, News::Scene(scene).message());
-        self.tell_view(self.set, None);
+        self.tell_view(None);
     }
 
-    fn load(&self) -> Loaded {
-        loop {
-            self.watch.restart();
-            let note = |file: &Path| self.watch.note(file);
-            let plain = Report { strict: false, json: false };
-            let loaded = load_noted(&self.path, &self.options, plain, &note);
+    /// Fails with the errors of the file.
+    fn load(&self) -> Result<Loaded, String> {
+        let mut loaded = self.load_once();
+        for _ in 0..MOST_READINGS {
             let end = Instant::now() + SAVING;
             while loaded.scene.is_none() && Instant::now() < end && !self.watch.has_changed() {
                 std::thread::sleep(Duration::from_millis(20));
             }
             if loaded.scene.is_some() || !self.watch.has_changed() {
-                return loaded;
+                break;
             }
+            loaded = self.load_once();
         }
-    }
-
-    /// Takes a file over if it has no errors. Fails with its errors.
-    fn open(&mut self, mut loaded: Loaded) -> Result<(), String> {
         replace_samples(&mut loaded, self.samples_per_pixel);
         if loaded.scene.is_none() {
             let misfit = loaded.misfit.as_ref().map(|reason| format!("error: {reason}\n"));
             return Err(report::text(&loaded) + &misfit.unwrap_or_default());
         }
-        // Gives the memory of the old scene back first.
-        let before = self.opened.take().map(|before| before.own_camera());
-        let mut opened = Opened::new(loaded, before)?;
+        Ok(loaded)
+    }
+
+    fn load_once(&self) -> Loaded {
+        self.watch.restart();
+        let note = |file: &Path| self.watch.note(file);
+        let plain = Report { strict: false, json: false };
+        load_noted(&self.path, &self.options, plain, &note)
+    }
+
+    /// Takes a file without errors over. Fails if there is not enough memory.
+    fn open(&mut self, loaded: Loaded) -> Result<(), String> {
+        let old = &mut self.opened;
+        let before = || old.take().map(|before| before.own_view().clone());
+        let mut opened = Opened::new(loaded, before).map_err(|reason| format!("error: {reason}\n"))?;
         // A camera that was written into the file replaces the one that was set by hand.
         if opened.has_new_camera || opened.set(&self.set.camera).is_err() {
             self.set.camera = SetCamera::default();
@@ -235,83 +227,16 @@ impl Engine {
         Ok(())
     }
 
-    fn tell_view(&self, SetView { by, number, .. }: SetView, refused: Option<&str>) {
+    fn tell_view(&self, refused: Option<&str>) {
         let Some(opened) = &self.opened else { return };
-        let (set, camera) = (self.set.camera, opened.values());
+        let SetView { by, number, camera: set } = self.set;
+        let camera = opened.values();
         self.hub.tell(Kind::View, News::View(messages::View { by, number, set, camera, refused }).message());
-    }
-
-    /// Renders a picture of the resolution for which there is time.
-    fn render_small(&mut self) {
-        let Some(opened) = &self.opened else {
-            self.stage = Stage::Finished;
-            return;
-        };
-        let film = self.pace.film(&opened.view.film);
-        let sampler = opened.view.sampler.with_samples(1);
-        let view = View { film, sampler, ..opened.view.clone() };
-        let started = Instant::now();
-        let rendered =
-            opened.prepared.render_unmoved(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
-        self.pace.learn(started.elapsed());
-        let total = rendered.statistics.samples;
-        let about = About { done: total, total, is_final: false, ..self.about(started) };
-        if let Some(message) = picture(&rendered.image, about) {
-            self.hub.tell(Kind::Picture, message);
-        }
-        self.stage = Stage::Small;
-    }
-
-    /// Renders the picture that `render` makes, until there is something else to do.
-    fn render_full(&mut self) {
-        let started = Instant::now();
-        let about = self.about(started);
-        let Some(opened) = &mut self.opened else { return };
-        opened.prepared.look(&opened.view.camera);
-        let (opened, requests, watch, hub) = (&*opened, &self.requests, &self.watch, &self.hub);
-        let area = opened.view.film.crop.area();
-        let next = Mutex::new(started + STEP);
-        let progress = |progress: Progress| {
-            // Another thread does it.
-            let Ok(mut next) = next.try_lock() else { return ControlFlow::Continue(()) };
-            if let Some(pick) = requests.take_pick() {
-                answer(pick, opened, hub);
-            }
-            if requests.has_any() || watch.has_changed() {
-                return ControlFlow::Break(());
-            }
-            let now = Instant::now();
-            // At first, some pixels have no samples.
-            if now >= *next && progress.done > area {
-                let (done, total, seconds) = (progress.done, progress.total, started.elapsed().as_secs_f64());
-                if let Some(message) = picture(&progress.snapshot(), About { done, total, seconds, ..about })
-                {
-                    hub.tell(Kind::Picture, message);
-                }
-                *next = Instant::now() + STEP.max(10 * now.elapsed());
-            }
-            ControlFlow::Continue(())
-        };
-        let rendered = opened.prepared.render_unmoved(&opened.view, &Settings::default(), &progress);
-        if rendered.complete {
-            let total = rendered.statistics.samples;
-            let about = About { done: total, total, is_final: true, ..self.about(started) };
-            if let Some(message) = picture(&rendered.image, about) {
-                self.hub.tell(Kind::Picture, message);
-            }
-            self.stage = Stage::Finished;
-        }
-    }
-
-    fn about(&self, started: Instant) -> About {
-        let (generation, number, seconds) =
-            (self.generation, self.set.number, started.elapsed().as_secs_f64());
-        About { generation, number, done: 0, total: 0, seconds, is_final: false }
     }
 }
 
 /// Tells what the picture shows at a place.
 fn answer(Pick { by, number, at }: Pick, opened: &Opened, hub: &Hub) {
     let hit = opened.pick(at);
-    hub.tell(Kind::Picked, News::Picked(Picked { by, number, at, hit }).message());
+    hub.tell(Kind::Picked(by), News::Picked(Picked { by, number, at, hit }).message());
 }

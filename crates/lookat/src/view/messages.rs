@@ -109,8 +109,13 @@ pub struct Scene<'a> {
     pub has_errors: bool,
     /// `None` until a file without errors has been read.
     pub film: Option<Film>,
+    /// Why the film is not the one that a page asked for.
+    pub film_refused: Option<&'a str>,
     /// The camera of the file.
     pub camera: Option<Camera>,
+    /// Whether there is something written to undo, or to redo.
+    pub can_undo: bool,
+    pub can_redo: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -136,7 +141,7 @@ pub struct Camera {
     pub fov: Option<f64>,
     /// 0 for a pinhole.
     pub lens_radius: f64,
-    /// `None` for a pinhole.
+    /// `None` for a pinhole, unless the file has one all the same.
     pub focal_distance: Option<f64>,
     pub screen_window: [f64; 4],
 }
@@ -190,8 +195,6 @@ pub struct Edited {
     pub lines: Vec<ChangedLines>,
     /// Why nothing has changed, or can be.
     pub refused: Option<String>,
-    pub can_undo: bool,
-    pub can_redo: bool,
 }
 
 /// Lines of a file before and after a change.

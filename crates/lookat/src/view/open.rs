@@ -15,7 +15,7 @@ pub fn in_browser(address: &str) -> Result<(), String> {
         .tempfile()
         .map_err(|error| lookat_image::io_reason(&error))?;
     file.write_all(page.as_bytes()).map_err(|error| lookat_image::io_reason(&error))?;
-    // The browser may read it later.
+    // The browser may read it after its program has ended.
     let (_, path) = file.keep().map_err(|error| lookat_image::io_reason(&error.error))?;
     let quiet = Stdio::null;
     match Command::new(OPENER).arg(path).stdin(quiet()).stdout(quiet()).stderr(quiet()).status() {

@@ -10,8 +10,9 @@ use tungstenite::Message;
 pub enum Kind {
     Scene,
     View,
-    Picked,
-    Edited,
+    /// For the page with this number, as `Edited`.
+    Picked(u32),
+    Edited(u32),
     Picture,
 }
 
@@ -85,7 +86,7 @@ impl Hub {
                 true
             })
         });
-        if !matches!(kind, Kind::Picked | Kind::Edited) {
+        if !matches!(kind, Kind::Picked(_) | Kind::Edited(_)) {
             told.newest.insert(kind, message);
         }
     }
@@ -105,7 +106,7 @@ mod tests {
         let early = hub.join();
         for text in ["1", "2"] {
             hub.tell(Kind::Picture, text.into());
-            hub.tell(Kind::Picked, text.into());
+            hub.tell(Kind::Picked(1), text.into());
         }
         hub.tell(Kind::Scene, "scene".into());
         let late = hub.join();

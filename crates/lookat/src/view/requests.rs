@@ -14,7 +14,7 @@ const MOST_EDITS: usize = 16;
 pub struct Requests {
     pending: Mutex<Pending>,
     put: Condvar,
-    /// The same for a look without a lock.
+    /// Whether one waits, to be read without the lock.
     has_any: AtomicBool,
 }
 
@@ -23,9 +23,16 @@ pub struct Requests {
 pub struct Pending {
     pub film: Option<SetFilm>,
     pub view: Option<SetView>,
-    pub pick: Option<Pick>,
+    /// The newest of each page.
+    pub picks: Vec<Pick>,
     /// All of them, in order.
     pub edits: Vec<Edit>,
+}
+
+impl Pending {
+    pub fn is_any(&self) -> bool {
+        self.film.is_some() || self.view.is_some() || !self.picks.is_empty() || !self.edits.is_empty()
+    }
 }
 
 impl Requests {
@@ -34,8 +41,10 @@ impl Requests {
         match request {
             Request::Film(film) => pending.film = Some(film),
             Request::View(view) => pending.view = Some(view),
-            Request::Pick(pick) => pending.pick = Some(pick),
-            // The page notices that the answer is missing.
+            Request::Pick(pick) => {
+                pending.picks.retain(|other| other.by != pick.by);
+                pending.picks.push(pick);
+            }
             Request::Edit(_) if pending.edits.len() >= MOST_EDITS => return,
             Request::Edit(edit) => pending.edits.push(edit),
         }
@@ -49,9 +58,8 @@ impl Requests {
             return None;
         }
         let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
-        let pick = pending.pick.take();
-        let has_others = pending.film.is_some() || pending.view.is_some() || !pending.edits.is_empty();
-        self.has_any.store(has_others, Ordering::Relaxed);
+        let pick = pending.picks.pop();
+        self.has_any.store(pending.is_any(), Ordering::Relaxed);
         pick
     }
 

@@ -42,7 +42,9 @@ impl Server {
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| format!("the system gives no random bytes: {error}"))?;
         let token = token.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Server { host: place.to_string(), token, requests, hub, connections: AtomicUsize::new(0) })
+        // Browsers leave the usual port out.
+        let host = if place.port() == 80 { place.ip().to_string() } else { place.to_string() };
+        Ok(Server { host, token, requests, hub, connections: AtomicUsize::new(0) })
     }
 
     /// The address of the page.

@@ -19,14 +19,18 @@ pub struct FileChange {
     pub after: Vec<u8>,
 }
 
-/// The files that fixes change.
-pub fn changes(sources: &Sources, fixes: &[Fix]) -> Vec<FileChange> {
+/// The files that fixes change. Fails for a file that the scene includes twice: a change here would change both places.
+pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, String> {
     let mut fixes: Vec<&Fix> = fixes.iter().collect();
     // The last fix of a file comes first, so that the places of the others stay. Insertions at one place keep their order.
     fixes.sort_by_key(|fix| (fix.span.file.0, fix.span.start));
     let mut changes: Vec<FileChange> = Vec::new();
     for fix in fixes.into_iter().rev() {
         let source = sources.file(fix.span.file);
+        if sources.files.iter().filter(|other| is_same_file(&other.path, &source.path)).count() > 1 {
+            let path = source.path.display();
+            return Err(format!("{path} is included twice: change it by hand"));
+        }
         let is_same = |change: &&mut FileChange| change.path == source.path;
         let change = match changes.iter_mut().find(is_same) {
             Some(change) => change,
@@ -39,31 +43,34 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Vec<FileChange> {
         let range = fix.span.start as usize..fix.span.end as usize;
         change.after.splice(range, fix.replacement.bytes());
     }
-    changes
+    Ok(changes)
+}
+
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    let real = |path: &Path| path.canonicalize();
+    one == other || matches!((real(one), real(other)), (Ok(one), Ok(other)) if one == other)
 }
 
 impl FileChange {
-    /// The lines from the first to the last that differ.
-    pub fn lines(&self) -> ChangedLines {
-        let [before, after] =
-            [&self.before, &self.after].map(|text| text.split(|byte| *byte == b'\n').collect::<Vec<_>>());
-        let same =
-            |pairs: &mut dyn Iterator<Item = (&&[u8], &&[u8])>| pairs.take_while(|(a, b)| a == b).count();
-        let first = same(&mut before.iter().zip(&after));
-        let rest = before.len().min(after.len()) - first;
-        let last = same(&mut before.iter().rev().zip(after.iter().rev())).min(rest);
-        let text = |lines: &[&[u8]]| {
-            lines[first..lines.len() - last]
-                .iter()
-                .map(|line| String::from_utf8_lossy(line).into_owned())
-                .collect()
-        };
-        ChangedLines {
-            file: self.path.display().to_string(),
-            line: first + 1,
-            removed: text(&before),
-            added: text(&after),
+    /// The lines that differ. A change of numbers or parameters adds no line.
+    pub fn lines(&self) -> Vec<ChangedLines> {
+        let [before, after] = [&self.before, &self.after].map(|text| text.split(|byte| *byte == b'\n'));
+        let pairs: Vec<(&[u8], &[u8])> = before.zip(after).collect();
+        let text = |line: &[u8]| String::from_utf8_lossy(line).into_owned();
+        let mut line = 1;
+        let mut changed = Vec::new();
+        for run in pairs.chunk_by(|(a, b), (c, d)| (a == b) == (c == d)) {
+            if run[0].0 != run[0].1 {
+                changed.push(ChangedLines {
+                    file: self.path.display().to_string(),
+                    line,
+                    removed: run.iter().map(|(before, _)| text(before)).collect(),
+                    added: run.iter().map(|(_, after)| text(after)).collect(),
+                });
+            }
+            line += run.len();
         }
+        changed
     }
 
     fn reversed(&self) -> FileChange {
@@ -123,6 +130,10 @@ fn put(changes: &[FileChange]) -> Result<(), String> {
         if text != *before {
             return Err(format!("{} has changed meanwhile: nothing is written", path.display()));
         }
+        // Replacing a file needs no permission to write it.
+        if std::fs::metadata(path).is_ok_and(|found| found.permissions().readonly()) {
+            return Err(format!("{} is write-protected", path.display()));
+        }
     }
     for (number, FileChange { path, after, .. }) in changes.iter().enumerate() {
         if let Err(reason) = write(path, after) {
@@ -179,12 +190,14 @@ mod tests {
 
     #[test]
     fn the_lines_that_differ_are_found() {
-        let lines = |before, after| change(Path::new("a"), before, after).lines();
-        let found = lines("a\nb\nc\nd\n", "a\nB\nc\nD\n");
-        assert_eq!((found.line, found.removed.len(), found.added.len()), (2, 3, 3));
-        let found = lines("a\na\n", "a\na\na\n");
-        assert_eq!((found.removed.len(), found.added), (0, vec!["a".to_owned()]));
-        let found = lines("a", "b");
-        assert_eq!((found.line, found.removed, found.added), (1, vec!["a".to_owned()], vec!["b".to_owned()]));
+        let lines = |before, after| {
+            let lines = change(Path::new("a"), before, after).lines();
+            lines.into_iter().map(|it| (it.line, it.removed.concat(), it.added.concat())).collect::<Vec<_>>()
+        };
+        let told = |line, removed: &str, added: &str| (line, removed.to_owned(), added.to_owned());
+        assert_eq!(lines("a\nb\nc\nd\n", "a\nB\nc\nD\n"), [told(2, "b", "B"), told(4, "d", "D")]);
+        assert_eq!(lines("a\nb", "c\nd"), [told(1, "ab", "cd")]);
+        assert_eq!(lines("a\r\n", "b\r\n"), [told(1, "a\r", "b\r")]);
+        assert!(lines("a\n", "a\n").is_empty());
     }
 }

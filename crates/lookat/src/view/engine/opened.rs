@@ -3,7 +3,7 @@
 use lookat_image::Charge;
 use lookat_render::{Prepared, Settings};
 use lookat_scene::glam::DVec2;
-use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View, ViewOverride};
+use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, View};
 
 use crate::render::charge_memory;
 use crate::report;
@@ -18,6 +18,8 @@ pub struct Opened {
     loaded: Loaded,
     scene: Scene,
     placement: Option<CameraPlacement>,
+    /// The `focaldistance` of the file. A pinhole keeps it for the day it gets a lens.
+    focal_distance: Option<f64>,
     /// What the page sees.
     pub view: View,
     /// The `LookAt` of what the page sees.
@@ -29,15 +31,14 @@ pub struct Opened {
 }
 
 impl Opened {
-    /// Prepares a scene. `before` is the camera that the file had.
-    pub fn new(mut loaded: Loaded, before: Option<Camera>) -> Result<Opened, String> {
+    /// Prepares a scene. `before` takes what the page saw before, and gives its memory back.
+    pub fn new(mut loaded: Loaded, before: impl FnOnce() -> Option<View>) -> Result<Opened, String> {
         let scene = loaded.scene.take().ok_or_else(String::new)?;
         let charge = charge_memory(&scene, &Settings::default(), &loaded.memory)?;
+        let has_new_camera = before().is_some_and(|before| has_new_camera(&before, &scene.view));
         let mut prepared = Prepared::new(&scene);
-        let camera = scene.view.camera;
-        // The size of the film decides about the screen, too.
-        let has_new_camera =
-            before.is_some_and(|before| Camera { screen: camera.screen, ..before } != camera);
+        let focal_distance = loaded.places.focal_distance;
+        let focal_distance = focal_distance.and_then(|span| report::word(span, &loaded.sources).parse().ok());
         let placement = placement(&loaded, &scene, &prepared);
         let advice = sight::advise(&loaded, &scene, &mut prepared);
         loaded.diagnostics.extend(advice);
@@ -47,10 +48,16 @@ impl Opened {
             loaded,
             scene,
             placement,
+            focal_distance,
             prepared,
             has_new_camera,
             _charge: charge,
         })
+    }
+
+    /// The view of the file.
+    pub fn own_view(&self) -> &View {
+        &self.scene.view
     }
 
     /// The camera of the file.
@@ -71,7 +78,7 @@ impl Opened {
     /// What writing the camera that is set changes in the files. Fails with the reason why nothing can be written.
     pub fn changes(&self, set: &SetCamera) -> Result<Vec<FileChange>, String> {
         let fixes = camera_fixes(&self.loaded, &self.own_camera(), set)?;
-        Ok(changes(&self.loaded.sources, &fixes))
+        changes(&self.loaded.sources, &fixes)
     }
 
     /// Sets the camera. Fails with the reason, and changes nothing.
@@ -81,14 +88,17 @@ impl Opened {
                         move the camera in the file"
                 .into());
         }
-        self.view.camera = changed(self.own_camera(), self.placement, &ViewOverride::from(*set))?;
+        self.view.camera = changed(self.own_camera(), (self.placement, self.focal_distance), set)?;
         self.points = set.look_at.or(self.placement.map(|it| it.points)).unwrap_or(self.points);
         Ok(())
     }
 
     /// What the page sees, in numbers.
     pub fn values(&self) -> messages::Camera {
-        values(&self.view.camera, self.placement.as_ref(), self.points)
+        messages::Camera {
+            focal_distance: self.view.camera.lens.map(|lens| lens.focal_distance).or(self.focal_distance),
+            ..values(&self.view.camera, self.placement.as_ref(), self.points)
+        }
     }
 
     /// The camera of the file, in numbers.
@@ -120,7 +130,7 @@ impl Opened {
         let Opened { prepared, view, loaded, .. } = self;
         let picked = prepared.pick(view, DVec2::new(x, y))?;
         let (shape, material) = (picked.primitive.span, picked.primitive.material.span);
-        let word = |span: Option<_>| span.map(|span| word(span, &loaded.sources));
+        let word = |span: Option<_>| span.map(|span| report::word(span, &loaded.sources));
         let place = |span: Option<_>| span.map(|span| report::place(span, &loaded.sources));
         Some(Hit {
             p: picked.p.to_array(),
@@ -137,9 +147,9 @@ impl Opened {
     }
 }
 
-/// The type that a directive names.
-fn word(span: lookat_scene::syntax::Span, sources: &Sources) -> String {
-    let text = &sources.file(span.file).text;
-    let text = text.get(span.start as usize..span.end as usize).unwrap_or_default();
-    String::from_utf8_lossy(text).trim_matches('"').to_owned()
+/// Whether the camera of the file has changed. The shape of the film changes the screen of a camera without `screenwindow`, too.
+fn has_new_camera(before: &View, now: &View) -> bool {
+    let same_film = before.film.resolution == now.film.resolution;
+    let screen = if same_film { before.camera.screen } else { now.camera.screen };
+    Camera { screen, ..before.camera } != now.camera
 }
