@@ -62,6 +62,7 @@ fn every_file_of_the_page_is_served_with_its_rules() {
 fn strangers_are_refused() {
     let viewer = Viewer::start(SCENE);
     let Viewer { host, token, .. } = &viewer;
+    let local = host.replace("127.0.0.1", "localhost");
     let wrong = token.chars().rev().collect::<String>();
     let own = format!("Host: {host}\r\n");
     let socket = "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n";
@@ -85,6 +86,8 @@ fn strangers_are_refused() {
         // DNS rebinding: the name of another page that leads here.
         (format!("GET /{token}/ HTTP/1.1"), "Host: example.com\r\n".into(), 403),
         (format!("GET /{token}/ HTTP/1.1"), "Host: 127.0.0.1\r\n".into(), 403),
+        (format!("GET /{token}/ HTTP/1.1"), format!("Host: {local}\r\n"), 200),
+        (format!("GET /{token}/socket HTTP/1.1"), format!("Host: {local}\r\n{origin}{socket}"), 403),
         (format!("GET /{token}/ HTTP/1.1"), String::new(), 403),
         (format!("GET /{token}/ HTTP/1.1"), format!("{own}Host: example.com\r\n"), 403),
         // Other pages.

@@ -130,7 +130,11 @@ fn a_camera_in_two_places_or_a_protected_file_is_not_changed() {
     let refused = edit(&mut page, 1, "show")["refused"].take();
     assert!(refused.as_str().unwrap().ends_with("is included twice: change it by hand"), "{refused}");
     viewer.write(SCENE);
-    page.news("scene", |scene| !scene["messages"].as_str().unwrap().contains("warning"));
+    // A file that is just being written has errors.
+    let is_fine = |scene: &Value| {
+        scene["hasErrors"] == false && !scene["messages"].as_str().unwrap().contains("warning")
+    };
+    page.news("scene", is_fine);
     let mut permissions = std::fs::metadata(camera_file(&viewer)).unwrap().permissions();
     permissions.set_readonly(true);
     std::fs::set_permissions(camera_file(&viewer), permissions).unwrap();

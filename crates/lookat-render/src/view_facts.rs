@@ -97,7 +97,7 @@ impl Prepared {
             sky_share: share(PROBES as usize - hits.len()),
             depths: sorted(hits.iter().map(|seen| seen.depth).collect()),
             center_depth: probe(middle).map(|seen| seen.depth),
-            inside: enclosure::around(traceable, camera.eye).map(|key| shapes.number(key)),
+            inside: enclosure::around(traceable, camera.eye, None).map(|key| shapes.number(key)),
             lights: lights::facts(self, &hits, |key| shapes.number(key)),
             shapes: shapes.all,
         }

@@ -50,7 +50,7 @@ export function makeEditor(ask, say) {
    */
   return ({ lines, refused }, isOwn) => {
     if (!isOwn) return;
-    $('refused').textContent = refused ?? '';
+    $('edit-refused').textContent = refused ?? '';
     if (refused) return;
     if (!lines.length) {
       say('The file has been written.');

@@ -69,6 +69,7 @@ const news = {
     // The answer to a request before the newest one.
     if (by === me && of < number) return;
     set = Object.fromEntries(Object.entries(itsSet).filter(([, value]) => value !== null));
+    if (String(camera?.lookAt) !== String(itsCamera.lookAt)) $('mark').hidden = true;
     camera = itsCamera;
     panel.showCamera(itsCamera, own);
   },
@@ -119,10 +120,14 @@ function move(newCamera) {
   panel.showCamera(newCamera, own);
   if (isAsked) return;
   isAsked = true;
-  requestAnimationFrame(() => {
-    isAsked = false;
-    request({ type: 'view', by: me, number, camera: set });
-  });
+  requestAnimationFrame(ask);
+}
+
+/** Sends the camera, if it waits to be sent. */
+function ask() {
+  if (!isAsked) return;
+  isAsked = false;
+  request({ type: 'view', by: me, number, camera: set });
 }
 
 function reset() {
@@ -215,7 +220,11 @@ function redraw() {
 
 // The whole page -------------------------------------------------------------------------------------------
 
-const showEdited = makeEditor((action) => request({ type: 'edit', by: me, action }), say);
+const showEdited = makeEditor((action) => {
+  // A field that is left by a click on a button has just changed the camera.
+  ask();
+  request({ type: 'edit', by: me, action });
+}, say);
 const panel = makePanel({
   camera: (change) => camera && move(change(camera)),
   film: (change) => request({ type: 'film', ...change }),

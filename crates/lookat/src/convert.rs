@@ -63,7 +63,8 @@ fn run(arguments: &Convert) -> Result<(), String> {
     if !quiet {
         let Window { width, height, .. } = window;
         crate::say(&format!("{}: {width} x {height} pixels", output.display()));
-        light.inspect(|light| light.print(output, true));
+        // Other layers are no light.
+        light.filter(|_| arguments.layer.is_none()).inspect(|light| light.print(output, true));
     }
     Ok(())
 }

@@ -174,9 +174,16 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     if let Some(places) = other_places(&diagnostic.places, sources) {
         group = group.element(Level::NOTE.message(places));
     }
-    let help = diagnostic.help.as_deref().map(visible);
+    let mut help = diagnostic.help.as_deref().map(visible);
     let fix_window = diagnostic.fix.as_ref().map(|fix| (fix, Window::around(fix.span, sources)));
-    let shown_fix = fix_window.filter(|(_, window)| window.text.len() <= LONGEST_MENDED);
+    let (of_lines, of_a_line): (Vec<_>, Vec<_>) =
+        fix_window.into_iter().partition(|(fix, _)| word(fix.span, sources).contains('\n'));
+    if let [(fix, _)] = &of_lines[..] {
+        // A window shows one line.
+        let title = help.unwrap_or_else(|| "write it like this".into());
+        help = Some(format!("{title}: {}", visible(&fix.replacement)));
+    }
+    let shown_fix = of_a_line.into_iter().find(|(_, window)| window.text.len() <= LONGEST_MENDED);
     let rendered = match (&shown_fix, help) {
         (Some((fix, window)), help) => {
             let title = help.unwrap_or_else(|| "write it like this".into());

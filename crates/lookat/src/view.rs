@@ -37,6 +37,9 @@ fn serve(arguments: &View) -> Result<u8, String> {
     if arguments.scene == Path::new("-") {
         return Err("standard input can be read once: name a file".into());
     }
+    if let Err(error) = std::fs::File::open(&arguments.scene) {
+        return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)));
+    }
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
         format!("cannot listen at 127.0.0.1:{}: {}; choose another --port", arguments.port, io_reason(&error))
     })?;

@@ -16,8 +16,8 @@ const RAYS: u32 = 64;
 const MOST_HITS: usize = 64;
 
 /// The closed shape around a point, relative to the origin: the one that rays in all directions meet an odd number of times, and of
-/// several the one that they leave first.
-pub(super) fn around(traceable: &Traceable, p: DVec3) -> Option<(u32, u32)> {
+/// several the one that they leave first. `except` does not count.
+pub(super) fn around(traceable: &Traceable, p: DVec3, except: Option<(u32, u32)>) -> Option<(u32, u32)> {
     // Of each shape how many rays meet it an odd number of times, and the sum of the distances at which they do first.
     let mut odd: HashMap<(u32, u32), (u32, f64)> = HashMap::new();
     for i in 0..RAYS {
@@ -30,7 +30,8 @@ pub(super) fn around(traceable: &Traceable, p: DVec3) -> Option<(u32, u32)> {
             met.entry(key(surface.element)).or_insert((0, distance)).0 += 1;
             ray = surface.leave(ray.d);
         }
-        for (key, (_, distance)) in met.into_iter().filter(|(_, (count, _))| count % 2 == 1) {
+        let is_odd = |(key, (count, _)): &((u32, u32), (u32, f64))| Some(*key) != except && count % 2 == 1;
+        for (key, (_, distance)) in met.into_iter().filter(is_odd) {
             let entry = odd.entry(key).or_default();
             *entry = (entry.0 + 1, entry.1 + distance);
         }

@@ -14,6 +14,7 @@ use crate::integrator::world::World;
 use crate::light::Receivers;
 use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, those, to_f32};
 use crate::prepare::{Prepared, corners_of_shape};
+use crate::ray::ElementId;
 use crate::surface::Surface;
 use crate::surface::points::Surfaces;
 use crate::trace::rays::{Rays, WORLD};
@@ -80,9 +81,12 @@ pub(super) fn facts(
             .map(|at| baseline!(simd => received(simd, prepared, (&world, &mut tracer), light, at)));
         let reaches = direct.lit + indirect.lit > 0;
         let position = position(prepared, place);
-        let is_point = matches!(place, LightPlace::Light(_));
-        let around = |p: DVec3| enclosure::around(traceable, p - traceable.origin);
-        let inside = position.filter(|_| !reaches && is_point).and_then(around);
+        let own = match place {
+            LightPlace::Light(_) => None,
+            LightPlace::Primitive(number) => Some((ElementId::WORLD, number as u32)),
+        };
+        let around = |p: DVec3| enclosure::around(traceable, p - traceable.origin, own);
+        let inside = position.filter(|_| !reaches).and_then(around);
         LightFacts {
             place,
             position,

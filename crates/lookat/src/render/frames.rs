@@ -12,6 +12,7 @@ use crate::finished::marked;
 use crate::interrupt;
 use crate::live::Live;
 use crate::output::{check_inputs, check_output};
+use crate::{report, sight};
 
 /// Renders all pictures, and prepares the world once. Gives the pictures so far, and whether they are all there.
 pub fn render_frames(
@@ -46,6 +47,9 @@ fn render_into(
     let mut scene = scene.clone();
     scene.view.camera = cameras[0];
     let mut prepared = Prepared::new(&scene);
+    if !arguments.quiet && !arguments.report.json {
+        report::print_each(&sight::advise(loaded, &scene, &mut prepared), &loaded.sources);
+    }
     for (camera, file) in cameras.into_iter().zip(files) {
         if interrupt::flow().is_break() {
             return Ok(false);

@@ -9,6 +9,8 @@ const BLURRED: f64 = 0.05;
 /// The least share of what is in view that is to be sharp, and the most blur, in pixels, that counts as sharp.
 const LEAST_SHARP: f64 = 0.005;
 const SHARP: f64 = 3.0;
+/// The focal distance of a lens without `focaldistance`.
+const UNFOCUSED: f64 = 1e6;
 
 /// Nothing in view is sharp.
 pub(super) fn blurred(sight: &Sight) -> Option<Diagnostic> {
@@ -21,6 +23,10 @@ pub(super) fn blurred(sight: &Sight) -> Option<Diagnostic> {
         return None;
     }
     let focal = sight.scene.view.camera.lens?.focal_distance;
+    // Reading the file has said that there is none.
+    if focal == UNFOCUSED {
+        return None;
+    }
     let message = format!(
         "the lens blurs everything in view: it focuses at {}, and points in view have circles of {} pixels or more",
         short(focal),

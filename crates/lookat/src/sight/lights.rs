@@ -1,9 +1,10 @@
 //! Lights that light nothing.
 
-use lookat_render::{LightFacts, LightPlace};
+use lookat_render::{LightFacts, LightPlace, ShapeFacts};
 use lookat_scene::syntax::Diagnostic;
 use lookat_scene::{Emission, Integrator, Light};
 
+use super::placement::is_in;
 use super::{Sight, short};
 
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
@@ -25,7 +26,9 @@ pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
 
 /// A light in an opaque shape.
 fn enclosed(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
-    let shape = &sight.facts.shapes[light.inside?];
+    // Light may come to an eye in the same shape by way of several surfaces.
+    let around = light.inside.filter(|around| sight.facts.inside != Some(*around))?;
+    let shape = &sight.facts.shapes[around];
     let warning = Diagnostic::warning(
         sight.light_place(light)?,
         "this light is inside a shape, and lights nothing in view",
@@ -39,7 +42,9 @@ fn enclosed(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
 
 /// A light that shines away from everything.
 fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
-    if light.faces {
+    // What is in view may hide the light in it, as the walls of a room do from outside.
+    let hides = |shape: &ShapeFacts| !shape.is_emitter && is_in(shape.bounds, light);
+    if light.faces || sight.shapes_in_view().any(hides) {
         return None;
     }
     let (message, help) = match light.place {
@@ -56,7 +61,14 @@ fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
             }
             (
                 "this light shines away from everything in view",
-                "it shines on the side of its normal: write ReverseOrientation before the shape, or \"bool twosided\" \"true\" in AreaLightSource",
+                match sight.scene.world.primitives[number].reverse_orientation {
+                    true => {
+                        "ReverseOrientation turns it around: remove that, or write \"bool twosided\" \"true\" in AreaLightSource"
+                    }
+                    false => {
+                        "it shines on the side of its normal: write ReverseOrientation before the shape, or \"bool twosided\" \"true\" in AreaLightSource"
+                    }
+                },
             )
         }
         LightPlace::Light(number) => match sight.scene.world.lights[number] {

@@ -1,9 +1,9 @@
 //! Cameras inside a shape, behind the ground, far away, or turned away from everything.
 
-use lookat_render::{ShapeFacts, ViewFacts};
-use lookat_scene::CameraPlacement;
+use lookat_render::{LightFacts, ShapeFacts, ViewFacts};
 use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::Diagnostic;
+use lookat_scene::syntax::{Diagnostic, Span};
+use lookat_scene::{CameraPlacement, Projection};
 
 use super::{Sight, exchanged, point, short};
 
@@ -11,6 +11,8 @@ use super::{Sight, exchanged, point, short};
 const HARDLY_SEEN: f64 = 0.02;
 /// The most of the picture that other shapes fill where one hides them.
 const HIDDEN: f64 = 0.01;
+/// The angle of view, in degrees, from which on sizes in the middle of the picture mean little.
+const WIDEST: f64 = 170.0;
 /// The least of the picture that the ground fills where it hides the others.
 const HIDING: f64 = 0.3;
 
@@ -24,7 +26,8 @@ pub(super) fn odd(sight: &Sight) -> Option<Diagnostic> {
 /// The eye is in a closed shape, which no light comes into.
 fn inside(sight: &Sight) -> Option<Diagnostic> {
     let shape = &sight.facts.shapes[sight.facts.inside?];
-    let is_lit = sight.facts.lights.iter().any(|light| light.irradiance > 0.0);
+    // A light in the shape may come by way of several surfaces.
+    let is_lit = sight.facts.lights.iter().any(|light| light.reaches || is_in(shape.bounds, light));
     let is_small = shape.size() < 0.5 * sight.world_size();
     let is_meant = shape.is_emitter || (shape.is_opaque && is_lit) || (!shape.is_opaque && !is_small);
     if is_meant {
@@ -36,8 +39,16 @@ fn inside(sight: &Sight) -> Option<Diagnostic> {
     };
     let eye = format!("the eye is at {}", point(sight.facts.eye));
     let place = shape.span.unwrap_or_else(|| sight.camera_place());
-    let help = "move the eye, or make the shape smaller";
+    let help = match shape.is_opaque {
+        true => "move the eye out of the shape, or a light into it",
+        false => "move the eye, or make the shape smaller",
+    };
     Some(Diagnostic::warning(place, message).related(sight.camera_place(), eye).help(help))
+}
+
+/// Whether a light is within a box.
+pub(super) fn is_in([low, high]: [DVec3; 2], light: &LightFacts) -> bool {
+    light.position.is_some_and(|p| p.cmpgt(low).all() && p.cmplt(high).all())
 }
 
 /// A plane hides all other shapes.
@@ -84,7 +95,7 @@ fn nothing_in_view(sight: &Sight) -> Option<Diagnostic> {
     }
     let middle = sight.in_camera((bounds[0] + bounds[1]) * 0.5);
     let crop = sight.places.crop_window.filter(|_| !sight.is_whole());
-    let (message, help) = if middle.z <= 0.0 {
+    let (message, help) = if -middle.z > middle.truncate().abs().max_element() {
         ("no shape is in view: they are behind the camera".to_owned(), "turn the camera around")
     } else if let Some(crop) = crop {
         let help = "choose a part of the picture that shows a shape";
@@ -112,7 +123,10 @@ fn far_away(sight: &Sight) -> Option<Diagnostic> {
     let [low, high] = sight.bounds()?;
     let at = sight.in_camera((low + high) * 0.5);
     let apparent = sight.world_size() / sight.extent_at(at.z)?;
-    if !(at.z > 0.0 && apparent < HARDLY_SEEN && at.truncate().length() < at.z) {
+    // The widest angles show everything small in the middle and large at the edge.
+    let is_wide =
+        matches!(sight.scene.view.camera.projection, Projection::Perspective { fov } if fov > WIDEST);
+    if is_wide || !(at.z > 0.0 && apparent < HARDLY_SEEN && at.truncate().length() < at.z) {
         return None;
     }
     let message = format!(
@@ -124,10 +138,13 @@ fn far_away(sight: &Sight) -> Option<Diagnostic> {
         short(sight.distance()?),
         short(sight.world_size())
     );
-    Some(
-        Diagnostic::warning(sight.camera_place(), message)
-            .help("move the camera closer, or make fov smaller"),
-    )
+    let (place, help) = match sight.scene.view.camera.projection {
+        Projection::Orthographic { .. } => {
+            (sight.places.screen_window.unwrap_or(sight.camera_place()), "make screenwindow smaller")
+        }
+        _ => (sight.camera_place(), "move the camera closer, or make fov smaller"),
+    };
+    Some(Diagnostic::warning(place, message).help(help))
 }
 
 /// Nothing but planes is in view, and other shapes are the other way round.
@@ -143,7 +160,7 @@ fn other_way(sight: &Sight) -> Option<Diagnostic> {
     let (span, look_at) = sight.look_at.filter(|_| is_odd)?;
     let message = "far more is in view the other way round: eye and target may be exchanged";
     let help = "the first three numbers are the eye, the next three the target";
-    Some(Diagnostic::warning(span, message).help(help).fix(span, text(&exchanged(&look_at))))
+    Some(exchange(Diagnostic::warning(span, message), help, span, &look_at))
 }
 
 /// Proposes to exchange eye and target if more is in view then.
@@ -156,7 +173,12 @@ fn with_turn(sight: &Sight, found: Diagnostic) -> Diagnostic {
     }
     let help = found.help.as_deref().unwrap_or_default();
     let help = format!("{help}; if eye and target are exchanged, write them in this order");
-    found.help(help).fix(span, text(&exchanged(&look_at)))
+    exchange(found, &help, span, &look_at)
+}
+
+/// Adds the `LookAt` with eye and target exchanged.
+fn exchange(found: Diagnostic, help: &str, span: Span, look_at: &CameraPlacement) -> Diagnostic {
+    found.help(help).fix(span, text(&exchanged(look_at)))
 }
 
 /// The directive, as in a scene file.

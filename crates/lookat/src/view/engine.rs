@@ -89,6 +89,7 @@ impl Engine {
     /// Renders until a signal ends the program.
     pub fn run(mut self) -> ! {
         self.read();
+        self.error.iter().for_each(|error| crate::say(error.trim_end()));
         loop {
             let time = match self.stage {
                 Stage::New => Duration::ZERO,

@@ -29,6 +29,8 @@ const SOCKET: &str = "socket";
 pub struct Server {
     /// The name and port that the browser must ask for. Another name is a page elsewhere that had its name point here.
     host: String,
+    /// The same with the name `localhost`.
+    local: String,
     /// The first part of all paths. Only who has seen the address knows it.
     token: String,
     requests: Arc<Requests>,
@@ -44,16 +46,13 @@ impl Server {
         let token = token.iter().map(|byte| format!("{byte:02x}")).collect();
         // Browsers leave the usual port out.
         let host = if place.port() == 80 { place.ip().to_string() } else { place.to_string() };
-        Ok(Server { host, token, requests, hub, connections: AtomicUsize::new(0) })
+        let local = host.replace(&place.ip().to_string(), "localhost");
+        Ok(Server { host, local, token, requests, hub, connections: AtomicUsize::new(0) })
     }
 
     /// The address of the page.
     pub fn address(&self) -> String {
-        format!("{}/{}/", self.origin(), self.token)
-    }
-
-    fn origin(&self) -> String {
-        format!("http://{}", self.host)
+        format!("http://{}/{}/", self.host, self.token)
     }
 
     /// Serves from now on, on threads of its own.
@@ -112,14 +111,13 @@ impl Server {
 
     /// The name that a request asks for, after the token. Fails with the status of the answer.
     fn name<'r>(&self, request: &'r Request<()>) -> Result<&'r str, StatusCode> {
-        if header(request, "host") != Some(&self.host) {
-            return Err(StatusCode::FORBIDDEN);
-        }
+        let host = header(request, "host").filter(|host| *host == self.host || *host == self.local);
+        let host = host.ok_or(StatusCode::FORBIDDEN)?;
         let path = request.uri().path_and_query().map_or("", |path| path.as_str());
         let (token, name) = path.strip_prefix('/').and_then(|path| path.split_once('/')).unwrap_or_default();
         // A browser names the origin of each WebSocket, and of each request from another page.
         let has_origin = request.headers().contains_key("origin") || name == SOCKET;
-        if has_origin && header(request, "origin") != Some(&self.origin()) {
+        if has_origin && header(request, "origin") != Some(&format!("http://{host}")) {
             return Err(StatusCode::FORBIDDEN);
         }
         if !is_same(token, &self.token) {

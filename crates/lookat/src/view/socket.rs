@@ -71,8 +71,8 @@ fn receive(incoming: TcpStream, requests: &Requests) {
 fn send(client: Timed, outbox: &Outbox) {
     let mut socket = WebSocket::from_raw_socket(client, Role::Server, None);
     while let Some(message) = outbox.next() {
-        // At least 256 KiB per second.
-        socket.get_mut().allow(PATIENCE + Duration::from_secs(message.len() as u64 >> 18));
+        // One second more for each 4 MiB.
+        socket.get_mut().allow(PATIENCE + Duration::from_secs(message.len() as u64 >> 22));
         if socket.send(message).is_err() {
             break;
         }
