@@ -73,7 +73,7 @@ fn the_camera_is_written_and_taken_back() {
     let text = CAMERA.replace("LookAt 0 ", "LookAt 0.3 ") + " \"float fov\" 50";
     assert_eq!(camera_text(&viewer), text);
     assert_eq!(viewer.text(), SCENE);
-    // The camera of the page is that of the file now.
+    // The page shows the camera of the file now.
     let mut other = viewer.page();
     let scene = other.news("scene", |_| true);
     assert_eq!((&scene["canUndo"], &scene["canRedo"]), (&true.into(), &false.into()));

@@ -145,8 +145,8 @@ impl Prepared {
         })
     }
 
-    /// Renders a view without preparing anything: at once. The picture is that of [`Prepared::render`] if the camera
-    /// [is in the cell](Prepared::is_near) of the origin. Elsewhere it is rounded otherwise.
+    /// Renders a view at once, without preparing anything. If the camera [is in the cell](Prepared::is_near) of the origin, the
+    /// pixels equal those of [`Prepared::render`]. Otherwise its coordinates have other rounding errors.
     pub fn render_unmoved(
         &self,
         view: &View,

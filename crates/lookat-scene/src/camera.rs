@@ -69,6 +69,14 @@ impl Camera {
         Camera { world_from_camera: camera_from_world.inverse(), projection, screen, lens: None }
     }
 
+    /// The angle of view, in degrees. `None` if it is no perspective camera.
+    pub fn fov(&self) -> Option<f64> {
+        match self.projection {
+            Projection::Perspective { fov } => Some(fov),
+            Projection::Orthographic { .. } | Projection::Environment => None,
+        }
+    }
+
     /// The same camera with a thin lens.
     pub fn with_lens(self, lens: Lens) -> Self {
         Camera { lens: Some(lens), ..self }
@@ -80,7 +88,24 @@ impl Projection {
     pub(crate) const PBRT_DEFAULT: Projection = Projection::Perspective { fov: 90.0 };
 }
 
+impl Lens {
+    /// The focal distance of a lens without `focaldistance`.
+    pub const UNFOCUSED: f64 = 1e6;
+}
+
+impl From<[f64; 4]> for ScreenWindow {
+    /// The window with these edges: xmin, xmax, ymin, ymax.
+    fn from([x0, x1, y0, y1]: [f64; 4]) -> Self {
+        ScreenWindow { min: DVec2::new(x0, y0), max: DVec2::new(x1, y1) }
+    }
+}
+
 impl ScreenWindow {
+    /// The edges, in the order of the format: xmin, xmax, ymin, ymax.
+    pub fn edges(&self) -> [f64; 4] {
+        [self.min.x, self.max.x, self.min.y, self.max.y]
+    }
+
     /// The window from -1 to 1 along the shorter axis.
     fn of_aspect(aspect: f64) -> Self {
         let half = if aspect > 1.0 { DVec2::new(aspect, 1.0) } else { DVec2::new(1.0, 1.0 / aspect) };
@@ -114,10 +139,13 @@ const SCREEN_WINDOW: Key<Edges> = Key::new(
 .default_words("-1 to 1 along the shorter side");
 const LENS_RADIUS: Key<f64> =
     Key::float("lensradius", 0.0, "the radius of the aperture; 0 is a pinhole").unit(Unit::CameraSpace);
-pub(crate) const FOCAL_DISTANCE: Key<f64> =
-    Key::float("focaldistance", 1e6, "the distance to the plane of focus along the direction of view")
-        .within(Range::above(0.0))
-        .unit(Unit::CameraSpace);
+pub(crate) const FOCAL_DISTANCE: Key<f64> = Key::float(
+    "focaldistance",
+    Lens::UNFOCUSED,
+    "the distance to the plane of focus along the direction of view",
+)
+.within(Range::above(0.0))
+.unit(Unit::CameraSpace);
 /// As an override; in a scene, a negative radius is a pinhole.
 pub(crate) const LENS_RADIUS_RANGE: Range = Range::at_least(0.0);
 pub(crate) const SCREEN_WINDOW_HELP: &str = "write the edges as xmin xmax ymin ymax";
@@ -245,7 +273,7 @@ fn screen_window(params: &mut Params, film: &Film, instead: Option<[f64; 4]>) ->
         }
         Some([x0, x1, y0, y1]) if x0 != x1 && y0 != y1 => {
             params.check_range("screenwindow", &[x0, x1, y0, y1]);
-            ScreenWindow { min: DVec2::new(x0, y0), max: DVec2::new(x1, y1) }
+            ScreenWindow::from([x0, x1, y0, y1])
         }
         Some(_) => {
             params.reject("screenwindow", "screenwindow is empty", Some(SCREEN_WINDOW_HELP));

@@ -70,16 +70,23 @@ impl ViewOverride {
 
     /// The placement of the camera, if it is set.
     pub(crate) fn placement(&self) -> Option<CameraPlacement> {
-        self.look_at.map(|points| CameraPlacement {
-            span: None,
-            before: Transform::IDENTITY,
-            points,
-            after: Transform::IDENTITY,
-        })
+        self.look_at.map(CameraPlacement::new)
     }
 }
 
 impl CameraPlacement {
+    /// The placement by eye, target and up vector alone.
+    pub fn new(points: [f64; 9]) -> Self {
+        CameraPlacement { span: None, before: Transform::IDENTITY, points, after: Transform::IDENTITY }
+    }
+
+    /// The placement of a camera by points of the caller's choice. `before` is what else the camera does, such as mirroring the picture.
+    pub fn of(world_from_camera: Transform, points: [f64; 9]) -> Result<Self, LookAtFault> {
+        let looking = CameraPlacement::new(points);
+        let before = world_from_camera.inverse() * looking.world_from_camera()?;
+        Ok(CameraPlacement { before, ..looking })
+    }
+
     /// The transformation of the camera that is placed so.
     pub fn world_from_camera(&self) -> Result<Transform, LookAtFault> {
         Ok((self.before * look_at(self.points)? * self.after).inverse())

@@ -196,7 +196,7 @@ fn settings(arguments: &Render, file: &Path) -> Settings {
         (None, None) if adaptive => Stop::Adaptive,
         (None, None) => Stop::Samples { error_layers },
     };
-    let layers = arguments.layers.iter().copied().fold(Layers::default(), Layers::and);
+    let layers = arguments.layers.iter().copied().fold(Layers::default(), Layers::union);
     Settings { seed: arguments.seed, stop, layers, ..Settings::default() }
 }
 

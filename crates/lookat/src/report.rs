@@ -7,7 +7,7 @@ use std::path::Path;
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Renderer, Snippet};
 use anstream::adapter::strip_str;
 use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
-use lookat_scene::{Loaded, Sources};
+use lookat_scene::{Loaded, Location, Sources};
 use serde::Serialize;
 
 use crate::visible::{is_active, stand_in, visible, visible_lines};
@@ -309,23 +309,33 @@ struct JsonFix<'a> {
     replacement: &'a str,
 }
 
-/// Lines and columns count from 1, columns in characters. Bytes count from 0.
+/// Bytes count from 0.
 #[derive(Serialize)]
 struct JsonPlace {
-    file: String,
-    line: usize,
-    column: usize,
+    #[serde(flatten)]
+    at: Place,
     start: u32,
     end: u32,
 }
 
+/// Lines and columns count from 1, columns in characters.
+#[derive(Debug, Clone, Serialize)]
+pub struct Place {
+    file: String,
+    line: usize,
+    column: usize,
+}
+
+impl Place {
+    pub fn new(span: Span, sources: &Sources) -> Place {
+        let Location { path, line, column } = sources.location(span);
+        Place { file: path.display().to_string(), line, column }
+    }
+}
+
 /// The diagnostics of a scene as JSON.
 pub fn json<'a>(diagnostics: &'a [Diagnostic], sources: &Sources) -> Vec<JsonDiagnostic<'a>> {
-    let place = |span: Span| {
-        let location = sources.location(span);
-        let file = location.path.display().to_string();
-        JsonPlace { file, line: location.line, column: location.column, start: span.start, end: span.end }
-    };
+    let place = |span: Span| JsonPlace { at: Place::new(span, sources), start: span.start, end: span.end };
     let label = |label: &'_ Label| -> JsonPlace { place(label.span) };
     diagnostics
         .iter()

@@ -77,7 +77,7 @@ pub struct Layers(u16);
 impl Layers {
     /// The auxiliary images of Open Image Denoise.
     pub const DENOISE: Layers = Layers(1 << Layer::Albedo as u16 | 1 << Layer::ShadingNormal as u16);
-    /// Those that are of one point.
+    /// Layers with the values of one point.
     const OF_POINTS: Layers = Layers(
         1 << Layer::Depth as u16
             | 1 << Layer::Position as u16
@@ -85,7 +85,7 @@ impl Layers {
             | 1 << Layer::Shape as u16
             | 1 << Layer::Material as u16,
     );
-    /// Those that are means of samples.
+    /// Layers with means over samples.
     const OF_SAMPLES: Layers = Layers(Layers::DENOISE.0 | 1 << Layer::Normal as u16);
 
     /// All names, of layers and of the set for denoising.
@@ -99,8 +99,8 @@ impl Layers {
         Some(if number < TABLE.len() { Layers(1 << number) } else { Layers::DENOISE })
     }
 
-    /// These and others.
-    pub fn and(self, others: Layers) -> Layers {
+    /// The layers of both sets.
+    pub fn union(self, others: Layers) -> Layers {
         Layers(self.0 | others.0)
     }
 
@@ -125,7 +125,7 @@ impl Layers {
     }
 }
 
-/// Those of a pixel, by the numbers of the layers.
+/// The values of a pixel, by the numbers of the layers.
 type Values = [DVec3; TABLE.len()];
 
 /// The depth where there is nothing.

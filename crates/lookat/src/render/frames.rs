@@ -148,12 +148,9 @@ impl Turntable {
         let axis = axis.map_or(DVec3::Y, |axis| axis * up.dot(axis).signum());
         let points = [eye, middle, axis].map(|point| point.to_array()).concat();
         let points = <[f64; 9]>::try_from(points).map_err(|_| "nine numbers".to_owned())?;
-        let placement =
-            CameraPlacement { span: None, before: Transform::IDENTITY, points, after: Transform::IDENTITY };
-        // What the camera does besides looking at the middle: it may look past it, or mirror the picture.
-        let looking = placement.world_from_camera().map_err(|fault| around(&fault))?;
-        let before = world_from_camera.inverse() * looking;
-        Ok(Turntable { placement: CameraPlacement { before, ..placement }, axis })
+        // The camera may look past the middle, or mirror the picture.
+        let placement = CameraPlacement::of(world_from_camera, points).map_err(|fault| around(&fault))?;
+        Ok(Turntable { placement, axis })
     }
 
     /// The camera of a picture. The first picture has the camera of the scene.

@@ -8,7 +8,7 @@ use lookat_scene::Sources;
 use lookat_scene::syntax::Span;
 use serde::Serialize;
 
-use crate::report;
+use crate::report::{self, Place};
 
 /// The shapes and the materials whose numbers are in the layers of a picture. Each list is empty without its layer.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -24,19 +24,12 @@ struct Entry {
     number: u32,
     #[serde(rename = "type")]
     kind: String,
-    /// That of `MakeNamedMaterial`.
+    /// The name in `MakeNamedMaterial`.
     #[serde(skip_serializing_if = "Option::is_none")]
     name: Option<String>,
     /// The place in the text. A default has none.
     #[serde(flatten)]
     place: Option<Place>,
-}
-
-#[derive(Debug, Clone, Serialize)]
-struct Place {
-    file: String,
-    line: usize,
-    column: usize,
 }
 
 impl Numbered {
@@ -63,10 +56,7 @@ fn numbers(image: &Image, layer: Layer) -> BTreeSet<u32> {
 
 /// `kind`: the type of what has no place in the text.
 fn entry(number: u32, (kind, name): (&str, Option<String>), span: Option<Span>, sources: &Sources) -> Entry {
-    let place = span.map(|span| {
-        let at = sources.location(span);
-        Place { file: at.path.display().to_string(), line: at.line, column: at.column }
-    });
+    let place = span.map(|span| Place::new(span, sources));
     let kind = span.map_or_else(|| kind.into(), |span| report::word(span, sources));
     Entry { number, kind, name, place }
 }

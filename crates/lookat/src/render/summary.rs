@@ -5,7 +5,7 @@ use std::path::Path;
 use lookat_render::glam::DVec2;
 use lookat_render::{Prepared, Reached, Rendered, Settings, Stop, TargetError};
 use lookat_scene::syntax::Span;
-use lookat_scene::{Camera, Integrator, Primitive, Projection, Scene, ScreenWindow, Sources};
+use lookat_scene::{Camera, Integrator, Primitive, Scene, Sources};
 use serde::Serialize;
 
 use super::layers::Numbered;
@@ -104,15 +104,10 @@ struct JsonCamera {
 
 impl JsonCamera {
     fn new(camera: &Camera) -> JsonCamera {
-        let fov = match camera.projection {
-            Projection::Perspective { fov } => Some(fov),
-            Projection::Orthographic { .. } | Projection::Environment => None,
-        };
-        let ScreenWindow { min, max } = camera.screen;
         JsonCamera {
             world_from_camera: camera.world_from_camera.matrix().transpose().to_cols_array(),
-            fov,
-            screenwindow: [min.x, max.x, min.y, max.y],
+            fov: camera.fov(),
+            screenwindow: camera.screen.edges(),
             lensradius: camera.lens.map(|lens| lens.radius),
             focaldistance: camera.lens.map(|lens| lens.focal_distance),
         }

@@ -1,5 +1,6 @@
 //! Lenses that blur everything.
 
+use lookat_scene::Lens;
 use lookat_scene::syntax::Diagnostic;
 
 use super::{Sight, short};
@@ -9,8 +10,6 @@ const BLURRED: f64 = 0.05;
 /// The least share of what is in view that is to be sharp, and the most blur, in pixels, that counts as sharp.
 const LEAST_SHARP: f64 = 0.005;
 const SHARP: f64 = 3.0;
-/// The focal distance of a lens without `focaldistance`.
-const UNFOCUSED: f64 = 1e6;
 
 /// Nothing in view is sharp.
 pub(super) fn blurred(sight: &Sight) -> Option<Diagnostic> {
@@ -24,7 +23,7 @@ pub(super) fn blurred(sight: &Sight) -> Option<Diagnostic> {
     }
     let focal = sight.scene.view.camera.lens?.focal_distance;
     // Reading the file has said that there is none.
-    if focal == UNFOCUSED {
+    if focal == Lens::UNFOCUSED && sight.places.focal_distance.is_none() {
         return None;
     }
     let message = format!(

@@ -1,6 +1,5 @@
 //! Screen windows that stretch the picture, or are written in another order.
 
-use lookat_scene::ScreenWindow;
 use lookat_scene::glam::DVec2;
 use lookat_scene::syntax::{Diagnostic, Span};
 
@@ -12,9 +11,7 @@ const TOLERANCE: f64 = 0.01;
 /// The edges are left, bottom, right and top.
 pub(super) fn other_order(sight: &Sight) -> Option<Diagnostic> {
     let at = place(sight)?;
-    let ScreenWindow { min, max } = sight.scene.view.camera.screen;
-    // As written: xmin xmax ymin ymax.
-    let [a, b, c, d] = [min.x, max.x, min.y, max.y];
+    let [a, b, c, d] = sight.scene.view.camera.screen.edges();
     let is_reversed = b < a || d < c;
     if !(is_reversed && a < c && b < d) {
         return None;

@@ -8,9 +8,6 @@ use lookat_scene::{
 
 use super::messages::{self, SetCamera};
 
-/// The plane of focus of a lens that nobody has focused, as in the format.
-const UNFOCUSED: f64 = 1e6;
-
 /// The `LookAt` of the file, or for a camera that is placed otherwise one to what it sees in the middle. The
 /// transformation before it keeps what no `LookAt` can do, such as mirroring.
 pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &Prepared) -> Option<CameraPlacement> {
@@ -27,10 +24,7 @@ pub fn placement(loaded: &Loaded, scene: &Scene, prepared: &Prepared) -> Option<
     let look = eye + forward * seen.or_else(middle).unwrap_or(1.0);
     let up = world_from_camera.vector(DVec3::Y).try_normalize()?;
     let points = [eye, look, up].map(|point| point.to_array()).concat().try_into().ok()?;
-    let looking =
-        CameraPlacement { span: None, before: Transform::IDENTITY, points, after: Transform::IDENTITY };
-    let before = world_from_camera.inverse() * looking.world_from_camera().ok()?;
-    Some(CameraPlacement { before, ..looking })
+    CameraPlacement::of(world_from_camera, points).ok()
 }
 
 /// The camera of the file with what the page sets. Fails with the reason.
@@ -49,13 +43,13 @@ pub fn changed(
     if let (Some(fov), Projection::Perspective { .. }) = (set.fov, own.projection) {
         camera.projection = Projection::Perspective { fov };
     }
-    if let Some([x0, x1, y0, y1]) = set.screen_window {
-        camera.screen = ScreenWindow { min: DVec2::new(x0, y0), max: DVec2::new(x1, y1) };
+    if let Some(edges) = set.screen_window {
+        camera.screen = ScreenWindow::from(edges);
     }
     if own.projection != Projection::Environment {
         let radius = set.lens_radius.or(own.lens.map(|lens| lens.radius)).unwrap_or(0.0);
         let distance = set.focal_distance.or(own.lens.map(|lens| lens.focal_distance)).or(focal_distance);
-        let lens = Lens { radius, focal_distance: distance.unwrap_or(UNFOCUSED) };
+        let lens = Lens { radius, focal_distance: distance.unwrap_or(Lens::UNFOCUSED) };
         camera.lens = (radius > 0.0).then_some(lens);
     }
     Ok(camera)
@@ -93,25 +87,28 @@ fn near(value: f64, size: f64) -> f64 {
     }
 }
 
-/// The values of a camera that a `LookAt` of `points` places.
-pub fn values(camera: &Camera, placement: Option<&CameraPlacement>, points: [f64; 9]) -> messages::Camera {
-    let ScreenWindow { min, max } = camera.screen;
+/// The values of a camera that a `LookAt` of `points` places. `focal_distance` is that of the file, for a pinhole.
+pub fn values(
+    camera: &Camera,
+    (placement, focal_distance): (Option<CameraPlacement>, Option<f64>),
+    points: [f64; 9],
+) -> messages::Camera {
     let before = placement.map_or(Transform::IDENTITY, |placement| placement.before);
     let signs = before.vector(DVec3::ONE);
-    let (kind, fov) = match camera.projection {
-        Projection::Perspective { fov } => ("perspective", Some(fov)),
-        Projection::Orthographic { .. } => ("orthographic", None),
-        Projection::Environment => ("environment", None),
+    let kind = match camera.projection {
+        Projection::Perspective { .. } => "perspective",
+        Projection::Orthographic { .. } => "orthographic",
+        Projection::Environment => "environment",
     };
     messages::Camera {
         kind,
         look_at: points,
         has_look_at: placement.is_some_and(|placement| placement.span.is_some()),
         mirrored: [signs.x < 0.0, signs.y < 0.0],
-        fov,
+        fov: camera.fov(),
         lens_radius: camera.lens.map_or(0.0, |lens| lens.radius),
-        focal_distance: camera.lens.map(|lens| lens.focal_distance),
-        screen_window: [min.x, max.x, min.y, max.y],
+        focal_distance: camera.lens.map(|lens| lens.focal_distance).or(focal_distance),
+        screen_window: camera.screen.edges(),
     }
 }
 

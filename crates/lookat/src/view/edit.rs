@@ -3,7 +3,7 @@
 use lookat_scene::syntax::{
     Directive, Entity, EntityKind, Fix, Param, ParamType, Span, Statement, parse, value_span,
 };
-use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Projection, Sources};
+use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Sources};
 
 use super::messages::SetCamera;
 
@@ -39,18 +39,13 @@ fn look_at_fixes(
     Ok(differing.map(fix).collect())
 }
 
-/// The parameters that differ from those of the file.
+/// The parameters whose values differ from the file.
 fn parameters(own: &Camera, set: &SetCamera) -> Vec<(&'static str, Vec<f64>)> {
-    let fov = match own.projection {
-        Projection::Perspective { fov } => Some(fov),
-        Projection::Orthographic { .. } | Projection::Environment => None,
-    };
     let Lens { radius, focal_distance } = own.lens.unwrap_or(Lens { radius: 0.0, focal_distance: f64::NAN });
-    let (min, max) = (own.screen.min, own.screen.max);
     let one = |value: f64| vec![value];
     let all = [
-        ("fov", set.fov.map(one), fov.map(one)),
-        ("screenwindow", set.screen_window.map(Vec::from), Some(vec![min.x, max.x, min.y, max.y])),
+        ("fov", set.fov.map(one), own.fov().map(one)),
+        ("screenwindow", set.screen_window.map(Vec::from), Some(own.screen.edges().into())),
         ("lensradius", set.lens_radius.map(one), Some(one(radius))),
         ("focaldistance", set.focal_distance.map(one), Some(one(focal_distance))),
     ];

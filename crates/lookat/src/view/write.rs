@@ -7,6 +7,7 @@ use lookat_scene::Sources;
 use lookat_scene::syntax::Fix;
 
 use super::messages::ChangedLines;
+use crate::output::is_among;
 
 /// The most bytes of texts that are kept to take changes back.
 const MOST_KEPT: usize = 256 << 20;
@@ -27,7 +28,7 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Stri
     let mut changes: Vec<FileChange> = Vec::new();
     for fix in fixes.into_iter().rev() {
         let source = sources.file(fix.span.file);
-        if sources.files.iter().filter(|other| is_same_file(&other.path, &source.path)).count() > 1 {
+        if sources.files.iter().filter(|other| is_among(&other.path, [&source.path])).count() > 1 {
             let path = source.path.display();
             return Err(format!("{path} is included twice: change it by hand"));
         }
@@ -44,11 +45,6 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Stri
         change.after.splice(range, fix.replacement.bytes());
     }
     Ok(changes)
-}
-
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    let real = |path: &Path| path.canonicalize();
-    one == other || matches!((real(one), real(other)), (Ok(one), Ok(other)) if one == other)
 }
 
 impl FileChange {

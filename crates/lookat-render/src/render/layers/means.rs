@@ -52,7 +52,7 @@ impl Sums {
 }
 
 impl Context<'_> {
-    /// Averages over the samples of a tile: those of the picture, where it has the samples per pixel of the scene.
+    /// Averages over the camera samples of a tile. The picture has the same samples if it has the scene's samples per pixel.
     pub(super) fn average(
         &self,
         worker: &mut Worker,

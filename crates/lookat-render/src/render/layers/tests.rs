@@ -8,7 +8,7 @@ use crate::render::{Stop, render};
 use crate::testing::{levels, scene};
 
 fn all() -> Layers {
-    Layers::names().filter_map(Layers::named).fold(Layers::default(), Layers::and)
+    Layers::names().filter_map(Layers::named).fold(Layers::default(), Layers::union)
 }
 
 fn settings() -> Settings {

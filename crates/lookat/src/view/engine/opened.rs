@@ -65,6 +65,11 @@ impl Opened {
         self.scene.view.camera
     }
 
+    /// The `LookAt` of the file.
+    fn own_points(&self) -> [f64; 9] {
+        self.placement.map_or(self.points, |placement| placement.points)
+    }
+
     /// Whether the picture that `render` makes needs no further preparation.
     pub fn is_near(&self) -> bool {
         self.prepared.is_near(&self.view.camera)
@@ -72,7 +77,7 @@ impl Opened {
 
     /// What is set, in numbers that are short enough to write.
     pub fn rounded(&self, set: SetCamera) -> SetCamera {
-        rounded(set, self.placement.map_or(self.points, |placement| placement.points))
+        rounded(set, self.own_points())
     }
 
     /// What writing the camera that is set changes in the files. Fails with the reason why nothing can be written.
@@ -89,22 +94,18 @@ impl Opened {
                 .into());
         }
         self.view.camera = changed(self.own_camera(), (self.placement, self.focal_distance), set)?;
-        self.points = set.look_at.or(self.placement.map(|it| it.points)).unwrap_or(self.points);
+        self.points = set.look_at.unwrap_or(self.own_points());
         Ok(())
     }
 
     /// What the page sees, in numbers.
     pub fn values(&self) -> messages::Camera {
-        messages::Camera {
-            focal_distance: self.view.camera.lens.map(|lens| lens.focal_distance).or(self.focal_distance),
-            ..values(&self.view.camera, self.placement.as_ref(), self.points)
-        }
+        values(&self.view.camera, (self.placement, self.focal_distance), self.points)
     }
 
     /// The camera of the file, in numbers.
     pub fn own(&self) -> messages::Camera {
-        let points = self.placement.map_or(self.points, |placement| placement.points);
-        values(&self.own_camera(), self.placement.as_ref(), points)
+        values(&self.own_camera(), (self.placement, self.focal_distance), self.own_points())
     }
 
     pub fn film(&self) -> messages::Film {

@@ -4,12 +4,13 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use lookat_image::Image;
 use lookat_render::{Progress, Settings};
 use lookat_scene::View;
 
 use super::{Engine, Stage, answer};
 use crate::view::messages::{About, picture};
-use crate::view::outbox::Kind;
+use crate::view::outbox::{Hub, Kind};
 
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
 const STEP: Duration = Duration::from_millis(60);
@@ -30,9 +31,7 @@ impl Engine {
         self.pace.learn(started.elapsed());
         let total = rendered.statistics.samples;
         let about = About { done: total, total, is_final: false, ..self.about(started) };
-        if let Some(message) = picture(&rendered.image, about) {
-            self.hub.tell(Kind::Picture, message);
-        }
+        show(&self.hub, &rendered.image, about);
         self.stage = Stage::Small;
     }
 
@@ -58,10 +57,7 @@ impl Engine {
             // At first, some pixels have no samples.
             if now >= *next && progress.done > area {
                 let (done, total, seconds) = (progress.done, progress.total, started.elapsed().as_secs_f64());
-                if let Some(message) = picture(&progress.snapshot(), About { done, total, seconds, ..about })
-                {
-                    hub.tell(Kind::Picture, message);
-                }
+                show(hub, &progress.snapshot(), About { done, total, seconds, ..about });
                 *next = Instant::now() + STEP.max(10 * now.elapsed());
             }
             ControlFlow::Continue(())
@@ -70,9 +66,7 @@ impl Engine {
         if rendered.complete {
             let total = rendered.statistics.samples;
             let about = About { done: total, total, is_final: true, ..self.about(started) };
-            if let Some(message) = picture(&rendered.image, about) {
-                self.hub.tell(Kind::Picture, message);
-            }
+            show(&self.hub, &rendered.image, about);
             self.stage = Stage::Finished;
         }
     }
@@ -82,4 +76,9 @@ impl Engine {
             (self.generation, self.set.number, started.elapsed().as_secs_f64());
         About { generation, number, done: 0, total: 0, seconds, is_final: false }
     }
+}
+
+/// Sends a picture to the pages.
+fn show(hub: &Hub, image: &Image, about: About) {
+    picture(image, about).into_iter().for_each(|message| hub.tell(Kind::Picture, message));
 }
