@@ -14,7 +14,7 @@ use lookat_syntax::{
 use crate::draft::Draft;
 use crate::facts::{Block, Facts, Rotation};
 use crate::files::Files;
-use crate::light;
+use crate::light::{self, Emission};
 use crate::load_options::LoadOptions;
 use crate::options::{Options, Settled};
 use crate::params::Params;
@@ -142,7 +142,7 @@ impl<'a> Resolver<'a> {
                 if emission.is_some_and(|emission| !emission.is_black()) {
                     self.facts.emissions.entry(at).or_default();
                 }
-                self.state.emission = emission.map(|value| Spanned { value, span: at });
+                self.state.emission = emission.map(|emission| Emission { span: Some(at), ..emission });
             }
             EntityKind::MakeNamedMedium => {
                 self.definitions.media.define(&entity.name, (), &mut self.report);

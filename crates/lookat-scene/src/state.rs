@@ -4,8 +4,6 @@ mod open;
 
 use std::rc::Rc;
 
-use lookat_syntax::Spanned;
-
 use crate::material::MaterialInstance;
 use crate::names::Names;
 use crate::symbols::SymbolKind;
@@ -23,8 +21,7 @@ pub(crate) struct GraphicsState {
     pub at_start: bool,
     pub reverse_orientation: bool,
     pub material: Rc<MaterialInstance>,
-    /// The emission, with the place of its AreaLightSource.
-    pub emission: Option<Spanned<Emission>>,
+    pub emission: Option<Emission>,
 }
 
 /// The named definitions. The end of a block undoes those of materials and textures.

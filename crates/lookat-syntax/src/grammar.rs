@@ -49,6 +49,11 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
 
 /// Like [`parse`], but stops before [`Parsed::bytes`] exceeds `most_bytes`.
 pub fn parse_within(file: FileId, text: &[u8], most_bytes: u64) -> Parsed {
+    parse_from(file, text, 0, most_bytes)
+}
+
+/// The same from a byte on.
+pub(crate) fn parse_from(file: FileId, text: &[u8], start: usize, most_bytes: u64) -> Parsed {
     let mut reader = Reader {
         unknown: 0,
         file,
@@ -71,7 +76,7 @@ pub fn parse_within(file: FileId, text: &[u8], most_bytes: u64) -> Parsed {
             .diagnostics
             .push(Diagnostic::error(Span { file, start: 0, end: 0 }, "the file is larger than 4 GiB"));
     } else {
-        reader.statements(&mut statements);
+        reader.statements(start, &mut statements);
     }
     if let Some(at) = reader.comma {
         let warning = Diagnostic::warning(at, "commas separate these numbers")
@@ -110,9 +115,10 @@ pub(crate) struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn statements(&mut self, statements: &mut Vec<Statement>) {
+    fn statements(&mut self, start: usize, statements: &mut Vec<Statement>) {
+        let mut input = &self.text[start..];
         // Skip a byte-order mark.
-        let mut input = self.text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(self.text);
+        input = input.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(input);
         while let Ok((start, ())) = blank(input)
             && !start.is_empty()
         {

@@ -1,6 +1,7 @@
 //! `AreaLightSource`: the emission of the following shapes.
 
 use glam::Vec3;
+use lookat_syntax::Span;
 
 use super::{N_SAMPLES, RADIANCE, SAMPLES, SCALE, samples, scaled};
 use crate::params::Params;
@@ -15,12 +16,14 @@ pub struct Emission {
     pub two_sided: bool,
     /// Light samples per camera sample in the direct lighting integrator, from 1 to 65,536. Default 1.
     pub samples: u32,
+    /// The AreaLightSource directive. `None` for an emission made in code.
+    pub span: Option<Span>,
 }
 
 impl Emission {
     /// That of a radiance, on the side of the normal.
     pub fn new(radiance: Vec3) -> Emission {
-        Emission { radiance, two_sided: false, samples: 1 }
+        Emission { radiance, two_sided: false, samples: 1, span: None }
     }
 
     /// True if the radiance is zero.
@@ -57,5 +60,5 @@ pub(crate) fn emission(params: &mut Params) -> Option<Emission> {
     let radiance = scaled(params, &RADIANCE);
     let two_sided = params.take(&TWO_SIDED);
     let samples = samples(params);
-    params.finish().then_some(Emission { radiance, two_sided, samples })
+    params.finish().then_some(Emission { radiance, two_sided, samples, span: None })
 }

@@ -126,10 +126,10 @@ impl Resolver<'_> {
             mirrored: self.state.ctm.swaps_handedness(),
             material,
             cutout,
-            emission: self.state.emission.as_ref().map(|emission| emission.value),
+            emission: self.state.emission,
         });
-        let emission = self.state.emission.as_ref();
-        if let Some(slots) = emission.and_then(|emission| self.facts.emissions.get_mut(&emission.span)) {
+        let span = self.state.emission.and_then(|emission| emission.span);
+        if let Some(slots) = span.and_then(|span| self.facts.emissions.get_mut(&span)) {
             slots.push(slot);
         }
     }
