@@ -186,6 +186,88 @@ fn the_camera_is_written_when_the_lines_have_been_seen() {
 }
 
 #[test]
+fn a_material_changes_in_a_panel() {
+    let Some(mut page) = Opened::new() else { return };
+    let middle = page.place(0.5, 0.5);
+    page.browser.click(middle);
+    page.browser.wait_for("of('directives').textContent.includes('Material \"matte\"')");
+    let field = |label: &str| format!("of('directives').querySelector('[aria-label=\"{label}\"]')");
+    let [red, sigma, slider] = ["Kd red", "sigma", "sigma slider"].map(field);
+    assert_eq!(page.value(&format!("[{red}.valueAsNumber, {sigma}.placeholder]")), json!([0.5, "0"]));
+    page.value(&format!("{red}.value = 0.1; {red}.dispatchEvent(new Event('change'))"));
+    page.browser.wait_for("!of('discard').disabled");
+    page.value(&format!(
+        "{slider}.max = 90; {slider}.value = 45; {slider}.dispatchEvent(new Event('input'))"
+    ));
+    page.browser.wait_for(&format!("{sigma}.valueAsNumber === 45"));
+    // The sphere is bluish now.
+    let color = "[...of('picture').getContext('2d').getImageData(30, 20, 1, 1).data]";
+    page.finish();
+    let color = page.value(color);
+    assert!(color[0].as_f64() < color[2].as_f64(), "{color}");
+    let light = "of('lights').querySelector('[aria-label=\"L red\"]')";
+    page.value(&format!("{light}.value = 1e30; {light}.dispatchEvent(new Event('change'))"));
+    page.browser.wait_for("of('lights').querySelector('.remark').textContent.includes('1e18')");
+    assert_eq!(page.viewer.text(), SCENE);
+    page.value("of('discard').click()");
+    page.browser.wait_for(&format!("of('discard').disabled && {red}.valueAsNumber === 0.5"));
+    page.close();
+}
+
+#[test]
+fn the_blur_of_the_lens_is_shown() {
+    let Some(mut page) = Opened::new() else { return };
+    assert_eq!(page.value("of('show-blur').disabled"), true);
+    page.enter("lensradius-", 0.3);
+    page.enter("focaldistance-", 4.0);
+    page.browser.wait_for("!of('show-blur').disabled");
+    page.value("of('show-blur').click()");
+    page.browser.wait_for("of('blur').childElementCount > 3");
+    // A pixel is 2 tan(20 degrees) / 40 = 0.0182 at depth 1; 1 / 4 -+ 0.0182 / 0.6 are 0.2197 and 0.2803.
+    assert_eq!(page.value("of('sharp-range').textContent"), "3.567 to 4.552");
+    // The middle of the sphere, at depth 4.1, is sharp; its rim is not.
+    page.browser
+        .wait_for("['.sharp', ':not(.sharp)'].every((kind) => of('blur').querySelector(`circle${kind}`))");
+    page.value("of('lensradius-').value = 0; of('lensradius-').dispatchEvent(new Event('change'))");
+    page.browser.wait_for("of('blur').hasAttribute('hidden')");
+    page.close();
+}
+
+#[test]
+fn two_windows_show_the_same() {
+    let Some(mut page) = Opened::new() else { return };
+    let program = browser::find().unwrap();
+    let mut other = Browser::start(&program);
+    other.visit(&format!("http://{}/{}/", page.viewer.host, page.viewer.token));
+    other.evaluate("window.of = (id) => document.getElementById(id)");
+    other.wait_for("of('fov-')?.valueAsNumber === 40");
+    page.enter("fov-", 55.0);
+    other.wait_for("of('fov-').valueAsNumber === 55");
+    other.evaluate("of('fov-').value = 200; of('fov-').dispatchEvent(new Event('change'))");
+    other.wait_for("of('refused').textContent.includes('below 180 degrees')");
+    assert_eq!(page.value("of('refused').textContent"), "");
+    page.finish();
+    other.wait_for("of('samples').textContent.startsWith('finished: 4 of 4 samples')");
+    assert!(other.faults.is_empty());
+    page.close();
+}
+
+#[test]
+fn a_file_disappears_and_comes_back() {
+    let Some(mut page) = Opened::new() else { return };
+    std::fs::remove_file(&page.viewer.scene).unwrap();
+    page.browser.wait_for("!of('error').hidden && of('errors').textContent.includes('cannot read')");
+    assert_eq!(page.value("of('picture').width"), 60);
+    page.enter("fov-", 50.0);
+    page.finish();
+    page.viewer.write(SCENE);
+    page.browser.wait_for("of('error').hidden");
+    page.finish();
+    assert_eq!(page.number("fov-"), 50.0);
+    page.close();
+}
+
+#[test]
 fn exposure_needs_no_rendering() {
     let Some(mut page) = Opened::new() else { return };
     let color = "[...of('picture').getContext('2d').getImageData(1, 1, 1, 1).data]";

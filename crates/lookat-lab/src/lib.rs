@@ -4,6 +4,7 @@ pub mod bench;
 pub mod chart;
 mod coverage;
 pub mod interval;
+pub mod latency;
 pub mod plot;
 pub mod stability;
 mod text_scene;

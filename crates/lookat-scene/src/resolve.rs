@@ -7,9 +7,7 @@ mod world;
 
 use std::rc::Rc;
 
-use lookat_syntax::{
-    ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Spanned, Statement,
-};
+use lookat_syntax::{ActiveTransform, Diagnostic, Directive, Entity, EntityKind, FileId, Span, Statement};
 
 use crate::draft::Draft;
 use crate::facts::{Block, Facts, Rotation};

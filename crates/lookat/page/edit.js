@@ -1,4 +1,4 @@
-// Writing the camera into the file: the lines that change are shown first.
+// Writing into the file: the lines that change are shown first.
 
 /** @typedef {{file: string, line: number, removed: string[], added: string[]}} ChangedLines */
 /** @typedef {{lines: ChangedLines[], refused: string?}} Edited */
@@ -22,12 +22,13 @@ function showLines({ file, line, removed, added }) {
 
 /**
  * Makes the buttons and the dialog work.
- * @param {(action: 'show' | 'write' | 'undo' | 'redo') => void} ask
+ * @param {(action: 'show' | 'write' | 'discard' | 'undo' | 'redo') => void} ask
  * @param {(text: string) => void} say
  */
 export function makeEditor(ask, say) {
   const dialog = $('changes');
   $('write').addEventListener('click', () => ask('show'));
+  $('discard').addEventListener('click', () => ask('discard'));
   $('undo').addEventListener('click', () => ask('undo'));
   $('redo').addEventListener('click', () => ask('redo'));
   dialog.addEventListener('close', () => {

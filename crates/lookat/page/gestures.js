@@ -19,6 +19,7 @@ const STEP = 0.03;
  * @property {(at: number[]) => Promise<{p: number[], depth: number} | null>} point
  * @property {(at: number[] | null) => void} hover
  * @property {(stops: number) => void} expose
+ * @property {() => void} showBlur
  */
 
 /**
@@ -162,6 +163,7 @@ function press(page, key, isShifted) {
     d: () => page.expose(-0.25),
     f: () => page.click([0.5, 0.5]),
     r: () => page.reset(),
+    c: () => page.showBlur(),
   };
   if (key in ARROWS) {
     const [x, y] = ARROWS[key].map((direction) => direction * STEP);

@@ -1,15 +1,19 @@
 // The page of `lookat view`: shows the picture, and moves the camera.
 
+import { makeAsker } from './ask.js';
+import { makeBlur } from './blur.js';
 import { depthOf } from './camera.js';
 import { makeEditor } from './edit.js';
 import { listen } from './gestures.js';
 import { makePanel } from './panel.js';
+import { makeDirectives } from './parameters.js';
 import { draw, valuesAt } from './picture.js';
 import { connect } from './socket.js';
 
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {{resolution: number[], crop: number[], samplesPerPixel: number}} Film */
-/** @typedef {{p: number[], pLookAt: number[], depth: number, shape: string, shapePlace: string?, material: string, materialPlace: string?}} Hit */
+/** @typedef {import('./places.js').Place} Place */
+/** @typedef {{p: number[], pLookAt: number[], depth: number, shape: string, shapePlace: Place?, material: string, materialPlace: Place?, directives: import('./parameters.js').Directive[]}} Hit */
 
 const $ = (id) => /** @type {any} */ (document.getElementById(id));
 const [frame, room, canvas] = [$('frame'), $('room'), $('picture')];
@@ -33,8 +37,13 @@ let picture = null;
 let tone = { stops: 0, curve: 'none' };
 /** Counts the clicks: the answer to the last one counts. */
 let clicks = 0;
-/** Whoever waits for what is at a place, by the number of the request. */
-const waiting = new Map();
+/** The last place that was clicked, in fractions of the picture. @type {number[]?} */
+let clicked = null;
+/** The directives of what is there. @type {import('./parameters.js').Directive[]} */
+let pointed = [];
+/** Whether this page is changing a parameter. */
+let isChanging = false;
+let hasEditor = false;
 /** When the last pictures of a moving camera came, in milliseconds. */
 let arrivals = [];
 
@@ -46,7 +55,7 @@ function say(text) {
 
 /** What to do with each type of news. @type {Record<string, (news: any) => void>} */
 const news = {
-  scene({ name, messages, hasErrors, film: newFilm, filmRefused, camera: fileCamera, canUndo, canRedo }) {
+  scene({ name, messages, hasErrors, film: newFilm, filmRefused, camera: fileCamera, ...scene }) {
     const file = name.split(/[\\/]/).pop();
     document.title = `${file} \u2013 lookat`;
     [$('name').textContent, $('name').title] = [file, name];
@@ -60,9 +69,14 @@ const news = {
     if (newFilm) film = newFilm;
     own = fileCamera;
     $('film-refused').textContent = filmRefused ?? '';
-    [$('undo').disabled, $('redo').disabled] = [!canUndo, !canRedo];
+    [$('undo').disabled, $('redo').disabled, $('discard').disabled] = [!scene.canUndo, !scene.canRedo, !scene.hasUnsaved];
+    if (scene.hasLost) $('edit-refused').textContent = 'Another program has changed the file: the changes of this page are gone.';
+    hasEditor = scene.hasEditor;
+    $('light-count').textContent = String(scene.lights.length);
+    lights.show(scene.lights);
     panel.showFilm(film);
     fit();
+    if (!isChanging && clicked && !$('mark').hidden) showPlace(clicked);
   },
   view({ by, number: of, set: itsSet, camera: itsCamera, refused }) {
     $('refused').textContent = by === me && refused ? refused : '';
@@ -72,11 +86,11 @@ const news = {
     if (String(camera?.lookAt) !== String(itsCamera.lookAt)) $('mark').hidden = true;
     camera = itsCamera;
     panel.showCamera(itsCamera, own);
+    updateBlur();
   },
-  picked({ by, number: of, hit }) {
-    if (by === me) waiting.get(of)?.(hit);
-    waiting.delete(of);
-  },
+  picked: (picked) => asker.answer(picked),
+  depths: (depths) => asker.answer(depths),
+  changed: (changed) => asker.answer(changed),
   edited(edited) {
     showEdited(edited, edited.by === me);
   },
@@ -118,6 +132,7 @@ function move(newCamera) {
   camera = newCamera;
   number++;
   panel.showCamera(newCamera, own);
+  updateBlur();
   if (isAsked) return;
   isAsked = true;
   requestAnimationFrame(ask);
@@ -140,15 +155,24 @@ function reset() {
  * @param {number[]} place
  * @returns {Promise<Hit | null | undefined>}
  */
-function pick(place) {
-  const [id, at] = [Math.floor(Math.random() * 2 ** 32), filmPlace(place)];
-  request({ type: 'pick', by: me, number: id, at });
-  return new Promise((answer) => {
-    waiting.set(id, answer);
-    setTimeout(() => {
-      if (waiting.delete(id)) answer(undefined);
-    }, 5000);
-  });
+const pick = async (place) => (await asker.ask({ type: 'pick', at: filmPlace(place) }))?.hit;
+
+/**
+ * Shows what is at a place.
+ * @param {number[]} place
+ */
+async function showPlace(place) {
+  const click = ++clicks;
+  const hit = await pick(place);
+  if (hit === undefined || click !== clicks) return undefined;
+  clicked = place;
+  $('mark').hidden = false;
+  frame.style.setProperty('--x', `${100 * place[0]}%`);
+  frame.style.setProperty('--y', `${100 * place[1]}%`);
+  pointed = hit?.directives ?? [];
+  directives.show(pointed);
+  panel.showHit(hit, opener());
+  return hit;
 }
 
 /**
@@ -156,18 +180,28 @@ function pick(place) {
  * @param {number[]} place
  */
 async function click(place) {
-  const click = ++clicks;
-  const hit = await pick(place);
-  if (hit === undefined || click !== clicks) return;
-  $('mark').hidden = false;
-  frame.style.setProperty('--x', `${100 * place[0]}%`);
-  frame.style.setProperty('--y', `${100 * place[1]}%`);
-  const focused = hit && hit.depth > 0 && camera && camera.lensRadius > 0 && $('focus').checked
-    ? { ...camera, focalDistance: hit.depth }
-    : null;
-  panel.showHit(hit, Boolean(focused));
-  if (focused) move(focused);
+  const hit = await showPlace(place);
+  const isFocused = hit && hit.depth > 0 && camera && camera.lensRadius > 0 && $('focus').checked;
+  if (isFocused) move({ ...camera, focalDistance: hit.depth });
 }
+
+/**
+ * Gives a parameter other values. Returns why not.
+ * @param {import('./parameters.js').Change} wanted
+ * @returns {Promise<string | undefined>}
+ */
+async function change(wanted) {
+  isChanging = true;
+  const changed = await asker.ask({ type: 'change', ...wanted, shown: pointed.map(({ place }) => place.at) });
+  isChanging = false;
+  if (!changed) return 'The program does not answer.';
+  pointed = changed.directives;
+  directives.show(pointed);
+  return changed.refused ?? undefined;
+}
+
+/** Opens a place in the editor, if the program knows one. */
+const opener = () => (hasEditor ? (at) => request({ type: 'open', by: me, at }) : null);
 
 // The frame ------------------------------------------------------------------------------------------------
 
@@ -225,6 +259,8 @@ const showEdited = makeEditor((action) => {
   ask();
   request({ type: 'edit', by: me, action });
 }, say);
+const directives = makeDirectives($('directives'), { change, open: opener });
+const lights = makeDirectives($('lights'), { change, open: opener });
 const panel = makePanel({
   camera: (change) => camera && move(change(camera)),
   film: (change) => request({ type: 'film', ...change }),
@@ -258,7 +294,9 @@ listen(frame, {
     $('exposure').value = Number($('exposure').value) + stops;
     redraw();
   },
+  showBlur: () => $('show-blur').click(),
 });
+const updateBlur = makeBlur((question) => asker.ask(question), () => (camera && film ? { camera, ...film } : null));
 $('exposure').addEventListener('input', redraw);
 $('curve').addEventListener('change', redraw);
 $('zoom').addEventListener('change', fit);
@@ -268,6 +306,7 @@ $('panel').addEventListener('submit', (event) => event.preventDefault());
 new ResizeObserver(fit).observe(room);
 redraw();
 
+/** @type {(request: object) => void} */
 const request = connect({
   picture: showPicture,
   news: (message) => news[message.type]?.(message),
@@ -278,3 +317,4 @@ const request = connect({
     if (isOpen) number = 0;
   },
 });
+const asker = makeAsker(me, request);

@@ -1,5 +1,7 @@
 // The fields of the camera and the film, and what the picture shows at a place.
 
+import { placeLink } from './places.js';
+
 /** @typedef {import('./camera.js').Camera} Camera */
 
 /**
@@ -166,15 +168,20 @@ export function makePanel(act) {
     },
     /**
      * @param {import('./main.js').Hit?} hit
-     * @param {boolean} isFocused
+     * @param {((at: object) => void) | null} open opens a place in the editor
      */
-    showHit(hit, isFocused) {
-      const make = (name, text) => Object.assign(document.createElement(name), { textContent: text });
+    showHit(hit, open) {
+      const make = (name, content) => {
+        const element = document.createElement(name);
+        element.append(content);
+        return element;
+      };
+      const link = (place) => place && placeLink(place, open);
       const lines = hit ? [
-        ['shape', hit.shape], ['at', hit.shapePlace], ['material', hit.material], ['at', hit.materialPlace],
-        ['depth', short(hit.depth) + (isFocused ? ', now in focus' : '')], ['point', hit.p.map(short).join(' ')],
+        ['shape', hit.shape], ['at', link(hit.shapePlace)], ['material', hit.material], ['at', link(hit.materialPlace)],
+        ['depth', short(hit.depth)], ['point', hit.p.map(short).join(' ')],
       ] : [];
-      const shown = lines.filter(([, text]) => text).flatMap(([name, text]) => [make('dt', name), make('dd', text)]);
+      const shown = lines.filter(([, content]) => content).flatMap(([name, content]) => [make('dt', name), make('dd', content)]);
       document.getElementById('hit')?.replaceChildren(...(hit ? shown : [make('dd', 'Nothing is there.')]));
     },
   };

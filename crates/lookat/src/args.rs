@@ -177,6 +177,9 @@ pub struct Bench {
     /// Measure only these parts: tracing, reading, rendering, features or profile
     #[arg(long, value_name = "NAME", value_delimiter = ',', value_parser = suite)]
     pub only: Vec<Suite>,
+    /// Measure `lookat view` of these scenes instead, with copies beside them
+    #[arg(long, value_name = "SCENE", num_args = 1.., conflicts_with_all = ["only", "rounds"])]
+    pub view: Vec<PathBuf>,
     /// Number of measurements; the output shows medians
     #[arg(long, value_name = "N", default_value_t = 5, allow_negative_numbers = true, value_parser = whole(1_u16, 1000))]
     pub rounds: u16,

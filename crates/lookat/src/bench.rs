@@ -3,7 +3,9 @@
 use std::fmt::Write;
 use std::process::ExitCode;
 
+use lookat_image::io_reason;
 use lookat_lab::bench::{BenchTable, Cell, Machine, Suite};
+use lookat_lab::latency::latency;
 use serde_json::{Value, json};
 
 use crate::args::Bench;
@@ -17,8 +19,18 @@ pub fn bench(arguments: &Bench) -> ExitCode {
 }
 
 fn run(arguments: &Bench) -> Result<(), String> {
-    let Bench { only, rounds, json } = arguments;
+    let Bench { only, view, rounds, json } = arguments;
     let machine = Machine::here();
+    if !view.is_empty() {
+        let program = std::env::current_exe().map_err(|error| io_reason(&error))?;
+        let table = latency(&program, view)?;
+        let text = || as_text(&table);
+        return if *json {
+            crate::print_json(&as_json(&machine, 1, &[table]))
+        } else {
+            crate::print(&text())
+        };
+    }
     let mut tables = Vec::new();
     if !json {
         crate::print(&head(&machine, *rounds))?;

@@ -1,7 +1,7 @@
 //! `lookat explain`: the directives, types and parameters of the format.
 
 mod search;
-mod show;
+pub mod show;
 
 use std::process::ExitCode;
 

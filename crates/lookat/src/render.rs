@@ -27,7 +27,7 @@ use crate::live::Live;
 use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
 use crate::sight;
-use crate::source::{load_noted, replace_samples};
+use crate::source::{load_instead, replace_samples};
 use batch::{jobs, render_again, render_each};
 use focus::focus;
 pub use focus::{FocusPlace, focus_place};
@@ -87,8 +87,11 @@ fn load_options(arguments: &Render) -> LoadOptions {
 /// Renders one scene. Returns the exit status.
 fn render_scene(arguments: &Render, live: &Live) -> u8 {
     let path = &arguments.scenes[0];
-    let note = |file: &Path| live.watch.iter().for_each(|watch| watch.note(file));
-    let mut loaded = load_noted(path, &load_options(arguments), arguments.report, &note);
+    let note = |file: &Path| {
+        live.watch.iter().for_each(|watch| watch.note(file));
+        None
+    };
+    let mut loaded = load_instead(path, &load_options(arguments), arguments.report, &note);
     // If --spp is a maximum, the scene keeps its own number.
     let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
     let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));

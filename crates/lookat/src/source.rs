@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lookat_image::{Image, MemoryBudget, PictureFile, open_file};
 use lookat_scene::syntax::Severity;
@@ -13,15 +14,20 @@ use crate::args::Report;
 
 /// Loads a scene. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded {
-    load_noted(path, options, report, &|_| ())
+    load_instead(path, options, report, &|_| None)
 }
 
-/// The same. Calls `note` with each file before reading it, also with one that is missing.
-pub fn load_noted(path: &Path, options: &LoadOptions, report: Report, note: &dyn Fn(&Path)) -> Loaded {
+/// The text to read in place of a file.
+pub type Instead<'a> = dyn Fn(&Path) -> Option<Arc<Vec<u8>>> + 'a;
+
+/// The same. Calls `instead` with each file before reading it, also with one that is missing.
+pub fn load_instead(path: &Path, options: &LoadOptions, report: Report, instead: &Instead) -> Loaded {
     let is_open = Cell::new(false);
     // Only the scene itself can be standard input or a pipe, not a file that it names.
     let open = |file: &Path| {
-        note(file);
+        if let Some(text) = instead(file) {
+            return Ok(Box::new(io::Cursor::new(text.to_vec())) as Box<dyn Read>);
+        }
         match file == path && !is_open.replace(true) {
             true if file == Path::new("-") => Ok(Box::new(io::stdin()) as Box<dyn Read>),
             true => open_scene(file),

@@ -1,7 +1,10 @@
 //! `lookat view`: shows a scene in the browser, and follows its file.
 
 mod camera;
+mod describe;
+mod directive_text;
 mod edit;
+mod editor;
 mod engine;
 mod files;
 mod http;
@@ -13,6 +16,7 @@ mod requests;
 mod server;
 mod socket;
 mod timed;
+mod unsaved;
 mod write;
 
 use std::net::{Ipv4Addr, TcpListener};
@@ -23,6 +27,7 @@ use std::sync::Arc;
 use lookat_image::io_reason;
 
 use crate::args::View;
+use editor::Editor;
 use engine::Engine;
 use outbox::Hub;
 use requests::Requests;
@@ -40,6 +45,7 @@ fn serve(arguments: &View) -> Result<u8, String> {
     if let Err(error) = std::fs::File::open(&arguments.scene) {
         return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)));
     }
+    let editor = Editor::new(arguments)?;
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
         format!("cannot listen at 127.0.0.1:{}: {}; choose another --port", arguments.port, io_reason(&error))
     })?;
@@ -57,5 +63,5 @@ fn serve(arguments: &View) -> Result<u8, String> {
             }
         });
     }
-    Engine::new(arguments, requests, hub).run()
+    Engine::new(arguments, editor, requests, hub).run()
 }

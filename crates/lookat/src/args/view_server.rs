@@ -19,6 +19,10 @@ pub struct View {
     /// Open the page in the browser
     #[arg(long)]
     pub open: bool,
+    /// Command of the editor for places that the page names; {file}, {line} and {column} stand for the place [default: VISUAL or
+    /// EDITOR, else a link to VS Code]
+    #[arg(long, value_name = "COMMAND")]
+    pub editor: Option<String>,
     /// Number of threads [default: one per processor]
     #[arg(long, visible_alias = "nthreads", value_name = "N", allow_negative_numbers = true, value_parser = whole(1_u16, 1024))]
     pub threads: Option<u16>,

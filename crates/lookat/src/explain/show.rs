@@ -117,7 +117,8 @@ fn kind_as_json(kind: &Kind) -> Value {
     })
 }
 
-fn as_json(parameter: &Parameter) -> Value {
+/// The facts about a parameter.
+pub fn as_json(parameter: &Parameter) -> Value {
     let count = match parameter.count {
         Count::One => json!(1),
         Count::Exactly(count) => json!(count),

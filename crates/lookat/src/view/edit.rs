@@ -1,10 +1,9 @@
 //! The camera of the page as changes of the text: the numbers that differ, and nothing else.
 
-use lookat_scene::syntax::{
-    Directive, Entity, EntityKind, Fix, Param, ParamType, Span, Statement, parse, value_span,
-};
+use lookat_scene::syntax::{Fix, ParamType, Span, value_span};
 use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Sources};
 
+use super::directive_text::DirectiveText;
 use super::messages::SetCamera;
 
 /// The changes that give the scene the camera that the page sets. Fails with the reason why no change does.
@@ -15,11 +14,22 @@ pub fn camera_fixes(loaded: &Loaded, own: &Camera, set: &SetCamera) -> Result<Ve
     };
     let parameters = parameters(own, set);
     if !parameters.is_empty() {
-        let missing = "the scene has no Camera: write Camera \"perspective\" before WorldBegin";
-        let directive = CameraText::find(loaded).ok_or(missing)?;
-        fixes.extend(parameters.iter().flat_map(|(name, values)| directive.set(name, values)));
+        let place = loaded.places.camera;
+        let directive = place.and_then(|place| DirectiveText::at(&loaded.sources, place));
+        let directive =
+            directive.ok_or("the scene has no Camera: write Camera \"perspective\" before WorldBegin")?;
+        fixes
+            .extend(parameters.into_iter().flat_map(|(name, values)| set_numbers(&directive, name, &values)));
     }
     Ok(fixes)
+}
+
+fn set_numbers(directive: &DirectiveText, name: &str, values: &[f64]) -> Vec<Fix> {
+    // halffov replaces fov.
+    let is_half = name == "fov" && directive.param("halffov").is_some();
+    let (name, factor) = if is_half { ("halffov", 0.5) } else { (name, 1.0) };
+    let words: Vec<String> = values.iter().map(|value| (factor * value).to_string()).collect();
+    directive.set(ParamType::Float, name, &words)
 }
 
 /// The numbers of the `LookAt` that differ.
@@ -51,60 +61,6 @@ fn parameters(own: &Camera, set: &SetCamera) -> Vec<(&'static str, Vec<f64>)> {
     ];
     let differing = all.into_iter().filter(|(_, set, own)| set != own);
     differing.filter_map(|(name, set, _)| Some((name, set?))).collect()
-}
-
-/// The directive `Camera` in its text.
-struct CameraText<'l> {
-    text: &'l [u8],
-    entity: Entity,
-}
-
-impl<'l> CameraText<'l> {
-    fn find(loaded: &'l Loaded) -> Option<CameraText<'l>> {
-        let place = loaded.places.camera?;
-        let text = &loaded.sources.file(place.file).text[..];
-        // The world may be long.
-        let world = loaded.places.world_begin.filter(|world| world.file == place.file);
-        let head = &text[..world.map_or(text.len(), |world| world.start as usize)];
-        let entity = |Statement { directive, .. }| match directive {
-            Directive::Entity(EntityKind::Camera, entity) if entity.name.span == place => Some(entity),
-            _ => None,
-        };
-        Some(CameraText { text, entity: parse(place.file, head).statements.into_iter().find_map(entity)? })
-    }
-
-    fn param(&self, name: &str) -> Option<&Param> {
-        // The last one counts.
-        self.entity.params.iter().rev().find(|param| param.name.value == name && param.ty == ParamType::Float)
-    }
-
-    /// The changes that give a parameter these values.
-    fn set(&self, name: &str, values: &[f64]) -> Vec<Fix> {
-        // halffov replaces fov.
-        if let Some(half) = self.param("halffov").filter(|_| name == "fov") {
-            return self.replace(half, &values.iter().map(|value| value / 2.0).collect::<Vec<_>>());
-        }
-        if let Some(param) = self.param(name) {
-            return self.replace(param, values);
-        }
-        let last = self.entity.params.last().map_or(self.entity.name.span, Param::span);
-        let words: Vec<String> = values.iter().map(f64::to_string).collect();
-        let list = if words.len() == 1 { words[0].clone() } else { format!("[{}]", words.join(" ")) };
-        let replacement = format!(" \"float {name}\" {list}");
-        vec![Fix { span: Span { start: last.end, ..last }, replacement }]
-    }
-
-    /// The numbers of a parameter that differ.
-    fn replace(&self, param: &Param, values: &[f64]) -> Vec<Fix> {
-        let number = |span: Span| -> Option<f64> {
-            std::str::from_utf8(&self.text[span.start as usize..span.end as usize]).ok()?.parse().ok()
-        };
-        let fix = |(at, value): (usize, &f64)| {
-            let span = value_span(self.text, param.values.span, at);
-            (number(span) != Some(*value)).then(|| Fix { span, replacement: value.to_string() })
-        };
-        values.iter().enumerate().filter_map(fix).collect()
-    }
 }
 
 #[cfg(test)]

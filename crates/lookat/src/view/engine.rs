@@ -2,6 +2,7 @@
 
 mod edits;
 mod opened;
+mod parameters;
 mod pictures;
 
 use std::path::{Path, PathBuf};
@@ -10,15 +11,17 @@ use std::time::{Duration, Instant};
 
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
 
-use super::messages::{self, News, Pick, Picked, SetCamera, SetFilm, SetView};
+use super::editor::Editor;
+use super::messages::{self, Depths, GetDepths, News, Pick, Picked, Request, SetCamera, SetFilm, SetView};
 use super::outbox::{Hub, Kind};
 use super::pace::Pace;
-use super::requests::{Pending, Requests};
+use super::requests::Requests;
+use super::unsaved::Unsaved;
 use super::write::{FileChange, History};
 use crate::args::{self, Report};
 use crate::live::Watch;
 use crate::report;
-use crate::source::{load_noted, replace_samples};
+use crate::source::{load_instead, replace_samples};
 use opened::Opened;
 
 /// The time between two looks at the files while there is nothing to do.
@@ -46,6 +49,7 @@ enum Stage {
 pub struct Engine {
     requests: Arc<Requests>,
     hub: Arc<Hub>,
+    editor: Option<Editor>,
     path: PathBuf,
     options: LoadOptions,
     samples_per_pixel: Option<u32>,
@@ -54,6 +58,11 @@ pub struct Engine {
     opened: Option<Opened>,
     /// The errors of the file since then.
     error: Option<String>,
+    /// Counts how often a scene without errors has been read.
+    reading: u32,
+    /// The changes of parameters.
+    unsaved: Unsaved,
+    has_lost: bool,
     /// What the page sets of its camera.
     set: SetView,
     history: History,
@@ -66,17 +75,26 @@ pub struct Engine {
 }
 
 impl Engine {
-    pub fn new(arguments: &args::View, requests: Arc<Requests>, hub: Arc<Hub>) -> Engine {
+    pub fn new(
+        arguments: &args::View,
+        editor: Option<Editor>,
+        requests: Arc<Requests>,
+        hub: Arc<Hub>,
+    ) -> Engine {
         let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
         Engine {
             requests,
             hub,
+            editor,
             path: arguments.scene.clone(),
             options,
             samples_per_pixel: None,
             watch: Watch::default(),
             opened: None,
             error: None,
+            reading: 0,
+            unsaved: Unsaved::default(),
+            has_lost: false,
             set: SetView { by: 0, number: 0, camera: SetCamera::default() },
             history: History::default(),
             shown: None,
@@ -97,9 +115,9 @@ impl Engine {
                 Stage::Small => LONG_REST,
                 Stage::Finished => IDLE,
             };
-            let pending = self.requests.take(time);
-            let is_new = pending.is_any();
-            self.answer(pending);
+            let requests = self.requests.take(time);
+            let is_new = !requests.is_empty();
+            requests.into_iter().for_each(|request| self.answer(request));
             if self.watch.has_changed() {
                 self.read();
             } else if self.stage == Stage::New {
@@ -110,18 +128,19 @@ impl Engine {
         }
     }
 
-    fn answer(&mut self, pending: Pending) {
-        if let Some(film) = pending.film {
-            self.set_film(film);
-        }
-        if let Some(view) = pending.view {
-            self.set_view(view);
-        }
-        for pick in pending.picks {
-            self.opened.iter().for_each(|opened| answer(pick, opened, &self.hub));
-        }
-        for edit in pending.edits {
-            self.edit(edit);
+    fn answer(&mut self, request: Request) {
+        match request {
+            Request::Film(film) => self.set_film(film),
+            Request::View(view) => self.set_view(view),
+            Request::Change(change) => self.change(change),
+            Request::Edit(edit) => self.edit(edit),
+            Request::Open(open) => self.open_editor(open),
+            Request::Pick(pick) => {
+                self.opened.iter().for_each(|opened| answer(pick, opened, self.reading, &self.hub));
+            }
+            Request::Depths(asked) => {
+                self.opened.iter().for_each(|opened| tell_depths(asked, opened, &self.hub));
+            }
         }
     }
 
@@ -164,6 +183,7 @@ impl Engine {
 
     /// Reads the file.
     fn read(&mut self) {
+        self.has_lost = self.unsaved.forget_old();
         self.error = self.load().and_then(|loaded| self.open(loaded)).err();
         self.tell_scene(None);
     }
@@ -181,6 +201,10 @@ impl Engine {
             camera: opened.map(Opened::own),
             can_undo: self.history.can_undo(),
             can_redo: self.history.can_redo(),
+            has_unsaved: !self.unsaved.is_empty(),
+            has_lost: self.has_lost,
+            lights: opened.map_or(Vec::new(), |opened| opened.lights(self.reading)),
+            has_editor: self.editor.is_some(),
         };
         self.hub.tell(Kind::Scene, News::Scene(scene).message());
         self.tell_view(None);
@@ -199,7 +223,6 @@ impl Engine {
             }
             loaded = self.load_once();
         }
-        replace_samples(&mut loaded, self.samples_per_pixel);
         if loaded.scene.is_none() {
             let misfit = loaded.misfit.as_ref().map(|reason| format!("error: {reason}\n"));
             return Err(report::text(&loaded) + &misfit.unwrap_or_default());
@@ -209,9 +232,14 @@ impl Engine {
 
     fn load_once(&self) -> Loaded {
         self.watch.restart();
-        let note = |file: &Path| self.watch.note(file);
         let plain = Report { strict: false, json: false };
-        load_noted(&self.path, &self.options, plain, &note)
+        let instead = |file: &Path| {
+            self.watch.note(file);
+            self.unsaved.text(file)
+        };
+        let mut loaded = load_instead(&self.path, &self.options, plain, &instead);
+        replace_samples(&mut loaded, self.samples_per_pixel);
+        loaded
     }
 
     /// Takes a file without errors over. Fails if there is not enough memory.
@@ -224,6 +252,7 @@ impl Engine {
             self.set.camera = SetCamera::default();
         }
         self.opened = Some(opened);
+        self.reading = self.reading.wrapping_add(1);
         self.restart();
         Ok(())
     }
@@ -236,8 +265,14 @@ impl Engine {
     }
 }
 
+/// Tells the depths of the picture.
+fn tell_depths(GetDepths { by, number, columns, rows }: GetDepths, opened: &Opened, hub: &Hub) {
+    let depths = opened.depths(columns, rows);
+    hub.tell(Kind::Depths(by), News::Depths(Depths { by, number, columns, depths }).message());
+}
+
 /// Tells what the picture shows at a place.
-fn answer(Pick { by, number, at }: Pick, opened: &Opened, hub: &Hub) {
-    let hit = opened.pick(at);
+fn answer(Pick { by, number, at }: Pick, opened: &Opened, reading: u32, hub: &Hub) {
+    let hit = opened.pick(at, reading);
     hub.tell(Kind::Picked(by), News::Picked(Picked { by, number, at, hit }).message());
 }

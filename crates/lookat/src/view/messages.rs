@@ -1,9 +1,13 @@
 //! The messages between the page and the program: JSON, and pictures as numbers.
 
+mod parameters;
+
 use lookat_image::Image;
 use lookat_scene::ViewOverride;
 use serde::{Deserialize, Serialize};
 use tungstenite::Message;
+
+pub use parameters::{At, Change, Changed, Described, Given, Open, Parameter, Place, Values};
 
 /// What the page asks for.
 #[derive(Debug, Deserialize)]
@@ -12,6 +16,9 @@ pub enum Request {
     Film(SetFilm),
     View(SetView),
     Pick(Pick),
+    Depths(GetDepths),
+    Change(Change),
+    Open(Open),
     Edit(Edit),
 }
 
@@ -63,6 +70,16 @@ pub struct Pick {
     pub at: [f64; 2],
 }
 
+/// Asks for the depths at places in rows and columns.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct GetDepths {
+    pub by: u32,
+    pub number: u32,
+    pub columns: u32,
+    pub rows: u32,
+}
+
 /// Asks to change the files.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
@@ -74,10 +91,12 @@ pub struct Edit {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub enum Action {
-    /// Show the lines that writing the camera changes.
+    /// Show the lines that writing changes.
     Show,
     /// Write the lines that this page was shown last.
     Write,
+    /// Forget the changes of parameters that are not written.
+    Discard,
     Undo,
     Redo,
 }
@@ -89,6 +108,8 @@ pub enum News<'a> {
     Scene(Scene<'a>),
     View(View<'a>),
     Picked(Picked),
+    Depths(Depths),
+    Changed(Changed),
     Edited(Edited),
 }
 
@@ -116,6 +137,14 @@ pub struct Scene<'a> {
     /// Whether there is something written to undo, or to redo.
     pub can_undo: bool,
     pub can_redo: bool,
+    /// Whether parameters have been changed and not written.
+    pub has_unsaved: bool,
+    /// Whether such changes are gone, because the file has changed.
+    pub has_lost: bool,
+    /// The lights without a shape.
+    pub lights: Vec<Described>,
+    /// Whether the program opens the editor; otherwise the page has links to one.
+    pub has_editor: bool,
 }
 
 #[derive(Debug, Serialize)]
@@ -180,10 +209,22 @@ pub struct Hit {
     pub depth: f64,
     /// The type of the shape, and its place.
     pub shape: String,
-    pub shape_place: Option<String>,
+    pub shape_place: Option<Place>,
     /// The type of the material, and its place.
     pub material: String,
-    pub material_place: Option<String>,
+    pub material_place: Option<Place>,
+    /// The directives of its material and its emission.
+    pub directives: Vec<Described>,
+}
+
+/// Depths row by row; `None` where there is nothing.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Depths {
+    pub by: u32,
+    pub number: u32,
+    pub columns: u32,
+    pub depths: Vec<Option<f64>>,
 }
 
 /// The answer to an edit.

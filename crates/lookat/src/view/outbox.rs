@@ -10,8 +10,10 @@ use tungstenite::Message;
 pub enum Kind {
     Scene,
     View,
-    /// For the page with this number, as `Edited`.
+    /// For the page with this number, as the next three.
     Picked(u32),
+    Depths(u32),
+    Changed(u32),
     Edited(u32),
     Picture,
 }
@@ -86,7 +88,7 @@ impl Hub {
                 true
             })
         });
-        if !matches!(kind, Kind::Picked(_) | Kind::Edited(_)) {
+        if matches!(kind, Kind::Scene | Kind::View | Kind::Picture) {
             told.newest.insert(kind, message);
         }
     }

@@ -1,66 +1,45 @@
-//! What the pages ask for: the newest request of each kind, and each edit.
+//! What the pages ask for.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::messages::{Edit, Pick, Request, SetFilm, SetView};
+use super::messages::{Pick, Request};
 
-/// The most edits that wait.
-const MOST_EDITS: usize = 16;
+/// The most requests that wait.
+const MOST: usize = 64;
 
-/// The requests that wait for the engine.
+/// The requests that wait for the engine, in order.
 #[derive(Default)]
 pub struct Requests {
-    pending: Mutex<Pending>,
+    waiting: Mutex<Vec<Request>>,
     put: Condvar,
     /// Whether one waits, to be read without the lock.
     has_any: AtomicBool,
 }
 
-/// The newest request of each kind.
-#[derive(Default)]
-pub struct Pending {
-    pub film: Option<SetFilm>,
-    pub view: Option<SetView>,
-    /// The newest of each page.
-    pub picks: Vec<Pick>,
-    /// All of them, in order.
-    pub edits: Vec<Edit>,
-}
-
-impl Pending {
-    pub fn is_any(&self) -> bool {
-        self.film.is_some() || self.view.is_some() || !self.picks.is_empty() || !self.edits.is_empty()
-    }
-}
-
 impl Requests {
+    /// Replaces an earlier request for the same. Drops the request if too many wait.
     pub fn put(&self, request: Request) {
-        let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
-        match request {
-            Request::Film(film) => pending.film = Some(film),
-            Request::View(view) => pending.view = Some(view),
-            Request::Pick(pick) => {
-                pending.picks.retain(|other| other.by != pick.by);
-                pending.picks.push(pick);
-            }
-            Request::Edit(_) if pending.edits.len() >= MOST_EDITS => return,
-            Request::Edit(edit) => pending.edits.push(edit),
+        let mut waiting = self.lock();
+        waiting.retain(|earlier| !is_for_the_same(earlier, &request));
+        if waiting.len() < MOST {
+            waiting.push(request);
         }
         self.has_any.store(true, Ordering::Relaxed);
         self.put.notify_all();
     }
 
-    /// Takes the request about a place alone: it can be answered while a picture is rendered.
+    /// Takes a request about a place alone: it can be answered while a picture is rendered.
     pub fn take_pick(&self) -> Option<Pick> {
         if !self.has_any() {
             return None;
         }
-        let mut pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
-        let pick = pending.picks.pop();
-        self.has_any.store(pending.is_any(), Ordering::Relaxed);
-        pick
+        let mut waiting = self.lock();
+        let at = waiting.iter().position(|request| matches!(request, Request::Pick(_)))?;
+        let Request::Pick(pick) = waiting.remove(at) else { return None };
+        self.has_any.store(!waiting.is_empty(), Ordering::Relaxed);
+        Some(pick)
     }
 
     pub fn has_any(&self) -> bool {
@@ -68,11 +47,27 @@ impl Requests {
     }
 
     /// Takes all requests, after waiting at most `time` for the first.
-    pub fn take(&self, time: Duration) -> Pending {
-        let pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
-        let waited = self.put.wait_timeout_while(pending, time, |_| !self.has_any());
-        let (mut pending, _) = waited.unwrap_or_else(PoisonError::into_inner);
+    pub fn take(&self, time: Duration) -> Vec<Request> {
+        let waited = self.put.wait_timeout_while(self.lock(), time, |waiting| waiting.is_empty());
+        let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
         self.has_any.store(false, Ordering::Relaxed);
-        std::mem::take(&mut pending)
+        std::mem::take(&mut waiting)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Vec<Request>> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Whether the answer to an earlier request is of no use any more.
+fn is_for_the_same(earlier: &Request, request: &Request) -> bool {
+    match (earlier, request) {
+        (Request::Film(_), Request::Film(_)) | (Request::View(_), Request::View(_)) => true,
+        (Request::Pick(earlier), Request::Pick(request)) => earlier.by == request.by,
+        (Request::Depths(earlier), Request::Depths(request)) => earlier.by == request.by,
+        (Request::Change(earlier), Request::Change(request)) => {
+            (earlier.by, earlier.at, &earlier.name) == (request.by, request.at, &request.name)
+        }
+        _ => false,
     }
 }

@@ -1,6 +1,7 @@
 //! Writes changes into the files of a scene, and takes them back.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lookat_image::{io_reason, write_file};
 use lookat_scene::Sources;
@@ -16,8 +17,8 @@ const MOST_KEPT: usize = 256 << 20;
 #[derive(Clone)]
 pub struct FileChange {
     pub path: PathBuf,
-    pub before: Vec<u8>,
-    pub after: Vec<u8>,
+    pub before: Arc<Vec<u8>>,
+    pub after: Arc<Vec<u8>>,
 }
 
 /// The files that fixes change. Fails for a file that the scene includes twice: a change here would change both places.
@@ -36,13 +37,13 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Stri
         let change = match changes.iter_mut().find(is_same) {
             Some(change) => change,
             None => {
-                let text = source.text.to_vec();
+                let text = source.text.clone();
                 changes.push(FileChange { path: source.path.clone(), before: text.clone(), after: text });
                 changes.last_mut().expect("it has just been pushed")
             }
         };
         let range = fix.span.start as usize..fix.span.end as usize;
-        change.after.splice(range, fix.replacement.bytes());
+        Arc::make_mut(&mut change.after).splice(range, fix.replacement.bytes());
     }
     Ok(changes)
 }
@@ -123,7 +124,7 @@ fn put(changes: &[FileChange]) -> Result<(), String> {
     for FileChange { path, before, .. } in changes {
         let text =
             std::fs::read(path).map_err(|error| format!("{}: {}", path.display(), io_reason(&error)))?;
-        if text != *before {
+        if text != **before {
             return Err(format!("{} has changed meanwhile: nothing is written", path.display()));
         }
         // Replacing a file needs no permission to write it.

@@ -1,11 +1,33 @@
 //! Writing the camera into the files, and taking that back.
 
+use lookat_scene::Location;
+
 use super::Engine;
-use crate::view::messages::{Action, Edit, Edited, News, SetCamera};
+use crate::view::messages::{Action, Edit, Edited, News, Open, SetCamera};
 use crate::view::outbox::Kind;
+use crate::view::unsaved::Unsaved;
 use crate::view::write::FileChange;
 
 impl Engine {
+    /// Opens a place in the editor.
+    pub(super) fn open_editor(&mut self, Open { by, at }: Open) {
+        let opened = self
+            .opened
+            .as_ref()
+            .filter(|opened| at.reading == self.reading && (at.file as usize) < opened.sources().files.len());
+        let done = match (&self.editor, opened) {
+            (Some(editor), Some(opened)) => {
+                let Location { path, line, column } = opened.sources().location(at.span());
+                editor.open(path, line, column)
+            }
+            _ => Err("the file has changed: point at the shape again".into()),
+        };
+        if let Err(reason) = done {
+            let edited = Edited { by, lines: Vec::new(), refused: Some(reason) };
+            self.hub.tell(Kind::Edited(by), News::Edited(edited).message());
+        }
+    }
+
     /// Changes the files, or shows what would change.
     pub(super) fn edit(&mut self, Edit { by, action }: Edit) {
         let done = match action {
@@ -15,6 +37,10 @@ impl Engine {
                 shown.map_or(Err("there is nothing to write".into()), |(_, changes)| {
                     self.history.write(changes)
                 })
+            }
+            Action::Discard => {
+                self.unsaved = Unsaved::default();
+                Ok(())
             }
             Action::Undo => self.history.undo(),
             Action::Redo => self.history.redo(),
@@ -29,7 +55,9 @@ impl Engine {
         let edited = Edited { by, lines: lines.collect(), refused: done.err() };
         if !matches!(action, Action::Show) && edited.refused.is_none() {
             // The file has the camera now.
-            self.set.camera = SetCamera::default();
+            if !matches!(action, Action::Discard) {
+                self.set.camera = SetCamera::default();
+            }
             self.read();
         }
         self.hub.tell(Kind::Edited(by), News::Edited(edited).message());
@@ -38,9 +66,9 @@ impl Engine {
     fn show_changes(&mut self, by: u32) -> Result<(), String> {
         self.shown = None;
         let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
-        let changes = opened.changes(&self.set.camera)?;
+        let changes = self.unsaved.with(opened.changes(&self.set.camera)?);
         if changes.is_empty() {
-            return Err("the file has this camera already".into());
+            return Err("the file has all of this already".into());
         }
         self.shown = Some((by, changes));
         Ok(())

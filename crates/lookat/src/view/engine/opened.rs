@@ -3,15 +3,21 @@
 use lookat_image::Charge;
 use lookat_render::{Prepared, Settings};
 use lookat_scene::glam::DVec2;
-use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, View};
+use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View};
 
 use crate::render::charge_memory;
 use crate::report;
 use crate::sight;
 use crate::view::camera::{changed, placement, rounded, values};
+use crate::view::describe::describe;
 use crate::view::edit::camera_fixes;
-use crate::view::messages::{self, Hit, SetCamera};
+use crate::view::messages::{self, Described, Hit, Place, SetCamera};
 use crate::view::write::{FileChange, changes};
+
+/// The most places along a side of which the depths are told.
+const MOST_DEPTHS: u32 = 64;
+/// The most lights that a page lists.
+const MOST_LIGHTS: usize = 64;
 
 /// A scene that is ready to render.
 pub struct Opened {
@@ -124,7 +130,7 @@ impl Opened {
     }
 
     /// What the picture shows at a place.
-    pub fn pick(&self, [x, y]: [f64; 2]) -> Option<Hit> {
+    pub fn pick(&self, [x, y]: [f64; 2], reading: u32) -> Option<Hit> {
         if !x.is_finite() || !y.is_finite() {
             return None;
         }
@@ -132,7 +138,9 @@ impl Opened {
         let picked = prepared.pick(view, DVec2::new(x, y))?;
         let (shape, material) = (picked.primitive.span, picked.primitive.material.span);
         let word = |span: Option<_>| span.map(|span| report::word(span, &loaded.sources));
-        let place = |span: Option<_>| span.map(|span| report::place(span, &loaded.sources));
+        let place = |span: Option<_>| span.map(|span| Place::new(span, &loaded.sources, reading));
+        let emission = picked.primitive.emission.and_then(|emission| emission.span);
+        let directives = [material, emission].into_iter().flatten();
         Some(Hit {
             p: picked.p.to_array(),
             p_look_at: self
@@ -144,7 +152,34 @@ impl Opened {
             shape_place: place(shape),
             material: word(material).unwrap_or_else(|| "the default material".into()),
             material_place: place(material),
+            directives: directives.filter_map(|span| describe(&loaded.sources, span, reading)).collect(),
         })
+    }
+
+    /// The depths at the middles of equal parts of the picture, row by row.
+    pub fn depths(&self, columns: u32, rows: u32) -> Vec<Option<f64>> {
+        let crop = self.view.film.crop;
+        let middle = |from: u32, size: u32, part: u32, parts: u32| {
+            f64::from(from) + (f64::from(part) + 0.5) / f64::from(parts) * f64::from(size)
+        };
+        let depth = |x: f64, y: f64| Some(self.prepared.pick(&self.view, DVec2::new(x, y))?.depth);
+        let (columns, rows) = (columns.clamp(1, MOST_DEPTHS), rows.clamp(1, MOST_DEPTHS));
+        let ys = (0..rows).map(|row| middle(crop.y0, crop.height(), row, rows));
+        let xs = |column| middle(crop.x0, crop.width(), column, columns);
+        ys.flat_map(|y| (0..columns).map(move |column| (column, y)))
+            .map(|(column, y)| depth(xs(column), y))
+            .collect()
+    }
+
+    /// The texts that it was read from.
+    pub fn sources(&self) -> &Sources {
+        &self.loaded.sources
+    }
+
+    /// The lights without a shape, up to 64.
+    pub fn lights(&self, reading: u32) -> Vec<Described> {
+        let lights = self.loaded.places.lights.iter().take(MOST_LIGHTS);
+        lights.filter_map(|span| describe(&self.loaded.sources, *span, reading)).collect()
     }
 }
 

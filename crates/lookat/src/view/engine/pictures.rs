@@ -42,13 +42,14 @@ impl Engine {
         let Some(opened) = &mut self.opened else { return };
         opened.prepared.look(&opened.view.camera);
         let (opened, requests, watch, hub) = (&*opened, &self.requests, &self.watch, &self.hub);
+        let reading = self.reading;
         let area = opened.view.film.crop.area();
         let next = Mutex::new(started + STEP);
         let progress = |progress: Progress| {
             // Another thread does it.
             let Ok(mut next) = next.try_lock() else { return ControlFlow::Continue(()) };
             if let Some(pick) = requests.take_pick() {
-                answer(pick, opened, hub);
+                answer(pick, opened, reading, hub);
             }
             if requests.has_any() || watch.has_changed() {
                 return ControlFlow::Break(());

@@ -1,0 +1,98 @@
+//! Opens a place of the text in the editor.
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::process::Command;
+
+use lookat_image::io_reason;
+
+use crate::args;
+
+/// How editors take the place, by the names of their programs.
+const PLACES: [(&[&str], &[&str]); 5] = [
+    (&["code", "code-insiders", "codium", "cursor", "windsurf"], &["--goto", "{file}:{line}:{column}"]),
+    (&["subl", "zed", "hx", "helix", "mate"], &["{file}:{line}:{column}"]),
+    (
+        &["vi", "vim", "nvim", "gvim", "nano", "micro", "kak", "emacs", "emacsclient", "gedit"],
+        &["+{line}", "{file}"],
+    ),
+    (&["kate", "kwrite", "idea", "clion", "rustrover", "pycharm"], &["--line", "{line}", "{file}"]),
+    (&["notepad++"], &["-n{line}", "{file}"]),
+];
+/// The editors that need the terminal.
+const IN_TERMINAL: [&str; 8] = ["vi", "vim", "nvim", "nano", "micro", "kak", "hx", "helix"];
+
+/// An editor: a program and its arguments, with `{file}`, `{line}` and `{column}`.
+#[derive(Debug, PartialEq)]
+pub struct Editor(Vec<String>);
+
+impl Editor {
+    /// The editor of `--editor`, or else of the environment. Fails if the option names none.
+    pub fn new(arguments: &args::View) -> Result<Option<Editor>, String> {
+        if let Some(words) = &arguments.editor {
+            return Editor::parse(words)
+                .map(Some)
+                .ok_or_else(|| format!("--editor {words:?} names no program"));
+        }
+        let named = ["VISUAL", "EDITOR"].into_iter().filter_map(|name| std::env::var(name).ok());
+        Ok(named.filter_map(|words| Editor::parse(&words)).find(|editor| !editor.lacks_terminal()))
+    }
+
+    fn parse(words: &str) -> Option<Editor> {
+        let mut words = shlex::split(words).filter(|words| !words.is_empty())?;
+        if !words.iter().any(|word| word.contains("{file}")) {
+            let program = Path::new(&words[0]).file_stem()?.to_str()?;
+            let known = PLACES.iter().find(|(programs, _)| programs.contains(&program));
+            words
+                .extend(known.map_or(&["{file}"][..], |(_, place)| *place).iter().map(|word| (*word).into()));
+        }
+        Some(Editor(words))
+    }
+
+    /// Whether it runs in a terminal, and there is none.
+    fn lacks_terminal(&self) -> bool {
+        let program = Path::new(&self.0[0]).file_stem().and_then(|stem| stem.to_str());
+        program.is_some_and(|program| IN_TERMINAL.contains(&program)) && !std::io::stdin().is_terminal()
+    }
+
+    /// Opens a place, and does not wait for the editor to end.
+    pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), String> {
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
+        let mut words = self.words(&path.display().to_string(), line, column).into_iter();
+        let program = words.next().unwrap_or_default();
+        let mut editor = Command::new(&program)
+            .args(words)
+            .spawn()
+            .map_err(|error| format!("cannot start the editor {program}: {}", io_reason(&error)))?;
+        std::thread::spawn(move || editor.wait());
+        Ok(())
+    }
+
+    fn words(&self, path: &str, line: usize, column: usize) -> Vec<String> {
+        let numbers =
+            |word: &str| word.replace("{line}", &line.to_string()).replace("{column}", &column.to_string());
+        // The path comes last: it may contain braces.
+        self.0.iter().map(|word| numbers(word).replace("{file}", path)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn editors_get_the_place() {
+        let words = |editor: &str| Editor::parse(editor).unwrap().words("/a {line}/b.pbrt", 7, 3).join("|");
+        for (editor, expected) in [
+            ("code -w", "code|-w|--goto|/a {line}/b.pbrt:7:3"),
+            ("/usr/bin/vim", "/usr/bin/vim|+7|/a {line}/b.pbrt"),
+            ("hx", "hx|/a {line}/b.pbrt:7:3"),
+            ("kate", "kate|--line|7|/a {line}/b.pbrt"),
+            ("ed", "ed|/a {line}/b.pbrt"),
+            ("mine -l{line} -c {column} '{file}'", "mine|-l7|-c|3|/a {line}/b.pbrt"),
+        ] {
+            assert_eq!(words(editor), expected);
+        }
+        assert!(["", "  ", "'open"].iter().all(|words| Editor::parse(words).is_none()));
+    }
+}
