@@ -143,7 +143,7 @@ fn what_is_wrong_is_refused() {
         "this value cannot be written"
     );
     assert_eq!(refused(0, ("Kf", "rgb"), json!([1, 1, 1])), "there is no parameter \"Kf\"");
-    assert_eq!(refused(0, ("Kd", "colour"), json!([1, 1, 1])), "there is no type \"colour\"");
+    assert_eq!(refused(0, ("Kd", "hue"), json!([1, 1, 1])), "there is no type \"hue\"");
     assert!(refused(0, ("Kd", "rgb"), json!([1, 1])).contains("threes"));
     assert!(refused(0, ("Kd", "texture"), json!(["bricks"])).contains("bricks"));
     assert!(refused(1, ("L", "rgb"), json!([1e30, 1, 1])).contains("1e18"));

@@ -336,9 +336,9 @@ fn a_place_has_a_shape_a_material_and_lines() {
     };
     let hit = pick([24.0, 16.0]);
     assert_eq!(hit["shape"], "sphere");
-    assert_eq!(hit["shapePlace"], format!("{}:9:7", viewer.scene.display()));
+    assert_eq!(hit["shapePlace"]["text"], format!("{}:9:7", viewer.scene.display()));
     assert_eq!(hit["material"], "matte");
-    assert_eq!(hit["materialPlace"], format!("{}:8:10", viewer.scene.display()));
+    assert_eq!(hit["materialPlace"]["text"], format!("{}:8:10", viewer.scene.display()));
     let depth = hit["depth"].as_f64().unwrap();
     assert!((depth - (26_f64.sqrt() - 1.0)).abs() < 0.01, "{depth}");
     assert_eq!(pick([1.0, 1.0]), Value::Null);

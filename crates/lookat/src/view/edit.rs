@@ -90,7 +90,8 @@ mod tests {
         let fixes = camera_fixes(&loaded, &own, set)?;
         let changes = changes(&loaded.sources, &fixes)?;
         assert!(changes.len() < 2 && changes.iter().all(|change| change.path == Path::new("a.pbrt")));
-        let after = changes.into_iter().next().map(|change| String::from_utf8(change.after).unwrap());
+        let after =
+            changes.into_iter().next().map(|change| String::from_utf8(change.after.to_vec()).unwrap());
         let after = after.unwrap_or_else(|| format!("{camera}\n{REST}\n"));
         Ok(after.strip_suffix(&format!("\n{REST}\n")).unwrap().to_owned())
     }

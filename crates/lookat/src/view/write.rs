@@ -152,7 +152,8 @@ mod tests {
     use super::*;
 
     fn change(path: &Path, before: &str, after: &str) -> FileChange {
-        FileChange { path: path.into(), before: before.into(), after: after.into() }
+        let text = |text: &str| Arc::new(text.as_bytes().to_vec());
+        FileChange { path: path.into(), before: text(before), after: text(after) }
     }
 
     #[test]
