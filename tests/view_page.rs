@@ -120,6 +120,31 @@ fn the_camera_moves_by_mouse_and_keys() {
 }
 
 #[test]
+fn the_camera_moves_by_touch() {
+    let Some(mut page) = Opened::new() else { return };
+    let [left, middle, right] = [0.3, 0.5, 0.7].map(|x| page.place(x, 0.5));
+    page.browser.touch("touchStart", &[left]);
+    page.browser.touch("touchMove", &[middle]);
+    page.browser.wait_for("of('eye-x').valueAsNumber < -1");
+    page.browser.touch("touchEnd", &[]);
+    page.value("of('reset').click()");
+    page.browser.wait_for("of('eye-x').valueAsNumber === 0");
+    // Fingers that come nearer move the eye away.
+    page.browser.touch("touchStart", &[left]);
+    page.browser.touch("touchStart", &[left, right]);
+    page.browser.touch("touchMove", &[left, middle]);
+    page.browser.wait_for("of('eye-z').valueAsNumber < -7");
+    page.browser.touch("touchEnd", &[]);
+    // What was between the fingers is still there.
+    let sphere = page.place(0.4, 0.5);
+    page.browser.touch("touchStart", &[sphere]);
+    page.browser.touch("touchEnd", &[]);
+    page.browser.wait_for("of('hit').textContent.includes('scene.pbrt')");
+    page.finish();
+    page.close();
+}
+
+#[test]
 fn a_click_names_the_shape_and_focuses() {
     let Some(mut page) = Opened::new() else { return };
     let middle = page.place(0.5, 0.5);

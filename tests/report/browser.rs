@@ -163,6 +163,13 @@ impl Browser {
         self.mouse("mouseReleased", place);
     }
 
+    /// Fingers at these places; `kind` is touchStart, touchMove or touchEnd.
+    pub fn touch(&mut self, kind: &str, places: &[[f64; 2]]) {
+        let points: Vec<Value> =
+            places.iter().enumerate().map(|(id, [x, y])| json!({"x": x, "y": y, "id": id})).collect();
+        self.call("Input.dispatchTouchEvent", json!({"type": kind, "touchPoints": points}));
+    }
+
     /// A key that is not a character, with its Windows code.
     pub fn press(&mut self, key: &str, code: u32) {
         for kind in ["rawKeyDown", "keyUp"] {
