@@ -1,6 +1,7 @@
 //! The page of `lookat verify --report`, in a browser. Skipped where there is none.
 
 #[path = "report/browser.rs"]
+#[expect(dead_code, reason = "the page of view needs more of it")]
 mod browser;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};

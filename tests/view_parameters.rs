@@ -88,6 +88,13 @@ fn materials_and_lights_change_before_they_are_written() {
             "[0.1 .10 0.125] \"float roughness\" .2 \"rgb Ks\" [0.5 0.5 0.5]",
         )
         .replace("L\" [.1 .1 .1]", "L\" [.1 .1 .1] \"bool twosided\" \"true\"");
+    // Each change can be taken back.
+    edit(&mut page, "undo");
+    edit(&mut page, "undo");
+    page.picture(|picture| picture.is_final && picture.pixels != after);
+    edit(&mut page, "redo");
+    edit(&mut page, "redo");
+    page.picture(|picture| picture.is_final && picture.pixels == after);
     // The camera is written along.
     page.request(&json!({"type": "view", "by": 1, "number": 1, "camera": {"fov": 50}}));
     page.news("view", |view| view["number"] == 1);
@@ -98,7 +105,7 @@ fn materials_and_lights_change_before_they_are_written() {
     assert_eq!(viewer.text(), written.replace("fov\" 40", "fov\" 50"));
     let render = |text: &str| Viewer::start(text).page().finished().pixels;
     assert_eq!(render(&written), after);
-    edit(&mut page, "undo");
+    assert_eq!(edit(&mut page, "undo")["isWritten"], true);
     assert_eq!(viewer.text(), SCENE);
 }
 
@@ -110,9 +117,9 @@ fn lights_are_listed_and_changes_are_discarded() {
     let before = pixels(&viewer);
     change(&mut page, &lights, 0, ("I", "rgb"), json!([99, 99, 99]));
     assert_eq!(viewer.page().news("scene", |_| true)["hasUnsaved"], true);
-    assert!(page.finished().pixels != before);
+    page.picture(|picture| picture.is_final && picture.pixels != before);
     assert_eq!(edit(&mut page, "discard")["refused"], Value::Null);
-    assert!(page.finished().pixels == before);
+    page.picture(|picture| picture.is_final && picture.pixels == before);
     // A file that another program changes is shown as it is.
     let lights = viewer.page().news("scene", |_| true)["lights"].take();
     change(&mut page, &lights, 0, ("I", "rgb"), json!([99, 99, 99]));

@@ -1,7 +1,7 @@
 // Writing into the file: the lines that change are shown first.
 
 /** @typedef {{file: string, line: number, removed: string[], added: string[]}} ChangedLines */
-/** @typedef {{lines: ChangedLines[], refused: string?}} Edited */
+/** @typedef {{lines: ChangedLines[], isWritten: boolean, refused: string?}} Edited */
 
 const $ = (id) => /** @type {any} */ (document.getElementById(id));
 
@@ -49,14 +49,12 @@ export function makeEditor(ask, say) {
    * @param {Edited} edited
    * @param {boolean} isOwn whether this page asked
    */
-  return ({ lines, refused }, isOwn) => {
+  return ({ lines, isWritten, refused }, isOwn) => {
     if (!isOwn) return;
     $('edit-refused').textContent = refused ?? '';
     if (refused) return;
-    if (!lines.length) {
-      say('The file has been written.');
-      return;
-    }
+    if (isWritten) say('The file has been written.');
+    if (!lines.length) return;
     $('lines').replaceChildren(...lines.flatMap(showLines));
     dialog.returnValue = '';
     dialog.showModal();

@@ -234,6 +234,8 @@ pub struct Edited {
     pub by: u32,
     /// The lines that would change, or have changed.
     pub lines: Vec<ChangedLines>,
+    /// Whether files have been written.
+    pub is_written: bool,
     /// Why nothing has changed, or can be.
     pub refused: Option<String>,
 }

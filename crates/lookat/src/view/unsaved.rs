@@ -3,49 +3,86 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::write::FileChange;
+use super::write::{FileChange, forget_first};
 
-/// The files on disk and their texts for the scene.
+/// The files on disk and their texts for the scene, with the states before and after.
 #[derive(Default, Clone)]
-pub struct Unsaved(Vec<FileChange>);
+pub struct Unsaved {
+    files: Vec<FileChange>,
+    /// The earlier states, and what was changed then.
+    done: Vec<(String, Vec<FileChange>)>,
+    undone: Vec<(String, Vec<FileChange>)>,
+}
 
 impl Unsaved {
     /// The text to read in place of a file.
     pub fn text(&self, path: &Path) -> Option<Arc<Vec<u8>>> {
-        self.0.iter().find(|change| change.path == path).map(|change| change.after.clone())
+        self.files.iter().find(|change| change.path == path).map(|change| change.after.clone())
     }
 
-    /// Goes on from these texts.
-    pub fn add(&mut self, changes: Vec<FileChange>) {
-        for change in changes {
-            match self.0.iter_mut().find(|known| known.path == change.path) {
-                Some(known) => known.after = change.after,
-                None => self.0.push(change),
-            }
+    /// Goes on from these texts. Changes of the same thing in a row are undone at once.
+    pub fn add(&mut self, what: String, changes: Vec<FileChange>) {
+        if self.done.last().is_none_or(|(before, _)| *before != what) {
+            self.done.push((what, self.files.clone()));
+            forget_first(&mut self.done, |(_, changes)| changes);
         }
-        self.0.retain(|change| change.before != change.after);
+        self.undone.clear();
+        self.files = self.with(changes);
     }
 
     /// The changes from the files on disk to these texts and further `changes` of them.
     pub fn with(&self, changes: Vec<FileChange>) -> Vec<FileChange> {
-        let mut all = self.clone();
-        all.add(changes);
-        all.0
+        let mut all = self.files.clone();
+        for change in changes {
+            match all.iter_mut().find(|known| known.path == change.path) {
+                Some(known) => known.after = change.after,
+                None => all.push(change),
+            }
+        }
+        all.retain(|change| change.before != change.after);
+        all
+    }
+
+    /// Returns to the state before the last change. False if there is none.
+    pub fn undo(&mut self) -> bool {
+        let Some((what, before)) = self.done.pop() else { return false };
+        self.undone.push((what, std::mem::replace(&mut self.files, before)));
+        true
+    }
+
+    pub fn redo(&mut self) -> bool {
+        let Some((what, after)) = self.undone.pop() else { return false };
+        self.done.push((what, std::mem::replace(&mut self.files, after)));
+        true
+    }
+
+    pub fn can_undo(&self) -> bool {
+        !self.done.is_empty()
+    }
+
+    pub fn can_redo(&self) -> bool {
+        !self.undone.is_empty()
     }
 
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.files.is_empty()
     }
 
-    /// Forgets the changes of files that are no longer as they were. True if there were some that have not been written.
+    /// Forgets the changes of files that are no longer as they were, and the way to them. True if there were some that have not
+    /// been written.
     pub fn forget_old(&mut self) -> bool {
         let mut is_lost = false;
-        self.0.retain(|change| {
+        let before = self.files.len();
+        self.files.retain(|change| {
             let found = std::fs::read(&change.path).ok();
-            let is_current = found.as_ref() == Some(&change.before);
-            is_lost |= !is_current && found.as_ref() != Some(&change.after);
+            let is_current = found.as_ref() == Some(&*change.before);
+            is_lost |= !is_current && found.as_ref() != Some(&*change.after);
             is_current
         });
+        if self.files.len() < before {
+            self.done.clear();
+            self.undone.clear();
+        }
         is_lost
     }
 }

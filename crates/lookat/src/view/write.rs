@@ -88,12 +88,7 @@ impl History {
         put(&changes)?;
         self.undone.clear();
         self.done.push(changes);
-        let size = |changes: &Vec<FileChange>| -> usize {
-            changes.iter().map(|change| change.before.len() + change.after.len()).sum()
-        };
-        while self.done.len() > 1 && self.done.iter().map(size).sum::<usize>() > MOST_KEPT {
-            self.done.remove(0);
-        }
+        forget_first(&mut self.done, |changes| changes);
         Ok(())
     }
 
@@ -116,6 +111,16 @@ impl History {
 
     pub fn can_redo(&self) -> bool {
         !self.undone.is_empty()
+    }
+}
+
+/// Forgets the first steps, as long as all of them have too many bytes.
+pub fn forget_first<T>(steps: &mut Vec<T>, changes: impl Fn(&T) -> &[FileChange]) {
+    let bytes = |step: &T| -> usize {
+        changes(step).iter().map(|change| change.before.len() + change.after.len()).sum()
+    };
+    while steps.len() > 1 && steps.iter().map(bytes).sum::<usize>() > MOST_KEPT {
+        steps.remove(0);
     }
 }
 

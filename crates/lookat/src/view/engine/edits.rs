@@ -23,43 +23,41 @@ impl Engine {
             _ => Err("the file has changed: point at the shape again".into()),
         };
         if let Err(reason) = done {
-            let edited = Edited { by, lines: Vec::new(), refused: Some(reason) };
+            let edited = Edited { by, lines: Vec::new(), is_written: false, refused: Some(reason) };
             self.hub.tell(Kind::Edited(by), News::Edited(edited).message());
         }
     }
 
     /// Changes the files, or shows what would change.
     pub(super) fn edit(&mut self, Edit { by, action }: Edit) {
+        let is_shown = matches!(action, Action::Show);
+        // Whether files have been written.
         let done = match action {
-            Action::Show => self.show_changes(by),
+            Action::Show => self.show_changes(by).map(|()| false),
             Action::Write => {
                 let shown = self.shown.take().filter(|(page, _)| *page == by);
-                shown.map_or(Err("there is nothing to write".into()), |(_, changes)| {
-                    self.history.write(changes)
-                })
+                let changes = shown.ok_or_else(|| "there is nothing to write".to_owned());
+                changes.and_then(|(_, changes)| self.history.write(changes)).map(|()| true)
             }
             Action::Discard => {
                 self.unsaved = Unsaved::default();
-                Ok(())
+                Ok(false)
             }
-            Action::Undo => self.history.undo(),
-            Action::Redo => self.history.redo(),
+            Action::Undo if self.unsaved.undo() => Ok(false),
+            Action::Redo if self.unsaved.redo() => Ok(false),
+            Action::Undo => self.history.undo().map(|()| true),
+            Action::Redo => self.history.redo().map(|()| true),
         };
-        let is_shown = matches!(action, Action::Show) && done.is_ok();
-        let lines = self
-            .shown
-            .iter()
-            .filter(|_| is_shown)
-            .flat_map(|(_, changes)| changes)
-            .flat_map(FileChange::lines);
-        let edited = Edited { by, lines: lines.collect(), refused: done.err() };
-        if !matches!(action, Action::Show) && edited.refused.is_none() {
+        let shown = self.shown.iter().filter(|_| is_shown && done.is_ok()).flat_map(|(_, changes)| changes);
+        let lines = shown.flat_map(FileChange::lines).collect();
+        if done == Ok(true) {
             // The file has the camera now.
-            if !matches!(action, Action::Discard) {
-                self.set.camera = SetCamera::default();
-            }
+            self.set.camera = SetCamera::default();
+        }
+        if !is_shown && done.is_ok() {
             self.read();
         }
+        let edited = Edited { by, lines, is_written: done == Ok(true), refused: done.err() };
         self.hub.tell(Kind::Edited(by), News::Edited(edited).message());
     }
 

@@ -38,7 +38,7 @@ impl Engine {
         let sources = opened.ok_or("the file has changed: point at the shape again")?.sources();
         let fixes = fixes(sources, change)?;
         let before = self.unsaved.clone();
-        self.unsaved.add(changes(sources, &fixes)?);
+        self.unsaved.add(format!("{} {}", change.at.start, change.name), changes(sources, &fixes)?);
         let loaded = self.load_once();
         let read = match loaded.scene {
             Some(_) => self.open(loaded),
