@@ -1,6 +1,7 @@
 //! The command line.
 
 mod chart;
+mod focus;
 mod frames;
 mod live;
 mod memory;
@@ -19,8 +20,9 @@ use lookat_render::Layers;
 use lookat_scene::{MAX_SAMPLES, MAX_SIDE};
 
 use crate::metric::{Limit, Metric};
-use crate::render::{FocusPlace, focus_place};
 pub use chart::{Chart, Other};
+pub use focus::FocusPlace;
+use focus::focus_place;
 pub use frames::{Animation, Frames, Parameter};
 pub use live::{LiveView, Protocol};
 pub use memory::{Memory, way_out};

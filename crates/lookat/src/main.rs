@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod chart;
 mod check;
+mod command_line;
 mod compare;
 mod convert;
 mod explain;

@@ -30,7 +30,6 @@ use crate::sight;
 use crate::source::{load_instead, replace_samples};
 use batch::{jobs, render_again, render_each};
 use focus::focus;
-pub use focus::{FocusPlace, focus_place};
 use frames::render_frames;
 use layers::Numbered;
 use progress::Shown;

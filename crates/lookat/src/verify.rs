@@ -1,6 +1,5 @@
 //! `lookat verify`: compares scenes with the pictures beside them.
 
-mod command_line;
 mod files;
 mod page;
 mod report_page;
@@ -14,9 +13,9 @@ use lookat_image::{Aligned, Image};
 use serde_json::Value;
 
 use crate::args::Verify;
+use crate::command_line;
 use crate::metric::Measurement;
 use crate::output::check_folder;
-pub use command_line::quoted;
 
 /// The result for one scene, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
