@@ -1,6 +1,7 @@
 //! The server of `lookat view`: who gets in, and what they get.
 
 #[path = "view_server/viewer.rs"]
+#[expect(dead_code, reason = "other tests need more of it")]
 mod viewer;
 
 use std::io::{Read, Write};
@@ -61,6 +62,7 @@ fn every_file_of_the_page_is_served_with_its_rules() {
 #[test]
 fn strangers_are_refused() {
     let viewer = Viewer::start(SCENE);
+    viewer.page().finished();
     let Viewer { host, token, .. } = &viewer;
     let local = host.replace("127.0.0.1", "localhost");
     let wrong = token.chars().rev().collect::<String>();
@@ -83,6 +85,18 @@ fn strangers_are_refused() {
         (format!("GET /{token}/%2e%2e/scene.pbrt HTTP/1.1"), own.clone(), 404),
         (format!("GET /{token}//etc/passwd HTTP/1.1"), own.clone(), 404),
         (format!("GET /{token}/scene.pbrt HTTP/1.1"), own.clone(), 404),
+        // The finished picture, and nothing beside it.
+        (format!("GET /{token}/picture.exr HTTP/1.1"), own.clone(), 200),
+        (format!("GET /{token}/picture.png HTTP/1.1"), own.clone(), 200),
+        (format!("GET /{token}/picture.tga HTTP/1.1"), own.clone(), 404),
+        (format!("GET /{token}/PICTURE.EXR HTTP/1.1"), own.clone(), 404),
+        (format!("GET /{token}/picture.exr/ HTTP/1.1"), own.clone(), 404),
+        (format!("GET /{token}/../picture.exr HTTP/1.1"), own.clone(), 404),
+        ("GET /picture.exr HTTP/1.1".into(), own.clone(), 404),
+        (format!("GET /{wrong}/picture.exr HTTP/1.1"), own.clone(), 404),
+        (format!("POST /{token}/picture.exr HTTP/1.1"), format!("{own}Content-Length: 0\r\n"), 405),
+        (format!("GET /{token}/picture.exr HTTP/1.1"), "Host: example.com\r\n".into(), 403),
+        (format!("GET /{token}/picture.exr HTTP/1.1"), format!("{own}Origin: http://example.com\r\n"), 403),
         // DNS rebinding: the name of another page that leads here.
         (format!("GET /{token}/ HTTP/1.1"), "Host: example.com\r\n".into(), 403),
         (format!("GET /{token}/ HTTP/1.1"), "Host: 127.0.0.1\r\n".into(), 403),
@@ -171,6 +185,11 @@ fn nonsense_ends_only_its_own_connection() {
         json!({"type": "view", "by": 1, "number": 2, "camera": {"shutter": 1}}).to_string(),
         json!({"type": "view", "by": 1, "number": 2, "camera": {"lookAt": [1, 2]}}).to_string(),
         json!({"type": "view", "by": -1, "number": 2, "camera": {}}).to_string(),
+        json!({"type": "layer", "layer": 256}).to_string(),
+        json!({"type": "values", "by": 1, "number": 2, "at": [1]}).to_string(),
+        json!({"type": "errors"}).to_string(),
+        json!({"type": "reference", "from": "/etc/passwd"}).to_string(),
+        json!({"type": "reference", "from": "file", "file": "/etc/passwd"}).to_string(),
         view.clone() + &" ".repeat(1 << 16),
     ] {
         let mut page = viewer.page();

@@ -206,7 +206,7 @@ fn fault(message: &Value, own: &str) -> Option<String> {
         "Runtime.exceptionThrown" => true,
         "Runtime.consoleAPICalled" => parameters["type"] == "error",
         "Log.entryAdded" => parameters["entry"]["level"] == "error",
-        "Network.requestWillBeSent" => !url.starts_with(own) && !url.starts_with("data:"),
+        "Network.requestWillBeSent" => ![own, "data:", "blob:"].iter().any(|start| url.starts_with(start)),
         _ => false,
     };
     is_fault.then(|| message.to_string())

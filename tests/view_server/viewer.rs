@@ -24,11 +24,16 @@ pub struct Viewer {
 
 impl Viewer {
     pub fn start(text: &str) -> Viewer {
+        Viewer::start_with(text, &[])
+    }
+
+    pub fn start_with(text: &str, arguments: &[&str]) -> Viewer {
         let folder = tempfile::tempdir().unwrap();
         let scene = folder.path().join("scene.pbrt");
         std::fs::write(&scene, text).unwrap();
         let mut process = Command::new(env!("CARGO_BIN_EXE_lookat"))
             .args(["view", "--threads", "2"])
+            .args(arguments)
             .arg(&scene)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -51,6 +56,10 @@ impl Viewer {
 
     /// The answer to a request, or its beginning if the connection stays open.
     pub fn ask(&self, request: &str) -> String {
+        String::from_utf8_lossy(&self.ask_bytes(request)).into_owned()
+    }
+
+    fn ask_bytes(&self, request: &str) -> Vec<u8> {
         let mut stream = self.connect();
         // The server may answer before it has read everything.
         let _ = stream.write_all(request.as_bytes());
@@ -61,12 +70,16 @@ impl Viewer {
                 break;
             }
         }
-        String::from_utf8_lossy(&answer).into_owned()
+        answer
     }
 
     /// The answer to a page of the browser.
     pub fn get(&self, name: &str) -> String {
-        self.ask(&format!("GET /{}/{name} HTTP/1.1\r\nHost: {}\r\n\r\n", self.token, self.host))
+        String::from_utf8_lossy(&self.get_bytes(name)).into_owned()
+    }
+
+    pub fn get_bytes(&self, name: &str) -> Vec<u8> {
+        self.ask_bytes(&format!("GET /{}/{name} HTTP/1.1\r\nHost: {}\r\n\r\n", self.token, self.host))
     }
 
     pub fn page(&self) -> Page {
@@ -92,9 +105,23 @@ impl Drop for Viewer {
     }
 }
 
+/// What the numbers of a picture stand for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Content {
+    Growing,
+    Finished,
+    Reference,
+    Layer,
+    Errors,
+}
+
 pub struct Picture {
     pub size: [u32; 2],
+    pub generation: u32,
     pub number: u32,
+    pub done: f64,
+    pub total: f64,
+    pub content: Content,
     pub is_final: bool,
     pub pixels: Vec<[f32; 3]>,
 }
@@ -108,7 +135,11 @@ impl Picture {
         let pixels = values.as_chunks().0.to_vec();
         assert_eq!(pixels.len() as u32, size[0] * size[1]);
         assert!(head[4] <= head[5] && head[6] >= 0.0);
-        Picture { size, number: head[3] as u32, is_final: head[7] == 1.0, pixels }
+        let all = [Content::Growing, Content::Finished, Content::Reference, Content::Layer, Content::Errors];
+        let content = all[head[7] as usize];
+        let [generation, number] = [head[2], head[3]].map(|number| number as u32);
+        let is_final = content == Content::Finished;
+        Picture { size, generation, number, done: head[4], total: head[5], content, is_final, pixels }
     }
 }
 

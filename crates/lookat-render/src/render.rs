@@ -64,6 +64,12 @@ impl Progress<'_> {
     pub fn snapshot(&self) -> Image {
         self.film.develop(false)
     }
+
+    /// The same with the error layers so far, if the settings ask for them. Errors are infinite where there are less than two
+    /// replicates.
+    pub fn snapshot_with_errors(&self) -> Image {
+        self.film.develop(true)
+    }
 }
 
 /// What [`render`] gives.
@@ -155,6 +161,26 @@ impl Prepared {
     ) -> Rendered {
         let deadline = settings.stop.deadline();
         on_threads(settings, || run(self, view, settings, deadline, progress, None))
+    }
+
+    /// The layers of the settings as [`Prepared::render_unmoved`] gives them, beside a black picture. `progress` is called with a
+    /// picture without samples. `None` if it breaks.
+    pub fn layers(
+        &self,
+        view: &View,
+        settings: &Settings,
+        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Option<Image> {
+        on_threads(settings, || {
+            let filter = FilterSampler::new(&view.filter);
+            let film = Film::new(&view.film, &filter, Errors::None);
+            let (stopped, state) = Default::default();
+            let control = Control { progress, film: &film, deadline: None, profilers: None, stopped, state };
+            let nominal = settings.stop.nominal_samples(view);
+            let context = Context::new(self, view, nominal, (&filter, &film, &control));
+            let mut image = film.develop(false);
+            layers::add(&context, view, settings, &mut image).then_some(image)
+        })
     }
 }
 

@@ -3,12 +3,17 @@
 import { makeAsker } from './ask.js';
 import { makeBlur } from './blur.js';
 import { depthOf } from './camera.js';
+import { makeComparison } from './compare.js';
+import { makeDisplay } from './display.js';
 import { makeEditor } from './edit.js';
 import { listen } from './gestures.js';
 import { makePanel } from './panel.js';
 import { makeDirectives } from './parameters.js';
-import { draw, valuesAt } from './picture.js';
+import { makeReading } from './reading.js';
+import { makeSave } from './save.js';
 import { connect } from './socket.js';
+import { makeStatus } from './status.js';
+import { makeZoom } from './zoom.js';
 
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {{resolution: number[], crop: number[], samplesPerPixel: number}} Film */
@@ -16,7 +21,7 @@ import { connect } from './socket.js';
 /** @typedef {{p: number[], pLookAt: number[], depth: number, shape: string, shapePlace: Place?, material: string, materialPlace: Place?, directives: import('./parameters.js').Directive[]}} Hit */
 
 const $ = (id) => /** @type {any} */ (document.getElementById(id));
-const [frame, room, canvas] = [$('frame'), $('room'), $('picture')];
+const frame = $('frame');
 
 /** What a request can set of the camera. */
 const KEYS = ['lookAt', 'fov', 'lensRadius', 'focalDistance', 'screenWindow'];
@@ -32,9 +37,6 @@ let camera = null;
 let own = null;
 /** What the page sets instead of the file. @type {Record<string, unknown>} */
 let set = {};
-/** @type {import('./picture.js').Picture?} */
-let picture = null;
-let tone = { stops: 0, curve: 'none' };
 /** Counts the clicks: the answer to the last one counts. */
 let clicks = 0;
 /** The last place that was clicked, in fractions of the picture. @type {number[]?} */
@@ -44,8 +46,8 @@ let pointed = [];
 /** Whether this page is changing a parameter. */
 let isChanging = false;
 let hasEditor = false;
-/** When the last pictures of a moving camera came, in milliseconds. */
-let arrivals = [];
+/** The name of the scene. */
+let name = '';
 
 // What the program tells -----------------------------------------------------------------------------------
 
@@ -55,10 +57,10 @@ function say(text) {
 
 /** What to do with each type of news. @type {Record<string, (news: any) => void>} */
 const news = {
-  scene({ name, messages, hasErrors, film: newFilm, filmRefused, camera: fileCamera, ...scene }) {
-    const file = name.split(/[\\/]/).pop();
-    document.title = `${file} \u2013 lookat`;
-    [$('name').textContent, $('name').title] = [file, name];
+  scene({ name: path, messages, hasErrors, film: newFilm, filmRefused, camera: fileCamera, ...scene }) {
+    name = path.split(/[\\/]/).pop();
+    document.title = `${name} \u2013 lookat`;
+    [$('name').textContent, $('name').title] = [name, path];
     $('error').hidden = !hasErrors;
     $('errors').textContent = hasErrors ? messages : '';
     $('trouble').textContent = `The file has errors.${newFilm ? ' This is the last picture without them.' : ''}`;
@@ -75,7 +77,7 @@ const news = {
     $('light-count').textContent = String(scene.lights.length);
     lights.show(scene.lights);
     panel.showFilm(film);
-    fit();
+    zoom.fit();
     if (!isChanging && clicked && !$('mark').hidden) showPlace(clicked);
   },
   view({ by, number: of, set: itsSet, camera: itsCamera, refused }) {
@@ -83,7 +85,7 @@ const news = {
     // The answer to a request before the newest one.
     if (by === me && of < number) return;
     set = Object.fromEntries(Object.entries(itsSet).filter(([, value]) => value !== null));
-    if (String(camera?.lookAt) !== String(itsCamera.lookAt)) $('mark').hidden = true;
+    if (String(camera?.lookAt) !== String(itsCamera.lookAt)) unmark();
     camera = itsCamera;
     panel.showCamera(itsCamera, own);
     updateBlur();
@@ -94,26 +96,26 @@ const news = {
   edited(edited) {
     showEdited(edited, edited.by === me);
   },
+  looking: (looking) => comparison.look(looking),
+  compared: (compared) => comparison.compare(compared),
+  values: (values) => asker.answer(values),
 };
 
-/** @param {import('./picture.js').Picture} newPicture */
-function showPicture(newPicture) {
-  picture = newPicture;
-  draw(canvas, newPicture, tone);
-  frame.toggleAttribute('data-magnified', isMagnified());
-  const { width, height, done, total, seconds, isFinal } = newPicture;
-  const isSmall = !isFinal && done === total;
-  const [now, time] = [performance.now(), seconds < 1 ? `${Math.round(1000 * seconds)} ms` : `${seconds.toFixed(1)} s`];
-  arrivals = isSmall ? [...arrivals.filter((at) => now - at < 1000), now] : [];
-  const size = `${width} \u00d7 ${height}`;
-  const rate = arrivals.length > 5 ? `${arrivals.length} per second, ` : '';
-  const perPixel = (count) => Math.round(10 * count / (width * height)) / 10;
-  $('samples').textContent = isSmall
-    ? `moving: ${rate}${size}, ${time}`
-    : `${isFinal ? 'finished: ' : ''}${perPixel(done)} of ${perPixel(total)} samples, ${size}, ${time}`;
-  $('progress').value = isSmall ? 0 : done / total;
-  if (isFinal) say(`The picture is finished, with ${perPixel(total)} samples per pixel.`);
-  readPixel();
+/** @param {import('./picture.js').Picture} picture */
+function showPicture(picture) {
+  display.take(picture);
+  zoom.mark();
+  reading.read();
+  if (picture.content === 'reference') comparison.forget();
+  if (!['growing', 'finished'].includes(picture.content)) return;
+  showStatus(picture);
+  nameFiles(name, picture.isFinal);
+  comparison.judge();
+}
+
+function unmark() {
+  $('mark').hidden = true;
+  $('values').replaceChildren();
 }
 
 // Requests -------------------------------------------------------------------------------------------------
@@ -128,7 +130,7 @@ function move(newCamera) {
   if (!camera) return;
   for (const key of KEYS) if (newCamera[key] !== camera[key]) set[key] = newCamera[key];
   // What is marked is elsewhere then.
-  if (newCamera.lookAt !== camera.lookAt || newCamera.screenWindow !== camera.screenWindow) $('mark').hidden = true;
+  if (newCamera.lookAt !== camera.lookAt || newCamera.screenWindow !== camera.screenWindow) unmark();
   camera = newCamera;
   number++;
   panel.showCamera(newCamera, own);
@@ -167,11 +169,14 @@ async function showPlace(place) {
   if (hit === undefined || click !== clicks) return undefined;
   clicked = place;
   $('mark').hidden = false;
-  frame.style.setProperty('--x', `${100 * place[0]}%`);
-  frame.style.setProperty('--y', `${100 * place[1]}%`);
+  frame.style.setProperty('--mark-x', `${100 * place[0]}%`);
+  frame.style.setProperty('--mark-y', `${100 * place[1]}%`);
   pointed = hit?.directives ?? [];
   directives.show(pointed);
   panel.showHit(hit, opener());
+  asker.ask({ type: 'values', at: filmPlace(place) }).then((answer) => {
+    if (answer && click === clicks) panel.showValues(answer.values);
+  });
   return hit;
 }
 
@@ -214,46 +219,20 @@ function filmPlace([x, y]) {
   return [x0 + x * (x1 - x0), y0 + y * (y1 - y0)];
 }
 
-/** Gives the frame its size, which no picture changes. */
-function fit() {
-  if (!film) return;
-  const [x0, y0, x1, y1] = film.crop;
-  const [width, height] = [x1 - x0, y1 - y0];
-  const fitting = Math.min((room.clientWidth - 16) / width, (room.clientHeight - 16) / height);
-  const scale = Number($('zoom').value) / devicePixelRatio || fitting;
-  room.style.setProperty('--ratio', width / height);
-  frame.style.setProperty('--across', `${Math.max(width * scale, 1)}px`);
-  frame.style.setProperty('--down', `${Math.max(height * scale, 1)}px`);
-  frame.toggleAttribute('data-magnified', isMagnified());
-}
-
-/** Whether each pixel of the picture is several of the display. Small pictures of a moving camera look better smooth. */
-function isMagnified() {
-  const isWhole = film && picture?.width === film.crop[2] - film.crop[0];
-  return Boolean(isWhole && frame.clientWidth * devicePixelRatio >= 1.5 * (picture?.width ?? 1));
-}
-
-/** @type {number[]?} */
-let pointer = null;
-
-function readPixel() {
-  if (!pointer || !picture) {
-    $('pixel').textContent = '';
-    return;
-  }
-  const at = filmPlace(pointer).map(Math.floor);
-  const values = valuesAt(picture, pointer[0], pointer[1]).map((value) => value.toPrecision(3));
-  $('pixel').textContent = `${at.join(', ')}: ${values.join(' ')}`;
-}
-
-function redraw() {
-  tone = { stops: Number($('exposure').value), curve: $('curve').value };
-  $('stops').textContent = `${tone.stops > 0 ? '+' : ''}${tone.stops} stops`;
-  if (picture) draw(canvas, picture, tone);
-}
-
 // The whole page -------------------------------------------------------------------------------------------
 
+const display = makeDisplay((layer) => request({ type: 'layer', layer }));
+const reading = makeReading(display, filmPlace);
+// Before the gestures: what moves the picture does not move the camera.
+const zoom = makeZoom({
+  size: () => film && [film.crop[2] - film.crop[0], film.crop[3] - film.crop[1]],
+  point: reading.point,
+  pointer: reading.pointer,
+  speak: () => say($('pixel').textContent),
+});
+const comparison = makeComparison(display, (wanted) => request(wanted), say);
+const showStatus = makeStatus(say);
+const nameFiles = makeSave();
 const showEdited = makeEditor((action) => {
   // A field that is left by a click on a button has just changed the camera.
   ask();
@@ -286,25 +265,18 @@ listen(frame, {
     const hit = await pick(place);
     return hit && camera ? { p: hit.pLookAt, depth: depthOf(camera, hit.pLookAt) } : null;
   },
-  hover(place) {
-    pointer = place;
-    readPixel();
-  },
+  hover: reading.point,
   expose(stops) {
     $('exposure').value = Number($('exposure').value) + stops;
-    redraw();
+    $('exposure').dispatchEvent(new Event('input'));
   },
   showBlur: () => $('show-blur').click(),
 });
 const updateBlur = makeBlur((question) => asker.ask(question), () => (camera && film ? { camera, ...film } : null));
-$('exposure').addEventListener('input', redraw);
-$('curve').addEventListener('change', redraw);
-$('zoom').addEventListener('change', fit);
 $('reset').addEventListener('click', reset);
 $('film-reset').addEventListener('click', () => request({ type: 'film' }));
 $('panel').addEventListener('submit', (event) => event.preventDefault());
-new ResizeObserver(fit).observe(room);
-redraw();
+reading.read();
 
 /** @type {(request: object) => void} */
 const request = connect({

@@ -1,6 +1,8 @@
 // The fields of the camera and the film, and what the picture shows at a place.
 
+import { LAYERS } from './layers.js';
 import { placeLink } from './places.js';
+import { full } from './readout.js';
 
 /** @typedef {import('./camera.js').Camera} Camera */
 
@@ -183,6 +185,12 @@ export function makePanel(act) {
       ] : [];
       const shown = lines.filter(([, content]) => content).flatMap(([name, content]) => [make('dt', name), make('dd', content)]);
       document.getElementById('hit')?.replaceChildren(...(hit ? shown : [make('dd', 'Nothing is there.')]));
+    },
+    /** @param {number[][]} values of each layer */
+    showValues(values) {
+      const make = (name, text) => Object.assign(document.createElement(name), { textContent: text });
+      const lines = values.flatMap((numbers, layer) => [make('dt', LAYERS[layer].name), make('dd', numbers.map(full).join(' '))]);
+      document.getElementById('values')?.replaceChildren(...lines);
     },
   };
 }

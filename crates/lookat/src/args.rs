@@ -269,7 +269,7 @@ pub struct Compare {
     #[arg(long, value_name = "STOPS", requires = "picture", allow_negative_numbers = true, value_parser = stops)]
     pub exposure: Option<f64>,
     /// The smallest channel difference that share-above counts
-    #[arg(long, value_name = "VALUE", default_value_t = 0.01, allow_negative_numbers = true, value_parser = threshold)]
+    #[arg(long, value_name = "VALUE", default_value_t = crate::metric::THRESHOLD, allow_negative_numbers = true, value_parser = threshold)]
     pub threshold: f32,
     #[command(flatten)]
     pub memory: Memory,

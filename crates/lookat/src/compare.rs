@@ -21,9 +21,20 @@ pub fn compare(arguments: &Compare) -> ExitCode {
     crate::exit_code(run(arguments).map(u8::from))
 }
 
-/// The results to print.
-struct Comparison<'a> {
-    arguments: &'a Compare,
+/// What is measured, and what is allowed.
+pub struct Rules<'a> {
+    pub limits: &'a [Limit],
+    /// All metrics if empty.
+    pub only: &'a [Metric],
+    /// Whether the colors are those of a layer, to which no error layers belong.
+    pub is_layer: bool,
+    pub threshold: f32,
+}
+
+/// Two pictures, and how they differ.
+pub struct Comparison<'a> {
+    names: [&'a str; 2],
+    rules: Rules<'a>,
     pair: &'a Aligned,
     /// For each picture, the number of non-finite pixels and the first of them.
     faults: [Option<(usize, [i32; 2])>; 2],
@@ -45,30 +56,20 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     let pair = &load(arguments)?;
     // Written elsewhere, it is told after the numbers.
     let drawn = arguments.picture.as_ref().map_or(Ok(()), |file| draw(arguments, pair, file));
-    let faults = [&pair.actual, &pair.expected].map(|pixels| not_finite(pixels, pair));
-    let broken = faults.iter().any(Option::is_some);
-    let limited = |metric: Metric| arguments.max.iter().any(|limit| limit.metric == metric);
-    let asked =
-        |metric: Metric| arguments.only.is_empty() || arguments.only.contains(&metric) || limited(metric);
-    // The error layers belong to the colors.
-    let blind = |metric: Metric| metric == Metric::NoiseP && arguments.layer.is_some();
-    if arguments.layer.is_some() && limited(Metric::NoiseP) {
-        return Err("noise-p does not work with --layer: the error layers belong to the colors".into());
-    }
-    // With a non-finite pixel, no metric has a meaning.
-    let measurement =
-        measure(pair, arguments.threshold, &|metric| !broken && asked(metric) && !blind(metric));
-    if let (Some(reason), false) = (measurement.lacks(&arguments.max), broken) {
-        return Err(reason);
-    }
-    let differs = broken || measurement.metrics.iter().any(|line| line.is_beyond(&arguments.max));
-    let comparison = Comparison { arguments, pair, faults, measurement, differs };
+    let names = [&arguments.actual, &arguments.expected].map(|path| path.display().to_string());
+    let rules = Rules {
+        limits: &arguments.max,
+        only: &arguments.only,
+        is_layer: arguments.layer.is_some(),
+        threshold: arguments.threshold,
+    };
+    let comparison = Comparison::new(names.each_ref().map(String::as_str), pair, rules)?;
     let printed = if arguments.json {
         crate::print_json(&comparison.as_json())
     } else {
         crate::print(&comparison.as_text())
     };
-    printed.and(drawn).map(|()| differs)
+    printed.and(drawn).map(|()| comparison.differs)
 }
 
 fn load(arguments: &Compare) -> Result<Aligned, String> {
@@ -149,24 +150,47 @@ fn pixels_are(count: usize) -> String {
     if count == 1 { "1 pixel is".into() } else { format!("{count} pixels are") }
 }
 
-impl Comparison<'_> {
-    fn limits(&self) -> &[Limit] {
-        &self.arguments.max
+impl<'a> Comparison<'a> {
+    /// Measures. Fails if a limit cannot be measured.
+    pub fn new(names: [&'a str; 2], pair: &'a Aligned, rules: Rules<'a>) -> Result<Comparison<'a>, String> {
+        let faults = [&pair.actual, &pair.expected].map(|pixels| not_finite(pixels, pair));
+        let broken = faults.iter().any(Option::is_some);
+        let limited = |metric: Metric| rules.limits.iter().any(|limit| limit.metric == metric);
+        let asked = |metric: Metric| rules.only.is_empty() || rules.only.contains(&metric) || limited(metric);
+        // The error layers belong to the colors.
+        let blind = |metric: Metric| metric == Metric::NoiseP && rules.is_layer;
+        if rules.is_layer && limited(Metric::NoiseP) {
+            return Err("noise-p does not work with --layer: the error layers belong to the colors".into());
+        }
+        // With a non-finite pixel, no metric has a meaning.
+        let measurement =
+            measure(pair, rules.threshold, &|metric| !broken && asked(metric) && !blind(metric));
+        if let (Some(reason), false) = (measurement.lacks(rules.limits), broken) {
+            return Err(reason);
+        }
+        let differs = broken || measurement.metrics.iter().any(|line| line.is_beyond(rules.limits));
+        Ok(Comparison { names, rules, pair, faults, measurement, differs })
     }
 
-    /// The name of a picture's file.
-    fn name(&self, i: usize) -> String {
-        [&self.arguments.actual, &self.arguments.expected][i].display().to_string()
+    fn limits(&self) -> &[Limit] {
+        self.rules.limits
+    }
+
+    /// Whether noise explains the differences. `None` if nobody can tell.
+    pub fn agrees(&self) -> Option<bool> {
+        let agreement = self.measurement.agreement.as_ref()?.as_ref().ok()?;
+        Some(agreement.holds(self.significance()))
     }
 
     fn significance(&self) -> f64 {
         noise::significance(self.limits())
     }
 
-    fn as_text(&self) -> String {
+    /// As the command prints it.
+    pub fn as_text(&self) -> String {
         let mut text = String::new();
         for (i, _) in self.pair.is_placed.iter().enumerate().filter(|(_, is_placed)| **is_placed) {
-            let (path, Window { x, y, width, height }) = (visible(&self.name(i)), self.pair.window);
+            let (path, Window { x, y, width, height }) = (visible(self.names[i]), self.pair.window);
             let _ = writeln!(
                 text,
                 "{path} is compared with the {width} x {height} pixels that start at x {x}, y {y}"
@@ -178,13 +202,13 @@ impl Comparison<'_> {
         }
         for (i, fault) in self.faults.iter().enumerate() {
             if let Some((count, [x, y])) = fault {
-                let path = visible(&self.name(i));
+                let path = visible(self.names[i]);
                 let pixels = pixels_are(*count);
                 let _ = writeln!(text, "{path}: {pixels} infinite or not a number; first at x {x}, y {y}");
             }
         }
         for (i, count) in clipped(self.pair).into_iter().enumerate().filter(|(_, count)| *count > 0) {
-            let path = visible(&self.name(i));
+            let path = visible(self.names[i]);
             let pixels = pixels_are(count);
             let _ = writeln!(
                 text,
@@ -199,7 +223,7 @@ impl Comparison<'_> {
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
         }
         let is_broken = self.faults.iter().any(Option::is_some);
-        if self.arguments.only.contains(&Metric::Ssim) && !is_broken {
+        if self.rules.only.contains(&Metric::Ssim) && !is_broken {
             text.extend(self.measurement.why_without(Metric::Ssim).map(|reason| reason + "\n"));
         }
         match &self.measurement.agreement {
@@ -221,7 +245,7 @@ impl Comparison<'_> {
         let broken: Map<String, Value> = (0..2)
             .filter_map(|i| {
                 let (count, [x, y]) = self.faults[i]?;
-                Some((self.name(i), json!({"pixels": count, "x": x, "y": y})))
+                Some((self.names[i].into(), json!({"pixels": count, "x": x, "y": y})))
             })
             .collect();
         let beyond = self.measurement.metrics.iter().filter(|line| line.is_beyond(self.limits()));

@@ -65,6 +65,9 @@ impl Metric {
     }
 }
 
+/// The threshold of [`Metric::ShareAbove`], unless it is given.
+pub const THRESHOLD: f32 = 0.01;
+
 /// A limit of a metric: a maximum, or a minimum if larger values are better.
 #[derive(Debug, Clone, Copy)]
 pub struct Limit {

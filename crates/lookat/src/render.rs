@@ -375,13 +375,14 @@ fn check_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), St
         let layers = if arguments.error_layers { "error layers" } else { "layers" };
         return Err(format!("{}: only an .exr file can store {layers}; choose one with -o", file.display()));
     }
-    if arguments.error_layers && arguments.target_error.is_none() && scene.view.sampler.samples_per_pixel < 2
-    {
-        return Err(
-            "--error-layers needs at least 2 samples per pixel, preferably 16 or more; increase --spp".into(),
-        );
-    }
-    Ok(())
+    let has_scene_samples = arguments.error_layers && arguments.target_error.is_none();
+    if has_scene_samples { check_error_layers(scene.view.sampler.samples_per_pixel) } else { Ok(()) }
+}
+
+/// Fails without enough samples for error layers.
+pub fn check_error_layers(samples_per_pixel: u32) -> Result<(), String> {
+    let message = "--error-layers needs at least 2 samples per pixel, preferably 16 or more; increase --spp";
+    if samples_per_pixel < 2 { Err(message.into()) } else { Ok(()) }
 }
 
 /// Warns if error layers change the sampler of the scene.

@@ -16,6 +16,7 @@ use crate::args::Verify;
 use crate::command_line;
 use crate::metric::Measurement;
 use crate::output::check_folder;
+pub use files::beside;
 
 /// The result for one scene, from the best to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -107,7 +108,7 @@ pub fn verify(arguments: &Verify) -> ExitCode {
 fn run(arguments: &Verify) -> Result<u8, String> {
     let scenes = files::scenes(&arguments.folder)?;
     if !arguments.update
-        && scenes.iter().all(|scene| files::fault(scene).is_none() && files::beside(scene).next().is_none())
+        && scenes.iter().all(|scene| files::fault(scene).is_none() && beside(scene).next().is_none())
     {
         let folder = arguments.folder.display();
         return Err(format!("no scene in {folder} has a reference picture; --update writes references"));

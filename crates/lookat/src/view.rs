@@ -7,11 +7,13 @@ mod edit;
 mod editor;
 mod engine;
 mod files;
+mod gallery;
 mod http;
 mod messages;
 mod open;
 mod outbox;
 mod pace;
+mod reference;
 mod requests;
 mod server;
 mod socket;
@@ -29,7 +31,9 @@ use lookat_image::io_reason;
 use crate::args::View;
 use editor::Editor;
 use engine::Engine;
+use gallery::Gallery;
 use outbox::Hub;
+use reference::References;
 use requests::Requests;
 use server::Server;
 
@@ -46,11 +50,21 @@ fn serve(arguments: &View) -> Result<u8, String> {
         return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)));
     }
     let editor = Editor::new(arguments)?;
+    let memory = arguments.memory.budget();
+    let mut references = References::new(arguments.reference.clone(), memory);
+    if arguments.reference.is_some() {
+        references.read();
+    }
+    if let Some(reason) = references.refused.take() {
+        return Err(reason);
+    }
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, arguments.port)).map_err(|error| {
         format!("cannot listen at 127.0.0.1:{}: {}; choose another --port", arguments.port, io_reason(&error))
     })?;
-    let (requests, hub) = (Arc::new(Requests::default()), Arc::new(Hub::default()));
-    let server = Server::new(&listener, requests.clone(), hub.clone())?;
+    let (requests, hub, gallery) =
+        (Arc::new(Requests::default()), Arc::new(Hub::default()), Arc::new(Gallery::default()));
+    let server = Server::new(&listener, requests.clone(), hub.clone(), gallery.clone())?;
+    let engine = Engine::new(arguments, editor, requests, (hub, gallery), references);
     let address = server.address();
     server.start(listener)?;
     crate::print(&format!("{address}\n"))?;
@@ -63,5 +77,5 @@ fn serve(arguments: &View) -> Result<u8, String> {
             }
         });
     }
-    Engine::new(arguments, editor, requests, hub).run()
+    engine.run()
 }

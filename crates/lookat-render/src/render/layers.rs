@@ -151,8 +151,9 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
                 context.look(view, place, values);
             }
         }
-        if layers.has_any(Layers::OF_SAMPLES) {
-            context.average(worker, &passes, tile.bounds, &mut values);
+        let has_means = layers.has_any(Layers::OF_SAMPLES);
+        if has_means && !context.average(worker, &passes, tile.bounds, &mut values) {
+            return false;
         }
         for (plane, (layer, axis, _)) in lock(&planes).iter_mut().zip(&channels) {
             for (at, values) in indices(tile.bounds, film.of.crop).zip(&values) {

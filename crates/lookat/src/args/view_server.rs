@@ -13,6 +13,9 @@ use super::{Memory, whole};
 pub struct View {
     /// The scene file
     pub scene: PathBuf,
+    /// Compare with this picture: .exr, .pfm, .png, .tga, .jpg or .hdr
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
     /// Port of the page at 127.0.0.1; 0 takes a free one
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub port: u16,

@@ -1,4 +1,10 @@
-// The page is complete without this script but for the pictures, the sorting and the controls.
+// The page is complete without this script but for the pictures, the sorting and the controls. What it imports comes before it in
+// the same script.
+
+import { largest, paintColors, paintDifferences, paintWipe } from './paint.js';
+import { SIGNED } from './ramp.js';
+import { digits, part } from './readout.js';
+import { makeWipe } from './wipe.js';
 
 const GAP = 24; // pixels between the panes, as in the style
 const NARROWEST = 300; // pixels of a pane
@@ -6,7 +12,6 @@ const TALLEST = 640;
 const KEPT = 4e6; // pixels of pictures that stay unpacked when they are out of view
 
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-const COLORS = JSON.parse(document.getElementById('colors').textContent);
 const main = document.querySelector('main');
 const bar = document.querySelector('.bar');
 const slider = document.getElementById('exposure');
@@ -19,31 +24,6 @@ const HALF = Float32Array.from({ length: 65536 }, (_, bits) => {
   if (exponent === 31) return fraction ? NaN : sign * Infinity;
   return sign * (exponent ? (1 + fraction / 1024) * 2 ** (exponent - 15) : fraction * 2 ** -24);
 });
-
-const NOT_FINITE = rgba(...COLORS.notFinite);
-
-function isFinitePixel(values, at) {
-  const [red, green, blue] = [values[at], values[at + 1], values[at + 2]];
-  // Only of finite numbers are these 0.
-  return (red - red) + (green - green) + (blue - blue) === 0;
-}
-
-/** The colors of differences, from -scale to +scale. The middle one is that of 0. */
-const RAMP = Uint32Array.from({ length: 1025 }, (_, i) => {
-  const table = COLORS.difference;
-  const place = i / 1024 * (table.length - 1);
-  const before = Math.min(Math.floor(place), table.length - 2);
-  const mix = (a, c) => Math.round(a + (table[before + 1][c] - a) * (place - before));
-  return rgba(...table[before].map(mix));
-});
-
-/** A number to three digits: half floats have no more. */
-function digits(value) {
-  const size = Math.abs(value);
-  if (!Number.isFinite(value)) return Number.isNaN(value) ? 'NaN' : value > 0 ? '\u221e' : '-\u221e';
-  if (size === 0 || size >= 100) return value.toFixed(0);
-  return size < 0.001 ? value.toExponential(2) : value.toPrecision(3);
-}
 
 // Pictures -------------------------------------------------------------------------------------------------
 
@@ -69,46 +49,26 @@ async function unpack(text) {
   return { expected, actual, difference };
 }
 
-/** What the display gets of linear values. */
-function expose(values, gain, image) {
-  const colors = new Uint32Array(image.data.buffer);
-  for (let i = 0, at = 0; i < colors.length; i++, at += 3) {
-    const level = (c) => srgb(values[at + c] * gain);
-    colors[i] = isFinitePixel(values, at) ? rgba(level(0), level(1), level(2)) : NOT_FINITE;
-  }
-}
-
 /** The difference of the channel that differs most, in false color. */
-function paintDifference(viewer) {
-  const { width, height, scale, numbers: { difference } } = viewer;
-  const image = new ImageData(width, height);
-  const colors = new Uint32Array(image.data.buffer);
-  for (let i = 0, at = 0; i < colors.length; i++, at += 3) {
-    let most = difference[at];
-    if (Math.abs(difference[at + 1]) > Math.abs(most)) most = difference[at + 1];
-    if (Math.abs(difference[at + 2]) > Math.abs(most)) most = difference[at + 2];
-    const share = Math.min(Math.max(most / scale, -1), 1);
-    colors[i] = isFinitePixel(difference, at) ? RAMP[Math.round(512 + 512 * share)] : NOT_FINITE;
-  }
+function showDifference(viewer) {
+  const image = new ImageData(viewer.width, viewer.height);
+  paintDifferences(viewer.numbers.difference, largest, viewer.scale, image);
   viewer.canvases.difference.getContext('2d').putImageData(image, 0, 0);
 }
 
 /** Expected left of a share of the width, actual beyond. */
-function paint(viewer, kind, percent) {
-  const { width, height, expected, actual } = viewer;
-  const split = Math.round(width * percent / 100);
-  const context = viewer.canvases[kind].getContext('2d');
-  if (split > 0) context.putImageData(expected, 0, 0, 0, 0, split, height);
-  if (split < width) context.putImageData(actual, 0, 0, split, 0, width - split, height);
+function showPictures(viewer, kind, percent) {
+  const split = Math.round(viewer.width * percent / 100);
+  paintWipe(viewer.canvases[kind].getContext('2d'), viewer.expected, viewer.actual, split);
 }
 
-function paintPictures(viewer) {
-  const gain = 2 ** (Number(slider.value) + viewer.stops);
-  expose(viewer.numbers.expected, gain, viewer.expected);
-  expose(viewer.numbers.actual, gain, viewer.actual);
-  paint(viewer, 'wipe', viewer.percent);
-  paint(viewer, 'expected', 100);
-  paint(viewer, 'actual', 0);
+function exposePictures(viewer) {
+  const tone = { stops: Number(slider.value) + viewer.stops, curve: 'none', channel: 'color' };
+  paintColors(viewer.numbers.expected, tone, viewer.expected);
+  paintColors(viewer.numbers.actual, tone, viewer.actual);
+  showPictures(viewer, 'wipe', viewer.percent);
+  showPictures(viewer, 'expected', 100);
+  showPictures(viewer, 'actual', 0);
 }
 
 // Viewers --------------------------------------------------------------------------------------------------
@@ -148,8 +108,8 @@ async function show(viewer) {
   viewer.numbers = numbers;
   [viewer.expected, viewer.actual] = [new ImageData(width, height), new ImageData(width, height)];
   for (const canvas of Object.values(viewer.canvases)) [canvas.width, canvas.height] = [width, height];
-  paintPictures(viewer);
-  paintDifference(viewer);
+  exposePictures(viewer);
+  showDifference(viewer);
   viewer.element.dataset.ready = '';
 }
 
@@ -169,16 +129,9 @@ function read(viewer) {
     reading.textContent = 'Point at a picture to read its numbers.';
     return;
   }
-  element.style.setProperty('--x', point.x);
-  element.style.setProperty('--y', point.y);
+  element.style.setProperty('--x', `${100 * point.x / viewer.width}%`);
+  element.style.setProperty('--y', `${100 * point.y / viewer.height}%`);
   const place = 3 * (point.y * viewer.width + point.x);
-  const part = (label, texts) => {
-    const span = document.createElement('span');
-    const name = document.createElement('small');
-    name.textContent = label;
-    span.append(name, texts.map((text) => ` ${text.padEnd(8)}`).join(''));
-    return span;
-  };
   const pixel = (label, write) => part(label, Array.from(numbers[label].subarray(place, place + 3), write));
   const position = part('x, y', [`${viewer.x + reduced * point.x}, ${viewer.y + reduced * point.y}`]);
   if (viewer.only) {
@@ -227,34 +180,12 @@ function listenToFrame(viewer, frame) {
 function listenToWipe(viewer) {
   const range = viewer.element.querySelector('input');
   const frame = viewer.element.querySelector('[data-shows=wipe] .frame');
-  const wipe = () => {
-    viewer.percent = Number(range.value);
-    const split = Math.round(viewer.width * viewer.percent / 100);
-    viewer.element.style.setProperty('--split', split);
-    range.setAttribute('aria-valuetext', `${Math.round(viewer.percent)} % expected`);
-    if (viewer.numbers) paint(viewer, 'wipe', viewer.percent);
-  };
-  const drag = (event) => {
-    const box = frame.getBoundingClientRect();
-    range.value = 100 * (event.clientX - box.left) / box.width;
-    wipe();
-  };
   range.setAttribute('aria-label', `${viewer.name}, how much of the expected picture is shown`);
-  range.addEventListener('input', wipe);
-  frame.addEventListener('pointerdown', (event) => {
-    if (event.button) return;
-    frame.setPointerCapture(event.pointerId);
-    drag(event);
+  makeWipe({ frame, handle: frame, range, left: 'expected' }, (percent) => {
+    viewer.percent = percent;
+    viewer.element.style.setProperty('--split', `${100 * Math.round(viewer.width * percent / 100) / viewer.width}%`);
+    if (viewer.numbers) showPictures(viewer, 'wipe', percent);
   });
-  frame.addEventListener('pointermove', (event) => {
-    if (frame.hasPointerCapture(event.pointerId)) drag(event);
-  });
-  // After a drag, the arrow keys go on with it.
-  frame.addEventListener('mousedown', (event) => {
-    event.preventDefault();
-    range.focus({ preventScroll: true });
-  });
-  wipe();
 }
 
 function listenToScale(viewer) {
@@ -264,7 +195,7 @@ function listenToScale(viewer) {
     const text = String(Number(viewer.scale.toPrecision(3)));
     least.textContent = `\u2212${text}`;
     most.textContent = `+${text}`;
-    if (viewer.numbers) paintDifference(viewer);
+    if (viewer.numbers) showDifference(viewer);
   };
   viewer.element.querySelector('.finer').addEventListener('click', () => rescale(0.5));
   viewer.element.querySelector('.coarser').addEventListener('click', () => rescale(2));
@@ -305,7 +236,7 @@ function listenToBar(viewers) {
     asked = true;
     requestAnimationFrame(() => {
       asked = false;
-      viewers.filter((viewer) => viewer.numbers).forEach(paintPictures);
+      viewers.filter((viewer) => viewer.numbers).forEach(exposePictures);
     });
   };
   slider.addEventListener('input', change);
@@ -368,8 +299,7 @@ function listenToTable() {
 }
 
 const viewers = [...document.querySelectorAll('.viewer')].map(makeViewer);
-const colors = COLORS.difference.map((color) => `rgb(${color})`);
-main.style.setProperty('--ramp', `linear-gradient(90deg, ${colors})`);
+main.style.setProperty('--ramp', SIGNED.gradient);
 fit(viewers);
 new ResizeObserver(() => fit(viewers)).observe(main);
 listenToBar(viewers);

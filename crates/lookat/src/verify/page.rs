@@ -111,25 +111,38 @@ fn page(title: &str, command: &str, scenes: &[PageScene]) -> [String; 2] {
     scenes.sort_by_key(|scene| Reverse(scene.verdict));
     let columns = columns(&scenes);
     let numbered = || scenes.iter().enumerate();
-    let colors = serde_json::json!({
-        "difference": lookat_image::DIFFERENCE_COLORS[..],
-        "notFinite": lookat_image::NOT_FINITE_COLOR,
-    });
     let content = |slot: &str| match slot {
         "title" => escape(title),
         "command" => escape(command),
-        "style" => include_str!("page.css").into(),
-        "script" => concat!(include_str!("../../page/tone.js"), "\n", include_str!("page.js")).into(),
+        "style" => STYLE.into(),
+        "script" => script(),
         "counts" => counts(&scenes),
         "headings" => columns.iter().map(|name| heading(name)).collect(),
         "rows" => numbered().map(|(number, scene)| row(number, scene, &columns)).collect(),
         "scenes" => numbered().map(|(number, scene)| article(number, scene)).collect(),
-        "colors" => colors.to_string(),
         "version" => env!("CARGO_PKG_VERSION").into(),
         _ => String::new(),
     };
     let (head, tail) = include_str!("page.html").split_once("{{pictures}}").unwrap_or_default();
     [head, tail].map(|template| fill(template, &content))
+}
+
+const STYLE: &str = concat!(include_str!("../../page/viewer.css"), include_str!("page.css"));
+
+/// The script of the page, after the modules that it has in common with the page of `view`.
+const MODULES: [&str; 6] = [
+    include_str!("../../page/tone.js"),
+    include_str!("../../page/ramp.js"),
+    include_str!("../../page/paint.js"),
+    include_str!("../../page/wipe.js"),
+    include_str!("../../page/readout.js"),
+    include_str!("page.js"),
+];
+
+/// All of it as one module, which imports nothing.
+fn script() -> String {
+    let lines = MODULES.iter().flat_map(|module| module.lines()).filter(|line| !line.starts_with("import "));
+    lines.flat_map(|line| [line, "\n"]).collect()
 }
 
 /// Fills each `{{slot}}` of a template.
@@ -333,8 +346,19 @@ mod tests {
     #[test]
     fn nothing_is_fetched() {
         let page = page("title", "command", &[scene("a", Verdict::Agrees, 0.0)]).concat();
-        assert!(!page.contains("//fonts") && !page.contains("http:") && !page.contains("https:"));
-        assert!(!include_str!("page.js").contains("</") && !include_str!("page.css").contains("</"));
+        assert!(!page.contains("//fonts") && !page.contains("http:"));
+        let [links, parts] = ["https:", "</"].map(|text| [STYLE, &script()].concat().matches(text).count());
+        // The source of the colors, in a comment.
+        assert_eq!([links, parts], [1, 0]);
+        assert!(!script().contains("import "));
+    }
+
+    /// The page of `compare --picture` has the same colors.
+    #[test]
+    fn colors_of_differences_are_those_of_the_library() {
+        let table: String = include_str!("../../page/ramp.js").split_whitespace().collect();
+        let colors = format!("{:?}", lookat_image::DIFFERENCE_COLORS).replace(' ', "");
+        assert!(table.contains(colors.trim_matches(['[', ']'])));
     }
 
     #[test]

@@ -13,7 +13,7 @@ use serde_json::json;
 use super::page::PACKING_BYTES;
 use super::{Diagnostics, Outcome, Rendered, SceneComparison, Verdict, files};
 use crate::args::{Report, Verify};
-use crate::metric::{Limit, Measurement, Metric, measure, not_finite};
+use crate::metric::{Limit, Measurement, Metric, THRESHOLD, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::render::{Metadata, charge_memory, note_jitter};
 use crate::source::{load_scene, read_image, replace_samples};
@@ -156,9 +156,6 @@ fn render(arguments: &Verify, file: &Path, scene: &Scene, memory: &MemoryBudget)
         Metadata::new(file, &scene.view.camera, arguments.seed, f64::from(samples_per_pixel)).as_json();
     Ok(Rendered { image, samples_per_pixel, seconds })
 }
-
-/// The threshold of share-above.
-const THRESHOLD: f32 = 0.01;
 
 fn compare(arguments: &Verify, pair: Aligned) -> SceneComparison {
     let measurement = measure(&pair, THRESHOLD, &|_| broken(&pair).is_none());

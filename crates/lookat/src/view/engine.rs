@@ -1,27 +1,32 @@
 //! Renders what the pages ask for, and follows the file.
 
 mod edits;
+mod looking;
 mod opened;
 mod parameters;
 mod pictures;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
 
 use super::editor::Editor;
+use super::gallery::Gallery;
 use super::messages::{self, Depths, GetDepths, News, Pick, Picked, Request, SetCamera, SetFilm, SetView};
 use super::outbox::{Hub, Kind};
 use super::pace::Pace;
+use super::reference::{Comparer, References};
 use super::requests::Requests;
 use super::unsaved::Unsaved;
 use super::write::{FileChange, History};
 use crate::args::{self, Report};
 use crate::live::Watch;
+use crate::output::is_among;
 use crate::report;
 use crate::source::{load_instead, replace_samples};
+use crate::verify::beside;
 use opened::Opened;
 
 /// The time between two looks at the files while there is nothing to do.
@@ -72,6 +77,12 @@ pub struct Engine {
     stage: Stage,
     /// Counts the views.
     generation: u32,
+    gallery: Arc<Gallery>,
+    /// Whether pictures have error layers, and why not.
+    has_errors: bool,
+    errors_refused: Option<String>,
+    references: Mutex<References>,
+    comparer: Comparer,
 }
 
 impl Engine {
@@ -79,7 +90,8 @@ impl Engine {
         arguments: &args::View,
         editor: Option<Editor>,
         requests: Arc<Requests>,
-        hub: Arc<Hub>,
+        (hub, gallery): (Arc<Hub>, Arc<Gallery>),
+        references: References,
     ) -> Engine {
         let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
         Engine {
@@ -101,11 +113,17 @@ impl Engine {
             pace: Pace::default(),
             stage: Stage::Finished,
             generation: 0,
+            gallery,
+            has_errors: false,
+            errors_refused: None,
+            references: Mutex::new(references),
+            comparer: Comparer::default(),
         }
     }
 
     /// Renders until a signal ends the program.
     pub fn run(mut self) -> ! {
+        self.tell_looking();
         self.read();
         self.error.iter().for_each(|error| crate::say(error.trim_end()));
         loop {
@@ -115,9 +133,12 @@ impl Engine {
                 Stage::Small => LONG_REST,
                 Stage::Finished => IDLE,
             };
-            let requests = self.requests.take(time);
-            let is_new = !requests.is_empty();
+            let (asides, requests): (Vec<_>, Vec<_>) =
+                self.requests.take(time).into_iter().partition(Request::is_aside);
+            // A page that asks for a layer waits for it.
+            let is_new = !requests.is_empty() || !asides.is_empty();
             requests.into_iter().for_each(|request| self.answer(request));
+            self.follow_reference();
             if self.watch.has_changed() {
                 self.read();
             } else if self.stage == Stage::New {
@@ -125,6 +146,7 @@ impl Engine {
             } else if self.stage == Stage::Small && !is_new {
                 self.render_full();
             }
+            self.look_aside(asides);
         }
     }
 
@@ -141,6 +163,8 @@ impl Engine {
             Request::Depths(asked) => {
                 self.opened.iter().for_each(|opened| tell_depths(asked, opened, &self.hub));
             }
+            Request::Errors(errors) => self.set_errors(errors),
+            Request::Layer(_) | Request::Values(_) | Request::Reference(_) => self.look_aside(vec![request]),
         }
     }
 
@@ -179,6 +203,8 @@ impl Engine {
     fn restart(&mut self) {
         self.stage = Stage::New;
         self.generation = self.generation.wrapping_add(1);
+        self.gallery.clear();
+        self.comparer.cancel();
     }
 
     /// Reads the file.
@@ -244,6 +270,8 @@ impl Engine {
 
     /// Takes a file without errors over. Fails if there is not enough memory.
     fn open(&mut self, loaded: Loaded) -> Result<(), String> {
+        let beside = beside(&self.path).find(|picture| !is_among(picture, &loaded.inputs));
+        self.references().offer(beside);
         let old = &mut self.opened;
         let before = || old.take().map(|before| before.own_view().clone());
         let mut opened = Opened::new(loaded, before).map_err(|reason| format!("error: {reason}\n"))?;
@@ -254,6 +282,7 @@ impl Engine {
         self.opened = Some(opened);
         self.reading = self.reading.wrapping_add(1);
         self.restart();
+        self.show_reference();
         Ok(())
     }
 

@@ -77,7 +77,7 @@ pub fn header<'r>(request: &'r Request<()>, name: &str) -> Option<&'r str> {
 }
 
 /// Answers, and ends the connection.
-pub fn answer(client: &mut Timed, status: StatusCode, kind: &str, body: &str) {
+pub fn answer(client: &mut Timed, status: StatusCode, kind: &str, body: &[u8]) {
     let mut head =
         format!("HTTP/1.1 {} {}\r\n", status.as_u16(), status.canonical_reason().unwrap_or_default());
     let length = body.len().to_string();
@@ -85,14 +85,14 @@ pub fn answer(client: &mut Timed, status: StatusCode, kind: &str, body: &str) {
         head += &format!("{name}: {value}\r\n");
     }
     // A client that has gone needs no answer.
-    let _ = client.write_all((head + "\r\n" + body).as_bytes());
+    let _ = client.write_all(&[(head + "\r\n").as_bytes(), body].concat());
     client.finish();
 }
 
 /// Answers with the reason alone.
 pub fn refuse(client: &mut Timed, status: StatusCode) {
     let reason = status.canonical_reason().unwrap_or_default();
-    answer(client, status, "text/plain; charset=utf-8", &format!("{reason}\n"));
+    answer(client, status, "text/plain; charset=utf-8", format!("{reason}\n").as_bytes());
 }
 
 /// The answer that turns the connection into a WebSocket.

@@ -1,12 +1,13 @@
 //! The messages between the page and the program: JSON, and pictures as numbers.
 
+mod looking;
 mod parameters;
 
-use lookat_image::Image;
 use lookat_scene::ViewOverride;
 use serde::{Deserialize, Serialize};
 use tungstenite::Message;
 
+pub use looking::*;
 pub use parameters::{At, Change, Changed, Described, Given, Open, Parameter, Place, Values};
 
 /// What the page asks for.
@@ -20,6 +21,17 @@ pub enum Request {
     Change(Change),
     Open(Open),
     Edit(Edit),
+    Layer(GetLayer),
+    Values(GetValues),
+    Errors(SetErrors),
+    Reference(SetReference),
+}
+
+impl Request {
+    /// Whether it is answered beside the picture, which goes on.
+    pub fn is_aside(&self) -> bool {
+        matches!(self, Request::Layer(_) | Request::Values(_) | Request::Reference(_))
+    }
 }
 
 /// What the page sets of the film instead of the file. Each of them reads the file again.
@@ -111,6 +123,9 @@ pub enum News<'a> {
     Depths(Depths),
     Changed(Changed),
     Edited(Edited),
+    Values(LayerValues),
+    Looking(Looking<'a>),
+    Compared(Compared),
 }
 
 impl News<'_> {
@@ -255,41 +270,50 @@ pub struct ChangedLines {
 pub struct About {
     /// Counts the views.
     pub generation: u32,
-    /// The number of the page's request that the view follows.
+    /// The number of the page's request that the view follows, or of the layer.
     pub number: u32,
     /// Samples of all pixels, done and in all.
     pub done: u64,
     pub total: u64,
     /// The time since this rendering began.
     pub seconds: f64,
-    /// Whether it is the picture that `render` makes.
-    pub is_final: bool,
+    pub content: Content,
+}
+
+/// What the numbers of a picture stand for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Content {
+    /// Colors of a picture that is not finished.
+    Growing,
+    /// Colors of the picture that `render` makes.
+    Finished,
+    Reference,
+    Layer,
+    Errors,
 }
 
 /// The bytes before the pixels of a picture: eight numbers.
 const HEADER: usize = 64;
 
-/// A picture as a message: width, height and `about` as `f64`, then linear red, green and blue of each pixel as `f32`.
-/// Little-endian.
-pub fn picture(image: &Image, about: About) -> Option<Message> {
-    let pixels = image.rgb()?;
-    let About { generation, number, done, total, seconds, is_final } = about;
-    let window = image.data_window;
+/// A picture as a message: width, height and `about` as `f64`, then three values of each pixel as `f32`, of colors linear red,
+/// green and blue. Little-endian.
+pub fn pixels([width, height]: [u32; 2], values: &[[f32; 3]], about: About) -> Message {
+    let About { generation, number, done, total, seconds, content } = about;
     let header = [
-        f64::from(window.width),
-        f64::from(window.height),
+        f64::from(width),
+        f64::from(height),
         f64::from(generation),
         f64::from(number),
         done as f64,
         total as f64,
         seconds,
-        f64::from(u8::from(is_final)),
+        f64::from(content as u8),
     ];
-    let mut bytes = vec![0; HEADER + 12 * pixels.len()];
+    let mut bytes = vec![0; HEADER + 12 * values.len()];
     let (head, body) = bytes.split_at_mut(HEADER);
     head.copy_from_slice(header.map(f64::to_le_bytes).as_flattened());
-    for (place, value) in body.chunks_exact_mut(4).zip(pixels.as_flattened()) {
+    for (place, value) in body.chunks_exact_mut(4).zip(values.as_flattened()) {
         place.copy_from_slice(&value.to_le_bytes());
     }
-    Some(Message::binary(bytes))
+    Message::binary(bytes)
 }

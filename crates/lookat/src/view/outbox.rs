@@ -10,12 +10,19 @@ use tungstenite::Message;
 pub enum Kind {
     Scene,
     View,
-    /// For the page with this number, as the next three.
+    /// For the page with this number, as the next four.
     Picked(u32),
     Depths(u32),
     Changed(u32),
     Edited(u32),
+    Values(u32),
+    Looking,
+    Reference,
+    /// By its number.
+    Layer(u8),
+    Errors,
     Picture,
+    Compared,
 }
 
 /// The messages that wait for one page.
@@ -32,6 +39,10 @@ struct Waiting {
 }
 
 impl Outbox {
+    fn take_back(&self, kind: Kind) {
+        lock(&self.waiting).messages.remove(&kind);
+    }
+
     fn put(&self, kind: Kind, message: Message) {
         lock(&self.waiting).messages.insert(kind, message);
         self.told.notify_all();
@@ -79,6 +90,13 @@ impl Hub {
         outbox
     }
 
+    /// Takes back what is not true anymore, as far as it still waits.
+    pub fn take_back(&self, kind: Kind) {
+        let mut told = lock(&self.0);
+        told.newest.remove(&kind);
+        told.pages.iter().filter_map(Weak::upgrade).for_each(|page| page.take_back(kind));
+    }
+
     /// Tells all pages.
     pub fn tell(&self, kind: Kind, message: Message) {
         let mut told = lock(&self.0);
@@ -88,7 +106,9 @@ impl Hub {
                 true
             })
         });
-        if matches!(kind, Kind::Scene | Kind::View | Kind::Picture) {
+        // What a page has not asked for is nothing new for it.
+        let is_for_all = matches!(kind, Kind::Scene | Kind::View | Kind::Looking | Kind::Reference);
+        if is_for_all || matches!(kind, Kind::Errors | Kind::Picture | Kind::Compared) {
             told.newest.insert(kind, message);
         }
     }
@@ -111,6 +131,8 @@ mod tests {
             hub.tell(Kind::Picked(1), text.into());
         }
         hub.tell(Kind::Scene, "scene".into());
+        hub.tell(Kind::Reference, "reference".into());
+        hub.take_back(Kind::Reference);
         let late = hub.join();
         let all = |outbox: &Outbox| {
             std::iter::from_fn(|| lock(&outbox.waiting).messages.pop_first())

@@ -14,7 +14,7 @@ const MOST: usize = 64;
 pub struct Requests {
     waiting: Mutex<Vec<Request>>,
     put: Condvar,
-    /// Whether one waits, to be read without the lock.
+    /// Whether one waits that is not answered aside, to be read without the lock.
     has_any: AtomicBool,
 }
 
@@ -26,7 +26,25 @@ impl Requests {
         if waiting.len() < MOST {
             waiting.push(request);
         }
-        self.has_any.store(true, Ordering::Relaxed);
+        self.count(&waiting);
+        self.put.notify_all();
+    }
+
+    /// Takes the requests that are answered beside the picture, after waiting at most `time` for the first. `None` once it is
+    /// over.
+    pub fn take_asides(&self, time: Duration, is_over: &AtomicBool) -> Option<Vec<Request>> {
+        let is_over = || is_over.load(Ordering::Relaxed);
+        let is_idle = |waiting: &mut Vec<Request>| !is_over() && !waiting.iter().any(Request::is_aside);
+        let waited = self.put.wait_timeout_while(self.lock(), time, is_idle);
+        let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        (!is_over()).then(|| waiting.extract_if(.., |request| request.is_aside()).collect())
+    }
+
+    /// Ends the waiting.
+    pub fn end_asides(&self, is_over: &AtomicBool) {
+        // With the lock, nobody is between looking and waiting.
+        let _waiting = self.lock();
+        is_over.store(true, Ordering::Relaxed);
         self.put.notify_all();
     }
 
@@ -38,7 +56,7 @@ impl Requests {
         let mut waiting = self.lock();
         let at = waiting.iter().position(|request| matches!(request, Request::Pick(_)))?;
         let Request::Pick(pick) = waiting.remove(at) else { return None };
-        self.has_any.store(!waiting.is_empty(), Ordering::Relaxed);
+        self.count(&waiting);
         Some(pick)
     }
 
@@ -52,6 +70,11 @@ impl Requests {
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
         self.has_any.store(false, Ordering::Relaxed);
         std::mem::take(&mut waiting)
+    }
+
+    fn count(&self, waiting: &[Request]) {
+        let has_any = waiting.iter().any(|request| !request.is_aside());
+        self.has_any.store(has_any, Ordering::Relaxed);
     }
 
     fn lock(&self) -> MutexGuard<'_, Vec<Request>> {
@@ -68,6 +91,9 @@ fn is_for_the_same(earlier: &Request, request: &Request) -> bool {
         (Request::Change(earlier), Request::Change(request)) => {
             (earlier.by, earlier.at, &earlier.name) == (request.by, request.at, &request.name)
         }
+        (Request::Layer(earlier), Request::Layer(request)) => earlier == request,
+        (Request::Values(earlier), Request::Values(request)) => earlier.by == request.by,
+        (Request::Errors(_), Request::Errors(_)) | (Request::Reference(_), Request::Reference(_)) => true,
         _ => false,
     }
 }

@@ -1,5 +1,6 @@
 //! The server of the page: who may connect, and what they get.
 
+use std::borrow::Cow;
 use std::hint::black_box;
 use std::net::{TcpListener, TcpStream};
 use std::sync::Arc;
@@ -12,6 +13,7 @@ use tungstenite::handshake::server::create_response;
 use tungstenite::http::{Method, Request, StatusCode};
 
 use super::files::FILES;
+use super::gallery::Gallery;
 use super::http::{answer, header, read_head, refuse, upgrade};
 use super::outbox::Hub;
 use super::requests::Requests;
@@ -25,6 +27,9 @@ const PATIENCE: Duration = Duration::from_secs(5);
 /// The name of the WebSocket.
 const SOCKET: &str = "socket";
 
+/// The names of the finished picture, and their media types.
+const PICTURES: [(&str, &str); 2] = [("picture.exr", "image/x-exr"), ("picture.png", "image/png")];
+
 /// A server for one scene.
 pub struct Server {
     /// The name and port that the browser must ask for. Another name is a page elsewhere that had its name point here.
@@ -35,11 +40,17 @@ pub struct Server {
     token: String,
     requests: Arc<Requests>,
     hub: Arc<Hub>,
+    gallery: Arc<Gallery>,
     connections: AtomicUsize,
 }
 
 impl Server {
-    pub fn new(listener: &TcpListener, requests: Arc<Requests>, hub: Arc<Hub>) -> Result<Server, String> {
+    pub fn new(
+        listener: &TcpListener,
+        requests: Arc<Requests>,
+        hub: Arc<Hub>,
+        gallery: Arc<Gallery>,
+    ) -> Result<Server, String> {
         let place = listener.local_addr().map_err(|error| io_reason(&error))?;
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| format!("the system gives no random bytes: {error}"))?;
@@ -47,7 +58,7 @@ impl Server {
         // Browsers leave the usual port out.
         let host = if place.port() == 80 { place.ip().to_string() } else { place.to_string() };
         let local = host.replace(&place.ip().to_string(), "localhost");
-        Ok(Server { host, local, token, requests, hub, connections: AtomicUsize::new(0) })
+        Ok(Server { host, local, token, requests, hub, gallery, connections: AtomicUsize::new(0) })
     }
 
     /// The address of the page.
@@ -102,11 +113,24 @@ impl Server {
                     }
                 }
             },
-            Ok((name, _)) => match FILES.iter().find(|file| file.name == name) {
-                Some(file) => answer(&mut client, StatusCode::OK, file.kind, file.text),
+            Ok((name, _)) => match self.file(&name) {
+                Some((kind, bytes)) => {
+                    // One second more for each 4 MiB.
+                    client.allow(PATIENCE + Duration::from_secs(bytes.len() as u64 >> 22));
+                    answer(&mut client, StatusCode::OK, kind, &bytes);
+                }
                 None => refuse(&mut client, StatusCode::NOT_FOUND),
             },
         }
+    }
+
+    /// The media type and the contents of a file of the page, or of the finished picture.
+    fn file(&self, name: &str) -> Option<(&'static str, Cow<'static, [u8]>)> {
+        if let Some(file) = FILES.iter().find(|file| file.name == name) {
+            return Some((file.kind, file.text.as_bytes().into()));
+        }
+        let (name, kind) = PICTURES.iter().find(|(picture, _)| *picture == name)?;
+        Some((kind, self.gallery.file(name)?.into()))
     }
 
     /// The name that a request asks for, after the token. Fails with the status of the answer.

@@ -53,13 +53,14 @@ impl Sums {
 
 impl Context<'_> {
     /// Averages over the camera samples of a tile. The picture has the same samples if it has the scene's samples per pixel.
+    /// False after an interruption.
     pub(super) fn average(
         &self,
         worker: &mut Worker,
         passes: &[Pass],
         bounds: PixelBounds,
         values: &mut [Values],
-    ) {
+    ) -> bool {
         let mut sums = vec![Sums::default(); values.len()];
         for Pass { pattern, samples } in passes {
             let of_pixel = |(at, place)| samples.clone().map(move |index| (at, (pattern.seed, place, index)));
@@ -69,6 +70,9 @@ impl Context<'_> {
                     all.by_ref().take(WAVE).unzip();
                 if samples.is_empty() {
                     break;
+                }
+                if self.control.is_interrupted() {
+                    return false;
                 }
                 worker.streams.restart(&pattern.sampler, &samples);
                 let mut seen = [Seen::default(); WAVE];
@@ -84,6 +88,7 @@ impl Context<'_> {
                 values[*layer as usize] = value.clamp(DVec3::splat(*least), DVec3::ONE);
             }
         }
+        true
     }
 
     /// What camera samples see first that has a material.

@@ -180,6 +180,14 @@ fn layers_change_no_color_and_their_values_are_in_range() {
     };
     let (plain, full) = (image(Layers::default()), image(all()));
     assert_eq!(plain.channels, full.channels[..3]);
+    // They need no picture.
+    let layers = Layers::names().filter(|name| *name != "samples").filter_map(Layers::named);
+    let settings = Settings { layers: layers.fold(Layers::default(), Layers::union), ..Settings::default() };
+    let mut prepared = Prepared::new(&scene);
+    prepared.look(&scene.view.camera);
+    let alone = prepared.layers(&scene.view, &settings, &|_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(alone.channels[3..], full.channels[3..alone.channels.len()]);
+    assert!(prepared.layers(&scene.view, &settings, &|_| ControlFlow::Break(())).is_none());
     let range = |name: &str| {
         let samples = full.channel(name).unwrap().iter().copied();
         (samples.clone().fold(f32::INFINITY, f32::min), samples.fold(f32::NEG_INFINITY, f32::max))

@@ -1,10 +1,11 @@
 //! A scene that has been read and prepared.
 
 use lookat_image::Charge;
-use lookat_render::{Prepared, Settings};
+use lookat_render::{Prepared, Settings, film_bytes};
 use lookat_scene::glam::DVec2;
 use lookat_scene::{Camera, CameraPlacement, Loaded, Scene, Sources, View};
 
+use crate::args::way_out;
 use crate::render::charge_memory;
 use crate::report;
 use crate::sight;
@@ -59,6 +60,11 @@ impl Opened {
             has_new_camera,
             _charge: charge,
         })
+    }
+
+    /// Charges the memory of one more film.
+    pub fn charge_film(&self, settings: &Settings) -> Result<Charge, String> {
+        self.loaded.memory.reserve(film_bytes(&self.view, settings)).map_err(way_out)
     }
 
     /// The view of the file.

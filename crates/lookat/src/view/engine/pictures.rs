@@ -2,15 +2,21 @@
 
 use std::ops::ControlFlow;
 use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use lookat_image::Image;
 use lookat_render::{Progress, Settings};
 use lookat_scene::View;
 
+use super::looking::relative_errors;
 use super::{Engine, Stage, answer};
-use crate::view::messages::{About, picture};
+use crate::render::Metadata;
+use crate::view::gallery::Gallery;
+use crate::view::messages::{About, Content, pixels};
 use crate::view::outbox::{Hub, Kind};
+use crate::view::pace::Pace;
 
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
 const STEP: Duration = Duration::from_millis(60);
@@ -22,27 +28,31 @@ impl Engine {
             self.stage = Stage::Finished;
             return;
         };
-        let film = self.pace.film(&opened.view.film);
-        let sampler = opened.view.sampler.with_samples(1);
-        let view = View { film, sampler, ..opened.view.clone() };
+        let view = small(&opened.view, &mut self.pace);
         let started = Instant::now();
         let rendered =
             opened.prepared.render_unmoved(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
         self.pace.learn(started.elapsed());
         let total = rendered.statistics.samples;
-        let about = About { done: total, total, is_final: false, ..self.about(started) };
-        show(&self.hub, &rendered.image, about);
+        let seconds = started.elapsed().as_secs_f64();
+        show(&self.hub, &rendered.image, About { done: total, total, seconds, ..self.about() });
         self.stage = Stage::Small;
     }
 
     /// Renders the picture that `render` makes, until there is something else to do.
     pub(super) fn render_full(&mut self) {
-        let started = Instant::now();
-        let about = self.about(started);
+        let (started, settings, about) = (Instant::now(), self.settings(), self.about());
         let Some(opened) = &mut self.opened else { return };
+        // The scene has memory for a film without error layers.
+        let charge = if self.has_errors { opened.charge_film(&settings).map(Some) } else { Ok(None) };
+        let Ok(_charge) = charge.map_err(|reason| self.errors_refused = Some(reason)) else {
+            self.has_errors = false;
+            return self.tell_looking();
+        };
         opened.prepared.look(&opened.view.camera);
-        let (opened, requests, watch, hub) = (&*opened, &self.requests, &self.watch, &self.hub);
-        let reading = self.reading;
+        let engine = &*self;
+        let Engine { opened: Some(opened), requests, watch, hub, gallery, .. } = engine else { return };
+        let reading = engine.reading;
         let area = opened.view.film.crop.area();
         let next = Mutex::new(started + STEP);
         let progress = |progress: Progress| {
@@ -58,28 +68,59 @@ impl Engine {
             // At first, some pixels have no samples.
             if now >= *next && progress.done > area {
                 let (done, total, seconds) = (progress.done, progress.total, started.elapsed().as_secs_f64());
-                show(hub, &progress.snapshot(), About { done, total, seconds, ..about });
+                let about = About { done, total, seconds, ..about };
+                show_full((hub, gallery), progress.snapshot_with_errors(), about);
                 *next = Instant::now() + STEP.max(10 * now.elapsed());
             }
             ControlFlow::Continue(())
         };
-        let rendered = opened.prepared.render_unmoved(&opened.view, &Settings::default(), &progress);
+        let is_over = AtomicBool::new(false);
+        let rendered = std::thread::scope(|scope| {
+            // Without a thread, questions wait for the end of the picture.
+            let _ = Builder::new().spawn_scoped(scope, || engine.look_meanwhile(&is_over));
+            let rendered = opened.prepared.render_unmoved(&opened.view, &settings, &progress);
+            requests.end_asides(&is_over);
+            rendered
+        });
         if rendered.complete {
             let total = rendered.statistics.samples;
-            let about = About { done: total, total, is_final: true, ..self.about(started) };
-            show(&self.hub, &rendered.image, about);
+            let (mut image, seconds) = (rendered.image, started.elapsed().as_secs_f64());
+            let samples_per_pixel = total as f64 / area as f64;
+            image.metadata =
+                Metadata::new(&self.path, &opened.view.camera, settings.seed, samples_per_pixel).as_json();
+            let about = About { done: total, total, seconds, content: Content::Finished, ..about };
+            show_full((hub, gallery), image, about);
             self.stage = Stage::Finished;
+            self.compare();
         }
     }
 
-    fn about(&self, started: Instant) -> About {
-        let (generation, number, seconds) =
-            (self.generation, self.set.number, started.elapsed().as_secs_f64());
-        About { generation, number, done: 0, total: 0, seconds, is_final: false }
+    /// What all pictures of the view have in common.
+    pub(super) fn about(&self) -> About {
+        let (generation, number) = (self.generation, self.set.number);
+        About { generation, number, done: 0, total: 0, seconds: 0.0, content: Content::Growing }
     }
 }
 
-/// Sends a picture to the pages.
+/// The view in the resolution for which there is time, with one sample per pixel.
+pub fn small(view: &View, pace: &mut Pace) -> View {
+    let (film, sampler) = (pace.film(&view.film), view.sampler.with_samples(1));
+    View { film, sampler, ..view.clone() }
+}
+
+/// Shows a picture of full size to the pages, with its errors if it knows them.
+fn show_full((hub, gallery): (&Hub, &Gallery), image: Image, about: About) {
+    let image = gallery.put(image, about.content == Content::Finished);
+    if let Some(errors) = relative_errors(&image) {
+        let about = About { content: Content::Errors, ..about };
+        hub.tell(Kind::Errors, pixels(image.data_window.size(), &errors, about));
+    }
+    show(hub, &image, about);
+}
+
+/// Shows a picture to the pages.
 fn show(hub: &Hub, image: &Image, about: About) {
-    picture(image, about).into_iter().for_each(|message| hub.tell(Kind::Picture, message));
+    if let Some(colors) = image.rgb() {
+        hub.tell(Kind::Picture, pixels(image.data_window.size(), &colors, about));
+    }
 }

@@ -1,0 +1,175 @@
+//! The picture that pages compare with.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use lookat_image::{Aligned, Charge, Image, MemoryBudget, PictureFile, Window, align};
+
+use super::messages::Compared;
+use crate::compare::{Comparison, Rules, check_memory, pixel_bytes};
+use crate::live::Watch;
+use crate::metric::THRESHOLD;
+
+/// A picture that others are compared with.
+pub struct Reference {
+    pub name: String,
+    pub image: Arc<Image>,
+    _charge: Option<Charge>,
+}
+
+/// The reference, and the file that can be one.
+pub struct References {
+    /// The one that the command names.
+    named: Option<PathBuf>,
+    /// The one beside the scene, which can be read and is not read for it.
+    beside: Option<PathBuf>,
+    pub current: Option<Reference>,
+    /// Why there is none, or why it is not the newest one.
+    pub refused: Option<String>,
+    /// Whether the pages have its pixels, and why they do not fit.
+    pub is_shown: bool,
+    pub misfit: Option<String>,
+    watch: Watch,
+    pub memory: MemoryBudget,
+}
+
+impl References {
+    pub fn new(named: Option<PathBuf>, memory: MemoryBudget) -> References {
+        let watch = Watch::default();
+        let (is_shown, misfit) = (false, None);
+        References { named, beside: None, current: None, refused: None, is_shown, misfit, watch, memory }
+    }
+
+    /// Takes the file beside the scene.
+    pub fn offer(&mut self, beside: Option<PathBuf>) {
+        self.beside = beside;
+    }
+
+    /// The file that can be the reference.
+    pub fn file(&self) -> Option<&Path> {
+        self.named.as_deref().or(self.beside.as_deref())
+    }
+
+    /// Reads the file. The reference before stays if that fails.
+    pub fn read(&mut self) {
+        let Some(path) = self.file().map(Path::to_owned) else { return };
+        self.watch.restart();
+        self.watch.note(&path);
+        match PictureFile::open(&path, &self.memory).and_then(PictureFile::read) {
+            Ok((image, charge)) => {
+                let name = path.display().to_string();
+                let image = Arc::new(image);
+                self.current = Some(Reference { name, image, _charge: Some(charge) });
+                self.refused = None;
+            }
+            Err(error) => self.refused = Some(error.to_string()),
+        }
+    }
+
+    /// Keeps a picture as the reference.
+    pub fn keep(&mut self, image: Arc<Image>) {
+        self.watch.restart();
+        self.current = Some(Reference { name: "kept picture".into(), image, _charge: None });
+        self.refused = None;
+    }
+
+    pub fn clear(&mut self) {
+        self.watch.restart();
+        (self.current, self.refused) = (None, None);
+    }
+
+    /// Whether the file of the reference has changed since it was read.
+    pub fn has_changed(&self) -> bool {
+        self.watch.has_changed()
+    }
+}
+
+/// The pixels of a reference where a picture has them. NaN where the reference has none. Fails as `compare`.
+pub fn over(reference: &Image, data_window: Window, display_window: Window) -> Result<Vec<[f32; 3]>, String> {
+    let area = data_window.area() as usize;
+    let blank = Image::from_rgb(data_window, display_window, &vec![[0.0; 3]; area]);
+    let Aligned { window, expected, .. } = align(&blank, reference).map_err(|error| error.to_string())?;
+    let mut pixels = vec![[f32::NAN; 3]; area];
+    let left = (window.x - data_window.x) as usize;
+    for (row, values) in expected.chunks_exact(window.width as usize).enumerate() {
+        let y = row + (window.y - data_window.y) as usize;
+        pixels[y * data_window.width as usize + left..][..values.len()].copy_from_slice(values);
+    }
+    Ok(pixels)
+}
+
+/// Compares pictures on threads of their own, one at a time.
+#[derive(Default, Clone)]
+pub struct Comparer {
+    /// Counts the comparisons: only the last one counts.
+    newest: Arc<AtomicU32>,
+    turn: Arc<Mutex<()>>,
+}
+
+impl Comparer {
+    /// Compares as `lookat compare actual reference`, and tells the result, unless another comparison begins meanwhile.
+    pub fn compare(
+        &self,
+        generation: u32,
+        [actual, reference]: [(String, Arc<Image>); 2],
+        memory: MemoryBudget,
+        tell: impl FnOnce(Compared) + Send + 'static,
+    ) {
+        let own = self.cancel();
+        let Comparer { newest, turn } = self.clone();
+        let compare = move || {
+            let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
+            let is_newest = || newest.load(Ordering::Relaxed) == own;
+            if !is_newest() {
+                return;
+            }
+            let names = [&*actual.0, &*reference.0];
+            let (text, agrees) = compared(names, [&actual.1, &reference.1], &memory)
+                .unwrap_or_else(|reason| (format!("{reason}\n"), None));
+            if is_newest() {
+                tell(Compared { generation, text, agrees });
+            }
+        };
+        // Without a thread, the pictures are not compared.
+        let _ = std::thread::Builder::new().spawn(compare);
+    }
+
+    /// Ends comparisons that have not told yet.
+    pub fn cancel(&self) -> u32 {
+        self.newest.fetch_add(1, Ordering::Relaxed).wrapping_add(1)
+    }
+}
+
+/// What `compare` prints, and whether noise explains the differences.
+fn compared(
+    names: [&str; 2],
+    [actual, reference]: [&Image; 2],
+    memory: &MemoryBudget,
+) -> Result<(String, Option<bool>), String> {
+    let pair = align(actual, reference).map_err(|error| error.to_string())?;
+    check_memory(pair.window, pair.window.area() * pixel_bytes(&pair), memory)?;
+    let rules = Rules { limits: &[], only: &[], is_layer: false, threshold: THRESHOLD };
+    let comparison = Comparison::new(names, &pair, rules)?;
+    Ok((comparison.as_text(), comparison.agrees()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reference_is_cut_to_the_picture() {
+        let full = Window { x: 0, y: 0, width: 4, height: 3 };
+        let pixels: Vec<[f32; 3]> = (0..12).map(|at| [at as f32; 3]).collect();
+        let whole = Image::from_rgb(full, full, &pixels);
+        let crop = Window { x: 1, y: 1, width: 2, height: 2 };
+        let first = |pixels: Vec<[f32; 3]>| pixels.iter().map(|it| it[0]).collect::<Vec<_>>();
+        assert_eq!(first(over(&whole, crop, full).unwrap()), [5.0, 6.0, 9.0, 10.0]);
+        let part = Image::from_rgb(crop, full, &pixels[..4]);
+        let found = first(over(&part, full, full).unwrap());
+        assert!(found[0].is_nan() && found[5..7] == [0.0, 1.0] && found[9..11] == [2.0, 3.0]);
+        let larger = Window { width: 5, ..full };
+        assert_eq!(over(&whole, larger, larger).unwrap_err(), "the sizes differ: 5x3 and 4x3");
+    }
+}
