@@ -94,7 +94,13 @@ export function paintColors(values, { stops, curve, channel }, image) {
       colors[i] = NOT_FINITE;
       continue;
     }
-    for (let c = 0; c < 3; c++) pixel[c] = gain * (alone ? alone(values, at) : values[at + c]);
+    if (alone) {
+      pixel[0] = pixel[1] = pixel[2] = gain * alone(values, at);
+    } else {
+      pixel[0] = gain * values[at];
+      pixel[1] = gain * values[at + 1];
+      pixel[2] = gain * values[at + 2];
+    }
     if (bend) {
       for (let c = 0; c < 3; c++) pixel[c] = Math.min(Math.max(pixel[c], 0), MOST);
       bend(pixel);
