@@ -2,6 +2,7 @@
 
 mod brightest;
 mod origin;
+mod same;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -53,6 +54,30 @@ impl Prepared {
         Prepared { world, lattice, brightest, traceable, lights }
     }
 
+    /// Takes another scene over. Keeps the trees if only views, materials and lights differ, and also the light tables if the lights are the
+    /// same. The pictures are those of [`Prepared::new`].
+    pub fn renew(&mut self, scene: &Scene) {
+        let world = &scene.world;
+        if !same::is_geometry(&self.world, world) {
+            self.clear();
+            *self = Prepared::new(scene);
+            return;
+        }
+        let are_lights = same::are_lights(&self.world, world);
+        self.world = world.clone();
+        self.traceable.renew(world);
+        self.brightest = Brightest::new(world);
+        if !are_lights {
+            self.lights = LightTable::new(world, &self.traceable);
+        }
+    }
+
+    /// Gives the memory of the trees back.
+    fn clear(&mut self) {
+        self.world = Arc::default();
+        (self.traceable, self.lights) = relative_to(&self.world, self.traceable.origin);
+    }
+
     /// Whether a camera is in the cell of the origin, so that nothing has to be prepared for it.
     pub fn is_near(&self, camera: &Camera) -> bool {
         self.lattice.origin(CameraRays::eye(camera)) == self.traceable.origin
@@ -63,9 +88,10 @@ impl Prepared {
         let started = Instant::now();
         if !self.is_near(camera) {
             let origin = self.lattice.origin(CameraRays::eye(camera));
-            // Gives the memory of the old trees back first.
-            (self.traceable, self.lights) = relative_to(&Arc::default(), origin);
-            (self.traceable, self.lights) = relative_to(&self.world, origin);
+            let world = self.world.clone();
+            self.clear();
+            (self.traceable, self.lights) = relative_to(&world, origin);
+            self.world = world;
         }
         started.elapsed()
     }

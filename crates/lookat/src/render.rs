@@ -88,7 +88,7 @@ fn load_options(arguments: &Render) -> LoadOptions {
 fn render_scene(arguments: &Render, live: &Live) -> u8 {
     let path = &arguments.scenes[0];
     let note = |file: &Path| live.watch.iter().for_each(|watch| watch.note(file));
-    let mut loaded = load_noted(path, &load_options(arguments), arguments.report, &note);
+    let mut loaded = load_noted(path, &load_options(arguments), arguments.report, &note, None);
     // If --spp is a maximum, the scene keeps its own number.
     let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
     let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
+use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
 
 use super::messages::{self, News, Pick, Picked, SetCamera, SetFilm, SetView};
 use super::outbox::{Hub, Kind};
@@ -50,6 +50,8 @@ pub struct Engine {
     options: LoadOptions,
     samples_per_pixel: Option<u32>,
     watch: Watch,
+    /// What the last load has read.
+    cache: LoadCache,
     /// The last file without errors.
     opened: Option<Opened>,
     /// The errors of the file since then.
@@ -68,13 +70,15 @@ pub struct Engine {
 impl Engine {
     pub fn new(arguments: &args::View, requests: Arc<Requests>, hub: Arc<Hub>) -> Engine {
         let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
+        let woken = requests.clone();
         Engine {
             requests,
             hub,
             path: arguments.scene.clone(),
             options,
             samples_per_pixel: None,
-            watch: Watch::default(),
+            watch: Watch::new(move || woken.wake()),
+            cache: LoadCache::default(),
             opened: None,
             error: None,
             set: SetView { by: 0, number: 0, camera: SetCamera::default() },
@@ -101,9 +105,11 @@ impl Engine {
             let is_new = pending.is_any();
             self.answer(pending);
             if self.watch.has_changed() {
+                self.watch.settle();
                 self.read();
             } else if self.stage == Stage::New {
                 self.render_small();
+                self.advise();
             } else if self.stage == Stage::Small && !is_new {
                 self.render_full();
             }
@@ -168,6 +174,13 @@ impl Engine {
         self.tell_scene(None);
     }
 
+    /// Tells the warnings about what the camera of the file shows. They take longer than a small picture.
+    fn advise(&mut self) {
+        if self.opened.as_mut().is_some_and(Opened::advise) {
+            self.tell_scene(None);
+        }
+    }
+
     /// Tells what the file has, and why the film is not the one that was asked for.
     fn tell_scene(&self, film_refused: Option<&str>) {
         let opened = self.opened.as_ref();
@@ -187,7 +200,7 @@ impl Engine {
     }
 
     /// Fails with the errors of the file.
-    fn load(&self) -> Result<Loaded, String> {
+    fn load(&mut self) -> Result<Loaded, String> {
         let mut loaded = self.load_once();
         for _ in 0..MOST_READINGS {
             let end = Instant::now() + SAVING;
@@ -207,18 +220,18 @@ impl Engine {
         Ok(loaded)
     }
 
-    fn load_once(&self) -> Loaded {
+    fn load_once(&mut self) -> Loaded {
         self.watch.restart();
         let note = |file: &Path| self.watch.note(file);
         let plain = Report { strict: false, json: false };
-        load_noted(&self.path, &self.options, plain, &note)
+        let stamp = |file: &Path| self.watch.stamp(file);
+        load_noted(&self.path, &self.options, plain, &note, Some((&mut self.cache, &stamp)))
     }
 
     /// Takes a file without errors over. Fails if there is not enough memory.
     fn open(&mut self, loaded: Loaded) -> Result<(), String> {
-        let old = &mut self.opened;
-        let before = || old.take().map(|before| before.own_view().clone());
-        let mut opened = Opened::new(loaded, before).map_err(|reason| format!("error: {reason}\n"))?;
+        let opened = Opened::new(loaded, &mut self.opened);
+        let mut opened = opened.map_err(|reason| format!("error: {reason}\n"))?;
         // A camera that was written into the file replaces the one that was set by hand.
         if opened.has_new_camera || opened.set(&self.set.camera).is_err() {
             self.set.camera = SetCamera::default();

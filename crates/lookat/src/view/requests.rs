@@ -16,6 +16,8 @@ pub struct Requests {
     put: Condvar,
     /// Whether one waits, to be read without the lock.
     has_any: AtomicBool,
+    /// Whether the engine has something else to do.
+    is_woken: AtomicBool,
 }
 
 /// The newest request of each kind.
@@ -67,10 +69,18 @@ impl Requests {
         self.has_any.load(Ordering::Relaxed)
     }
 
-    /// Takes all requests, after waiting at most `time` for the first.
+    /// Ends waiting: a file has changed.
+    pub fn wake(&self) {
+        let _pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
+        self.is_woken.store(true, Ordering::Relaxed);
+        self.put.notify_all();
+    }
+
+    /// Takes all requests, after waiting at most `time` for the first or until woken.
     pub fn take(&self, time: Duration) -> Pending {
         let pending = self.pending.lock().unwrap_or_else(PoisonError::into_inner);
-        let waited = self.put.wait_timeout_while(pending, time, |_| !self.has_any());
+        let is_idle = |_: &mut Pending| !self.has_any() && !self.is_woken.swap(false, Ordering::Relaxed);
+        let waited = self.put.wait_timeout_while(pending, time, is_idle);
         let (mut pending, _) = waited.unwrap_or_else(PoisonError::into_inner);
         self.has_any.store(false, Ordering::Relaxed);
         std::mem::take(&mut pending)

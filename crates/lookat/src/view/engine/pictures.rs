@@ -45,12 +45,15 @@ impl Engine {
         let area = opened.view.film.crop.area();
         let next = Mutex::new(started + STEP);
         let progress = |progress: Progress| {
+            if watch.has_changed() {
+                return ControlFlow::Break(());
+            }
             // Another thread does it.
             let Ok(mut next) = next.try_lock() else { return ControlFlow::Continue(()) };
             if let Some(pick) = requests.take_pick() {
                 answer(pick, opened, hub);
             }
-            if requests.has_any() || watch.has_changed() {
+            if requests.has_any() {
                 return ControlFlow::Break(());
             }
             let now = Instant::now();
