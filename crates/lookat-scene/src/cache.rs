@@ -221,3 +221,6 @@ impl KnownLists {
 fn bytes(list: &LongList) -> std::ops::Range<usize> {
     list.span.start as usize..list.span.end as usize
 }
+
+#[cfg(test)]
+mod tests;

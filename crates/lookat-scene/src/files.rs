@@ -166,9 +166,11 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// What the mesh of a directive depends on. `None` if there is more than the lists of a mesh to read.
+    /// What the mesh of a directive depends on. `None` without a long list, and if there is more than the lists of a mesh to read.
     pub fn mesh_key(&self, entity: &Entity, world_from_object: &Transform) -> Option<MeshKey> {
-        let reuse = self.reuse.filter(|_| entity.name.value == "trianglemesh")?;
+        let is_long = |span: Span| (span.end - span.start) as usize >= LongList::BYTES;
+        let has_long = entity.params.iter().any(|param| is_long(param.values.span));
+        let reuse = self.reuse.filter(|_| has_long && entity.name.value == "trianglemesh")?;
         let mut lists = Vec::new();
         for Param { ty, name, values, is_read } in &entity.params {
             let types: &[ParamType] = match name.value.as_str() {
@@ -184,8 +186,8 @@ impl<'a> Files<'a> {
                 is_read.then_some(())?;
                 continue;
             }
-            let Span { file, start, end } = values.span;
-            let list = match (end - start) as usize >= LongList::BYTES {
+            let Span { file, start, .. } = values.span;
+            let list = match is_long(values.span) {
                 true => List::Long(reuse.list_number(&self.sources.file(file).path, start)?),
                 false => List::Short(self.sources.text(values.span).to_owned()),
             };

@@ -37,10 +37,11 @@ pub(super) fn are_lights(a: &World, b: &World) -> bool {
 fn are_instances(a: &[Instance], b: &[Instance]) -> bool {
     // Each object of one world is one object of the other.
     let mut objects: HashMap<*const Object, *const Object> = HashMap::new();
-    let mut is_object = |a: &Arc<Object>, b: &Arc<Object>| match objects.insert(Arc::as_ptr(a), Arc::as_ptr(b)) {
-        Some(known) => known == Arc::as_ptr(b),
-        None => are_shapes(&a.primitives, &b.primitives),
-    };
+    let mut is_object =
+        |a: &Arc<Object>, b: &Arc<Object>| match objects.insert(Arc::as_ptr(a), Arc::as_ptr(b)) {
+            Some(known) => known == Arc::as_ptr(b),
+            None => are_shapes(&a.primitives, &b.primitives),
+        };
     a.iter().zip(b).all(|(a, b)| {
         is_transform(&a.world_from_object, &b.world_from_object) && is_object(&a.object, &b.object)
     })
@@ -76,7 +77,8 @@ fn is_mesh(a: &Mesh, b: &Mesh) -> bool {
 
 fn is_transform(a: &Transform, b: &Transform) -> bool {
     let bits = |transform: &Transform| {
-        [transform.matrix(), transform.inverse_matrix()].map(|matrix| matrix.to_cols_array().map(f64::to_bits))
+        [transform.matrix(), transform.inverse_matrix()]
+            .map(|matrix| matrix.to_cols_array().map(f64::to_bits))
     };
     bits(a) == bits(b)
 }
@@ -90,8 +92,12 @@ fn is_light(a: &Light, b: &Light) -> bool {
     // Comparing pictures takes longer than preparing other lights.
     let is_map = |a: &Arc<MipMap<_>>, b: &Arc<MipMap<_>>| Arc::ptr_eq(a, b);
     match (a, b) {
-        (Light::Environment { map, .. }, Light::Environment { map: other, .. }) if !is_map(map, other) => false,
-        (Light::Goniometric { map, .. }, Light::Goniometric { map: other, .. }) if !is_map(map, other) => false,
+        (Light::Environment { map, .. }, Light::Environment { map: other, .. }) if !is_map(map, other) => {
+            false
+        }
+        (Light::Goniometric { map, .. }, Light::Goniometric { map: other, .. }) if !is_map(map, other) => {
+            false
+        }
         _ => a == b,
     }
 }

@@ -27,14 +27,20 @@ const COARSE: Duration = Duration::from_secs(2);
 /// renames another file to it.
 #[derive(Default)]
 pub struct Watch {
-    /// `None` for a file that does not exist.
-    files: Mutex<BTreeMap<PathBuf, Option<Stamp>>>,
+    files: Mutex<BTreeMap<PathBuf, Noted>>,
     next: Mutex<Option<Instant>>,
     has_changed: AtomicBool,
     /// Whether the system has told of the change.
     is_told: AtomicBool,
     folders: Mutex<Option<Folders>>,
     told: Arc<Told>,
+}
+
+/// A file before it was read.
+struct Noted {
+    /// `None` for a file that does not exist.
+    stamp: Option<Stamp>,
+    at: SystemTime,
 }
 
 /// What the system tells of folders.
@@ -81,14 +87,18 @@ impl Watch {
         // First, so that no change is missed.
         lock(&self.folders).iter_mut().for_each(|folders| folders.add(file));
         lock(&self.told.names).extend(file.file_name().map(ToOwned::to_owned));
-        lock(&self.files).entry(file.to_owned()).or_insert_with(|| stamp(file));
+        let noted = || Noted { stamp: stamp(file), at: SystemTime::now() };
+        lock(&self.files).entry(file.to_owned()).or_insert_with(noted);
     }
 
     /// The stamp with which a file was noted. `None` if it may change without another one.
     pub fn stamp(&self, file: &Path) -> Option<Stamp> {
-        let stamp = (*lock(&self.files).get(file)?)?;
-        let age = SystemTime::now().duration_since(stamp.modified?).ok()?;
-        (age > COARSE).then_some(stamp)
+        let files = lock(&self.files);
+        let Noted { stamp, at } = files.get(file)?;
+        stamp.filter(|stamp| {
+            let age = stamp.modified.and_then(|modified| at.duration_since(modified).ok());
+            age.is_some_and(|age| age > COARSE)
+        })
     }
 
     /// True if a file has changed since it was noted. Looks at the files every `STEP`, and when the system tells of a change.
@@ -96,7 +106,7 @@ impl Watch {
         if let Ok(mut next) = self.next.try_lock() {
             let has_news = self.told.has_news.swap(false, Ordering::Relaxed);
             if has_news || next.is_none_or(|next| next <= Instant::now()) {
-                if lock(&self.files).iter().any(|(file, noted)| stamp(file) != *noted) {
+                if lock(&self.files).iter().any(|(file, noted)| stamp(file) != noted.stamp) {
                     self.has_changed.store(true, Ordering::Relaxed);
                     self.is_told.store(has_news, Ordering::Relaxed);
                 }
@@ -220,5 +230,49 @@ mod tests {
         assert!(watch.has_changed());
         watch.restart();
         assert!(!watch.has_changed());
+    }
+
+    #[test]
+    fn changes_are_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, other] = ["a", "b"].map(|name| folder.path().join(name));
+        std::fs::write(&file, "1").unwrap();
+        let (tell, told) = std::sync::mpsc::channel();
+        let watch = Watch::new(move || tell.send(()).unwrap_or(()));
+        let wait = |watch: &Watch| {
+            // Events of earlier changes come, too.
+            while !watch.has_changed() {
+                told.recv_timeout(Duration::from_secs(20)).unwrap();
+            }
+            watch.settle();
+            watch.restart();
+            watch.note(&file);
+        };
+        watch.note(&file);
+        std::fs::write(&file, "12").unwrap();
+        wait(&watch);
+        std::fs::write(&other, "123").unwrap();
+        std::fs::rename(&other, &file).unwrap();
+        wait(&watch);
+        assert!(!watch.has_changed());
+    }
+
+    /// A file is known by its stamp once it has been left alone for a while.
+    #[test]
+    fn stamps_tell_versions_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a");
+        std::fs::write(&file, "1").unwrap();
+        let stamp = |age: Duration| {
+            let opened = std::fs::File::options().write(true).open(&file).unwrap();
+            opened.set_modified(SystemTime::now() - age).unwrap();
+            let watch = Watch::default();
+            assert_eq!(watch.stamp(&file), None);
+            watch.note(&file);
+            watch.stamp(&file)
+        };
+        assert_eq!(stamp(Duration::ZERO), None);
+        let [old, older] = [10, 20].map(|age| stamp(Duration::from_secs(age)));
+        assert!(old.is_some() && older.is_some() && old != older);
     }
 }

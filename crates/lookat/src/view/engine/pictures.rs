@@ -65,8 +65,8 @@ impl Engine {
             }
             ControlFlow::Continue(())
         };
-        let rendered = opened.prepared.render_unmoved(&opened.view, &Settings::default(), &progress);
-        if rendered.complete {
+        let rendered = opened.prepared.render_whole(&opened.view, &Settings::default(), &progress);
+        if let Some(rendered) = rendered.filter(|rendered| rendered.complete) {
             let total = rendered.statistics.samples;
             let about = About { done: total, total, is_final: true, ..self.about(started) };
             show(&self.hub, &rendered.image, about);
