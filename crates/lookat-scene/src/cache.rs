@@ -190,8 +190,8 @@ pub(crate) struct KnownLists {
     found: HashMap<u32, u64>,
 }
 
-/// So many lists in a row can be gone.
-const MOST_GONE: usize = 64;
+/// So many lists are compared: most are the next one, unless lists are gone or in another order.
+const MOST_COMPARED: usize = 64;
 
 impl KnownLists {
     /// The length of the list at a place, if it was there before.
@@ -203,16 +203,18 @@ impl KnownLists {
             return None;
         }
         let is_same_text = Arc::ptr_eq(&before.text, &self.text);
-        let is_here = |(list, _): &(LongList, u64)| {
+        let is_here = |index: &usize| {
+            let (list, _) = &before.lists[*index];
             list.ty == ty
                 && match is_same_text {
                     true => list.span.start as usize == at,
                     false => here.starts_with(&before.text[bytes(list)]),
                 }
         };
-        let found = before.lists.iter().skip(self.next).take(MOST_GONE).position(is_here)?;
-        let (list, number) = before.lists[self.next + found];
-        self.next += found + 1;
+        let from_next = (self.next..before.lists.len()).chain(0..self.next);
+        let found = from_next.take(MOST_COMPARED).find(is_here)?;
+        let (list, number) = before.lists[found];
+        self.next = found + 1;
         self.found.insert(at as u32, number);
         Some(bytes(&list).len())
     }

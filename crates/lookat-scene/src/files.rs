@@ -146,16 +146,13 @@ impl<'a> Files<'a> {
 
     /// A text, which is not read if it is known.
     fn text(&self, path: &Path, content: Content) -> io::Result<Bytes> {
-        match self.reuse.and_then(|reuse| reuse.text(path)) {
-            Some(text) => {
-                // As while it is read.
-                let most = text.len() + step(text.len());
-                let mut charge = self.memory.reserve(most as u64).map_err(io::Error::other)?;
-                charge.resize(text.len() as u64).map_err(io::Error::other)?;
-                Ok(Bytes { bytes: text, charge })
-            }
-            None => content.bytes(&self.memory),
-        }
+        let known = self.reuse.and_then(|reuse| reuse.text(path)).and_then(|text| {
+            // As much as while it is read; otherwise reading it tells the error.
+            let mut charge = self.memory.reserve((text.len() + step(text.len())) as u64).ok()?;
+            charge.resize(text.len() as u64).ok()?;
+            Some(Bytes { bytes: text, charge })
+        });
+        known.map_or_else(|| content.bytes(&self.memory), Ok)
     }
 
     /// Reads the lists that the parser left out.

@@ -115,17 +115,6 @@ fn long_lists_that_are_the_same_are_not_read_again() {
             scene("", &format!("{b} Identity Scale -1 1 1 {a} \"rgb Kd\" [1 0 0] \"float alpha\" 0")),
             [true, true],
         ),
-        // Other directives with them.
-        (
-            scene(
-                "",
-                &format!(
-                    "{b} Identity Scale -1 1 1 {} \"integer levels\" 1",
-                    a.replace("trianglemesh", "loopsubdiv")
-                ),
-            ),
-            [true, false],
-        ),
         (
             scene(
                 "",
@@ -162,6 +151,7 @@ fn lists_with_mistakes_are_read_again() {
         a.replace("\"point P\"", "\"point p\""),
         a.replace("\"point P\"", "\"string P\""),
         a.replace("trianglemesh", "trianglemsh"),
+        a.replace("trianglemesh", "loopsubdiv"),
         a.replace("\"point P\"", "\"float uv\""),
         a.replace("Shape", "Material"),
         format!("{a} \"float uv\" [0 0 1]"),
@@ -250,5 +240,5 @@ fn memory_is_charged_as_if_all_were_read() {
     for limit in (0..80_000).step_by(500) {
         whole += u32::from(disk.load(&mut cache, Some(limit)).scene.is_some());
     }
-    assert!((20..150).contains(&whole), "{whole}");
+    assert!((1..160).contains(&whole), "{whole}");
 }
