@@ -23,7 +23,14 @@ fn scenes(folder: &Path, found: &mut Vec<PathBuf>) {
 fn told(loaded: &Loaded) -> [String; 3] {
     let Loaded { scene, diagnostics, symbols, places, output, inputs, placement, .. } = loaded;
     let rest = (symbols, places, output, inputs, placement, loaded.can_keep_going, &loaded.misfit);
-    [format!("{diagnostics:?}"), format!("{scene:?}"), format!("{rest:?}")]
+    let memory = scene.as_ref().map(|scene| scene.world.memory());
+    let is_small = memory.is_none_or(|memory| memory.meshes + memory.picture_bytes < 100_000);
+    let world = match is_small {
+        true => format!("{scene:?}"),
+        // Too much to print.
+        false => format!("{memory:?} {:?}", scene.as_ref().map(|scene| scene.world.bounds())),
+    };
+    [format!("{diagnostics:?}"), world, format!("{rest:?}")]
 }
 
 fn check(path: &Path) {
