@@ -99,7 +99,12 @@ fn param() -> impl Strategy<Value = Param> {
     let ty = select(ParamType::SPELLINGS.map(|(_, ty)| ty).to_vec());
     (ty, name).prop_flat_map(|(ty, name)| {
         let name = spanned(name);
-        values(ty).prop_map(move |values| Param { ty, name: name.clone(), values: spanned(values) })
+        values(ty).prop_map(move |values| Param {
+            ty,
+            name: name.clone(),
+            values: spanned(values),
+            is_read: true,
+        })
     })
 }
 

@@ -2,6 +2,7 @@
 
 mod brightest;
 mod origin;
+mod same;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -53,6 +54,30 @@ impl Prepared {
         Prepared { world, lattice, brightest, traceable, lights }
     }
 
+    /// Takes another scene over. Keeps the trees if only views, materials and lights differ, and also the light tables if the lights are the
+    /// same. The pictures are those of [`Prepared::new`].
+    pub fn renew(&mut self, scene: &Scene) {
+        let world = &scene.world;
+        if !same::is_geometry(&self.world, world) {
+            self.clear();
+            *self = Prepared::new(scene);
+            return;
+        }
+        let are_lights = same::are_lights(&self.world, world);
+        self.world = world.clone();
+        self.traceable.renew(world);
+        self.brightest = Brightest::new(world);
+        if !are_lights {
+            self.lights = LightTable::new(world, &self.traceable);
+        }
+    }
+
+    /// Gives the memory of the trees back.
+    fn clear(&mut self) {
+        self.world = Arc::default();
+        (self.traceable, self.lights) = relative_to(&self.world, self.traceable.origin);
+    }
+
     /// Whether a camera is in the cell of the origin, so that nothing has to be prepared for it.
     pub fn is_near(&self, camera: &Camera) -> bool {
         self.lattice.origin(CameraRays::eye(camera)) == self.traceable.origin
@@ -63,9 +88,10 @@ impl Prepared {
         let started = Instant::now();
         if !self.is_near(camera) {
             let origin = self.lattice.origin(CameraRays::eye(camera));
-            // Gives the memory of the old trees back first.
-            (self.traceable, self.lights) = relative_to(&Arc::default(), origin);
-            (self.traceable, self.lights) = relative_to(&self.world, origin);
+            let world = self.world.clone();
+            self.clear();
+            (self.traceable, self.lights) = relative_to(&world, origin);
+            self.world = world;
         }
         started.elapsed()
     }
@@ -166,5 +192,64 @@ mod tests {
             Transform::look_at(DVec3::new(0.01, 20.0, -60.0), DVec3::ZERO, DVec3::Y).unwrap().inverse();
         prepared.look(&scene.view.camera);
         assert_eq!(prepared.traceable.world.blocks.as_ptr(), before);
+    }
+
+    const WORLD: &str = r#"LookAt 0 2 -9 0 0 0 0 1 0 Camera "perspective" "float fov" 40
+        Film "image" "integer xresolution" 24 "integer yresolution" 16
+        Sampler "halton" "integer pixelsamples" 4 Integrator "path" WorldBegin
+        LightSource "infinite" "rgb L" [.4 .4 .4] LightSource "point" "point from" [1 3 -1]
+        ObjectBegin "o" Material "plastic" Shape "sphere" "float radius" .4 ObjectEnd
+        ObjectBegin "p" Material "glass" Shape "sphere" "float radius" .3 Shape "disk" ObjectEnd
+        AttributeBegin Translate .8 .4 0 ObjectInstance "o" Translate 1 0 0 ObjectInstance "p" AttributeEnd
+        AttributeBegin AreaLightSource "diffuse" "rgb L" [3 2 1] Translate -1 1 0 Shape "disk" "float radius" .3
+        Shape "trianglemesh" "integer indices" [0 1 2] "point P" [-2 2 0 -2 3 0 -1 3 0] AttributeEnd
+        Texture "t" "color" "checkerboard" "rgb tex1" [1 .2 .2] Material "matte" "texture Kd" "t"
+        Texture "hole" "float" "checkerboard" "float tex1" 0 "float tex2" 1 "float uscale" 7
+        Shape "trianglemesh" "integer indices" [0 1 2 0 2 3] "point P" [-4 0 -4 -4 0 4 4 0 4 4 0 -4] "float alpha" 1
+        Translate 0 .2 1 Shape "curve" "point P" [-1 0 0 0 1 0 0 0 0 1 1 0] "float width" .1 WorldEnd"#;
+
+    /// Other scenes have the same pictures as when they are prepared alone, from one to the next and back.
+    #[test]
+    fn a_scene_that_is_taken_over_has_its_own_picture() {
+        let edits = [
+            ("LookAt 0 2 -9", "LookAt 300 200 -900", true),
+            ("LookAt 0 2 -9", "# moved in the text\n LookAt 0 2.5 -9", true),
+            ("[.4 .4 .4]", "[.1 .2 .3]", true),
+            ("[1 3 -1]", "[-1 3 -1]", true),
+            ("LightSource \"point\"", "LightSource \"spot\" LightSource \"point\"", true),
+            ("[3 2 1]", "[1 2 3]", true),
+            ("\"plastic\"", "\"mirror\"", true),
+            ("[1 .2 .2]", "[.2 1 .2]", true),
+            ("\"float alpha\" 1", "\"texture alpha\" \"hole\"", true),
+            ("\"glass\" Shape", "\"glass\" ReverseOrientation Shape", true),
+            ("Translate -1 1 0 Shape", "Translate -1 1 0 ReverseOrientation Shape", true),
+            ("AreaLightSource \"diffuse\" \"rgb L\" [3 2 1]", "", false),
+            ("Translate -1 1 0", "Translate -1 1.5 0", false),
+            ("Translate .8 .4 0", "Translate .8 .5 0", false),
+            ("-2 2 0 -2 3 0", "-2 2 0 -2 3.5 0", false),
+            ("0 1 2 0 2 3", "0 1 2 0 3 2", false),
+            ("[-4 0 -4 -4", "[-4 -0 -4 -4", false),
+            ("Translate 0 .2 1 Shape", "Translate 0 .3 1 Shape", false),
+            ("Shape \"disk\" ObjectEnd", "ObjectEnd", false),
+            ("ObjectInstance \"p\"", "", false),
+            ("ObjectInstance \"p\"", "ObjectInstance \"o\"", false),
+            ("ObjectInstance \"p\"", "ObjectInstance \"p\" Translate 0 1 0 ObjectInstance \"p\"", false),
+        ];
+        let mut prepared = Prepared::new(&scene(WORLD));
+        for (old, new, keeps_trees) in edits {
+            assert_eq!(WORLD.matches(old).count(), 1, "{old}");
+            for text in [WORLD.replace(old, new), WORLD.to_owned()] {
+                let scene = scene(&text);
+                assert_eq!(same::is_geometry(&prepared.world, &scene.world), keeps_trees, "{new}");
+                prepared.renew(&scene);
+                let picked = |prepared: &Prepared| {
+                    prepared.pick(&scene.view, glam::DVec2::new(12.0, 8.0)).map(|hit| hit.primitive.span)
+                };
+                let progress = |_: crate::Progress| ControlFlow::Continue(());
+                let seen = prepared.render(&scene.view, &Settings::default(), &progress).image.rgb();
+                assert!(seen == render(&scene, &Settings::default(), &progress).image.rgb(), "{new}");
+                assert_eq!(picked(&prepared), picked(&Prepared::new(&scene)), "{new}");
+            }
+        }
     }
 }

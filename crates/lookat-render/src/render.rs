@@ -131,7 +131,8 @@ pub fn render(
         let started = Instant::now();
         let prepared = Prepared::new(scene);
         let preparation = started.elapsed();
-        Rendered { preparation, ..run(&prepared, &scene.view, settings, deadline, progress, None) }
+        let rendered = run(&prepared, &scene.view, settings, deadline, progress, None, always);
+        Rendered { preparation, ..rendered }
     })
 }
 
@@ -147,7 +148,7 @@ impl Prepared {
         let deadline = settings.stop.deadline();
         on_threads(settings, || {
             let preparation = self.look(&view.camera);
-            Rendered { preparation, ..run(self, view, settings, deadline, progress, None) }
+            Rendered { preparation, ..run(self, view, settings, deadline, progress, None, always) }
         })
     }
 
@@ -160,7 +161,19 @@ impl Prepared {
         progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     ) -> Rendered {
         let deadline = settings.stop.deadline();
-        on_threads(settings, || run(self, view, settings, deadline, progress, None))
+        on_threads(settings, || run(self, view, settings, deadline, progress, None, always))
+    }
+
+    /// The same. `None`, and sooner, if the callback breaks off.
+    pub fn render_whole(
+        &self,
+        view: &View,
+        settings: &Settings,
+        progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    ) -> Option<Rendered> {
+        let deadline = settings.stop.deadline();
+        let unless_broken_off = |is_broken_off: bool, develop: Develop| (!is_broken_off).then(develop);
+        on_threads(settings, || run(self, view, settings, deadline, progress, None, unless_broken_off))
     }
 
     /// The layers of the settings as [`Prepared::render_unmoved`] gives them, beside a black picture. `progress` is called with a
@@ -184,6 +197,14 @@ impl Prepared {
     }
 }
 
+/// Develops the film of a rendering.
+type Develop<'f> = &'f mut dyn FnMut() -> Rendered;
+
+/// Develops it even if the rendering was broken off.
+fn always(_is_broken_off: bool, develop: Develop) -> Rendered {
+    develop()
+}
+
 /// Runs on the threads that the settings ask for.
 fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R {
     let pool = if settings.threads > 0 { threads::pool(settings.threads) } else { None };
@@ -193,15 +214,16 @@ fn on_threads<R: Send>(settings: &Settings, run: impl FnOnce() -> R + Send) -> R
     }
 }
 
-/// Samples the film, in the way that the settings ask for, and develops it.
-fn run(
+/// Samples the film, in the way that the settings ask for, and lets `finish` develop it.
+fn run<R>(
     prepared: &Prepared,
     view: &View,
     settings: &Settings,
     deadline: Option<Instant>,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
     profilers: Option<&Mutex<Vec<Profiler>>>,
-) -> Rendered {
+    finish: impl FnOnce(bool, Develop) -> R,
+) -> R {
     let Settings { seed, stop, .. } = *settings;
     let filter = FilterSampler::new(&view.filter);
     let film = Film::new(&view.film, &filter, stop.errors());
@@ -226,7 +248,14 @@ fn run(
             None
         }
     };
-    let mut image = film.develop(stop.has_error_layers());
+    let is_broken_off = control.state().interrupted;
+    finish(is_broken_off, &mut || develop(&context, view, settings, target))
+}
+
+/// The picture of a film, and what it took.
+fn develop(context: &Context, view: &View, settings: &Settings, target: Option<Reached>) -> Rendered {
+    let Context { film, control, .. } = context;
+    let mut image = film.develop(settings.stop.has_error_layers());
     let tiles = film.lock();
     let counts = || tiles.iter().flat_map(|tile| tile.pixels().map(|pixel| pixel.all.count));
     let statistics = Statistics {
@@ -240,7 +269,7 @@ fn run(
     let mut complete = !interrupted || statistics.samples == total;
     drop(tiles);
     if complete && !settings.layers.is_empty() {
-        complete = layers::add(&context, view, settings, &mut image);
+        complete = layers::add(context, view, settings, &mut image);
     }
     Rendered { image, statistics, preparation: Duration::ZERO, complete }
 }

@@ -48,7 +48,6 @@ impl Traceable {
     pub fn new(source: &Arc<World>, origin: DVec3) -> Self {
         let mut builder = Builder::default();
         let mut world = builder.elements(&source.primitives, origin);
-        let mut of_objects = Vec::new();
         // Each object is prepared once, in its own space, however many copies there are.
         let (mut objects, mut first_of_objects): (Vec<Group>, Vec<u32>) = (Vec::new(), Vec::new());
         let mut known: HashMap<*const Object, (usize, bool)> = HashMap::new();
@@ -56,7 +55,6 @@ impl Traceable {
         for instance in &source.instances {
             let (object, glows) = *known.entry(Arc::as_ptr(&instance.object)).or_insert_with(|| {
                 let primitives = &instance.object.primitives;
-                of_objects.extend((0..primitives.len() as u32).map(|index| (instance.object.clone(), index)));
                 first_of_objects.push(builder.curved_of.len() as u32);
                 let elements = builder.elements(primitives, DVec3::ZERO);
                 let glows = !elements.emitters.is_empty();
@@ -83,11 +81,10 @@ impl Traceable {
             Shape::Quadric(_) | Shape::Curve(_) => 0,
         });
         let labels = Labels::new(in_mesh.max().unwrap_or(0).max(curves.len()));
-        let has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
-        Traceable {
+        let mut traceable = Traceable {
             origin,
-            source: source.clone(),
-            of_objects,
+            source: Arc::default(),
+            of_objects: Vec::new(),
             curved,
             curved_of,
             curves,
@@ -97,9 +94,22 @@ impl Traceable {
             instances,
             emitters,
             labels,
-            has_cutouts,
+            has_cutouts: false,
             level: Level::new(),
-        }
+        };
+        traceable.renew(source);
+        traceable
+    }
+
+    /// Takes over a world whose shapes and instances are the same.
+    pub fn renew(&mut self, source: &Arc<World>) {
+        let of_object = |object: &Arc<Object>| {
+            let object = object.clone();
+            (0..object.primitives.len() as u32).map(move |index| (object.clone(), index))
+        };
+        self.of_objects = source.objects().into_iter().flat_map(of_object).collect();
+        self.has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
+        self.source = source.clone();
     }
 
     /// The primitive with a number. Numbers start with the primitives of the world; the primitives of objects follow.

@@ -69,6 +69,11 @@ impl Prepared {
     /// Facts about a view of this world. A view from another cell prepares the world again.
     pub fn facts(&mut self, view: &View) -> ViewFacts {
         self.look(&view.camera);
+        self.facts_unmoved(view)
+    }
+
+    /// The same without preparing the world again. From another cell, coordinates are rounded otherwise.
+    pub fn facts_unmoved(&self, view: &View) -> ViewFacts {
         let (traceable, camera) = (&self.traceable, self.camera(view));
         let probe = |film: DVec2| seen(traceable, view, &camera, film);
         let probes: Vec<Option<Seen>> =

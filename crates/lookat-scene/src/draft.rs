@@ -119,7 +119,7 @@ impl Draft {
             let mesh = ply.mesh(&mut Params::of_file(&file, files, report), &file.name, world_from_object);
             match (mesh, slot) {
                 (Some(mesh), Some(slot)) => {
-                    self.list(slot.object)[slot.index].shape = Shape::TriangleMesh(Arc::new(mesh));
+                    self.list(slot.object)[slot.index].shape = Shape::TriangleMesh(mesh);
                 }
                 (None, slot) => lost.extend(slot),
                 (_, None) => {}

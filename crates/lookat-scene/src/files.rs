@@ -10,8 +10,10 @@ use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
 use lookat_image::{Charge, MemoryBudget, io_reason};
-use lookat_syntax::{Diagnostic, FileId, Span, Text};
+use lookat_syntax::{Diagnostic, Entity, FileId, LongList, Param, ParamType, Span, Text, read_list};
 
+use crate::Transform;
+use crate::cache::{KeptMesh, List, MeshKey, Reuse};
 use crate::sources::{Source, Sources};
 use nearby::Folders;
 
@@ -43,7 +45,7 @@ impl Content {
             Content::Stream(file) => read_all(file, &mut charge)?,
         };
         charge.resize(bytes.len() as u64).map_err(io::Error::other)?;
-        Ok(Bytes { bytes, charge })
+        Ok(Bytes { bytes: bytes.into(), charge })
     }
 
     /// A stream from the start.
@@ -59,7 +61,7 @@ impl Content {
 fn read_all(mut file: Box<dyn io::Read>, charge: &mut Charge) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     loop {
-        let step = (bytes.len() / 8).max(1 << 16);
+        let step = step(bytes.len());
         charge.resize((bytes.len() + step) as u64).map_err(io::Error::other)?;
         bytes.try_reserve_exact(step)?;
         if file.by_ref().take(step as u64).read_to_end(&mut bytes)? < step {
@@ -69,9 +71,14 @@ fn read_all(mut file: Box<dyn io::Read>, charge: &mut Charge) -> io::Result<Vec<
     }
 }
 
+/// The most bytes that are read at once after so many.
+fn step(bytes: usize) -> usize {
+    (bytes / 8).max(1 << 16)
+}
+
 /// The bytes of a file, charged until they are dropped.
 pub(crate) struct Bytes {
-    bytes: Vec<u8>,
+    bytes: Arc<Vec<u8>>,
     charge: Charge,
 }
 
@@ -79,7 +86,7 @@ impl Bytes {
     /// Charges them for good.
     pub fn keep(self) -> Arc<Vec<u8>> {
         self.charge.keep();
-        self.bytes.into()
+        self.bytes
     }
 }
 
@@ -106,6 +113,8 @@ pub(crate) struct Files<'a> {
     access: Access<'a>,
     /// What all that is read is charged against.
     pub memory: MemoryBudget,
+    /// What an earlier load has kept.
+    pub reuse: Option<Reuse<'a>>,
     /// The directory of the scene file.
     root: PathBuf,
     /// The folders listed for missing files.
@@ -115,11 +124,12 @@ pub(crate) struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
-    pub fn new(scene: &Path, access: Access<'a>, memory: MemoryBudget) -> Self {
+    pub fn new(scene: &Path, access: Access<'a>, memory: MemoryBudget, reuse: Option<Reuse<'a>>) -> Self {
         Files {
             sources: Sources::default(),
             access,
             memory,
+            reuse,
             root: parent(scene),
             folders: RefCell::default(),
             inputs: RefCell::default(),
@@ -128,9 +138,72 @@ impl<'a> Files<'a> {
 
     /// Reads a scene file or an included one.
     pub fn open(&mut self, path: PathBuf, included_at: Option<Span>) -> io::Result<FileId> {
-        let text = self.access.content(&path)?.bytes(&self.memory)?.keep();
+        let content = self.access.content(&path)?;
+        let text = self.text(&path, content)?.keep();
         self.inputs.borrow_mut().insert(path.clone());
         Ok(self.add(path, text, included_at))
+    }
+
+    /// A text, which is not read if it is known.
+    fn text(&self, path: &Path, content: Content) -> io::Result<Bytes> {
+        let known = self.reuse.and_then(|reuse| reuse.text(path)).and_then(|text| {
+            // As much as while it is read; otherwise reading it tells the error.
+            let mut charge = self.memory.reserve((text.len() + step(text.len())) as u64).ok()?;
+            charge.resize(text.len() as u64).ok()?;
+            Some(Bytes { bytes: text, charge })
+        });
+        known.map_or_else(|| content.bytes(&self.memory), Ok)
+    }
+
+    /// Reads the lists that the parser left out.
+    pub fn read_lists(&self, params: &mut [Param]) {
+        for param in params.iter_mut().filter(|param| !param.is_read) {
+            param.values.value = read_list(param.ty, self.sources.text(param.values.span));
+            param.is_read = true;
+        }
+    }
+
+    /// What the mesh of a directive depends on. `None` without a long list, and if there is more than the lists of a mesh to read.
+    pub fn mesh_key(&self, entity: &Entity, world_from_object: &Transform) -> Option<MeshKey> {
+        let is_long = |span: Span| (span.end - span.start) as usize >= LongList::BYTES;
+        let has_long = entity.params.iter().any(|param| is_long(param.values.span));
+        let reuse = self.reuse.filter(|_| has_long && entity.name.value == "trianglemesh")?;
+        let mut lists = Vec::new();
+        for Param { ty, name, values, is_read } in &entity.params {
+            let types: &[ParamType] = match name.value.as_str() {
+                "indices" | "faceIndices" => &[ParamType::Integer],
+                "P" => &[ParamType::Point3],
+                "N" => &[ParamType::Normal],
+                "S" => &[ParamType::Vector3],
+                "uv" | "st" => &[ParamType::Point2, ParamType::Float],
+                _ => &[],
+            };
+            if !types.contains(ty) {
+                // The directive has to be read.
+                is_read.then_some(())?;
+                continue;
+            }
+            let Span { file, start, .. } = values.span;
+            let list = match is_long(values.span) {
+                true => List::Long(reuse.list_number(&self.sources.file(file).path, start)?),
+                false => List::Short(self.sources.text(values.span).to_owned()),
+            };
+            lists.push((name.value.clone(), *ty, list));
+        }
+        Some(MeshKey::Lists(lists, world_from_object.into()))
+    }
+
+    /// A mesh that an earlier load has made. `None` also where memory is short, so that errors are the same as without it.
+    pub fn kept_mesh(&self, key: &MeshKey) -> Option<KeptMesh> {
+        let kept = self.reuse?.mesh(key)?;
+        let _twice = self.memory.reserve(2 * kept.mesh.bytes() as u64).ok()?;
+        Some(kept)
+    }
+
+    /// What a mesh in a file depends on.
+    pub fn mesh_file_key(&self, path: &Path, world_from_object: &Transform) -> Option<MeshKey> {
+        let stamp = self.reuse.and_then(|reuse| (reuse.stamp)(path))?;
+        Some(MeshKey::File(path.to_owned(), stamp, world_from_object.into()))
     }
 
     /// Drops the texts, so that binary contents are never shown.
@@ -153,11 +226,25 @@ impl<'a> Files<'a> {
     /// Reads the file named at `span`, relative to the file that contains the name, or else to the scene file.
     /// (pbrt-v3 does only the second.) Returns the path found, or the first path tried and its error.
     pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Bytes), (PathBuf, io::Error)> {
-        let fetched = |content: Content| {
-            let bytes = content.bytes(&self.memory)?;
-            if bytes.starts_with(LFS_POINTER) { Err(io::Error::other(LFS_REASON)) } else { Ok(bytes) }
-        };
-        self.named(name, span, fetched)
+        self.named(name, span, |_, content| no_pointer(content.bytes(&self.memory)?))
+    }
+
+    /// The same for a text, which is not read if it is known.
+    pub fn text_named(&self, name: &str, span: Span) -> Result<(PathBuf, Bytes), (PathBuf, io::Error)> {
+        self.named(name, span, |path, content| no_pointer(self.text(path, content)?))
+    }
+
+    /// The same, unless the contents are known. Opens the file in any case.
+    pub fn read_unless(
+        &self,
+        name: &str,
+        span: Span,
+        is_known: impl Fn(&Path) -> bool,
+    ) -> Result<(PathBuf, Option<Bytes>), (PathBuf, io::Error)> {
+        self.named(name, span, |path, content| match is_known(path) {
+            true => Ok(None),
+            false => no_pointer(content.bytes(&self.memory)?).map(Some),
+        })
     }
 
     /// Like `read_named`, but opens the file.
@@ -166,17 +253,17 @@ impl<'a> Files<'a> {
         name: &str,
         span: Span,
     ) -> Result<(PathBuf, Box<dyn io::Read>), (PathBuf, io::Error)> {
-        self.named(name, span, |content| Ok(content.stream()))
+        self.named(name, span, |_, content| Ok(content.stream()))
     }
 
     fn named<T>(
         &self,
         name: &str,
         span: Span,
-        take: impl Fn(Content) -> io::Result<T>,
+        take: impl Fn(&Path, Content) -> io::Result<T>,
     ) -> Result<(PathBuf, T), (PathBuf, io::Error)> {
         let get = |path: &Path| {
-            let taken = self.access.content(path).and_then(&take)?;
+            let taken = self.access.content(path).and_then(|content| take(path, content))?;
             self.inputs.borrow_mut().insert(path.to_owned());
             Ok(taken)
         };
@@ -336,6 +423,10 @@ impl<'a> Files<'a> {
 /// The start of a Git LFS pointer, which replaces a file in a repository.
 pub(crate) const LFS_POINTER: &[u8] = b"version https://git-lfs";
 pub(crate) const LFS_REASON: &str = "this is a Git LFS pointer: `git lfs pull` fetches the file";
+
+fn no_pointer(bytes: Bytes) -> io::Result<Bytes> {
+    if bytes.starts_with(LFS_POINTER) { Err(io::Error::other(LFS_REASON)) } else { Ok(bytes) }
+}
 
 /// A path as messages show it.
 pub(crate) fn shown_path(path: &Path) -> String {

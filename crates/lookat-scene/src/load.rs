@@ -7,10 +7,11 @@ use std::sync::Arc;
 
 use lookat_image::{Charge, MemoryBudget, byte_words, io_reason};
 use lookat_syntax::{
-    Diagnostic, Directive, FileId, Param, Span, Statement, Text, number_bytes, parse_within,
+    Diagnostic, Directive, EntityKind, FileId, Param, Span, Statement, Text, number_bytes, parse_again,
 };
 
 use crate::advice::{Evidence, advise};
+use crate::cache::{LoadCache, Reuse, Stamped};
 use crate::facts::Block;
 use crate::files::{Access, Files, Open, Read, other_format};
 use crate::film::DEFAULT_OUTPUT;
@@ -33,7 +34,7 @@ const DIRECTIVE_BYTES: usize = 512;
 ///
 /// A file name is relative to the file that contains it, or else to the scene file.
 pub fn load(path: &Path, read: &Read, options: &LoadOptions) -> Loaded {
-    load_through(Access::Read(read), path, options)
+    load_through(Access::Read(read), path, options, None)
 }
 
 /// Loads a scene from its text alone: files that it names are missing.
@@ -54,13 +55,30 @@ pub fn load_str(text: &str) -> Loaded {
 /// Like [`load`], but opens files on disk. It streams PLY files, and lists folders to suggest a name for a missing
 /// file.
 pub fn load_opened(path: &Path, open: &Open, options: &LoadOptions) -> Loaded {
-    load_through(Access::Open(open), path, options)
+    load_through(Access::Open(open), path, options, None)
 }
 
-fn load_through(access: Access, path: &Path, options: &LoadOptions) -> Loaded {
+/// Like [`load_opened`], but takes over what the last load without errors has read, and keeps what this one reads. The result is the
+/// same.
+pub fn load_again(
+    path: &Path,
+    open: &Open,
+    (cache, stamp): (&mut LoadCache, &Stamped),
+    options: &LoadOptions,
+) -> Loaded {
+    let new = cache.kept.next();
+    let reuse = Reuse { stamp, old: &cache.kept, new: &new };
+    let loaded = load_through(Access::Open(open), path, options, Some(reuse));
+    if loaded.scene.is_some() {
+        cache.kept = new.into_inner();
+    }
+    loaded
+}
+
+fn load_through(access: Access, path: &Path, options: &LoadOptions, reuse: Option<Reuse>) -> Loaded {
     let memory = options.max_memory.map_or_else(MemoryBudget::default, MemoryBudget::new);
     let mut loader = Loader {
-        resolver: Resolver::new(Files::new(path, access, memory), options),
+        resolver: Resolver::new(Files::new(path, access, memory, reuse), options),
         open: Vec::new(),
         texts: HashMap::new(),
         repeated: 0,
@@ -183,10 +201,17 @@ struct Loader<'a> {
 impl Loader<'_> {
     /// Resolves a file and returns the number of its directives. `rest` is appended to its last directive.
     fn file(&mut self, id: FileId, rest: Vec<Param>) -> usize {
-        let source = self.resolver.files.sources.file(id);
+        let files = &self.resolver.files;
+        let source = files.sources.file(id);
         self.open.push(source.path.clone());
-        let memory = &self.resolver.files.memory;
-        let mut parsed = parse_within(id, &source.text, room(memory, &source.text));
+        let memory = &files.memory;
+        let mut known = files.reuse.map(|reuse| reuse.known_lists(&source.path, source.text.clone()));
+        let mut parsed = parse_again(id, &source.text, room(memory, &source.text), &mut |ty, at| {
+            known.as_mut()?.find(ty, at)
+        });
+        if let (Some(reuse), Some(known)) = (files.reuse, known) {
+            reuse.keep_text(&source.path, known, std::mem::take(&mut parsed.lists));
+        }
         // Never more than there is room for.
         let _ = memory.reserve(parsed.bytes).map(Charge::keep);
         if let Some(at) = parsed.exhausted {
@@ -226,7 +251,11 @@ impl Loader<'_> {
             }
         }
         let directives = parsed.statements.len();
-        for statement in parsed.statements {
+        for mut statement in parsed.statements {
+            let is_shape = matches!(statement.directive, Directive::Entity(EntityKind::Shape, _));
+            if let Some(params) = statement.directive.params_mut().filter(|_| !is_shape) {
+                self.resolver.files.read_lists(params);
+            }
             match statement.directive {
                 Directive::Include { file, rest } => self.include(file, rest, statement.span),
                 directive => self.resolver.apply(Statement { directive, ..statement }),
@@ -255,7 +284,7 @@ impl Loader<'_> {
             self.resolver.report.push(Diagnostic::error(name.span, message));
             return;
         }
-        let (path, bytes) = match self.resolver.files.read_named(&name.value, name.span) {
+        let (path, bytes) = match self.resolver.files.text_named(&name.value, name.span) {
             Ok(found) => found,
             Err((path, error)) => {
                 let error = self.resolver.files.unreadable("include", &name, &path, &error);

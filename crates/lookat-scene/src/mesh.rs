@@ -1,9 +1,12 @@
 //! `Shape "trianglemesh"` and `Shape "plymesh"`.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 use lookat_syntax::{Diagnostic, ParamType};
 
 use crate::Transform;
+use crate::cache::KeptMesh;
 use crate::cutout::CUTOUT;
 use crate::params::{FileParam, Params};
 use crate::schema::{Effect, Floats, Integers, Key, Kind, Name, Pairs, Triples, Unit};
@@ -219,8 +222,13 @@ pub(crate) const TRIANGLE_MESH: Kind = Kind::new(
 pub(crate) const PLY_MESH: Kind =
     Kind::new("Shape", "plymesh", "triangles and quads from a PLY file", &[&[&FILE_NAME], CUTOUT]);
 
-/// pbrt-v3's CreateTriangleMeshShape.
-pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -> Option<Mesh> {
+/// pbrt-v3's CreateTriangleMeshShape. The lists of a mesh that an earlier load has made are empty.
+pub(crate) fn triangle_mesh(
+    params: &mut Params,
+    kept: Option<KeptMesh>,
+    world_from_object: Transform,
+) -> Option<Arc<Mesh>> {
+    let reported = params.reported();
     let indices = params.take(&INDICES);
     let positions = params.take(&POSITIONS);
     let (uv, uvs) = texture_coordinates(params);
@@ -232,6 +240,14 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
     };
     // Only Ptex uses face indices, and lookat does not support Ptex.
     params.take(&FACE_INDICES);
+    if let Some(KeptMesh { mesh, flat, .. }) = kept {
+        if !params.usable() {
+            return None;
+        }
+        params.reserve("indices", mesh.bytes())?.keep();
+        note_flat(params, "indices", flat, mesh.triangles());
+        return Some(mesh);
+    }
     match (indices, positions) {
         (Some(indices), Some(positions)) => {
             (mesh.indices, mesh.positions) = (indices, positions);
@@ -246,7 +262,16 @@ pub(crate) fn triangle_mesh(params: &mut Params, world_from_object: Transform) -
         ),
         (_, None) => params.missing("P", "a trianglemesh needs P", "add \"point P\" [...] with the vertices"),
     }
-    finish(params, mesh, world_from_object)
+    let mesh = Arc::new(place(params, mesh, world_from_object)?);
+    let flat = mesh.without_area();
+    // Other messages are given when the mesh is made.
+    if let (Some(reuse), Some(key)) = (params.reuse(), params.mesh_key.take())
+        && reported.is_some_and(|reported| params.reported() == Some(reported))
+    {
+        reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, other_faces: 0, goes_on: false });
+    }
+    note_flat(params, "indices", flat, mesh.triangles());
+    Some(mesh)
 }
 
 /// pbrt-v3's CreatePLYMesh: a handle for the file.
@@ -260,6 +285,16 @@ pub(crate) fn ply_file(params: &mut Params) -> Option<FileParam> {
 
 /// Transforms a mesh to world space. Reports coordinates out of range and triangles without an area.
 pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
+    let mesh = place(params, mesh, world_from_object)?;
+    // Surfaces with poles always have triangles without area.
+    if params.kind() != "nurbs" {
+        note_flat(params, "indices", mesh.without_area(), mesh.triangles());
+    }
+    Some(mesh)
+}
+
+/// Transforms a mesh to world space. Reports coordinates out of range.
+pub(crate) fn place(params: &mut Params, mesh: Mesh, world_from_object: Transform) -> Option<Mesh> {
     if !params.usable() {
         return None;
     }
@@ -276,14 +311,16 @@ pub(crate) fn finish(params: &mut Params, mesh: Mesh, world_from_object: Transfo
     if mesh.indices.is_empty() && params.kind() != "plymesh" {
         params.warn("indices", "the mesh has no triangles", "each triangle takes three indices");
     }
-    // Surfaces with poles always have such triangles.
-    let (flat, all) = (mesh.without_area(), mesh.triangles());
-    if flat > 0 && params.kind() != "nurbs" {
+    Some(mesh)
+}
+
+/// Reports triangles without an area at a parameter.
+pub(crate) fn note_flat(params: &mut Params, name: &str, flat: usize, all: usize) {
+    if flat > 0 {
         let noun = if all == 1 { "triangle" } else { "triangles" };
         let message = format!("lookat skips {flat} of {all} {noun} because of zero area");
         params.note(name, &message, "their corners are collinear or coincide, so they are invisible");
     }
-    Some(mesh)
 }
 
 /// The indices of a grid of vertices stored in rows, with two triangles for each square.

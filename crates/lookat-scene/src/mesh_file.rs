@@ -3,13 +3,15 @@
 use std::collections::HashMap;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use lookat_image::Charge;
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::Transform;
+use crate::cache::KeptMesh;
 use crate::files::Files;
-use crate::mesh::{Mesh, finish};
+use crate::mesh::{Mesh, note_flat, place};
 use crate::params::Params;
 use crate::ply::{self, PlyError, PlyMesh};
 
@@ -29,24 +31,69 @@ impl PlyFiles {
     }
 
     /// The mesh in a file, in world space. Reports an error and returns `None` without one.
-    pub fn mesh(&mut self, params: &mut Params, name: &Text, world_from_object: Transform) -> Option<Mesh> {
-        let mesh = self.file(params, name)?;
-        if mesh.other_faces > 0 {
-            let message = format!(
-                "{} has faces that do not have 3 or 4 corners; number of skipped faces: {}{}",
-                name.value,
-                mesh.other_faces,
-                if mesh.indices.is_empty() { ", and no face remains" } else { "" }
-            );
-            params.warn("filename", &message, "split them into triangles; pbrt-v3 skips them, too");
+    pub fn mesh(
+        &mut self,
+        params: &mut Params,
+        name: &Text,
+        world_from_object: Transform,
+    ) -> Option<Arc<Mesh>> {
+        let first = params.first_path(name);
+        let left = self.left.get_mut(&first).map_or(0, |left| {
+            *left = left.saturating_sub(1);
+            *left
+        });
+        let (path, file, known) = match self.known.remove(&first) {
+            Some((path, mesh, charge)) => {
+                params.warn_of_path(name, &path);
+                (path, None, Some((mesh, charge)))
+            }
+            None => {
+                let (path, file) = params.open(name)?;
+                (path, Some(file), None)
+            }
+        };
+        let key = params.mesh_file_key(&path, &world_from_object);
+        let kept = key.as_ref().and_then(|key| params.kept_mesh(key));
+        let keep = |path, mesh, charge| {
+            if left > 0 {
+                self.known.insert(first, (path, mesh, charge));
+            }
+        };
+        if let Some(kept) = kept {
+            if let Some((mesh, charge)) = known {
+                keep(path, mesh, charge);
+            }
+            tell(params, name, (kept.other_faces, kept.goes_on, kept.mesh.triangles()));
+            params.reserve("filename", kept.mesh.bytes())?.keep();
+            note_flat(params, "filename", kept.flat, kept.mesh.triangles());
+            return Some(kept.mesh);
         }
-        if mesh.goes_on {
-            let message = format!("{} contains more data than its header declares", name.value);
-            let help = "the rest is ignored, as in pbrt-v3; check the counts in the header";
-            params.warn("filename", &message, help);
+        let mesh = match known {
+            Some((mesh, charge)) => {
+                keep(path, mesh.clone(), charge);
+                mesh
+            }
+            None => {
+                let mesh = report(params, name, &path, ply::read(file?, params.memory()))?;
+                // A file that does not fit into memory twice is read again.
+                if left > 0
+                    && let Ok(charge) = params.memory().reserve(mesh.bytes() as u64)
+                {
+                    keep(path, mesh.clone(), charge);
+                }
+                mesh
+            }
+        };
+        let PlyMesh { positions, normals, uvs, indices, other_faces, goes_on } = mesh;
+        tell(params, name, (other_faces, goes_on, indices.len() / 3));
+        let mesh = Mesh { positions, indices, normals, uvs, ..Mesh::default() };
+        let mesh = Arc::new(place(params, mesh, world_from_object)?);
+        let flat = mesh.without_area();
+        if let (Some(reuse), Some(key)) = (params.reuse(), key) {
+            reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, other_faces, goes_on });
         }
-        let PlyMesh { positions, normals, uvs, indices, .. } = mesh;
-        finish(params, Mesh { positions, indices, normals, uvs, ..Mesh::default() }, world_from_object)
+        note_flat(params, "filename", flat, mesh.triangles());
+        Some(mesh)
     }
 
     /// Reports a file that cannot be opened, or that has a wrong header. Reads no more.
@@ -55,30 +102,22 @@ impl PlyFiles {
             report(params, name, &path, ply::check_header(file));
         }
     }
+}
 
-    /// The contents of a file. Keeps a copy if it has uses left.
-    fn file(&mut self, params: &mut Params, name: &Text) -> Option<PlyMesh> {
-        let first = params.first_path(name);
-        let left = self.left.get_mut(&first).map_or(0, |left| {
-            *left = left.saturating_sub(1);
-            *left
-        });
-        if let Some((path, mesh, charge)) = self.known.remove(&first) {
-            params.warn_of_path(name, &path);
-            if left > 0 {
-                self.known.insert(first, (path, mesh.clone(), charge));
-            }
-            return Some(mesh);
-        }
-        let (path, file) = params.open(name)?;
-        let mesh = report(params, name, &path, ply::read(file, params.memory()))?;
-        // A file that does not fit into memory twice is read again.
-        if left > 0
-            && let Ok(charge) = params.memory().reserve(mesh.bytes() as u64)
-        {
-            self.known.insert(first, (path, mesh.clone(), charge));
-        }
-        Some(mesh)
+/// Reports faces that are left out, and data after the last face.
+fn tell(params: &mut Params, name: &Text, (other_faces, goes_on, triangles): (usize, bool, usize)) {
+    if other_faces > 0 {
+        let message = format!(
+            "{} has faces that do not have 3 or 4 corners; number of skipped faces: {other_faces}{}",
+            name.value,
+            if triangles == 0 { ", and no face remains" } else { "" }
+        );
+        params.warn("filename", &message, "split them into triangles; pbrt-v3 skips them, too");
+    }
+    if goes_on {
+        let message = format!("{} contains more data than its header declares", name.value);
+        let help = "the rest is ignored, as in pbrt-v3; check the counts in the header";
+        params.warn("filename", &message, help);
     }
 }
 

@@ -15,6 +15,7 @@ pub(crate) use take::Take;
 use lookat_image::{Charge, MemoryBudget};
 use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Severity, Span, Text};
 
+use crate::cache::{KeptMesh, MeshKey, Reuse};
 use crate::files::Files;
 use crate::report::Report;
 use crate::schema::{Key, Parameter, Unit};
@@ -35,6 +36,8 @@ pub(crate) struct Params<'a> {
     places: Vec<(&'static str, Span, ParamType)>,
     failed: bool,
     rest_ignored: bool,
+    /// What the mesh depends on, if it can be kept.
+    pub mesh_key: Option<MeshKey>,
     files: &'a Files<'a>,
     report: &'a mut Report,
 }
@@ -52,6 +55,7 @@ impl<'a> Params<'a> {
             places: Vec::new(),
             failed: false,
             rest_ignored: false,
+            mesh_key: None,
             files,
             report,
         };
@@ -175,6 +179,21 @@ impl<'a> Params<'a> {
     pub fn error_surely(&mut self, diagnostic: Diagnostic) {
         self.report.push(diagnostic);
         self.failed = true;
+    }
+
+    /// What an earlier load has kept.
+    pub fn reuse(&self) -> Option<Reuse<'a>> {
+        self.files.reuse
+    }
+
+    /// How many places have been reported, of all directives. `None` if an unreadable part prevents reports.
+    pub fn reported(&self) -> Option<usize> {
+        (!self.report.partial).then(|| self.report.count())
+    }
+
+    /// A mesh that an earlier load has made. `None` also where memory is short, so that errors are the same as without it.
+    pub fn kept_mesh(&self, key: &MeshKey) -> Option<KeptMesh> {
+        self.files.kept_mesh(key)
     }
 
     /// The memory budget.

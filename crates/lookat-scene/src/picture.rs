@@ -70,8 +70,8 @@ struct Handle<T> {
 
 /// The file and its settings. Floats are stored as bits, for comparison.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-struct Key {
-    path: PathBuf,
+pub(crate) struct Key {
+    pub path: PathBuf,
     wrap: Wrap,
     gamma: bool,
     bottom_up: bool,
@@ -166,18 +166,36 @@ impl<T: FromColor> Cache<T> {
                 (path.clone(), None)
             }
             None => {
-                let (path, bytes) = params.file(file)?;
+                let reuse = params.reuse();
+                let is_kept = |path: &Path| {
+                    let key = Key::new(path.to_owned(), &settings);
+                    reuse.is_some_and(|reuse| reuse.picture::<MipMap<T>>(&key).is_some())
+                };
+                let (path, bytes) = params.file_unless(file, is_kept)?;
                 self.found.insert(first.clone(), path.clone());
-                (path, Some(bytes))
+                (path, bytes)
             }
         };
         let key = Key::new(path, &settings);
         if !self.known.contains_key(&key) {
-            let bytes = match bytes {
-                Some(bytes) => bytes,
-                None => params.file(file)?.1,
+            let made = match kept(params, &key) {
+                Some(map) => Ok(map),
+                None => {
+                    let bytes = match bytes {
+                        Some(bytes) => bytes,
+                        None => params.file(file)?.1,
+                    };
+                    let reported = params.reported();
+                    let made = decode(params, name, &key.path, bytes, &settings);
+                    // Warnings are given when the picture is decoded.
+                    if let (Some(reuse), Ok(map)) = (params.reuse(), &made)
+                        && reported.is_some_and(|reported| params.reported() == Some(reported))
+                    {
+                        reuse.keep_picture(&key, map);
+                    }
+                    made
+                }
             };
-            let made = decode(params, name, &key.path, bytes, &settings);
             self.known.insert(key.clone(), made);
         }
         match &self.known[&key] {
@@ -191,6 +209,15 @@ impl<T: FromColor> Cache<T> {
             }
         }
     }
+}
+
+/// A picture that an earlier load has decoded. `None` also where memory is short, so that errors are the same as without it.
+fn kept<T: FromColor>(params: &Params, key: &Key) -> Option<Arc<MipMap<T>>> {
+    let map: Arc<MipMap<T>> = params.reuse()?.picture(key)?;
+    let mut charge = params.memory().reserve(4 * map.bytes() as u64).ok()?;
+    charge.resize(map.bytes() as u64).ok()?;
+    charge.keep();
+    Some(map)
 }
 
 /// Warns of a picture in a format that pbrt-v3 does not read (ReadImage in core/imageio.cpp).

@@ -47,6 +47,11 @@ impl Report {
         diagnostics.into_iter().for_each(|diagnostic| self.push(diagnostic));
     }
 
+    /// How many places have been reported.
+    pub fn count(&self) -> usize {
+        self.places
+    }
+
     /// Reports an undefined name, unless a missing file may define it. `finish` adds definitions in other places.
     pub fn undefined<'n>(&mut self, kind: SymbolKind, name: &Text, known: impl Iterator<Item = &'n String>) {
         self.symbols.use_undefined(kind, name);

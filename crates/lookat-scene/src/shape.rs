@@ -18,6 +18,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::Transform;
+use crate::cache::KeptMesh;
 use crate::mesh::{self, Mesh, ply_file, triangle_mesh};
 use crate::params::{FileParam, Params};
 use crate::schema::{Kind, names};
@@ -158,11 +159,16 @@ pub(crate) enum Geometry {
     PlyFile(FileParam),
 }
 
-/// pbrt-v3's MakeShapes. The remaining parameters belong to the material or are unknown.
-pub(crate) fn shape(params: &mut Params, world_from_object: Transform) -> Option<Geometry> {
+/// pbrt-v3's MakeShapes. The remaining parameters belong to the material or are unknown. `kept` is the mesh, if an earlier load has
+/// made it.
+pub(crate) fn shape(
+    params: &mut Params,
+    kept: Option<KeptMesh>,
+    world_from_object: Transform,
+) -> Option<Geometry> {
     let shape = match params.kind() {
         "plymesh" => return ply_file(params).map(Geometry::PlyFile),
-        "trianglemesh" => triangle_mesh(params, world_from_object).map(triangles),
+        "trianglemesh" => triangle_mesh(params, kept, world_from_object).map(Shape::TriangleMesh),
         "curve" => curve::curve(params, world_from_object).map(|curve| Shape::Curve(Arc::new(curve))),
         "heightfield" => heightfield::heightfield(params, world_from_object).map(triangles),
         "loopsubdiv" => loop_subdivision::loop_subdivision(params, world_from_object).map(triangles),

@@ -5,7 +5,7 @@ use crate::advice::{V4_DIRECTIVES, advice, surplus};
 use crate::synonyms::directive_advice;
 use crate::token::{Fault, Input, Parsing, blank, found, number, shown, word};
 use crate::words::is_keyword;
-use crate::{Diagnostic, Directive, FileId, Span, Statement, nearest};
+use crate::{Diagnostic, Directive, FileId, ParamType, Span, Statement, Values, nearest};
 
 /// The result of [`parse`].
 #[derive(Debug, Default)]
@@ -24,7 +24,27 @@ pub struct Parsed {
     pub bytes: u64,
     /// The place where `bytes` reached its limit. The rest of the file is not read.
     pub exhausted: Option<Span>,
+    /// The long lists of numbers without mistakes, in the order of the file.
+    pub lists: Vec<LongList>,
 }
+
+/// A list of at least [`LongList::BYTES`] bytes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LongList {
+    /// The declared type.
+    pub ty: ParamType,
+    /// Its place, with its brackets.
+    pub span: Span,
+}
+
+impl LongList {
+    /// The fewest bytes of a long list.
+    pub const BYTES: usize = 1024;
+}
+
+/// Tells the length of a list that the caller knows already, from its declared type and the place of its bracket. It has the bytes of a
+/// list of [`Parsed::lists`] of that type.
+pub type KnownList<'a> = dyn FnMut(ParamType, usize) -> Option<usize> + 'a;
 
 /// The most bytes of memory for the numbers of a text.
 pub fn number_bytes(text: &[u8]) -> u64 {
@@ -49,27 +69,21 @@ pub fn parse(file: FileId, text: &[u8]) -> Parsed {
 
 /// Like [`parse`], but stops before [`Parsed::bytes`] exceeds `most_bytes`.
 pub fn parse_within(file: FileId, text: &[u8], most_bytes: u64) -> Parsed {
-    parse_from(file, text, 0, most_bytes)
+    parse_again(file, text, most_bytes, &mut |_, _| None)
 }
 
-/// The same from a byte on.
-pub(crate) fn parse_from(file: FileId, text: &[u8], start: usize, most_bytes: u64) -> Parsed {
-    let mut reader = Reader {
-        unknown: 0,
-        file,
-        text,
-        diagnostics: Vec::new(),
-        v4_marks: Vec::new(),
-        broken_end: false,
-        lost_include: false,
-        comma: None,
-        statement: &[],
-        faulty: false,
-        fraction: false,
-        bytes: 0,
-        most_bytes,
-        exhausted: None,
-    };
+/// Like [`parse_within`], but leaves out the values of lists that are known: [`Param::is_read`](crate::Param::is_read) is false there.
+pub fn parse_again(file: FileId, text: &[u8], most_bytes: u64, known: &mut KnownList) -> Parsed {
+    read(Reader { most_bytes, ..Reader::new(file, text, known) }, 0)
+}
+
+/// Like [`parse`], from a byte on.
+pub(crate) fn parse_from(file: FileId, text: &[u8], start: usize) -> Parsed {
+    read(Reader::new(file, text, &mut |_, _| None), start)
+}
+
+fn read(mut reader: Reader, start: usize) -> Parsed {
+    let (file, text) = (reader.file, reader.text);
     let mut statements = Vec::new();
     if text.len() >= u32::MAX as usize {
         reader
@@ -84,8 +98,14 @@ pub(crate) fn parse_from(file: FileId, text: &[u8], start: usize, most_bytes: u6
         reader.diagnostics.push(warning);
     }
     reader.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
-    let Reader { diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted, .. } = reader;
-    Parsed { statements, diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted }
+    let Reader { diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted, lists, .. } = reader;
+    Parsed { statements, diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted, lists }
+}
+
+/// The values of a list of [`Parsed::lists`].
+pub fn read_list(ty: ParamType, text: &[u8]) -> Values {
+    let mut known = |_, _| None;
+    Reader::new(FileId(0), text, &mut known).values(ty)
 }
 
 /// After this many unknown directives, the parser looks for known directives only: the file is probably not a scene.
@@ -112,9 +132,32 @@ pub(crate) struct Reader<'a> {
     bytes: u64,
     most_bytes: u64,
     exhausted: Option<Span>,
+    pub(crate) known: &'a mut KnownList<'a>,
+    pub(crate) lists: Vec<LongList>,
 }
 
 impl<'a> Reader<'a> {
+    fn new(file: FileId, text: Input<'a>, known: &'a mut KnownList<'a>) -> Self {
+        Reader {
+            unknown: 0,
+            file,
+            text,
+            diagnostics: Vec::new(),
+            v4_marks: Vec::new(),
+            broken_end: false,
+            lost_include: false,
+            comma: None,
+            statement: &[],
+            faulty: false,
+            fraction: false,
+            bytes: 0,
+            most_bytes: u64::MAX,
+            exhausted: None,
+            known,
+            lists: Vec::new(),
+        }
+    }
+
     fn statements(&mut self, start: usize, statements: &mut Vec<Statement>) {
         let mut input = &self.text[start..];
         // Skip a byte-order mark.

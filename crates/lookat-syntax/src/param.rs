@@ -122,6 +122,8 @@ pub struct Param {
     pub name: Text,
     /// The values. Their span includes any brackets.
     pub values: Spanned<Values>,
+    /// False for a list that [`parse_again`](crate::parse_again) was told to leave out: it is empty.
+    pub is_read: bool,
 }
 
 impl Param {

@@ -14,7 +14,7 @@ pub fn statement_at(text: &[u8], at: Span) -> Option<Statement> {
         // No comment goes on in another line.
         let start = before.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
         let end = (at.end as usize).saturating_add(*reach).min(text.len());
-        let statements = parse_from(at.file, &text[..end], start, u64::MAX).statements;
+        let statements = parse_from(at.file, &text[..end], start).statements;
         let holds = |found: &Statement| found.span.start <= at.start && at.end <= found.span.end;
         let number = statements.iter().position(holds)?;
         // The last one may go on behind the end.

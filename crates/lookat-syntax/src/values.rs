@@ -6,7 +6,7 @@ use crate::param::{Param, ParamType, Values};
 use crate::quotes::unopened;
 use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separator, shown, word};
 use crate::words::{ends_list, is_declaration, unclosed};
-use crate::{Diagnostic, Spanned, Text, nearest};
+use crate::{Diagnostic, LongList, Spanned, Text, nearest};
 
 /// The most bad values that are reported for one list.
 const FAULTS_PER_LIST: usize = 5;
@@ -92,10 +92,12 @@ impl<'a> Reader<'a> {
         if let Some(rest) = self.list_in_others(start) {
             return Ok((rest, None));
         }
-        let (rest, count) = if list {
-            self.list(&start[1..], &start[..1], &mut values)?
-        } else {
-            self.single(start, &mut values)?
+        let at = self.offset(start);
+        let known = declared.as_ref().filter(|_| list).and_then(|(ty, _)| (self.known)(*ty, at));
+        let (rest, count) = match known.and_then(|length| start.get(length..)) {
+            Some(rest) => (rest, 0),
+            None if list => self.list(&start[1..], &start[..1], &mut values)?,
+            None => self.single(start, &mut values)?,
         };
         if let Some((ty, name)) = declared.as_ref().filter(|_| self.faulty) {
             self.advise_texture(*ty, name);
@@ -110,8 +112,24 @@ impl<'a> Reader<'a> {
             self.diagnostics.push(completed(Diagnostic::error(span, message), ty, count, &values));
             self.faulty = true;
         }
+        let are_numbers = !matches!(values, Values::Strings(_) | Values::Bools(_));
+        let is_long = (span.end - span.start) as usize >= LongList::BYTES;
+        if list && is_long && are_numbers && !self.faulty && !self.fraction {
+            self.lists.push(LongList { ty, span });
+        }
         let name = Spanned { value: name, span: declaration.span };
-        Ok((rest, Some(Param { ty, name, values: Spanned { value: values, span } })))
+        let is_read = known.is_none();
+        Ok((rest, Some(Param { ty, name, values: Spanned { value: values, span }, is_read })))
+    }
+
+    /// The values of a text that is a list without mistakes.
+    pub(crate) fn values(&mut self, ty: ParamType) -> Values {
+        let text = self.text;
+        let mut values = self.empty(Some(ty), &[]);
+        if let Some((open, rest)) = text.split_at_checked(1) {
+            let _ = self.list(rest, open, &mut values);
+        }
+        values
     }
 
     /// True if the next declaration or directive follows instead of a value.

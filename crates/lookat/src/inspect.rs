@@ -75,7 +75,7 @@ impl<'s> Inspected<'s> {
     fn new(scene: &'s Scene, loaded: &'s Loaded) -> Result<Self, String> {
         let mut prepared = crate::sight::prepare(loaded, scene)?;
         let inspection = lookat_render::inspect(&prepared, &scene.view);
-        let sight = crate::sight::look(loaded, scene, &mut prepared);
+        let sight = crate::sight::look(loaded, scene, prepared.facts(&scene.view));
         Ok(Inspected { scene, inspection, memory: scene.world.memory(), sight, sources: &loaded.sources })
     }
 

@@ -43,7 +43,7 @@ impl Live {
         let terminal = arguments.show.map(Terminal::new).transpose()?;
         let tev = arguments.tev.as_deref().and_then(Tev::connect);
         let views = Views { terminal, tev, next: Instant::now() };
-        Ok(Live { views: Mutex::new(views), watch: arguments.watch.then(Watch::default) })
+        Ok(Live { views: Mutex::new(views), watch: arguments.watch.then(|| Watch::new(|| ())) })
     }
 
     /// Begins a picture of this file and size.

@@ -90,7 +90,7 @@ fn render_scene(arguments: &Render, live: &Live) -> u8 {
         live.watch.iter().for_each(|watch| watch.note(file));
         None
     };
-    let mut loaded = load_instead(path, &load_options(arguments), arguments.report, &note);
+    let mut loaded = load_instead(path, &load_options(arguments), arguments.report, &note, None);
     // If --spp is a maximum, the scene keeps its own number.
     let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
     let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));

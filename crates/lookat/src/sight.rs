@@ -37,13 +37,13 @@ pub fn prepare(loaded: &Loaded, scene: &Scene) -> Result<Prepared, String> {
 }
 
 /// What a scene shows.
-pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, prepared: &mut Prepared) -> Sight<'l> {
+pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, facts: ViewFacts) -> Sight<'l> {
     let placement = loaded.placement.filter(CameraPlacement::is_plain);
     Sight {
         scene,
         places: &loaded.places,
         look_at: placement.and_then(|placement| Some((placement.span?, placement))),
-        facts: prepared.facts(&scene.view),
+        facts,
         focus: Focus::new(&scene.view.camera, &scene.view.film),
         turned: None,
         start: Span { file: FileId(0), start: 0, end: 0 },
@@ -52,9 +52,18 @@ pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, prepared: &mut Prepared) -
 
 /// Warnings. Where the camera is in the wrong place, nothing is said about what it shows from there.
 pub fn advise(loaded: &Loaded, scene: &Scene, prepared: &mut Prepared) -> Vec<Diagnostic> {
-    let mut sight = look(loaded, scene, prepared);
+    advise_by(loaded, scene, |view| prepared.facts(view))
+}
+
+/// The same from facts about views.
+pub fn advise_by(
+    loaded: &Loaded,
+    scene: &Scene,
+    mut facts: impl FnMut(&View) -> ViewFacts,
+) -> Vec<Diagnostic> {
+    let mut sight = look(loaded, scene, facts(&scene.view));
     if let Some((_, look_at)) = sight.look_at.filter(|_| sight.is_odd()) {
-        sight.turned = turned(&scene.view, &look_at).map(|view| prepared.facts(&view));
+        sight.turned = turned(&scene.view, &look_at).map(|view| facts(&view));
     }
     let sight = &sight;
     if let Some(found) =

@@ -8,20 +8,26 @@ use std::sync::Arc;
 
 use lookat_image::{Image, MemoryBudget, PictureFile, open_file};
 use lookat_scene::syntax::Severity;
-use lookat_scene::{LoadOptions, Loaded, load_opened};
+use lookat_scene::{LoadCache, LoadOptions, Loaded, Stamped, load_again, load_opened};
 
 use crate::args::Report;
 
 /// Loads a scene. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded {
-    load_instead(path, options, report, &|_| None)
+    load_instead(path, options, report, &|_| None, None)
 }
 
 /// The text to read in place of a file.
 pub type Instead<'a> = dyn Fn(&Path) -> Option<Arc<Vec<u8>>> + 'a;
 
-/// The same. Calls `instead` with each file before reading it, also with one that is missing.
-pub fn load_instead(path: &Path, options: &LoadOptions, report: Report, instead: &Instead) -> Loaded {
+/// The same. Calls `instead` with each file before reading it, also with one that is missing. Takes over what the cache has.
+pub fn load_instead(
+    path: &Path,
+    options: &LoadOptions,
+    report: Report,
+    instead: &Instead,
+    cache: Option<(&mut LoadCache, &Stamped)>,
+) -> Loaded {
     let is_open = Cell::new(false);
     // Only the scene itself can be standard input or a pipe, not a file that it names.
     let open = |file: &Path| {
@@ -34,7 +40,10 @@ pub fn load_instead(path: &Path, options: &LoadOptions, report: Report, instead:
             false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
         }
     };
-    let mut loaded = load_opened(path, &open, options);
+    let mut loaded = match cache {
+        Some(cache) => load_again(path, &open, cache, options),
+        None => load_opened(path, &open, options),
+    };
     // Show `-` under a readable name.
     if let Some(first) = loaded.sources.files.first_mut()
         && first.path == Path::new("-")

@@ -24,7 +24,7 @@ use crate::{camera, cutout, film, filter, integrator, light, material, sampler, 
 /// The parameters that the constructor of a type reads, when none is given.
 fn read(kind: &Kind) -> Vec<&'static str> {
     let missing = |_: &Path| Err(io::ErrorKind::NotFound.into());
-    let files = Files::new(Path::new(""), Access::Read(&missing), MemoryBudget::new(0));
+    let files = Files::new(Path::new(""), Access::Read(&missing), MemoryBudget::new(0), None);
     let mut report = Report::default();
     let span = Span { file: FileId(0), start: 0, end: 0 };
     let entity = Entity { name: Text { value: kind.name.into(), span }, params: Vec::new() };
@@ -45,7 +45,7 @@ fn construct(kind: &Kind, params: &mut TextureParams) {
             if ["trianglemesh", "plymesh"].contains(&kind.name) {
                 cutout::cutout(params);
             }
-            drop(shape::shape(params, here));
+            drop(shape::shape(params, None, here));
         }
         "Accelerator" | "MakeNamedMedium" => {}
         "Material" | "MakeNamedMaterial" => {

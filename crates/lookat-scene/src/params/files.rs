@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use lookat_syntax::{Diagnostic, Entity, ParamType, Severity, Span, Text};
 
 use super::Params;
+use crate::Transform;
+use crate::cache::MeshKey;
 use crate::files::{Bytes, Files};
 use crate::report::Report;
 use crate::schema::{Key, Name};
@@ -60,6 +62,23 @@ impl Params<'_> {
             self.push(Diagnostic { severity: Severity::Warning, ..unreadable });
         })
         .ok()
+    }
+
+    /// The bytes of a file named by a parameter, or `None` for them if they are known. Reports an unreadable file and returns `None`.
+    pub fn file_unless(
+        &mut self,
+        name: &Text,
+        is_known: impl Fn(&Path) -> bool,
+    ) -> Option<(PathBuf, Option<Bytes>)> {
+        let read = self.files.read_unless(&name.value, name.span, is_known);
+        let (path, bytes) = read.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
+        self.warn_of_path(name, &path);
+        Some((path, bytes))
+    }
+
+    /// What a mesh in a file depends on.
+    pub fn mesh_file_key(&self, path: &Path, world_from_object: &Transform) -> Option<MeshKey> {
+        self.files.mesh_file_key(path, world_from_object)
     }
 
     fn read(&mut self, name: &Text) -> Result<(PathBuf, Bytes), (PathBuf, io::Error)> {

@@ -28,7 +28,7 @@ pub(crate) struct Settings {
 pub(super) type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
 
 /// Converts a color to a texel.
-pub(crate) trait FromColor: Texel {
+pub(crate) trait FromColor: Texel + 'static {
     /// Converts a color of the file.
     fn from_color(color: Vec3, settings: &Settings) -> Self;
 }

@@ -94,14 +94,20 @@ impl Resolver<'_> {
         }
     }
 
-    pub(super) fn shape(&mut self, entity: Entity) {
+    pub(super) fn shape(&mut self, mut entity: Entity) {
         let name = entity.name.clone();
+        let mesh_key = self.files.mesh_key(&entity, &self.state.ctm).filter(|_| !self.report.partial);
+        let kept = mesh_key.as_ref().and_then(|key| self.files.kept_mesh(key));
+        if kept.is_none() {
+            self.files.read_lists(&mut entity.params);
+        }
         let params = &mut Params::new("Shape", entity, &self.files, &mut self.report);
+        params.mesh_key = mesh_key;
         let cutout = match params.kind() {
             "trianglemesh" | "plymesh" => cutout(&mut TextureParams::new(params, &self.definitions.textures)),
             _ => None,
         };
-        let geometry = shape::shape(params, self.state.ctm);
+        let geometry = shape::shape(params, kept, self.state.ctm);
         let (overriding, unknown) = self.state.material.split(params.take_rest());
         params.put_back(unknown);
         let is_complete = params.finish();

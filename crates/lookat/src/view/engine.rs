@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
+use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
 
 use super::editor::Editor;
 use super::gallery::Gallery;
@@ -59,6 +59,8 @@ pub struct Engine {
     options: LoadOptions,
     samples_per_pixel: Option<u32>,
     watch: Watch,
+    /// What the last load has read.
+    cache: LoadCache,
     /// The last file without errors.
     opened: Option<Opened>,
     /// The errors of the file since then.
@@ -94,6 +96,7 @@ impl Engine {
         references: References,
     ) -> Engine {
         let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
+        let woken = requests.clone();
         Engine {
             requests,
             hub,
@@ -101,7 +104,8 @@ impl Engine {
             path: arguments.scene.clone(),
             options,
             samples_per_pixel: None,
-            watch: Watch::default(),
+            watch: Watch::new(move || woken.wake()),
+            cache: LoadCache::default(),
             opened: None,
             error: None,
             reading: 0,
@@ -140,9 +144,11 @@ impl Engine {
             requests.into_iter().for_each(|request| self.answer(request));
             self.follow_reference();
             if self.watch.has_changed() {
+                self.watch.settle();
                 self.read();
             } else if self.stage == Stage::New {
                 self.render_small();
+                self.advise();
             } else if self.stage == Stage::Small && !is_new {
                 self.render_full();
             }
@@ -214,6 +220,13 @@ impl Engine {
         self.tell_scene(None);
     }
 
+    /// Tells the warnings about what the camera of the file shows. They take longer than a small picture.
+    fn advise(&mut self) {
+        if self.opened.as_mut().is_some_and(Opened::advise) {
+            self.tell_scene(None);
+        }
+    }
+
     /// Tells what the file has, and why the film is not the one that was asked for.
     fn tell_scene(&self, film_refused: Option<&str>) {
         let opened = self.opened.as_ref();
@@ -237,7 +250,7 @@ impl Engine {
     }
 
     /// Fails with the errors of the file.
-    fn load(&self) -> Result<Loaded, String> {
+    fn load(&mut self) -> Result<Loaded, String> {
         let mut loaded = self.load_once();
         for _ in 0..MOST_READINGS {
             let end = Instant::now() + SAVING;
@@ -256,14 +269,17 @@ impl Engine {
         Ok(loaded)
     }
 
-    fn load_once(&self) -> Loaded {
+    fn load_once(&mut self) -> Loaded {
         self.watch.restart();
         let plain = Report { strict: false, json: false };
+        let Engine { path, options, watch, unsaved, cache, .. } = self;
         let instead = |file: &Path| {
-            self.watch.note(file);
-            self.unsaved.text(file)
+            watch.note(file);
+            unsaved.text(file)
         };
-        let mut loaded = load_instead(&self.path, &self.options, plain, &instead);
+        // The stamp of a file says nothing about a text that is not written.
+        let stamp = |file: &Path| unsaved.text(file).is_none().then(|| watch.stamp(file)).flatten();
+        let mut loaded = load_instead(path, options, plain, &instead, Some((cache, &stamp)));
         replace_samples(&mut loaded, self.samples_per_pixel);
         loaded
     }
@@ -272,9 +288,8 @@ impl Engine {
     fn open(&mut self, loaded: Loaded) -> Result<(), String> {
         let beside = beside(&self.path).find(|picture| !is_among(picture, &loaded.inputs));
         self.references().offer(beside);
-        let old = &mut self.opened;
-        let before = || old.take().map(|before| before.own_view().clone());
-        let mut opened = Opened::new(loaded, before).map_err(|reason| format!("error: {reason}\n"))?;
+        let opened = Opened::new(loaded, &mut self.opened);
+        let mut opened = opened.map_err(|reason| format!("error: {reason}\n"))?;
         // A camera that was written into the file replaces the one that was set by hand.
         if opened.has_new_camera || opened.set(&self.set.camera).is_err() {
             self.set.camera = SetCamera::default();

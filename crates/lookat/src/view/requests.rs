@@ -16,6 +16,8 @@ pub struct Requests {
     put: Condvar,
     /// Whether one waits that is not answered aside, to be read without the lock.
     has_any: AtomicBool,
+    /// Whether the engine has something else to do.
+    is_woken: AtomicBool,
 }
 
 impl Requests {
@@ -64,9 +66,18 @@ impl Requests {
         self.has_any.load(Ordering::Relaxed)
     }
 
-    /// Takes all requests, after waiting at most `time` for the first.
+    /// Ends waiting: a file has changed.
+    pub fn wake(&self) {
+        let _waiting = self.lock();
+        self.is_woken.store(true, Ordering::Relaxed);
+        self.put.notify_all();
+    }
+
+    /// Takes all requests, after waiting at most `time` for the first or until woken.
     pub fn take(&self, time: Duration) -> Vec<Request> {
-        let waited = self.put.wait_timeout_while(self.lock(), time, |waiting| waiting.is_empty());
+        let is_idle =
+            |waiting: &mut Vec<Request>| waiting.is_empty() && !self.is_woken.swap(false, Ordering::Relaxed);
+        let waited = self.put.wait_timeout_while(self.lock(), time, is_idle);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
         self.has_any.store(false, Ordering::Relaxed);
         std::mem::take(&mut waiting)

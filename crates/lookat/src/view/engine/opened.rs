@@ -34,21 +34,33 @@ pub struct Opened {
     pub prepared: Prepared,
     /// Whether the file had another camera before.
     pub has_new_camera: bool,
+    /// Warnings and notes as text.
+    messages: String,
+    /// Whether they are also about what the camera of the file shows.
+    is_advised: bool,
     _charge: Charge,
 }
 
 impl Opened {
-    /// Prepares a scene. `before` takes what the page saw before, and gives its memory back.
-    pub fn new(mut loaded: Loaded, before: impl FnOnce() -> Option<View>) -> Result<Opened, String> {
+    /// Prepares a scene. Takes `before` over, and gives the rest of its memory back.
+    pub fn new(mut loaded: Loaded, before: &mut Option<Opened>) -> Result<Opened, String> {
         let scene = loaded.scene.take().ok_or_else(String::new)?;
         let charge = charge_memory(&scene, &Settings::default(), &loaded.memory)?;
-        let has_new_camera = before().is_some_and(|before| has_new_camera(&before, &scene.view));
-        let mut prepared = Prepared::new(&scene);
+        let (mut has_new_camera, mut messages) = (false, None);
+        let prepared = match before.take().map(|before| (before.prepared, before.scene, before.messages)) {
+            Some((mut prepared, before, old)) => {
+                has_new_camera = is_new_camera(&before.view, &scene.view);
+                // Until the new ones are known.
+                messages = Some(old);
+                drop(before);
+                prepared.renew(&scene);
+                prepared
+            }
+            None => Prepared::new(&scene),
+        };
         let focal_distance = loaded.places.focal_distance;
         let focal_distance = focal_distance.and_then(|span| report::word(span, &loaded.sources).parse().ok());
         let placement = placement(&loaded, &scene, &prepared);
-        let advice = sight::advise(&loaded, &scene, &mut prepared);
-        loaded.diagnostics.extend(advice);
         Ok(Opened {
             view: scene.view.clone(),
             points: placement.map_or([0.0; 9], |placement| placement.points),
@@ -58,6 +70,8 @@ impl Opened {
             focal_distance,
             prepared,
             has_new_camera,
+            messages: messages.unwrap_or_default(),
+            is_advised: false,
             _charge: charge,
         })
     }
@@ -67,9 +81,17 @@ impl Opened {
         self.loaded.memory.reserve(film_bytes(&self.view, settings)).map_err(way_out)
     }
 
-    /// The view of the file.
-    pub fn own_view(&self) -> &View {
-        &self.scene.view
+    /// Adds warnings about what the camera of the file shows. False if they are there already.
+    pub fn advise(&mut self) -> bool {
+        if self.is_advised {
+            return false;
+        }
+        let Opened { loaded, scene, prepared, .. } = self;
+        let advice = sight::advise_by(loaded, scene, |view| prepared.facts_unmoved(view));
+        loaded.diagnostics.extend(advice);
+        self.messages = report::text(loaded);
+        self.is_advised = true;
+        true
     }
 
     /// The camera of the file.
@@ -132,7 +154,7 @@ impl Opened {
 
     /// Warnings and notes, also about what the camera of the file shows.
     pub fn messages(&self) -> String {
-        report::text(&self.loaded)
+        self.messages.clone()
     }
 
     /// What the picture shows at a place.
@@ -190,7 +212,7 @@ impl Opened {
 }
 
 /// Whether the camera of the file has changed. The shape of the film changes the screen of a camera without `screenwindow`, too.
-fn has_new_camera(before: &View, now: &View) -> bool {
+fn is_new_camera(before: &View, now: &View) -> bool {
     let same_film = before.film.resolution == now.film.resolution;
     let screen = if same_film { before.camera.screen } else { now.camera.screen };
     Camera { screen, ..before.camera } != now.camera

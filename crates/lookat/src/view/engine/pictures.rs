@@ -56,12 +56,15 @@ impl Engine {
         let area = opened.view.film.crop.area();
         let next = Mutex::new(started + STEP);
         let progress = |progress: Progress| {
+            if watch.has_changed() {
+                return ControlFlow::Break(());
+            }
             // Another thread does it.
             let Ok(mut next) = next.try_lock() else { return ControlFlow::Continue(()) };
             if let Some(pick) = requests.take_pick() {
                 answer(pick, opened, reading, hub);
             }
-            if requests.has_any() || watch.has_changed() {
+            if requests.has_any() {
                 return ControlFlow::Break(());
             }
             let now = Instant::now();
@@ -78,11 +81,11 @@ impl Engine {
         let rendered = std::thread::scope(|scope| {
             // Without a thread, questions wait for the end of the picture.
             let _ = Builder::new().spawn_scoped(scope, || engine.look_meanwhile(&is_over));
-            let rendered = opened.prepared.render_unmoved(&opened.view, &settings, &progress);
+            let rendered = opened.prepared.render_whole(&opened.view, &settings, &progress);
             requests.end_asides(&is_over);
             rendered
         });
-        if rendered.complete {
+        if let Some(rendered) = rendered.filter(|rendered| rendered.complete) {
             let total = rendered.statistics.samples;
             let (mut image, seconds) = (rendered.image, started.elapsed().as_secs_f64());
             let samples_per_pixel = total as f64 / area as f64;

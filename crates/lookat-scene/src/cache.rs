@@ -1,0 +1,228 @@
+//! What a load keeps for the next load of a scene: texts with their long lists, meshes and pictures.
+
+use std::any::{Any, TypeId};
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use lookat_syntax::{LongList, ParamType};
+
+use crate::picture;
+use crate::{Mesh, Transform};
+
+/// What tells one version of a file from another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Stamp {
+    /// The time of the last change, if the system tells it.
+    pub modified: Option<SystemTime>,
+    /// The bytes of the file.
+    pub length: u64,
+    /// The number of the file, which changes if another one is renamed to it. 0 if the system tells none.
+    pub number: u64,
+}
+
+/// A function that gives the stamp that a file had before it was opened. `None` for a file that may change without a new stamp, which
+/// is read again.
+pub type Stamped<'a> = dyn Fn(&Path) -> Option<Stamp> + 'a;
+
+/// What the last load without errors used. It shares its texts, meshes and pictures with the scene.
+#[derive(Default)]
+pub struct LoadCache {
+    pub(crate) kept: Kept,
+}
+
+/// Texts, meshes and pictures.
+#[derive(Default)]
+pub(crate) struct Kept {
+    texts: HashMap<PathBuf, Arc<KeptText>>,
+    meshes: HashMap<MeshKey, KeptMesh>,
+    pictures: HashMap<PictureKey, Arc<dyn Any + Send + Sync>>,
+    /// The number of the next list that is new.
+    next_list: u64,
+}
+
+/// The text of a file.
+struct KeptText {
+    text: Arc<Vec<u8>>,
+    stamp: Option<Stamp>,
+    /// Its long lists, each with a number: lists of equal numbers have equal bytes and types.
+    lists: Vec<(LongList, u64)>,
+}
+
+/// All that a mesh depends on.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) enum MeshKey {
+    /// The lists of a directive.
+    Lists(Vec<(String, ParamType, List)>, Placement),
+    /// A file.
+    File(PathBuf, Stamp, Placement),
+}
+
+/// The text of a list.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) enum List {
+    /// A long list, by its number.
+    Long(u64),
+    Short(Vec<u8>),
+}
+
+/// The bits of a transformation and of its inverse.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(crate) struct Placement([[u64; 16]; 2]);
+
+impl From<&Transform> for Placement {
+    fn from(transform: &Transform) -> Self {
+        let matrices = [transform.matrix(), transform.inverse_matrix()];
+        Placement(matrices.map(|matrix| matrix.to_cols_array().map(f64::to_bits)))
+    }
+}
+
+/// A mesh, and what is reported about it.
+#[derive(Debug, Clone)]
+pub(crate) struct KeptMesh {
+    pub mesh: Arc<Mesh>,
+    /// Triangles without area.
+    pub flat: usize,
+    /// See [`crate::ply::PlyMesh`].
+    pub other_faces: usize,
+    pub goes_on: bool,
+}
+
+/// The file, its settings, and the type of the texels.
+type PictureKey = (picture::Key, Stamp, TypeId);
+
+/// The access of a load to what the one before has kept.
+#[derive(Clone, Copy)]
+pub(crate) struct Reuse<'a> {
+    pub stamp: &'a Stamped<'a>,
+    pub old: &'a Kept,
+    pub new: &'a RefCell<Kept>,
+}
+
+impl Kept {
+    /// Nothing, for a load after this one.
+    pub fn next(&self) -> RefCell<Kept> {
+        RefCell::new(Kept { next_list: self.next_list, ..Kept::default() })
+    }
+}
+
+impl Reuse<'_> {
+    fn kept_text(&self, path: &Path) -> Option<Arc<KeptText>> {
+        self.new.borrow().texts.get(path).or(self.old.texts.get(path)).cloned()
+    }
+
+    /// The text of a file that has not changed.
+    pub fn text(&self, path: &Path) -> Option<Arc<Vec<u8>>> {
+        let stamp = (self.stamp)(path)?;
+        self.kept_text(path).filter(|kept| kept.stamp == Some(stamp)).map(|kept| kept.text.clone())
+    }
+
+    /// Looks for lists of this text in the text that the file had before.
+    pub fn known_lists(&self, path: &Path, text: Arc<Vec<u8>>) -> KnownLists {
+        KnownLists { before: self.kept_text(path), text, next: 0, found: HashMap::new() }
+    }
+
+    /// Keeps a text and its lists.
+    pub fn keep_text(&self, path: &Path, known: KnownLists, lists: Vec<LongList>) {
+        let mut new = self.new.borrow_mut();
+        let KnownLists { text, found, .. } = known;
+        let is_plain = |list: &LongList| !text[bytes(list)].contains(&b',');
+        let lists = lists.into_iter().filter(|list| found.contains_key(&list.span.start) || is_plain(list));
+        let numbered = lists.map(|list| {
+            let number = found.get(&list.span.start).copied().unwrap_or_else(|| {
+                new.next_list += 1;
+                new.next_list
+            });
+            (list, number)
+        });
+        let lists = numbered.collect();
+        let kept = KeptText { text, stamp: (self.stamp)(path), lists };
+        new.texts.insert(path.to_owned(), Arc::new(kept));
+    }
+
+    /// The number of the long list at a place.
+    pub fn list_number(&self, path: &Path, start: u32) -> Option<u64> {
+        let new = self.new.borrow();
+        let lists = &new.texts.get(path)?.lists;
+        let at = lists.binary_search_by_key(&start, |(list, _)| list.span.start).ok()?;
+        Some(lists[at].1)
+    }
+
+    /// The mesh for a key.
+    pub fn mesh(&self, key: &MeshKey) -> Option<KeptMesh> {
+        let known = self.new.borrow().meshes.get(key).cloned();
+        known.or_else(|| {
+            let kept = self.old.meshes.get(key)?;
+            self.keep_mesh(key.clone(), kept.clone());
+            Some(kept.clone())
+        })
+    }
+
+    pub fn keep_mesh(&self, key: MeshKey, mesh: KeptMesh) {
+        self.new.borrow_mut().meshes.insert(key, mesh);
+    }
+
+    /// The picture for a key.
+    pub fn picture<T: Any + Send + Sync>(&self, key: &picture::Key) -> Option<Arc<T>> {
+        let key = (key.clone(), (self.stamp)(&key.path)?, TypeId::of::<T>());
+        let kept = self.old.pictures.get(&key)?.clone();
+        self.new.borrow_mut().pictures.insert(key, kept.clone());
+        kept.downcast().ok()
+    }
+
+    pub fn keep_picture<T: Any + Send + Sync>(&self, key: &picture::Key, picture: &Arc<T>) {
+        if let Some(stamp) = (self.stamp)(&key.path) {
+            let key = (key.clone(), stamp, TypeId::of::<T>());
+            self.new.borrow_mut().pictures.insert(key, picture.clone());
+        }
+    }
+}
+
+/// Finds lists of a text that the file had before, too.
+pub(crate) struct KnownLists {
+    before: Option<Arc<KeptText>>,
+    text: Arc<Vec<u8>>,
+    /// The list after the last one that was found.
+    next: usize,
+    /// The numbers of the lists that were found, by their places.
+    found: HashMap<u32, u64>,
+}
+
+/// So many lists are compared: most are the next one, unless lists are gone or in another order.
+const MOST_COMPARED: usize = 64;
+
+impl KnownLists {
+    /// The length of the list at a place, if it was there before.
+    pub fn find(&mut self, ty: ParamType, at: usize) -> Option<usize> {
+        let before = self.before.as_ref()?;
+        let here = &self.text[at..];
+        // Most lists are short.
+        if here.len() < LongList::BYTES || here[..LongList::BYTES - 1].contains(&b']') {
+            return None;
+        }
+        let is_same_text = Arc::ptr_eq(&before.text, &self.text);
+        let is_here = |index: &usize| {
+            let (list, _) = &before.lists[*index];
+            list.ty == ty
+                && match is_same_text {
+                    true => list.span.start as usize == at,
+                    false => here.starts_with(&before.text[bytes(list)]),
+                }
+        };
+        let from_next = (self.next..before.lists.len()).chain(0..self.next);
+        let found = from_next.take(MOST_COMPARED).find(is_here)?;
+        let (list, number) = before.lists[found];
+        self.next = found + 1;
+        self.found.insert(at as u32, number);
+        Some(bytes(&list).len())
+    }
+}
+
+fn bytes(list: &LongList) -> std::ops::Range<usize> {
+    list.span.start as usize..list.span.end as usize
+}
+
+#[cfg(test)]
+mod tests;
