@@ -55,10 +55,14 @@ fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String
     let folder = scene.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     let copy = tempfile::Builder::new().prefix("lookat-bench-").suffix(".pbrt").tempfile_in(folder);
     let copy = copy.map_err(|error| error.to_string())?;
+    // As many editors do: another file is renamed. Returns the time before that.
     let save = |number: u32| {
         // Before LookAt, so that only the camera changes.
         let moved = [format!("Translate {number}e-6 0 0 ").as_bytes(), &text].concat();
-        std::fs::write(copy.path(), moved).map_err(|error| error.to_string())
+        let other = copy.path().with_extension("new");
+        std::fs::write(&other, moved).map_err(|error| error.to_string())?;
+        let saved = Instant::now();
+        std::fs::rename(&other, copy.path()).map(|()| saved).map_err(|error| error.to_string())
     };
     save(0)?;
     let started = Instant::now();
@@ -70,8 +74,7 @@ fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String
     for number in 1..=SAVES {
         client.rest(BETWEEN_SAVES)?;
         let before = client.generation;
-        let saved = Instant::now();
-        save(number)?;
+        let saved = save(number)?;
         client.picture(|picture| picture.generation != before)?;
         saves.push(ms(saved.elapsed()));
     }

@@ -1,7 +1,7 @@
 //! The files that a scene was read from.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use lookat_syntax::{FileId, Span, value_span};
 
@@ -21,39 +21,60 @@ pub struct Source {
     pub text: Arc<Vec<u8>>,
     /// The `Include` that names it; `None` for the scene file.
     pub included_at: Option<Span>,
-    /// The starts of its lines, computed on first use.
-    line_starts: OnceLock<Vec<usize>>,
-    /// The characters before each [`BLOCK`] of bytes, computed on first use, because a line may be megabytes long.
-    characters: OnceLock<Vec<usize>>,
+    /// The lines and characters before each [`BLOCK`] of bytes, as far as a place has been looked up: a text has millions of lines, and a
+    /// line may be megabytes long.
+    counts: Mutex<Vec<Counts>>,
 }
 
-/// The block size in bytes. Each lookup counts the characters of at most one block.
+/// Ends of lines, and characters.
+#[derive(Debug, Clone, Copy, Default)]
+struct Counts {
+    lines: usize,
+    characters: usize,
+}
+
+/// The block size in bytes. Each lookup counts in at most one block.
 const BLOCK: usize = 4096;
+
+impl Counts {
+    /// UTF-8 continuation bytes are no characters.
+    fn of(bytes: &[u8]) -> Counts {
+        let count = |is_one: fn(&&u8) -> bool| bytes.iter().filter(is_one).count();
+        Counts { lines: count(|byte| **byte == b'\n'), characters: count(|byte| **byte & 0xC0 != 0x80) }
+    }
+
+    fn and(self, other: Counts) -> Counts {
+        Counts { lines: self.lines + other.lines, characters: self.characters + other.characters }
+    }
+}
 
 impl Source {
     pub(crate) fn new(path: PathBuf, text: Arc<Vec<u8>>, included_at: Option<Span>) -> Self {
-        Source { path, text, included_at, line_starts: OnceLock::new(), characters: OnceLock::new() }
+        Source { path, text, included_at, counts: Mutex::default() }
     }
 
-    fn line_starts(&self) -> &[usize] {
-        self.line_starts.get_or_init(|| {
-            let ends = self.text.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
-            std::iter::once(0).chain(ends.map(|(at, _)| at + 1)).collect()
-        })
-    }
-
-    /// The number of characters before a byte. UTF-8 continuation bytes do not count.
-    fn characters_before(&self, at: usize) -> usize {
-        let count = |bytes: &[u8]| bytes.iter().filter(|byte| **byte & 0xC0 != 0x80).count();
-        let blocks = self.characters.get_or_init(|| {
-            let sums = self.text.chunks(BLOCK).scan(0, |sum, block| {
-                *sum += count(block);
-                Some(*sum)
-            });
-            std::iter::once(0).chain(sums).collect()
-        });
+    /// What is before a byte.
+    fn before(&self, at: usize) -> Counts {
+        let mut counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
         let block = at / BLOCK;
-        blocks[block] + count(&self.text[block * BLOCK..at])
+        while counts.len() <= block {
+            let last = counts.last().copied().unwrap_or_default();
+            let next =
+                counts.len().checked_sub(1).map(|last| Counts::of(&self.text[last * BLOCK..][..BLOCK]));
+            counts.push(last.and(next.unwrap_or_default()));
+        }
+        counts[block].and(Counts::of(&self.text[block * BLOCK..at]))
+    }
+
+    /// The first byte of a line, from 0, before a byte that has been looked up.
+    fn line_start(&self, line: usize) -> usize {
+        let counts = self.counts.lock().unwrap_or_else(PoisonError::into_inner);
+        // The block with the end of the line before.
+        let Some(block) = counts.partition_point(|counts| counts.lines < line).checked_sub(1) else {
+            return 0;
+        };
+        let mut ends = (block * BLOCK..).zip(&self.text[block * BLOCK..]).filter(|(_, byte)| **byte == b'\n');
+        ends.nth(line - counts[block].lines - 1).map_or(0, |(end, _)| end + 1)
     }
 }
 
@@ -76,18 +97,21 @@ impl Sources {
 
     /// The line of the start of a span, from 1.
     pub(crate) fn line(&self, span: Span) -> usize {
-        self.file(span.file).line_starts().partition_point(|start| *start <= span.start as usize)
+        let source = self.file(span.file);
+        source.before((span.start as usize).min(source.text.len())).lines + 1
     }
 
     /// The line and column of the start of a span.
     pub fn location(&self, span: Span) -> Location<'_> {
-        let (source, line) = (self.file(span.file), self.line(span));
+        let source = self.file(span.file);
         let at = (span.start as usize).min(source.text.len());
-        let start = source.line_starts()[line - 1];
+        let before = source.before(at);
+        let start = source.line_start(before.lines);
+        let line = source.before(start);
         // A byte-order mark takes no column.
         let marks = usize::from(source.text[start..at].starts_with(b"\xEF\xBB\xBF"));
-        let column = source.characters_before(at) - source.characters_before(start) - marks + 1;
-        Location { path: &source.path, line, column }
+        let column = before.characters - line.characters - marks + 1;
+        Location { path: &source.path, line: before.lines + 1, column }
     }
 
     /// The end of a file.
@@ -125,7 +149,7 @@ mod tests {
 
     #[test]
     fn columns_count_characters_of_long_lines() {
-        let text = "é\n".to_owned() + &"aé漢".repeat(BLOCK) + "\nb";
+        let text = "é\n".to_owned() + &"aé漢".repeat(BLOCK) + "\nb" + &"c\n\nd".repeat(BLOCK);
         let characters: Vec<(usize, char)> = text.char_indices().collect();
         let source = Source::new("a.pbrt".into(), Arc::new(text.clone().into_bytes()), None);
         let sources = Sources { files: vec![source] };
@@ -134,6 +158,7 @@ mod tests {
             let place = sources.location(Span { file: FileId(0), start: at as u32, end: at as u32 });
             let line = text[..at].rsplit('\n').next().unwrap_or_default();
             assert_eq!(place.column, line.chars().count() + 1, "{at}");
+            assert_eq!(place.line, text[..at].split('\n').count(), "{at}");
         }
     }
 }
