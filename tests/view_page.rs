@@ -18,7 +18,7 @@ Sampler \"halton\" \"integer pixelsamples\" 4
 Integrator \"path\"
 WorldBegin
 LightSource \"infinite\" \"rgb L\" [.25 .25 .25]
-Material \"matte\" \"rgb Kd\" [.5 .4 .3]
+Material \"matte\" \"rgb Kd\" [.5 .4 .312345678]
 Shape \"sphere\"
 WorldEnd
 ";
@@ -238,6 +238,10 @@ fn a_material_changes_in_a_panel() {
     assert_eq!(page.value(&format!("[{red}.valueAsNumber, {sigma}.placeholder]")), json!([0.5, "0"]));
     page.value(&format!("{red}.value = 0.1; {red}.dispatchEvent(new Event('change'))"));
     page.browser.wait_for("!of('discard').disabled");
+    // The others keep all their digits.
+    page.value("of('write').click()");
+    page.browser.wait_for("of('changes').open && of('lines').textContent.includes('+ Material \"matte\" \"rgb Kd\" [0.1 .4 .312345678]')");
+    page.value("of('changes').querySelector('button[value=\"\"]').click()");
     page.value(&format!(
         "{slider}.max = 90; {slider}.value = 45; {slider}.dispatchEvent(new Event('input'))"
     ));

@@ -102,6 +102,7 @@ fn materials_and_lights_change_before_they_are_written() {
     let lines: Vec<&Value> = lines.as_array().unwrap().iter().map(|lines| &lines["line"]).collect();
     assert_eq!(lines, [&json!(2), &json!(8), &json!(10)]);
     assert_eq!(edit(&mut page, "write")["refused"], Value::Null);
+    assert_eq!(viewer.page().news("scene", |_| true)["hasLost"], false);
     assert_eq!(viewer.text(), written.replace("fov\" 40", "fov\" 50"));
     let render = |text: &str| Viewer::start(text).page().finished().pixels;
     assert_eq!(render(&written), after);
@@ -127,7 +128,10 @@ fn lights_are_listed_and_changes_are_discarded() {
     let scene = page.news("scene", |scene| scene["hasLost"] == true);
     assert_eq!(scene["hasUnsaved"], false);
     assert_eq!(given(&scene["lights"][0], "I")["values"], json!([9.0, 9.0, 9.0]));
-    assert_eq!(edit(&mut page, "show")["refused"], "the file has all of this already");
+    assert_eq!(
+        edit(&mut page, "show")["refused"],
+        "the file has this camera and these parameters already; the film is never written"
+    );
 }
 
 /// The finished picture.
@@ -146,13 +150,15 @@ fn what_is_wrong_is_refused() {
         changed["refused"].as_str().unwrap_or_default().to_owned()
     };
     assert_eq!(
-        refused(0, ("roughness", "float"), json!(["a\" Shape \"sphere"])),
+        refused(1, ("twosided", "bool"), json!(["a\" Shape \"sphere"])),
         "this value cannot be written"
     );
+    assert!(refused(0, ("Kd", "spectrum"), json!(["/etc/passwd"])).contains("names no files"));
     assert_eq!(refused(0, ("Kf", "rgb"), json!([1, 1, 1])), "there is no parameter \"Kf\"");
     assert_eq!(refused(0, ("Kd", "hue"), json!([1, 1, 1])), "there is no type \"hue\"");
     assert!(refused(0, ("Kd", "rgb"), json!([1, 1])).contains("threes"));
     assert!(refused(0, ("Kd", "texture"), json!(["bricks"])).contains("bricks"));
+    assert!(refused(0, ("bumpmap", "string"), json!(["a.png"])).contains("names no files"));
     assert!(refused(1, ("L", "rgb"), json!([1e30, 1, 1])).contains("1e18"));
     let old = json!([{"place": {"at": {"reading": 99, "file": 0, "start": 3}}}]);
     let changed = change(&mut page, &old, 0, ("Kd", "rgb"), json!([1, 1, 1]));

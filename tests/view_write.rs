@@ -50,7 +50,10 @@ fn edit(page: &mut Page, by: u32, action: &str) -> Value {
 #[test]
 fn the_camera_is_written_and_taken_back() {
     let (viewer, mut page) = start();
-    assert_eq!(edit(&mut page, 1, "show")["refused"], "the file has all of this already");
+    assert_eq!(
+        edit(&mut page, 1, "show")["refused"],
+        "the file has this camera and these parameters already; the film is never written"
+    );
     assert_eq!(edit(&mut page, 1, "write")["refused"], "there is nothing to write");
     assert_eq!(edit(&mut page, 1, "undo")["refused"], "there is nothing to undo");
     set(&mut page, 1, json!({"lookAt": [0.1 + 0.2, 1, -5, 0, 0, 0, 0, 1, 0], "fov": 50}));

@@ -15,17 +15,23 @@ export function makeAsker(me, request) {
     /**
      * Asks. The answer is `undefined` if none comes.
      * @param {object} question
+     * @param {number} patience in milliseconds
      * @returns {Promise<any>}
      */
-    ask(question) {
+    ask(question, patience = PATIENCE) {
       const number = Math.floor(Math.random() * 2 ** 32);
       request({ ...question, by: me, number });
       return new Promise((answer) => {
         waiting.set(number, answer);
-        setTimeout(() => {
+        if (patience < Infinity) setTimeout(() => {
           if (waiting.delete(number)) answer(undefined);
-        }, PATIENCE);
+        }, patience);
       });
+    },
+    /** Gives all questions up: the connection is lost. */
+    giveUp() {
+      for (const answer of waiting.values()) answer(undefined);
+      waiting.clear();
     },
     /** @param {{by: number, number: number}} news */
     answer(news) {

@@ -35,13 +35,15 @@ export function makeComparison(display, request, say) {
   // The camera stays.
   $('divider').addEventListener('pointerdown', (event) => event.stopPropagation());
 
-  /** Shows the verdict, if it is about this picture. */
+  /** Shows the verdict, if it is about this picture and this reference. */
   function judge() {
     const { picture } = display.pictures;
-    const isNow = compared && picture?.isFinal && compared.generation === picture.generation && looking?.reference;
+    const isNow = compared && picture?.isFinal && compared.generation === picture.generation
+      && looking?.reference && !looking.referenceRefused;
     const agrees = isNow ? compared?.agrees : null;
-    const words = !looking?.reference
-      ? 'Keep a picture or use a file to compare with.'
+    const words = looking?.referenceRefused ? 'There is no verdict.'
+      : !looking?.reference
+        ? 'Keep a picture or use a file to compare with.'
       : !isNow ? 'The verdict follows when the picture is finished.'
       : agrees === true ? 'agrees: noise explains the differences'
       : agrees === false ? 'differs by more than noise'

@@ -78,7 +78,10 @@ const news = {
     lights.show(scene.lights);
     panel.showFilm(film);
     zoom.fit();
-    if (!isChanging && clicked && !$('mark').hidden) showPlace(clicked);
+    if (isChanging || !pointed.length) return;
+    // What the panel shows may have changed, and the place is known as long as the camera is the same.
+    if (clicked && !$('mark').hidden) showPlace(clicked);
+    else directives.show(pointed = []);
   },
   view({ by, number: of, set: itsSet, camera: itsCamera, refused }) {
     $('refused').textContent = by === me && refused ? refused : '';
@@ -190,19 +193,29 @@ async function click(place) {
   if (isFocused) move({ ...camera, focalDistance: hit.depth });
 }
 
+/** The end of the last change: each moves the places of the next. @type {Promise<unknown>} */
+let changes = Promise.resolve();
+
 /**
- * Gives a parameter other values. Returns why not.
- * @param {import('./parameters.js').Change} wanted
+ * Gives a parameter other values, after all earlier changes. Returns why not.
+ * @param {() => import('./parameters.js').Change} wanted
  * @returns {Promise<string | undefined>}
  */
-async function change(wanted) {
-  isChanging = true;
-  const changed = await asker.ask({ type: 'change', ...wanted, shown: pointed.map(({ place }) => place.at) });
-  isChanging = false;
-  if (!changed) return 'The program does not answer.';
-  pointed = changed.directives;
-  directives.show(pointed);
-  return changed.refused ?? undefined;
+function change(wanted) {
+  $('edit-refused').textContent = '';
+  const next = changes.then(async () => {
+    isChanging = true;
+    const shown = pointed.map(({ place }) => place.at);
+    const changed = await asker.ask({ type: 'change', ...wanted(), shown }, Infinity);
+    isChanging = false;
+    if (changed?.directives.length) {
+      pointed = changed.directives;
+      directives.show(pointed);
+    }
+    return changed ? changed.refused ?? undefined : 'The connection was lost.';
+  });
+  changes = next;
+  return next;
 }
 
 /** Opens a place in the editor, if the program knows one. */
@@ -236,6 +249,7 @@ const nameFiles = makeSave();
 const showEdited = makeEditor((action) => {
   // A field that is left by a click on a button has just changed the camera.
   ask();
+  $('edit-refused').textContent = '';
   request({ type: 'edit', by: me, action });
 }, say);
 const directives = makeDirectives($('directives'), { change, open: opener });
@@ -287,6 +301,7 @@ const request = connect({
     $('connection').toggleAttribute('data-lost', !isOpen);
     // Requests without a connection are lost: what the program tells next counts.
     if (isOpen) number = 0;
+    else asker.giveUp();
   },
 });
 const asker = makeAsker(me, request);

@@ -2,6 +2,7 @@
 
 import { LAYERS } from './layers.js';
 import { placeLink } from './places.js';
+import { isTyping, noteTyping } from './typing.js';
 import { full } from './readout.js';
 
 /** @typedef {import('./camera.js').Camera} Camera */
@@ -93,6 +94,7 @@ function makeField(label, names, range) {
     const input = Object.assign(document.createElement('input'), { type: 'number', step: 'any', id: `${label}-${name}` });
     input.setAttribute('aria-label', `${label} ${name}`.trim());
     input.title = name;
+    noteTyping(input);
     return input;
   });
   if (title instanceof HTMLLabelElement) title.htmlFor = inputs[0].id;
@@ -105,7 +107,7 @@ function makeField(label, names, range) {
 
 /** Shows a number, unless someone is typing it. */
 function show(input, value) {
-  if (input !== document.activeElement || input.type === 'range') input.value = value === null ? '' : short(value);
+  if (!isTyping(input)) input.value = value === null ? '' : short(value);
 }
 
 /**

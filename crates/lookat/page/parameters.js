@@ -2,6 +2,7 @@
 
 import { placeLink } from './places.js';
 import { srgb } from './tone.js';
+import { isTyping, noteTyping } from './typing.js';
 
 /** @typedef {{name: string, type: string, count: number | null, texture: boolean, default: string, range: string?, unit: string?, meaning: string}} Facts */
 /** @typedef {{facts: Facts, given: {type: string, values: (number | string)[]} | null}} Parameter */
@@ -43,7 +44,8 @@ function makeInputs(facts, give) {
   }
   if (facts.type === 'string') {
     const words = [...(facts.range ?? '').matchAll(/"([^"]*)"/g)].map((match) => match[1]);
-    const input = words.length ? make('select') : make('input', { type: 'text' });
+    // A page names no files.
+    const input = words.length ? make('select') : make('input', { type: 'text', readOnly: true, title: 'to be changed in the file' });
     input.append(...words.map((word) => make('option', { textContent: word })));
     label(input);
     input.addEventListener('change', () => give([input.value]));
@@ -61,8 +63,11 @@ function makeNumbers(facts, give, label) {
   const inputs = names.map((name) => {
     const input = make('input', { type: 'number', step: 'any', title: name });
     label(input, name);
+    noteTyping(input);
     return input;
   });
+  /** The values with all their digits. @type {number[]?} */
+  let current = null;
   /** The defaults as far as they are numbers: one for each field, or one for all. */
   const standard = facts.default.split(' ').map(Number);
   const standardOf = (index) => standard[index] ?? standard[0];
@@ -71,42 +76,42 @@ function makeNumbers(facts, give, label) {
   const extra = isColor ? make('input', { type: 'color' }) : hasSlider ? make('input', { type: 'range', step: 'any', min: '0' }) : null;
   if (extra) label(extra, extra.type === 'color' ? 'color' : 'slider');
   let scale = 1;
-  inputs.forEach((input) => input.addEventListener('change', () => {
-    if (!Number.isFinite(input.valueAsNumber)) return;
+  /** @param {number[]?} values */
+  const show = (values) => {
+    current = values;
+    inputs.forEach((input, index) => {
+      if (!isTyping(input)) input.value = values ? short(values[index]) : '';
+    });
+    const shown = values ?? inputs.map((_, index) => standardOf(index));
+    if (!extra || !shown.every(Number.isFinite)) return;
+    if (isColor) [extra.value, scale] = Object.values(shownColor(shown));
+    else if (extra !== document.activeElement) {
+      extra.max = String(facts.unit === 'degrees' ? 180 : Math.max(1, 2 * shown[0]));
+      extra.value = String(shown[0]);
+    }
+  };
+  inputs.forEach((input, index) => input.addEventListener('change', () => {
+    const value = input.valueAsNumber;
+    if (!Number.isFinite(value)) return show(current);
     // What is not given starts at the default, or at the number that is.
-    give(inputs.map((other, at) => [other.valueAsNumber, standardOf(at), input.valueAsNumber].find(Number.isFinite) ?? 0));
+    return give(inputs.map((_, at) => (at === index ? value : [current?.[at], standardOf(at), value].find(Number.isFinite))));
   }));
   extra?.addEventListener('input', () => {
     const levels = [1, 3, 5].map((at) => parseInt(extra.value.slice(at, at + 2), 16));
     give(isColor ? levels.map((level) => Number(short(scale * linear(level)))) : [Number(short(extra.valueAsNumber))]);
   });
-  return {
-    parts: [...(extra ? [extra] : []), ...inputs],
-    /** @param {number[]?} values */
-    show(values) {
-      inputs.forEach((input, index) => {
-        if (input !== document.activeElement) input.value = values ? short(values[index]) : '';
-      });
-      const shown = values ?? inputs.map((_, index) => standardOf(index));
-      if (!extra || !shown.every(Number.isFinite)) return;
-      if (isColor) [extra.value, scale] = Object.values(shownColor(shown));
-      else if (extra !== document.activeElement) {
-        extra.max = String(facts.unit === 'degrees' ? 180 : Math.max(1, 2 * shown[0]));
-        extra.value = String(shown[0]);
-      }
-    },
-  };
+  return { parts: [...(extra ? [extra] : []), ...inputs], show };
 }
 
 /**
  * Shows directives with a field for each parameter, and keeps them up to date.
  * @param {HTMLElement} place
- * @param {{change: (change: Change) => Promise<string | undefined>, open: () => ((at: object) => void) | null}} act
+ * @param {{change: (change: () => Change) => Promise<string | undefined>, open: () => ((at: object) => void) | null}} act
  */
 export function makeDirectives(place, act) {
   const remark = make('p', { className: 'remark' });
   remark.setAttribute('role', 'status');
-  /** What is shown, by directive and type; the fields stay as long as it is the same. */
+  /** What is shown, by directive, type and line; the fields stay as long as it is the same. */
   let [key, sections] = ['', /** @type {((directive: Directive) => void)[]} */ ([])];
   /** The newest change of each parameter that waits for the one before it. @type {Map<string, () => Change>} */
   const waiting = new Map();
@@ -120,7 +125,7 @@ export function makeDirectives(place, act) {
     while (waiting.size) {
       const [first, next] = /** @type {[string, () => Change]} */ (waiting.entries().next().value);
       waiting.delete(first);
-      remark.textContent = (await act.change(next())) ?? '';
+      remark.textContent = (await act.change(next)) ?? '';
     }
     isBusy = false;
   }
@@ -143,6 +148,7 @@ export function makeDirectives(place, act) {
       return (given) => {
         const isOther = given && given.type !== facts.type;
         words.hidden = !isOther;
+        numbers.toggleAttribute('data-other', Boolean(isOther));
         words.textContent = isOther ? `${given.type} ${given.values.slice(0, 8).join(' ')}` : '';
         field.toggleAttribute('data-default', !given);
         show(given && !isOther ? given.values : null);
@@ -158,7 +164,7 @@ export function makeDirectives(place, act) {
   return {
     /** @param {Directive[]} directives */
     show(directives) {
-      const newKey = directives.map(({ directive, kind, name }) => `${directive} ${kind} ${name}`).join('\n');
+      const newKey = directives.map(({ directive, kind, name, place: at }) => `${directive} ${kind} ${name} ${at.path}:${at.line}`).join('\n');
       if (newKey !== key) {
         key = newKey;
         place.replaceChildren();

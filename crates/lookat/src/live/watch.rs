@@ -103,9 +103,18 @@ impl Watch {
 
     /// True if a file has changed since it was noted. Looks at the files every `STEP`, and when the system tells of a change.
     pub fn has_changed(&self) -> bool {
+        self.look(false)
+    }
+
+    /// The same, but looks at the files in any case.
+    pub fn has_changed_by_now(&self) -> bool {
+        self.look(true)
+    }
+
+    fn look(&self, is_due: bool) -> bool {
         if let Ok(mut next) = self.next.try_lock() {
             let has_news = self.told.has_news.swap(false, Ordering::Relaxed);
-            if has_news || next.is_none_or(|next| next <= Instant::now()) {
+            if is_due || has_news || next.is_none_or(|next| next <= Instant::now()) {
                 if lock(&self.files).iter().any(|(file, noted)| stamp(file) != noted.stamp) {
                     self.has_changed.store(true, Ordering::Relaxed);
                     self.is_told.store(has_news, Ordering::Relaxed);

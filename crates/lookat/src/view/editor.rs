@@ -3,6 +3,8 @@
 use std::io::IsTerminal;
 use std::path::Path;
 use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use lookat_image::io_reason;
 
@@ -23,8 +25,12 @@ const PLACES: [(&[&str], &[&str]); 5] = [
 const IN_TERMINAL: [&str; 8] = ["vi", "vim", "nvim", "nano", "micro", "kak", "hx", "helix"];
 
 /// An editor: a program and its arguments, with `{file}`, `{line}` and `{column}`.
-#[derive(Debug, PartialEq)]
-pub struct Editor(Vec<String>);
+#[derive(Debug)]
+pub struct Editor {
+    words: Vec<String>,
+    /// Whether one runs.
+    is_open: Arc<AtomicBool>,
+}
 
 impl Editor {
     /// The editor of `--editor`, or else of the environment. Fails if the option names none.
@@ -46,17 +52,23 @@ impl Editor {
             words
                 .extend(known.map_or(&["{file}"][..], |(_, place)| *place).iter().map(|word| (*word).into()));
         }
-        Some(Editor(words))
+        Some(Editor { words, is_open: Arc::default() })
     }
 
-    /// Whether it runs in a terminal, and there is none.
+    fn is_in_terminal(&self) -> bool {
+        let program = Path::new(&self.words[0]).file_stem().and_then(|stem| stem.to_str());
+        program.is_some_and(|program| IN_TERMINAL.contains(&program))
+    }
+
     fn lacks_terminal(&self) -> bool {
-        let program = Path::new(&self.0[0]).file_stem().and_then(|stem| stem.to_str());
-        program.is_some_and(|program| IN_TERMINAL.contains(&program)) && !std::io::stdin().is_terminal()
+        self.is_in_terminal() && !std::io::stdin().is_terminal()
     }
 
     /// Opens a place, and does not wait for the editor to end.
     pub fn open(&self, path: &Path, line: usize, column: usize) -> Result<(), String> {
+        if self.is_in_terminal() && self.is_open.load(Ordering::Relaxed) {
+            return Err("the editor is open in the terminal already".into());
+        }
         let path = std::path::absolute(path).unwrap_or_else(|_| path.into());
         let mut words = self.words(&path.display().to_string(), line, column).into_iter();
         let program = words.next().unwrap_or_default();
@@ -64,7 +76,12 @@ impl Editor {
             .args(words)
             .spawn()
             .map_err(|error| format!("cannot start the editor {program}: {}", io_reason(&error)))?;
-        std::thread::spawn(move || editor.wait());
+        let is_open = self.is_open.clone();
+        is_open.store(true, Ordering::Relaxed);
+        std::thread::spawn(move || {
+            let _ = editor.wait();
+            is_open.store(false, Ordering::Relaxed);
+        });
         Ok(())
     }
 
@@ -72,7 +89,7 @@ impl Editor {
         let numbers =
             |word: &str| word.replace("{line}", &line.to_string()).replace("{column}", &column.to_string());
         // The path comes last: it may contain braces.
-        self.0.iter().map(|word| numbers(word).replace("{file}", path)).collect()
+        self.words.iter().map(|word| numbers(word).replace("{file}", path)).collect()
     }
 }
 

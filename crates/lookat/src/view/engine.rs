@@ -14,7 +14,7 @@ use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MA
 
 use super::editor::Editor;
 use super::gallery::Gallery;
-use super::messages::{self, Depths, GetDepths, News, Pick, Picked, Request, SetCamera, SetFilm, SetView};
+use super::messages::{self, News, Pick, Picked, Request, SetCamera, SetFilm, SetView};
 use super::outbox::{Hub, Kind};
 use super::pace::Pace;
 use super::reference::{Comparer, References};
@@ -137,22 +137,24 @@ impl Engine {
                 Stage::Small => LONG_REST,
                 Stage::Finished => IDLE,
             };
-            let (asides, requests): (Vec<_>, Vec<_>) =
-                self.requests.take(time).into_iter().partition(Request::is_aside);
+            let (queries, requests): (Vec<_>, Vec<_>) =
+                self.requests.take(time).into_iter().partition(Request::is_query);
             // A page that asks for a layer waits for it.
-            let is_new = !requests.is_empty() || !asides.is_empty();
-            requests.into_iter().for_each(|request| self.answer(request));
-            self.follow_reference();
-            if self.watch.has_changed() {
+            let is_new = !requests.is_empty() || !queries.is_empty();
+            // First, because a request may read the scene.
+            if if is_new { self.watch.has_changed_by_now() } else { self.watch.has_changed() } {
                 self.watch.settle();
                 self.read();
-            } else if self.stage == Stage::New {
+            }
+            requests.into_iter().for_each(|request| self.answer(request));
+            self.follow_reference();
+            if self.stage == Stage::New {
                 self.render_small();
                 self.advise();
             } else if self.stage == Stage::Small && !is_new {
                 self.render_full();
             }
-            self.look_aside(asides);
+            self.answer_queries(queries);
         }
     }
 
@@ -162,15 +164,11 @@ impl Engine {
             Request::View(view) => self.set_view(view),
             Request::Change(change) => self.change(change),
             Request::Edit(edit) => self.edit(edit),
-            Request::Open(open) => self.open_editor(open),
             Request::Pick(pick) => {
                 self.opened.iter().for_each(|opened| answer(pick, opened, self.reading, &self.hub));
             }
-            Request::Depths(asked) => {
-                self.opened.iter().for_each(|opened| tell_depths(asked, opened, &self.hub));
-            }
             Request::Errors(errors) => self.set_errors(errors),
-            Request::Layer(_) | Request::Values(_) | Request::Reference(_) => self.look_aside(vec![request]),
+            query => self.answer_queries(vec![query]),
         }
     }
 
@@ -288,6 +286,7 @@ impl Engine {
     fn open(&mut self, loaded: Loaded) -> Result<(), String> {
         let beside = beside(&self.path).find(|picture| !is_among(picture, &loaded.inputs));
         self.references().offer(beside);
+        let film = self.film_windows();
         let opened = Opened::new(loaded, &mut self.opened);
         let mut opened = opened.map_err(|reason| format!("error: {reason}\n"))?;
         // A camera that was written into the file replaces the one that was set by hand.
@@ -297,7 +296,11 @@ impl Engine {
         self.opened = Some(opened);
         self.reading = self.reading.wrapping_add(1);
         self.restart();
-        self.show_reference();
+        if self.film_windows() == film {
+            self.tell_looking();
+        } else {
+            self.show_reference();
+        }
         Ok(())
     }
 
@@ -307,12 +310,6 @@ impl Engine {
         let camera = opened.values();
         self.hub.tell(Kind::View, News::View(messages::View { by, number, set, camera, refused }).message());
     }
-}
-
-/// Tells the depths of the picture.
-fn tell_depths(GetDepths { by, number, columns, rows }: GetDepths, opened: &Opened, hub: &Hub) {
-    let depths = opened.depths(columns, rows);
-    hub.tell(Kind::Depths(by), News::Depths(Depths { by, number, columns, depths }).message());
 }
 
 /// Tells what the picture shows at a place.

@@ -39,6 +39,7 @@ pub const FILES: &[PageFile] = &[
     script("ramp.js", include_str!("../../page/ramp.js")),
     script("readout.js", include_str!("../../page/readout.js")),
     script("wipe.js", include_str!("../../page/wipe.js")),
+    script("typing.js", include_str!("../../page/typing.js")),
     script("tone.js", include_str!("../../page/tone.js")),
     script("camera.js", include_str!("../../page/camera.js")),
     script("gestures.js", include_str!("../../page/gestures.js")),

@@ -29,8 +29,9 @@ pub enum Request {
 
 impl Request {
     /// Whether it is answered beside the picture, which goes on.
-    pub fn is_aside(&self) -> bool {
-        matches!(self, Request::Layer(_) | Request::Values(_) | Request::Reference(_))
+    pub fn is_query(&self) -> bool {
+        let is_of_picture = matches!(self, Request::Layer(_) | Request::Values(_) | Request::Depths(_));
+        is_of_picture || matches!(self, Request::Reference(_) | Request::Open(_))
     }
 }
 

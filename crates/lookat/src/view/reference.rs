@@ -1,7 +1,6 @@
 //! The picture that pages compare with.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lookat_image::{Aligned, Charge, Image, MemoryBudget, PictureFile, Window, align};
@@ -103,7 +102,7 @@ pub fn over(reference: &Image, data_window: Window, display_window: Window) -> R
 #[derive(Default, Clone)]
 pub struct Comparer {
     /// Counts the comparisons: only the last one counts.
-    newest: Arc<AtomicU32>,
+    newest: Arc<Mutex<u32>>,
     turn: Arc<Mutex<()>>,
 }
 
@@ -120,14 +119,16 @@ impl Comparer {
         let Comparer { newest, turn } = self.clone();
         let compare = move || {
             let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
-            let is_newest = || newest.load(Ordering::Relaxed) == own;
-            if !is_newest() {
+            let newest = || newest.lock().unwrap_or_else(PoisonError::into_inner);
+            if *newest() != own {
                 return;
             }
             let names = [&*actual.0, &*reference.0];
             let (text, agrees) = compared(names, [&actual.1, &reference.1], &memory)
                 .unwrap_or_else(|reason| (format!("{reason}\n"), None));
-            if is_newest() {
+            // With the lock, nobody ends this comparison meanwhile.
+            let newest = newest();
+            if *newest == own {
                 tell(Compared { generation, text, agrees });
             }
         };
@@ -137,7 +138,9 @@ impl Comparer {
 
     /// Ends comparisons that have not told yet.
     pub fn cancel(&self) -> u32 {
-        self.newest.fetch_add(1, Ordering::Relaxed).wrapping_add(1)
+        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
+        *newest = newest.wrapping_add(1);
+        *newest
     }
 }
 

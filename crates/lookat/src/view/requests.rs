@@ -14,7 +14,7 @@ const MOST: usize = 64;
 pub struct Requests {
     waiting: Mutex<Vec<Request>>,
     put: Condvar,
-    /// Whether one waits that is not answered aside, to be read without the lock.
+    /// Whether one waits that is not answered query, to be read without the lock.
     has_any: AtomicBool,
     /// Whether the engine has something else to do.
     is_woken: AtomicBool,
@@ -32,18 +32,26 @@ impl Requests {
         self.put.notify_all();
     }
 
+    /// Puts a request that is not answered yet before the others, unless there is a newer one for the same.
+    pub fn put_back(&self, request: Request) {
+        let mut waiting = self.lock();
+        if !waiting.iter().any(|later| is_for_the_same(&request, later)) {
+            waiting.insert(0, request);
+        }
+    }
+
     /// Takes the requests that are answered beside the picture, after waiting at most `time` for the first. `None` once it is
     /// over.
-    pub fn take_asides(&self, time: Duration, is_over: &AtomicBool) -> Option<Vec<Request>> {
+    pub fn take_queries(&self, time: Duration, is_over: &AtomicBool) -> Option<Vec<Request>> {
         let is_over = || is_over.load(Ordering::Relaxed);
-        let is_idle = |waiting: &mut Vec<Request>| !is_over() && !waiting.iter().any(Request::is_aside);
+        let is_idle = |waiting: &mut Vec<Request>| !is_over() && !waiting.iter().any(Request::is_query);
         let waited = self.put.wait_timeout_while(self.lock(), time, is_idle);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        (!is_over()).then(|| waiting.extract_if(.., |request| request.is_aside()).collect())
+        (!is_over()).then(|| waiting.extract_if(.., |request| request.is_query()).collect())
     }
 
     /// Ends the waiting.
-    pub fn end_asides(&self, is_over: &AtomicBool) {
+    pub fn end_queries(&self, is_over: &AtomicBool) {
         // With the lock, nobody is between looking and waiting.
         let _waiting = self.lock();
         is_over.store(true, Ordering::Relaxed);
@@ -84,7 +92,7 @@ impl Requests {
     }
 
     fn count(&self, waiting: &[Request]) {
-        let has_any = waiting.iter().any(|request| !request.is_aside());
+        let has_any = waiting.iter().any(|request| !request.is_query());
         self.has_any.store(has_any, Ordering::Relaxed);
     }
 
@@ -98,6 +106,7 @@ fn is_for_the_same(earlier: &Request, request: &Request) -> bool {
     match (earlier, request) {
         (Request::Film(_), Request::Film(_)) | (Request::View(_), Request::View(_)) => true,
         (Request::Pick(earlier), Request::Pick(request)) => earlier.by == request.by,
+        (Request::Open(earlier), Request::Open(request)) => earlier.by == request.by,
         (Request::Depths(earlier), Request::Depths(request)) => earlier.by == request.by,
         (Request::Change(earlier), Request::Change(request)) => {
             (earlier.by, earlier.at, &earlier.name) == (request.by, request.at, &request.name)

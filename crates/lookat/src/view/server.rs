@@ -87,14 +87,8 @@ impl Server {
             self.connections.fetch_sub(1, Ordering::Relaxed);
             return;
         }
-        let server = self.clone();
-        let serve = move || {
-            server.serve(stream);
-            server.connections.fetch_sub(1, Ordering::Relaxed);
-        };
-        if Builder::new().spawn(serve).is_err() {
-            self.connections.fetch_sub(1, Ordering::Relaxed);
-        }
+        let connection = Connection(self);
+        let _ = Builder::new().spawn(move || connection.0.serve(stream));
     }
 
     fn serve(&self, stream: TcpStream) {
@@ -151,6 +145,15 @@ impl Server {
             return Err(StatusCode::METHOD_NOT_ALLOWED);
         }
         Ok(name)
+    }
+}
+
+/// A connection that counts until it is dropped.
+struct Connection(Arc<Server>);
+
+impl Drop for Connection {
+    fn drop(&mut self) {
+        self.0.connections.fetch_sub(1, Ordering::Relaxed);
     }
 }
 

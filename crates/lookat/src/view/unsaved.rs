@@ -71,15 +71,13 @@ impl Unsaved {
     /// Forgets the changes of files that are no longer as they were, and the way to them. True if there were some that have not
     /// been written.
     pub fn forget_old(&mut self) -> bool {
-        let mut is_lost = false;
-        let before = self.files.len();
-        self.files.retain(|change| {
-            let found = std::fs::read(&change.path).ok();
-            let is_current = found.as_ref() == Some(&*change.before);
-            is_lost |= !is_current && found.as_ref() != Some(&*change.after);
-            is_current
-        });
-        if self.files.len() < before {
+        let found = |change: &FileChange| std::fs::read(&change.path).ok();
+        let is_old = |change: &FileChange| found(change).as_ref() != Some(&*change.before);
+        let is_lost =
+            self.files.iter().any(|change| is_old(change) && found(change).as_ref() != Some(&*change.after));
+        self.files.retain(|change| !is_old(change));
+        let mut steps = self.done.iter().chain(&self.undone).flat_map(|(_, changes)| changes);
+        if is_lost || steps.any(is_old) || (self.files.is_empty() && !self.done.is_empty()) {
             self.done.clear();
             self.undone.clear();
         }

@@ -49,25 +49,37 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Stri
 }
 
 impl FileChange {
-    /// The lines that differ. A change of numbers or parameters adds no line.
+    /// The lines that differ.
     pub fn lines(&self) -> Vec<ChangedLines> {
-        let [before, after] = [&self.before, &self.after].map(|text| text.split(|byte| *byte == b'\n'));
-        let pairs: Vec<(&[u8], &[u8])> = before.zip(after).collect();
-        let text = |line: &[u8]| String::from_utf8_lossy(line).into_owned();
-        let mut line = 1;
-        let mut changed = Vec::new();
-        for run in pairs.chunk_by(|(a, b), (c, d)| (a == b) == (c == d)) {
-            if run[0].0 != run[0].1 {
-                changed.push(ChangedLines {
-                    file: self.path.display().to_string(),
-                    line,
-                    removed: run.iter().map(|(before, _)| text(before)).collect(),
-                    added: run.iter().map(|(_, after)| text(after)).collect(),
-                });
-            }
-            line += run.len();
+        let [before, after] =
+            [&self.before, &self.after].map(|text| text.split(|byte| *byte == b'\n').collect::<Vec<_>>());
+        let same = |(a, b): &(&&[u8], &&[u8])| a == b;
+        let first = before.iter().zip(&after).take_while(same).count();
+        let rest = [&before[first..], &after[first..]];
+        let last = rest[0].iter().rev().zip(rest[1].iter().rev()).take_while(same).count();
+        let [before, after] = rest.map(|lines| &lines[..lines.len() - last]);
+        let text =
+            |lines: &[&[u8]]| lines.iter().map(|line| String::from_utf8_lossy(line).into_owned()).collect();
+        let file = self.path.display().to_string();
+        let changed = |line: usize, removed: &[&[u8]], added: &[&[u8]]| ChangedLines {
+            file: file.clone(),
+            line: first + line + 1,
+            removed: text(removed),
+            added: text(added),
+        };
+        if before.len() != after.len() {
+            return vec![changed(0, before, after)];
         }
-        changed
+        let mut runs = Vec::new();
+        let mut line = 0;
+        while line < before.len() {
+            let differing = before[line..].iter().zip(&after[line..]).take_while(|pair| !same(pair)).count();
+            if differing > 0 {
+                runs.push(changed(line, &before[line..line + differing], &after[line..line + differing]));
+            }
+            line += differing.max(1);
+        }
+        runs
     }
 
     fn reversed(&self) -> FileChange {
@@ -155,6 +167,19 @@ fn write(path: &Path, text: &[u8]) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_that_differ_are_shown() {
+        let lines = |before: &str, after: &str| -> Vec<_> {
+            let changed = change(Path::new("a"), before, after).lines();
+            changed.into_iter().map(|it| (it.line, it.removed.join("|"), it.added.join("|"))).collect()
+        };
+        let line = |line: usize, removed: &str, added: &str| (line, removed.to_owned(), added.to_owned());
+        assert_eq!(lines("a\nb\nc\nd", "a\nB\nc\nD"), [line(2, "b", "B"), line(4, "d", "D")]);
+        assert_eq!(lines("a\nb\nc\nd\n", "a\nbc\nd\n"), [line(2, "b|c", "bc")]);
+        assert_eq!(lines("a\na\n", "a\na\na\n"), [line(3, "", "a")]);
+        assert!(lines("a\n", "a\n").is_empty());
+    }
 
     fn change(path: &Path, before: &str, after: &str) -> FileChange {
         let text = |text: &str| Arc::new(text.as_bytes().to_vec());

@@ -10,7 +10,7 @@ use crate::view::write::FileChange;
 
 impl Engine {
     /// Opens a place in the editor.
-    pub(super) fn open_editor(&mut self, Open { by, at }: Open) {
+    pub(super) fn open_editor(&self, Open { by, at }: Open) {
         let opened = self
             .opened
             .as_ref()
@@ -30,7 +30,7 @@ impl Engine {
 
     /// Changes the files, or shows what would change.
     pub(super) fn edit(&mut self, Edit { by, action }: Edit) {
-        let is_shown = matches!(action, Action::Show);
+        let (is_shown, is_write) = (matches!(action, Action::Show), matches!(action, Action::Write));
         // Whether files have been written.
         let done = match action {
             Action::Show => self.show_changes(by).map(|()| false),
@@ -54,6 +54,9 @@ impl Engine {
             // The file has the camera now.
             self.set.camera = SetCamera::default();
         }
+        if done == Ok(true) && is_write {
+            self.unsaved = Unsaved::default();
+        }
         if !is_shown && done.is_ok() {
             self.read();
         }
@@ -66,7 +69,9 @@ impl Engine {
         let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
         let changes = self.unsaved.with(opened.changes(&self.set.camera)?);
         if changes.is_empty() {
-            return Err("the file has all of this already".into());
+            return Err(
+                "the file has this camera and these parameters already; the film is never written".into()
+            );
         }
         self.shown = Some((by, changes));
         Ok(())

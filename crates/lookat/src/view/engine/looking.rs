@@ -12,8 +12,8 @@ use super::opened::Opened;
 use super::pictures::small;
 use super::{Engine, IDLE, Stage};
 use crate::view::messages::{
-    About, Content, GetLayer, GetValues, LAYERS, LayerValues, Looking, News, ReferenceFrom, Request,
-    SetErrors, SetReference, pixels,
+    About, Content, Depths, GetDepths, GetLayer, GetValues, LAYERS, LayerValues, Looking, News,
+    ReferenceFrom, Request, SetErrors, SetReference, pixels,
 };
 use crate::view::outbox::{Hub, Kind};
 use crate::view::reference::{References, over};
@@ -64,9 +64,15 @@ impl Engine {
         }
     }
 
+    /// Data window and display window of the picture.
+    pub(super) fn film_windows(&self) -> Option<[Window; 2]> {
+        self.opened.as_ref().map(|opened| windows(&opened.view.film))
+    }
+
     /// Shows the reference to the pages, and compares the picture with it.
     pub(super) fn show_reference(&self) {
-        let film = self.opened.as_ref().map(|opened| windows(&opened.view.film));
+        let film = self.film_windows();
+        self.comparer.cancel();
         let mut references = self.references();
         self.hub.take_back(Kind::Reference);
         self.hub.take_back(Kind::Compared);
@@ -111,48 +117,59 @@ impl Engine {
     }
 
     /// Answers what is asked beside the picture, in the resolution of the picture that is shown.
-    pub(super) fn look_aside(&mut self, asides: Vec<Request>) {
+    pub(super) fn answer_queries(&mut self, queries: Vec<Request>) {
         let Some(opened) = &self.opened else { return };
         let is_full = self.stage == Stage::Finished;
         let view = if is_full { opened.view.clone() } else { small(&opened.view, &mut self.pace) };
         // A small layer is there soon.
         let is_over = || is_full && (self.requests.has_any() || self.watch.has_changed());
-        asides.into_iter().for_each(|aside| self.answer_aside(aside, (&view, 0), &is_over));
+        queries.into_iter().for_each(|query| self.answer_query(query, (&view, 0), &is_over));
     }
 
     /// Answers beside a picture that is being rendered, until it is over.
-    pub(super) fn look_meanwhile(&self, is_over: &AtomicBool) {
+    pub(super) fn answer_meanwhile(&self, is_over: &AtomicBool) {
         let Some(opened) = &self.opened else { return };
-        while let Some(asides) = self.requests.take_asides(IDLE, is_over) {
+        while let Some(queries) = self.requests.take_queries(IDLE, is_over) {
             self.follow_reference();
-            for aside in asides {
-                // After the picture, its film is free.
-                let charge = opened.charge_film(&Settings::default());
-                let ends = || charge.is_err() || is_over.load(Ordering::Relaxed);
-                self.answer_aside(aside, (&opened.view, threads()), &ends);
-                if charge.is_err() {
-                    return;
-                }
-            }
+            // Without memory for a film, they wait for that of the picture.
+            let Ok(_charge) = opened.charge_film(&Settings::default()) else {
+                return queries.into_iter().rev().for_each(|query| self.requests.put_back(query));
+            };
+            let ends = || is_over.load(Ordering::Relaxed);
+            queries.into_iter().for_each(|query| self.answer_query(query, (&opened.view, threads()), &ends));
         }
     }
 
     /// Answers one question, or puts it back if it is over before.
-    fn answer_aside(&self, aside: Request, view: (&View, usize), is_over: &(dyn Fn() -> bool + Sync)) {
+    fn answer_query(&self, query: Request, view: (&View, usize), is_over: &(dyn Fn() -> bool + Sync)) {
         let Some(opened) = &self.opened else { return };
-        let is_answered = match aside {
+        let is_answered = match query {
             Request::Layer(layer) => show_layer(layer, opened, view, (&self.hub, self.about()), is_over),
             Request::Values(values) => tell_values(values, opened, view.1, &self.hub, is_over),
             Request::Reference(reference) => {
                 self.set_reference(reference);
                 true
             }
+            Request::Depths(asked) => {
+                tell_depths(asked, opened, &self.hub);
+                true
+            }
+            Request::Open(open) => {
+                self.open_editor(open);
+                true
+            }
             _ => true,
         };
         if !is_answered {
-            self.requests.put(aside);
+            self.requests.put_back(query);
         }
     }
+}
+
+/// Tells the depths of the picture.
+fn tell_depths(GetDepths { by, number, columns, rows }: GetDepths, opened: &Opened, hub: &Hub) {
+    let depths = opened.depths(columns, rows);
+    hub.tell(Kind::Depths(by), News::Depths(Depths { by, number, columns, depths }).message());
 }
 
 /// Shows a layer to the pages. False if it was over before.

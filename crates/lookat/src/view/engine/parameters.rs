@@ -38,14 +38,20 @@ impl Engine {
         let sources = opened.ok_or("the file has changed: point at the shape again")?.sources();
         let fixes = fixes(sources, change)?;
         let before = self.unsaved.clone();
-        self.unsaved.add(format!("{} {}", change.at.start, change.name), changes(sources, &fixes)?);
+        self.unsaved.add(
+            format!("{} {} {}", change.at.file, change.at.start, change.name),
+            changes(sources, &fixes)?,
+        );
         let loaded = self.load_once();
         let read = match loaded.scene {
             Some(_) => self.open(loaded),
             None => Err(first_error(&loaded)),
         };
         match &read {
-            Ok(()) => self.tell_scene(None),
+            Ok(()) => {
+                self.has_lost = false;
+                self.tell_scene(None);
+            }
             Err(_) => self.unsaved = before,
         }
         read.map(|()| fixes)
@@ -61,9 +67,13 @@ fn fixes(
     let found = found.ok_or("there is no material and no light")?;
     let ty =
         ParamType::from_spelling(value_type).ok_or_else(|| format!("there is no type \"{value_type}\""))?;
-    let known = kind_of(&found).into_iter().flat_map(|kind| kind.parameters());
-    if !known.into_iter().any(|parameter| parameter.name == name) {
-        return Err(format!("there is no parameter \"{name}\""));
+    let mut known = kind_of(&found).into_iter().flat_map(|kind| kind.parameters());
+    let parameter = known.find(|parameter| parameter.name == name);
+    let parameter = parameter.ok_or_else(|| format!("there is no parameter \"{name}\""))?;
+    // The text of a page may not make the program open files.
+    let is_closed = matches!(ty, ParamType::Bool | ParamType::Texture) || !parameter.range.is_empty();
+    if matches!(values, Values::Words(_)) && !is_closed {
+        return Err(format!("change \"{name}\" in the file: a page names no files"));
     }
     let words: Vec<String> = match values {
         Values::Numbers(numbers) if numbers.iter().all(|number| number.is_finite()) => {

@@ -80,9 +80,9 @@ impl Engine {
         let is_over = AtomicBool::new(false);
         let rendered = std::thread::scope(|scope| {
             // Without a thread, questions wait for the end of the picture.
-            let _ = Builder::new().spawn_scoped(scope, || engine.look_meanwhile(&is_over));
+            let _ = Builder::new().spawn_scoped(scope, || engine.answer_meanwhile(&is_over));
             let rendered = opened.prepared.render_whole(&opened.view, &settings, &progress);
-            requests.end_asides(&is_over);
+            requests.end_queries(&is_over);
             rendered
         });
         if let Some(rendered) = rendered.filter(|rendered| rendered.complete) {
