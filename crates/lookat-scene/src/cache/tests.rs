@@ -7,10 +7,13 @@ use std::sync::Arc;
 use super::{LoadCache, Stamp};
 use crate::{LoadOptions, Loaded, Mesh, Shape, Varying, load_again, load_opened};
 
+/// The contents of a file, and its stamp.
+type TestFile = (Vec<u8>, Option<u64>);
+
 /// Files in memory.
 #[derive(Default)]
 struct Disk {
-    files: RefCell<BTreeMap<&'static str, (Vec<u8>, Option<u64>)>>,
+    files: RefCell<BTreeMap<&'static str, TestFile>>,
     /// How many bytes have been read.
     bytes: Arc<std::sync::atomic::AtomicUsize>,
     changes: Cell<u64>,
