@@ -41,7 +41,11 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(error) => return usage::explain(error),
     };
+    // The first allocation of a thread takes all addresses that are left, up to 128 MB. This keeps some of them.
+    let mut kept = Vec::<u8>::new();
+    let _ = kept.try_reserve_exact(KEPT_BYTES);
     interrupt::watch();
+    drop(std::hint::black_box(kept));
     start_threads(&arguments.command);
     match arguments.command {
         args::Command::Render(arguments) => render::render(&arguments),
@@ -57,6 +61,9 @@ fn main() -> ExitCode {
         args::Command::Bench(arguments) => bench::bench(&arguments),
     }
 }
+
+/// The bytes of addresses that a limit leaves at least for what a command does.
+const KEPT_BYTES: usize = 16 << 20;
 
 /// Starts the threads of a command. Warns if the system does not allow all of them.
 fn start_threads(command: &args::Command) {
