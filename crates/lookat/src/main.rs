@@ -62,8 +62,9 @@ fn main() -> ExitCode {
     }
 }
 
-/// The bytes of addresses that a limit leaves at least for what a command does.
-const KEPT_BYTES: usize = 16 << 20;
+/// The bytes of addresses that a limit leaves at least for what a command does. Above 32 MB, because glibc keeps as much memory as the
+/// largest smaller piece that was given back (`M_MMAP_THRESHOLD`).
+const KEPT_BYTES: usize = 40 << 20;
 
 /// Starts the threads of a command. Warns if the system does not allow all of them.
 fn start_threads(command: &args::Command) {
