@@ -80,7 +80,8 @@ pub fn rounded(mut set: SetCamera, own: [f64; 9]) -> SetCamera {
 
 /// A number to a millionth of a size.
 fn near(value: f64, size: f64) -> f64 {
-    let decimals = 6.0 - size.log10().floor();
+    // A vector that was turned is a little too short.
+    let decimals = 6.0 - (size.log10() + 1e-6).floor();
     match (0.0..=17.0).contains(&decimals) {
         true => format!("{value:.*}", decimals as usize).parse().map_or(value, |value: f64| value + 0.0),
         false => value,
@@ -125,6 +126,10 @@ mod tests {
         assert_eq!(found.look_at.unwrap(), [1.234_567_891_2, 0.0, -20.0, 0.3, 0.0, 0.0, 0.0, 1.0, 0.0]);
         assert_eq!(found.look_at.unwrap()[6].to_string(), "0");
         assert_eq!(found.fov, Some(33.3333));
+        // Turned there and back.
+        let rolled = [0.0, 0.0, -20.0, 0.0, 0.0, 0.0, 4e-7, 0.999_999_7, 1e-7];
+        let set = SetCamera { look_at: Some(rolled), ..SetCamera::default() };
+        assert_eq!(rounded(set, own).look_at.unwrap()[6..], [0.0, 1.0, 0.0]);
         // Far smaller and larger than usual.
         let far = |scale: f64| rounded(SetCamera { look_at: Some(look_at.map(|it| it * scale)), ..set }, own);
         for scale in [1e-30, 1e-5, 1e5, 1e30] {
