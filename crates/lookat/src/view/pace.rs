@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use lookat_scene::{Film, PixelBounds};
+use lookat_scene::{Film, PixelBounds, View};
 
 /// The time to render a picture, so that 30 appear in a second.
 const FRAME: Duration = Duration::from_millis(26);
@@ -16,8 +16,13 @@ const FIRST: f64 = 256.0;
 pub struct Pace(Option<i32>);
 
 impl Pace {
+    /// The view in the resolution for which there is time, with one sample per pixel.
+    pub fn view(&mut self, view: &View) -> View {
+        View { film: self.film(&view.film), sampler: view.sampler.with_samples(1), ..view.clone() }
+    }
+
     /// The film of the next picture.
-    pub fn film(&mut self, film: &Film) -> Film {
+    fn film(&mut self, film: &Film) -> Film {
         let longer = f64::from(film.crop.width().max(film.crop.height()));
         let steps = |side: f64| (2.0 * (longer / side).log2()).max(0.0);
         let step = self.0.unwrap_or(steps(FIRST).ceil() as i32).clamp(0, steps(SHORTEST).floor() as i32);

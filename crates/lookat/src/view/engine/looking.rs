@@ -9,7 +9,6 @@ use lookat_render::{DARK, Layer, Layers, Progress, Settings, Stop, threads};
 use lookat_scene::{Film, PixelBounds, View};
 
 use super::opened::Opened;
-use super::pictures::small;
 use super::{Engine, IDLE, Stage};
 use crate::view::messages::{
     About, Content, Depths, GetDepths, GetLayer, GetValues, LAYERS, LayerValues, Looking, News,
@@ -120,7 +119,7 @@ impl Engine {
     pub(super) fn answer_queries(&mut self, queries: Vec<Request>) {
         let Some(opened) = &self.opened else { return };
         let is_full = self.stage == Stage::Finished;
-        let view = if is_full { opened.view.clone() } else { small(&opened.view, &mut self.pace) };
+        let view = if is_full { opened.view.clone() } else { self.pace.view(&opened.view) };
         // A small layer is there soon.
         let is_over = || is_full && (self.requests.has_any() || self.watch.has_changed());
         queries.into_iter().for_each(|query| self.answer_query(query, (&view, 0), &is_over));

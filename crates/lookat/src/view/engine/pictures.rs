@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 
 use lookat_image::Image;
 use lookat_render::{Progress, Settings};
-use lookat_scene::View;
 
 use super::looking::relative_errors;
 use super::{Engine, Stage, answer};
@@ -16,7 +15,6 @@ use crate::render::Metadata;
 use crate::view::gallery::Gallery;
 use crate::view::messages::{About, Content, pixels};
 use crate::view::outbox::{Hub, Kind};
-use crate::view::pace::Pace;
 
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
 const STEP: Duration = Duration::from_millis(60);
@@ -28,7 +26,7 @@ impl Engine {
             self.stage = Stage::Finished;
             return;
         };
-        let view = small(&opened.view, &mut self.pace);
+        let view = self.pace.view(&opened.view);
         let started = Instant::now();
         let rendered =
             opened.prepared.render_unmoved(&view, &Settings::default(), &|_| ControlFlow::Continue(()));
@@ -103,12 +101,6 @@ impl Engine {
         let (generation, number) = (self.generation, self.set.number);
         About { generation, number, done: 0, total: 0, seconds: 0.0, content: Content::Growing }
     }
-}
-
-/// The view in the resolution for which there is time, with one sample per pixel.
-pub fn small(view: &View, pace: &mut Pace) -> View {
-    let (film, sampler) = (pace.film(&view.film), view.sampler.with_samples(1));
-    View { film, sampler, ..view.clone() }
 }
 
 /// Shows a picture of full size to the pages, with its errors if it knows them.
