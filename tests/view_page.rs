@@ -309,7 +309,7 @@ fn a_file_disappears_and_comes_back() {
     page.viewer.write(SCENE);
     page.browser.wait_for("of('error').hidden");
     page.finish();
-    assert_eq!(page.number("fov-"), 50.0);
+    page.browser.wait_for("of('fov-').valueAsNumber === 50");
     page.close();
 }
 

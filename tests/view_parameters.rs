@@ -1,4 +1,4 @@
-//! `lookat view` changes parameters of materials and lights, and writes them when it is asked to.
+//! `lookat view` changes parameters of materials and lights, and writes them on request.
 
 #[path = "view_server/viewer.rs"]
 #[expect(dead_code, reason = "the server needs more of it")]

@@ -47,7 +47,7 @@ export function listen(frame, page) {
  * @param {HTMLElement} frame
  * @param {{clientX: number, clientY: number}} event
  */
-function placeOf(frame, { clientX, clientY }) {
+export function placeOf(frame, { clientX, clientY }) {
   const box = frame.getBoundingClientRect();
   return [(clientX - box.left) / box.width, (clientY - box.top) / box.height];
 }

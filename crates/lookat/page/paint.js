@@ -7,7 +7,7 @@ import { rgba, srgb } from './tone.js';
 /** Larger values count as this one, so that no curve overflows. */
 const MOST = 1e6;
 
-/** @typedef {(values: Float32Array, at: number) => number} Pick */
+/** @typedef {(values: Float32Array | Float64Array, at: number) => number} Pick */
 
 /**
  * The channels that can be seen alone.
@@ -48,7 +48,7 @@ export function isFinitePixel(values, at) {
 const CURVES = {
   none: null,
   reinhard(pixel) {
-    const luminance = 0.212671 * pixel[0] + 0.71516 * pixel[1] + 0.072169 * pixel[2];
+    const luminance = CHANNELS.luminance(pixel, 0);
     const factor = (1 + luminance / 16) / (1 + luminance);
     for (let c = 0; c < 3; c++) pixel[c] *= factor;
   },

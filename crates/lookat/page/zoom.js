@@ -1,5 +1,7 @@
 // How large a pixel is, and moving over a picture that is larger than its room.
 
+import { placeOf } from './gestures.js';
+
 /** Display pixels for each pixel of the picture; 0 fits the room. */
 const LEVELS = [0, 1, 2, 4, 8, 16, 32];
 /** The turn of a wheel that is a level. */
@@ -41,8 +43,7 @@ export function makeZoom({ size, point, pointer, speak }) {
 
   /** Zooms, and keeps what is at a place of the window there. */
   function zoomTo(level, { clientX, clientY }) {
-    const before = frame.getBoundingClientRect();
-    const [x, y] = [(clientX - before.left) / before.width, (clientY - before.top) / before.height];
+    const [x, y] = placeOf(frame, { clientX, clientY });
     select.value = String(level);
     fit();
     const after = frame.getBoundingClientRect();
@@ -78,7 +79,7 @@ export function makeZoom({ size, point, pointer, speak }) {
   frame.addEventListener('pointerdown', (event) => {
     if (!isHand() && event.button !== 1) return;
     event.stopImmediatePropagation();
-    point(placeOf(event));
+    point(placeOf(frame, event));
     // Fingers scroll by themselves.
     if (event.pointerType === 'touch') return;
     event.preventDefault();
@@ -88,12 +89,6 @@ export function makeZoom({ size, point, pointer, speak }) {
     frame.addEventListener('pointermove', move);
     frame.addEventListener('lostpointercapture', () => frame.removeEventListener('pointermove', move), { once: true });
   });
-
-  /** In fractions of the picture. */
-  function placeOf({ clientX, clientY }) {
-    const box = frame.getBoundingClientRect();
-    return [(clientX - box.left) / box.width, (clientY - box.top) / box.height];
-  }
 
   /** Points at a pixel beside the one that is pointed at, and scrolls there. */
   function walk(x, y) {

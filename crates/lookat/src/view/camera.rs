@@ -88,7 +88,7 @@ fn near(value: f64, size: f64) -> f64 {
     }
 }
 
-/// The values of a camera that a `LookAt` of `points` places. `focal_distance` is that of the file, for a pinhole.
+/// The values of a camera that a `LookAt` of `points` places. `focal_distance` comes from the file, for a pinhole.
 pub fn values(
     camera: &Camera,
     (placement, focal_distance): (Option<CameraPlacement>, Option<f64>),

@@ -1,6 +1,7 @@
 //! What pages have changed in the files and not written: the scene is read with it.
 
-use std::path::Path;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::write::{FileChange, forget_first};
@@ -71,13 +72,17 @@ impl Unsaved {
     /// Forgets the changes of files that are no longer as they were, and the way to them. True if there were some that have not
     /// been written.
     pub fn forget_old(&mut self) -> bool {
-        let found = |change: &FileChange| std::fs::read(&change.path).ok();
-        let is_old = |change: &FileChange| found(change).as_ref() != Some(&*change.before);
-        let is_lost =
-            self.files.iter().any(|change| is_old(change) && found(change).as_ref() != Some(&*change.after));
+        let mut disk: HashMap<PathBuf, Option<Vec<u8>>> = HashMap::new();
+        let steps = || self.done.iter().chain(&self.undone).flat_map(|(_, changes)| changes);
+        for FileChange { path, .. } in steps().chain(&self.files) {
+            disk.entry(path.clone()).or_insert_with(|| std::fs::read(path).ok());
+        }
+        let is_old = |change: &FileChange| disk[&change.path].as_ref() != Some(&*change.before);
+        let is_written = |change: &FileChange| disk[&change.path].as_ref() == Some(&*change.after);
+        let is_lost = self.files.iter().any(|change| is_old(change) && !is_written(change));
+        let has_old_steps = steps().any(is_old);
         self.files.retain(|change| !is_old(change));
-        let mut steps = self.done.iter().chain(&self.undone).flat_map(|(_, changes)| changes);
-        if is_lost || steps.any(is_old) || (self.files.is_empty() && !self.done.is_empty()) {
+        if is_lost || has_old_steps || (self.files.is_empty() && !self.done.is_empty()) {
             self.done.clear();
             self.undone.clear();
         }

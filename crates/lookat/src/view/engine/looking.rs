@@ -130,7 +130,7 @@ impl Engine {
         let Some(opened) = &self.opened else { return };
         while let Some(queries) = self.requests.take_queries(IDLE, is_over) {
             self.follow_reference();
-            // Without memory for a film, they wait for that of the picture.
+            // Without memory for another film, they wait until the picture ends.
             let Ok(_charge) = opened.charge_film(&Settings::default()) else {
                 return queries.into_iter().rev().for_each(|query| self.requests.put_back(query));
             };
