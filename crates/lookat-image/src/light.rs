@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use rayon::prelude::*;
 
-use crate::panel::suitable;
+use crate::panel::{MOSTLY, suitable};
 use crate::rank::{nearest_rank, ranked};
 use crate::tone::{ToneMapping, luminance};
 use crate::{Image, linear_from_srgb};
@@ -13,8 +13,6 @@ use crate::{Image, linear_from_srgb};
 const VISIBLE: f64 = 0.01;
 /// The byte of 8-bit sRGB from which a pixel counts as visible.
 const DARK_BYTE: f32 = 13.0;
-/// A picture is overexposed if more than this share of the pixels with light clips.
-pub(crate) const MOSTLY: f64 = 0.3;
 /// Pixels that a thread takes at a time.
 const GRAIN: usize = 1 << 14;
 

@@ -13,8 +13,8 @@ use std::path::Path;
 
 use self::canvas::Canvas;
 pub use self::colors::{DIFFERENCE_COLORS, NOT_FINITE_COLOR, difference_color};
-pub(crate) use self::exposure::suitable;
 pub use self::exposure::suitable_exposure;
+pub(crate) use self::exposure::{MOSTLY, suitable};
 use self::layout::Layout;
 pub use self::parts::box_means;
 pub use self::scale::difference_limit;

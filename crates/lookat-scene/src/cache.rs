@@ -9,7 +9,7 @@ use std::time::SystemTime;
 
 use lookat_syntax::{LongList, ParamType};
 
-use crate::picture;
+use crate::picture::key::Key;
 use crate::{Mesh, Transform};
 
 /// What tells one version of a file from another.
@@ -91,7 +91,7 @@ pub(crate) struct KeptMesh {
 }
 
 /// The file, its settings, and the type of the texels.
-type PictureKey = (picture::Key, Stamp, TypeId);
+type PictureKey = (Key, Stamp, TypeId);
 
 /// The access of a load to what the one before has kept.
 #[derive(Clone, Copy)]
@@ -165,14 +165,14 @@ impl Reuse<'_> {
     }
 
     /// The picture for a key.
-    pub fn picture<T: Any + Send + Sync>(&self, key: &picture::Key) -> Option<Arc<T>> {
+    pub fn picture<T: Any + Send + Sync>(&self, key: &Key) -> Option<Arc<T>> {
         let key = (key.clone(), (self.stamp)(&key.path)?, TypeId::of::<T>());
         let kept = self.old.pictures.get(&key)?.clone();
         self.new.borrow_mut().pictures.insert(key, kept.clone());
         kept.downcast().ok()
     }
 
-    pub fn keep_picture<T: Any + Send + Sync>(&self, key: &picture::Key, picture: &Arc<T>) {
+    pub fn keep_picture<T: Any + Send + Sync>(&self, key: &Key, picture: &Arc<T>) {
         if let Some(stamp) = (self.stamp)(&key.path) {
             let key = (key.clone(), stamp, TypeId::of::<T>());
             self.new.borrow_mut().pictures.insert(key, picture.clone());

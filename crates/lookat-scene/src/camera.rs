@@ -1,12 +1,19 @@
 //! `Camera`: placement, projection and lens.
 
+pub(crate) mod keys;
+
 use glam::DVec2;
-use lookat_syntax::ParamType;
 
 use crate::params::Params;
-use crate::schema::{DefaultValue, Edges, Effect, Key, Keys, Kind, Name, Range, Unit, names};
+use crate::schema::{Key, Range, names};
 use crate::view_override::ViewOverride;
 use crate::{Film, Transform};
+use keys::{
+    FOCAL_DISTANCE, FOV, FRAME_ASPECT_RATIO, HALF_FOV, LENS_FILE, LENS_RADIUS, SCREEN_WINDOW,
+    SCREEN_WINDOW_HELP, SHUTTER_CLOSE, SHUTTER_OPEN, TELECENTRIC,
+};
+
+pub(crate) use keys::KINDS;
 
 /// A camera. Camera space is left-handed: +x right, +y up, +z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,7 +97,7 @@ impl Projection {
 
 impl Lens {
     /// The focal distance of a lens without `focaldistance`.
-    pub const UNFOCUSED: f64 = 1e6;
+    pub const UNFOCUSED: f64 = keys::UNFOCUSED;
 }
 
 impl From<[f64; 4]> for ScreenWindow {
@@ -116,76 +123,6 @@ impl ScreenWindow {
 fn film_aspect(film: &Film) -> f64 {
     f64::from(film.resolution[0]) / f64::from(film.resolution[1])
 }
-
-pub(crate) const FOV: Key<f64> =
-    Key::float("fov", 90.0, "the angle of view along the shorter side of the picture")
-        .within(Range::between(0.0, 180.0))
-        .unit(Unit::Degrees);
-const HALF_FOV: Key<f64> =
-    Key::float("halffov", -1.0, "half the angle of view; if positive, it replaces fov")
-        .default_words("none")
-        .within(Range::below(90.0))
-        .unit(Unit::Degrees);
-const FRAME_ASPECT_RATIO: Key<f64> =
-    Key::float("frameaspectratio", 1.0, "the width of the screen window divided by its height")
-        .default_words("the film's")
-        .within(Range::from_to(1e-6, 1e6));
-const SCREEN_WINDOW: Key<Edges> = Key::new(
-    "screenwindow",
-    ParamType::Float,
-    Edges,
-    "the part of the screen on the film: xmin xmax ymin ymax",
-)
-.default_words("-1 to 1 along the shorter side");
-const LENS_RADIUS: Key<f64> =
-    Key::float("lensradius", 0.0, "the radius of the aperture; 0 is a pinhole").unit(Unit::CameraSpace);
-pub(crate) const FOCAL_DISTANCE: Key<f64> = Key::float(
-    "focaldistance",
-    Lens::UNFOCUSED,
-    "the distance to the plane of focus along the direction of view",
-)
-.within(Range::above(0.0))
-.unit(Unit::CameraSpace);
-/// As an override; in a scene, a negative radius is a pinhole.
-pub(crate) const LENS_RADIUS_RANGE: Range = Range::at_least(0.0);
-pub(crate) const SCREEN_WINDOW_HELP: &str = "write the edges as xmin xmax ymin ymax";
-const SHUTTER_OPEN: Key<f64> =
-    Key::float("shutteropen", 0.0, "the time when the shutter opens").effect(Effect::NoEffect);
-const SHUTTER_CLOSE: Key<f64> =
-    Key::float("shutterclose", 1.0, "the time when the shutter closes").effect(Effect::NoEffect);
-const TELECENTRIC: Key<bool> = Key::bool(
-    "telecentric",
-    false,
-    "true blurs around parallel rays, false gives pbrt-v3's perspective view",
-)
-.effect(Effect::Own);
-
-const COMMON: Keys =
-    &[&FRAME_ASPECT_RATIO, &SCREEN_WINDOW, &LENS_RADIUS, &FOCAL_DISTANCE, &SHUTTER_OPEN, &SHUTTER_CLOSE];
-
-const fn of_realistic<T: DefaultValue>(key: Key<T>) -> Key<T> {
-    key.effect(Effect::NotRendered)
-}
-
-const LENS_FILE: Key<Name> = of_realistic(Key::string("lensfile", "the file that describes the lenses"));
-const APERTURE_DIAMETER: Key<f64> =
-    of_realistic(Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters"));
-const FOCUS_DISTANCE: Key<f64> = of_realistic(
-    Key::float("focusdistance", 10.0, "the distance to the plane of focus").unit(Unit::CameraSpace),
-);
-const SIMPLE_WEIGHTING: Key<bool> =
-    of_realistic(Key::bool("simpleweighting", true, "true weights rays as if the film were small"));
-const REALISTIC: Keys =
-    &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];
-
-pub(crate) const KINDS: &[Kind] = &[
-    Kind::new("Camera", "perspective", "a pinhole or a thin lens", &[&[&FOV, &HALF_FOV], COMMON])
-        .by_default(),
-    Kind::new("Camera", "orthographic", "parallel rays along +z", &[COMMON, &[&TELECENTRIC]]),
-    Kind::new("Camera", "environment", "all directions around a point", &[COMMON]),
-    Kind::new("Camera", "realistic", "lenses from a file", &[REALISTIC])
-        .instead("perspective, fov 90, default window, without a lens"),
-];
 
 /// pbrt-v3's CreatePerspectiveCamera, CreateOrthographicCamera and CreateEnvironmentCamera.
 pub(crate) fn camera(

@@ -1,13 +1,14 @@
 //! The pictures of lights and textures: handles while the scene is read, then decoded, each once for each settings.
 
 mod decode;
+pub(crate) mod key;
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{MipMap, Wrap};
+use lookat_image::MipMap;
 use lookat_syntax::{Diagnostic, Text};
 
 use crate::files::Files;
@@ -16,7 +17,9 @@ use crate::report::Report;
 use crate::schema::{self, Name};
 use decode::{Made, check_name, decode};
 
-pub(crate) use decode::{FromColor, Settings};
+pub(crate) use decode::FromColor;
+use key::Key;
+pub(crate) use key::Settings;
 
 /// The pictures of a scene so far.
 #[derive(Default)]
@@ -68,17 +71,6 @@ struct Handle<T> {
     stand_in: Arc<MipMap<T>>,
 }
 
-/// The file and its settings. Floats are stored as bits, for comparison.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub(crate) struct Key {
-    pub path: PathBuf,
-    wrap: Wrap,
-    gamma: bool,
-    bottom_up: bool,
-    not_negative: bool,
-    scale: u32,
-}
-
 impl<T> Default for Cache<T> {
     fn default() -> Self {
         Cache {
@@ -88,13 +80,6 @@ impl<T> Default for Cache<T> {
             known: HashMap::new(),
             loaded: HashMap::new(),
         }
-    }
-}
-
-impl Key {
-    fn new(path: PathBuf, settings: &Settings) -> Self {
-        let Settings { wrap, gamma, scale, bottom_up, not_negative } = *settings;
-        Key { path, wrap, gamma, bottom_up, not_negative, scale: scale.to_bits() }
     }
 }
 

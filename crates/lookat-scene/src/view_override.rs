@@ -3,7 +3,7 @@
 use glam::DVec3;
 use lookat_syntax::Span;
 
-use crate::camera::{FOCAL_DISTANCE, FOV, LENS_RADIUS_RANGE, SCREEN_WINDOW_HELP};
+use crate::camera::keys::{FOCAL_DISTANCE, FOV, LENS_RADIUS_RANGE, SCREEN_WINDOW_HELP};
 use crate::schema::Range;
 use crate::transform::{LookAtFault, Transform, in_range};
 

@@ -2,11 +2,13 @@
 
 use std::io::{self, IsTerminal};
 use std::ops::ControlFlow;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use lookat_image::exit;
+
+use crate::lock::lock;
 
 /// The exit status after both signals, as for a program ended by SIGINT.
 pub const STATUS: u8 = 130;
@@ -31,7 +33,7 @@ pub fn flow() -> ControlFlow<()> {
 /// From now on the first time asks to stop, and `notice` is said; the second, or the first while it is not worth while to
 /// stop in order, ends the program at once.
 pub fn stop_in_order(notice: Option<&'static str>, is_worth_while: fn() -> bool) {
-    *ORDERLY.lock().unwrap_or_else(PoisonError::into_inner) = Some(Orderly { notice, is_worth_while });
+    *lock(&ORDERLY) = Some(Orderly { notice, is_worth_while });
 }
 
 /// Signals within this time count as one: `timeout` signals a program and then its process group.
@@ -48,7 +50,7 @@ pub fn watch() {
             return;
         }
         first = Some(Instant::now());
-        let orderly = *ORDERLY.lock().unwrap_or_else(PoisonError::into_inner);
+        let orderly = *lock(&ORDERLY);
         let Some(Orderly { notice, is_worth_while }) = orderly else { exit(STATUS.into()) };
         ASKED.store(true, Ordering::Relaxed);
         // Start below the progress bar.

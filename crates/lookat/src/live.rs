@@ -1,5 +1,6 @@
 //! A picture shown while it is rendered: in the terminal, in the viewer tev, and again after each change of its files.
 
+mod drawing;
 mod protocol;
 mod sixel;
 mod terminal;

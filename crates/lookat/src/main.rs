@@ -13,6 +13,7 @@ mod inspect;
 mod interrupt;
 mod light;
 mod live;
+mod lock;
 mod metric;
 mod noise;
 mod output;

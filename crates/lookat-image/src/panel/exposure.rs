@@ -5,13 +5,14 @@ use std::ops::RangeInclusive;
 use rayon::prelude::*;
 
 use super::parts::is_finite;
-use crate::light::MOSTLY;
 use crate::rank::{nearest_rank, ranked};
 
 /// A picture is bright enough, and not too bright, if this percentile of the largest channels of its pixels with light is in
 /// this range, and it is not overexposed. Lamps that are seen may be the rest, and are cut off.
 const BRIGHT: f64 = 0.95;
 const FINE: RangeInclusive<f64> = 0.2..=2.0;
+/// A picture is overexposed if more than this share of the pixels with light clips.
+pub(crate) const MOSTLY: f64 = 0.3;
 /// Where the percentile of other pictures is brought.
 const AIM: f64 = 0.8;
 

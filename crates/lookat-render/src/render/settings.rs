@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use lookat_scene::{Sampler, SamplerKind, View};
 
 use super::adaptive;
-use super::layers::Layers;
+use super::layers::set::Layers;
 use super::stop::TargetError;
 use super::target;
 use crate::film::{Errors, pixel_bytes};

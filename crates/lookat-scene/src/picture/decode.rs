@@ -4,25 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::Vec3;
-use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, Wrap, linear_from_srgb};
+use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, linear_from_srgb};
 
+use super::key::Settings;
 use crate::color::{self, LUMINANCE};
 use crate::files::{Bytes, shown_path};
 use crate::params::Params;
-
-/// The settings for decoding a picture.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Settings {
-    pub wrap: Wrap,
-    /// True to convert from sRGB to linear.
-    pub gamma: bool,
-    /// The factor on the linear values.
-    pub scale: f32,
-    /// True if the first row is the bottom row, as in texture coordinates.
-    pub bottom_up: bool,
-    /// True to clamp negative values to 0, for pictures of light.
-    pub not_negative: bool,
-}
 
 /// A picture, or an error message and help.
 pub(super) type Made<T> = Result<Arc<MipMap<T>>, (String, String)>;
@@ -156,6 +143,8 @@ fn texels<T: FromColor>(planes: [&[f32]; 3], row: usize, settings: &Settings) ->
 
 #[cfg(test)]
 mod tests {
+    use lookat_image::Wrap;
+
     use super::*;
 
     fn settings(gamma: bool, scale: f32) -> Settings {

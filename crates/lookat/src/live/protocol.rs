@@ -1,25 +1,11 @@
 //! Control sequences that draw a picture: the protocols of kitty and iTerm2, and half blocks. Sixels are next door.
 
-use std::fmt::Display;
-use std::io::Write;
-
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use super::drawing::{Drawing, put};
 use super::sixel;
 use crate::args::Protocol;
-
-/// A picture as it is drawn.
-pub struct Drawing {
-    /// Width and height in pixels.
-    pub size: [u32; 2],
-    /// Columns and lines of the terminal.
-    pub cells: [u32; 2],
-    /// On the sRGB curve, row by row.
-    pub pixels: Vec<[u8; 3]>,
-    /// The number of the picture.
-    pub id: u32,
-}
 
 /// The best protocol that a terminal is known to have, by its environment variables. A terminal is not asked: its
 /// answer would mix with what the user types.
@@ -125,10 +111,6 @@ fn color_of_256(color: [u8; 3]) -> u32 {
     const LEVELS: [u8; 6] = [0, 95, 135, 175, 215, 255];
     let level = |value: u8| (0..6).min_by_key(|level| LEVELS[*level as usize].abs_diff(value)).unwrap_or(0);
     color.into_iter().fold(0, |index, value| 6 * index + level(value)) + 16
-}
-
-pub fn put(out: &mut Vec<u8>, text: impl Display) {
-    let _ = write!(out, "{text}");
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Sixels: columns of six pixels, color by color, as in the VT330/VT340 Programmer Reference Manual, volume 2, chapter 14.
 
-use super::protocol::{Drawing, put};
+use super::drawing::{Drawing, put};
 
 /// The levels of each color: 216 colors in all, of the 256 that most terminals have.
 const LEVELS: u32 = 6;

@@ -4,7 +4,8 @@ use std::io::{self, IsTerminal, Write};
 
 use lookat_image::{Encoded, Image};
 
-use super::protocol::{self, Drawing};
+use super::drawing::Drawing;
+use super::protocol;
 use crate::args::Protocol;
 
 /// Lines of the terminal that stay free for the bar and the prompt.

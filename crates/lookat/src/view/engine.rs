@@ -14,7 +14,7 @@ use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MA
 
 use super::editor::Editor;
 use super::gallery::Gallery;
-use super::messages::{self, News, Pick, Picked, Request, SetCamera, SetFilm, SetView};
+use super::messages::{self, News, Request, SetCamera, SetFilm, SetView};
 use super::outbox::{Hub, Kind};
 use super::pace::Pace;
 use super::reference::{Comparer, References};
@@ -164,9 +164,6 @@ impl Engine {
             Request::View(view) => self.set_view(view),
             Request::Change(change) => self.change(change),
             Request::Edit(edit) => self.edit(edit),
-            Request::Pick(pick) => {
-                self.opened.iter().for_each(|opened| answer(pick, opened, self.reading, &self.hub));
-            }
             Request::Errors(errors) => self.set_errors(errors),
             query => self.answer_queries(vec![query]),
         }
@@ -310,10 +307,4 @@ impl Engine {
         let camera = opened.values();
         self.hub.tell(Kind::View, News::View(messages::View { by, number, set, camera, refused }).message());
     }
-}
-
-/// Tells what the picture shows at a place.
-fn answer(Pick { by, number, at }: Pick, opened: &Opened, reading: u32, hub: &Hub) {
-    let hit = opened.pick(at, reading);
-    hub.tell(Kind::Picked(by), News::Picked(Picked { by, number, at, hit }).message());
 }

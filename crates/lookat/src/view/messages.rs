@@ -30,8 +30,13 @@ pub enum Request {
 impl Request {
     /// Whether it is answered beside the picture, which goes on.
     pub fn is_query(&self) -> bool {
-        let is_of_picture = matches!(self, Request::Layer(_) | Request::Values(_) | Request::Depths(_));
+        let is_of_picture = matches!(self, Request::Pick(_) | Request::Depths(_)) || self.needs_film();
         is_of_picture || matches!(self, Request::Reference(_) | Request::Open(_))
+    }
+
+    /// Whether the answer takes the memory of another film.
+    pub fn needs_film(&self) -> bool {
+        matches!(self, Request::Layer(_) | Request::Values(_))
     }
 }
 

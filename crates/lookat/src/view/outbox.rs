@@ -1,9 +1,11 @@
 //! What the pages are told: the newest message of each kind, so that a slow page holds up nobody and takes no memory.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Condvar, Mutex, PoisonError, Weak};
 
 use tungstenite::Message;
+
+use crate::lock::lock;
 
 /// The kinds of messages, in the order in which they are sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -112,10 +114,6 @@ impl Hub {
             told.newest.insert(kind, message);
         }
     }
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! The picture that pages compare with.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use lookat_image::{Aligned, Charge, Image, MemoryBudget, PictureFile, Window, align};
 
 use super::messages::Compared;
 use crate::compare::{Comparison, Rules, check_memory, pixel_bytes};
 use crate::live::Watch;
+use crate::lock::lock;
 use crate::metric::THRESHOLD;
 
 /// A picture that others are compared with.
@@ -98,12 +99,17 @@ pub fn over(reference: &Image, data_window: Window, display_window: Window) -> R
     Ok(pixels)
 }
 
-/// Compares pictures on threads of their own, one at a time.
-#[derive(Default, Clone)]
-pub struct Comparer {
+/// Compares pictures on a thread of its own, one pair at a time.
+#[derive(Default)]
+pub struct Comparer(Arc<Mutex<Comparisons>>);
+
+#[derive(Default)]
+struct Comparisons {
     /// Counts the comparisons: only the last one counts.
-    newest: Arc<Mutex<u32>>,
-    turn: Arc<Mutex<()>>,
+    newest: u32,
+    /// The one that waits for its turn.
+    next: Option<Box<dyn FnOnce() + Send>>,
+    is_busy: bool,
 }
 
 impl Comparer {
@@ -116,31 +122,44 @@ impl Comparer {
         tell: impl FnOnce(Compared) + Send + 'static,
     ) {
         let own = self.cancel();
-        let Comparer { newest, turn } = self.clone();
+        let shared = self.0.clone();
         let compare = move || {
-            let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
-            let newest = || newest.lock().unwrap_or_else(PoisonError::into_inner);
-            if *newest() != own {
-                return;
-            }
             let names = [&*actual.0, &*reference.0];
             let (text, agrees) = compared(names, [&actual.1, &reference.1], &memory)
                 .unwrap_or_else(|reason| (format!("{reason}\n"), None));
-            // With the lock, nobody ends this comparison meanwhile.
-            let newest = newest();
-            if *newest == own {
+            // With the lock, nobody cancels it meanwhile.
+            let comparisons = lock(&shared);
+            if comparisons.newest == own {
                 tell(Compared { generation, text, agrees });
             }
         };
-        // Without a thread, the pictures are not compared.
-        let _ = std::thread::Builder::new().spawn(compare);
+        let mut comparisons = lock(&self.0);
+        comparisons.next = Some(Box::new(compare));
+        if !comparisons.is_busy {
+            let shared = self.0.clone();
+            // Without a thread, the pictures are not compared.
+            comparisons.is_busy = std::thread::Builder::new().spawn(move || work(&shared)).is_ok();
+        }
     }
 
     /// Ends comparisons that have not told yet.
     pub fn cancel(&self) -> u32 {
-        let mut newest = self.newest.lock().unwrap_or_else(PoisonError::into_inner);
-        *newest = newest.wrapping_add(1);
-        *newest
+        let mut comparisons = lock(&self.0);
+        comparisons.next = None;
+        comparisons.newest = comparisons.newest.wrapping_add(1);
+        comparisons.newest
+    }
+}
+
+/// Compares until no pair waits.
+fn work(shared: &Mutex<Comparisons>) {
+    let next = || {
+        let mut comparisons = lock(shared);
+        comparisons.is_busy = comparisons.next.is_some();
+        comparisons.next.take()
+    };
+    while let Some(compare) = next() {
+        compare();
     }
 }
 

@@ -1,10 +1,11 @@
 //! What the pages ask for.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::messages::{Pick, Request};
+use super::messages::Request;
+use crate::lock::lock;
 
 /// The most requests that wait.
 const MOST: usize = 64;
@@ -23,7 +24,7 @@ pub struct Requests {
 impl Requests {
     /// Replaces an earlier request for the same. Drops the request if too many wait.
     pub fn put(&self, request: Request) {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         waiting.retain(|earlier| !is_for_the_same(earlier, &request));
         if waiting.len() < MOST {
             waiting.push(request);
@@ -34,40 +35,32 @@ impl Requests {
 
     /// Puts a request that is not answered yet before the others, unless there is a newer one for the same.
     pub fn put_back(&self, request: Request) {
-        let mut waiting = self.lock();
+        let mut waiting = lock(&self.waiting);
         if !waiting.iter().any(|later| is_for_the_same(&request, later)) {
             waiting.insert(0, request);
         }
     }
 
-    /// Takes the requests that are answered beside the picture, after waiting at most `time` for the first. `None` once it is
-    /// over.
-    pub fn take_queries(&self, time: Duration, is_over: &AtomicBool) -> Option<Vec<Request>> {
+    /// Takes the requests that are wanted, after waiting at most `time` for the first. `None` once it is over.
+    pub fn take_wanted(
+        &self,
+        time: Duration,
+        is_wanted: impl Fn(&Request) -> bool,
+        is_over: &AtomicBool,
+    ) -> Option<Vec<Request>> {
         let is_over = || is_over.load(Ordering::Relaxed);
-        let is_idle = |waiting: &mut Vec<Request>| !is_over() && !waiting.iter().any(Request::is_query);
-        let waited = self.put.wait_timeout_while(self.lock(), time, is_idle);
+        let is_idle = |waiting: &mut Vec<Request>| !is_over() && !waiting.iter().any(&is_wanted);
+        let waited = self.put.wait_timeout_while(lock(&self.waiting), time, is_idle);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        (!is_over()).then(|| waiting.extract_if(.., |request| request.is_query()).collect())
+        (!is_over()).then(|| waiting.extract_if(.., |request| is_wanted(request)).collect())
     }
 
-    /// Ends the waiting.
-    pub fn end_queries(&self, is_over: &AtomicBool) {
+    /// Ends the waiting for those that are wanted.
+    pub fn end_wanted(&self, is_over: &AtomicBool) {
         // With the lock, nobody is between looking and waiting.
-        let _waiting = self.lock();
+        let _waiting = lock(&self.waiting);
         is_over.store(true, Ordering::Relaxed);
         self.put.notify_all();
-    }
-
-    /// Takes a request about a place alone: it can be answered while a picture is rendered.
-    pub fn take_pick(&self) -> Option<Pick> {
-        if !self.has_any() {
-            return None;
-        }
-        let mut waiting = self.lock();
-        let at = waiting.iter().position(|request| matches!(request, Request::Pick(_)))?;
-        let Request::Pick(pick) = waiting.remove(at) else { return None };
-        self.count(&waiting);
-        Some(pick)
     }
 
     pub fn has_any(&self) -> bool {
@@ -76,7 +69,7 @@ impl Requests {
 
     /// Ends waiting: a file has changed.
     pub fn wake(&self) {
-        let _waiting = self.lock();
+        let _waiting = lock(&self.waiting);
         self.is_woken.store(true, Ordering::Relaxed);
         self.put.notify_all();
     }
@@ -85,7 +78,7 @@ impl Requests {
     pub fn take(&self, time: Duration) -> Vec<Request> {
         let is_idle =
             |waiting: &mut Vec<Request>| waiting.is_empty() && !self.is_woken.swap(false, Ordering::Relaxed);
-        let waited = self.put.wait_timeout_while(self.lock(), time, is_idle);
+        let waited = self.put.wait_timeout_while(lock(&self.waiting), time, is_idle);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
         self.has_any.store(false, Ordering::Relaxed);
         std::mem::take(&mut waiting)
@@ -94,10 +87,6 @@ impl Requests {
     fn count(&self, waiting: &[Request]) {
         let has_any = waiting.iter().any(|request| !request.is_query());
         self.has_any.store(has_any, Ordering::Relaxed);
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Vec<Request>> {
-        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

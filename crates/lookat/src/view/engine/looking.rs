@@ -1,8 +1,8 @@
 //! Layers, the error map and the reference.
 
 use std::ops::ControlFlow;
+use std::sync::MutexGuard;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{MutexGuard, PoisonError};
 
 use lookat_image::{Image, Window};
 use lookat_render::{DARK, Layer, Layers, Progress, Settings, Stop, threads};
@@ -10,8 +10,9 @@ use lookat_scene::{Film, PixelBounds, View};
 
 use super::opened::Opened;
 use super::{Engine, IDLE, Stage};
+use crate::lock::lock;
 use crate::view::messages::{
-    About, Content, Depths, GetDepths, GetLayer, GetValues, LAYERS, LayerValues, Looking, News,
+    About, Content, Depths, GetDepths, GetLayer, GetValues, LAYERS, LayerValues, Looking, News, Pick, Picked,
     ReferenceFrom, Request, SetErrors, SetReference, pixels,
 };
 use crate::view::outbox::{Hub, Kind};
@@ -38,7 +39,7 @@ impl Engine {
     }
 
     pub(super) fn references(&self) -> MutexGuard<'_, References> {
-        self.references.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.references)
     }
 
     fn set_reference(&self, SetReference { from }: SetReference) {
@@ -128,12 +129,11 @@ impl Engine {
     /// Answers beside a picture that is being rendered, until it is over.
     pub(super) fn answer_meanwhile(&self, is_over: &AtomicBool) {
         let Some(opened) = &self.opened else { return };
-        while let Some(queries) = self.requests.take_queries(IDLE, is_over) {
+        // Without memory for another film, the others wait until the picture ends.
+        let charge = opened.charge_film(&Settings::default());
+        let is_wanted = |request: &Request| request.is_query() && (charge.is_ok() || !request.needs_film());
+        while let Some(queries) = self.requests.take_wanted(IDLE, is_wanted, is_over) {
             self.follow_reference();
-            // Without memory for another film, they wait until the picture ends.
-            let Ok(_charge) = opened.charge_film(&Settings::default()) else {
-                return queries.into_iter().rev().for_each(|query| self.requests.put_back(query));
-            };
             let ends = || is_over.load(Ordering::Relaxed);
             queries.into_iter().for_each(|query| self.answer_query(query, (&opened.view, threads()), &ends));
         }
@@ -153,6 +153,10 @@ impl Engine {
                 tell_depths(asked, opened, &self.hub);
                 true
             }
+            Request::Pick(pick) => {
+                tell_pick(pick, opened, self.reading, &self.hub);
+                true
+            }
             Request::Open(open) => {
                 self.open_editor(open);
                 true
@@ -163,6 +167,12 @@ impl Engine {
             self.requests.put_back(query);
         }
     }
+}
+
+/// Tells what the picture shows at a place.
+fn tell_pick(Pick { by, number, at }: Pick, opened: &Opened, reading: u32, hub: &Hub) {
+    let hit = opened.pick(at, reading);
+    hub.tell(Kind::Picked(by), News::Picked(Picked { by, number, at, hit }).message());
 }
 
 /// Tells the depths of the picture.

@@ -10,7 +10,7 @@ use lookat_image::Image;
 use lookat_render::{Progress, Settings};
 
 use super::looking::relative_errors;
-use super::{Engine, Stage, answer};
+use super::{Engine, Stage};
 use crate::render::Metadata;
 use crate::view::gallery::Gallery;
 use crate::view::messages::{About, Content, pixels};
@@ -50,7 +50,6 @@ impl Engine {
         opened.prepared.look(&opened.view.camera);
         let engine = &*self;
         let Engine { opened: Some(opened), requests, watch, hub, gallery, .. } = engine else { return };
-        let reading = engine.reading;
         let area = opened.view.film.crop.area();
         let next = Mutex::new(started + STEP);
         let progress = |progress: Progress| {
@@ -59,9 +58,6 @@ impl Engine {
             }
             // Another thread does it.
             let Ok(mut next) = next.try_lock() else { return ControlFlow::Continue(()) };
-            if let Some(pick) = requests.take_pick() {
-                answer(pick, opened, reading, hub);
-            }
             if requests.has_any() {
                 return ControlFlow::Break(());
             }
@@ -80,7 +76,7 @@ impl Engine {
             // Without a thread, questions wait for the end of the picture.
             let _ = Builder::new().spawn_scoped(scope, || engine.answer_meanwhile(&is_over));
             let rendered = opened.prepared.render_whole(&opened.view, &settings, &progress);
-            requests.end_queries(&is_over);
+            requests.end_wanted(&is_over);
             rendered
         });
         if let Some(rendered) = rendered.filter(|rendered| rendered.complete) {
