@@ -1,37 +1,37 @@
-//! How fast `lookat view` shows that the camera moves and that the file changes. A client takes the place of the page.
+//! How fast `lookat view` shows that the camera moves and that the file changes. A client takes the place of a page.
 
-use std::io::{BufRead, BufReader, ErrorKind};
-use std::net::TcpStream;
+mod client;
+
+use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use serde_json::{Value, json};
-use tungstenite::client::IntoClientRequest;
-use tungstenite::{Error, Message, WebSocket};
 
 use crate::bench::{BenchRow, BenchTable, Cell};
+use client::Client;
 
 /// As often as a display shows a frame, a page sends a camera.
 const FRAME: Duration = Duration::from_micros(16_667);
 /// How long the camera moves.
 const MOVING: Duration = Duration::from_secs(5);
-/// How long a client waits for an answer.
-const PATIENCE: Duration = Duration::from_secs(60);
 /// The angle that the camera turns in a frame, in radians.
 const TURN: f64 = 0.01;
 /// How often the file is saved, and the time in between.
 const SAVES: u32 = 20;
 const BETWEEN_SAVES: Duration = Duration::from_millis(400);
 
-const COLUMNS: [&str; 9] = [
+const COLUMNS: [&str; 11] = [
     "pictures/s",
     "between, p50 ms",
     "p99",
     "camera to picture, p50 ms",
     "p99",
-    "save to picture, p50 ms",
+    "saved camera to picture, p50 ms",
+    "p99",
+    "saved light to picture, p50 ms",
     "p99",
     "start to picture, ms",
     "moving width",
@@ -46,7 +46,10 @@ pub fn latency(program: &Path, scenes: &[PathBuf]) -> Result<BenchTable, String>
         Ok(BenchRow { name, cells: cells.map(cell).to_vec() })
     };
     let rows = scenes.iter().map(row).collect::<Result<_, String>>()?;
-    let title = format!("a camera that moves for {} s, and {SAVES} saves", MOVING.as_secs());
+    let title = format!(
+        "a camera that moves for {} s, and {SAVES} saves of a camera and of a light",
+        MOVING.as_secs()
+    );
     Ok(BenchTable { name: "view", title, columns: COLUMNS.to_vec(), rows })
 }
 
@@ -55,34 +58,55 @@ fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String
     let folder = scene.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     let copy = tempfile::Builder::new().prefix("lookat-bench-").suffix(".pbrt").tempfile_in(folder);
     let copy = copy.map_err(|error| error.to_string())?;
-    // As many editors do: another file is renamed. Returns the time before that.
-    let save = |number: u32| {
-        // Before LookAt, so that only the camera changes.
-        let moved = [format!("Translate {number}e-6 0 0 ").as_bytes(), &text].concat();
-        let other = copy.path().with_extension("new");
-        std::fs::write(&other, moved).map_err(|error| error.to_string())?;
-        let saved = Instant::now();
-        std::fs::rename(&other, copy.path()).map(|()| saved).map_err(|error| error.to_string())
-    };
-    save(0)?;
+    save(copy.path(), &text).map_err(|error| error.to_string())?;
     let started = Instant::now();
     let mut client = Client::start(program, copy.path())?;
     client.picture(|_| true)?;
     let start = ms(started.elapsed());
     let moving = moving(&mut client)?;
-    let mut saves = Vec::new();
-    for number in 1..=SAVES {
-        client.rest(BETWEEN_SAVES)?;
-        let before = client.generation;
-        let saved = save(number)?;
-        client.picture(|picture| picture.generation != before)?;
-        saves.push(ms(saved.elapsed()));
-    }
+    let mut saves = |edited: fn(&[u8], u32) -> Option<Vec<u8>>| {
+        let mut times = Vec::new();
+        for number in 1..=SAVES {
+            // The view comes to rest.
+            client.picture(|picture| picture.is_full)?;
+            client.rest(BETWEEN_SAVES)?;
+            let before = client.generation;
+            let text = edited(&text, number).ok_or("WorldBegin is not in the scene file itself")?;
+            let saved = save(copy.path(), &text).map_err(|error| error.to_string())?;
+            client.picture(|picture| picture.generation != before)?;
+            times.push(ms(saved.elapsed()));
+        }
+        Ok::<_, String>(quantiles(times))
+    };
+    let [[s50, s99], [l50, l99]] = [saves(with_camera)?, saves(with_light)?];
     let rate = moving.between.len() as f64 / MOVING.as_secs_f64();
     let [b50, b99] = quantiles(moving.between);
     let [c50, c99] = quantiles(moving.answers);
-    let [s50, s99] = quantiles(saves);
-    Ok([rate, b50, b99, c50, c99, s50, s99, start, moving.width])
+    Ok([rate, b50, b99, c50, c99, s50, s99, l50, l99, start, moving.width])
+}
+
+/// As many editors do: another file is renamed. Returns the time before that.
+fn save(path: &Path, text: &[u8]) -> std::io::Result<Instant> {
+    let other = path.with_extension("new");
+    let mut file = File::create(&other)?;
+    file.write_all(text)?;
+    // On disk, so that renaming has nothing to write.
+    file.sync_all()?;
+    let saved = Instant::now();
+    std::fs::rename(&other, path).map(|()| saved)
+}
+
+/// The text with another camera.
+fn with_camera(text: &[u8], number: u32) -> Option<Vec<u8>> {
+    Some([format!("Translate {number}e-6 0 0 ").as_bytes(), text].concat())
+}
+
+/// The text with another light, too faint to be seen.
+fn with_light(text: &[u8], number: u32) -> Option<Vec<u8>> {
+    const WORLD: &[u8] = b"WorldBegin";
+    let (before, after) =
+        text.split_at(text.windows(WORLD.len()).position(|word| word == WORLD)? + WORLD.len());
+    Some([before, format!(" LightSource \"point\" \"rgb I\" [{number}e-9 0 0]").as_bytes(), after].concat())
 }
 
 /// The times of a camera that moves, in milliseconds.
@@ -116,120 +140,6 @@ fn moving(client: &mut Client) -> Result<Moving, String> {
         }
     }
     Ok(moving)
-}
-
-/// What the client needs to know of a picture.
-struct Picture {
-    width: f64,
-    generation: f64,
-    number: f64,
-}
-
-/// A page without a browser.
-struct Client {
-    program: Child,
-    socket: WebSocket<TcpStream>,
-    /// The newest camera and picture.
-    look_at: Vec<Value>,
-    generation: f64,
-}
-
-impl Client {
-    fn start(program: &Path, scene: &Path) -> Result<Client, String> {
-        let mut program = Command::new(program)
-            .arg("view")
-            .arg(scene)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .map_err(|error| error.to_string())?;
-        let mut address = String::new();
-        let out = program.stdout.take().ok_or("lookat prints nothing")?;
-        BufReader::new(out).read_line(&mut address).map_err(|error| error.to_string())?;
-        let connected = connect(address.trim());
-        if connected.is_err() {
-            // It has no owner yet that ends it.
-            let _ = program.kill();
-        }
-        Ok(Client { program, socket: connected?, look_at: Vec::new(), generation: 0.0 })
-    }
-
-    fn send(&mut self, request: &Value) -> Result<(), String> {
-        self.socket.send(Message::text(request.to_string())).map_err(|error| error.to_string())
-    }
-
-    /// The next picture within this time.
-    fn next(&mut self, time: Duration) -> Result<Option<Picture>, String> {
-        let end = Instant::now() + time;
-        loop {
-            let left = end.saturating_duration_since(Instant::now());
-            if left.is_zero() {
-                return Ok(None);
-            }
-            self.socket.get_mut().set_read_timeout(Some(left)).map_err(|error| error.to_string())?;
-            match self.socket.read() {
-                Ok(Message::Binary(bytes)) => {
-                    let picture = picture(&bytes).ok_or("a picture is too short")?;
-                    self.generation = picture.generation;
-                    return Ok(Some(picture));
-                }
-                Ok(Message::Text(text)) => {
-                    let news: Value = serde_json::from_str(&text).unwrap_or_default();
-                    if let Some(points) = news["camera"]["lookAt"].as_array() {
-                        self.look_at = points.clone();
-                    }
-                }
-                Ok(_) => {}
-                Err(Error::Io(error))
-                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
-                {
-                    return Ok(None);
-                }
-                Err(error) => return Err(error.to_string()),
-            }
-        }
-    }
-
-    /// Waits for a picture.
-    fn picture(&mut self, is_it: impl Fn(&Picture) -> bool) -> Result<(), String> {
-        while let Some(picture) = self.next(PATIENCE)? {
-            if is_it(&picture) {
-                return Ok(());
-            }
-        }
-        Err("no picture comes: check the scene".into())
-    }
-
-    /// Takes what comes for a while.
-    fn rest(&mut self, time: Duration) -> Result<(), String> {
-        let end = Instant::now() + time;
-        while self.next(end.saturating_duration_since(Instant::now()))?.is_some() {}
-        Ok(())
-    }
-}
-
-impl Drop for Client {
-    fn drop(&mut self) {
-        let _ = self.program.kill();
-        let _ = self.program.wait();
-    }
-}
-
-fn connect(address: &str) -> Result<WebSocket<TcpStream>, String> {
-    let host = address.strip_prefix("http://").and_then(|rest| rest.split('/').next());
-    let host = host.ok_or("lookat prints no address")?;
-    let stream = TcpStream::connect(host).map_err(|error| error.to_string())?;
-    let socket = format!("{}socket", address.replacen("http", "ws", 1));
-    let mut request = socket.into_client_request().map_err(|error| error.to_string())?;
-    let origin = format!("http://{host}").parse().map_err(|_| "the address is none")?;
-    request.headers_mut().insert("origin", origin);
-    tungstenite::client(request, stream).map(|(socket, _)| socket).map_err(|error| error.to_string())
-}
-
-/// The numbers before the pixels of a picture.
-fn picture(bytes: &[u8]) -> Option<Picture> {
-    let number = |at: usize| Some(f64::from_le_bytes(*bytes.get(8 * at..)?.first_chunk()?));
-    Some(Picture { width: number(0)?, generation: number(2)?, number: number(3)? })
 }
 
 fn ms(time: Duration) -> f64 {

@@ -1,5 +1,7 @@
 //! What a load keeps for the next load of a scene: texts with their long lists, meshes and pictures.
 
+mod known_lists;
+
 use std::any::{Any, TypeId};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -7,10 +9,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 
+use bytes::Bytes;
 use lookat_syntax::{LongList, ParamType};
 
 use crate::picture::key::Key;
 use crate::{Mesh, Transform};
+use known_lists::bytes;
+
+pub(crate) use known_lists::KnownLists;
 
 /// What tells one version of a file from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -45,7 +51,7 @@ pub(crate) struct Kept {
 
 /// The text of a file.
 struct KeptText {
-    text: Arc<Vec<u8>>,
+    text: Bytes,
     stamp: Option<Stamp>,
     /// Its long lists, each with a number: lists of equal numbers have equal bytes and types.
     lists: Vec<(LongList, u64)>,
@@ -114,14 +120,19 @@ impl Reuse<'_> {
     }
 
     /// The text of a file that has not changed.
-    pub fn text(&self, path: &Path) -> Option<Arc<Vec<u8>>> {
+    pub fn text(&self, path: &Path) -> Option<Bytes> {
         let stamp = (self.stamp)(path)?;
         self.kept_text(path).filter(|kept| kept.stamp == Some(stamp)).map(|kept| kept.text.clone())
     }
 
+    /// The bytes that a file had before.
+    pub fn length(&self, path: &Path) -> Option<usize> {
+        self.kept_text(path).map(|kept| kept.text.len())
+    }
+
     /// Looks for lists of this text in the text that the file had before.
-    pub fn known_lists(&self, path: &Path, text: Arc<Vec<u8>>) -> KnownLists {
-        KnownLists { before: self.kept_text(path), text, next: 0, found: HashMap::new() }
+    pub fn known_lists(&self, path: &Path, text: Bytes) -> KnownLists {
+        KnownLists::new(self.kept_text(path), text)
     }
 
     /// Keeps a text and its lists.
@@ -178,50 +189,6 @@ impl Reuse<'_> {
             self.new.borrow_mut().pictures.insert(key, picture.clone());
         }
     }
-}
-
-/// Finds lists of a text that the file had before, too.
-pub(crate) struct KnownLists {
-    before: Option<Arc<KeptText>>,
-    text: Arc<Vec<u8>>,
-    /// The list after the last one that was found.
-    next: usize,
-    /// The numbers of the lists that were found, by their places.
-    found: HashMap<u32, u64>,
-}
-
-/// So many lists are compared: most are the next one, unless lists are gone or in another order.
-const MOST_COMPARED: usize = 64;
-
-impl KnownLists {
-    /// The length of the list at a place, if it was there before.
-    pub fn find(&mut self, ty: ParamType, at: usize) -> Option<usize> {
-        let before = self.before.as_ref()?;
-        let here = &self.text[at..];
-        // Most lists are short.
-        if here.len() < LongList::BYTES || here[..LongList::BYTES - 1].contains(&b']') {
-            return None;
-        }
-        let is_same_text = Arc::ptr_eq(&before.text, &self.text);
-        let is_here = |index: &usize| {
-            let (list, _) = &before.lists[*index];
-            list.ty == ty
-                && match is_same_text {
-                    true => list.span.start as usize == at,
-                    false => here.starts_with(&before.text[bytes(list)]),
-                }
-        };
-        let from_next = (self.next..before.lists.len()).chain(0..self.next);
-        let found = from_next.take(MOST_COMPARED).find(is_here)?;
-        let (list, number) = before.lists[found];
-        self.next = found + 1;
-        self.found.insert(at as u32, number);
-        Some(bytes(&list).len())
-    }
-}
-
-fn bytes(list: &LongList) -> std::ops::Range<usize> {
-    list.span.start as usize..list.span.end as usize
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Reads files through the caller's function.
 
+mod large_pages;
 mod nearby;
 
 use std::cell::RefCell;
@@ -7,14 +8,15 @@ use std::collections::BTreeSet;
 use std::io::{self, Read as _};
 use std::ops::Deref;
 use std::path::{Component, Path, PathBuf};
-use std::sync::Arc;
 
+use bytes::Bytes;
 use lookat_image::{Charge, MemoryBudget, io_reason};
 use lookat_syntax::{Diagnostic, Entity, FileId, LongList, Param, ParamType, Span, Text, read_list};
 
 use crate::Transform;
 use crate::cache::{KeptMesh, List, MeshKey, Reuse};
 use crate::sources::{Source, Sources};
+use large_pages::LargePages;
 use nearby::Folders;
 
 /// A function that reads a whole file. Tests need no disk, and programs decide the meaning of `-`.
@@ -38,14 +40,19 @@ pub(crate) enum Content {
 
 impl Content {
     /// All of it, if `memory` has room.
-    pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Bytes> {
+    pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Charged> {
+        self.bytes_after(0, memory)
+    }
+
+    /// The same, of a file that had so many bytes before.
+    fn bytes_after(self, before: usize, memory: &MemoryBudget) -> io::Result<Charged> {
         let mut charge = memory.reserve(0).map_err(io::Error::other)?;
         let bytes = match self {
-            Content::Whole(bytes) => bytes,
-            Content::Stream(file) => read_all(file, &mut charge)?,
+            Content::Whole(bytes) => bytes.into(),
+            Content::Stream(file) => read_all(file, before, &mut charge)?,
         };
         charge.resize(bytes.len() as u64).map_err(io::Error::other)?;
-        Ok(Bytes { bytes: bytes.into(), charge })
+        Ok(Charged { bytes, charge })
     }
 
     /// A stream from the start.
@@ -57,16 +64,24 @@ impl Content {
     }
 }
 
-/// Reads a file in steps, each an eighth of the bytes so far, so that the array is never much larger than the file.
-fn read_all(mut file: Box<dyn io::Read>, charge: &mut Charge) -> io::Result<Vec<u8>> {
+/// Reads a file in steps, each an eighth of the bytes so far, so that the array is never much larger than the file. A file that had
+/// many bytes before takes one step.
+fn read_all(mut file: Box<dyn io::Read>, before: usize, charge: &mut Charge) -> io::Result<Bytes> {
     let mut bytes = Vec::new();
+    if let Some(mut pages) = LargePages::new(before + step(before), charge) {
+        let length = pages.fill(&mut file)?;
+        if length < pages.as_ref().len() {
+            return Ok(Bytes::from_owner(pages).slice(..length));
+        }
+        bytes.extend_from_slice(pages.as_ref());
+    }
     loop {
         let step = step(bytes.len());
         charge.resize((bytes.len() + step) as u64).map_err(io::Error::other)?;
         bytes.try_reserve_exact(step)?;
         if file.by_ref().take(step as u64).read_to_end(&mut bytes)? < step {
             bytes.shrink_to_fit();
-            return Ok(bytes);
+            return Ok(bytes.into());
         }
     }
 }
@@ -77,20 +92,20 @@ fn step(bytes: usize) -> usize {
 }
 
 /// The bytes of a file, charged until they are dropped.
-pub(crate) struct Bytes {
-    bytes: Arc<Vec<u8>>,
+pub(crate) struct Charged {
+    bytes: Bytes,
     charge: Charge,
 }
 
-impl Bytes {
+impl Charged {
     /// Charges them for good.
-    pub fn keep(self) -> Arc<Vec<u8>> {
+    pub fn keep(self) -> Bytes {
         self.charge.keep();
         self.bytes
     }
 }
 
-impl Deref for Bytes {
+impl Deref for Charged {
     type Target = [u8];
 
     fn deref(&self) -> &[u8] {
@@ -145,14 +160,15 @@ impl<'a> Files<'a> {
     }
 
     /// A text, which is not read if it is known.
-    fn text(&self, path: &Path, content: Content) -> io::Result<Bytes> {
+    fn text(&self, path: &Path, content: Content) -> io::Result<Charged> {
         let known = self.reuse.and_then(|reuse| reuse.text(path)).and_then(|text| {
             // As much as while it is read; otherwise reading it tells the error.
             let mut charge = self.memory.reserve((text.len() + step(text.len())) as u64).ok()?;
             charge.resize(text.len() as u64).ok()?;
-            Some(Bytes { bytes: text, charge })
+            Some(Charged { bytes: text, charge })
         });
-        known.map_or_else(|| content.bytes(&self.memory), Ok)
+        let before = || self.reuse.and_then(|reuse| reuse.length(path)).unwrap_or(0);
+        known.map_or_else(|| content.bytes_after(before(), &self.memory), Ok)
     }
 
     /// Reads the lists that the parser left out.
@@ -208,7 +224,7 @@ impl<'a> Files<'a> {
 
     /// Drops the texts, so that binary contents are never shown.
     pub fn without_texts(mut self) -> Self {
-        self.sources.files.iter_mut().for_each(|source| source.text = Arc::default());
+        self.sources.files.iter_mut().for_each(|source| source.text = Bytes::new());
         self
     }
 
@@ -218,19 +234,19 @@ impl<'a> Files<'a> {
     }
 
     /// Adds a file with a known text.
-    pub fn add(&mut self, path: PathBuf, text: Arc<Vec<u8>>, included_at: Option<Span>) -> FileId {
+    pub fn add(&mut self, path: PathBuf, text: Bytes, included_at: Option<Span>) -> FileId {
         self.sources.files.push(Source::new(path, text, included_at));
         FileId(self.sources.files.len() as u32 - 1)
     }
 
     /// Reads the file named at `span`, relative to the file that contains the name, or else to the scene file.
     /// (pbrt-v3 does only the second.) Returns the path found, or the first path tried and its error.
-    pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Bytes), (PathBuf, io::Error)> {
+    pub fn read_named(&self, name: &str, span: Span) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
         self.named(name, span, |_, content| no_pointer(content.bytes(&self.memory)?))
     }
 
     /// The same for a text, which is not read if it is known.
-    pub fn text_named(&self, name: &str, span: Span) -> Result<(PathBuf, Bytes), (PathBuf, io::Error)> {
+    pub fn text_named(&self, name: &str, span: Span) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
         self.named(name, span, |path, content| no_pointer(self.text(path, content)?))
     }
 
@@ -240,7 +256,7 @@ impl<'a> Files<'a> {
         name: &str,
         span: Span,
         is_known: impl Fn(&Path) -> bool,
-    ) -> Result<(PathBuf, Option<Bytes>), (PathBuf, io::Error)> {
+    ) -> Result<(PathBuf, Option<Charged>), (PathBuf, io::Error)> {
         self.named(name, span, |path, content| match is_known(path) {
             true => Ok(None),
             false => no_pointer(content.bytes(&self.memory)?).map(Some),
@@ -424,7 +440,7 @@ impl<'a> Files<'a> {
 pub(crate) const LFS_POINTER: &[u8] = b"version https://git-lfs";
 pub(crate) const LFS_REASON: &str = "this is a Git LFS pointer: `git lfs pull` fetches the file";
 
-fn no_pointer(bytes: Bytes) -> io::Result<Bytes> {
+fn no_pointer(bytes: Charged) -> io::Result<Charged> {
     if bytes.starts_with(LFS_POINTER) { Err(io::Error::other(LFS_REASON)) } else { Ok(bytes) }
 }
 

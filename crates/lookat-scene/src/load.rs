@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use bytes::Bytes;
 use lookat_image::{Charge, MemoryBudget, byte_words, io_reason};
 use lookat_syntax::{
     Diagnostic, Directive, EntityKind, FileId, Param, Span, Statement, Text, number_bytes, parse_again,
@@ -96,7 +97,7 @@ fn load_through(access: Access, path: &Path, options: &LoadOptions, reuse: Optio
             conclude(loader.resolver, file, options)
         }
         Err(error) => {
-            let file = loader.resolver.files.add(path.to_owned(), Arc::default(), None);
+            let file = loader.resolver.files.add(path.to_owned(), Bytes::new(), None);
             let at = Span { file, start: 0, end: 0 };
             let message = format!("cannot read {}: {}", path.display(), io_reason(&error));
             let mut diagnostic = Diagnostic::error(at, message);
@@ -193,7 +194,7 @@ struct Loader<'a> {
     /// The chain of open files, each included by its predecessor.
     open: Vec<PathBuf>,
     /// The texts of included files. A file that is included often is stored once.
-    texts: HashMap<PathBuf, Arc<Vec<u8>>>,
+    texts: HashMap<PathBuf, Bytes>,
     /// The bytes of repeated includes so far, including `DIRECTIVE_BYTES`.
     repeated: usize,
 }

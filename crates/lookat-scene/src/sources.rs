@@ -1,8 +1,9 @@
 //! The files that a scene was read from.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
+use bytes::Bytes;
 use lookat_syntax::{FileId, Span, value_span};
 
 /// The text files of a scene in reading order. A file that is included twice appears twice.
@@ -18,7 +19,7 @@ pub struct Source {
     /// The path used to open it.
     pub path: PathBuf,
     /// Its contents.
-    pub text: Arc<Vec<u8>>,
+    pub text: Bytes,
     /// The `Include` that names it; `None` for the scene file.
     pub included_at: Option<Span>,
     /// The lines and characters before each [`BLOCK`] of bytes, as far as a place has been looked up: a text has millions of lines, and a
@@ -49,7 +50,7 @@ impl Counts {
 }
 
 impl Source {
-    pub(crate) fn new(path: PathBuf, text: Arc<Vec<u8>>, included_at: Option<Span>) -> Self {
+    pub(crate) fn new(path: PathBuf, text: Bytes, included_at: Option<Span>) -> Self {
         Source { path, text, included_at, counts: Mutex::default() }
     }
 
@@ -151,7 +152,7 @@ mod tests {
     fn columns_count_characters_of_long_lines() {
         let text = "é\n".to_owned() + &"aé漢".repeat(BLOCK) + "\nb" + &"c\n\nd".repeat(BLOCK);
         let characters: Vec<(usize, char)> = text.char_indices().collect();
-        let source = Source::new("a.pbrt".into(), Arc::new(text.clone().into_bytes()), None);
+        let source = Source::new("a.pbrt".into(), text.clone().into(), None);
         let sources = Sources { files: vec![source] };
         for index in (0..characters.len()).step_by(997).chain([characters.len() - 1]) {
             let at = characters[index].0;

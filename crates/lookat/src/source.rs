@@ -4,8 +4,8 @@ use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
+use bytes::Bytes;
 use lookat_image::{Image, MemoryBudget, PictureFile, open_file};
 use lookat_scene::syntax::Severity;
 use lookat_scene::{LoadCache, LoadOptions, Loaded, Stamped, load_again, load_opened};
@@ -18,7 +18,7 @@ pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded 
 }
 
 /// The text to read in place of a file.
-pub type Instead<'a> = dyn Fn(&Path) -> Option<Arc<Vec<u8>>> + 'a;
+pub type Instead<'a> = dyn Fn(&Path) -> Option<Bytes> + 'a;
 
 /// The same. Calls `instead` with each file before reading it, also with one that is missing. Takes over what the cache has.
 pub fn load_instead(
@@ -32,7 +32,7 @@ pub fn load_instead(
     // Only the scene itself can be standard input or a pipe, not a file that it names.
     let open = |file: &Path| {
         if let Some(text) = instead(file) {
-            return Ok(Box::new(io::Cursor::new(text.to_vec())) as Box<dyn Read>);
+            return Ok(Box::new(io::Cursor::new(text)) as Box<dyn Read>);
         }
         match file == path && !is_open.replace(true) {
             true if file == Path::new("-") => Ok(Box::new(io::stdin()) as Box<dyn Read>),

@@ -20,12 +20,12 @@ use super::waves::Worker;
 use crate::film::{Errors, Tile, indices, lock, places};
 use crate::prepare::Prepared;
 use crate::shading::shaded::Materials;
-use set::COUNT;
+use set::TABLE;
 
 pub use set::{Layer, Layers};
 
 /// The values of a pixel, by the numbers of the layers.
-type Values = [DVec3; COUNT];
+type Values = [DVec3; TABLE.len()];
 
 /// The depth where there is nothing.
 const FAR: f64 = 1e10;

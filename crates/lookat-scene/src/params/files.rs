@@ -8,7 +8,7 @@ use lookat_syntax::{Diagnostic, Entity, ParamType, Severity, Span, Text};
 use super::Params;
 use crate::Transform;
 use crate::cache::MeshKey;
-use crate::files::{Bytes, Files};
+use crate::files::{Charged, Files};
 use crate::report::Report;
 use crate::schema::{Key, Name};
 
@@ -50,12 +50,12 @@ impl<'a> Params<'a> {
 
 impl Params<'_> {
     /// The bytes of a file named by a parameter. Reports an unreadable file and returns `None`.
-    pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Bytes)> {
+    pub fn file(&mut self, name: &Text) -> Option<(PathBuf, Charged)> {
         self.read(name).map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()
     }
 
     /// The bytes of a file that the rest does without. `None`, and a warning, where it cannot be read.
-    pub fn file_if_readable(&mut self, name: &Text) -> Option<(PathBuf, Bytes)> {
+    pub fn file_if_readable(&mut self, name: &Text) -> Option<(PathBuf, Charged)> {
         let read = self.read(name);
         read.map_err(|(path, error)| {
             let unreadable = self.files.unreadable("read", name, &path, &error);
@@ -69,7 +69,7 @@ impl Params<'_> {
         &mut self,
         name: &Text,
         is_known: impl Fn(&Path) -> bool,
-    ) -> Option<(PathBuf, Option<Bytes>)> {
+    ) -> Option<(PathBuf, Option<Charged>)> {
         let read = self.files.read_unless(&name.value, name.span, is_known);
         let (path, bytes) = read.map_err(|(path, error)| self.unreadable(name, &path, &error)).ok()?;
         self.warn_of_path(name, &path);
@@ -81,7 +81,7 @@ impl Params<'_> {
         self.files.mesh_file_key(path, world_from_object)
     }
 
-    fn read(&mut self, name: &Text) -> Result<(PathBuf, Bytes), (PathBuf, io::Error)> {
+    fn read(&mut self, name: &Text) -> Result<(PathBuf, Charged), (PathBuf, io::Error)> {
         self.files.read_named(&name.value, name.span).inspect(|(path, _)| self.warn_of_path(name, path))
     }
 

@@ -8,7 +8,7 @@ use lookat_image::{ImageError, MipMap, PictureFile, Texel, Window, linear_from_s
 
 use super::key::Settings;
 use crate::color::{self, LUMINANCE};
-use crate::files::{Bytes, shown_path};
+use crate::files::{Charged, shown_path};
 use crate::params::Params;
 
 /// A picture, or an error message and help.
@@ -52,7 +52,7 @@ pub(super) fn decode<T: FromColor>(
     params: &mut Params,
     name: &str,
     path: &Path,
-    bytes: Bytes,
+    bytes: Charged,
     settings: &Settings,
 ) -> Made<T> {
     // Escaped for messages.

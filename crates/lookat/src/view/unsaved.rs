@@ -2,7 +2,8 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+
+use bytes::Bytes;
 
 use super::write::{FileChange, forget_first};
 
@@ -17,7 +18,7 @@ pub struct Unsaved {
 
 impl Unsaved {
     /// The text to read in place of a file.
-    pub fn text(&self, path: &Path) -> Option<Arc<Vec<u8>>> {
+    pub fn text(&self, path: &Path) -> Option<Bytes> {
         self.files.iter().find(|change| change.path == path).map(|change| change.after.clone())
     }
 
@@ -77,8 +78,8 @@ impl Unsaved {
         for FileChange { path, .. } in steps().chain(&self.files) {
             disk.entry(path.clone()).or_insert_with(|| std::fs::read(path).ok());
         }
-        let is_old = |change: &FileChange| disk[&change.path].as_ref() != Some(&*change.before);
-        let is_written = |change: &FileChange| disk[&change.path].as_ref() == Some(&*change.after);
+        let is_old = |change: &FileChange| disk[&change.path].as_deref() != Some(&*change.before);
+        let is_written = |change: &FileChange| disk[&change.path].as_deref() == Some(&*change.after);
         let is_lost = self.files.iter().any(|change| is_old(change) && !is_written(change));
         let has_old_steps = steps().any(is_old);
         self.files.retain(|change| !is_old(change));

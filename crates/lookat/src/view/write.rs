@@ -1,8 +1,8 @@
 //! Writes changes into the files of a scene, and takes them back.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
+use bytes::Bytes;
 use lookat_image::{io_reason, write_file};
 use lookat_scene::Sources;
 use lookat_scene::syntax::Fix;
@@ -17,8 +17,8 @@ const MOST_KEPT: usize = 256 << 20;
 #[derive(Clone)]
 pub struct FileChange {
     pub path: PathBuf,
-    pub before: Arc<Vec<u8>>,
-    pub after: Arc<Vec<u8>>,
+    pub before: Bytes,
+    pub after: Bytes,
 }
 
 /// The files that fixes change. Fails for a file that the scene includes twice: a change here would change both places.
@@ -43,7 +43,9 @@ pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, Stri
             }
         };
         let range = fix.span.start as usize..fix.span.end as usize;
-        Arc::make_mut(&mut change.after).splice(range, fix.replacement.bytes());
+        let after = &change.after;
+        change.after =
+            [&after[..range.start], fix.replacement.as_bytes(), &after[range.end..]].concat().into();
     }
     Ok(changes)
 }
@@ -182,7 +184,7 @@ mod tests {
     }
 
     fn change(path: &Path, before: &str, after: &str) -> FileChange {
-        let text = |text: &str| Arc::new(text.as_bytes().to_vec());
+        let text = |text: &str| text.to_owned().into();
         FileChange { path: path.into(), before: text(before), after: text(after) }
     }
 

@@ -30,7 +30,7 @@ pub enum Layer {
 
 /// All layers, in the order of their definition: names, and channels of an EXR file. `P`, `N` and `Ns` are pbrt-v4's names, `Z` is
 /// OpenEXR's own, and the channels `U`, `V` and `I` are Mitsuba's.
-const TABLE: [(Layer, &str, &[&str]); 9] = [
+pub(super) const TABLE: [(Layer, &str, &[&str]); 9] = [
     (Layer::Depth, "depth", &["Z"]),
     (Layer::Position, "position", &["P.X", "P.Y", "P.Z"]),
     (Layer::Normal, "normal", &["N.X", "N.Y", "N.Z"]),
@@ -42,9 +42,6 @@ const TABLE: [(Layer, &str, &[&str]); 9] = [
     // As in the layers of errors.
     (Layer::Samples, "samples", &["count.samples"]),
 ];
-
-/// The number of layers.
-pub(super) const COUNT: usize = TABLE.len();
 
 impl Layer {
     /// The channels of an EXR file.
