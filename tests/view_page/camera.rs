@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::{Opened, SCENE, browser};
+use crate::{Opened, SCENE};
 
 #[test]
 fn the_camera_moves_by_mouse_and_keys() {

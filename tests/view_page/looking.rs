@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::{Opened, SCENE, browser};
+use crate::{Opened, SCENE};
 
 #[test]
 fn exposure_needs_no_rendering() {

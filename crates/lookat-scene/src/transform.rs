@@ -34,15 +34,21 @@ pub enum LookAtFault {
     ZeroUp,
     /// The up vector is parallel to the view.
     UpParallel,
+    /// The transformation or its inverse has entries above 1e50.
+    OutOfRange,
 }
 
 impl fmt::Display for LookAtFault {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str(match self {
+        let message = match self {
             LookAtFault::EyeAtLook => "the eye and the target of LookAt are the same point",
             LookAtFault::ZeroUp => "the up vector of LookAt is zero",
             LookAtFault::UpParallel => "the up vector of LookAt is parallel to the view",
-        })
+            LookAtFault::OutOfRange => {
+                return write!(f, "the transformation or its inverse has entries above {LARGEST:e}");
+            }
+        };
+        f.write_str(message)
     }
 }
 

@@ -46,7 +46,7 @@ impl ViewOverride {
             return Err("a number is too large".into());
         }
         if let Some(points) = self.look_at {
-            look_at(points).map_err(|fault| fault.to_string())?;
+            CameraPlacement::new(points).world_from_camera().map_err(|fault| fault.to_string())?;
         }
         if let Some([x0, x1, y0, y1]) = self.screen_window
             && (x0 == x1 || y0 == y1)
@@ -89,7 +89,8 @@ impl CameraPlacement {
 
     /// The transformation of the camera that is placed so.
     pub fn world_from_camera(&self) -> Result<Transform, LookAtFault> {
-        Ok((self.before * look_at(self.points)? * self.after).inverse())
+        let placed = (self.before * look_at(self.points)? * self.after).inverse();
+        placed.in_range().then_some(placed).ok_or(LookAtFault::OutOfRange)
     }
 
     /// Whether the `LookAt` alone places the camera.

@@ -5,7 +5,7 @@ use lookat_syntax::{Diagnostic, Span};
 
 use super::Resolver;
 use crate::facts::Block;
-use crate::transform::{LARGEST, LookAtFault, Transform};
+use crate::transform::{LookAtFault, Transform};
 use crate::view_override::{CameraPlacement, look_at};
 
 impl Resolver<'_> {
@@ -66,6 +66,7 @@ impl Resolver<'_> {
                     LookAtFault::UpParallel => {
                         "the last three numbers are the direction that is up in the picture: choose one that is not parallel to the view"
                     }
+                    LookAtFault::OutOfRange => ACCUMULATE,
                 };
                 Err(Box::new(Diagnostic::error(span, fault.to_string()).help(help)))
             }
@@ -73,14 +74,13 @@ impl Resolver<'_> {
     }
 }
 
+const ACCUMULATE: &str = "transformations accumulate: check the ones before it, too";
+
 fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>> {
     if transform.in_range() {
         return Ok(transform);
     }
-    let message = format!("the transformation or its inverse has entries above {LARGEST:e}");
-    Err(Box::new(
-        Diagnostic::error(at, message).help("transformations accumulate: check the ones before it, too"),
-    ))
+    Err(Box::new(Diagnostic::error(at, LookAtFault::OutOfRange.to_string()).help(ACCUMULATE)))
 }
 
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {

@@ -5,12 +5,13 @@ mod looking;
 mod opened;
 mod parameters;
 mod pictures;
+mod reading;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use lookat_scene::{FilmOverride, LoadCache, LoadOptions, Loaded, MAX_SAMPLES, MAX_SIDE};
+use lookat_scene::{FilmOverride, LoadCache, LoadOptions, MAX_SAMPLES, MAX_SIDE};
 
 use super::editor::Editor;
 use super::gallery::Gallery;
@@ -21,12 +22,8 @@ use super::reference::{Comparer, References};
 use super::requests::Requests;
 use super::unsaved::Unsaved;
 use super::write::{FileChange, History};
-use crate::args::{self, Report};
+use crate::args;
 use crate::live::Watch;
-use crate::output::is_among;
-use crate::report;
-use crate::source::{load_instead, replace_samples};
-use crate::verify::beside;
 use opened::Opened;
 
 /// The time between two looks at the files while there is nothing to do.
@@ -35,10 +32,6 @@ const IDLE: Duration = Duration::from_millis(50);
 const REST: Duration = Duration::from_millis(60);
 /// The same where the world has to be prepared again, which nothing can interrupt.
 const LONG_REST: Duration = Duration::from_millis(500);
-/// A file with errors is read again if it changes within this time: it is just being saved.
-const SAVING: Duration = Duration::from_millis(200);
-/// The most times that it is read again, so that a file that is written all the time holds up nobody.
-const MOST_READINGS: u32 = 10;
 
 /// How far the picture of a view is.
 #[derive(Clone, Copy, PartialEq)]
@@ -74,7 +67,7 @@ pub struct Engine {
     set: SetView,
     history: History,
     /// The changes that a page was shown last, and the page.
-    shown: Option<(u32, Vec<FileChange>)>,
+    shown: Mutex<Option<(u32, Vec<FileChange>)>>,
     pace: Pace,
     stage: Stage,
     /// Counts the views.
@@ -113,7 +106,7 @@ impl Engine {
             has_lost: false,
             set: SetView { by: 0, number: 0, camera: SetCamera::default() },
             history: History::default(),
-            shown: None,
+            shown: Mutex::default(),
             pace: Pace::default(),
             stage: Stage::Finished,
             generation: 0,
@@ -208,13 +201,6 @@ impl Engine {
         self.comparer.cancel();
     }
 
-    /// Reads the file.
-    fn read(&mut self) {
-        self.has_lost = self.unsaved.forget_old();
-        self.error = self.load().and_then(|loaded| self.open(loaded)).err();
-        self.tell_scene(None);
-    }
-
     /// Tells the warnings about what the camera of the file shows. They take longer than a small picture.
     fn advise(&mut self) {
         if self.opened.as_mut().is_some_and(Opened::advise) {
@@ -242,63 +228,6 @@ impl Engine {
         };
         self.hub.tell(Kind::Scene, News::Scene(scene).message());
         self.tell_view(None);
-    }
-
-    /// Fails with the errors of the file.
-    fn load(&mut self) -> Result<Loaded, String> {
-        let mut loaded = self.load_once();
-        for _ in 0..MOST_READINGS {
-            let end = Instant::now() + SAVING;
-            while loaded.scene.is_none() && Instant::now() < end && !self.watch.has_changed() {
-                std::thread::sleep(Duration::from_millis(20));
-            }
-            if loaded.scene.is_some() || !self.watch.has_changed() {
-                break;
-            }
-            loaded = self.load_once();
-        }
-        if loaded.scene.is_none() {
-            let misfit = loaded.misfit.as_ref().map(|reason| format!("error: {reason}\n"));
-            return Err(report::text(&loaded) + &misfit.unwrap_or_default());
-        }
-        Ok(loaded)
-    }
-
-    fn load_once(&mut self) -> Loaded {
-        self.watch.restart();
-        let plain = Report { strict: false, json: false };
-        let Engine { path, options, watch, unsaved, cache, .. } = self;
-        let instead = |file: &Path| {
-            watch.note(file);
-            unsaved.text(file)
-        };
-        // The stamp of a file says nothing about a text that is not written.
-        let stamp = |file: &Path| unsaved.text(file).is_none().then(|| watch.stamp(file)).flatten();
-        let mut loaded = load_instead(path, options, plain, &instead, Some((cache, &stamp)));
-        replace_samples(&mut loaded, self.samples_per_pixel);
-        loaded
-    }
-
-    /// Takes a file without errors over. Fails if there is not enough memory.
-    fn open(&mut self, loaded: Loaded) -> Result<(), String> {
-        let beside = beside(&self.path).find(|picture| !is_among(picture, &loaded.inputs));
-        self.references().offer(beside);
-        let film = self.film_windows();
-        let opened = Opened::new(loaded, &mut self.opened);
-        let mut opened = opened.map_err(|reason| format!("error: {reason}\n"))?;
-        // A camera that was written into the file replaces the one that was set by hand.
-        if opened.has_new_camera || opened.set(&self.set.camera).is_err() {
-            self.set.camera = SetCamera::default();
-        }
-        self.opened = Some(opened);
-        self.reading = self.reading.wrapping_add(1);
-        self.restart();
-        if self.film_windows() == film {
-            self.tell_looking();
-        } else {
-            self.show_reference();
-        }
-        Ok(())
     }
 
     fn tell_view(&self, refused: Option<&str>) {

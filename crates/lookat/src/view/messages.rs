@@ -2,6 +2,7 @@
 
 mod looking;
 mod parameters;
+mod picture;
 
 use lookat_scene::ViewOverride;
 use serde::{Deserialize, Serialize};
@@ -9,6 +10,7 @@ use tungstenite::Message;
 
 pub use looking::*;
 pub use parameters::{At, Change, Changed, Described, Given, Open, Parameter, Place, Values};
+pub use picture::{About, Content, pixels};
 
 /// What the page asks for.
 #[derive(Debug, Deserialize)]
@@ -31,7 +33,8 @@ impl Request {
     /// Whether it is answered beside the picture, which goes on.
     pub fn is_query(&self) -> bool {
         let is_of_picture = matches!(self, Request::Pick(_) | Request::Depths(_)) || self.needs_film();
-        is_of_picture || matches!(self, Request::Reference(_) | Request::Open(_))
+        let is_show = matches!(self, Request::Edit(Edit { action: Action::Show, .. }));
+        is_of_picture || is_show || matches!(self, Request::Reference(_) | Request::Open(_))
     }
 
     /// Whether the answer takes the memory of another film.
@@ -269,57 +272,4 @@ pub struct ChangedLines {
     pub line: usize,
     pub removed: Vec<String>,
     pub added: Vec<String>,
-}
-
-/// What a picture is.
-#[derive(Debug, Clone, Copy)]
-pub struct About {
-    /// Counts the views.
-    pub generation: u32,
-    /// The number of the page's request that the view follows, or of the layer.
-    pub number: u32,
-    /// Samples of all pixels, done and in all.
-    pub done: u64,
-    pub total: u64,
-    /// The time since this rendering began.
-    pub seconds: f64,
-    pub content: Content,
-}
-
-/// What the numbers of a picture stand for.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Content {
-    /// Colors of a picture that is not finished.
-    Growing,
-    /// Colors of the picture that `render` makes.
-    Finished,
-    Reference,
-    Layer,
-    Errors,
-}
-
-/// The bytes before the pixels of a picture: eight numbers.
-const HEADER: usize = 64;
-
-/// A picture as a message: width, height and `about` as `f64`, then three values of each pixel as `f32`, of colors linear red,
-/// green and blue. Little-endian.
-pub fn pixels([width, height]: [u32; 2], values: &[[f32; 3]], about: About) -> Message {
-    let About { generation, number, done, total, seconds, content } = about;
-    let header = [
-        f64::from(width),
-        f64::from(height),
-        f64::from(generation),
-        f64::from(number),
-        done as f64,
-        total as f64,
-        seconds,
-        f64::from(content as u8),
-    ];
-    let mut bytes = vec![0; HEADER + 12 * values.len()];
-    let (head, body) = bytes.split_at_mut(HEADER);
-    head.copy_from_slice(header.map(f64::to_le_bytes).as_flattened());
-    for (place, value) in body.chunks_exact_mut(4).zip(values.as_flattened()) {
-        place.copy_from_slice(&value.to_le_bytes());
-    }
-    Message::binary(bytes)
 }

@@ -41,7 +41,8 @@ impl Requests {
         }
     }
 
-    /// Takes the requests that are wanted, after waiting at most `time` for the first. `None` once it is over.
+    /// Takes the requests that are wanted, after waiting at most `time` for the first. They overtake no others. `None` once it is
+    /// over.
     pub fn take_wanted(
         &self,
         time: Duration,
@@ -49,10 +50,13 @@ impl Requests {
         is_over: &AtomicBool,
     ) -> Option<Vec<Request>> {
         let is_over = || is_over.load(Ordering::Relaxed);
-        let is_idle = |waiting: &mut Vec<Request>| !is_over() && !waiting.iter().any(&is_wanted);
+        let is_idle = |waiting: &mut Vec<Request>| {
+            !is_over() && (!waiting.iter().all(Request::is_query) || !waiting.iter().any(&is_wanted))
+        };
         let waited = self.put.wait_timeout_while(lock(&self.waiting), time, is_idle);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        (!is_over()).then(|| waiting.extract_if(.., |request| is_wanted(request)).collect())
+        let is_free = waiting.iter().all(Request::is_query);
+        (!is_over()).then(|| waiting.extract_if(.., |request| is_free && is_wanted(request)).collect())
     }
 
     /// Ends the waiting for those that are wanted.

@@ -3,6 +3,7 @@
 use lookat_scene::Location;
 
 use super::Engine;
+use crate::lock::lock;
 use crate::view::messages::{Action, Edit, Edited, News, Open, SetCamera};
 use crate::view::outbox::Kind;
 use crate::view::unsaved::Unsaved;
@@ -23,21 +24,32 @@ impl Engine {
             _ => Err("the file has changed: point at the shape again".into()),
         };
         if let Err(reason) = done {
-            let edited = Edited { by, lines: Vec::new(), is_written: false, refused: Some(reason) };
-            self.hub.tell(Kind::Edited(by), News::Edited(edited).message());
+            self.tell_edited(Edited { by, lines: Vec::new(), is_written: false, refused: Some(reason) });
         }
     }
 
-    /// Changes the files, or shows what would change.
+    /// Shows the lines that writing changes. A page writes what it was shown.
+    pub(super) fn show_changes(&self, by: u32) {
+        let changes = self.unwritten();
+        let lines = changes.iter().flatten().flat_map(FileChange::lines).collect();
+        let refused = changes.as_ref().err().cloned();
+        *lock(&self.shown) = changes.ok().map(|changes| (by, changes));
+        self.tell_edited(Edited { by, lines, is_written: false, refused });
+    }
+
+    /// Changes the files, or takes changes back.
     pub(super) fn edit(&mut self, Edit { by, action }: Edit) {
-        let (is_shown, is_write) = (matches!(action, Action::Show), matches!(action, Action::Write));
         // Whether files have been written.
         let done = match action {
-            Action::Show => self.show_changes(by).map(|()| false),
+            Action::Show => return self.show_changes(by),
             Action::Write => {
-                let shown = self.shown.take().filter(|(page, _)| *page == by);
+                let shown = lock(&self.shown).take().filter(|(page, _)| *page == by);
                 let changes = shown.ok_or_else(|| "there is nothing to write".to_owned());
-                changes.and_then(|(_, changes)| self.history.write(changes)).map(|()| true)
+                let written = changes.and_then(|(_, changes)| self.history.write(changes));
+                written.map(|()| {
+                    self.unsaved = Unsaved::default();
+                    true
+                })
             }
             Action::Discard => {
                 self.unsaved = Unsaved::default();
@@ -48,32 +60,29 @@ impl Engine {
             Action::Undo => self.history.undo().map(|()| true),
             Action::Redo => self.history.redo().map(|()| true),
         };
-        let shown = self.shown.iter().filter(|_| is_shown && done.is_ok()).flat_map(|(_, changes)| changes);
-        let lines = shown.flat_map(FileChange::lines).collect();
         if done == Ok(true) {
             // The file has the camera now.
             self.set.camera = SetCamera::default();
         }
-        if done == Ok(true) && is_write {
-            self.unsaved = Unsaved::default();
-        }
-        if !is_shown && done.is_ok() {
+        if done.is_ok() {
             self.read();
         }
-        let edited = Edited { by, lines, is_written: done == Ok(true), refused: done.err() };
-        self.hub.tell(Kind::Edited(by), News::Edited(edited).message());
+        self.tell_edited(Edited { by, lines: Vec::new(), is_written: done == Ok(true), refused: done.err() });
     }
 
-    fn show_changes(&mut self, by: u32) -> Result<(), String> {
-        self.shown = None;
+    /// The changes that are not written. Fails with the reason why there are none.
+    fn unwritten(&self) -> Result<Vec<FileChange>, String> {
         let opened = self.opened.as_ref().ok_or("no scene has been read yet")?;
         let changes = self.unsaved.with(opened.changes(&self.set.camera)?);
-        if changes.is_empty() {
-            return Err(
-                "the file has this camera and these parameters already; the film is never written".into()
-            );
+        match changes.is_empty() {
+            true => {
+                Err("the file has this camera and these parameters already; the film is never written".into())
+            }
+            false => Ok(changes),
         }
-        self.shown = Some((by, changes));
-        Ok(())
+    }
+
+    fn tell_edited(&self, edited: Edited) {
+        self.hub.tell(Kind::Edited(edited.by), News::Edited(edited).message());
     }
 }

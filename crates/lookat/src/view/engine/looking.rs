@@ -161,6 +161,10 @@ impl Engine {
                 self.open_editor(open);
                 true
             }
+            Request::Edit(edit) => {
+                self.show_changes(edit.by);
+                true
+            }
             _ => true,
         };
         if !is_answered {
