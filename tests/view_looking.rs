@@ -115,7 +115,7 @@ fn layers_do_not_wait_for_a_long_picture() {
     // It goes on where it was.
     let after = page.picture(|picture| picture.content == Content::Growing);
     assert!(after.generation == before.generation && after.done > before.done);
-    // So does keeping what there is.
+    // It also goes on while a page keeps it as the reference.
     page.request(&json!({"type": "reference", "from": "picture"}));
     let kept = page.picture(|picture| picture.content == Content::Reference);
     assert_eq!(kept.size, [48, 32]);
@@ -243,7 +243,7 @@ fn a_picture_is_kept_as_the_reference() {
     page.request(&json!({"type": "reference", "from": "file"}));
     let looking = page.news("looking", |_| true);
     assert!(looking["reference"].is_null() && looking["file"].is_null());
-    // A picture beside the scene is offered, and read when it is asked for.
+    // The page offers a picture beside the scene. Nothing reads it before a page chooses it.
     render(&viewer, "scene.exr", &["--seed", "3"]);
     viewer.write(&format!("{SCENE}# \n"));
     let looking = page.news("looking", |looking| looking["file"].is_string());

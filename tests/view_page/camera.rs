@@ -59,6 +59,29 @@ fn the_camera_moves_by_touch() {
 }
 
 #[test]
+fn sliders_change_the_window_and_the_crop() {
+    let Some(mut page) = Opened::new() else { return };
+    let mut slide = |name: &str, value: f64| {
+        let slider = json!(format!("[aria-label=\"{name}, slider\"]"));
+        page.value(&format!(
+            "(({{ valueAsNumber: before }}, slider) => {{
+                slider.value = {value}; slider.dispatchEvent(new Event('input')); return before;
+            }})(document.querySelector({slider}), document.querySelector({slider}))"
+        ))
+    };
+    assert_eq!(slide("screenwindow left", -2.0), -1.5);
+    assert_eq!(slide("cropwindow right", 0.5), 1.0);
+    page.browser.wait_for("of('picture').width === 30");
+    assert_eq!(page.number("cropwindow-right"), 0.5);
+    assert_eq!(page.number("screenwindow-left"), -2.0);
+    assert_eq!(page.number("frameaspectratio-"), 1.75);
+    // A window without an area is refused.
+    page.enter("screenwindow-right", -2.0);
+    page.browser.wait_for("of('refused').textContent.includes('the window is empty')");
+    page.close();
+}
+
+#[test]
 fn a_click_names_the_shape_and_focuses() {
     let Some(mut page) = Opened::new() else { return };
     let middle = page.place(0.5, 0.5);

@@ -55,7 +55,7 @@ impl Prepared {
     }
 
     /// Takes another scene over. Keeps the trees if only views, materials and lights differ, and also the light tables if the lights are the
-    /// same. The pictures are those of [`Prepared::new`].
+    /// same. The pictures equal the ones after [`Prepared::new`].
     pub fn renew(&mut self, scene: &Scene) {
         let world = &scene.world;
         if !same::is_geometry(&self.world, world) {

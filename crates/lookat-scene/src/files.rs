@@ -1,126 +1,26 @@
 //! Reads files through the caller's function.
 
+mod content;
 mod large_pages;
 mod nearby;
 
 use std::cell::RefCell;
 use std::collections::BTreeSet;
-use std::io::{self, Read as _};
-use std::ops::Deref;
+use std::io;
 use std::path::{Component, Path, PathBuf};
 
 use bytes::Bytes;
-use lookat_image::{Charge, MemoryBudget, io_reason};
+use lookat_image::{MemoryBudget, io_reason};
 use lookat_syntax::{Diagnostic, Entity, FileId, LongList, Param, ParamType, Span, Text, read_list};
 
 use crate::Transform;
 use crate::cache::{KeptMesh, List, MeshKey, Reuse};
 use crate::sources::{Source, Sources};
-use large_pages::LargePages;
 use nearby::Folders;
 
-/// A function that reads a whole file. Tests need no disk, and programs decide the meaning of `-`.
-pub type Read<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
-
-/// A function that opens a file for streaming.
-pub type Open<'a> = dyn Fn(&Path) -> io::Result<Box<dyn io::Read>> + 'a;
-
-/// The way to access files.
-#[derive(Clone, Copy)]
-pub(crate) enum Access<'a> {
-    Read(&'a Read<'a>),
-    Open(&'a Open<'a>),
-}
-
-/// The contents of a file.
-pub(crate) enum Content {
-    Whole(Vec<u8>),
-    Stream(Box<dyn io::Read>),
-}
-
-impl Content {
-    /// All of it, if `memory` has room.
-    pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Charged> {
-        self.bytes_after(0, memory)
-    }
-
-    /// The same, of a file that had so many bytes before.
-    fn bytes_after(self, before: usize, memory: &MemoryBudget) -> io::Result<Charged> {
-        let mut charge = memory.reserve(0).map_err(io::Error::other)?;
-        let bytes = match self {
-            Content::Whole(bytes) => bytes.into(),
-            Content::Stream(file) => read_all(file, before, &mut charge)?,
-        };
-        charge.resize(bytes.len() as u64).map_err(io::Error::other)?;
-        Ok(Charged { bytes, charge })
-    }
-
-    /// A stream from the start.
-    pub fn stream(self) -> Box<dyn io::Read> {
-        match self {
-            Content::Whole(bytes) => Box::new(io::Cursor::new(bytes)),
-            Content::Stream(file) => file,
-        }
-    }
-}
-
-/// Reads a file in steps, each an eighth of the bytes so far, so that the array is never much larger than the file. A file that had
-/// many bytes before takes one step.
-fn read_all(mut file: Box<dyn io::Read>, before: usize, charge: &mut Charge) -> io::Result<Bytes> {
-    let mut bytes = Vec::new();
-    if let Some(mut pages) = LargePages::new(before + step(before), charge) {
-        let length = pages.fill(&mut file)?;
-        if length < pages.as_ref().len() {
-            return Ok(Bytes::from_owner(pages).slice(..length));
-        }
-        bytes.extend_from_slice(pages.as_ref());
-    }
-    loop {
-        let step = step(bytes.len());
-        charge.resize((bytes.len() + step) as u64).map_err(io::Error::other)?;
-        bytes.try_reserve_exact(step)?;
-        if file.by_ref().take(step as u64).read_to_end(&mut bytes)? < step {
-            bytes.shrink_to_fit();
-            return Ok(bytes.into());
-        }
-    }
-}
-
-/// The most bytes that are read at once after so many.
-fn step(bytes: usize) -> usize {
-    (bytes / 8).max(1 << 16)
-}
-
-/// The bytes of a file, charged until they are dropped.
-pub(crate) struct Charged {
-    bytes: Bytes,
-    charge: Charge,
-}
-
-impl Charged {
-    /// Charges them for good.
-    pub fn keep(self) -> Bytes {
-        self.charge.keep();
-        self.bytes
-    }
-}
-
-impl Deref for Charged {
-    type Target = [u8];
-
-    fn deref(&self) -> &[u8] {
-        &self.bytes
-    }
-}
-
-impl Access<'_> {
-    fn content(self, path: &Path) -> io::Result<Content> {
-        match self {
-            Access::Read(read) => read(path).map(Content::Whole),
-            Access::Open(open) => open(path).map(Content::Stream),
-        }
-    }
-}
+use content::Content;
+pub(crate) use content::{Access, Charged};
+pub use content::{Open, Read};
 
 /// The files of a scene, with access to more.
 pub(crate) struct Files<'a> {
@@ -161,12 +61,7 @@ impl<'a> Files<'a> {
 
     /// A text, which is not read if it is known.
     fn text(&self, path: &Path, content: Content) -> io::Result<Charged> {
-        let known = self.reuse.and_then(|reuse| reuse.text(path)).and_then(|text| {
-            // As much as while it is read; otherwise reading it tells the error.
-            let mut charge = self.memory.reserve((text.len() + step(text.len())) as u64).ok()?;
-            charge.resize(text.len() as u64).ok()?;
-            Some(Charged { bytes: text, charge })
-        });
+        let known = self.reuse.and_then(|reuse| Charged::known(reuse.text(path)?, &self.memory));
         let before = || self.reuse.and_then(|reuse| reuse.length(path)).unwrap_or(0);
         known.map_or_else(|| content.bytes_after(before(), &self.memory), Ok)
     }

@@ -8,7 +8,7 @@ import { makeDisplay } from './display.js';
 import { makeEditor } from './edit.js';
 import { listen } from './gestures.js';
 import { makePanel } from './panel.js';
-import { makeDirectives } from './parameters.js';
+import { makePointing } from './pointing.js';
 import { makeReading } from './reading.js';
 import { makeSave } from './save.js';
 import { connect } from './socket.js';
@@ -17,8 +17,6 @@ import { makeZoom } from './zoom.js';
 
 /** @typedef {import('./camera.js').Camera} Camera */
 /** @typedef {{resolution: number[], crop: number[], samplesPerPixel: number}} Film */
-/** @typedef {import('./places.js').Place} Place */
-/** @typedef {{p: number[], pLookAt: number[], depth: number, shape: string, shapePlace: Place?, material: string, materialPlace: Place?, directives: import('./parameters.js').Directive[]}} Hit */
 
 const $ = (id) => /** @type {any} */ (document.getElementById(id));
 const frame = $('frame');
@@ -37,14 +35,6 @@ let camera = null;
 let own = null;
 /** What the page sets instead of the file. @type {Record<string, unknown>} */
 let set = {};
-/** Counts the clicks: the answer to the last one counts. */
-let clicks = 0;
-/** The last place that was clicked, in fractions of the picture. @type {number[]?} */
-let clicked = null;
-/** The directives of what is there. @type {import('./parameters.js').Directive[]} */
-let pointed = [];
-/** Whether this page is changing a parameter. */
-let isChanging = false;
 let hasEditor = false;
 /** The name of the scene. */
 let name = '';
@@ -75,20 +65,17 @@ const news = {
     if (scene.hasLost) $('edit-refused').textContent = 'Another program has changed the file: the changes of this page are gone.';
     hasEditor = scene.hasEditor;
     $('light-count').textContent = String(scene.lights.length);
-    lights.show(scene.lights);
+    pointing.showLights(scene.lights);
     panel.showFilm(film);
     zoom.fit();
-    if (isChanging || !pointed.length) return;
-    // What the panel shows may have changed, and the place is known as long as the camera is the same.
-    if (clicked && !$('mark').hidden) showPlace(clicked);
-    else directives.show(pointed = []);
+    pointing.refresh();
   },
   view({ by, number: of, set: itsSet, camera: itsCamera, refused }) {
     $('refused').textContent = by === me && refused ? refused : '';
     // The answer to a request before the newest one.
     if (by === me && of < number) return;
     set = Object.fromEntries(Object.entries(itsSet).filter(([, value]) => value !== null));
-    if (String(camera?.lookAt) !== String(itsCamera.lookAt)) unmark();
+    if (String(camera?.lookAt) !== String(itsCamera.lookAt)) pointing.unmark();
     camera = itsCamera;
     panel.showCamera(itsCamera, own);
     updateBlur();
@@ -116,11 +103,6 @@ function showPicture(picture) {
   comparison.judge();
 }
 
-function unmark() {
-  $('mark').hidden = true;
-  $('values').replaceChildren();
-}
-
 // Requests -------------------------------------------------------------------------------------------------
 
 let isAsked = false;
@@ -133,7 +115,7 @@ function move(newCamera) {
   if (!camera) return;
   for (const key of KEYS) if (newCamera[key] !== camera[key]) set[key] = newCamera[key];
   // What is marked is elsewhere then.
-  if (newCamera.lookAt !== camera.lookAt || newCamera.screenWindow !== camera.screenWindow) unmark();
+  if (newCamera.lookAt !== camera.lookAt || newCamera.screenWindow !== camera.screenWindow) pointing.unmark();
   camera = newCamera;
   number++;
   panel.showCamera(newCamera, own);
@@ -156,66 +138,13 @@ function reset() {
 }
 
 /**
- * What the picture shows at a place, in fractions of the picture. `null` where there is nothing, `undefined` without an answer.
- * @param {number[]} place
- * @returns {Promise<Hit | null | undefined>}
- */
-const pick = async (place) => (await asker.ask({ type: 'pick', at: filmPlace(place) }))?.hit;
-
-/**
- * Shows what is at a place.
- * @param {number[]} place
- */
-async function showPlace(place) {
-  const click = ++clicks;
-  const hit = await pick(place);
-  if (hit === undefined || click !== clicks) return undefined;
-  clicked = place;
-  $('mark').hidden = false;
-  frame.style.setProperty('--mark-x', `${100 * place[0]}%`);
-  frame.style.setProperty('--mark-y', `${100 * place[1]}%`);
-  pointed = hit?.directives ?? [];
-  directives.show(pointed);
-  panel.showHit(hit, opener());
-  asker.ask({ type: 'values', at: filmPlace(place) }).then((answer) => {
-    if (answer && click === clicks) panel.showValues(answer.values);
-  });
-  return hit;
-}
-
-/**
  * Shows what is at a place, and focuses the lens there.
  * @param {number[]} place
  */
 async function click(place) {
-  const hit = await showPlace(place);
+  const hit = await pointing.show(place);
   const isFocused = hit && hit.depth > 0 && camera && camera.lensRadius > 0 && $('focus').checked;
   if (isFocused) move({ ...camera, focalDistance: hit.depth });
-}
-
-/** The end of the last change: each moves the places of the next. @type {Promise<unknown>} */
-let changes = Promise.resolve();
-
-/**
- * Gives a parameter other values, after all earlier changes. Returns why not.
- * @param {() => import('./parameters.js').Change} wanted
- * @returns {Promise<string | undefined>}
- */
-function change(wanted) {
-  $('edit-refused').textContent = '';
-  const next = changes.then(async () => {
-    isChanging = true;
-    const shown = pointed.map(({ place }) => place.at);
-    const changed = await asker.ask({ type: 'change', ...wanted(), shown }, Infinity);
-    isChanging = false;
-    if (changed?.directives.length) {
-      pointed = changed.directives;
-      directives.show(pointed);
-    }
-    return changed ? changed.refused ?? undefined : 'The connection was lost.';
-  });
-  changes = next;
-  return next;
 }
 
 /** Opens a place in the editor, if the program knows one. */
@@ -252,11 +181,15 @@ const showEdited = makeEditor((action) => {
   $('edit-refused').textContent = '';
   request({ type: 'edit', by: me, action });
 }, say);
-const directives = makeDirectives($('directives'), { change, open: opener });
-const lights = makeDirectives($('lights'), { change, open: opener });
 const panel = makePanel({
   camera: (change) => camera && move(change(camera)),
   film: (change) => request({ type: 'film', ...change }),
+});
+const pointing = makePointing({
+  ask: (question, patience) => asker.ask(question, patience),
+  filmPlace,
+  panel,
+  opener,
 });
 listen(frame, {
   camera: () => camera,
@@ -276,7 +209,7 @@ listen(frame, {
   click,
   reset,
   async point(place) {
-    const hit = await pick(place);
+    const hit = await pointing.pick(place);
     return hit && camera ? { p: hit.pLookAt, depth: depthOf(camera, hit.pLookAt) } : null;
   },
   hover: reading.point,

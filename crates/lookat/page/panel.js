@@ -7,6 +7,8 @@ import { full } from './readout.js';
 
 /** @typedef {import('./camera.js').Camera} Camera */
 
+/** Least and most, by the camera of the file and the longest distance of a target. @typedef {(own: Camera, distance: number) => [number, number]} Range */
+
 /**
  * A row of numbers. `key` and `from` say where they are, `names` what each of them is.
  * @typedef {object} Row
@@ -15,12 +17,18 @@ import { full } from './readout.js';
  * @property {number} from
  * @property {string[]} names
  * @property {string[]} kinds of cameras that have it
- * @property {((camera: Camera, distance: number) => [number, number])} [range] of its slider
+ * @property {Range} [range] of its sliders
  */
 
 const ALL = ['perspective', 'orthographic', 'environment'];
 const [PERSPECTIVE, FLAT] = [['perspective'], ['perspective', 'orthographic']];
 const XYZ = ['x', 'y', 'z'];
+
+/** Twice the screen window of the file. @type {Range} */
+function around({ screenWindow }) {
+  const largest = 2 * Math.max(...screenWindow.map(Math.abs));
+  return [-largest, largest];
+}
 
 /** @type {Row[]} */
 const ROWS = [
@@ -30,14 +38,14 @@ const ROWS = [
   { label: 'fov', key: 'fov', from: 0, names: [''], kinds: PERSPECTIVE, range: () => [1, 179] },
   { label: 'lensradius', key: 'lensRadius', from: 0, names: [''], kinds: FLAT, range: (_, distance) => [0, distance / 20] },
   { label: 'focaldistance', key: 'focalDistance', from: 0, names: [''], kinds: FLAT, range: (_, distance) => [distance / 50, 3 * distance] },
-  { label: 'screenwindow', key: 'screenWindow', from: 0, names: ['left', 'right', 'bottom', 'top'], kinds: FLAT },
-  { label: 'frameaspectratio', key: 'aspect', from: 0, names: [''], kinds: FLAT },
+  { label: 'screenwindow', key: 'screenWindow', from: 0, names: ['left', 'right', 'bottom', 'top'], kinds: FLAT, range: around },
+  { label: 'frameaspectratio', key: 'aspect', from: 0, names: [''], kinds: FLAT, range: () => [0.2, 5] },
 ];
 
-/** @type {{label: string, key: string, names: string[]}[]} */
+/** @type {{label: string, key: string, names: string[], range?: () => [number, number]}[]} */
 const FILM = [
   { label: 'resolution', key: 'resolution', names: ['xresolution', 'yresolution'] },
-  { label: 'cropwindow', key: 'crop', names: ['left', 'right', 'top', 'bottom'] },
+  { label: 'cropwindow', key: 'crop', names: ['left', 'right', 'top', 'bottom'], range: () => [0, 1] },
   { label: 'pixelsamples', key: 'samplesPerPixel', names: [''] },
 ];
 
@@ -82,7 +90,7 @@ function changed(camera, { key, from }, index, value) {
   return next;
 }
 
-/** A row of inputs with a label for each. */
+/** A row of inputs with a label for each, and with a slider for each if there is a range. */
 function makeField(label, names, range) {
   const field = document.createElement('div');
   field.className = 'field';
@@ -98,11 +106,21 @@ function makeField(label, names, range) {
     return input;
   });
   if (title instanceof HTMLLabelElement) title.htmlFor = inputs[0].id;
-  const slider = range && Object.assign(document.createElement('input'), { type: 'range', step: 'any' });
-  slider?.setAttribute('aria-label', `${label}, slider`);
-  numbers.append(...(slider ? [slider] : []), ...inputs);
+  const sliders = (range ? names : []).map((name) => {
+    const slider = Object.assign(document.createElement('input'), { type: 'range', step: 'any' });
+    slider.setAttribute('aria-label', `${`${label} ${name}`.trim()}, slider`);
+    return slider;
+  });
   field.append(title, numbers);
-  return { field, inputs, slider };
+  if (names.length === 1) {
+    numbers.append(...sliders, ...inputs);
+  } else {
+    numbers.append(...inputs);
+    const below = Object.assign(document.createElement('div'), { className: 'numbers' });
+    below.append(...sliders);
+    if (sliders.length) field.append(below);
+  }
+  return { field, inputs, sliders };
 }
 
 /** Shows a number, unless someone is typing it. */
@@ -120,19 +138,29 @@ export function makePanel(act) {
     made.inputs.forEach((input, index) => input.addEventListener('change', () => {
       if (input.value !== '') act.camera((camera) => changed(camera, row, index, input.valueAsNumber));
     }));
-    made.slider?.addEventListener('input', () => act.camera((camera) => changed(camera, row, 0, made.slider.valueAsNumber)));
+    made.sliders.forEach((slider, index) => slider.addEventListener('input', () => {
+      act.camera((camera) => changed(camera, row, index, slider.valueAsNumber));
+    }));
     document.getElementById('camera')?.append(made.field);
     return { ...row, ...made };
   });
-  const film = FILM.map((row) => ({ ...row, ...makeField(row.label, row.names) }));
+  const film = FILM.map((row) => ({ ...row, ...makeField(row.label, row.names, row.range) }));
   const change = () => {
     const values = film.map(({ key, inputs }) => [key, inputs.map((input) => input.valueAsNumber)]);
     if (values.flatMap(([, numbers]) => numbers).some(Number.isNaN)) return;
     const { resolution, crop, samplesPerPixel } = Object.fromEntries(values);
     act.film({ resolution: resolution.map(Math.round), crop, samplesPerPixel: Math.round(samplesPerPixel[0]) });
   };
-  for (const { field, inputs } of film) {
+  for (const { field, inputs, sliders, range } of film) {
     inputs.forEach((input) => input.addEventListener('change', change));
+    sliders.forEach((slider, index) => {
+      [slider.min, slider.max] = (range?.() ?? []).map(String);
+      noteTyping(slider);
+      slider.addEventListener('input', () => {
+        inputs[index].value = short(slider.valueAsNumber);
+        change();
+      });
+    });
     document.getElementById('film')?.append(field);
   }
 
@@ -147,19 +175,22 @@ export function makePanel(act) {
       reach = Math.max(reach, distanceOf(camera));
       const kind = document.getElementById('kind');
       if (kind) kind.textContent = camera.kind + (camera.hasLookAt ? '' : ', placed without LookAt');
-      for (const { key, from, kinds, names, range, field, inputs, slider } of rows) {
+      for (const { key, from, kinds, names, range, field, inputs, sliders } of rows) {
         field.hidden = !kinds.includes(camera.kind);
         const numbersOf = (of) => (key === 'aspect' ? [aspectOf(of)] : list(of[key]).slice(from, from + names.length));
         const numbers = numbersOf(camera);
         inputs.forEach((input, index) => show(input, numbers[index]));
         const isIdle = key === 'focalDistance' && !camera.lensRadius;
-        for (const input of [...inputs, ...(slider ? [slider] : [])]) input.disabled = isIdle;
+        for (const input of [...inputs, ...sliders]) input.disabled = isIdle;
         const differs = own !== null && String(numbersOf(own)) !== String(numbers);
         field.toggleAttribute('data-set', differs && !isIdle);
-        if (!slider || !range) continue;
-        const [least, most] = range(camera, reach);
-        [slider.min, slider.max] = [String(least), String(Math.max(most, numbers[0] ?? 0))];
-        show(slider, numbers[0]);
+        if (!range) continue;
+        const [least, most] = range(own ?? camera, reach);
+        sliders.forEach((slider, index) => {
+          const value = numbers[index] ?? 0;
+          [slider.min, slider.max] = [String(Math.min(least, value)), String(Math.max(most, value))];
+          show(slider, numbers[index]);
+        });
       }
     },
     /** @param {{resolution: number[], crop: number[], samplesPerPixel: number} | null} of */
@@ -168,7 +199,9 @@ export function makePanel(act) {
       const [width, height] = of.resolution;
       const [x0, y0, x1, y1] = of.crop;
       const values = { ...of, crop: [x0 / width, x1 / width, y0 / height, y1 / height] };
-      for (const { key, inputs } of film) list(values[key]).forEach((value, index) => show(inputs[index], value));
+      for (const { key, inputs, sliders } of film) {
+        list(values[key]).forEach((value, index) => [inputs[index], sliders[index]].forEach((input) => input && show(input, value)));
+      }
     },
     /**
      * @param {import('./main.js').Hit?} hit

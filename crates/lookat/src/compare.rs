@@ -26,7 +26,7 @@ pub struct Rules<'a> {
     pub limits: &'a [Limit],
     /// All metrics if empty.
     pub only: &'a [Metric],
-    /// Whether the colors are those of a layer, to which no error layers belong.
+    /// Whether the pictures are layers, which have no error layers.
     pub is_layer: bool,
     pub threshold: f32,
 }

@@ -90,7 +90,7 @@ fn meshes(loaded: &Loaded) -> Vec<Arc<Mesh>> {
     world.shapes().filter_map(|primitive| mesh(&primitive.shape)).collect()
 }
 
-/// Which meshes are those of the load before.
+/// For each mesh, whether the load before had it.
 fn kept(before: &[Arc<Mesh>], now: &Loaded) -> Vec<bool> {
     meshes(now).iter().map(|mesh| before.iter().any(|before| Arc::ptr_eq(before, mesh))).collect()
 }
@@ -244,4 +244,30 @@ fn memory_is_charged_as_if_all_were_read() {
         whole += u32::from(disk.load(&mut cache, Some(limit)).scene.is_some());
     }
     assert!((1..160).contains(&whole), "{whole}");
+}
+
+/// A text of megabytes is read into other memory than a new one. It may be larger or smaller than the text before.
+#[test]
+fn long_texts_are_the_same() {
+    let (disk, mut cache) = (Disk::default(), LoadCache::default());
+    let text = |megabytes: usize| {
+        let comment = "# A line of sixteen.\n".repeat(megabytes * 50_000);
+        scene("", &format!("{} {comment} Shape \"sphere\"", strip(1.0)))
+    };
+    for megabytes in [3, 3, 1, 3, 9, 8, 20, 1] {
+        disk.write("a.pbrt", text(megabytes));
+        assert!(disk.load(&mut cache, None).scene.is_some());
+        assert_eq!(disk.bytes(), text(megabytes).len());
+    }
+    disk.write("a.pbrt", text(3));
+    disk.load(&mut cache, None);
+    for megabytes in [3, 9] {
+        let length = text(megabytes).len() as u64;
+        disk.write("a.pbrt", text(megabytes));
+        let mut whole = 0;
+        for limit in (1..30).map(|tenth| length * tenth / 10) {
+            whole += u32::from(disk.load(&mut cache, Some(limit)).scene.is_some());
+        }
+        assert!((1..29).contains(&whole), "{whole}");
+    }
 }

@@ -26,8 +26,8 @@ impl<'s> DirectiveText<'s> {
         self.entity.params.iter().rev().find(|param| param.name.value == name)
     }
 
-    /// The changes that give a parameter these values, as words of the text: of a list of the same type, only those that
-    /// differ.
+    /// The changes that give a parameter these values, as words of the text. In a list of the same type, only the words that differ
+    /// change.
     pub fn set(&self, ty: ParamType, name: &str, words: &[String]) -> Vec<Fix> {
         let list = if let [word] = words { word.clone() } else { format!("[{}]", words.join(" ")) };
         let replacement = format!("\"{} {name}\" {list}", ty.name());

@@ -25,6 +25,7 @@ pub const FILES: &[PageFile] = &[
     script("ask.js", include_str!("../../page/ask.js")),
     script("blur.js", include_str!("../../page/blur.js")),
     script("parameters.js", include_str!("../../page/parameters.js")),
+    script("pointing.js", include_str!("../../page/pointing.js")),
     script("places.js", include_str!("../../page/places.js")),
     script("socket.js", include_str!("../../page/socket.js")),
     script("picture.js", include_str!("../../page/picture.js")),

@@ -110,3 +110,34 @@ fn is_for_the_same(earlier: &Request, request: &Request) -> bool {
         _ => false,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn request(text: &str) -> Request {
+        serde_json::from_str(text).unwrap()
+    }
+
+    /// A page that moves the camera and then asks for a place means the new picture.
+    #[test]
+    fn questions_overtake_no_requests() {
+        let (requests, is_over) = (Requests::default(), AtomicBool::new(false));
+        let questions = || {
+            let taken = requests.take_wanted(Duration::ZERO, Request::is_query, &is_over);
+            taken.map(|questions| questions.len())
+        };
+        let pick = r#"{"type": "pick", "by": 1, "number": 2, "at": [0, 0]}"#;
+        requests.put(request(pick));
+        assert!(!requests.has_any());
+        assert_eq!(questions(), Some(1));
+        requests.put(request(r#"{"type": "view", "by": 1, "number": 1, "camera": {}}"#));
+        requests.put(request(pick));
+        assert!(requests.has_any());
+        assert_eq!(questions(), Some(0));
+        assert!(matches!(requests.take(Duration::ZERO)[..], [Request::View(_), Request::Pick(_)]));
+        requests.put(request(pick));
+        requests.end_wanted(&is_over);
+        assert_eq!(questions(), None);
+    }
+}

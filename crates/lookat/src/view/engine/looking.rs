@@ -116,7 +116,7 @@ impl Engine {
         self.comparer.compare(self.generation, pictures, references.memory.clone(), tell);
     }
 
-    /// Answers what is asked beside the picture, in the resolution of the picture that is shown.
+    /// Answers questions beside the picture, in the resolution of the picture that is shown.
     pub(super) fn answer_queries(&mut self, queries: Vec<Request>) {
         let Some(opened) = &self.opened else { return };
         let is_full = self.stage == Stage::Finished;

@@ -1,0 +1,141 @@
+//! The contents of files.
+
+use std::io::{self, Read as _};
+use std::ops::Deref;
+use std::path::Path;
+
+use bytes::Bytes;
+use lookat_image::{Charge, MemoryBudget};
+
+use super::large_pages::LargePages;
+
+/// A function that reads a whole file. Tests need no disk, and programs decide the meaning of `-`.
+pub type Read<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
+
+/// A function that opens a file for streaming.
+pub type Open<'a> = dyn Fn(&Path) -> io::Result<Box<dyn io::Read>> + 'a;
+
+/// The way to access files.
+#[derive(Clone, Copy)]
+pub(crate) enum Access<'a> {
+    Read(&'a Read<'a>),
+    Open(&'a Open<'a>),
+}
+
+/// The contents of a file.
+pub(crate) enum Content {
+    Whole(Vec<u8>),
+    Stream(Box<dyn io::Read>),
+}
+
+impl Content {
+    /// All of it, if `memory` has room.
+    pub fn bytes(self, memory: &MemoryBudget) -> io::Result<Charged> {
+        self.bytes_after(0, memory)
+    }
+
+    /// The same, of a file that had so many bytes before.
+    pub fn bytes_after(self, before: usize, memory: &MemoryBudget) -> io::Result<Charged> {
+        let mut charge = memory.reserve(0).map_err(io::Error::other)?;
+        let bytes = match self {
+            Content::Whole(bytes) => bytes.into(),
+            Content::Stream(file) => read_all(file, before, &mut charge)?,
+        };
+        charge.resize(bytes.len() as u64).map_err(io::Error::other)?;
+        Ok(Charged { bytes, charge })
+    }
+
+    /// A stream from the start.
+    pub fn stream(self) -> Box<dyn io::Read> {
+        match self {
+            Content::Whole(bytes) => Box::new(io::Cursor::new(bytes)),
+            Content::Stream(file) => file,
+        }
+    }
+}
+
+/// Reads a file in steps, each an eighth of the bytes so far, so that the array is never much larger than the file. `before`: the bytes
+/// that it had before.
+fn read_all(mut file: Box<dyn io::Read>, before: usize, charge: &mut Charge) -> io::Result<Bytes> {
+    let mut bytes = Vec::new();
+    // Far more than the file needs: pages that are not filled take no memory.
+    if let Some(mut pages) = LargePages::new(2 * before) {
+        let mut length = 0;
+        while let Some(part) = pages.part(length, step(length)) {
+            charge.resize((length + part.len()) as u64).map_err(io::Error::other)?;
+            let read = fill(part, &mut file)?;
+            length += read;
+            if read < part.len() {
+                return Ok(Bytes::from_owner(pages).slice(..length));
+            }
+        }
+        bytes.try_reserve_exact(length)?;
+        bytes.extend_from_slice(&pages.as_ref()[..length]);
+    }
+    loop {
+        let step = step(bytes.len());
+        charge.resize((bytes.len() + step) as u64).map_err(io::Error::other)?;
+        bytes.try_reserve_exact(step)?;
+        if file.by_ref().take(step as u64).read_to_end(&mut bytes)? < step {
+            bytes.shrink_to_fit();
+            return Ok(bytes.into());
+        }
+    }
+}
+
+/// Reads until the file ends or the array is full. Returns the number of bytes.
+fn fill(array: &mut [u8], file: &mut dyn io::Read) -> io::Result<usize> {
+    let mut length = 0;
+    while length < array.len() {
+        match file.read(&mut array[length..]) {
+            Ok(0) => break,
+            Ok(read) => length += read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(length)
+}
+
+/// The most bytes that are read at once after so many.
+fn step(bytes: usize) -> usize {
+    (bytes / 8).max(1 << 16)
+}
+
+/// The bytes of a file, charged until they are dropped.
+pub(crate) struct Charged {
+    bytes: Bytes,
+    charge: Charge,
+}
+
+impl Charged {
+    /// A text that is in memory already. `None` without room to read it, so that reading it tells the error.
+    pub fn known(bytes: Bytes, memory: &MemoryBudget) -> Option<Charged> {
+        let mut charge = memory.reserve((bytes.len() + step(bytes.len())) as u64).ok()?;
+        charge.resize(bytes.len() as u64).ok()?;
+        Some(Charged { bytes, charge })
+    }
+
+    /// Charges them for good.
+    pub fn keep(self) -> Bytes {
+        self.charge.keep();
+        self.bytes
+    }
+}
+
+impl Deref for Charged {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+impl Access<'_> {
+    pub fn content(self, path: &Path) -> io::Result<Content> {
+        match self {
+            Access::Read(read) => read(path).map(Content::Whole),
+            Access::Open(open) => open(path).map(Content::Stream),
+        }
+    }
+}
