@@ -121,6 +121,12 @@ fn layers_do_not_wait_for_a_long_picture() {
     assert_eq!(kept.size, [48, 32]);
     let later = page.picture(|picture| picture.content == Content::Growing);
     assert!(later.generation == after.generation && later.done > after.done);
+    // And while it answers other questions.
+    page.request(&json!({"type": "pick", "by": 1, "number": 1, "at": [24, 16]}));
+    assert_eq!(page.news("picked", |_| true)["hit"]["shape"], "sphere");
+    assert!(page.edit(1, "show")["refused"].is_string());
+    let last = page.picture(|picture| picture.content == Content::Growing);
+    assert!(last.generation == later.generation && last.done > later.done);
     // What takes long is given up when the camera moves.
     page.request(&json!({"type": "layer", "layer": 2}));
     page.request(&json!({"type": "view", "by": 1, "number": 7, "camera": {"fov": 50}}));

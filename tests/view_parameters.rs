@@ -49,11 +49,6 @@ fn change(
     page.news("changed", |_| true)
 }
 
-fn edit(page: &mut Page, action: &str) -> Value {
-    page.request(&json!({"type": "edit", "by": 1, "action": action}));
-    page.news("edited", |_| true)
-}
-
 /// The value of a parameter.
 fn given<'v>(directive: &'v Value, name: &str) -> &'v Value {
     let parameters = directive["parameters"].as_array().unwrap();
@@ -89,24 +84,24 @@ fn materials_and_lights_change_before_they_are_written() {
         )
         .replace("L\" [.1 .1 .1]", "L\" [.1 .1 .1] \"bool twosided\" \"true\"");
     // Each change can be taken back.
-    edit(&mut page, "undo");
-    edit(&mut page, "undo");
+    page.edit(1, "undo");
+    page.edit(1, "undo");
     page.picture(|picture| picture.is_final && picture.pixels != after);
-    edit(&mut page, "redo");
-    edit(&mut page, "redo");
+    page.edit(1, "redo");
+    page.edit(1, "redo");
     page.picture(|picture| picture.is_final && picture.pixels == after);
     // The camera is written along.
     page.request(&json!({"type": "view", "by": 1, "number": 1, "camera": {"fov": 50}}));
     page.news("view", |view| view["number"] == 1);
-    let lines = edit(&mut page, "show")["lines"].take();
+    let lines = page.edit(1, "show")["lines"].take();
     let lines: Vec<&Value> = lines.as_array().unwrap().iter().map(|lines| &lines["line"]).collect();
     assert_eq!(lines, [&json!(2), &json!(8), &json!(10)]);
-    assert_eq!(edit(&mut page, "write")["refused"], Value::Null);
+    assert_eq!(page.edit(1, "write")["refused"], Value::Null);
     assert_eq!(viewer.page().news("scene", |_| true)["hasLost"], false);
     assert_eq!(viewer.text(), written.replace("fov\" 40", "fov\" 50"));
     let render = |text: &str| Viewer::start(text).page().finished().pixels;
     assert_eq!(render(&written), after);
-    assert_eq!(edit(&mut page, "undo")["isWritten"], true);
+    assert_eq!(page.edit(1, "undo")["isWritten"], true);
     assert_eq!(viewer.text(), SCENE);
 }
 
@@ -119,7 +114,7 @@ fn lights_are_listed_and_changes_are_discarded() {
     change(&mut page, &lights, 0, ("I", "rgb"), json!([99, 99, 99]));
     assert_eq!(viewer.page().news("scene", |_| true)["hasUnsaved"], true);
     page.picture(|picture| picture.is_final && picture.pixels != before);
-    assert_eq!(edit(&mut page, "discard")["refused"], Value::Null);
+    assert_eq!(page.edit(1, "discard")["refused"], Value::Null);
     page.picture(|picture| picture.is_final && picture.pixels == before);
     // A file that another program changes is shown as it is.
     let lights = viewer.page().news("scene", |_| true)["lights"].take();
@@ -129,7 +124,7 @@ fn lights_are_listed_and_changes_are_discarded() {
     assert_eq!(scene["hasUnsaved"], false);
     assert_eq!(given(&scene["lights"][0], "I")["values"], json!([9.0, 9.0, 9.0]));
     assert_eq!(
-        edit(&mut page, "show")["refused"],
+        page.edit(1, "show")["refused"],
         "the file has this camera and these parameters already; the film is never written"
     );
 }

@@ -42,22 +42,17 @@ fn set(page: &mut Page, number: u32, camera: Value) {
     page.news("view", |view| view["number"] == number);
 }
 
-fn edit(page: &mut Page, by: u32, action: &str) -> Value {
-    page.request(&json!({"type": "edit", "by": by, "action": action}));
-    page.news("edited", |_| true)
-}
-
 #[test]
 fn the_camera_is_written_and_taken_back() {
     let (viewer, mut page) = start();
     assert_eq!(
-        edit(&mut page, 1, "show")["refused"],
+        page.edit(1, "show")["refused"],
         "the file has this camera and these parameters already; the film is never written"
     );
-    assert_eq!(edit(&mut page, 1, "write")["refused"], "there is nothing to write");
-    assert_eq!(edit(&mut page, 1, "undo")["refused"], "there is nothing to undo");
+    assert_eq!(page.edit(1, "write")["refused"], "there is nothing to write");
+    assert_eq!(page.edit(1, "undo")["refused"], "there is nothing to undo");
     set(&mut page, 1, json!({"lookAt": [0.1 + 0.2, 1, -5, 0, 0, 0, 0, 1, 0], "fov": 50}));
-    let shown = edit(&mut page, 1, "show");
+    let shown = page.edit(1, "show");
     assert_eq!(
         shown["lines"],
         json!([{
@@ -69,9 +64,9 @@ fn the_camera_is_written_and_taken_back() {
     );
     assert_eq!(camera_text(&viewer), CAMERA);
     // Another page has been shown nothing.
-    assert_eq!(edit(&mut page, 2, "write")["refused"], "there is nothing to write");
-    edit(&mut page, 1, "show");
-    let written = edit(&mut page, 1, "write");
+    assert_eq!(page.edit(2, "write")["refused"], "there is nothing to write");
+    page.edit(1, "show");
+    let written = page.edit(1, "write");
     assert_eq!(written["refused"], Value::Null);
     let text = CAMERA.replace("LookAt 0 ", "LookAt 0.3 ") + " \"float fov\" 50";
     assert_eq!(camera_text(&viewer), text);
@@ -82,34 +77,50 @@ fn the_camera_is_written_and_taken_back() {
     assert_eq!((&scene["canUndo"], &scene["canRedo"]), (&true.into(), &false.into()));
     let view = other.news("view", |view| view["camera"]["fov"] == 50.0);
     assert!(view["set"].as_object().unwrap().values().all(Value::is_null), "{view}");
-    assert_eq!(edit(&mut page, 2, "undo")["refused"], Value::Null);
+    assert_eq!(page.edit(2, "undo")["refused"], Value::Null);
     assert_eq!(camera_text(&viewer), CAMERA);
     other.news("view", |view| view["camera"]["fov"] == 90.0);
-    assert_eq!(edit(&mut page, 1, "redo")["refused"], Value::Null);
+    assert_eq!(page.edit(1, "redo")["refused"], Value::Null);
     assert_eq!(camera_text(&viewer), text);
+}
+
+#[test]
+fn nothing_is_written_that_was_not_shown() {
+    let viewer = Viewer::start("Camera \"perspectiv\" WorldBegin WorldEnd");
+    let mut page = viewer.page();
+    assert_eq!(page.edit(1, "show")["refused"], "no scene has been read yet");
+    let (viewer, mut page) = start();
+    assert_eq!(page.edit(1, "write")["refused"], "there is nothing to write");
+    set(&mut page, 1, json!({"fov": 50}));
+    page.edit(1, "show");
+    // Another page may do this.
+    set(&mut page, 2, json!({"fov": 60}));
+    let refused = page.edit(1, "write")["refused"].take();
+    assert!(refused.as_str().unwrap().ends_with("has changed meanwhile: nothing is written"), "{refused}");
+    assert_eq!(camera_text(&viewer), CAMERA);
 }
 
 #[test]
 fn files_that_others_change_are_left_alone() {
     let (viewer, mut page) = start();
     set(&mut page, 1, json!({"fov": 50}));
-    edit(&mut page, 1, "show");
+    page.edit(1, "show");
     let other = format!("{CAMERA} # mine");
     std::fs::write(camera_file(&viewer), &other).unwrap();
-    let refused = edit(&mut page, 1, "write")["refused"].take();
+    let refused = page.edit(1, "write")["refused"].take();
     assert!(refused.as_str().unwrap().ends_with("has changed meanwhile: nothing is written"), "{refused}");
     assert_eq!(camera_text(&viewer), other);
     // Shown again, it can be written.
     // It may be read before or after the refusal.
     let mut write_again = || {
         std::thread::sleep(std::time::Duration::from_millis(50));
-        edit(&mut page, 1, "show");
-        edit(&mut page, 1, "write")["refused"].is_null()
+        page.edit(1, "show");
+        page.edit(1, "write")["refused"].is_null()
     };
     assert!((0..100).any(|_| write_again()));
     assert_eq!(camera_text(&viewer), format!("{CAMERA} \"float fov\" 50 # mine"));
     std::fs::remove_file(camera_file(&viewer)).unwrap();
-    assert!(edit(&mut page, 1, "undo")["refused"].is_string());
+    assert!(page.edit(1, "undo")["refused"].is_string());
     assert!(!camera_file(&viewer).exists());
 }
 
@@ -118,10 +129,10 @@ fn files_that_others_change_are_left_alone() {
 fn a_window_is_written_and_taken_back() {
     let (viewer, mut page) = start();
     set(&mut page, 1, json!({"screenWindow": [-3, 3, -2, 2]}));
-    edit(&mut page, 1, "show");
-    assert_eq!(edit(&mut page, 1, "write")["refused"], Value::Null);
+    page.edit(1, "show");
+    assert_eq!(page.edit(1, "write")["refused"], Value::Null);
     assert_eq!(camera_text(&viewer), format!("{CAMERA} \"float screenwindow\" [-3 3 -2 2]"));
-    edit(&mut page, 1, "undo");
+    page.edit(1, "undo");
     assert_eq!(camera_text(&viewer), CAMERA);
     let view = viewer.page().news("view", |_| true);
     assert_eq!(view["camera"]["screenWindow"], json!([-1.5, 1.5, -1.0, 1.0]));
@@ -134,7 +145,7 @@ fn a_camera_in_two_places_or_a_protected_file_is_not_changed() {
     viewer.write(&twice);
     page.news("scene", |scene| scene["messages"].as_str().unwrap().contains("warning"));
     set(&mut page, 1, json!({"fov": 50}));
-    let refused = edit(&mut page, 1, "show")["refused"].take();
+    let refused = page.edit(1, "show")["refused"].take();
     assert!(refused.as_str().unwrap().ends_with("is included twice: change it by hand"), "{refused}");
     viewer.write(SCENE);
     // A file that is just being written has errors.
@@ -147,8 +158,8 @@ fn a_camera_in_two_places_or_a_protected_file_is_not_changed() {
     let mut permissions = std::fs::metadata(camera_file(&viewer)).unwrap().permissions();
     permissions.set_readonly(true);
     std::fs::set_permissions(camera_file(&viewer), permissions).unwrap();
-    assert_eq!(edit(&mut page, 1, "show")["refused"], Value::Null);
-    let refused = edit(&mut page, 1, "write")["refused"].take();
+    assert_eq!(page.edit(1, "show")["refused"], Value::Null);
+    let refused = page.edit(1, "write")["refused"].take();
     assert!(refused.as_str().unwrap().ends_with("is write-protected"), "{refused}");
     assert_eq!((camera_text(&viewer), viewer.text()), (CAMERA.to_owned(), SCENE.to_owned()));
 }

@@ -61,7 +61,7 @@ fn the_camera_moves_by_touch() {
 #[test]
 fn sliders_change_the_window_and_the_crop() {
     let Some(mut page) = Opened::new() else { return };
-    let mut slide = |name: &str, value: f64| {
+    let slide = |page: &mut Opened, name: &str, value: f64| {
         let slider = json!(format!("[aria-label=\"{name}, slider\"]"));
         page.value(&format!(
             "(({{ valueAsNumber: before }}, slider) => {{
@@ -69,9 +69,13 @@ fn sliders_change_the_window_and_the_crop() {
             }})(document.querySelector({slider}), document.querySelector({slider}))"
         ))
     };
-    assert_eq!(slide("screenwindow left", -2.0), -1.5);
-    assert_eq!(slide("cropwindow right", 0.5), 1.0);
+    assert_eq!(slide(&mut page, "screenwindow left", -2.0), -1.5);
+    assert_eq!(slide(&mut page, "cropwindow right", 0.5), 1.0);
     page.browser.wait_for("of('picture').width === 30");
+    assert_eq!(page.number("cropwindow-right"), 0.5);
+    // An edge stops at the other one.
+    slide(&mut page, "cropwindow left", 0.9);
+    page.browser.wait_for("of('picture').width === 1");
     assert_eq!(page.number("cropwindow-right"), 0.5);
     assert_eq!(page.number("screenwindow-left"), -2.0);
     assert_eq!(page.number("frameaspectratio-"), 1.75);

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -147,6 +147,15 @@ impl Picture {
 pub struct Page(WebSocket<TcpStream>);
 
 impl Page {
+    /// Asks for the lines that writing changes, or changes the files.
+    pub fn edit(&mut self, by: u32, action: &str) -> Value {
+        self.request(&match action {
+            "show" => json!({"type": "show", "by": by}),
+            _ => json!({"type": "edit", "by": by, "action": action}),
+        });
+        self.news("edited", |_| true)
+    }
+
     pub fn send(&mut self, text: &str) {
         // The other side may have closed already.
         let _ = self.0.send(Message::text(text));

@@ -55,6 +55,7 @@ pub fn latency(program: &Path, scenes: &[PathBuf]) -> Result<BenchTable, String>
 
 fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String> {
     let text = std::fs::read(scene).map_err(|error| error.to_string())?;
+    world_begin(&text).ok_or("WorldBegin is not in the scene file itself")?;
     let folder = scene.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
     let copy = tempfile::Builder::new().prefix("lookat-bench-").suffix(".pbrt").tempfile_in(folder);
     let copy = copy.map_err(|error| error.to_string())?;
@@ -64,21 +65,21 @@ fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String
     client.picture(|_| true)?;
     let start = ms(started.elapsed());
     let moving = moving(&mut client)?;
-    let mut saves = |edited: fn(&[u8], u32) -> Option<Vec<u8>>| {
+    let mut saves = |text: &[u8], edited: fn(&[u8], u32) -> Vec<u8>| {
         let mut times = Vec::new();
         for number in 1..=SAVES {
-            // The view comes to rest.
+            // The full picture has begun.
             client.picture(|picture| picture.is_full)?;
             client.rest(BETWEEN_SAVES)?;
             let before = client.generation;
-            let text = edited(&text, number).ok_or("WorldBegin is not in the scene file itself")?;
-            let saved = save(copy.path(), &text).map_err(|error| error.to_string())?;
+            let saved = save(copy.path(), &edited(text, number)).map_err(|error| error.to_string())?;
             client.picture(|picture| picture.generation != before)?;
             times.push(ms(saved.elapsed()));
         }
         Ok::<_, String>(quantiles(times))
     };
-    let [[s50, s99], [l50, l99]] = [saves(with_camera)?, saves(with_light)?];
+    let [[s50, s99], [l50, l99]] =
+        [saves(&text, with_camera)?, saves(&with_camera(&text, SAVES), with_light)?];
     let rate = moving.between.len() as f64 / MOVING.as_secs_f64();
     let [b50, b99] = quantiles(moving.between);
     let [c50, c99] = quantiles(moving.answers);
@@ -97,16 +98,20 @@ fn save(path: &Path, text: &[u8]) -> std::io::Result<Instant> {
 }
 
 /// The text with another camera.
-fn with_camera(text: &[u8], number: u32) -> Option<Vec<u8>> {
-    Some([format!("Translate {number}e-6 0 0 ").as_bytes(), text].concat())
+fn with_camera(text: &[u8], number: u32) -> Vec<u8> {
+    [format!("Translate {number}e-6 0 0 ").as_bytes(), text].concat()
 }
 
-/// The text with another light, too faint to be seen.
-fn with_light(text: &[u8], number: u32) -> Option<Vec<u8>> {
+/// The text with another light after `WorldBegin`, too faint to be seen.
+fn with_light(text: &[u8], number: u32) -> Vec<u8> {
+    let (before, after) = text.split_at(world_begin(text).unwrap_or(text.len()));
+    [before, format!(" LightSource \"point\" \"rgb I\" [{number}e-9 0 0]").as_bytes(), after].concat()
+}
+
+/// The end of `WorldBegin`.
+fn world_begin(text: &[u8]) -> Option<usize> {
     const WORLD: &[u8] = b"WorldBegin";
-    let (before, after) =
-        text.split_at(text.windows(WORLD.len()).position(|word| word == WORLD)? + WORLD.len());
-    Some([before, format!(" LightSource \"point\" \"rgb I\" [{number}e-9 0 0]").as_bytes(), after].concat())
+    text.windows(WORLD.len()).position(|word| word == WORLD).map(|start| start + WORLD.len())
 }
 
 /// The times of a camera that moves, in milliseconds.

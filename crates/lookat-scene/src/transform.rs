@@ -25,6 +25,11 @@ pub(crate) fn in_range(values: &[f64]) -> bool {
     values.iter().fold(true, |all, x| all & (x.abs() <= LARGEST))
 }
 
+/// The message about a transformation that is not in the range of computation.
+pub(crate) fn out_of_range() -> String {
+    format!("the transformation or its inverse has entries above {LARGEST:e}")
+}
+
 /// The reason why a `LookAt` is invalid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LookAtFault {
@@ -40,15 +45,12 @@ pub enum LookAtFault {
 
 impl fmt::Display for LookAtFault {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let message = match self {
-            LookAtFault::EyeAtLook => "the eye and the target of LookAt are the same point",
-            LookAtFault::ZeroUp => "the up vector of LookAt is zero",
-            LookAtFault::UpParallel => "the up vector of LookAt is parallel to the view",
-            LookAtFault::OutOfRange => {
-                return write!(f, "the transformation or its inverse has entries above {LARGEST:e}");
-            }
-        };
-        f.write_str(message)
+        match self {
+            LookAtFault::EyeAtLook => f.write_str("the eye and the target of LookAt are the same point"),
+            LookAtFault::ZeroUp => f.write_str("the up vector of LookAt is zero"),
+            LookAtFault::UpParallel => f.write_str("the up vector of LookAt is parallel to the view"),
+            LookAtFault::OutOfRange => f.write_str(&out_of_range()),
+        }
     }
 }
 
@@ -116,7 +118,8 @@ impl Transform {
         let columns = |r: DMat3, t: DVec3| {
             DMat4::from_cols(r.x_axis.extend(0.0), r.y_axis.extend(0.0), r.z_axis.extend(0.0), t.extend(1.0))
         };
-        Ok(Transform { m: columns(to_camera, -(to_camera * eye)), inv: columns(rotation, eye) })
+        let placed = Transform { m: columns(to_camera, -(to_camera * eye)), inv: columns(rotation, eye) };
+        placed.in_range().then_some(placed).ok_or(LookAtFault::OutOfRange)
     }
 
     /// From a matrix. `None` if it is singular or not affine.

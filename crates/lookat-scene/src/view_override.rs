@@ -171,6 +171,10 @@ mod tests {
             (ViewOverride { focal_distance: Some(1e60), ..none }, "the distance is too large"),
             (ViewOverride { look_at: Some([f64::NAN; 9]), ..none }, "a number is too large"),
             (
+                ViewOverride { look_at: Some([1e50, 1e50, -1e50, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0]), ..none },
+                "the transformation or its inverse has entries above 1e50",
+            ),
+            (
                 ViewOverride { look_at: Some([1.0; 9]), ..none },
                 "the eye and the target of LookAt are the same point",
             ),

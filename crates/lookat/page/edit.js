@@ -35,7 +35,7 @@ export function makeEditor(ask, say) {
     if (dialog.returnValue === 'write') ask('write');
   });
   document.addEventListener('keydown', (event) => {
-    if (!(event.ctrlKey || event.metaKey) || event.altKey || dialog.open) return;
+    if (!(event.ctrlKey || event.metaKey) || event.altKey || event.repeat || dialog.open) return;
     const key = event.key.toLowerCase();
     // A field has an undo of its own.
     if (key !== 's' && event.target instanceof HTMLInputElement) return;

@@ -179,7 +179,7 @@ const showEdited = makeEditor((action) => {
   // A field that is left by a click on a button has just changed the camera.
   ask();
   $('edit-refused').textContent = '';
-  request({ type: 'edit', by: me, action });
+  request(action === 'show' ? { type: 'show', by: me } : { type: 'edit', by: me, action });
 }, say);
 const panel = makePanel({
   camera: (change) => camera && move(change(camera)),

@@ -24,7 +24,7 @@ const ALL = ['perspective', 'orthographic', 'environment'];
 const [PERSPECTIVE, FLAT] = [['perspective'], ['perspective', 'orthographic']];
 const XYZ = ['x', 'y', 'z'];
 
-/** Twice the screen window of the file. @type {Range} */
+/** Twice the largest edge of the file's screen window, to both sides. @type {Range} */
 function around({ screenWindow }) {
   const largest = 2 * Math.max(...screenWindow.map(Math.abs));
   return [-largest, largest];
@@ -151,15 +151,30 @@ export function makePanel(act) {
     const { resolution, crop, samplesPerPixel } = Object.fromEntries(values);
     act.film({ resolution: resolution.map(Math.round), crop, samplesPerPixel: Math.round(samplesPerPixel[0]) });
   };
+  let isWaiting = false;
+  /** At most once in each frame of the display. */
+  const changeSoon = () => {
+    if (isWaiting) return;
+    isWaiting = true;
+    requestAnimationFrame(() => {
+      isWaiting = false;
+      change();
+    });
+  };
   for (const { field, inputs, sliders, range } of film) {
     inputs.forEach((input) => input.addEventListener('change', change));
     sliders.forEach((slider, index) => {
       [slider.min, slider.max] = (range?.() ?? []).map(String);
       noteTyping(slider);
       slider.addEventListener('input', () => {
-        inputs[index].value = short(slider.valueAsNumber);
-        change();
+        // At least a pixel is left.
+        const [other, size] = [inputs[index ^ 1].valueAsNumber, film[0].inputs[index >> 1].valueAsNumber];
+        const value = slider.valueAsNumber;
+        inputs[index].value = short(index % 2 ? Math.max(value, other + 1 / size) : Math.min(value, other - 1 / size));
+        changeSoon();
       });
+      // The answer shows the film as it is.
+      slider.addEventListener('change', change);
     });
     document.getElementById('film')?.append(field);
   }
@@ -204,7 +219,7 @@ export function makePanel(act) {
       }
     },
     /**
-     * @param {import('./main.js').Hit?} hit
+     * @param {import('./pointing.js').Hit?} hit
      * @param {((at: object) => void) | null} open opens a place in the editor
      */
     showHit(hit, open) {

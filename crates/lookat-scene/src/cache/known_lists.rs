@@ -35,13 +35,13 @@ impl KnownLists {
         if here.len() < LongList::BYTES || here[..LongList::BYTES - 1].contains(&b']') {
             return None;
         }
-        let is_same_text = before.text.as_ptr() == self.text.as_ptr();
+        let is_same_text = std::ptr::eq(&*before.text, &*self.text);
         let is_here = |index: &usize| {
             let (list, _) = &before.lists[*index];
             list.ty == ty
                 && match is_same_text {
                     true => list.span.start as usize == at,
-                    false => starts_with(here, &before.text[bytes(list)]),
+                    false => starts_with(here, &before.text[range(list)]),
                 }
         };
         let from_next = (self.next..before.lists.len()).chain(0..self.next);
@@ -49,7 +49,7 @@ impl KnownLists {
         let (list, number) = before.lists[found];
         self.next = found + 1;
         self.found.insert(at as u32, number);
-        Some(bytes(&list).len())
+        Some(range(&list).len())
     }
 }
 
@@ -61,6 +61,6 @@ fn starts_with(text: &[u8], start: &[u8]) -> bool {
 }
 
 /// The place of a list in its text.
-pub(super) fn bytes(list: &LongList) -> std::ops::Range<usize> {
+pub(super) fn range(list: &LongList) -> std::ops::Range<usize> {
     list.span.start as usize..list.span.end as usize
 }

@@ -58,6 +58,9 @@ impl Disk {
         assert_eq!(format!("{:?}", again.scene), format!("{:?}", fresh.scene));
         assert_eq!(format!("{:?}", again.symbols), format!("{:?}", fresh.symbols));
         assert_eq!(again.inputs, fresh.inputs);
+        let texts =
+            |loaded: &Loaded| loaded.sources.files.iter().map(|file| file.text.clone()).collect::<Vec<_>>();
+        assert!(texts(&again) == texts(&fresh));
         again
     }
 

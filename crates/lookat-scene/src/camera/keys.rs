@@ -55,12 +55,12 @@ const fn of_realistic<T: DefaultValue>(key: Key<T>) -> Key<T> {
 
 pub(super) const LENS_FILE: Key<Name> =
     of_realistic(Key::string("lensfile", "the file that describes the lenses"));
-pub(super) const APERTURE_DIAMETER: Key<f64> =
+const APERTURE_DIAMETER: Key<f64> =
     of_realistic(Key::float("aperturediameter", 1.0, "the diameter of the aperture in millimeters"));
-pub(super) const FOCUS_DISTANCE: Key<f64> = of_realistic(
+const FOCUS_DISTANCE: Key<f64> = of_realistic(
     Key::float("focusdistance", 10.0, "the distance to the plane of focus").unit(Unit::CameraSpace),
 );
-pub(super) const SIMPLE_WEIGHTING: Key<bool> =
+const SIMPLE_WEIGHTING: Key<bool> =
     of_realistic(Key::bool("simpleweighting", true, "true weights rays as if the film were small"));
 const REALISTIC: Keys =
     &[&LENS_FILE, &APERTURE_DIAMETER, &FOCUS_DISTANCE, &SIMPLE_WEIGHTING, &SHUTTER_OPEN, &SHUTTER_CLOSE];

@@ -58,8 +58,8 @@ impl Content {
 /// that it had before.
 fn read_all(mut file: Box<dyn io::Read>, before: usize, charge: &mut Charge) -> io::Result<Bytes> {
     let mut bytes = Vec::new();
-    // Far more than the file needs: pages that are not filled take no memory.
-    if let Some(mut pages) = LargePages::new(2 * before) {
+    // Enough to see the end of a file that has grown by a step.
+    if let Some(mut pages) = LargePages::new(before + 2 * step(before)) {
         let mut length = 0;
         while let Some(part) = pages.part(length, step(length)) {
             charge.resize((length + part.len()) as u64).map_err(io::Error::other)?;
@@ -69,6 +69,7 @@ fn read_all(mut file: Box<dyn io::Read>, before: usize, charge: &mut Charge) -> 
                 return Ok(Bytes::from_owner(pages).slice(..length));
             }
         }
+        // For a moment, they are there twice.
         bytes.try_reserve_exact(length)?;
         bytes.extend_from_slice(&pages.as_ref()[..length]);
     }

@@ -2,7 +2,7 @@
 
 use memmap2::MmapMut;
 
-/// The bytes of an array that is worth it.
+/// The smallest array in large pages, in bytes.
 const LEAST: usize = 4 << 20;
 
 /// An array of zeros.
@@ -10,14 +10,17 @@ pub struct LargePages(MmapMut);
 
 impl LargePages {
     /// `None` for a small array, and where the system refuses.
+    #[cfg(target_os = "linux")]
     pub fn new(length: usize) -> Option<LargePages> {
-        if length < LEAST {
-            return None;
-        }
-        let pages = MmapMut::map_anon(length).ok()?;
-        #[cfg(target_os = "linux")]
+        let pages = (length >= LEAST).then(|| MmapMut::map_anon(length))?.ok()?;
         pages.advise(memmap2::Advice::HugePage).ok()?;
         Some(LargePages(pages))
+    }
+
+    /// Linux alone can be asked for large pages.
+    #[cfg(not(target_os = "linux"))]
+    pub fn new(_: usize) -> Option<LargePages> {
+        None
     }
 
     /// A part of the array. `None` if it goes beyond the end.

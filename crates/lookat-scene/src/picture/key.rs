@@ -1,4 +1,4 @@
-//! What tells pictures apart: the file and the settings.
+//! The key of a decoded picture: its file and its settings.
 
 use std::path::PathBuf;
 

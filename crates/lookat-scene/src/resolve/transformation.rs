@@ -5,7 +5,7 @@ use lookat_syntax::{Diagnostic, Span};
 
 use super::Resolver;
 use crate::facts::Block;
-use crate::transform::{LookAtFault, Transform};
+use crate::transform::{LookAtFault, Transform, out_of_range};
 use crate::view_override::{CameraPlacement, look_at};
 
 impl Resolver<'_> {
@@ -66,7 +66,7 @@ impl Resolver<'_> {
                     LookAtFault::UpParallel => {
                         "the last three numbers are the direction that is up in the picture: choose one that is not parallel to the view"
                     }
-                    LookAtFault::OutOfRange => ACCUMULATE,
+                    LookAtFault::OutOfRange => "write smaller numbers",
                 };
                 Err(Box::new(Diagnostic::error(span, fault.to_string()).help(help)))
             }
@@ -74,13 +74,12 @@ impl Resolver<'_> {
     }
 }
 
-const ACCUMULATE: &str = "transformations accumulate: check the ones before it, too";
-
 fn in_range(transform: Transform, at: Span) -> Result<Transform, Box<Diagnostic>> {
     if transform.in_range() {
         return Ok(transform);
     }
-    Err(Box::new(Diagnostic::error(at, LookAtFault::OutOfRange.to_string()).help(ACCUMULATE)))
+    let help = "transformations accumulate: check the ones before it, too";
+    Err(Box::new(Diagnostic::error(at, out_of_range()).help(help)))
 }
 
 pub(super) fn scale(by: [f64; 3], span: &Span) -> Result<Transform, Box<Diagnostic>> {

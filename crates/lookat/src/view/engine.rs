@@ -5,11 +5,12 @@ mod looking;
 mod opened;
 mod parameters;
 mod pictures;
+mod queries;
 mod reading;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use lookat_scene::{FilmOverride, LoadCache, LoadOptions, MAX_SAMPLES, MAX_SIDE};
 
@@ -70,6 +71,8 @@ pub struct Engine {
     shown: Mutex<Option<(u32, Vec<FileChange>)>>,
     pace: Pace,
     stage: Stage,
+    /// When the last small picture was shown.
+    small_at: Instant,
     /// Counts the views.
     generation: u32,
     gallery: Arc<Gallery>,
@@ -109,6 +112,7 @@ impl Engine {
             shown: Mutex::default(),
             pace: Pace::default(),
             stage: Stage::Finished,
+            small_at: Instant::now(),
             generation: 0,
             gallery,
             has_errors: false,
@@ -124,31 +128,41 @@ impl Engine {
         self.read();
         self.error.iter().for_each(|error| crate::say(error.trim_end()));
         loop {
-            let time = match self.stage {
-                Stage::New => Duration::ZERO,
-                Stage::Small if self.opened.as_ref().is_some_and(Opened::is_near) => REST,
-                Stage::Small => LONG_REST,
-                Stage::Finished => IDLE,
-            };
-            let (queries, requests): (Vec<_>, Vec<_>) =
-                self.requests.take(time).into_iter().partition(Request::is_query);
-            // A page that asks for a layer waits for it.
-            let is_new = !requests.is_empty() || !queries.is_empty();
+            let requests = self.requests.take(self.free_time());
             // First, because a request may read the scene.
-            if if is_new { self.watch.has_changed_by_now() } else { self.watch.has_changed() } {
+            let has_changed = match requests.is_empty() {
+                true => self.watch.has_changed(),
+                false => self.watch.has_changed_by_now(),
+            };
+            if has_changed {
                 self.watch.settle();
                 self.read();
             }
+            // A picture comes before its layers.
+            let needs_film =
+                |request: &Request| matches!(request, Request::Query(query) if query.needs_film());
+            let (layers, requests): (Vec<_>, Vec<_>) = requests.into_iter().partition(needs_film);
             requests.into_iter().for_each(|request| self.answer(request));
             self.follow_reference();
             if self.stage == Stage::New {
                 self.render_small();
                 self.advise();
-            } else if self.stage == Stage::Small && !is_new {
+            } else if self.stage == Stage::Small && layers.is_empty() && self.free_time().is_zero() {
                 self.render_full();
             }
-            self.answer_queries(queries);
+            layers.into_iter().for_each(|request| self.answer(request));
         }
+    }
+
+    /// The time until there is something to render.
+    fn free_time(&self) -> Duration {
+        let rest = match self.stage {
+            Stage::New => return Duration::ZERO,
+            Stage::Finished => return IDLE,
+            Stage::Small if self.opened.as_ref().is_some_and(Opened::is_near) => REST,
+            Stage::Small => LONG_REST,
+        };
+        rest.saturating_sub(self.small_at.elapsed())
     }
 
     fn answer(&mut self, request: Request) {
@@ -158,7 +172,7 @@ impl Engine {
             Request::Change(change) => self.change(change),
             Request::Edit(edit) => self.edit(edit),
             Request::Errors(errors) => self.set_errors(errors),
-            query => self.answer_queries(vec![query]),
+            Request::Query(query) => self.answer_queries(vec![query]),
         }
     }
 

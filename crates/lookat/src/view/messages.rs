@@ -18,28 +18,30 @@ pub use picture::{About, Content, pixels};
 pub enum Request {
     Film(SetFilm),
     View(SetView),
-    Pick(Pick),
-    Depths(GetDepths),
     Change(Change),
-    Open(Open),
     Edit(Edit),
-    Layer(GetLayer),
-    Values(GetValues),
     Errors(SetErrors),
-    Reference(SetReference),
+    #[serde(untagged)]
+    Query(Query),
 }
 
-impl Request {
-    /// Whether it is answered beside the picture, which goes on.
-    pub fn is_query(&self) -> bool {
-        let is_of_picture = matches!(self, Request::Pick(_) | Request::Depths(_)) || self.needs_film();
-        let is_show = matches!(self, Request::Edit(Edit { action: Action::Show, .. }));
-        is_of_picture || is_show || matches!(self, Request::Reference(_) | Request::Open(_))
-    }
+/// What is answered beside the picture, which goes on.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(tag = "type", rename_all = "camelCase")]
+pub enum Query {
+    Pick(Pick),
+    Depths(GetDepths),
+    Show(Show),
+    Open(Open),
+    Reference(SetReference),
+    Layer(GetLayer),
+    Values(GetValues),
+}
 
+impl Query {
     /// Whether the answer takes the memory of another film.
     pub fn needs_film(&self) -> bool {
-        matches!(self, Request::Layer(_) | Request::Values(_))
+        matches!(self, Query::Layer(_) | Query::Values(_))
     }
 }
 
@@ -101,6 +103,13 @@ pub struct GetDepths {
     pub rows: u32,
 }
 
+/// Asks for the lines that writing changes.
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields)]
+pub struct Show {
+    pub by: u32,
+}
+
 /// Asks to change the files.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
@@ -112,8 +121,6 @@ pub struct Edit {
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub enum Action {
-    /// Show the lines that writing changes.
-    Show,
     /// Write the lines that this page was shown last.
     Write,
     /// Forget the changes of parameters that are not written.

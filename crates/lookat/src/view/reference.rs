@@ -121,9 +121,10 @@ impl Comparer {
         memory: MemoryBudget,
         tell: impl FnOnce(Compared) + Send + 'static,
     ) {
-        let own = self.cancel();
         let shared = self.0.clone();
-        let compare = move || {
+        let mut comparisons = lock(&self.0);
+        let own = comparisons.cancel();
+        comparisons.next = Some(Box::new(move || {
             let names = [&*actual.0, &*reference.0];
             let (text, agrees) = compared(names, [&actual.1, &reference.1], &memory)
                 .unwrap_or_else(|reason| (format!("{reason}\n"), None));
@@ -132,32 +133,49 @@ impl Comparer {
             if comparisons.newest == own {
                 tell(Compared { generation, text, agrees });
             }
-        };
-        let mut comparisons = lock(&self.0);
-        comparisons.next = Some(Box::new(compare));
+        }));
         if !comparisons.is_busy {
             let shared = self.0.clone();
-            // Without a thread, the pictures are not compared.
             comparisons.is_busy = std::thread::Builder::new().spawn(move || work(&shared)).is_ok();
+            if !comparisons.is_busy {
+                // Without a thread, the pictures are not compared.
+                comparisons.next = None;
+            }
         }
     }
 
     /// Ends comparisons that have not told yet.
-    pub fn cancel(&self) -> u32 {
-        let mut comparisons = lock(&self.0);
-        comparisons.next = None;
-        comparisons.newest = comparisons.newest.wrapping_add(1);
-        comparisons.newest
+    pub fn cancel(&self) {
+        lock(&self.0).cancel();
+    }
+}
+
+impl Comparisons {
+    /// Returns the number of the next comparison.
+    fn cancel(&mut self) -> u32 {
+        self.next = None;
+        self.newest = self.newest.wrapping_add(1);
+        self.newest
     }
 }
 
 /// Compares until no pair waits.
 fn work(shared: &Mutex<Comparisons>) {
+    /// Lets others compare after a panic.
+    struct Panics<'a>(&'a Mutex<Comparisons>);
+    impl Drop for Panics<'_> {
+        fn drop(&mut self) {
+            if std::thread::panicking() {
+                lock(self.0).is_busy = false;
+            }
+        }
+    }
     let next = || {
         let mut comparisons = lock(shared);
         comparisons.is_busy = comparisons.next.is_some();
         comparisons.next.take()
     };
+    let _panics = Panics(shared);
     while let Some(compare) = next() {
         compare();
     }
@@ -179,6 +197,27 @@ fn compared(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Whatever comes in between: only the newest pair counts, and pairs are compared again later.
+    #[test]
+    fn the_last_comparison_is_told() {
+        let window = Window { x: 0, y: 0, width: 16, height: 16 };
+        let image = Arc::new(Image::from_rgb(window, window, &[[0.5; 3]; 256]));
+        let (comparer, (tell, told)) = (Comparer::default(), std::sync::mpsc::channel());
+        for last in [20, 40] {
+            for generation in last - 9..=last {
+                let tell = tell.clone();
+                let pictures = [("a".into(), image.clone()), ("b".into(), image.clone())];
+                comparer.compare(generation, pictures, MemoryBudget::default(), move |compared| {
+                    tell.send(compared.generation).unwrap();
+                });
+            }
+            let second = std::time::Duration::from_secs(1);
+            while told.recv_timeout(60 * second).unwrap() != last {}
+            assert!(told.try_recv().is_err());
+        }
+        comparer.cancel();
+    }
 
     #[test]
     fn a_reference_is_cut_to_the_picture() {

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::messages::Request;
+use super::messages::{Query, Request};
 use crate::lock::lock;
 
 /// The most requests that wait.
@@ -15,7 +15,7 @@ const MOST: usize = 64;
 pub struct Requests {
     waiting: Mutex<Vec<Request>>,
     put: Condvar,
-    /// Whether one waits that is not answered query, to be read without the lock.
+    /// Whether a request waits that is no query, to be read without the lock.
     has_any: AtomicBool,
     /// Whether the engine has something else to do.
     is_woken: AtomicBool,
@@ -33,37 +33,47 @@ impl Requests {
         self.put.notify_all();
     }
 
-    /// Puts a request that is not answered yet before the others, unless there is a newer one for the same.
-    pub fn put_back(&self, request: Request) {
+    /// Puts queries that are not answered yet before the others, unless there are newer ones for the same.
+    pub fn put_back(&self, queries: Vec<Query>) {
         let mut waiting = lock(&self.waiting);
-        if !waiting.iter().any(|later| is_for_the_same(&request, later)) {
-            waiting.insert(0, request);
+        for query in queries.into_iter().rev().map(Request::Query) {
+            if !waiting.iter().any(|later| is_for_the_same(&query, later)) {
+                waiting.insert(0, query);
+            }
         }
     }
 
-    /// Takes the requests that are wanted, after waiting at most `time` for the first. They overtake no others. `None` once it is
-    /// over.
-    pub fn take_wanted(
+    /// Takes the queries that `accepts` names, after waiting at most `time` for the first. They overtake no request. `None` once
+    /// they are stopped.
+    pub fn take_queries(
         &self,
         time: Duration,
-        is_wanted: impl Fn(&Request) -> bool,
-        is_over: &AtomicBool,
-    ) -> Option<Vec<Request>> {
-        let is_over = || is_over.load(Ordering::Relaxed);
-        let is_idle = |waiting: &mut Vec<Request>| {
-            !is_over() && (!waiting.iter().all(Request::is_query) || !waiting.iter().any(&is_wanted))
-        };
+        accepts: impl Fn(&Query) -> bool,
+        is_stopped: &AtomicBool,
+    ) -> Option<Vec<Query>> {
+        let is_stopped = || is_stopped.load(Ordering::Relaxed);
+        let is_accepted = |request: &Request| matches!(request, Request::Query(query) if accepts(query));
+        let is_first = |waiting: &[Request]| waiting.iter().all(is_query) && waiting.iter().any(is_accepted);
+        let is_idle = |waiting: &mut Vec<Request>| !is_stopped() && !is_first(waiting);
         let waited = self.put.wait_timeout_while(lock(&self.waiting), time, is_idle);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
-        let is_free = waiting.iter().all(Request::is_query);
-        (!is_over()).then(|| waiting.extract_if(.., |request| is_free && is_wanted(request)).collect())
+        if is_stopped() {
+            return None;
+        }
+        let may_take = is_first(&waiting);
+        let taken = waiting.extract_if(.., |request| may_take && is_accepted(request));
+        Some(
+            taken
+                .filter_map(|request| if let Request::Query(query) = request { Some(query) } else { None })
+                .collect(),
+        )
     }
 
-    /// Ends the waiting for those that are wanted.
-    pub fn end_wanted(&self, is_over: &AtomicBool) {
+    /// Ends the waiting for queries.
+    pub fn stop_queries(&self, is_stopped: &AtomicBool) {
         // With the lock, nobody is between looking and waiting.
         let _waiting = lock(&self.waiting);
-        is_over.store(true, Ordering::Relaxed);
+        is_stopped.store(true, Ordering::Relaxed);
         self.put.notify_all();
     }
 
@@ -89,24 +99,38 @@ impl Requests {
     }
 
     fn count(&self, waiting: &[Request]) {
-        let has_any = waiting.iter().any(|request| !request.is_query());
+        let has_any = !waiting.iter().all(is_query);
         self.has_any.store(has_any, Ordering::Relaxed);
     }
+}
+
+fn is_query(request: &Request) -> bool {
+    matches!(request, Request::Query(_))
 }
 
 /// Whether the answer to an earlier request is of no use any more.
 fn is_for_the_same(earlier: &Request, request: &Request) -> bool {
     match (earlier, request) {
-        (Request::Film(_), Request::Film(_)) | (Request::View(_), Request::View(_)) => true,
-        (Request::Pick(earlier), Request::Pick(request)) => earlier.by == request.by,
-        (Request::Open(earlier), Request::Open(request)) => earlier.by == request.by,
-        (Request::Depths(earlier), Request::Depths(request)) => earlier.by == request.by,
+        (Request::Film(_), Request::Film(_))
+        | (Request::View(_), Request::View(_))
+        | (Request::Errors(_), Request::Errors(_)) => true,
         (Request::Change(earlier), Request::Change(request)) => {
             (earlier.by, earlier.at, &earlier.name) == (request.by, request.at, &request.name)
         }
-        (Request::Layer(earlier), Request::Layer(request)) => earlier == request,
-        (Request::Values(earlier), Request::Values(request)) => earlier.by == request.by,
-        (Request::Errors(_), Request::Errors(_)) | (Request::Reference(_), Request::Reference(_)) => true,
+        (Request::Query(earlier), Request::Query(query)) => is_same_query(earlier, query),
+        _ => false,
+    }
+}
+
+fn is_same_query(earlier: &Query, query: &Query) -> bool {
+    match (earlier, query) {
+        (Query::Pick(earlier), Query::Pick(query)) => earlier.by == query.by,
+        (Query::Depths(earlier), Query::Depths(query)) => earlier.by == query.by,
+        (Query::Show(earlier), Query::Show(query)) => earlier.by == query.by,
+        (Query::Open(earlier), Query::Open(query)) => earlier.by == query.by,
+        (Query::Values(earlier), Query::Values(query)) => earlier.by == query.by,
+        (Query::Layer(earlier), Query::Layer(query)) => earlier == query,
+        (Query::Reference(_), Query::Reference(_)) => true,
         _ => false,
     }
 }
@@ -121,23 +145,24 @@ mod tests {
 
     /// A page that moves the camera and then asks for a place means the new picture.
     #[test]
-    fn questions_overtake_no_requests() {
-        let (requests, is_over) = (Requests::default(), AtomicBool::new(false));
-        let questions = || {
-            let taken = requests.take_wanted(Duration::ZERO, Request::is_query, &is_over);
-            taken.map(|questions| questions.len())
-        };
+    fn queries_overtake_no_requests() {
+        let (requests, is_stopped) = (Requests::default(), AtomicBool::new(false));
+        let queries =
+            || requests.take_queries(Duration::ZERO, |_| true, &is_stopped).map(|queries| queries.len());
         let pick = r#"{"type": "pick", "by": 1, "number": 2, "at": [0, 0]}"#;
         requests.put(request(pick));
         assert!(!requests.has_any());
-        assert_eq!(questions(), Some(1));
+        assert_eq!(queries(), Some(1));
         requests.put(request(r#"{"type": "view", "by": 1, "number": 1, "camera": {}}"#));
         requests.put(request(pick));
         assert!(requests.has_any());
-        assert_eq!(questions(), Some(0));
-        assert!(matches!(requests.take(Duration::ZERO)[..], [Request::View(_), Request::Pick(_)]));
+        assert_eq!(queries(), Some(0));
+        assert!(matches!(
+            requests.take(Duration::ZERO)[..],
+            [Request::View(_), Request::Query(Query::Pick(_))]
+        ));
         requests.put(request(pick));
-        requests.end_wanted(&is_over);
-        assert_eq!(questions(), None);
+        requests.stop_queries(&is_stopped);
+        assert_eq!(queries(), None);
     }
 }

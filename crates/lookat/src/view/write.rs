@@ -14,7 +14,7 @@ use crate::output::is_among;
 const MOST_KEPT: usize = 256 << 20;
 
 /// A file before and after a change.
-#[derive(Clone)]
+#[derive(Clone, PartialEq)]
 pub struct FileChange {
     pub path: PathBuf,
     pub before: Bytes,
@@ -24,30 +24,28 @@ pub struct FileChange {
 /// The files that fixes change. Fails for a file that the scene includes twice: a change here would change both places.
 pub fn changes(sources: &Sources, fixes: &[Fix]) -> Result<Vec<FileChange>, String> {
     let mut fixes: Vec<&Fix> = fixes.iter().collect();
-    // The last fix of a file comes first, so that the places of the others stay. Insertions at one place keep their order.
+    // Insertions at one place keep their order.
     fixes.sort_by_key(|fix| (fix.span.file.0, fix.span.start));
-    let mut changes: Vec<FileChange> = Vec::new();
-    for fix in fixes.into_iter().rev() {
-        let source = sources.file(fix.span.file);
-        if sources.files.iter().filter(|other| is_among(&other.path, [&source.path])).count() > 1 {
-            let path = source.path.display();
-            return Err(format!("{path} is included twice: change it by hand"));
-        }
-        let is_same = |change: &&mut FileChange| change.path == source.path;
-        let change = match changes.iter_mut().find(is_same) {
-            Some(change) => change,
-            None => {
-                let text = source.text.clone();
-                changes.push(FileChange { path: source.path.clone(), before: text.clone(), after: text });
-                changes.last_mut().expect("it has just been pushed")
-            }
-        };
-        let range = fix.span.start as usize..fix.span.end as usize;
-        let after = &change.after;
-        change.after =
-            [&after[..range.start], fix.replacement.as_bytes(), &after[range.end..]].concat().into();
+    fixes.chunk_by(|a, b| a.span.file == b.span.file).map(|fixes| change(sources, fixes)).collect()
+}
+
+/// What fixes of one file, in the order of their places, make of it.
+fn change(sources: &Sources, fixes: &[&Fix]) -> Result<FileChange, String> {
+    let source = sources.file(fixes[0].span.file);
+    let path = source.path.clone();
+    if sources.files.iter().filter(|other| is_among(&other.path, [&path])).count() > 1 {
+        return Err(format!("{} is included twice: change it by hand", path.display()));
     }
-    Ok(changes)
+    let before = source.text.clone();
+    let mut after = Vec::with_capacity(before.len());
+    let mut end = 0;
+    for Fix { span, replacement } in fixes {
+        after.extend_from_slice(&before[end..span.start as usize]);
+        after.extend_from_slice(replacement.as_bytes());
+        end = span.end as usize;
+    }
+    after.extend_from_slice(&before[end..]);
+    Ok(FileChange { path, before, after: after.into() })
 }
 
 impl FileChange {

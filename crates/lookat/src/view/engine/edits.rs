@@ -1,4 +1,4 @@
-//! Writing the camera into the files, and taking that back.
+//! Writing camera and parameters into the files, taking that back, and opening the editor.
 
 use lookat_scene::Location;
 
@@ -41,12 +41,9 @@ impl Engine {
     pub(super) fn edit(&mut self, Edit { by, action }: Edit) {
         // Whether files have been written.
         let done = match action {
-            Action::Show => return self.show_changes(by),
             Action::Write => {
-                let shown = lock(&self.shown).take().filter(|(page, _)| *page == by);
-                let changes = shown.ok_or_else(|| "there is nothing to write".to_owned());
-                let written = changes.and_then(|(_, changes)| self.history.write(changes));
-                written.map(|()| {
+                let changes = self.shown_changes(by);
+                changes.and_then(|changes| self.history.write(changes)).map(|()| {
                     self.unsaved = Unsaved::default();
                     true
                 })
@@ -68,6 +65,18 @@ impl Engine {
             self.read();
         }
         self.tell_edited(Edited { by, lines: Vec::new(), is_written: done == Ok(true), refused: done.err() });
+    }
+
+    /// The changes that a page was shown, if nothing has been changed since.
+    fn shown_changes(&self, by: u32) -> Result<Vec<FileChange>, String> {
+        let shown = lock(&self.shown).take().filter(|(page, _)| *page == by);
+        let (_, shown) = shown.ok_or("there is nothing to write")?;
+        match self.unwritten()? == shown {
+            true => Ok(shown),
+            false => {
+                Err("the file, the camera or a parameter has changed meanwhile: nothing is written".into())
+            }
+        }
     }
 
     /// The changes that are not written. Fails with the reason why there are none.

@@ -15,6 +15,7 @@ use crate::render::Metadata;
 use crate::view::gallery::Gallery;
 use crate::view::messages::{About, Content, pixels};
 use crate::view::outbox::{Hub, Kind};
+use crate::view::requests::Requests;
 
 /// The shortest time between two pictures that grow. A picture takes at most a tenth of the time of a thread.
 const STEP: Duration = Duration::from_millis(60);
@@ -34,7 +35,7 @@ impl Engine {
         let total = rendered.statistics.samples;
         let seconds = started.elapsed().as_secs_f64();
         show(&self.hub, &rendered.image, About { done: total, total, seconds, ..self.about() });
-        self.stage = Stage::Small;
+        (self.stage, self.small_at) = (Stage::Small, Instant::now());
     }
 
     /// Renders the picture that `render` makes, until there is something else to do.
@@ -73,11 +74,10 @@ impl Engine {
         };
         let is_over = AtomicBool::new(false);
         let rendered = std::thread::scope(|scope| {
-            // Without a thread, questions wait for the end of the picture.
+            // Without a thread, queries wait for the end of the picture.
             let _ = Builder::new().spawn_scoped(scope, || engine.answer_meanwhile(&is_over));
-            let rendered = opened.prepared.render_whole(&opened.view, &settings, &progress);
-            requests.end_wanted(&is_over);
-            rendered
+            let _stop = StopQueries(requests, &is_over);
+            opened.prepared.render_whole(&opened.view, &settings, &progress)
         });
         if let Some(rendered) = rendered.filter(|rendered| rendered.complete) {
             let total = rendered.statistics.samples;
@@ -96,6 +96,15 @@ impl Engine {
     pub(super) fn about(&self) -> About {
         let (generation, number) = (self.generation, self.set.number);
         About { generation, number, done: 0, total: 0, seconds: 0.0, content: Content::Growing }
+    }
+}
+
+/// Ends the thread that answers queries, also if rendering panics.
+struct StopQueries<'a>(&'a Requests, &'a AtomicBool);
+
+impl Drop for StopQueries<'_> {
+    fn drop(&mut self) {
+        self.0.stop_queries(self.1);
     }
 }
 

@@ -32,7 +32,8 @@ impl Engine {
         let mut loaded = self.load_once();
         for _ in 0..MOST_READINGS {
             let end = Instant::now() + SAVING;
-            while loaded.scene.is_none() && Instant::now() < end && !self.watch.has_changed() {
+            let has_errors = loaded.scene.is_none() && loaded.misfit.is_none();
+            while has_errors && Instant::now() < end && !self.watch.has_changed() {
                 std::thread::sleep(Duration::from_millis(20));
             }
             if loaded.scene.is_some() || !self.watch.has_changed() {
