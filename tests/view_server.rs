@@ -239,9 +239,12 @@ fn a_refusal_changes_nothing_for_good() {
     viewer.write(&SCENE.replace("fov\" 40", "fov\" 30"));
     let view = page.news("view", |view| view["camera"]["fov"] == 30.0);
     assert_eq!(view["number"], 2);
-    for film in
-        [json!({"resolution": [0, 40]}), json!({"samplesPerPixel": 0}), json!({"crop": [0.5, 0.5, 0, 1]})]
-    {
+    for film in [
+        json!({"resolution": [1e60, 40]}),
+        json!({"resolution": [0, 40]}),
+        json!({"samplesPerPixel": -0.5}),
+        json!({"crop": [0.5, 0.5, 0, 1]}),
+    ] {
         let mut request = film.clone();
         request["type"] = "film".into();
         page.request(&request);

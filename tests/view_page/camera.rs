@@ -79,6 +79,15 @@ fn sliders_change_the_window_and_the_crop() {
     assert_eq!(page.number("cropwindow-right"), 0.5);
     assert_eq!(page.number("screenwindow-left"), -2.0);
     assert_eq!(page.number("frameaspectratio-"), 1.75);
+    // What is no number, and no ratio, changes nothing.
+    for (field, value) in [("frameaspectratio-", 0.0), ("frameaspectratio-", -1.0), ("fov-", f64::NAN)] {
+        let before = page.number(field);
+        page.enter(field, value);
+        assert_eq!(page.number(field), before);
+    }
+    // A film that cannot be is refused in words.
+    page.enter("resolution-xresolution", 1e60);
+    page.browser.wait_for("of('film-refused').textContent.startsWith('resolution is 1 to')");
     // A window without an area is refused.
     page.enter("screenwindow-right", -2.0);
     page.browser.wait_for("of('refused').textContent.includes('the window is empty')");

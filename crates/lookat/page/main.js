@@ -62,7 +62,11 @@ const news = {
     own = fileCamera;
     $('film-refused').textContent = filmRefused ?? '';
     [$('undo').disabled, $('redo').disabled, $('discard').disabled] = [!scene.canUndo, !scene.canRedo, !scene.hasUnsaved];
-    if (scene.hasLost) $('edit-refused').textContent = 'Another program has changed the file: the changes of this page are gone.';
+    if (scene.hasLost) {
+      $('edit-refused').textContent = 'Another program has changed the file: the changes of this page are gone.';
+      // It shows lines that are gone.
+      $('changes').close();
+    }
     hasEditor = scene.hasEditor;
     $('light-count').textContent = String(scene.lights.length);
     pointing.showLights(scene.lights);
@@ -113,6 +117,7 @@ let isAsked = false;
  */
 function move(newCamera) {
   if (!camera) return;
+  $('edit-refused').textContent = '';
   for (const key of KEYS) if (newCamera[key] !== camera[key]) set[key] = newCamera[key];
   // What is marked is elsewhere then.
   if (newCamera.lookAt !== camera.lookAt || newCamera.screenWindow !== camera.screenWindow) pointing.unmark();

@@ -136,7 +136,10 @@ export function makePanel(act) {
   const rows = ROWS.map((row) => {
     const made = makeField(row.label, row.names, row.range);
     made.inputs.forEach((input, index) => input.addEventListener('change', () => {
-      if (input.value !== '') act.camera((camera) => changed(camera, row, index, input.valueAsNumber));
+      const value = input.valueAsNumber;
+      if (Number.isFinite(value) && (row.key !== 'aspect' || value > 0)) act.camera((camera) => changed(camera, row, index, value));
+      // It is no number, or no ratio.
+      else if (shown) panel.showCamera(...shown);
     }));
     made.sliders.forEach((slider, index) => slider.addEventListener('input', () => {
       act.camera((camera) => changed(camera, row, index, slider.valueAsNumber));
@@ -181,13 +184,18 @@ export function makePanel(act) {
 
   /** The longest distance of the target so far gives the sliders their range, so that they do not slip away. */
   let reach = 0;
-  return {
+  /** The camera that is shown, and the one of the file. @type {[Camera, Camera?]?} */
+  let shown = null;
+  const panel = {
     /**
      * @param {Camera} camera
      * @param {Camera | null} own the camera of the file
      */
     showCamera(camera, own) {
-      reach = Math.max(reach, distanceOf(camera));
+      shown = [camera, own];
+      // The file has a new range.
+      const isOwn = own && String(own.lookAt) === String(camera.lookAt);
+      reach = isOwn ? distanceOf(camera) : Math.max(reach, distanceOf(camera));
       const kind = document.getElementById('kind');
       if (kind) kind.textContent = camera.kind + (camera.hasLookAt ? '' : ', placed without LookAt');
       for (const { key, from, kinds, names, range, field, inputs, sliders } of rows) {
@@ -243,4 +251,5 @@ export function makePanel(act) {
       document.getElementById('values')?.replaceChildren(...lines);
     },
   };
+  return panel;
 }

@@ -126,6 +126,7 @@ export function makeDirectives(place, act) {
       const [first, next] = /** @type {[string, () => Change]} */ (waiting.entries().next().value);
       waiting.delete(first);
       remark.textContent = (await act.change(next)) ?? '';
+      if (remark.textContent) remark.scrollIntoView({ block: 'nearest' });
     }
     isBusy = false;
   }

@@ -35,6 +35,7 @@ export function makeStatus(say) {
     };
     $('samples').textContent = texts[isSmall ? 'moving' : isFinal ? 'finished' : 'growing'];
     $('progress').value = isSmall ? 0 : done / total;
-    if (isFinal) say(`The picture is finished, with ${perPixel(total)} samples per pixel.`);
+    const all = perPixel(total);
+    if (isFinal) say(`The picture is finished, with ${all} ${all === 1 ? 'sample' : 'samples'} per pixel.`);
   };
 }

@@ -28,8 +28,14 @@ fn set_numbers(directive: &DirectiveText, name: &str, values: &[f64]) -> Vec<Fix
     // halffov replaces fov.
     let is_half = name == "fov" && directive.param("halffov").is_some();
     let (name, factor) = if is_half { ("halffov", 0.5) } else { (name, 1.0) };
-    let words: Vec<String> = values.iter().map(|value| (factor * value).to_string()).collect();
+    let words: Vec<String> = values.iter().map(|value| short(factor * value)).collect();
     directive.set(ParamType::Float, name, &words)
+}
+
+/// A number with all its digits, and with an exponent if it is very large or very small.
+fn short(value: f64) -> String {
+    let plain = value.to_string();
+    if plain.len() > 20 { format!("{value:e}") } else { plain }
 }
 
 /// The numbers of the `LookAt` that differ.
@@ -45,7 +51,7 @@ fn look_at_fixes(
     let list = Span { start: span.start + "LookAt".len() as u32, ..span };
     let text = &sources.file(span.file).text;
     let differing = (0..9).filter(|at| own[*at] != points[*at]);
-    let fix = |at: usize| Fix { span: value_span(text, list, at), replacement: points[at].to_string() };
+    let fix = |at: usize| Fix { span: value_span(text, list, at), replacement: short(points[at]) };
     Ok(differing.map(fix).collect())
 }
 

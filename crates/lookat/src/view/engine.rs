@@ -126,7 +126,7 @@ impl Engine {
     pub fn run(mut self) -> ! {
         self.tell_looking();
         self.read();
-        self.error.iter().for_each(|error| crate::say(error.trim_end()));
+        self.error.iter().flat_map(|error| error.lines()).for_each(crate::say);
         loop {
             let requests = self.requests.take(self.free_time());
             // First, because a request may read the scene.
@@ -178,14 +178,17 @@ impl Engine {
 
     fn set_film(&mut self, SetFilm { resolution, crop, samples_per_pixel }: SetFilm) {
         let before = (self.options.film, self.samples_per_pixel);
-        self.options.film = FilmOverride { resolution, crop, quarter: false };
-        self.samples_per_pixel = samples_per_pixel;
-        let is_side = |side: &u32| (1..=MAX_SIDE).contains(side);
-        let is_valid = resolution.iter().flatten().all(is_side)
-            && samples_per_pixel.is_none_or(|samples| (1..=MAX_SAMPLES).contains(&samples));
-        let opened = match is_valid {
-            true => self.load().and_then(|loaded| self.open(loaded)),
-            false => Err(format!("resolution is 1 to {MAX_SIDE}, pixelsamples 1 to {MAX_SAMPLES}")),
+        let is_count =
+            |value: f64, most: u32| value.fract() == 0.0 && (1.0..=f64::from(most)).contains(&value);
+        let is_valid = resolution.iter().flatten().all(|side| is_count(*side, MAX_SIDE))
+            && samples_per_pixel.is_none_or(|samples| is_count(samples, MAX_SAMPLES));
+        let opened = if is_valid {
+            let resolution = resolution.map(|sides| sides.map(|side| side as u32));
+            self.options.film = FilmOverride { resolution, crop, quarter: false };
+            self.samples_per_pixel = samples_per_pixel.map(|samples| samples as u32);
+            self.load().and_then(|loaded| self.open(loaded))
+        } else {
+            Err(format!("resolution is 1 to {MAX_SIDE}, pixelsamples 1 to {MAX_SAMPLES}"))
         };
         match &opened {
             Ok(()) => self.error = None,

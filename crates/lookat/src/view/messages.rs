@@ -49,9 +49,10 @@ impl Query {
 #[derive(Debug, Default, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct SetFilm {
-    pub resolution: Option<[u32; 2]>,
+    /// Also numbers that are not valid, which are refused in words.
+    pub resolution: Option<[f64; 2]>,
     pub crop: Option<[f64; 4]>,
-    pub samples_per_pixel: Option<u32>,
+    pub samples_per_pixel: Option<f64>,
 }
 
 /// What the page sets of the camera instead of the file.
