@@ -25,9 +25,9 @@ impl Pace {
     fn film(&mut self, film: &Film) -> Film {
         let longer = f64::from(film.crop.width().max(film.crop.height()));
         let steps = |side: f64| (2.0 * (longer / side).log2()).max(0.0);
-        let step = self.0.unwrap_or(steps(FIRST).ceil() as i32).clamp(0, steps(SHORTEST).floor() as i32);
+        let step = self.0.unwrap_or(steps(FIRST).ceil() as i32).clamp(0, steps(SHORTEST).ceil() as i32);
         self.0 = Some(step);
-        smaller(film, 0.5_f64.powf(0.5 * f64::from(step)))
+        smaller(film, 0.5_f64.powf(0.5 * f64::from(step)).max(SHORTEST / longer).min(1.0))
     }
 
     /// Learns how long a picture took.
@@ -75,6 +75,11 @@ mod tests {
         assert_eq!(pace.film(&full).resolution, [128, 64]);
         pace.learn(FRAME / 1000);
         assert_eq!(pace.film(&full), full);
+        let odd = Film::new([800, 500]);
+        pace.learn(FRAME * 1000);
+        assert_eq!(pace.film(&odd).resolution, [128, 80]);
+        pace.learn(FRAME * 1000);
+        assert_eq!(pace.film(&Film::new([60, 40])).resolution, [60, 40]);
     }
 
     #[test]
