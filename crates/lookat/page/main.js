@@ -76,8 +76,8 @@ const news = {
   },
   view({ by, number: of, set: itsSet, camera: itsCamera, refused }) {
     $('refused').textContent = by === me && refused ? refused : '';
-    // The answer to a request before the newest one.
-    if (by === me && of < number) return;
+    // From before what this page is about to ask for, or asked for last.
+    if (isAsked || (by === me && of < number)) return;
     set = Object.fromEntries(Object.entries(itsSet).filter(([, value]) => value !== null));
     if (String(camera?.lookAt) !== String(itsCamera.lookAt)) pointing.unmark();
     camera = itsCamera;
