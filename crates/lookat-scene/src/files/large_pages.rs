@@ -9,18 +9,15 @@ const LEAST: usize = 4 << 20;
 pub struct LargePages(MmapMut);
 
 impl LargePages {
-    /// `None` for a small array, and where the system refuses.
-    #[cfg(target_os = "linux")]
+    /// `None` for a small array, and where the system refuses or cannot be asked for large pages.
     pub fn new(length: usize) -> Option<LargePages> {
-        let pages = (length >= LEAST).then(|| MmapMut::map_anon(length))?.ok()?;
+        if length < LEAST || !cfg!(target_os = "linux") {
+            return None;
+        }
+        let pages = MmapMut::map_anon(length).ok()?;
+        #[cfg(target_os = "linux")]
         pages.advise(memmap2::Advice::HugePage).ok()?;
         Some(LargePages(pages))
-    }
-
-    /// Linux alone can be asked for large pages.
-    #[cfg(not(target_os = "linux"))]
-    pub fn new(_: usize) -> Option<LargePages> {
-        None
     }
 
     /// A part of the array. `None` if it goes beyond the end.
