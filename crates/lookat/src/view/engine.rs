@@ -172,7 +172,7 @@ impl Engine {
             Request::Change(change) => self.change(change),
             Request::Edit(edit) => self.edit(edit),
             Request::Errors(errors) => self.set_errors(errors),
-            Request::Query(query) => self.answer_queries(vec![query]),
+            Request::Query(query) => self.answer_query(query),
         }
     }
 

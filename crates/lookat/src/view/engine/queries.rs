@@ -16,8 +16,8 @@ use crate::view::messages::{
 use crate::view::outbox::{Hub, Kind};
 
 impl Engine {
-    /// Answers queries in the resolution of the picture that is shown.
-    pub(super) fn answer_queries(&mut self, queries: Vec<Query>) {
+    /// Answers a query in the resolution of the picture that is shown. Puts it back if another request comes before.
+    pub(super) fn answer_query(&mut self, query: Query) {
         let is_full = self.stage == Stage::Finished;
         let view = self.opened.as_ref().map(|opened| match is_full {
             true => opened.view.clone(),
@@ -25,10 +25,12 @@ impl Engine {
         });
         // A small layer is there soon.
         let is_over = || is_full && (self.requests.has_any() || self.watch.has_changed());
-        self.answer_all(queries, (view.as_ref(), 0), &is_over);
+        if !self.is_answered(query, (view.as_ref(), 0), &is_over) {
+            self.requests.put_back(vec![query]);
+        }
     }
 
-    /// Answers beside a picture that is being rendered, until it is over.
+    /// Answers beside a picture that is being rendered, until it is over. Puts the rest back then.
     pub(super) fn answer_meanwhile(&self, is_over: &AtomicBool) {
         let Some(opened) = &self.opened else { return };
         // Without memory for another film, the others wait until the picture ends.
@@ -37,21 +39,13 @@ impl Engine {
         while let Some(queries) = self.requests.take_queries(IDLE, accepts, is_over) {
             self.follow_reference();
             let ends = || is_over.load(Ordering::Relaxed);
-            self.answer_all(queries, (Some(&opened.view), threads()), &ends);
+            let view = (Some(&opened.view), threads());
+            let left = queries.into_iter().filter(|query| !self.is_answered(*query, view, &ends)).collect();
+            self.requests.put_back(left);
         }
     }
 
-    /// Answers queries. Puts the rest back if it is over before.
-    fn answer_all(
-        &self,
-        queries: Vec<Query>,
-        view: (Option<&View>, usize),
-        is_over: &(dyn Fn() -> bool + Sync),
-    ) {
-        let left = queries.into_iter().filter(|query| !self.is_answered(*query, view, is_over)).collect();
-        self.requests.put_back(left);
-    }
-
+    /// Answers a query. False if it is over before.
     fn is_answered(
         &self,
         query: Query,
