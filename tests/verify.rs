@@ -216,3 +216,23 @@ fn every_scene_gets_its_row() {
     let (status, _, err) = run(&["verify", folder.path("nowhere").to_str().unwrap()]);
     assert!(status == 2 && err.contains("nowhere"), "{err}");
 }
+
+/// A picture that another scene uses is no reference that can be replaced.
+#[test]
+fn an_update_keeps_the_files_of_all_scenes() {
+    let folder = Folder::new();
+    assert_eq!(folder.verify(&["--update"]).0, 1);
+    let texture = "Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"a.exr\"\nMaterial \"matte\"";
+    std::fs::write(folder.path("z.pbrt"), SCENE.replace("Material \"matte\"", texture)).unwrap();
+    folder.change("[.5 .5 .5]", "[.9 .9 .9]");
+    let before = std::fs::read(folder.path("a.exr")).unwrap();
+    let (status, row) = folder.row(&["--update"]);
+    assert_eq!((status, &row["verdict"]), (2, &"trouble".into()), "{row}");
+    assert!(row["reason"].as_str().unwrap().contains("lookat reads this file for the result"), "{row}");
+    assert_eq!(std::fs::read(folder.path("a.exr")).unwrap(), before);
+    // Nor by the report.
+    std::fs::write(folder.path("part.html"), "").unwrap();
+    folder.change("WorldBegin", "Include \"part.html\" WorldBegin");
+    let (status, _, err) = folder.verify(&["--report", folder.path("part.html").to_str().unwrap()]);
+    assert!(status == 2 && err.contains("lookat reads this file for the result"), "{err}");
+}

@@ -159,11 +159,11 @@ fn many_connections_are_survived() {
     let viewer = Viewer::start(SCENE);
     for _ in 0..4 {
         let mut open: Vec<TcpStream> = (0..250).map(|_| viewer.connect()).collect();
-        // Only so many are served; the last of them is closed at once.
-        let last = open.last_mut().unwrap();
-        last.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
+        // Only so many are served; the oldest of them is closed at once.
+        let oldest = &mut open[0];
+        oldest.set_read_timeout(Some(Duration::from_secs(2))).unwrap();
         // It may also be reset.
-        let closed = last.read(&mut [0; 1]);
+        let closed = oldest.read(&mut [0; 1]);
         let is_reset = |error: &std::io::Error| error.kind() == std::io::ErrorKind::ConnectionReset;
         assert!(matches!(&closed, Ok(0)) || closed.as_ref().is_err_and(is_reset), "{closed:?}");
     }
@@ -172,6 +172,96 @@ fn many_connections_are_survived() {
         assert!(Instant::now() < end);
         std::thread::sleep(Duration::from_millis(50));
     }
+}
+
+/// Who has not shown the token makes room for the user's own pages, which stay.
+#[test]
+fn idle_connections_lock_nobody_out() {
+    let viewer = Viewer::start(SCENE);
+    let mut page = viewer.page();
+    page.finished();
+    let mut idle: Vec<TcpStream> = (0..100).map(|_| viewer.connect()).collect();
+    let mut other = viewer.page();
+    // Sooner than the server gives the others up.
+    idle[99].set_read_timeout(Some(Duration::from_millis(100))).unwrap();
+    assert!(idle[99].read(&mut [0; 1]).is_err());
+    other.finished();
+    page.request(&json!({"type": "view", "by": 1, "number": 2, "camera": {"fov": 20}}));
+    other.picture(|picture| picture.is_final && picture.number == 2);
+    // The user's own pages make no room.
+    let _pages: Vec<Page> = (0..30).map(|_| viewer.page()).collect();
+    let mut late = viewer.connect();
+    assert!(matches!(late.read(&mut [0; 1]), Ok(0)));
+    page.request(&json!({"type": "view", "by": 1, "number": 3, "camera": {}}));
+    page.picture(|picture| picture.is_final && picture.number == 3);
+}
+
+/// Questions that come faster than answers wait: each gets its own.
+#[test]
+fn a_flood_of_requests_is_answered() {
+    const EDITS: usize = 500;
+    let viewer = Viewer::start(SCENE);
+    let mut page = viewer.page();
+    page.finished();
+    for by in 0..EDITS {
+        page.request(&json!({"type": "edit", "by": by, "action": "undo"}));
+    }
+    let mut answered = std::collections::BTreeSet::new();
+    while answered.len() < EDITS {
+        let edited = page.news("edited", |_| true);
+        assert_eq!(edited["refused"], "there is nothing to undo");
+        answered.insert(edited["by"].as_u64().unwrap());
+    }
+}
+
+/// `--open` leaves nothing in the folder for temporary files, however soon the program ends.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_page_for_the_browser_is_removed() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let folder = tempfile::tempdir().unwrap();
+    let [scene, opener, opened, temporary] =
+        ["scene.pbrt", "xdg-open", "opened", "temporary"].map(|name| folder.path().join(name));
+    std::fs::write(&scene, SCENE).unwrap();
+    std::fs::create_dir(&temporary).unwrap();
+    let script = format!("#!/bin/sh\ncp \"$1\" {0}.new && mv {0}.new {0}\n", opened.display());
+    std::fs::write(&opener, script).unwrap();
+    std::fs::set_permissions(&opener, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap());
+    let names = || std::fs::read_dir(&temporary).unwrap().count();
+    let run = |signal: &str| {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_lookat"))
+            .args(["view", "--open"])
+            .arg(&scene)
+            .env("PATH", &path)
+            .env("TMPDIR", &temporary)
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .unwrap();
+        let end = Instant::now() + Duration::from_secs(60);
+        while !opened.exists() {
+            assert!(Instant::now() < end);
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let (page, mode) = (std::fs::read_to_string(&opened).unwrap(), |it: std::fs::DirEntry| {
+            it.metadata().unwrap().permissions().mode() & 0o777
+        });
+        assert!(page.contains("url=http://127.0.0.1:"), "{page}");
+        let modes: Vec<u32> = std::fs::read_dir(&temporary).unwrap().map(|it| mode(it.unwrap())).collect();
+        assert_eq!(modes, [0o600]);
+        std::fs::remove_file(&opened).unwrap();
+        assert!(Command::new("kill").args([signal, &process.id().to_string()]).status().unwrap().success());
+        process.wait().unwrap();
+    };
+    run("-TERM");
+    assert_eq!(names(), 0);
+    // Who is killed cannot clear up: the next one does.
+    run("-KILL");
+    assert_eq!(names(), 1);
+    run("-INT");
+    assert_eq!(names(), 0);
 }
 
 #[test]

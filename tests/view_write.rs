@@ -163,3 +163,103 @@ fn a_camera_in_two_places_or_a_protected_file_is_not_changed() {
     assert!(refused.as_str().unwrap().ends_with("is write-protected"), "{refused}");
     assert_eq!((camera_text(&viewer), viewer.text()), (CAMERA.to_owned(), SCENE.to_owned()));
 }
+
+/// A page writes what it was shown, whatever other pages ask for.
+#[test]
+fn pages_do_not_take_what_others_were_shown() {
+    let (viewer, mut page) = start();
+    set(&mut page, 1, json!({"fov": 50}));
+    page.edit(1, "show");
+    assert_eq!(page.edit(2, "write")["refused"], "there is nothing to write");
+    // Another page is shown the same lines.
+    page.edit(3, "show");
+    assert_eq!(page.edit(1, "write")["refused"], Value::Null);
+    assert_eq!(camera_text(&viewer), format!("{CAMERA} \"float fov\" 50"));
+    assert_eq!(page.edit(3, "write")["refused"], "there is nothing to write");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_file_under_two_names_is_not_changed_and_a_link_stays() {
+    use std::os::unix::fs::MetadataExt;
+
+    let (viewer, mut page) = start();
+    let link = viewer.folder.path().join("link.pbrt");
+    std::fs::hard_link(camera_file(&viewer), &link).unwrap();
+    viewer.write(&format!("Include \"link.pbrt\"\n{SCENE}"));
+    page.news("scene", |scene| scene["messages"].as_str().unwrap().contains("warning"));
+    set(&mut page, 1, json!({"fov": 50}));
+    let refused = page.edit(1, "show")["refused"].take();
+    assert!(refused.as_str().unwrap().ends_with("is included twice: change it by hand"), "{refused}");
+    viewer.write(SCENE);
+    page.news("scene", |scene| {
+        scene["hasErrors"] == false && !scene["messages"].as_str().unwrap().contains("warning")
+    });
+    set(&mut page, 2, json!({"fov": 50}));
+    assert_eq!(page.edit(1, "show")["refused"], Value::Null);
+    assert_eq!(page.edit(1, "write")["refused"], Value::Null);
+    let text = format!("{CAMERA} \"float fov\" 50");
+    assert_eq!((camera_text(&viewer), std::fs::read_to_string(&link).unwrap()), (text.clone(), text));
+    assert_eq!(std::fs::metadata(&link).unwrap().nlink(), 2);
+}
+
+/// What is no file, or too large, is an error as at the start. Nothing waits for it, and the file can come back.
+#[cfg(unix)]
+#[test]
+fn a_file_that_becomes_a_pipe_a_device_or_huge_is_survived() {
+    use std::path::Path;
+    use std::process::Command;
+
+    let viewer = Viewer::start_with("WorldBegin WorldEnd", &["--max-memory", "200M"]);
+    std::fs::write(camera_file(&viewer), CAMERA).unwrap();
+    viewer.write(SCENE);
+    let mut page = viewer.page();
+    page.picture(|picture| picture.is_final && picture.size == [48, 32]);
+    set(&mut page, 1, json!({"fov": 50}));
+    page.edit(1, "show");
+    assert_eq!(page.edit(1, "write")["refused"], Value::Null);
+    let written = camera_text(&viewer);
+    let other = viewer.folder.path().join("other");
+    let make = |kind: &str, path: &Path| match kind {
+        "pipe" => assert!(Command::new("mkfifo").arg(path).status().unwrap().success()),
+        "device" => std::os::unix::fs::symlink("/dev/zero", path).unwrap(),
+        _ => std::fs::File::create(path).unwrap().set_len(1_500_000_000).unwrap(),
+    };
+    for (kind, reason) in [
+        ("pipe", "it is a pipe or a device, not a file"),
+        ("device", "it is a pipe or a device, not a file"),
+        ("huge", "the limit is 200.0 MB"),
+    ] {
+        for file in [&camera_file(&viewer), &viewer.scene] {
+            let text = std::fs::read_to_string(file).unwrap();
+            // A change that is not written: it is compared with the file, too.
+            let lights = viewer.page().news("scene", |_| true)["lights"].take();
+            let at = &lights[0]["place"]["at"];
+            page.request(&json!({
+                "type": "change", "by": 1, "number": 7, "shown": [at], "at": at,
+                "name": "L", "valueType": "rgb", "values": [3, 2, 1],
+            }));
+            assert_eq!(page.news("changed", |_| true)["refused"], Value::Null);
+            make(kind, &other);
+            std::fs::rename(&other, file).unwrap();
+            let scene = page.news("scene", |scene| scene["hasErrors"] == true);
+            assert!(scene["messages"].as_str().unwrap().contains(reason), "{scene}");
+            page.edit(1, "discard");
+            assert_eq!(page.edit(1, "undo")["refused"].is_string(), file != &viewer.scene);
+            std::fs::write(&other, text).unwrap();
+            std::fs::rename(&other, file).unwrap();
+            page.news("scene", |scene| scene["hasErrors"] == false);
+            if file == &viewer.scene {
+                assert_eq!(camera_text(&viewer), CAMERA);
+                page.edit(1, "redo");
+            }
+            assert_eq!(camera_text(&viewer), written);
+        }
+    }
+    // In kB. The budget does not count the program itself.
+    if let Ok(status) = std::fs::read_to_string(format!("/proc/{}/status", viewer.process())) {
+        let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+        let peak: u64 = peak.trim().trim_end_matches(" kB").parse().unwrap();
+        assert!(peak < 400_000, "{peak} kB");
+    }
+}

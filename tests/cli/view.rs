@@ -208,6 +208,79 @@ fn several_scenes_are_rendered_one_by_one() {
     assert!(run.status == 2 && run.err.contains("standard input can be read once"), "{}", run.err);
 }
 
+/// No picture of the command replaces a file that any scene of the command reads, even through a link.
+#[cfg(unix)]
+#[test]
+fn several_scenes_keep_the_files_of_each_other() {
+    let folder = Folder::new();
+    assert_eq!(folder.run(&["render", "fine.pbrt"]).status, 0);
+    std::fs::create_dir(folder.path("out")).unwrap();
+    let textured = |picture: &str| {
+        let texture =
+            format!("WorldBegin Texture \"t\" \"color\" \"imagemap\" \"string filename\" \"{picture}\"");
+        FINE.replace("fine.exr", "other.exr").replace("WorldBegin", &texture)
+    };
+    let refused = |arguments: &[&str], file: &str| {
+        let before = std::fs::read(folder.path(file)).unwrap();
+        let run = folder.run(&[&["render", "--force"], arguments].concat());
+        let message = format!(
+            "error: cannot write {file}: lookat reads this file for the result; choose another name\n"
+        );
+        assert!(run.status == 2 && run.err.ends_with(&message), "{arguments:?}: {}", run.err);
+        assert_eq!(std::fs::read(folder.path(file)).unwrap(), before);
+    };
+    std::fs::copy(folder.path("fine.exr"), folder.path("out/fine.exr")).unwrap();
+    folder.write("other.pbrt", &textured("out/fine.exr"));
+    refused(&["other.pbrt", "fine.pbrt", "-o", "out"], "out/fine.exr");
+    refused(&["fine.pbrt", "other.pbrt", "-o", "out"], "out/fine.exr");
+    // Nothing is rendered before that.
+    assert!(!folder.path("out/other.exr").exists());
+    // Another name of the same file.
+    std::fs::hard_link(folder.path("out/fine.exr"), folder.path("link.exr")).unwrap();
+    folder.write("other.pbrt", &textured("link.exr"));
+    refused(&["other.pbrt", "fine.pbrt", "-o", "out"], "out/fine.exr");
+    // The names of partial and of numbered pictures.
+    for name in ["fine.partial.exr", "fine.0002.exr"] {
+        std::fs::copy(folder.path("fine.exr"), folder.path(name)).unwrap();
+    }
+    folder.write("other.pbrt", &textured("fine.partial.exr"));
+    refused(&["other.pbrt", "fine.pbrt"], "fine.partial.exr");
+    folder.write("other.pbrt", &textured("fine.0002.exr"));
+    refused(&["other.pbrt", "fine.pbrt", "--turntable", "2"], "fine.0002.exr");
+    let run = folder.run(&["render", "other.pbrt", "fine.pbrt", "--force"]);
+    assert_eq!(run.status, 0, "{}", run.err);
+}
+
+/// A pipe that is read twice would wait for a second writer.
+#[cfg(unix)]
+#[test]
+fn pipes_are_read_once_and_only_as_scenes() {
+    let folder = Folder::new();
+    assert!(Command::new("mkfifo").arg(folder.path("pipe.pbrt")).status().unwrap().success());
+    for (arguments, message) in [
+        (&["render", "fine.pbrt", "pipe.pbrt"][..], "pipe.pbrt can be read once: render it alone"),
+        (&["render", "pipe.pbrt", "--watch"], "pipe.pbrt can be read once: with --watch, name a file"),
+        (&["view", "pipe.pbrt"], "cannot read pipe.pbrt: it is a pipe or a device, not a file"),
+        (&["view", "/dev/zero"], "cannot read /dev/zero: it is a pipe or a device, not a file"),
+        (&["bench", "--view", "pipe.pbrt"], "pipe.pbrt: it is a pipe or a device, not a file"),
+        (
+            &["view", "fine.pbrt", "--reference", "pipe.pbrt"],
+            "cannot read pipe.pbrt: it is a pipe or a device, not a file",
+        ),
+    ] {
+        let run = within_a_minute(&folder, arguments);
+        assert_eq!((run.status, run.err), (2, format!("error: {message}\n")), "{arguments:?}");
+    }
+}
+
+/// Ends a run that waits.
+#[cfg(unix)]
+fn within_a_minute(folder: &Folder, arguments: &[&str]) -> Run {
+    let mut command = Command::new("timeout");
+    command.args(["-s", "KILL", "60", env!("CARGO_BIN_EXE_lookat")]).args(arguments);
+    Run::of(command.current_dir(folder.0.path()).output().unwrap())
+}
+
 /// Pictures that are finished stay; the one that is not is a partial picture.
 #[cfg(unix)]
 #[test]

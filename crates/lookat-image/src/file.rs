@@ -1,22 +1,21 @@
 //! Writes files that appear under their names whole or not at all.
 
+mod attributes;
+mod change;
+mod temporary;
+
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
-use tempfile::NamedTempFile;
 
 use crate::error::{Fault, ImageError};
+use temporary::HIDDEN;
 
-/// The temporary files of all files that are being written.
-static TEMPORARY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+pub use change::change_file;
+pub use temporary::{TemporaryFile, TemporaryName, exit};
 
-fn temporary() -> MutexGuard<'static, Vec<PathBuf>> {
-    TEMPORARY.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Writes a file that appears whole or not at all.
+/// Writes a file that appears whole or not at all. Keeps the permissions of a file that it replaces and, where the system
+/// lets, the owner and the extended attributes. Other hard links keep the previous contents.
 ///
 /// # Errors
 ///
@@ -24,17 +23,6 @@ fn temporary() -> MutexGuard<'static, Vec<PathBuf>> {
 pub fn write_file(path: &Path, mut contents: impl Read) -> Result<(), ImageError> {
     replace(path, |out| Ok(io::copy(&mut contents, out).map(drop)?))
         .map_err(|fault| ImageError::writing(path, fault))
-}
-
-/// Ends the process with an exit status, and removes the temporary files of files that other threads are writing. No such
-/// file appears under its name any more.
-pub fn exit(status: i32) -> ! {
-    let temporary = temporary();
-    for path in temporary.iter() {
-        let _ = std::fs::remove_file(path);
-    }
-    // The lock is held to the end, so that no thread makes or renames another one.
-    std::process::exit(status)
 }
 
 /// The file that writing to `path` replaces, and its folder. A link stays, and its target is replaced.
@@ -71,17 +59,13 @@ pub(crate) fn replace(
     write: impl FnOnce(&mut BufWriter<&mut File>) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
     let (target, folder) = write_target(path).map_err(|error| Fault::Unfit(error.to_string()))?;
-    let mut file = temporary_file(&folder)?;
-    // The mode is kept, where the file system knows one; the owner is who writes.
-    if let Ok(before) = std::fs::metadata(&target) {
-        let _ = file.as_file().set_permissions(before.permissions());
+    let mut new = TemporaryFile::new(&folder, HIDDEN)?;
+    if target.is_file() {
+        // A picture is written even if the system refuses to give it the attributes.
+        let _ = attributes::copy(&target, &new.file);
     }
-    let written = fill(file.as_file_mut(), write);
-    let mut temporary = temporary();
-    let path = file.path().to_owned();
-    let done = written.and_then(|()| Ok(file.persist(&target).map(drop).map_err(|refused| refused.error)?));
-    temporary.retain(|other| *other != path);
-    done
+    fill(&mut new.file, write)?;
+    Ok(new.rename(&target)?)
 }
 
 fn fill(
@@ -94,13 +78,4 @@ fn fill(
     drop(out);
     // Some file systems only now say that they are full.
     Ok(file.sync_data()?)
-}
-
-/// A temporary file, which [`exit`] removes.
-fn temporary_file(folder: &Path) -> Result<NamedTempFile, Fault> {
-    let mut temporary = temporary();
-    // Made by `create_new` and not by tempfile, so that the picture gets the permissions of any other file.
-    let file = tempfile::Builder::new().prefix(".lookat-").make_in(folder, |path| File::create_new(path))?;
-    temporary.push(file.path().into());
-    Ok(file)
 }

@@ -40,6 +40,7 @@ mod flip;
 mod floor;
 mod format;
 mod image;
+mod input;
 #[cfg(feature = "compare")]
 mod light;
 mod memory;
@@ -73,12 +74,13 @@ pub use display::Encoded;
 pub use error::{ImageError, io_reason};
 pub use errors::PixelError;
 #[cfg(feature = "write")]
-pub use file::{exit, write_file, write_target};
+pub use file::{TemporaryFile, TemporaryName, change_file, exit, write_file, write_target};
 #[cfg(feature = "compare")]
 pub use flip::{Exposures, PIXELS_PER_DEGREE, hdr_flip, hdr_flip_map, ldr_flip, ldr_flip_map};
 pub use floor::floor;
 pub use format::Format;
 pub use image::{Channel, Image, Placement, Precision, Window};
+pub use input::{has_text, open_file};
 #[cfg(feature = "compare")]
 pub use light::Light;
 pub use memory::{Charge, MemoryBudget, OutOfMemory, byte_words};
@@ -93,7 +95,7 @@ pub use panel::{
     DIFFERENCE_COLORS, NOT_FINITE_COLOR, PanelOptions, box_means, difference_color, difference_limit,
     suitable_exposure, write_panel,
 };
-pub use picture_file::{PictureFile, open_file};
+pub use picture_file::PictureFile;
 #[cfg(feature = "compare")]
 pub use ssim::ssim;
 #[cfg(feature = "write")]

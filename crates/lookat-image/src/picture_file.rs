@@ -1,13 +1,13 @@
 //! Picture files in two steps: first the header, then the pixels.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader, Cursor, ErrorKind};
+use std::io::{BufRead, BufReader, Cursor};
 use std::path::{Path, PathBuf};
 
 use crate::decoded::{self, Curve, Input};
 use crate::error::{Fault, ImageError};
 use crate::format::{check_beginning, is_read};
 use crate::image::Placement;
+use crate::input::open_file;
 use crate::{Charge, Format, Image, MemoryBudget, exr, pfm};
 
 /// A picture file after reading its header, before its pixels.
@@ -169,22 +169,6 @@ impl<'a> Body<'a> {
             _ => Body::Other(decoded::open(input, path, curve, memory)?),
         })
     }
-}
-
-/// Opens a file for reading.
-///
-/// # Errors
-///
-/// As [`File::open`], and for a folder, a pipe or a device: opening a pipe waits for a writer, and some devices never end.
-pub fn open_file(path: &Path) -> io::Result<File> {
-    let found = std::fs::metadata(path)?;
-    if found.is_dir() {
-        return Err(ErrorKind::IsADirectory.into());
-    }
-    if !found.is_file() {
-        return Err(io::Error::other("it is a pipe or a device, not a file"));
-    }
-    File::open(path)
 }
 
 #[cfg(test)]

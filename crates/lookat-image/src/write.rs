@@ -1,6 +1,7 @@
 //! Writes pictures.
 
 use std::collections::HashSet;
+use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
 use crate::error::{Fault, ImageError};
@@ -24,19 +25,30 @@ impl Image {
     /// or the picture does not fit. The file appears whole or not at all, and what was there before stays
     /// until then.
     pub fn write(&self, path: &Path) -> Result<(), ImageError> {
-        let format =
-            Format::from_path(path).ok_or_else(|| ImageError::UnknownFormat { path: path.into() })?;
-        self.write_as(format, path).map_err(|fault| ImageError::writing(path, fault))
+        let format = written(path)?;
+        let replaced = self.check().and_then(|()| replace(path, |out| self.encode(format, out)));
+        replaced.map_err(|fault| ImageError::writing(path, fault))
     }
 
-    fn write_as(&self, format: Format, path: &Path) -> Result<(), Fault> {
-        self.check()?;
-        replace(path, |out| match format {
+    /// The bytes that [`Image::write`] writes to a file of this name.
+    ///
+    /// # Errors
+    ///
+    /// [`ImageError::UnknownFormat`] for another extension, [`ImageError::Write`] if the picture does not fit.
+    pub fn to_bytes(&self, path: &Path) -> Result<Vec<u8>, ImageError> {
+        let format = written(path)?;
+        let mut out = Cursor::new(Vec::new());
+        let encoded = self.check().and_then(|()| self.encode(format, &mut out));
+        encoded.map(|()| out.into_inner()).map_err(|fault| ImageError::writing(path, fault))
+    }
+
+    fn encode(&self, format: Format, out: &mut (impl Write + Seek)) -> Result<(), Fault> {
+        match format {
             Format::Exr => exr::write::write(self, out),
             Format::Png => eightbit::write_png(self, out),
             Format::Pfm => pfm::write(self, out),
             Format::Tga => eightbit::write_tga(self, out),
-        })
+        }
     }
 
     /// Whether the public fields agree with each other.
@@ -61,6 +73,10 @@ impl Image {
         }
         Ok(())
     }
+}
+
+fn written(path: &Path) -> Result<Format, ImageError> {
+    Format::from_path(path).ok_or_else(|| ImageError::UnknownFormat { path: path.into() })
 }
 
 #[cfg(test)]

@@ -3,11 +3,12 @@
 mod client;
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
+use lookat_image::{MemoryBudget, TemporaryFile, TemporaryName, io_reason, open_file};
 use serde_json::{Value, json};
 
 use crate::bench::{BenchRow, BenchTable, Cell};
@@ -22,6 +23,9 @@ const TURN: f64 = 0.01;
 /// How often the file is saved, and the time in between.
 const SAVES: u32 = 20;
 const BETWEEN_SAVES: Duration = Duration::from_millis(400);
+
+/// The copy of the scene that is saved.
+const COPY: TemporaryName = TemporaryName { prefix: "lookat-bench-", suffix: ".pbrt", is_private: false };
 
 const COLUMNS: [&str; 11] = [
     "pictures/s",
@@ -54,12 +58,11 @@ pub fn latency(program: &Path, scenes: &[PathBuf]) -> Result<BenchTable, String>
 }
 
 fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String> {
-    let text = std::fs::read(scene).map_err(|error| error.to_string())?;
+    let text = text(scene).map_err(|error| io_reason(&error))?;
     world_begin(&text).ok_or("WorldBegin is not in the scene file itself")?;
     let folder = scene.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
-    let copy = tempfile::Builder::new().prefix("lookat-bench-").suffix(".pbrt").tempfile_in(folder);
-    let copy = copy.map_err(|error| error.to_string())?;
-    save(copy.path(), &text).map_err(|error| error.to_string())?;
+    let mut copy = TemporaryFile::new(folder, COPY).map_err(|error| io_reason(&error))?;
+    save(&mut copy, &text).map_err(|error| io_reason(&error))?;
     let started = Instant::now();
     let mut client = Client::start(program, copy.path())?;
     client.picture(|_| true)?;
@@ -72,7 +75,7 @@ fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String
             client.picture(|picture| picture.is_full)?;
             client.rest(BETWEEN_SAVES)?;
             let before = client.generation;
-            let saved = save(copy.path(), &edited(text, number)).map_err(|error| error.to_string())?;
+            let saved = save(&mut copy, &edited(text, number)).map_err(|error| io_reason(&error))?;
             client.picture(|picture| picture.generation != before)?;
             times.push(ms(saved.elapsed()));
         }
@@ -86,15 +89,26 @@ fn measured(program: &Path, scene: &Path) -> Result<[f64; COLUMNS.len()], String
     Ok([rate, b50, b99, c50, c99, s50, s99, l50, l99, start, moving.width])
 }
 
+fn text(scene: &Path) -> io::Result<Vec<u8>> {
+    let mut file = open_file(scene)?;
+    let _twice = MemoryBudget::default().reserve(2 * file.metadata()?.len()).map_err(io::Error::other)?;
+    let mut text = Vec::new();
+    file.read_to_end(&mut text).map(|_| text)
+}
+
 /// As many editors do: another file is renamed. Returns the time before that.
-fn save(path: &Path, text: &[u8]) -> std::io::Result<Instant> {
-    let other = path.with_extension("new");
+fn save(copy: &mut TemporaryFile, text: &[u8]) -> io::Result<Instant> {
+    let other = copy.path().with_extension("new");
     let mut file = File::create(&other)?;
     file.write_all(text)?;
     // On disk, so that renaming has nothing to write.
     file.sync_all()?;
+    // The new file takes over the lock of the copy.
+    let _ = file.try_lock();
     let saved = Instant::now();
-    std::fs::rename(&other, path).map(|()| saved)
+    std::fs::rename(&other, copy.path())?;
+    copy.file = file;
+    Ok(saved)
 }
 
 /// The text with another camera.

@@ -98,7 +98,7 @@ fn print_json(value: &impl serde::Serialize) -> Result<(), String> {
 fn print(text: &str) -> Result<(), String> {
     let mut out = std::io::stdout();
     match out.write_all(visible_lines(text).as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() == ErrorKind::BrokenPipe => std::process::exit(TROUBLE.into()),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => lookat_image::exit(TROUBLE.into()),
         written => written.map_err(|_| UNWRITTEN.into()),
     }
 }

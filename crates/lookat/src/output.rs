@@ -38,10 +38,36 @@ pub fn check_inputs<'i>(file: &Path, inputs: impl IntoIterator<Item = &'i PathBu
     }
 }
 
-/// True if `file` is one of `files`, even under another name.
+/// True if `file` is one of `files`, even under another name or through a link.
 pub fn is_among<'i>(file: &Path, files: impl IntoIterator<Item = &'i PathBuf>) -> bool {
-    let Ok(file) = file.canonicalize() else { return false };
-    files.into_iter().any(|other| other.canonicalize().is_ok_and(|other| other == file))
+    let Some(file) = Identity::of(file) else { return false };
+    files.into_iter().any(|other| Identity::of(other).is_some_and(|other| other == file))
+}
+
+/// What an existing file or folder has under all its names.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Identity(
+    /// The numbers of the device and, on it, of the file.
+    #[cfg(unix)]
+    [u64; 2],
+    /// The path without links.
+    #[cfg(not(unix))]
+    PathBuf,
+);
+
+impl Identity {
+    #[cfg(unix)]
+    pub fn of(file: &Path) -> Option<Identity> {
+        use std::os::unix::fs::MetadataExt;
+
+        let found = std::fs::metadata(file).ok()?;
+        Some(Identity([found.dev(), found.ino()]))
+    }
+
+    #[cfg(not(unix))]
+    pub fn of(file: &Path) -> Option<Identity> {
+        file.canonicalize().ok().map(Identity)
+    }
 }
 
 /// Fails unless this file can be written: its folder accepts files, its name is valid, and it is not a folder itself.

@@ -27,8 +27,8 @@ use crate::live::Live;
 use crate::output::{Destination, check_inputs, check_output};
 use crate::report;
 use crate::sight;
-use crate::source::{load_instead, replace_samples};
-use batch::{jobs, render_again, render_each};
+use crate::source::{load_scene, load_watched, replace_samples};
+use batch::{Job, jobs, render_again, render_each};
 use focus::focus;
 use frames::render_frames;
 use layers::Numbered;
@@ -54,8 +54,8 @@ pub fn render(arguments: &Render) -> ExitCode {
             Ok((jobs, Live::new(&arguments.live)?))
         });
     ExitCode::from(match prepared {
-        Ok((jobs, live)) => match &live.watch {
-            Some(watch) => render_again(&jobs[0], &live, watch),
+        Ok((mut jobs, live)) => match &live.watch {
+            Some(watch) => render_again(jobs.remove(0), &live, watch),
             None => render_each(&jobs, &live),
         },
         Err(message) => {
@@ -84,13 +84,22 @@ fn load_options(arguments: &Render) -> LoadOptions {
 }
 
 /// Renders one scene. Returns the exit status.
-fn render_scene(arguments: &Render, live: &Live) -> u8 {
+fn render_scene(Job { arguments, inputs }: &Job, live: &Live) -> u8 {
     let path = &arguments.scenes[0];
-    let note = |file: &Path| {
-        live.watch.iter().for_each(|watch| watch.note(file));
-        None
+    let options = load_options(arguments);
+    let mut loaded = match &live.watch {
+        Some(watch) => {
+            let note = |file: &Path| {
+                watch.note(file);
+                None
+            };
+            load_watched(path, &options, arguments.report, &note, None)
+        }
+        None => load_scene(path, &options, arguments.report),
     };
-    let mut loaded = load_instead(path, &load_options(arguments), arguments.report, &note, None);
+    if loaded.scene.is_some() {
+        loaded.inputs.extend(inputs.iter().cloned());
+    }
     // If --spp is a maximum, the scene keeps its own number.
     let is_maximum = arguments.target_error.is_some() || arguments.time.is_some();
     let samples = arguments.spp.filter(|_| !is_maximum).or(arguments.quick.then_some(1));

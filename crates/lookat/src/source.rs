@@ -12,48 +12,45 @@ use lookat_scene::{LoadCache, LoadOptions, Loaded, Stamped, load_again, load_ope
 
 use crate::args::Report;
 
-/// Loads a scene. With `--strict`, turns warnings into errors.
+/// Loads a scene. It can be standard input or a pipe, but the files that it names cannot. With `--strict`, turns warnings into errors.
 pub fn load_scene(path: &Path, options: &LoadOptions, report: Report) -> Loaded {
-    load_instead(path, options, report, &|_| None, None)
-}
-
-/// The text to read in place of a file.
-pub type Instead<'a> = dyn Fn(&Path) -> Option<Bytes> + 'a;
-
-/// The same. Calls `instead` with each file before reading it, also with one that is missing. Takes over what the cache has.
-pub fn load_instead(
-    path: &Path,
-    options: &LoadOptions,
-    report: Report,
-    instead: &Instead,
-    cache: Option<(&mut LoadCache, &Stamped)>,
-) -> Loaded {
     let is_open = Cell::new(false);
-    // Only the scene itself can be standard input or a pipe, not a file that it names.
-    let open = |file: &Path| {
-        if let Some(text) = instead(file) {
-            return Ok(Box::new(io::Cursor::new(text)) as Box<dyn Read>);
-        }
-        match file == path && !is_open.replace(true) {
-            true if file == Path::new("-") => Ok(Box::new(io::stdin()) as Box<dyn Read>),
-            true => open_scene(file),
-            false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
-        }
+    let open = |file: &Path| match file == path && !is_open.replace(true) {
+        true if file == Path::new("-") => Ok(Box::new(io::stdin()) as Box<dyn Read>),
+        true => open_scene(file),
+        false => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
     };
-    let mut loaded = match cache {
-        Some(cache) => load_again(path, &open, cache, options),
-        None => load_opened(path, &open, options),
-    };
+    let mut loaded = load_opened(path, &open, options);
     // Show `-` under a readable name.
     if let Some(first) = loaded.sources.files.first_mut()
         && first.path == Path::new("-")
     {
         first.path = PathBuf::from("standard input");
     }
-    if report.strict {
-        fail_warnings(&mut loaded, options.keep_going);
-    }
-    loaded
+    with_strictness(loaded, options, report)
+}
+
+/// The text to read in place of a file.
+pub type Instead<'a> = dyn Fn(&Path) -> Option<Bytes> + 'a;
+
+/// Loads a scene that is read again when its files change: it cannot be a pipe. Calls `instead` with each file before reading it, also
+/// with one that is missing. Takes over what the cache has.
+pub fn load_watched(
+    path: &Path,
+    options: &LoadOptions,
+    report: Report,
+    instead: &Instead,
+    cache: Option<(&mut LoadCache, &Stamped)>,
+) -> Loaded {
+    let open = |file: &Path| match instead(file) {
+        Some(text) => Ok(Box::new(io::Cursor::new(text)) as Box<dyn Read>),
+        None => Ok(Box::new(open_file(file)?) as Box<dyn Read>),
+    };
+    let loaded = match cache {
+        Some(cache) => load_again(path, &open, cache, options),
+        None => load_opened(path, &open, options),
+    };
+    with_strictness(loaded, options, report)
 }
 
 /// Replaces the samples per pixel of the scene, if given.
@@ -71,24 +68,42 @@ pub fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, String> {
     Ok(image)
 }
 
-/// Turns warnings into errors.
-fn fail_warnings(loaded: &mut Loaded, keep_going: bool) {
+/// Turns warnings into errors with `--strict`.
+fn with_strictness(mut loaded: Loaded, options: &LoadOptions, report: Report) -> Loaded {
     let mut warnings = 0;
-    for warning in loaded.diagnostics.iter_mut().filter(|told| told.severity == Severity::Warning) {
+    let is_counted = |severity: Severity| report.strict && severity == Severity::Warning;
+    for warning in loaded.diagnostics.iter_mut().filter(|told| is_counted(told.severity)) {
         warning.severity = Severity::Error;
         warnings += 1;
     }
-    if warnings > 0 && !keep_going {
+    if warnings > 0 && !options.keep_going {
         // If all errors are warnings, --keep-going would skip nothing.
         loaded.can_keep_going &= loaded.scene.take().is_none();
     }
+    loaded
 }
 
 /// Opens a scene file. It can be a pipe, as in `lookat check <(./generate)`.
 fn open_scene(path: &Path) -> io::Result<Box<dyn Read>> {
-    #[cfg(unix)]
-    if std::os::unix::fs::FileTypeExt::is_fifo(&std::fs::metadata(path)?.file_type()) {
-        return Ok(Box::new(File::open(path)?));
+    match is_pipe(path) {
+        true => Ok(Box::new(File::open(path)?)),
+        false => Ok(Box::new(open_file(path)?)),
     }
-    Ok(Box::new(open_file(path)?))
+}
+
+/// True for standard input and a pipe: what has been read is gone.
+pub fn is_read_once(scene: &Path) -> bool {
+    scene == Path::new("-") || is_pipe(scene)
+}
+
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+
+    std::fs::metadata(path).is_ok_and(|found| found.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
 }

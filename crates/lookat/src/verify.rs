@@ -6,16 +6,19 @@ mod report_page;
 mod scene;
 mod table;
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use lookat_image::{Aligned, Image};
+use lookat_scene::LoadOptions;
 use serde_json::Value;
 
-use crate::args::Verify;
+use crate::args::{Report, Verify};
 use crate::command_line;
 use crate::metric::Measurement;
-use crate::output::check_folder;
+use crate::output::{check_folder, check_inputs};
+use crate::source::load_scene;
 pub use files::beside;
 
 /// The result for one scene, from the best to the worst.
@@ -113,15 +116,17 @@ fn run(arguments: &Verify) -> Result<u8, String> {
         let folder = arguments.folder.display();
         return Err(format!("no scene in {folder} has a reference picture; --update writes references"));
     }
+    let inputs = inputs(arguments, &scenes);
     if let Some(file) = &arguments.report {
         check_report(file)?;
+        check_inputs(file, &inputs)?;
     }
     let table = table::Table::new(&scenes, arguments.json);
     table.header()?;
     let (mut verdicts, mut updated) = (Vec::new(), false);
     let mut page = arguments.report.as_ref().map(|_| page::Page::new()).transpose()?;
     for scene in &scenes {
-        let outcome = scene::verify(arguments, scene);
+        let outcome = scene::verify(arguments, scene, &inputs);
         table.row(&outcome)?;
         verdicts.push(outcome.verdict);
         updated |= outcome.updated;
@@ -138,6 +143,17 @@ fn run(arguments: &Verify) -> Result<u8, String> {
         () if verdicts.contains(&Verdict::Trouble) => crate::TROUBLE,
         () => u8::from(updated || verdicts.contains(&Verdict::Differs)),
     })
+}
+
+/// The files that the scenes read, as far as a result could replace them. Reads the texts of the scenes, no meshes and no pictures.
+fn inputs(arguments: &Verify, scenes: &[PathBuf]) -> BTreeSet<PathBuf> {
+    if !arguments.update && arguments.report.as_ref().is_none_or(|report| !report.exists()) {
+        return BTreeSet::new();
+    }
+    let options = LoadOptions { fast: true, max_memory: arguments.memory.limit(), ..LoadOptions::default() };
+    let readable = scenes.iter().filter(|scene| files::fault(scene).is_none());
+    let loaded = readable.map(|scene| load_scene(scene, &options, Report { strict: false, json: false }));
+    loaded.flat_map(|loaded| loaded.inputs).collect()
 }
 
 /// Fails if the report cannot be written, before hours of rendering.

@@ -26,7 +26,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use lookat_image::io_reason;
+use lookat_image::{io_reason, open_file};
 
 use crate::args::View;
 use editor::Editor;
@@ -46,7 +46,7 @@ fn serve(arguments: &View) -> Result<u8, String> {
     if arguments.scene == Path::new("-") {
         return Err("standard input can be read once: name a file".into());
     }
-    if let Err(error) = std::fs::File::open(&arguments.scene) {
+    if let Err(error) = open_file(&arguments.scene) {
         return Err(format!("cannot read {}: {}", arguments.scene.display(), io_reason(&error)));
     }
     let editor = Editor::new(arguments)?;

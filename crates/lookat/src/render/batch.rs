@@ -1,6 +1,9 @@
 //! Several scenes, one after the other, and one scene again and again.
 
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use lookat_scene::LoadOptions;
 
@@ -9,18 +12,31 @@ use crate::args::{Render, Report};
 use crate::finished::marked;
 use crate::interrupt;
 use crate::live::{Live, Watch};
-use crate::source::load_scene;
+use crate::output::{Identity, check_inputs};
+use crate::source::{is_read_once, load_scene};
 use crate::usage::tip_for_render;
 
-/// The arguments for each scene alone. Fails if they do not fit together.
-pub fn jobs(arguments: &Render) -> Result<Vec<Render>, String> {
+/// One scene of the command.
+pub struct Job {
+    /// The arguments for this scene alone.
+    pub arguments: Render,
+    /// The files that the scenes of the command read, if there are several. No picture replaces them.
+    pub inputs: Rc<BTreeSet<PathBuf>>,
+}
+
+/// The scenes, each with its arguments. Fails if they do not fit together.
+pub fn jobs(arguments: &Render) -> Result<Vec<Job>, String> {
     let scenes = &arguments.scenes;
-    if scenes.iter().any(|scene| scene == Path::new("-")) && (scenes.len() > 1 || arguments.live.watch) {
+    if let Some(scene) = scenes.iter().find(|scene| is_read_once(scene))
+        && (scenes.len() > 1 || arguments.live.watch)
+    {
+        let name =
+            if scene == Path::new("-") { "standard input".into() } else { scene.display().to_string() };
         let option = if arguments.live.watch { "with --watch, name a file" } else { "render it alone" };
-        return Err(format!("standard input can be read once: {option}"));
+        return Err(format!("{name} can be read once: {option}"));
     }
     if let [_] = scenes[..] {
-        return Ok(vec![arguments.clone()]);
+        return Ok(vec![Job { arguments: arguments.clone(), inputs: Rc::default() }]);
     }
     if arguments.live.watch {
         return Err("--watch takes one scene".into());
@@ -33,8 +49,9 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Render>, String> {
             tip_for_render()
         ));
     }
-    let files: Vec<PathBuf> = scenes.iter().map(|scene| picture_of(arguments, scene)).collect();
-    let places: Vec<PathBuf> = files.iter().map(|file| place(file)).collect();
+    let mut inputs = BTreeSet::new();
+    let files: Vec<PathBuf> = scenes.iter().map(|scene| picture_of(arguments, scene, &mut inputs)).collect();
+    let places: Vec<_> = files.iter().map(|file| place(file)).collect();
     for (at, place) in places.iter().enumerate() {
         if let Some(before) = places[..at].iter().position(|other| other == place) {
             let [one, other] = [before, at].map(|at| scenes[at].display());
@@ -44,17 +61,23 @@ pub fn jobs(arguments: &Render) -> Result<Vec<Render>, String> {
             ));
         }
     }
+    // Before the first of them is rendered.
+    files.iter().try_for_each(|file| check_inputs(file, &inputs))?;
+    let inputs = Rc::new(inputs);
     let job = |(scene, file): (&PathBuf, PathBuf)| {
         let output = arguments.output.is_some().then_some(file);
-        Render { scenes: vec![scene.clone()], output, ..arguments.clone() }
+        let arguments = Render { scenes: vec![scene.clone()], output, ..arguments.clone() };
+        Job { arguments, inputs: inputs.clone() }
     };
     Ok(scenes.iter().zip(files).map(job).collect())
 }
 
-/// The picture file of a scene among several. Reads the text of the scene, no meshes and no pictures.
-fn picture_of(arguments: &Render, scene: &Path) -> PathBuf {
+/// The picture file of a scene among several. Adds what the scene reads. Reads the text of the scene, no meshes and no pictures.
+fn picture_of(arguments: &Render, scene: &Path, inputs: &mut BTreeSet<PathBuf>) -> PathBuf {
     let options = LoadOptions { fast: true, ..load_options(arguments) };
-    let output = load_scene(scene, &options, Report { strict: false, json: false }).output;
+    let loaded = load_scene(scene, &options, Report { strict: false, json: false });
+    inputs.extend(loaded.inputs);
+    let output = loaded.output;
     let output = if arguments.quick { marked(&output, "quick") } else { output };
     match (&arguments.output, output.file_name()) {
         (Some(folder), Some(name)) => folder.join(name),
@@ -62,18 +85,20 @@ fn picture_of(arguments: &Render, scene: &Path) -> PathBuf {
     }
 }
 
-/// The file under the name that it has for all paths to it.
-fn place(file: &Path) -> PathBuf {
+/// What is the same for all paths to a file, also to one that does not exist yet: itself, or its folder and its name there.
+fn place(file: &Path) -> (Option<Identity>, Option<&OsStr>) {
     let folder = match file.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
     };
-    let there = || Some(folder.canonicalize().ok()?.join(file.file_name()?));
-    file.canonicalize().ok().or_else(there).unwrap_or_else(|| file.into())
+    match Identity::of(file) {
+        None => (Identity::of(folder), file.file_name()),
+        found => (found, None),
+    }
 }
 
 /// Renders the scenes. Returns the worst exit status.
-pub fn render_each(jobs: &[Render], live: &Live) -> u8 {
+pub fn render_each(jobs: &[Job], live: &Live) -> u8 {
     let mut status = 0;
     for job in jobs {
         if interrupt::flow().is_break() {
@@ -85,13 +110,12 @@ pub fn render_each(jobs: &[Render], live: &Live) -> u8 {
 }
 
 /// Renders a scene again whenever one of its files changes, until a signal.
-pub fn render_again(job: &Render, live: &Live, watch: &Watch) -> u8 {
-    let mut job = job.clone();
+pub fn render_again(mut job: Job, live: &Live, watch: &Watch) -> u8 {
     loop {
         watch.restart();
         // From then on the picture is its own.
-        job.force |= render_scene(&job, live) == 0;
-        if !live.is_outdated() && !job.quiet && !job.report.json {
+        job.arguments.force |= render_scene(&job, live) == 0;
+        if !live.is_outdated() && !job.arguments.quiet && !job.arguments.report.json {
             crate::say("watching for changes; end with Ctrl-C");
         }
         interrupt::stop_in_order(None, || true);

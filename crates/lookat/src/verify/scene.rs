@@ -1,7 +1,8 @@
 //! Renders a scene and compares it with its reference.
 
+use std::collections::BTreeSet;
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use lookat_image::{AlignError, Aligned, Format, MemoryBudget, align};
@@ -22,8 +23,8 @@ use crate::{compare as comparing, noise, report};
 /// A verdict and its reason.
 type Judgment = (Verdict, String);
 
-/// Renders a scene and compares it with its reference.
-pub fn verify(arguments: &Verify, file: &Path) -> Outcome {
+/// Renders a scene and compares it with its reference. `inputs` are the files that all scenes read: none of them is replaced.
+pub fn verify(arguments: &Verify, file: &Path, inputs: &BTreeSet<PathBuf>) -> Outcome {
     let diagnostics = Diagnostics { text: String::new(), json: json!([]) };
     let mut outcome = Outcome {
         name: files::name(file),
@@ -40,7 +41,7 @@ pub fn verify(arguments: &Verify, file: &Path) -> Outcome {
         None if !arguments.update && arguments.report.is_none() && files::beside(file).next().is_none() => {
             Ok(())
         }
-        None => fill(arguments, file, &mut outcome),
+        None => fill(arguments, file, inputs, &mut outcome),
     };
     if let Err(reason) = judged {
         (outcome.verdict, outcome.reason) = (Verdict::Trouble, reason);
@@ -49,7 +50,12 @@ pub fn verify(arguments: &Verify, file: &Path) -> Outcome {
 }
 
 /// Fills in the outcome of a scene file that can be read. Fails if the scene cannot be verified.
-fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), String> {
+fn fill(
+    arguments: &Verify,
+    file: &Path,
+    inputs: &BTreeSet<PathBuf>,
+    outcome: &mut Outcome,
+) -> Result<(), String> {
     let options = LoadOptions { max_memory: arguments.memory.limit(), ..LoadOptions::default() };
     let mut loaded = load_scene(file, &options, Report { strict: false, json: false });
     replace_samples(&mut loaded, arguments.spp);
@@ -81,7 +87,7 @@ fn fill(arguments: &Verify, file: &Path, outcome: &mut Outcome) -> Result<(), St
     let target = reference.unwrap_or_else(|| file.with_extension("exr"));
     if arguments.update {
         // Before the scene is rendered.
-        check_folder(&target).and_then(|()| check_inputs(&target, &loaded.inputs))?;
+        check_folder(&target).and_then(|()| check_inputs(&target, loaded.inputs.union(inputs)))?;
     }
     let rendered = outcome.render.insert(render(arguments, file, scene, &loaded.memory)?);
     if let Some(expected) = &outcome.reference {

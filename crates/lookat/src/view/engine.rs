@@ -22,9 +22,10 @@ use super::pace::Pace;
 use super::reference::{Comparer, References};
 use super::requests::Requests;
 use super::unsaved::Unsaved;
-use super::write::{FileChange, History};
+use super::write::History;
 use crate::args;
 use crate::live::Watch;
+use edits::Shown;
 use opened::Opened;
 
 /// The time between two looks at the files while there is nothing to do.
@@ -67,8 +68,7 @@ pub struct Engine {
     /// What the page sets of its camera.
     set: SetView,
     history: History,
-    /// The changes that a page was shown last, and the page.
-    shown: Mutex<Option<(u32, Vec<FileChange>)>>,
+    shown: Mutex<Shown>,
     pace: Pace,
     stage: Stage,
     /// When the last small picture was shown.

@@ -49,9 +49,6 @@ impl Gallery {
     pub fn file(&self, name: &str) -> Option<Vec<u8>> {
         let _turn = lock(&self.writing);
         let image = self.finished()?;
-        let folder = tempfile::tempdir().ok()?;
-        let path = folder.path().join(Path::new(name).file_name()?);
-        image.write(&path).ok()?;
-        std::fs::read(path).ok()
+        image.to_bytes(Path::new(name)).ok()
     }
 }

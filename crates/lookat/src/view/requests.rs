@@ -15,6 +15,8 @@ const MOST: usize = 64;
 pub struct Requests {
     waiting: Mutex<Vec<Request>>,
     put: Condvar,
+    /// There may be room for another request.
+    taken: Condvar,
     /// Whether a request waits that is no query, to be read without the lock.
     has_any: AtomicBool,
     /// Whether the engine has something else to do.
@@ -22,13 +24,18 @@ pub struct Requests {
 }
 
 impl Requests {
-    /// Replaces an earlier request for the same. Drops the request if too many wait.
+    /// Replaces an earlier request for the same. Waits while too many others wait, so that none is lost: a page that floods the
+    /// engine is read no faster than it is answered.
     pub fn put(&self, request: Request) {
-        let mut waiting = lock(&self.waiting);
-        waiting.retain(|earlier| !is_for_the_same(earlier, &request));
-        if waiting.len() < MOST {
-            waiting.push(request);
-        }
+        let is_full = |waiting: &mut Vec<Request>| {
+            waiting.retain(|earlier| !is_for_the_same(earlier, &request));
+            // Of these, only one waits.
+            let is_single = matches!(request, Request::Film(_) | Request::View(_) | Request::Errors(_));
+            waiting.len() >= MOST && !is_single
+        };
+        let waited = self.taken.wait_while(lock(&self.waiting), is_full);
+        let mut waiting = waited.unwrap_or_else(PoisonError::into_inner);
+        waiting.push(request);
         self.count(&waiting);
         self.put.notify_all();
     }
@@ -62,11 +69,11 @@ impl Requests {
         }
         let may_take = is_first(&waiting);
         let taken = waiting.extract_if(.., |request| may_take && is_accepted(request));
-        Some(
-            taken
-                .filter_map(|request| if let Request::Query(query) = request { Some(query) } else { None })
-                .collect(),
-        )
+        let queries =
+            taken.filter_map(|request| if let Request::Query(query) = request { Some(query) } else { None });
+        let queries = queries.collect();
+        self.taken.notify_all();
+        Some(queries)
     }
 
     /// Ends the waiting for queries.
@@ -95,6 +102,7 @@ impl Requests {
         let waited = self.put.wait_timeout_while(lock(&self.waiting), time, is_idle);
         let (mut waiting, _) = waited.unwrap_or_else(PoisonError::into_inner);
         self.has_any.store(false, Ordering::Relaxed);
+        self.taken.notify_all();
         std::mem::take(&mut waiting)
     }
 
@@ -164,5 +172,34 @@ mod tests {
         requests.put(request(pick));
         requests.stop_queries(&is_stopped);
         assert_eq!(queries(), None);
+    }
+    /// A page that asks faster than the engine answers waits, and loses nothing. Pages share the camera, so it never waits.
+    #[test]
+    fn no_request_is_dropped() {
+        const PICKS: usize = 1000;
+        let requests = Requests::default();
+        let (mut picks, mut views) = (0, 0);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for by in 0..PICKS {
+                    requests.put(request(&format!(
+                        r#"{{"type": "pick", "by": {by}, "number": 2, "at": [0, 0]}}"#
+                    )));
+                }
+            });
+            let end = std::time::Instant::now() + Duration::from_secs(60);
+            while lock(&requests.waiting).len() < MOST {
+                assert!(std::time::Instant::now() < end);
+            }
+            requests.put(request(r#"{"type": "view", "by": 1, "number": 1, "camera": {}}"#));
+            while picks < PICKS {
+                assert!(std::time::Instant::now() < end);
+                let taken = requests.take(Duration::from_millis(10));
+                assert!(taken.len() <= MOST + 1);
+                views += taken.iter().filter(|request| matches!(request, Request::View(_))).count();
+                picks += taken.iter().filter(|request| is_query(request)).count();
+            }
+        });
+        assert_eq!((picks, views), (PICKS, 1));
     }
 }

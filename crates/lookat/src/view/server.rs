@@ -1,10 +1,10 @@
 //! The server of the page: who may connect, and what they get.
 
 use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::hint::black_box;
-use std::net::{TcpListener, TcpStream};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::sync::{Arc, Mutex};
 use std::thread::Builder;
 use std::time::Duration;
 
@@ -19,6 +19,7 @@ use super::outbox::Hub;
 use super::requests::Requests;
 use super::socket::talk;
 use super::timed::Timed;
+use crate::lock::lock;
 
 /// The most connections at a time.
 const MOST_CONNECTIONS: usize = 32;
@@ -41,7 +42,18 @@ pub struct Server {
     requests: Arc<Requests>,
     hub: Arc<Hub>,
     gallery: Arc<Gallery>,
-    connections: AtomicUsize,
+    connections: Mutex<Connections>,
+}
+
+/// The connections that are served.
+#[derive(Default)]
+struct Connections {
+    /// The number of the next one.
+    next: u64,
+    /// Those that have not shown the token, by their numbers: the first is the oldest.
+    strangers: BTreeMap<u64, TcpStream>,
+    /// Those that have.
+    known: BTreeSet<u64>,
 }
 
 impl Server {
@@ -58,7 +70,7 @@ impl Server {
         // Browsers leave the usual port out.
         let host = if place.port() == 80 { place.ip().to_string() } else { place.to_string() };
         let local = host.replace(&place.ip().to_string(), "localhost");
-        Ok(Server { host, local, token, requests, hub, gallery, connections: AtomicUsize::new(0) })
+        Ok(Server { host, local, token, requests, hub, gallery, connections: Mutex::default() })
     }
 
     /// The address of the page.
@@ -81,23 +93,38 @@ impl Server {
         Builder::new().spawn(accept).map(drop).map_err(|error| io_reason(&error))
     }
 
-    /// Gives a connection a thread, or closes it if there are too many.
+    /// Gives a connection a thread. If there are too many, closes the oldest one that has not shown the token, or else this one.
     fn connect(self: Arc<Self>, stream: TcpStream) {
-        if self.connections.fetch_add(1, Ordering::Relaxed) >= MOST_CONNECTIONS {
-            self.connections.fetch_sub(1, Ordering::Relaxed);
-            return;
+        let Ok(other) = stream.try_clone() else { return };
+        let mut connections = lock(&self.connections);
+        if connections.strangers.len() + connections.known.len() >= MOST_CONNECTIONS {
+            let Some((_, oldest)) = connections.strangers.pop_first() else { return };
+            // Its thread ends.
+            let _ = oldest.shutdown(Shutdown::Both);
         }
-        let connection = Connection(self);
-        let _ = Builder::new().spawn(move || connection.0.serve(stream));
+        let number = connections.next;
+        connections.next += 1;
+        connections.strangers.insert(number, other);
+        drop(connections);
+        let connection = Connection { server: self, number };
+        let _ = Builder::new().spawn(move || connection.server.serve(stream, number));
     }
 
-    fn serve(&self, stream: TcpStream) {
+    /// Notes that a connection has shown the token. False if it has been closed before.
+    fn welcome(&self, number: u64) -> bool {
+        let mut connections = lock(&self.connections);
+        let is_open = connections.strangers.remove(&number).is_some();
+        is_open && connections.known.insert(number)
+    }
+
+    fn serve(&self, stream: TcpStream, number: u64) {
         let _ = stream.set_nodelay(true);
         let mut client = Timed::new(stream, PATIENCE);
         let request =
             read_head(&mut client).and_then(|request| Ok((self.name(&request)?.to_owned(), request)));
         client.allow(PATIENCE);
         match request {
+            Ok(_) if !self.welcome(number) => {}
             Err(status) => refuse(&mut client, status),
             Ok((name, request)) if name == SOCKET => match create_response(&request) {
                 Err(_) => refuse(&mut client, StatusCode::BAD_REQUEST),
@@ -149,11 +176,16 @@ impl Server {
 }
 
 /// A connection that counts until it is dropped.
-struct Connection(Arc<Server>);
+struct Connection {
+    server: Arc<Server>,
+    number: u64,
+}
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        self.0.connections.fetch_sub(1, Ordering::Relaxed);
+        let mut connections = lock(&self.server.connections);
+        connections.strangers.remove(&self.number);
+        connections.known.remove(&self.number);
     }
 }
 

@@ -1,9 +1,9 @@
 //! What pages have changed in the files and not written: the scene is read with it.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use bytes::Bytes;
+use lookat_image::has_text;
 
 use super::write::{FileChange, forget_first};
 
@@ -73,13 +73,10 @@ impl Unsaved {
     /// Forgets the changes of files that are no longer as they were, and the way to them. True if there were some that have not
     /// been written.
     pub fn forget_old(&mut self) -> bool {
-        let mut disk: HashMap<PathBuf, Option<Vec<u8>>> = HashMap::new();
+        let is_there = |path: &Path, text: &[u8]| has_text(path, text).is_ok_and(|is_same| is_same);
+        let is_old = |change: &FileChange| !is_there(&change.path, &change.before);
+        let is_written = |change: &FileChange| is_there(&change.path, &change.after);
         let steps = || self.done.iter().chain(&self.undone).flat_map(|(_, changes)| changes);
-        for FileChange { path, .. } in steps().chain(&self.files) {
-            disk.entry(path.clone()).or_insert_with(|| std::fs::read(path).ok());
-        }
-        let is_old = |change: &FileChange| disk[&change.path].as_deref() != Some(&*change.before);
-        let is_written = |change: &FileChange| disk[&change.path].as_deref() == Some(&*change.after);
         let is_lost = self.files.iter().any(|change| is_old(change) && !is_written(change));
         let has_old_steps = steps().any(is_old);
         self.files.retain(|change| !is_old(change));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
-use lookat_image::{io_reason, write_file};
+use lookat_image::{change_file, has_text, io_reason};
 use lookat_scene::Sources;
 use lookat_scene::syntax::Fix;
 
@@ -139,20 +139,20 @@ pub fn forget_first<T>(steps: &mut Vec<T>, changes: impl Fn(&T) -> &[FileChange]
 /// Writes all files or none.
 fn put(changes: &[FileChange]) -> Result<(), String> {
     for FileChange { path, before, .. } in changes {
-        let text =
-            std::fs::read(path).map_err(|error| format!("{}: {}", path.display(), io_reason(&error)))?;
-        if text != **before {
-            return Err(format!("{} has changed meanwhile: nothing is written", path.display()));
+        match has_text(path, before) {
+            Ok(true) => {}
+            Ok(false) => return Err(changed_meanwhile(path)),
+            Err(error) => return Err(format!("{}: {}", path.display(), io_reason(&error))),
         }
         // Replacing a file needs no permission to write it.
         if std::fs::metadata(path).is_ok_and(|found| found.permissions().readonly()) {
             return Err(format!("{} is write-protected", path.display()));
         }
     }
-    for (number, FileChange { path, after, .. }) in changes.iter().enumerate() {
-        if let Err(reason) = write(path, after) {
-            for FileChange { path, before, .. } in &changes[..number] {
-                write(path, before).map_err(|again| format!("{reason}; {again}"))?;
+    for (number, change) in changes.iter().enumerate() {
+        if let Err(reason) = write(change) {
+            for change in &changes[..number] {
+                write(&change.reversed()).map_err(|again| format!("{reason}; {again}"))?;
             }
             return Err(reason);
         }
@@ -160,8 +160,16 @@ fn put(changes: &[FileChange]) -> Result<(), String> {
     Ok(())
 }
 
-fn write(path: &Path, text: &[u8]) -> Result<(), String> {
-    write_file(path, text).map_err(|error| error.to_string())
+fn write(FileChange { path, before, after }: &FileChange) -> Result<(), String> {
+    match change_file(path, before, after) {
+        Ok(true) => Ok(()),
+        Ok(false) => Err(changed_meanwhile(path)),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+fn changed_meanwhile(path: &Path) -> String {
+    format!("{} has changed meanwhile: nothing is written", path.display())
 }
 
 #[cfg(test)]

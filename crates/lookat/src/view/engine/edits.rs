@@ -1,5 +1,7 @@
 //! Writing camera and parameters into the files, taking that back, and opening the editor.
 
+use std::collections::BTreeSet;
+
 use lookat_scene::Location;
 
 use super::Engine;
@@ -8,6 +10,13 @@ use crate::view::messages::{Action, Edit, Edited, News, Open, SetCamera};
 use crate::view::outbox::Kind;
 use crate::view::unsaved::Unsaved;
 use crate::view::write::FileChange;
+
+/// The changes that pages were shown last, and these pages.
+#[derive(Default)]
+pub(super) struct Shown {
+    changes: Vec<FileChange>,
+    pages: BTreeSet<u32>,
+}
 
 impl Engine {
     /// Opens a place in the editor.
@@ -33,7 +42,14 @@ impl Engine {
         let changes = self.unwritten();
         let lines = changes.iter().flatten().flat_map(FileChange::lines).collect();
         let refused = changes.as_ref().err().cloned();
-        *lock(&self.shown) = changes.ok().map(|changes| (by, changes));
+        let mut shown = lock(&self.shown);
+        match changes {
+            Ok(changes) if shown.changes == changes => {}
+            Ok(changes) => *shown = Shown { changes, pages: BTreeSet::new() },
+            Err(_) => *shown = Shown::default(),
+        }
+        shown.pages.insert(by);
+        drop(shown);
         self.tell_edited(Edited { by, lines, is_written: false, refused });
     }
 
@@ -69,10 +85,13 @@ impl Engine {
 
     /// The changes that a page was shown, if nothing has been changed since.
     fn shown_changes(&self, by: u32) -> Result<Vec<FileChange>, String> {
-        let shown = lock(&self.shown).take().filter(|(page, _)| *page == by);
-        let (_, shown) = shown.ok_or("there is nothing to write")?;
-        match self.unwritten()? == shown {
-            true => Ok(shown),
+        let mut shown = lock(&self.shown);
+        if shown.changes.is_empty() || !shown.pages.contains(&by) {
+            return Err("there is nothing to write".into());
+        }
+        let Shown { changes, .. } = std::mem::take(&mut *shown);
+        match self.unwritten()? == changes {
+            true => Ok(changes),
             false => {
                 Err("the file, the camera or a parameter has changed meanwhile: nothing is written".into())
             }

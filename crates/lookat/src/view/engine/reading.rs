@@ -10,7 +10,7 @@ use super::opened::Opened;
 use crate::args::Report;
 use crate::output::is_among;
 use crate::report;
-use crate::source::{load_instead, replace_samples};
+use crate::source::{load_watched, replace_samples};
 use crate::verify::beside;
 use crate::view::messages::SetCamera;
 
@@ -58,7 +58,7 @@ impl Engine {
         };
         // The stamp of a file says nothing about a text that is not written.
         let stamp = |file: &Path| unsaved.text(file).is_none().then(|| watch.stamp(file)).flatten();
-        let mut loaded = load_instead(path, options, plain, &instead, Some((cache, &stamp)));
+        let mut loaded = load_watched(path, options, plain, &instead, Some((cache, &stamp)));
         replace_samples(&mut loaded, self.samples_per_pixel);
         loaded
     }
