@@ -25,7 +25,8 @@ pub(crate) struct Film<'v> {
     scale: OnceLock<Scale>,
     /// The integral of the filter's absolute value over its integral.
     pub weight: f64,
-    /// Row by row. Threads add to them, and take snapshots of them, at any time.
+    /// Row by row. Threads add to them, and take snapshots of them, at any time: a thread locks one tile, and neither takes samples nor
+    /// calls back while it does.
     pub tiles: Vec<Mutex<Tile>>,
 }
 
@@ -137,9 +138,9 @@ impl<'v> Film<'v> {
         let _ = self.scale.set(scale);
     }
 
-    /// All tiles, to look at; no thread adds to them meanwhile.
-    pub fn lock(&self) -> Vec<MutexGuard<'_, Tile>> {
-        self.tiles.iter().map(lock).collect()
+    /// The pixels so far, tile by tile.
+    pub fn pixels(&self) -> impl Iterator<Item = Pixel> {
+        self.tiles.iter().flat_map(|tile| lock(tile).pixels().collect::<Vec<_>>())
     }
 
     /// The value of a pixel.

@@ -252,22 +252,26 @@ fn run<R>(
     finish(is_broken_off, &mut || develop(&context, view, settings, target))
 }
 
+impl Film<'_> {
+    /// Adds how many samples the pixels have.
+    fn count(&self, statistics: Statistics) -> Statistics {
+        let none = Statistics { samples: 0, least: u32::MAX, most: 0, ..statistics };
+        self.pixels().map(|pixel| pixel.all.count).fold(none, |sum, count| Statistics {
+            samples: sum.samples + u64::from(count),
+            least: sum.least.min(count),
+            most: sum.most.max(count),
+            ..sum
+        })
+    }
+}
+
 /// The picture of a film, and what it took.
 fn develop(context: &Context, view: &View, settings: &Settings, target: Option<Reached>) -> Rendered {
     let Context { film, control, .. } = context;
     let mut image = film.develop(settings.stop.has_error_layers());
-    let tiles = film.lock();
-    let counts = || tiles.iter().flat_map(|tile| tile.pixels().map(|pixel| pixel.all.count));
-    let statistics = Statistics {
-        samples: counts().map(u64::from).sum(),
-        least: counts().min().unwrap_or(0),
-        most: counts().max().unwrap_or(0),
-        target,
-        ..control.state().statistics
-    };
+    let statistics = film.count(Statistics { target, ..control.state().statistics });
     let State { interrupted, total, .. } = *control.state();
     let mut complete = !interrupted || statistics.samples == total;
-    drop(tiles);
     if complete && !settings.layers.is_empty() {
         complete = layers::add(context, view, settings, &mut image);
     }

@@ -13,7 +13,7 @@ use super::control::Control;
 use super::fixed::doubled;
 use super::rounds::Policy;
 use super::sample::{Job, Pattern};
-use crate::film::{Film, Tile, indices, places};
+use crate::film::{Film, Tile, indices, lock, places};
 use allotment::{LEAST, allotted};
 
 /// Samples of every pixel, at least, before their noise is asked for.
@@ -114,7 +114,8 @@ fn passes(samples: u32, is_open: bool) -> impl Iterator<Item = Pass> {
 /// The variance of the samples of each pixel, row by row.
 fn variances(film: &Film, states: &[Vec<f64>]) -> Vec<f64> {
     let mut variances = vec![0.0; film.of.crop.area() as usize];
-    for (tile, squares) in film.lock().iter().zip(states) {
+    for (tile, squares) in film.tiles.iter().zip(states) {
+        let tile = lock(tile);
         for ((at, pixel), squares) in indices(tile.bounds, film.of.crop).zip(tile.pixels()).zip(squares) {
             variances[at] = pixel.variance(*squares, film.scale());
         }

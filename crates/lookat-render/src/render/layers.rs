@@ -10,14 +10,14 @@ use std::sync::Mutex;
 
 use glam::DVec3;
 use lookat_image::{Channel, Image};
-use lookat_scene::{Material, Primitive, View};
+use lookat_scene::{Material, PixelBounds, Primitive, View};
 use rayon::prelude::*;
 
 use super::fixed;
 use super::sample::Context;
 use super::settings::Settings;
 use super::waves::Worker;
-use crate::film::{Errors, Tile, indices, lock, places};
+use crate::film::{Errors, Pixel, Tile, indices, lock, places};
 use crate::prepare::Prepared;
 use crate::shading::shaded::Materials;
 use set::TABLE;
@@ -41,21 +41,16 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
         if context.control.is_interrupted() {
             return false;
         }
-        let tile = lock(tile);
-        let mut values: Vec<Values> = vec![Values::default(); tile.bounds.area() as usize];
-        for (at, (place, values)) in places(tile.bounds).zip(&mut values).enumerate() {
-            values[Layer::Depth as usize].x = FAR;
-            values[Layer::Samples as usize].x = tile.count(at).into();
-            if layers.has_any(Layers::OF_POINTS) {
-                context.look(view, place, values);
-            }
+        let (bounds, mut values) = of_film(&lock(tile));
+        if layers.has_any(Layers::OF_POINTS) {
+            places(bounds).zip(&mut values).for_each(|(place, values)| context.look(view, place, values));
         }
         let has_means = layers.has_any(Layers::OF_SAMPLES);
-        if has_means && !context.average(worker, &passes, tile.bounds, &mut values) {
+        if has_means && !context.average(worker, &passes, bounds, &mut values) {
             return false;
         }
         for (plane, (layer, axis, _)) in lock(&planes).iter_mut().zip(&channels) {
-            for (at, values) in indices(tile.bounds, film.of.crop).zip(&values) {
+            for (at, values) in indices(bounds, film.of.crop).zip(&values) {
                 plane[at] = values[*layer as usize][*axis].clamp(f32::MIN.into(), f32::MAX.into()) as f32;
             }
         }
@@ -71,6 +66,17 @@ pub(super) fn add(context: &Context, view: &View, settings: &Settings, image: &m
         }
     }
     true
+}
+
+/// The bounds of a tile, and what the film knows of its pixels.
+fn of_film(tile: &Tile) -> (PixelBounds, Vec<Values>) {
+    let of_pixel = |pixel: Pixel| {
+        let mut values = Values::default();
+        values[Layer::Depth as usize].x = FAR;
+        values[Layer::Samples as usize].x = pixel.all.count.into();
+        values
+    };
+    (tile.bounds, tile.pixels().map(of_pixel).collect())
 }
 
 impl Prepared {

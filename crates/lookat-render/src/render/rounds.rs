@@ -58,9 +58,12 @@ pub(super) fn render<P: Policy>(context: &Context, seed: u64, policy: &mut P) ->
                 let mut jobs = policy.jobs(&lock(tile), state);
                 // Not locked meanwhile: another thread may take a snapshot.
                 context.sample_all(worker, &mut meter, &mut jobs);
+                // The meter may call back.
+                drop(meter);
                 let mut tile = lock(tile);
                 policy.add(&jobs, film, &mut tile, state);
                 policy.finish(film, &tile, state, control);
+                drop(tile);
                 let mut state = control.state();
                 state.statistics.rays += worker.tracer.rays;
                 for Job { samples, .. } in &jobs {

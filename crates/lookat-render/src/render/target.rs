@@ -10,8 +10,7 @@ mod judge;
 use std::sync::Mutex;
 
 use glam::Vec3;
-use lookat_scene::{Sampler, SamplerKind};
-use rayon::prelude::*;
+use lookat_scene::{PixelBounds, Sampler, SamplerKind};
 
 use super::control::Control;
 use super::rounds::Policy;
@@ -21,7 +20,7 @@ use super::{Reached, TargetError};
 use crate::film::{Film, REPLICATES, Tile};
 use crate::sampler::replicate_seed;
 use forecast::{FirstRound, POWERS, left};
-use judge::{is_outlier, judge};
+use judge::{count_outliers, judge};
 
 /// Samples per pixel in the first round: 4 in each replicate.
 pub(super) const FIRST: u32 = 4 * REPLICATES;
@@ -31,6 +30,7 @@ pub(super) const PIXEL_BYTES: usize = 310;
 
 /// What is known of the pixels of a tile.
 pub(super) struct Part {
+    bounds: PixelBounds,
     /// The bounds of the samples of each pixel.
     seen: Vec<Seen>,
     /// The unfinished pixels. `None` before the first round, because they take much memory.
@@ -109,12 +109,7 @@ impl Target {
         let at_cap = active().filter(|active| active.count >= self.most).count() as u64;
         let not_begun = parts.iter().filter(|part| part.active.is_none()).map(|part| part.seen.len() as u64);
         let out_of_time = active().count() as u64 - at_cap + not_begun.sum::<u64>();
-        let tiles = film.lock();
-        let outliers = |index: usize| {
-            let is_outlier = |at: &usize| is_outlier(film, &tiles, parts, (index, *at));
-            (0..parts[index].seen.len()).filter(is_outlier).count() as u64
-        };
-        let outliers = (0..parts.len()).into_par_iter().map(outliers).sum();
+        let outliers = count_outliers(film, parts);
         Reached { within: film.of.crop.area() - at_cap - out_of_time, at_cap, out_of_time, outliers }
     }
 }
@@ -123,7 +118,7 @@ impl Policy for Target {
     type State = Part;
 
     fn begin(&self, tile: &Tile) -> Part {
-        Part { seen: vec![Seen::NOTHING; tile.bounds.area() as usize], active: None }
+        Part { bounds: tile.bounds, seen: vec![Seen::NOTHING; tile.bounds.area() as usize], active: None }
     }
 
     fn next(&mut self, film: &Film, parts: &mut [Part], control: &Control) -> bool {
@@ -137,9 +132,7 @@ impl Policy for Target {
             Round::Replicates(count) => {
                 if self.is_first() {
                     let mut brightness = Brightness::default();
-                    let tiles = film.lock();
-                    let pixels = tiles.iter().flat_map(|tile| tile.pixels());
-                    pixels.for_each(|pixel| brightness.add(film.value(&pixel)));
+                    film.pixels().for_each(|pixel| brightness.add(film.value(&pixel)));
                     self.rule = self.rule.with_brightness(brightness.get());
                 }
                 judge(film, parts, &self.rule);
@@ -186,7 +179,7 @@ impl Policy for Target {
     }
 
     fn add(&self, jobs: &[Job], film: &Film, tile: &mut Tile, part: &mut Part) {
-        let Part { seen, active: Some(all_active) } = part else {
+        let Part { seen, active: Some(all_active), .. } = part else {
             return jobs.iter().enumerate().for_each(|(at, job)| tile.add(at, &job.samples.pixel));
         };
         let is_whole = |job: &Job| job.samples.pixel.all.count == job.indices.len() as u32;

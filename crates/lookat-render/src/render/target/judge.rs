@@ -1,6 +1,6 @@
 //! How exact pixels are, by their replicates and their neighbors.
 
-use std::ops::Deref;
+use std::sync::Mutex;
 
 use glam::Vec3;
 use lookat_scene::PixelBounds;
@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{Active, Part};
 use crate::color::luminance;
-use crate::film::{Film, Pixel, Tile, tile_side};
+use crate::film::{Film, Tile, lock, tile_side};
 use crate::render::sample::Seen;
 use crate::render::stop::{Estimate, StopRule};
 
@@ -33,12 +33,11 @@ impl Active {
 
 /// Judges all unfinished pixels, and removes the finished pixels from the list.
 pub(super) fn judge(film: &Film, parts: &mut [Part], rule: &StopRule) {
-    let tiles = film.lock();
     let judge = |index: usize| -> Vec<f64> {
+        let tile = lock(&film.tiles[index]);
         let pixels = parts[index].active().iter().map(|active| {
-            let around = around(&tiles, parts, (index, active.at));
-            let seen = around.fold(Seen::NOTHING, |all, (seen, _)| all.union(seen));
-            active.excess(film, &tiles[index], seen, rule)
+            let around = around(parts, (index, active.at)).map(|(index, at)| parts[index].seen[at]);
+            active.excess(film, &tile, around.fold(Seen::NOTHING, Seen::union), rule)
         });
         pixels.collect()
     };
@@ -51,26 +50,27 @@ pub(super) fn judge(film: &Film, parts: &mut [Part], rule: &StopRule) {
     });
 }
 
-/// True if a sample of a pixel was much brighter than the pixels around.
-pub(super) fn is_outlier(
-    film: &Film,
-    tiles: &[impl Deref<Target = Tile>],
-    parts: &[Part],
-    (index, at): (usize, usize),
-) -> bool {
+/// Counts the pixels that had a sample much brighter than the pixels around.
+pub(super) fn count_outliers(film: &Film, parts: &[Part]) -> u64 {
     let bright = |rgb: Vec3| if rgb.is_finite() { luminance(rgb) } else { 0.0 };
-    let brightest = around(tiles, parts, (index, at)).map(|(_, pixel)| bright(film.value(&pixel).as_vec3()));
-    bright(parts[index].seen[at].most) > OUTLIER * brightest.fold(0.0, f64::max)
+    let of_tile = |tile: &Mutex<Tile>| -> Vec<f64> {
+        lock(tile).pixels().map(|pixel| bright(film.value(&pixel).as_vec3())).collect()
+    };
+    let luminances: Vec<Vec<f64>> = film.tiles.par_iter().map(of_tile).collect();
+    let count = |index: usize| {
+        let is_outlier = |at: &usize| {
+            let around = around(parts, (index, *at)).map(|(index, at)| luminances[index][at]);
+            bright(parts[index].seen[*at].most) > OUTLIER * around.fold(0.0, f64::max)
+        };
+        (0..parts[index].seen.len()).filter(is_outlier).count() as u64
+    };
+    (0..parts.len()).into_par_iter().map(count).sum()
 }
 
-/// A pixel of a tile, and its up to eight neighbors.
-fn around(
-    tiles: &[impl Deref<Target = Tile>],
-    parts: &[Part],
-    (index, at): (usize, usize),
-) -> impl Iterator<Item = (Seen, Pixel)> {
-    let bounds = tiles[index].bounds;
-    let (first, last) = (tiles[0].bounds, tiles[tiles.len() - 1].bounds);
+/// A pixel of a tile, and its up to eight neighbors: their tiles, and their places there.
+fn around(parts: &[Part], (index, at): (usize, usize)) -> impl Iterator<Item = (usize, usize)> {
+    let bounds = parts[index].bounds;
+    let (first, last) = (parts[0].bounds, parts[parts.len() - 1].bounds);
     let (x, y) = (bounds.x0 + at as u32 % bounds.width(), bounds.y0 + at as u32 / bounds.width());
     let side = tile_side(PixelBounds { x1: last.x1, y1: last.y1, ..first });
     let across = (last.x0 - first.x0) / side + 1;
@@ -79,8 +79,7 @@ fn around(
     rows.flat_map(move |y| columns.clone().map(move |x| (x, y))).map(move |(x, y)| {
         let (column, row) = (x - first.x0, y - first.y0);
         let index = (row / side * across + column / side) as usize;
-        let at = (row % side * tiles[index].bounds.width() + column % side) as usize;
-        (parts[index].seen[at], tiles[index].pixel(at))
+        (index, (row % side * parts[index].bounds.width() + column % side) as usize)
     })
 }
 
@@ -101,16 +100,16 @@ mod tests {
         for (width, height) in [(35, 18), (3, 90), (2, 2)] {
             of.crop = PixelBounds { x0: 5, y0: 7, x1: 5 + width, y1: 7 + height };
             let film = Film::new(&of, &FilterSampler::new(&Filter::BOX), Errors::None);
-            let tiles = film.lock();
             let number = |[x, y]: [u32; 2]| Vec3::new(x as f32, y as f32, 0.0);
-            let part = |tile: &Tile| {
-                let seen = places(tile.bounds).map(|at| Seen { least: number(at), most: number(at) });
-                Part { seen: seen.collect(), active: None }
+            let part = |tile: &Mutex<Tile>| {
+                let bounds = lock(tile).bounds;
+                let seen = places(bounds).map(|at| Seen { least: number(at), most: number(at) });
+                Part { bounds, seen: seen.collect(), active: None }
             };
-            let parts: Vec<Part> = tiles.iter().map(|tile| part(tile)).collect();
-            for (index, tile) in tiles.iter().enumerate() {
-                for (at, [x, y]) in places(tile.bounds).enumerate() {
-                    let found = around(&tiles, &parts, (index, at)).map(|(seen, _)| seen.least);
+            let parts: Vec<Part> = film.tiles.iter().map(part).collect();
+            for (index, part) in parts.iter().enumerate() {
+                for (at, [x, y]) in places(part.bounds).enumerate() {
+                    let found = around(&parts, (index, at)).map(|(index, at)| parts[index].seen[at].least);
                     let all = places(of.crop).filter(|[a, b]| a.abs_diff(x) <= 1 && b.abs_diff(y) <= 1);
                     assert_eq!(found.collect::<Vec<_>>(), all.map(number).collect::<Vec<Vec3>>());
                 }
