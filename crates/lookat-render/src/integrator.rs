@@ -27,7 +27,7 @@ use crate::traceable::Traceable;
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
 pub(crate) use replay::stage_profiles;
-pub(crate) use tracer::{MAX_PASSED, Tracer};
+pub(crate) use tracer::{MAX_PASSED, Supervisor, Tracer};
 use wave::Wave;
 use world::{Sees, World};
 
@@ -65,6 +65,7 @@ impl<'s> SceneIntegrator<'s> {
     }
 
     /// Adds what camera rays see to the radiance in the wave, surface by surface. `dimension`: how many numbers camera rays have taken.
+    /// Light is missing once the tracer [is stopped](Tracer::is_stopped).
     #[inline(always)]
     pub fn li<S: Simd>(
         &self,
@@ -87,6 +88,9 @@ impl<'s> SceneIntegrator<'s> {
                 return;
             }
             for first in (0..count).step_by(LANES) {
+                if !tracer.goes_on() {
+                    return;
+                }
                 tracer.profile(|profiler| {
                     profiler.enter(Stage::Shading);
                     profiler.count(LANES.min(count - first) as u64);

@@ -187,8 +187,7 @@ impl Prepared {
         on_threads(settings, || {
             let filter = FilterSampler::new(&view.filter);
             let film = Film::new(&view.film, &filter, Errors::None);
-            let (stopped, state) = Default::default();
-            let control = Control { progress, film: &film, deadline: None, profilers: None, stopped, state };
+            let control = Control::new(progress, &film);
             let nominal = settings.stop.nominal_samples(view);
             let context = Context::new(self, view, nominal, (&filter, &film, &control));
             let mut image = film.develop(false);
@@ -227,8 +226,7 @@ fn run<R>(
     let Settings { seed, stop, .. } = *settings;
     let filter = FilterSampler::new(&view.filter);
     let film = Film::new(&view.film, &filter, stop.errors());
-    let (stopped, state) = Default::default();
-    let control = Control { progress, film: &film, deadline, profilers, stopped, state };
+    let control = Control { deadline, profilers, ..Control::new(progress, &film) };
     let mut context = Context::new(prepared, view, stop.nominal_samples(view), (&filter, &film, &control));
     context.expose();
     let sampler = stop.sampler(view);
@@ -363,6 +361,45 @@ mod tests {
             errors.iter().all(|error| error.standard_error.iter().all(|x| *x > 0.0 && *x < 1e-4)),
             "{errors:?}"
         );
+    }
+
+    /// The callback is called without a lock of the film, whatever is rendered.
+    #[test]
+    fn snapshots_are_taken_in_each_callback() {
+        let target = TargetError { relative: 0.1, confidence: 0.9 };
+        let limit = Duration::from_millis(10);
+        let stops = [
+            Stop::default(),
+            Stop::Samples { error_layers: true },
+            Stop::Adaptive,
+            Stop::Time { limit, max_samples: 64, adaptive: false },
+            Stop::Time { limit, max_samples: 64, adaptive: true },
+            Stop::TargetError { target, max_samples: 128, limit: None, error_layers: false },
+            Stop::TargetError { target, max_samples: 128, limit: Some(limit), error_layers: true },
+        ];
+        let scene = scene(
+            "Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16 Camera \"perspective\" Sampler \"sobol\"
+            Integrator \"path\" WorldBegin LightSource \"infinite\" Translate 0 0 3 Shape \"sphere\" WorldEnd",
+        );
+        let (tell, told) = std::sync::mpsc::channel();
+        std::thread::spawn(move || {
+            for stop in stops {
+                for layers in [Layers::default(), Layers::OF_POINTS, Layers::OF_SAMPLES] {
+                    let settings = Settings { stop, layers, ..Settings::default() };
+                    let progress = |progress: Progress| {
+                        progress.snapshot_with_errors();
+                        ControlFlow::Continue(())
+                    };
+                    let rendered = render(&scene, &settings, &progress);
+                    assert!(rendered.complete, "{settings:?}");
+                    tell.send(settings).unwrap();
+                }
+            }
+        });
+        for done in 0..3 * stops.len() {
+            let settings = told.recv_timeout(Duration::from_secs(100));
+            settings.unwrap_or_else(|error| panic!("{error} after {done} renderings"));
+        }
     }
 
     /// From any thread, at any time; the last ones are close to the picture.

@@ -41,6 +41,9 @@ impl Ambient<'_> {
             let frames = Frames::from_z(n.narrow());
             let mut sum = splat_f32(simd, 0.0);
             for k in 0..self.samples {
+                if !tracer.goes_on() {
+                    return;
+                }
                 let u = streams.nested_2d(simd, (self.samples, k)).map(
                     #[inline(always)]
                     |u| to_f32(u),

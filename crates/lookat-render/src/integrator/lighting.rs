@@ -147,6 +147,9 @@ impl<S: Simd> Vertices<'_, S> {
                 let sampled = active & eligible.simd_gt(light as f64);
                 let scattered = active & !sampled;
                 for k in 0..count {
+                    if !tracer.goes_on() {
+                        return sum;
+                    }
                     let u = match table.is_delta(light) {
                         true => [0.0.simd_into(simd); 2],
                         false => streams.nested_2d(simd, (count, k)),
@@ -166,6 +169,9 @@ impl<S: Simd> Vertices<'_, S> {
             }
             let most = most_samples(table, strategy);
             for k in 0..most {
+                if !tracer.goes_on() {
+                    return sum;
+                }
                 let u = streams.nested_2d(simd, (most, k));
                 sum = sum + self.by_direction(tracer, u, active);
             }

@@ -15,6 +15,15 @@ use crate::traceable::Traceable;
 /// The most surfaces without a material that a ray passes through in a row.
 pub(crate) const MAX_PASSED: u32 = 1000;
 
+/// Decides whether sampling goes on.
+pub(crate) trait Supervisor: Sync {
+    /// False once sampling stops.
+    fn goes_on(&self) -> bool;
+}
+
+/// The calls of [`Tracer::goes_on`] between two questions: about a millisecond.
+const STEPS: u32 = 1 << 10;
+
 /// Traces rays and counts them.
 pub(crate) struct Tracer<'s> {
     pub(super) scene: &'s Traceable,
@@ -22,14 +31,51 @@ pub(crate) struct Tracer<'s> {
     pub rays: u64,
     /// How many packets of camera rays go together.
     pub stream_size: StreamSize,
+    /// Asked every [`STEPS`] steps.
+    supervisor: Option<&'s dyn Supervisor>,
+    steps: u32,
+    /// True once sampling has been stopped: the samples of the current wave are not complete.
+    pub is_stopped: bool,
     /// Set while the stages of a rendering are measured.
     pub profiler: Option<Box<Profiler>>,
 }
 
 impl<'s> Tracer<'s> {
     pub fn new(scene: &'s Traceable, lights: &'s LightTable) -> Self {
-        Tracer { scene, lights, rays: 0, stream_size: StreamSize::LARGEST, profiler: None }
+        Tracer {
+            scene,
+            lights,
+            rays: 0,
+            stream_size: StreamSize::LARGEST,
+            supervisor: None,
+            steps: 0,
+            is_stopped: false,
+            profiler: None,
+        }
     }
+
+    /// The same, but asks whether to go on.
+    pub fn supervised(self, supervisor: &'s dyn Supervisor) -> Self {
+        Tracer { supervisor: Some(supervisor), ..self }
+    }
+
+    /// False once sampling stops. Called for each packet of rays, because the rays of one sample may take minutes.
+    #[inline(always)]
+    pub fn goes_on(&mut self) -> bool {
+        self.steps += 1;
+        if self.steps >= STEPS {
+            self.ask();
+        }
+        !self.is_stopped
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn ask(&mut self) {
+        self.steps = 0;
+        self.is_stopped |= self.supervisor.is_some_and(|supervisor| !supervisor.goes_on());
+    }
+
     /// Does something with the profiler, if there is one.
     #[inline(always)]
     pub fn profile(&mut self, does: impl FnOnce(&mut Profiler)) {

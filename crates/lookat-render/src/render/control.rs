@@ -1,13 +1,15 @@
 //! The progress of a rendering, and when it stops.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard};
 use std::time::Instant;
 
 use super::{Progress, Statistics};
 use crate::film::{Film, lock};
-use crate::integrator::{Profiler, Stage, Tracer};
+use crate::integrator::wave::WAVE;
+use crate::integrator::{Profiler, Stage, Supervisor, Tracer};
+use crate::number::LANES;
 
 /// What all threads of a rendering share.
 pub(super) struct Control<'p> {
@@ -18,6 +20,8 @@ pub(super) struct Control<'p> {
     /// The profilers of finished tiles, if stages are measured.
     pub profilers: Option<&'p Mutex<Vec<Profiler>>>,
     pub stopped: AtomicBool,
+    /// The rays of a sample where the threads are: the most of the last waves. 0 while unknown.
+    pub rays_per_sample: AtomicU64,
     pub state: Mutex<State>,
 }
 
@@ -37,7 +41,23 @@ pub(super) struct State {
     pub statistics: Statistics,
 }
 
-impl Control<'_> {
+impl<'p> Control<'p> {
+    /// Of a rendering that has not begun, without a deadline.
+    pub fn new(
+        progress: &'p (dyn Fn(Progress) -> ControlFlow<()> + Sync),
+        film: &'p Film<'p>,
+    ) -> Control<'p> {
+        Control {
+            progress,
+            film,
+            deadline: None,
+            profilers: None,
+            stopped: AtomicBool::new(false),
+            rays_per_sample: AtomicU64::new(0),
+            state: Mutex::default(),
+        }
+    }
+
     pub fn state(&self) -> MutexGuard<'_, State> {
         lock(&self.state)
     }
@@ -90,12 +110,16 @@ impl Control<'_> {
     }
 }
 
-/// The most samples that a thread takes before it checks whether to stop.
-const BATCH: u32 = 256;
-/// The samples in the first batch of a thread.
-const FIRST_BATCH: u32 = 4;
-/// The approximate number of rays that a thread traces before it checks whether to stop: about 10 ms. A single sample
-/// is never divided.
+impl Supervisor for Control<'_> {
+    fn goes_on(&self) -> bool {
+        self.advance(0);
+        !self.is_stopped()
+    }
+}
+
+/// The samples that a thread takes before it reports them.
+const BATCH: u64 = 256;
+/// The approximate number of rays of a wave of samples: about 10 ms.
 const RAYS: u64 = 1 << 14;
 
 /// Counts the samples of one thread and reports them in batches.
@@ -105,36 +129,38 @@ pub(super) struct Meter<'c, 'p> {
     unreported: u64,
     /// The rays that the thread had traced at the last call of `add`.
     rays: u64,
-    /// The samples in the next batch.
-    batch: u32,
 }
 
 impl<'c, 'p> Meter<'c, 'p> {
     pub fn new(control: &'c Control<'p>) -> Self {
-        Meter::counting(control, true)
+        Meter { control, counts: true, unreported: 0, rays: 0 }
     }
 
     /// One for samples that do not count.
     pub fn silent(control: &'c Control<'p>) -> Self {
-        Meter::counting(control, false)
+        Meter { counts: false, ..Meter::new(control) }
     }
 
-    fn counting(control: &'c Control<'p>, counts: bool) -> Self {
-        Meter { control, counts, unreported: 0, rays: 0, batch: FIRST_BATCH }
-    }
-
-    /// True if samples are so slow that the batch is smaller than the first one.
-    pub fn is_slow(&self) -> bool {
-        self.batch < FIRST_BATCH
+    /// The samples to take together: fewer where each takes many rays, and eight until that is known.
+    pub fn wave(&self) -> usize {
+        let rays = self.control.rays_per_sample.load(Ordering::Relaxed);
+        let most = RAYS.checked_div(rays).unwrap_or(0).min(WAVE as u64) as usize;
+        (most / LANES * LANES).max(LANES)
     }
 
     /// Counts `samples` more samples. `rays` is the total number of rays of the thread. False if the rendering stops.
     pub fn add(&mut self, samples: u32, rays: u64) -> bool {
-        let are_many = rays - self.rays > RAYS;
+        let of_wave = rays - self.rays;
         self.rays = rays;
-        self.batch = if are_many { (self.batch / 4).max(1) } else { (self.batch * 4).min(BATCH) };
+        // Slow parts of the picture are remembered for some waves, and fast parts are learned from little by little.
+        let before = self.control.rays_per_sample.load(Ordering::Relaxed);
+        let now =
+            of_wave.div_ceil(u64::from(samples.max(1))).max(1).max(before - before.div_ceil(4).min(before));
+        if now != before {
+            self.control.rays_per_sample.store(now, Ordering::Relaxed);
+        }
         self.unreported += u64::from(if self.counts { samples } else { 0 });
-        if self.unreported >= u64::from(BATCH) || are_many {
+        if self.unreported >= BATCH || of_wave > RAYS {
             self.control.advance(std::mem::take(&mut self.unreported));
         }
         !self.control.is_stopped()

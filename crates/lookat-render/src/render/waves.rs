@@ -32,7 +32,8 @@ pub(super) struct Worker<'a> {
 impl<'a> Worker<'a> {
     pub fn new(context: &Context<'a>) -> Self {
         Worker {
-            tracer: Tracer::new(&context.prepared.traceable, &context.prepared.lights),
+            tracer: Tracer::new(&context.prepared.traceable, &context.prepared.lights)
+                .supervised(context.control),
             streams: Streams::new(),
             wave: Box::new(Wave::new()),
             negative: [false; WAVE],
@@ -48,8 +49,7 @@ impl Context<'_> {
         let (mut number, mut index) = (0, indices.start);
         loop {
             let mut places: ArrayVec<Place, WAVE> = ArrayVec::new();
-            let most = if meter.is_slow() { LANES } else { WAVE };
-            while places.len() < most && number < jobs.len() {
+            while places.len() < meter.wave() && number < jobs.len() {
                 if index < jobs[number].indices.end {
                     places.push((number, index));
                     index += 1;
@@ -61,14 +61,16 @@ impl Context<'_> {
             if places.is_empty() {
                 return;
             }
-            self.sample_places(worker, jobs, &places);
-            if !meter.add(places.len() as u32, worker.tracer.rays) {
+            if !self.sample_places(worker, jobs, &places)
+                || !meter.add(places.len() as u32, worker.tracer.rays)
+            {
                 return;
             }
         }
     }
 
-    fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) {
+    /// Takes samples and adds them to their jobs. False, without adding them, if the rendering stops meanwhile.
+    fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) -> bool {
         worker.tracer.profile(|profiler| profiler.enter(Stage::Camera));
         let sample = |(number, index): &Place| {
             let Job { pattern, place, .. } = &jobs[*number];
@@ -81,10 +83,14 @@ impl Context<'_> {
         worker.wave.clear();
         side_by_side!(self.prepared.traceable.level, simd => self.take(simd, worker, &samples));
         worker.tracer.profile(|profiler| profiler.enter(Stage::Film));
+        if worker.tracer.is_stopped {
+            return false;
+        }
         for (at, (number, _)) in places.iter().enumerate() {
             let Job { pattern, samples, .. } = &mut jobs[*number];
             self.add(pattern, worker.wave.radiance[at], worker.negative[at], samples);
         }
+        true
     }
 
     /// Takes samples.

@@ -58,7 +58,7 @@ impl Layers {
     /// The auxiliary images of Open Image Denoise.
     pub const DENOISE: Layers = Layers(1 << Layer::Albedo as u16 | 1 << Layer::ShadingNormal as u16);
     /// Layers with the values of one point.
-    pub(super) const OF_POINTS: Layers = Layers(
+    pub(in crate::render) const OF_POINTS: Layers = Layers(
         1 << Layer::Depth as u16
             | 1 << Layer::Position as u16
             | 1 << Layer::Uv as u16
@@ -66,7 +66,7 @@ impl Layers {
             | 1 << Layer::Material as u16,
     );
     /// Layers with means over samples.
-    pub(super) const OF_SAMPLES: Layers = Layers(Layers::DENOISE.0 | 1 << Layer::Normal as u16);
+    pub(in crate::render) const OF_SAMPLES: Layers = Layers(Layers::DENOISE.0 | 1 << Layer::Normal as u16);
 
     /// All names, of layers and of the set for denoising.
     pub fn names() -> impl Iterator<Item = &'static str> {

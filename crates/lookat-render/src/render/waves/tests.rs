@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use fearless_simd::Level;
 use glam::Vec3;
@@ -28,14 +29,7 @@ fn pixels(scene: &Scene, level: Level, together: usize) -> (Vec<String>, u64) {
     let progress = |_: Progress| ControlFlow::Continue(());
     let filter = FilterSampler::new(&scene.view.filter);
     let film = Film::new(&scene.view.film, &filter, Errors::None);
-    let control = Control {
-        progress: &progress,
-        film: &film,
-        deadline: None,
-        profilers: None,
-        stopped: Default::default(),
-        state: Default::default(),
-    };
+    let control = Control::new(&progress, &film);
     let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
     let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
     let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
@@ -334,4 +328,60 @@ fn paths_have_the_same_bits_at_every_level() {
         (0..400).map(|case| check(&path_scene(case), (case % 3 == 0).then(|| picture_sky(case % 2 == 0))));
     let seen = seen.fold(0, u64::saturating_add);
     assert!(seen > 300_000, "{seen}");
+}
+
+/// However many rays a sample takes, the callback is called soon, and may end the rendering. Once samples are known to be slow, few
+/// are taken together.
+#[test]
+fn samples_of_many_rays_are_interrupted() {
+    for integrator in [
+        "\"ambientocclusion\" \"integer nsamples\" 65536",
+        "\"directlighting\"",
+        "\"path\" \"integer maxdepth\" 20000 \"float rrthreshold\" 0",
+    ] {
+        let scene = scene(&format!(
+            "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator {integrator} WorldBegin
+            AreaLightSource \"diffuse\" \"integer samples\" 65536 Material \"matte\" \"rgb Kd\" [1 1 1]
+            ReverseOrientation Shape \"sphere\" \"float radius\" 9 WorldEnd"
+        ));
+        let prepared = Prepared::new(&scene);
+        let filter = FilterSampler::new(&scene.view.filter);
+        let film = Film::new(&scene.view.film, &filter, Errors::None);
+        for most in [1, 10] {
+            let calls = AtomicU64::new(0);
+            let progress = |_: Progress| match calls.fetch_add(1, Ordering::Relaxed) + 1 < most {
+                true => ControlFlow::Continue(()),
+                false => ControlFlow::Break(()),
+            };
+            let control = Control::new(&progress, &film);
+            let context = Context::new(&prepared, &scene.view, 16, (&filter, &film, &control));
+            let (mut worker, mut meter) = (Worker::new(&context), Meter::new(&control));
+            let pattern = Pattern { sampler: scene.view.sampler, seed: 5, is_watched: true };
+            let mut jobs: Vec<Job> = (0..256).map(|x| Job::new(pattern, [x, 9], 0..1)).collect();
+            context.sample_all(&mut worker, &mut meter, &mut jobs);
+            assert_eq!(calls.load(Ordering::Relaxed), most, "{integrator}");
+            let rays = worker.tracer.rays;
+            assert!(rays > 0 && rays <= most << 15, "{integrator}: {rays} rays in {most} calls");
+            // Samples that are not complete do not count.
+            assert!(jobs.iter().all(|job| job.samples.pixel.all.count == 0));
+        }
+    }
+}
+
+/// A tile that begins where samples are slow begins with few of them.
+#[test]
+fn meters_remember_slow_samples() {
+    let scene = scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd");
+    let film = Film::new(&scene.view.film, &FilterSampler::new(&scene.view.filter), Errors::None);
+    let control = Control::new(&|_| ControlFlow::Continue(()), &film);
+    let wave = |samples: u32, rays: u64| {
+        let mut meter = Meter::new(&control);
+        meter.add(samples, rays);
+        Meter::new(&control).wave()
+    };
+    assert_eq!(Meter::new(&control).wave(), LANES, "nothing is known");
+    assert_eq!([wave(8, 80), wave(64, 640)], [WAVE; 2]);
+    assert_eq!(wave(64, 64 << 16), LANES);
+    assert_eq!(wave(8, 8), LANES, "one fast wave is not enough");
+    assert_eq!((0..50).map(|_| wave(8, 8)).last(), Some(WAVE));
 }
