@@ -9,6 +9,9 @@ use lookat_scene::LoadOptions;
 use lookat_scene::syntax::Severity;
 use serde_json::Value;
 
+#[cfg(unix)]
+#[path = "cli/combinations.rs"]
+mod combinations;
 #[path = "cli/convert.rs"]
 mod convert;
 #[path = "cli/explain.rs"]
@@ -35,6 +38,9 @@ mod stopping;
 mod terminal;
 #[path = "cli/threads.rs"]
 mod threads;
+#[cfg(unix)]
+#[path = "cli/unread.rs"]
+mod unread;
 #[path = "cli/view.rs"]
 mod view;
 

@@ -178,13 +178,15 @@ fn the_time_left_is_told_after_a_second() {
     assert!(lines(&["--quiet"]).is_empty() && lines(&["--json"]).is_empty());
 }
 
-/// Ctrl-C, or SIGTERM, leaves the samples so far in a picture of another name.
+/// Ctrl-C, or another signal that ends programs, leaves the samples so far in a picture of another name.
 #[cfg(unix)]
 #[test]
 fn a_rendering_that_is_broken_off_leaves_a_partial_picture() {
     let folder = Folder::new();
-    // `timeout` sends twice at once.
-    for (signal, times) in [("-INT", 1), ("-TERM", 1), ("-TERM", 2)] {
+    // `timeout` sends twice at once. A closed terminal sends SIGHUP, and a limit of time SIGXCPU.
+    for (signal, times) in
+        [("-INT", 1), ("-TERM", 1), ("-TERM", 2), ("-HUP", 1), ("-HUP", 2), ("-QUIT", 1), ("-XCPU", 1)]
+    {
         let stopped = |after: f32| {
             let mut command = folder.command(&["render", "fine.pbrt", "-o", "a.exr", "--spp", "100000000"]);
             let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -208,6 +210,97 @@ fn a_rendering_that_is_broken_off_leaves_a_partial_picture() {
         assert!(!folder.path("a.exr").exists());
         std::fs::remove_file(folder.path("a.partial.exr")).unwrap();
     }
+}
+
+/// A rendering that takes hours.
+#[cfg(unix)]
+struct Endless<'f> {
+    folder: &'f Folder,
+    child: std::process::Child,
+}
+
+#[cfg(unix)]
+impl Endless<'_> {
+    /// Starts it in a shell, after other commands.
+    fn start<'f>(folder: &'f Folder, before: &str, options: &str) -> Endless<'f> {
+        let mut command = Command::new("bash");
+        let program = env!("CARGO_BIN_EXE_lookat");
+        let text = format!("{before} exec {program} render fine.pbrt -o a.exr --spp 100000000 {options}");
+        let child = command.args(["-c", &text]).current_dir(folder.0.path()).stderr(Stdio::piped());
+        Endless { folder, child: child.spawn().unwrap() }
+    }
+
+    fn send(&self, signal: &str) {
+        let id = self.child.id().to_string();
+        assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+    }
+
+    /// The samples per pixel of the partial picture. Waits until they are more than before.
+    #[track_caller]
+    fn samples(&self, before: f64) -> f64 {
+        let started = std::time::Instant::now();
+        loop {
+            // The picture is whole whenever it is there.
+            if self.folder.path("a.partial.exr").exists() {
+                let image = Image::read(&self.folder.path("a.partial.exr")).unwrap();
+                let metadata: Value = serde_json::from_str(image.metadata.as_deref().unwrap()).unwrap();
+                assert_eq!(metadata["complete"], false);
+                let found = metadata["samples_per_pixel"].as_f64().unwrap();
+                if found > before {
+                    return found;
+                }
+            }
+            assert!(started.elapsed().as_secs() < 100);
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+    }
+
+    fn end(mut self) -> (Option<i32>, String) {
+        assert_eq!(self.child.try_wait().unwrap(), None);
+        self.send("-TERM");
+        let status = unread::ended(&mut self.child);
+        let mut said = String::new();
+        std::io::Read::read_to_string(&mut self.child.stderr.take().unwrap(), &mut said).unwrap();
+        (status.code(), said)
+    }
+}
+
+/// SIGUSR1 writes the picture so far, as often as it comes, and rendering goes on.
+#[cfg(unix)]
+#[test]
+fn a_signal_asks_for_the_picture_so_far() {
+    for options in ["", "--target-error 0.000001", "--error-layers"] {
+        let folder = Folder::new();
+        let endless = Endless::start(&folder, "", options);
+        // Until it listens, the signal would end it.
+        std::thread::sleep(std::time::Duration::from_secs(2));
+        endless.send("-USR1");
+        let first = endless.samples(-1.0);
+        // There may be no more samples at once.
+        std::thread::sleep(std::time::Duration::from_secs(1));
+        endless.send("-USR1");
+        endless.samples(if options.is_empty() { first } else { first - 1e-9 });
+        let (status, said) = endless.end();
+        assert!(status == Some(130) && said.contains("a.partial.exr: the picture so far"), "{said}");
+        assert!(!folder.path("a.exr").exists());
+    }
+}
+
+/// `nohup` keeps a rendering alive after its terminal.
+#[cfg(target_os = "linux")]
+#[test]
+fn ignored_signals_stay_ignored() {
+    let folder = Folder::new();
+    let endless = Endless::start(&folder, "trap '' HUP;", "");
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    endless.send("-HUP");
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    endless.send("-USR1");
+    let first = endless.samples(-1.0);
+    std::thread::sleep(std::time::Duration::from_secs(1));
+    endless.send("-USR1");
+    endless.samples(first);
+    assert_eq!(endless.end().0, Some(130));
 }
 
 #[test]

@@ -145,6 +145,20 @@ fn a_picture_is_drawn_in_half_blocks() {
     let drawn = "\u{1b}[38;2;255;0;0;48;2;0;0;255m▀\u{1b}[38;2;0;255;0;48;2;255;255;188m▀\u{1b}[0m\r\n";
     let (_, after) = text.split_once(drawn).unwrap_or_else(|| panic!("{text:?}"));
     assert!(after.contains("colors.exr: 2 x 2 pixels"), "{text:?}");
+    // Exposure and tone curve are those of an 8-bit file.
+    let tone = ["--exposure", "1", "--tone", "aces"];
+    let text = on_terminal(
+        &folder,
+        &[&["render", "colors.pbrt", "--show=blocks", "-o", "colors.png"][..], &tone].concat(),
+    );
+    let file = std::io::BufReader::new(File::open(folder.path("colors.png")).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    let color = |at: usize| bytes[3 * at..3 * at + 3].iter().map(u8::to_string).collect::<Vec<_>>().join(";");
+    let column = |at: usize| format!("\u{1b}[38;2;{};48;2;{}m▀", color(at), color(at + 2));
+    let drawn = format!("{}{}\u{1b}[0m\r\n", column(0), column(1));
+    assert!(text.contains(&drawn) && !drawn.contains("38;2;255;0;0"), "{drawn:?} {text:?}");
     // A picture of several updates is drawn over itself.
     let arguments = ["render", "colors.pbrt", "--show=blocks", "--time", "1.5"];
     let text = on_terminal(&folder, &arguments);

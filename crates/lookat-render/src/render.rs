@@ -55,6 +55,8 @@ pub struct Progress<'f> {
     pub left: Option<[u64; 2]>,
     /// Pixels that have reached the target error so far, after whole rounds; 0 without one.
     pub pixels_done: u64,
+    /// Of finished tiles.
+    statistics: Statistics,
     film: &'f Film<'f>,
 }
 
@@ -69,6 +71,12 @@ impl Progress<'_> {
     /// replicates.
     pub fn snapshot_with_errors(&self) -> Image {
         self.film.develop(true)
+    }
+
+    /// What [`render`] gives if it is ended now, without layers but those of errors, if `with_errors` asks for them.
+    pub fn rendered(&self, with_errors: bool) -> Rendered {
+        let (image, statistics) = (self.film.develop(with_errors), self.film.count(self.statistics));
+        Rendered { image, statistics, preparation: Duration::ZERO, complete: false }
     }
 }
 

@@ -4,9 +4,9 @@ mod text;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use indicatif::ProgressBar;
 use lookat_image::{Image, MemoryBudget, write_file};
 use lookat_lab::chart::{
     Budget, Climb, Cost, End, FEWEST_SEEDS, Fitted, Header, METHODS, MOST_RUNGS, Marker, Measured, Method,
@@ -21,6 +21,7 @@ use crate::args::{Chart, Other, Report, way_out};
 use crate::output::{Destination, check_folder, check_inputs, check_new_folder, make_folder};
 use crate::render::{charge_memory, progress_bar};
 use crate::source::{load_scene, read_image};
+use crate::standard_error::{self, Bar};
 use crate::visible::escaped;
 use crate::{interrupt, report};
 
@@ -81,10 +82,11 @@ fn run(arguments: &Chart) -> Result<u8, String> {
     let mut header = header(arguments, &scene, parse);
     let runner = Runner::new(scene, 0);
     let budget = Budget { started, seconds: arguments.budget };
-    let bench = Bench { arguments, methods, budget, bar: progress_bar(false) };
+    standard_error::detach();
+    let bench = Bench { arguments, methods, budget, bar: progress_bar() };
     interrupt::stop_in_order(Some("stopping; interrupt again to quit without a chart"), || true);
     let found = bench.measure(&runner, reference)?;
-    bench.bar.finish_and_clear();
+    bench.bar.clear();
     let Some((plan, reference, measured)) = found else {
         crate::say("interrupted before the first point; nothing was written");
         return Ok(interrupt::STATUS);
@@ -126,7 +128,7 @@ struct Bench<'a> {
     arguments: &'a Chart,
     methods: Vec<&'static Method>,
     budget: Budget,
-    bar: ProgressBar,
+    bar: Bar,
 }
 
 impl Bench<'_> {
@@ -139,15 +141,16 @@ impl Bench<'_> {
     ) -> Result<Option<(Plan, Reference, Measured)>, String> {
         let Some(costs) = self.costs(runner, given.is_none()) else { return Ok(None) };
         let plan = self.plan(costs, given.is_some())?;
-        self.bar.suspend(|| crate::say(&text::plan(&plan, &self.methods, self.arguments.spp.is_some())));
-        self.bar.reset_eta();
+        crate::say(&text::plan(&plan, &self.methods, self.arguments.spp.is_some()));
+        let farthest = AtomicU64::new(0);
         // The reference takes its share of the samples on the progress bar.
         let share = plan.reference_share();
         let watch = |from: f64, to: f64| {
+            let farthest = &farthest;
             move |done: f64| {
                 // After a new plan, the computed position may be lower: the bar waits.
                 let at = (1000.0 * (from + done * (to - from))) as u64;
-                self.bar.set_position(at.max(self.bar.position()));
+                self.bar.set(at.max(farthest.fetch_max(at, Ordering::Relaxed)), String::new());
                 interrupt::flow()
             }
         };

@@ -1,6 +1,6 @@
-//! Ctrl-C (SIGINT), and SIGTERM, which `timeout` and batch systems send.
+//! Signals that end a command: Ctrl-C (SIGINT), SIGTERM, SIGQUIT, SIGHUP and SIGXCPU. SIGUSR1 asks for the picture so far.
 
-use std::io::{self, IsTerminal};
+use std::io;
 use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -10,10 +10,13 @@ use lookat_image::exit;
 
 use crate::lock::lock;
 
-/// The exit status after both signals, as for a program ended by SIGINT.
+/// The exit status after all of them, as for a program ended by SIGINT.
 pub const STATUS: u8 = 130;
 
 static ASKED: AtomicBool = AtomicBool::new(false);
+
+/// True after SIGUSR1, until the picture so far is taken.
+static ASKED_FOR_PICTURE: AtomicBool = AtomicBool::new(false);
 
 /// How to stop in order; `None` ends the program at once.
 static ORDERLY: Mutex<Option<Orderly>> = Mutex::new(None);
@@ -30,6 +33,11 @@ pub fn flow() -> ControlFlow<()> {
     if ASKED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
+/// True once after each SIGUSR1: the picture so far is to be written.
+pub fn takes_picture() -> bool {
+    ASKED_FOR_PICTURE.swap(false, Ordering::Relaxed)
+}
+
 /// From now on the first time asks to stop, and `notice` is said; the second, or the first while it is not worth while to
 /// stop in order, ends the program at once.
 pub fn stop_in_order(notice: Option<&'static str>, is_worth_while: fn() -> bool) {
@@ -39,12 +47,29 @@ pub fn stop_in_order(notice: Option<&'static str>, is_worth_while: fn() -> bool)
 /// Signals within this time count as one: `timeout` signals a program and then its process group.
 const TOGETHER: Duration = Duration::from_millis(100);
 
-/// Watches for both, from a thread of its own. Ending the program at once leaves no temporary files.
+/// What a signal asks for.
+#[derive(Clone, Copy, PartialEq)]
+enum Request {
+    /// To stop. The second time, to end at once.
+    Stop,
+    /// To stop, however often: the system repeats SIGXCPU, and both the terminal and the shell send SIGHUP.
+    #[cfg_attr(not(unix), expect(dead_code, reason = "only Unix has these signals"))]
+    OnlyStop,
+    /// To write the picture so far.
+    #[cfg_attr(not(unix), expect(dead_code, reason = "only Unix has these signals"))]
+    Picture,
+}
+
+/// Watches for signals, from a thread of its own. Ending the program at once leaves no temporary files.
 pub fn watch() {
     let mut first: Option<Instant> = None;
-    let interrupt = move || {
+    let interrupt = move |request: Request| {
+        if request == Request::Picture {
+            ASKED_FOR_PICTURE.store(true, Ordering::Relaxed);
+            return;
+        }
         if let Some(first) = first {
-            if first.elapsed() > TOGETHER {
+            if request == Request::Stop && first.elapsed() > TOGETHER {
                 exit(STATUS.into());
             }
             return;
@@ -53,12 +78,9 @@ pub fn watch() {
         let orderly = *lock(&ORDERLY);
         let Some(Orderly { notice, is_worth_while }) = orderly else { exit(STATUS.into()) };
         ASKED.store(true, Ordering::Relaxed);
-        // Start below the progress bar.
-        if notice.is_some() && io::stderr().is_terminal() {
-            eprintln!();
-        }
         if !is_worth_while() {
             crate::say("interrupted; nothing was written");
+            crate::flush();
             exit(STATUS.into());
         }
         notice.into_iter().for_each(crate::say);
@@ -87,31 +109,50 @@ pub fn survive_abort() {
 }
 
 #[cfg(unix)]
-fn on_signal(mut interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+fn on_signal(mut interrupt: impl FnMut(Request) + Send + 'static) -> io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGQUIT, SIGTERM, SIGUSR1, SIGXCPU};
     use signal_hook::iterator::Signals;
 
+    // `nohup` ignores SIGHUP, and shells SIGQUIT in the background. These stay ignored.
+    let optional = [SIGHUP, SIGQUIT, SIGXCPU, SIGUSR1].into_iter().filter(|signal| !is_ignored(*signal));
+    let signals: Vec<i32> = [SIGINT, SIGTERM].into_iter().chain(optional).collect();
     let (tell, told) = std::sync::mpsc::channel();
     // Watches only once there is a thread: without one, signals keep their usual effect.
     let watch = move || {
-        // Not SIGHUP, so that `nohup` can ignore it.
-        let signals = Signals::new([SIGINT, SIGTERM]);
+        let signals = Signals::new(signals);
         let _ = tell.send(signals.as_ref().map(drop).map_err(|error| io::Error::other(error.to_string())));
-        signals.into_iter().for_each(|mut signals| signals.forever().for_each(|_| interrupt()));
+        let request = |signal: i32| match signal {
+            SIGUSR1 => Request::Picture,
+            SIGHUP | SIGXCPU => Request::OnlyStop,
+            _ => Request::Stop,
+        };
+        signals
+            .into_iter()
+            .for_each(|mut signals| signals.forever().for_each(|signal| interrupt(request(signal))));
     };
     std::thread::Builder::new().spawn(watch)?;
     told.recv().map_err(io::Error::other)?
 }
 
+/// True if the program was started with this signal ignored. Where the system does not say so, SIGHUP counts as ignored.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let ignored = std::fs::read_to_string("/proc/self/status").ok().and_then(|status| {
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    });
+    ignored.map_or(signal == signal_hook::consts::SIGHUP, |mask| mask >> (signal - 1) & 1 == 1)
+}
+
 #[cfg(not(unix))]
-fn on_signal(mut interrupt: impl FnMut() + Send + 'static) -> io::Result<()> {
+fn on_signal(mut interrupt: impl FnMut(Request) + Send + 'static) -> io::Result<()> {
     let asked = std::sync::Arc::new(AtomicBool::new(false));
     signal_hook::flag::register(signal_hook::consts::SIGINT, asked.clone())?;
     let watch = move || {
         loop {
             std::thread::sleep(TOGETHER / 2);
             if asked.swap(false, Ordering::Relaxed) {
-                interrupt();
+                interrupt(Request::Stop);
             }
         }
     };

@@ -1,6 +1,6 @@
 //! A picture shown while it is rendered: in the terminal, in the viewer tev, and again after each change of its files.
 
-mod drawing;
+pub mod drawing;
 mod protocol;
 mod sixel;
 mod terminal;
@@ -12,12 +12,12 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use indicatif::ProgressBar;
 use lookat_image::Image;
 use lookat_render::Progress;
 
-use crate::args::LiveView;
-use crate::interrupt;
+use crate::args::{LiveView, Tone};
+use crate::lock::lock;
+use crate::{interrupt, standard_error};
 use terminal::Terminal;
 use tev::Tev;
 pub use watch::Watch;
@@ -28,6 +28,7 @@ const STEP: Duration = Duration::from_millis(250);
 /// Where the picture is shown.
 pub struct Live {
     views: Mutex<Views>,
+    tone: Tone,
     /// The files of the scene, with `--watch`.
     pub watch: Option<Watch>,
 }
@@ -40,42 +41,45 @@ struct Views {
 
 impl Live {
     /// Fails without a terminal for `--show`.
-    pub fn new(arguments: &LiveView) -> Result<Live, String> {
+    pub fn new(arguments: &LiveView, tone: Tone) -> Result<Live, String> {
         let terminal = arguments.show.map(Terminal::new).transpose()?;
         let tev = arguments.tev.as_deref().and_then(Tev::connect);
-        let views = Views { terminal, tev, next: Instant::now() };
-        Ok(Live { views: Mutex::new(views), watch: arguments.watch.then(|| Watch::new(|| ())) })
+        let views = Mutex::new(Views { terminal, tev, next: Instant::now() });
+        Ok(Live { views, tone, watch: arguments.watch.then(|| Watch::new(|| ())) })
     }
 
     /// Begins a picture of this file and size.
     pub fn begin(&self, file: &Path, size: [u32; 2]) {
-        let Ok(mut views) = self.views.lock() else { return };
+        let mut views = lock(&self.views);
         views.next = Instant::now() + STEP;
         views.terminal.iter_mut().for_each(Terminal::begin);
-        views.on_tev(|tev| tev.begin(file, size));
+        views.tev.iter_mut().for_each(|tev| tev.begin(file, size));
     }
 
-    /// Shows the picture so far, a few times per second.
-    pub fn update(&self, progress: &Progress, bar: &ProgressBar) {
+    /// Shows the picture so far, a few times per second, where the one before is shown.
+    pub fn update(&self, progress: &Progress) {
         // Another thread is showing the picture.
         let Ok(mut views) = self.views.try_lock() else { return };
         let started = Instant::now();
-        if !views.is_used() || started < views.next || interrupt::flow().is_break() {
+        if started < views.next || !views.any_is_idle() || interrupt::flow().is_break() {
             return;
         }
-        let image = progress.snapshot();
-        bar.suspend(|| views.show(&image));
+        views.show(progress.snapshot(), self.tone);
         views.next = Instant::now() + STEP.max(10 * started.elapsed());
     }
 
     /// Shows the finished picture.
     pub fn finish(&self, image: &Image) {
-        if let Ok(mut views) = self.views.lock()
-            && views.is_used()
-            && interrupt::flow().is_continue()
-        {
-            views.show(image);
+        let views = lock(&self.views);
+        if views.is_used() && interrupt::flow().is_continue() {
+            views.show(image.clone(), self.tone);
         }
+    }
+
+    /// Waits until the picture is shown, unless its viewer does not read.
+    pub fn wait(&self) {
+        standard_error::wait();
+        lock(&self.views).tev.iter().for_each(Tev::wait);
     }
 
     /// Tells the rendering to stop after a signal, or after a change of its files.
@@ -94,18 +98,15 @@ impl Views {
         self.terminal.is_some() || self.tev.is_some()
     }
 
-    fn show(&mut self, image: &Image) {
-        self.terminal.iter_mut().for_each(|terminal| terminal.show(image));
-        self.on_tev(|tev| tev.update(image));
+    /// True if a view would show a picture at once.
+    fn any_is_idle(&self) -> bool {
+        self.terminal.is_some() && standard_error::is_idle() || self.tev.as_ref().is_some_and(Tev::is_idle)
     }
 
-    /// Does something with tev. Warns and goes on without it if that fails.
-    fn on_tev(&mut self, act: impl FnOnce(&mut Tev) -> Result<(), String>) {
-        if let Some(Err(warning)) = self.tev.as_mut().map(act) {
-            self.tev = None;
-            // The message moves the lines of the terminal.
-            self.terminal.iter_mut().for_each(Terminal::begin);
-            crate::say(&warning);
-        }
+    /// Shows the picture with the exposure and the tone curve of an 8-bit file.
+    fn show(&self, mut image: Image, tone: Tone) {
+        tone.mapping(&image).apply(&mut image);
+        self.terminal.iter().for_each(|terminal| terminal.show(&image));
+        self.tev.iter().for_each(|tev| tev.show(&image));
     }
 }

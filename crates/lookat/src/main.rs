@@ -22,13 +22,16 @@ mod report;
 mod sight;
 mod source;
 mod stability;
+mod standard_error;
 mod usage;
 mod verify;
 mod view;
 mod visible;
+mod writer;
 
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::process::ExitCode;
+use std::sync::mpsc::{self, RecvTimeoutError};
 
 use clap::Parser as _;
 use visible::{escaped, visible, visible_lines};
@@ -48,7 +51,7 @@ fn main() -> ExitCode {
     interrupt::watch();
     drop(std::hint::black_box(kept));
     start_threads(&arguments.command);
-    match arguments.command {
+    let status = match arguments.command {
         args::Command::Render(arguments) => render::render(&arguments),
         args::Command::View(arguments) => view::view(&arguments),
         args::Command::Check(arguments) => check::check(&arguments),
@@ -60,7 +63,14 @@ fn main() -> ExitCode {
         args::Command::Inspect(arguments) => inspect::inspect(&arguments),
         args::Command::Explain(arguments) => explain::explain(&arguments),
         args::Command::Bench(arguments) => bench::bench(&arguments),
-    }
+    };
+    flush();
+    status
+}
+
+/// Waits for messages that are not yet written, see [`standard_error::wait`].
+fn flush() {
+    standard_error::wait();
 }
 
 /// The bytes of addresses that a limit leaves at least for what a command does. Above 32 MB, because glibc keeps as much memory as the
@@ -94,10 +104,29 @@ fn print_json(value: &impl serde::Serialize) -> Result<(), String> {
     print(&(escaped(&serde_json::to_string(value).unwrap_or_default()) + "\n"))
 }
 
-/// Prints text to standard output. Ends the program if the reader, such as `head`, has closed the pipe.
+/// Prints text to standard output. Ends the program if the reader, such as `head`, has closed the pipe. If standard error is detached,
+/// gives up on a terminal that does not read, and after a signal also on a pipe.
 fn print(text: &str) -> Result<(), String> {
+    let text = visible_lines(text);
+    if !standard_error::is_detached() {
+        return write_out(&text);
+    }
+    standard_error::wait();
+    let (tell, told) = mpsc::channel();
+    std::thread::spawn(move || tell.send(write_out(&text)));
+    loop {
+        let is_impatient = || std::io::stdout().is_terminal() || interrupt::flow().is_break();
+        match told.recv_timeout(writer::PATIENCE) {
+            Ok(written) => return written,
+            Err(RecvTimeoutError::Timeout) if !is_impatient() => {}
+            Err(_) => return Err(UNWRITTEN.into()),
+        }
+    }
+}
+
+fn write_out(text: &str) -> Result<(), String> {
     let mut out = std::io::stdout();
-    match out.write_all(visible_lines(text).as_bytes()).and_then(|()| out.flush()) {
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => lookat_image::exit(TROUBLE.into()),
         written => written.map_err(|_| UNWRITTEN.into()),
     }
@@ -114,5 +143,5 @@ fn lost() -> u8 {
 
 /// Prints a line to standard error. Ignores a closed standard error.
 fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "{}", visible(line));
+    standard_error::write(format!("{}\n", visible(line)).into_bytes());
 }

@@ -10,6 +10,7 @@ use lookat_scene::syntax::{Diagnostic, Fix, Label, Severity, Span};
 use lookat_scene::{Loaded, Location, Sources};
 use serde::Serialize;
 
+use crate::standard_error;
 use crate::visible::{is_active, stand_in, visible, visible_lines};
 
 /// The most diagnostics of a scene that are printed as text.
@@ -27,25 +28,24 @@ pub fn failure(loaded: &Loaded) -> u8 {
 
 /// Prints the diagnostics of a scene to standard error. `quiet` leaves warnings and notes out.
 pub fn print(loaded: &Loaded, quiet: bool) {
-    let (out, renderer) = standard_error();
-    write(&mut out.lock(), loaded, quiet, &renderer);
+    let mut out = Vec::new();
+    write(&mut out, loaded, quiet, &renderer());
+    standard_error::write(out);
 }
 
-/// Standard error, in colors if it is a terminal.
-fn standard_error() -> (anstream::Stderr, Renderer) {
-    let out = anstream::stderr();
-    let renderer = if out.as_inner().is_terminal() { Renderer::styled() } else { Renderer::plain() };
-    (out, renderer)
+/// In colors if standard error is a terminal.
+fn renderer() -> Renderer {
+    if std::io::stderr().is_terminal() { Renderer::styled() } else { Renderer::plain() }
 }
 
 /// Prints diagnostics to standard error.
 pub fn print_each(diagnostics: &[Diagnostic], sources: &Sources) {
-    let (out, renderer) = standard_error();
-    let mut out = out.lock();
+    let renderer = renderer();
+    let mut out = Vec::new();
     for diagnostic in diagnostics {
-        // Ignore a closed standard error.
         let _ = writeln!(out, "{}\n", render(diagnostic, sources, &renderer));
     }
+    standard_error::write(out);
 }
 
 /// The diagnostics of a scene, as [`print()`] shows them without colors.
@@ -68,7 +68,6 @@ fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer)
             continue;
         }
         *room -= 1;
-        // Ignore a closed standard error.
         let _ = writeln!(out, "{}\n", render(diagnostic, &loaded.sources, renderer));
     }
     if hidden > 0 {

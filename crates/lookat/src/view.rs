@@ -29,6 +29,7 @@ use std::sync::Arc;
 use lookat_image::{io_reason, open_file};
 
 use crate::args::View;
+use crate::standard_error;
 use editor::Editor;
 use engine::Engine;
 use gallery::Gallery;
@@ -68,6 +69,7 @@ fn serve(arguments: &View) -> Result<u8, String> {
     let address = server.address();
     server.start(listener)?;
     crate::print(&format!("{address}\n"))?;
+    standard_error::detach();
     crate::say("open this address in a browser; end with Ctrl-C");
     if arguments.open {
         // The browser may run until the user closes it.

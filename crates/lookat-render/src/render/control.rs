@@ -73,9 +73,9 @@ impl<'p> Control<'p> {
         let progress = {
             let mut state = self.state();
             state.done += samples;
-            let State { done, total, bounds, pixels_done, .. } = *state;
+            let State { done, total, bounds, pixels_done, statistics, .. } = *state;
             let left = bounds.map(|bounds| bounds.map(|total| total.saturating_sub(done)));
-            Progress { done, total, left, pixels_done, film: self.film }
+            Progress { done, total, left, pixels_done, statistics, film: self.film }
         };
         let is_interrupted = (self.progress)(progress).is_break();
         if is_interrupted {

@@ -98,7 +98,7 @@ impl Stop {
     }
 
     /// Whether the picture has layers of its error.
-    pub(super) fn has_error_layers(&self) -> bool {
+    pub fn has_error_layers(&self) -> bool {
         matches!(self, Stop::Samples { error_layers: true } | Stop::TargetError { error_layers: true, .. })
     }
 

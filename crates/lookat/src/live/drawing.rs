@@ -3,6 +3,8 @@
 use std::fmt::Display;
 use std::io::Write;
 
+use crate::args::Protocol;
+
 /// A picture as it is drawn.
 pub struct Drawing {
     /// Width and height in pixels.
@@ -13,6 +15,7 @@ pub struct Drawing {
     pub pixels: Vec<[u8; 3]>,
     /// The number of the picture.
     pub id: u32,
+    pub protocol: Protocol,
 }
 
 /// Appends a text.

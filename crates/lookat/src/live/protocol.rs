@@ -31,9 +31,22 @@ pub fn known(variable: &impl Fn(&str) -> Option<String>) -> Protocol {
 }
 
 impl Drawing {
+    /// What draws the picture over a drawing of so many lines that ends above the cursor. The cursor ends on the line below.
+    pub fn over(&self, lines: u32) -> Vec<u8> {
+        let mut out = Vec::new();
+        if lines > 0 {
+            put(&mut out, format_args!("\x1b[{lines}A\r"));
+        }
+        if lines != self.cells[1] {
+            put(&mut out, "\x1b[J");
+        }
+        self.draw(&mut out);
+        out
+    }
+
     /// Appends what draws the picture. The cursor ends on the line below.
-    pub fn draw(&self, protocol: Protocol, out: &mut Vec<u8>) {
-        if let Protocol::Blocks | Protocol::Auto = protocol {
+    fn draw(&self, out: &mut Vec<u8>) {
+        if let Protocol::Blocks | Protocol::Auto = self.protocol {
             let has_true_color =
                 std::env::var("COLORTERM").is_ok_and(|it| it == "truecolor" || it == "24bit");
             return self.blocks(has_true_color, out);
@@ -42,7 +55,7 @@ impl Drawing {
         // Makes room, then draws from the first line.
         out.extend(std::iter::repeat_n(b'\n', lines as usize));
         put(out, format_args!("\x1b[{lines}A\x1b7"));
-        match protocol {
+        match self.protocol {
             Protocol::Kitty => self.kitty(out),
             Protocol::Iterm => self.iterm(out),
             _ => sixel::draw(self, out),
@@ -121,25 +134,25 @@ mod tests {
         [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [1, 2, 3], [250, 251, 252]];
 
     /// A picture of 2 by 3 pixels.
-    fn drawing() -> Drawing {
-        Drawing { size: [2, 3], cells: [2, 2], pixels: COLORS.to_vec(), id: 9 }
+    fn drawing(protocol: Protocol) -> Drawing {
+        Drawing { size: [2, 3], cells: [2, 2], pixels: COLORS.to_vec(), id: 9, protocol }
     }
 
     fn drawn(protocol: Protocol) -> String {
         let mut out = Vec::new();
-        drawing().draw(protocol, &mut out);
+        drawing(protocol).draw(&mut out);
         String::from_utf8(out).unwrap()
     }
 
     #[test]
     fn half_blocks_have_the_colors_of_two_pixels() {
         let mut out = Vec::new();
-        drawing().blocks(true, &mut out);
+        drawing(Protocol::Blocks).blocks(true, &mut out);
         let expected = "\x1b[38;2;255;0;0;48;2;0;0;255m▀\x1b[38;2;0;255;0;48;2;255;255;0m▀\x1b[0m\n\
             \x1b[38;2;1;2;3;49m▀\x1b[38;2;250;251;252;49m▀\x1b[0m\n";
         assert_eq!(String::from_utf8(out).unwrap(), expected);
         let mut out = Vec::new();
-        drawing().blocks(false, &mut out);
+        drawing(Protocol::Blocks).blocks(false, &mut out);
         let first =
             "\x1b[38;5;196;48;5;21m▀\x1b[38;5;46;48;5;226m▀\x1b[0m\n\x1b[38;5;16;49m▀\x1b[38;5;231;49m▀";
         assert!(String::from_utf8(out).unwrap().starts_with(first));
@@ -154,7 +167,8 @@ mod tests {
         );
         assert_eq!(text, expected);
         let mut out = Vec::new();
-        Drawing { size: [100, 100], cells: [9, 9], pixels: vec![[1, 2, 3]; 10_000], id: 1 }.kitty(&mut out);
+        let pixels = vec![[1, 2, 3]; 10_000];
+        Drawing { size: [100, 100], cells: [9, 9], pixels, id: 1, protocol: Protocol::Kitty }.kitty(&mut out);
         let text = String::from_utf8(out).unwrap();
         let parts: Vec<&str> = text.split_terminator("\x1b\\").collect();
         assert!(

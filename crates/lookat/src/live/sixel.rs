@@ -107,7 +107,7 @@ mod tests {
         let size = [40, 20];
         let pixels: Vec<[u8; 3]> = (0..800).map(|at| [if at % 40 < 20 { 255 } else { 0 }, 102, 77]).collect();
         let mut out = Vec::new();
-        draw(&Drawing { size, cells: [5, 2], pixels, id: 0 }, &mut out);
+        draw(&Drawing { size, cells: [5, 2], pixels, id: 0, protocol: Protocol::Sixel }, &mut out);
         let found = decoded(&String::from_utf8(out).unwrap(), [40, 20]);
         let mean = |x: std::ops::Range<usize>, channel: usize| {
             let values =

@@ -1,21 +1,20 @@
 //! Draws a picture in the terminal, above the progress bar.
 
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, IsTerminal};
 
 use lookat_image::{Encoded, Image};
 
 use super::drawing::Drawing;
 use super::protocol;
 use crate::args::Protocol;
+use crate::standard_error;
 
 /// Lines of the terminal that stay free for the bar and the prompt.
 const FREE: u32 = 2;
 
-/// A picture in the terminal of standard error.
+/// The terminal of standard error.
 pub struct Terminal {
     protocol: Protocol,
-    /// Lines that the picture takes; 0 before it is drawn.
-    lines: u32,
     /// The number of the picture for the terminal.
     id: u32,
 }
@@ -35,46 +34,35 @@ impl Terminal {
         }
         let variable = |name: &str| std::env::var(name).ok();
         let protocol = if protocol == Protocol::Auto { protocol::known(&variable) } else { protocol };
-        Ok(Terminal { protocol, lines: 0, id: std::process::id() << 8 })
+        Ok(Terminal { protocol, id: std::process::id() << 8 })
     }
 
     /// Begins another picture below.
     pub fn begin(&mut self) {
-        self.lines = 0;
         self.id += 1;
     }
 
     /// Draws the picture, over the one before.
-    pub fn show(&mut self, image: &Image) {
-        let _ = io::stderr().write_all(&self.drawn(image, size()));
+    pub fn show(&self, image: &Image) {
+        self.drawing(image, size()).into_iter().for_each(standard_error::draw);
     }
 
-    /// What draws the picture, from the line below the one before to the line below the new one.
-    fn drawn(&mut self, image: &Image, size: Size) -> Vec<u8> {
-        let (Some(pixels), source) = (image.rgb(), image.data_window.size()) else { return Vec::new() };
+    /// `None` for a picture without colors.
+    fn drawing(&self, image: &Image, size: Size) -> Option<Drawing> {
+        let (pixels, source) = (image.rgb()?, image.data_window.size());
         let cell = match self.protocol {
             Protocol::Blocks => [1, 2],
             _ => [0, 1].map(|axis| (size.pixels[axis] / size.characters[axis]).max(1)),
         };
         let area = [size.characters[0] * cell[0], size.characters[1].saturating_sub(FREE).max(1) * cell[1]];
         let target = fitting(source, area);
-        let lines = target[1].div_ceil(cell[1]);
-        let drawing = Drawing {
+        Some(Drawing {
             size: target,
-            cells: [target[0].div_ceil(cell[0]), lines],
+            cells: [target[0].div_ceil(cell[0]), target[1].div_ceil(cell[1])],
             pixels: bytes(&Encoded::from_linear(&shrunk(&pixels, source, target))),
             id: self.id,
-        };
-        let mut out = Vec::new();
-        if self.lines > 0 {
-            out.extend_from_slice(format!("\x1b[{}A\r", self.lines).as_bytes());
-        }
-        if lines != self.lines {
-            out.extend_from_slice(b"\x1b[J");
-        }
-        self.lines = lines;
-        drawing.draw(self.protocol, &mut out);
-        out
+            protocol: self.protocol,
+        })
     }
 }
 
@@ -160,16 +148,18 @@ mod tests {
     #[test]
     fn drawings_replace_each_other() {
         for protocol in [Protocol::Blocks, Protocol::Kitty, Protocol::Iterm, Protocol::Sixel] {
-            let mut terminal = Terminal { protocol, lines: 0, id: 7 };
+            let terminal = Terminal { protocol, id: 7 };
+            let draw = |image: &Image, before: u32| {
+                String::from_utf8(terminal.drawing(image, SIZE).unwrap().over(before)).unwrap()
+            };
             let image = picture(64, 32, |x, y| [x as f32 / 64.0, y as f32 / 32.0, 0.5]);
-            let mut draw = || String::from_utf8(terminal.drawn(&image, SIZE)).unwrap();
-            let (first, second) = (draw(), draw());
             let lines = if protocol == Protocol::Blocks { 16 } else { 2 };
+            let (first, second) = (draw(&image, 0), draw(&image, lines));
             assert_eq!(second, format!("\x1b[{lines}A\r{}", first.strip_prefix("\x1b[J").unwrap()));
-            assert_eq!(first.matches('\n').count(), lines, "{protocol:?}");
+            assert_eq!(first.matches('\n').count(), lines as usize, "{protocol:?}");
             // A picture of another size clears what it does not cover.
             let higher = picture(64, 64, |_, _| [0.0; 3]);
-            let third = String::from_utf8(terminal.drawn(&higher, SIZE)).unwrap();
+            let third = draw(&higher, lines);
             assert!(third.starts_with(&format!("\x1b[{lines}A\r\x1b[J")), "{protocol:?}");
         }
     }

@@ -113,6 +113,8 @@ pub fn render_each(jobs: &[Job], live: &Live) -> u8 {
 pub fn render_again(mut job: Job, live: &Live, watch: &Watch) -> u8 {
     loop {
         watch.restart();
+        // Nothing was rendered when it was asked for.
+        interrupt::takes_picture();
         // From then on the picture is its own.
         job.arguments.force |= render_scene(&job, live) == 0;
         if !live.is_outdated() && !job.arguments.quiet && !job.arguments.report.json {

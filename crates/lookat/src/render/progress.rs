@@ -1,15 +1,14 @@
 //! The progress of a rendering: a bar on a terminal, otherwise single lines.
 
 use std::fmt::Write;
-use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
-use indicatif::style::TemplateError;
-use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressState, ProgressStyle};
 use lookat_render::{Progress, TimeLeft};
 
 use crate::args::Render;
+use crate::standard_error::Bar;
 
 /// The time before the first estimate of the time left. Without a bar, a line is printed then, and again each time the
 /// elapsed time doubles.
@@ -20,7 +19,7 @@ const STEP: Duration = Duration::from_millis(100);
 /// The progress display of a rendering.
 pub struct Shown {
     is_silent: bool,
-    pub bar: ProgressBar,
+    bar: Bar,
     /// The number of pixels of the picture.
     pixels: u64,
     has_target: bool,
@@ -39,7 +38,7 @@ impl Shown {
     /// A display for a picture of `pixels` pixels whose rendering begins now.
     pub fn new(arguments: &Render, pixels: u64) -> Shown {
         let is_silent = arguments.quiet || arguments.report.json;
-        let bar = bar(is_silent, ProgressStyle::with_template("{wide_bar} {msg}"));
+        let bar = Bar::new(is_silent, || ProgressStyle::with_template("{wide_bar} {msg}"));
         let state =
             State { started: Instant::now(), left: TimeLeft::default(), next: [Duration::ZERO, FIRST] };
         let has_target = arguments.target_error.is_some();
@@ -77,13 +76,12 @@ impl Shown {
             state.next[1] = 2 * elapsed;
             crate::say(&text);
         }
-        self.bar.set_message(text);
-        self.bar.set_position((1000.0 * share) as u64);
+        self.bar.set((1000.0 * share) as u64, text);
     }
 
     /// Removes the bar.
     pub fn clear(&self) {
-        self.bar.finish_and_clear();
+        self.bar.clear();
     }
 }
 
@@ -109,24 +107,19 @@ fn between([least, most]: [f64; 2]) -> String {
     }
 }
 
-/// A progress bar with a thousand steps that shows the time left.
-pub fn progress_bar(silent: bool) -> ProgressBar {
-    // Without progress, there is no estimate.
-    let left = |state: &ProgressState, out: &mut dyn Write| {
-        if state.eta().as_secs() > 0 || state.pos() >= 990 {
-            let _ = write!(out, "{:#} left", HumanDuration(state.eta()));
-        }
-    };
-    let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {left}");
-    bar(silent, style.map(|style| style.with_key("left", left)))
+/// A progress bar that shows the time left.
+pub fn progress_bar() -> Bar {
+    Bar::new(false, || {
+        let style = ProgressStyle::with_template("{wide_bar} {percent:>3} %  {left}");
+        style.map(|style| style.with_key("left", time_left))
+    })
 }
 
-/// A bar with a thousand steps, hidden if `silent` or without a terminal.
-fn bar(silent: bool, style: Result<ProgressStyle, TemplateError>) -> ProgressBar {
-    let hidden = silent || !std::io::stderr().is_terminal();
-    let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-    style.into_iter().for_each(|style| bar.set_style(style));
-    bar
+fn time_left(state: &ProgressState, out: &mut dyn Write) {
+    // Without progress, there is no estimate.
+    if state.eta().as_secs() > 0 || state.pos() >= 990 {
+        let _ = write!(out, "{:#} left", HumanDuration(state.eta()));
+    }
 }
 
 #[cfg(test)]

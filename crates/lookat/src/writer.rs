@@ -1,0 +1,110 @@
+//! Output from a thread of its own: a terminal or a viewer that does not read blocks neither the rendering nor signals.
+
+use std::collections::VecDeque;
+use std::io;
+use std::ops::ControlFlow;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::Builder;
+use std::time::{Duration, Instant};
+
+use crate::lock::lock;
+
+/// The longest wait for a reader that takes nothing.
+pub const PATIENCE: Duration = Duration::from_secs(2);
+
+/// A queue, and the thread that writes what is in it.
+pub struct Writer<T>(Arc<Shared<T>>);
+
+struct Shared<T> {
+    state: Mutex<State<T>>,
+    changed: Condvar,
+}
+
+struct State<T> {
+    queue: VecDeque<T>,
+    is_writing: bool,
+    /// True once the reader is gone.
+    is_lost: bool,
+    /// When the reader last took something, or the thread began to write.
+    progress: Instant,
+}
+
+impl<T: Send + 'static> Writer<T> {
+    /// Starts the thread. It calls `write` for each item, with a function to call whenever a part of the item is written. When `write`
+    /// breaks, nothing more is written.
+    ///
+    /// # Errors
+    ///
+    /// The system allows no further thread.
+    pub fn new(
+        mut write: impl FnMut(T, &dyn Fn()) -> ControlFlow<()> + Send + 'static,
+    ) -> io::Result<Writer<T>> {
+        let state =
+            State { queue: VecDeque::new(), is_writing: false, is_lost: false, progress: Instant::now() };
+        let shared = Arc::new(Shared { state: Mutex::new(state), changed: Condvar::new() });
+        let own = shared.clone();
+        Builder::new().spawn(move || {
+            while let Some(item) = own.next() {
+                if write(item, &|| own.set(|state| state.progress = Instant::now())).is_break() {
+                    own.set(|state| state.is_lost = true);
+                }
+            }
+        })?;
+        Ok(Writer(shared))
+    }
+
+    /// Changes the queue: adds to it, and removes what is out of date.
+    pub fn put(&self, change: impl FnOnce(&mut VecDeque<T>)) {
+        self.0.set(|state| change(&mut state.queue));
+    }
+
+    /// True if everything is written.
+    pub fn is_idle(&self) -> bool {
+        lock(&self.0.state).is_idle()
+    }
+
+    /// Waits until everything is written. Gives up, and returns false, if the reader takes nothing for [`PATIENCE`] while
+    /// `is_impatient` holds.
+    pub fn wait(&self, is_impatient: impl Fn() -> bool) -> bool {
+        /// The time between two looks.
+        const STEP: Duration = Duration::from_millis(50);
+        let mut state = lock(&self.0.state);
+        while !state.is_idle() {
+            if state.progress.elapsed() >= PATIENCE && is_impatient() {
+                return false;
+            }
+            let waited = self.0.changed.wait_timeout(state, STEP);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        true
+    }
+}
+
+impl<T> Shared<T> {
+    fn set(&self, change: impl FnOnce(&mut State<T>)) {
+        change(&mut lock(&self.state));
+        self.changed.notify_all();
+    }
+
+    /// Waits for the next item. `None` once the reader is gone.
+    fn next(&self) -> Option<T> {
+        self.set(|state| state.is_writing = false);
+        let mut state = lock(&self.state);
+        loop {
+            if state.is_lost {
+                return None;
+            }
+            if let Some(item) = state.queue.pop_front() {
+                (state.is_writing, state.progress) = (true, Instant::now());
+                return Some(item);
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+impl<T> State<T> {
+    fn is_idle(&self) -> bool {
+        self.is_lost || !self.is_writing && self.queue.is_empty()
+    }
+}
