@@ -13,6 +13,7 @@ use bytes::Bytes;
 use lookat_syntax::{LongList, ParamType};
 
 use crate::picture::key::Key;
+use crate::ply::Oddities;
 use crate::{Mesh, Transform};
 use known_lists::range;
 
@@ -91,9 +92,8 @@ pub(crate) struct KeptMesh {
     pub mesh: Arc<Mesh>,
     /// Triangles without area.
     pub flat: usize,
-    /// See [`crate::ply::PlyMesh`].
-    pub other_faces: usize,
-    pub goes_on: bool,
+    /// Of its file.
+    pub oddities: Oddities,
 }
 
 /// The file, its settings, and the type of the texels.

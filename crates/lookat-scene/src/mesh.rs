@@ -9,6 +9,7 @@ use crate::Transform;
 use crate::cache::KeptMesh;
 use crate::cutout::CUTOUT;
 use crate::params::{FileParam, Params};
+use crate::ply::Oddities;
 use crate::schema::{Effect, Floats, Integers, Key, Kind, Name, Pairs, Triples, Unit};
 use crate::transform::{LARGEST, in_range};
 
@@ -268,7 +269,7 @@ pub(crate) fn triangle_mesh(
     if let (Some(reuse), Some(key)) = (params.reuse(), params.mesh_key.take())
         && reported.is_some_and(|reported| params.reported() == Some(reported))
     {
-        reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, other_faces: 0, goes_on: false });
+        reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, oddities: Oddities::default() });
     }
     note_flat(params, "indices", flat, mesh.triangles());
     Some(mesh)

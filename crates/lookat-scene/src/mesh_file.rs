@@ -13,7 +13,7 @@ use crate::cache::KeptMesh;
 use crate::files::Files;
 use crate::mesh::{Mesh, note_flat, place};
 use crate::params::Params;
-use crate::ply::{self, PlyError, PlyMesh};
+use crate::ply::{self, Oddities, PlyError, PlyMesh};
 
 /// The PLY files of a scene.
 #[derive(Default)]
@@ -63,7 +63,7 @@ impl PlyFiles {
             if let Some((mesh, charge)) = known {
                 keep(path, mesh, charge);
             }
-            tell(params, name, (kept.other_faces, kept.goes_on, kept.mesh.triangles()));
+            tell(params, name, &kept.oddities, kept.mesh.triangles());
             params.reserve("filename", kept.mesh.bytes())?.keep();
             note_flat(params, "filename", kept.flat, kept.mesh.triangles());
             return Some(kept.mesh);
@@ -84,13 +84,13 @@ impl PlyFiles {
                 mesh
             }
         };
-        let PlyMesh { positions, normals, uvs, indices, other_faces, goes_on } = mesh;
-        tell(params, name, (other_faces, goes_on, indices.len() / 3));
+        let PlyMesh { positions, normals, uvs, indices, oddities } = mesh;
+        tell(params, name, &oddities, indices.len() / 3);
         let mesh = Mesh { positions, indices, normals, uvs, ..Mesh::default() };
         let mesh = Arc::new(place(params, mesh, world_from_object)?);
         let flat = mesh.without_area();
         if let (Some(reuse), Some(key)) = (params.reuse(), key) {
-            reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, other_faces, goes_on });
+            reuse.keep_mesh(key, KeptMesh { mesh: mesh.clone(), flat, oddities });
         }
         note_flat(params, "filename", flat, mesh.triangles());
         Some(mesh)
@@ -99,13 +99,27 @@ impl PlyFiles {
     /// Reports a file that cannot be opened, or that has a wrong header. Reads no more.
     pub fn check_header(params: &mut Params, name: &Text) {
         if let Some((path, file)) = params.open(name) {
-            report(params, name, &path, ply::check_header(file));
+            // Faces are not counted.
+            let oddities = report(params, name, &path, ply::check_header(file));
+            oddities.iter().for_each(|oddities| tell(params, name, oddities, 0));
         }
     }
 }
 
-/// Reports faces that are left out, and data after the last face.
-fn tell(params: &mut Params, name: &Text, (other_faces, goes_on, triangles): (usize, bool, usize)) {
+/// Reports faces that are left out, data after the last face, and what pbrt-v3 does not read.
+fn tell(params: &mut Params, name: &Text, oddities: &Oddities, triangles: usize) {
+    let Oddities { other_faces, goes_on, is_vertex_index, is_zipped } = *oddities;
+    if is_zipped {
+        let message = format!("pbrt-v3 cannot read {}, which is compressed", name.value);
+        params.warn("filename", &message, "unpack it with gunzip");
+    }
+    if is_vertex_index {
+        let message = format!(
+            "pbrt-v3 draws nothing of {}: its faces have `vertex_index`, not `vertex_indices`",
+            name.value
+        );
+        params.warn("filename", &message, "write `vertex_indices` in the header of the file");
+    }
     if other_faces > 0 {
         let message = format!(
             "{} has faces that do not have 3 or 4 corners; number of skipped faces: {other_faces}{}",

@@ -38,6 +38,11 @@ impl<T> Names<T> {
         self.known.get(name).map(|named| &named.value)
     }
 
+    /// The definition of a name.
+    pub fn symbol(&self, name: &str) -> Option<SymbolId> {
+        self.known.get(name)?.symbol
+    }
+
     /// The value of a name, and one more use of it. Reports an undefined name.
     pub fn find(&self, name: &Text, report: &mut Report) -> Option<&T> {
         match self.known.get(&name.value) {

@@ -33,10 +33,21 @@ pub struct PlyMesh {
     pub uvs: Vec<[f64; 2]>,
     /// Three indices into `positions` per triangle, all in range. Empty if no face is a triangle or a quad.
     pub indices: Vec<i32>,
+    /// What its author should know.
+    pub oddities: Oddities,
+}
+
+/// What is skipped of a file, and what pbrt-v3 does not read.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Oddities {
     /// The number of faces without 3 or 4 corners. They are skipped, as in pbrt-v3.
     pub other_faces: usize,
     /// True if the file has more data than its header declares. The rest is ignored, as in pbrt-v3.
     pub goes_on: bool,
+    /// True if the corners of faces are called `vertex_index`. pbrt-v3 draws no face then.
+    pub is_vertex_index: bool,
+    /// True if the file is compressed. pbrt-v3 cannot read it.
+    pub is_zipped: bool,
 }
 
 impl PlyMesh {
@@ -86,11 +97,12 @@ pub fn read(file: impl Read, memory: &MemoryBudget) -> io::Result<Result<PlyMesh
 /// # Errors
 ///
 /// The errors of `file`.
-pub fn check_header(file: impl Read) -> io::Result<Result<(), PlyError>> {
+pub fn check_header(file: impl Read) -> io::Result<Result<Oddities, PlyError>> {
     let (file, is_zipped) = opened(file)?;
     if is_zipped {
         let mut stream = Stream::new(MultiGzDecoder::new(file).take(INFLATED_LIMIT));
         let checked = header::parse(&mut stream).and_then(|header| check(&header));
+        let checked = checked.map(|oddities| Oddities { is_zipped, ..oddities });
         return Ok(unzipped(checked, stream.error()));
     }
     let mut stream = Stream::new(file);
@@ -116,7 +128,9 @@ fn read_zipped(file: impl Read, limit: u64, memory: &MemoryBudget) -> Result<Ply
     if error.is_none() && size > limit {
         return Err(PlyError(format!("the gzip data unpacks to more than {limit} bytes")));
     }
-    unzipped(mesh, error)
+    let mut mesh = unzipped(mesh, error)?;
+    mesh.oddities.is_zipped = true;
+    Ok(mesh)
 }
 
 /// What unpacked data contains, unless unpacking failed.
@@ -129,8 +143,8 @@ fn unzipped<T>(read: Result<T, PlyError>, error: Option<io::Error>) -> Result<T,
 
 fn read_stream(stream: &mut Stream<impl Read>, memory: &MemoryBudget) -> Result<PlyMesh, PlyError> {
     let header = header::parse(stream)?;
-    check(&header)?;
-    let mesh = read_body(&header, stream, memory).map_err(|error| {
+    let oddities = check(&header)?;
+    let mut mesh = read_body(&header, stream, memory).map_err(|error| {
         // A count that does not fit the file explains other errors.
         let available = stream.skip_all() - header.size;
         header
@@ -139,7 +153,9 @@ fn read_stream(stream: &mut Stream<impl Read>, memory: &MemoryBudget) -> Result<
             .find_map(|element| broken_promise(&header, element, available))
             .unwrap_or(error)
     })?;
-    Ok(PlyMesh { goes_on: stream.goes_on(), ..mesh })
+    let other_faces = mesh.oddities.other_faces;
+    mesh.oddities = Oddities { other_faces, goes_on: stream.goes_on(), ..oddities };
+    Ok(mesh)
 }
 
 fn read_body(
@@ -153,15 +169,17 @@ fn read_body(
     body::read(header, stream)
 }
 
-/// Checks that a header declares a mesh.
-fn check(header: &Header) -> Result<(), PlyError> {
+/// Checks that a header declares a mesh, and tells what is odd about it.
+fn check(header: &Header) -> Result<Oddities, PlyError> {
     for (name, plural) in [("vertex", "vertices"), ("face", "faces")] {
         if header.elements.iter().all(|element| element.name != name || element.count == 0) {
             return Err(PlyError(format!("the PLY file has no {plural}")));
         }
     }
     header.elements.iter().find_map(too_many).map_or(Ok(()), Err)?;
-    header.elements.iter().try_for_each(body::check)
+    header.elements.iter().try_for_each(body::check)?;
+    let is_other = |element: &Element| element.name == "face" && element.find("vertex_indices").is_none();
+    Ok(Oddities { is_vertex_index: header.elements.iter().any(is_other), ..Oddities::default() })
 }
 
 /// The most that the rows of an element take in memory: a position, a normal and coordinates, or the corners of a quad.

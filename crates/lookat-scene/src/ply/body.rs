@@ -194,7 +194,7 @@ fn read_faces<S: Source>(
             }
             length => {
                 source.skip(item, length)?;
-                mesh.other_faces += 1;
+                mesh.oddities.other_faces += 1;
             }
         }
         after.iter().try_for_each(|property| source.skip_property(property.kind))

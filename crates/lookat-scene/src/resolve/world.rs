@@ -3,14 +3,15 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use lookat_syntax::{Diagnostic, Entity, Param, Text};
+use lookat_syntax::{Diagnostic, Entity, Param, ParamType, Text, Values};
 
 use super::Resolver;
 use crate::cutout::cutout;
 use crate::material::MaterialInstance;
 use crate::params::Params;
 use crate::schema::names;
-use crate::symbols::SymbolKind;
+use crate::state::Definitions;
+use crate::symbols::{SymbolId, SymbolKind};
 use crate::texture::TextureParams;
 use crate::{Material, MaterialKind, Primitive, light, material, shape, texture};
 
@@ -25,11 +26,30 @@ impl Resolver<'_> {
             let message = format!("there is no material of type \"{}\"", params.kind());
             params.reject("", message, Some(&help));
             params.ignore_rest();
-            return MaterialInstance { material: Arc::new(Material::DEFAULT), known: None, entity: None };
+            return MaterialInstance { known: None, ..MaterialInstance::default() };
         }
         let mut material = material::material(params, &self.definitions.materials);
         material.span = Some(entity.name.span);
-        MaterialInstance { material: Arc::new(material), known: params.known(), entity: Some(entity) }
+        let known = params.known();
+        let definitions =
+            entity.params.iter().map(|param| self.definition(param, known.as_deref())).collect();
+        MaterialInstance { material: Arc::new(material), known, definitions, entity: Some(entity) }
+    }
+
+    /// The definition, at this point, of the texture or material that a parameter of a material names.
+    fn definition(&self, param: &Param, known: Option<&[(&'static str, ParamType)]>) -> Option<SymbolId> {
+        let Values::Strings(names) = &param.values.value else { return None };
+        let (parameter, name) = (param.name.value.as_str(), &names.first()?.value);
+        let Definitions { materials, textures, .. } = &self.definitions;
+        match param.ty {
+            ParamType::Texture if known?.contains(&(parameter, ParamType::Float)) => {
+                textures.float.symbol(name)
+            }
+            ParamType::Texture => textures.spectrum.symbol(name),
+            // Of a mix.
+            ParamType::String if parameter.starts_with("namedmaterial") => materials.symbol(name),
+            _ => None,
+        }
     }
 
     /// Defines a named material. Its type is a parameter.
@@ -96,6 +116,7 @@ impl Resolver<'_> {
 
     pub(super) fn shape(&mut self, mut entity: Entity) {
         let name = entity.name.clone();
+        let renewing = MaterialInstance::renewing(&entity.params).map(|param| param.name.clone());
         let mesh_key = self.files.mesh_key(&entity, &self.state.ctm).filter(|_| !self.report.partial);
         let kept = mesh_key.as_ref().and_then(|key| self.files.kept_mesh(key));
         if kept.is_none() {
@@ -116,7 +137,7 @@ impl Resolver<'_> {
         else {
             return;
         };
-        let material = self.material_for_shape(overriding);
+        let material = self.material_for_shape(overriding, renewing.as_ref());
         let is_boundary = matches!(material.kind, MaterialKind::None) && self.state.emission.is_none();
         if is_boundary && self.settled.as_ref().is_some_and(|settled| settled.passes_boundaries) {
             self.facts.passed.get_or_insert(name.span);
@@ -140,19 +161,63 @@ impl Resolver<'_> {
         }
     }
 
-    /// The current material, with parameters replaced by the shape.
-    pub(super) fn material_for_shape(&mut self, overriding: Vec<Param>) -> Arc<Material> {
+    /// The current material, with parameters replaced by the shape. `renewing`: the parameter for which it is made again.
+    pub(super) fn material_for_shape(
+        &mut self,
+        overriding: Vec<Param>,
+        renewing: Option<&Text>,
+    ) -> Arc<Material> {
         let current = self.state.material.clone();
-        if overriding.is_empty() {
+        let is_replaced = |param: &Param| overriding.iter().any(|over| over.name.value == param.name.value);
+        let mut is_renewed = false;
+        if let (Some(entity), Some(renewing)) = (&current.entity, renewing) {
+            for (param, before) in entity.params.iter().zip(&current.definitions) {
+                let now = self.definition(param, current.known.as_deref());
+                if let (Some(before), Some(now), false) = (before, now, is_replaced(param))
+                    && *before != now
+                {
+                    is_renewed = true;
+                    self.note_renewed(renewing, *before, now);
+                }
+            }
+        }
+        if overriding.is_empty() && !is_renewed {
             return current.material.clone();
         }
-        let span = overriding[0].span();
-        let mut entity = current
-            .entity
-            .clone()
-            .unwrap_or_else(|| Entity { name: Text { value: "matte".into(), span }, params: vec![] });
-        entity.params.retain(|param| !overriding.iter().any(|over| over.name.value == param.name.value));
+        let mut entity = match (&current.entity, overriding.first()) {
+            (Some(entity), _) => entity.clone(),
+            (None, Some(first)) => {
+                Entity { name: Text { value: "matte".into(), span: first.span() }, params: Vec::new() }
+            }
+            (None, None) => return current.material.clone(),
+        };
+        entity.params.retain(|param| !is_replaced(param));
+        let is_own = overriding.is_empty();
         entity.params.extend(overriding);
-        self.material(entity, "Material").material
+        let mut made = self.material(entity, "Material").material;
+        if let Some(material) = Arc::get_mut(&mut made).filter(|_| is_own) {
+            material.name = current.material.name.clone();
+        }
+        made
+    }
+
+    /// Notes that a shape uses another definition than its material.
+    fn note_renewed(&mut self, renewing: &Text, before: SymbolId, now: SymbolId) {
+        let symbols = &self.report.symbols;
+        let (before, now) = (symbols.get(before), symbols.get(now));
+        let what = if now.kind == SymbolKind::Material { "material" } else { "texture" };
+        let message = format!(
+            "\"{}\" makes the material again, with the last definition of {what} \"{}\"",
+            renewing.value, now.name
+        );
+        let help =
+            format!("as in pbrt-v3; to keep the first definition, give the two {what}s different names");
+        let mut note = Diagnostic::note_at(renewing.span, message).help(help);
+        for (at, text) in
+            [(before.definition, "the Material uses this one"), (now.definition, "the shape uses this one")]
+        {
+            note = at.into_iter().fold(note, |note, at| note.related(at, text));
+        }
+        self.report.push(note);
     }
 }
