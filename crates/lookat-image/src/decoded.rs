@@ -135,7 +135,7 @@ impl Opened<'_> {
 
 /// The text that lookat writes before the pixels. The decoder does not give it. The caller rewinds the file.
 fn png_metadata(input: impl BufRead + Seek, bytes: u64) -> Option<String> {
-    let limits = png::Limits { bytes: bytes as usize };
+    let limits = png::Limits { bytes: usize::try_from(bytes).unwrap_or(usize::MAX) };
     // If the header is faulty, the decoder of the pixels says so.
     let reader = png::Decoder::new_with_limits(input, limits).read_info().ok()?;
     let mut texts = reader.info().uncompressed_latin1_text.iter();

@@ -121,7 +121,7 @@ pub fn inspect(prepared: &Prepared, view: &View) -> Inspection {
         has_filter_table: FilterSampler::new(&view.filter).has_tables(),
         world: elements(&traceable.world),
         objects: traceable.objects.iter().map(elements).collect(),
-        has_cutouts: traceable.has_cutouts,
+        has_cutouts: traceable.has_cutouts(),
         asks_tree: integrator.world().asks_tree(),
         surfaces: asks_materials.then_some(materials),
         lights: lights.kinds().collect(),

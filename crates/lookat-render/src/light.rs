@@ -10,11 +10,11 @@ mod receiver;
 mod sample;
 mod surface;
 
-use fearless_simd::{Simd, f32x8, f64x8, mask64x8, prelude::*};
+use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use glam::{DMat3, DVec3, Vec3};
 use lookat_scene::{DirectStrategy, Light, Transform, World};
 
-use crate::number::{Colors, Vec3x8, bits, to_f32};
+use crate::number::{Colors, Vec3x8, bits};
 use crate::ray::ElementId;
 use crate::surface::Surface;
 use crate::traceable::Traceable;
@@ -234,11 +234,11 @@ impl LightTable {
 /// The weights of samples that were drawn with density `a`, where another way would have drawn them with density `b` (Veach; PBR 13.10.1).
 /// Densities are multiplied by the number of samples of each way.
 #[inline(always)]
-pub(crate) fn weights<S: Simd>(is_sky: mask64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f32x8<S> {
+pub(crate) fn weights<S: Simd>(is_sky: mask64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
     let ratio = b / a;
     // The balance heuristic: samples of skies leave to the BSDF what it finds. Of others the power heuristic with exponent 2; as a ratio,
     // so that no square overflows.
-    to_f32(1.0 / (1.0 + is_sky.select(ratio, ratio * ratio)))
+    1.0 / (1.0 + is_sky.select(ratio, ratio * ratio))
 }
 
 impl SceneLight {

@@ -224,6 +224,12 @@ impl<S: Simd> Colors<S> {
         V3 { x: to_f64(self.x), y: to_f64(self.y), z: to_f64(self.z) }
     }
 
+    /// Times factors that may be beyond the range of `f32`.
+    #[inline(always)]
+    pub fn scaled(self, by: f64x8<S>) -> Self {
+        (self.widen() * by).narrow()
+    }
+
     /// As [`crate::color::strength`].
     #[inline(always)]
     pub fn strength(self) -> f64x8<S> {

@@ -1,4 +1,6 @@
-//! Where samples lie: for each pixel and sample numbers from 0 to 1, one for each dimension, that depend on nothing else.
+//! Where samples lie: for each pixel and sample numbers between 0 and 1, one for each dimension, that depend on nothing else.
+//!
+//! A number has 52 bits, so that it may choose one of many and go on with what is left of it: after a choice of one of a million, 32 bits.
 
 mod halton;
 mod hash;
@@ -14,7 +16,7 @@ use glam::DVec2;
 use lookat_scene::{Sampler, SamplerKind};
 
 use crate::number::{LANES, vectorized};
-use hash::{mix, random, unit};
+use hash::{BELOW_ONE, mix, random, unit};
 use permute::permute;
 use sobol::Shuffled;
 
@@ -130,7 +132,7 @@ impl Points {
                 let hash = hash::of_dimension(seed, dimension);
                 let stratum = permute(index, self.count, hash as u32);
                 let within = if jitter { unit(mix(hash ^ u64::from(index) << 32)) } else { 0.5 };
-                (f64::from(stratum) + within) / f64::from(self.count)
+                ((f64::from(stratum) + within) / f64::from(self.count)).min(BELOW_ONE)
             }),
             SamplerKind::Halton { .. } => {
                 let [low, high] = self.seeds.map(|seeds| seeds.simd_into(simd));
@@ -214,8 +216,8 @@ impl Points {
             let cell = permute(index % (across * down).max(1), across * down, hash as u32);
             let random = mix(hash ^ u64::from(index) << 32);
             let within = if jitter { DVec2::new(unit(random), unit(mix(random))) } else { DVec2::splat(0.5) };
-            (DVec2::new(f64::from(cell % across), f64::from(cell / across)) + within)
-                / DVec2::new(f64::from(across), f64::from(down))
+            let corner = DVec2::new(f64::from(cell % across), f64::from(cell / across));
+            ((corner + within) / DVec2::new(f64::from(across), f64::from(down))).min(DVec2::splat(BELOW_ONE))
         });
         [f64x8::from_fn(simd, |lane| points[lane].x), f64x8::from_fn(simd, |lane| points[lane].y)]
     }

@@ -9,14 +9,15 @@ mod stream;
 mod tests;
 mod tree;
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f64x8, mask64x8};
 
 use crate::bvh::Leaf;
 use crate::cutout;
-use crate::number::{Vec3x8, side_by_side, vectorized};
+use crate::number::{Vec3x8, bits, side_by_side, those, vectorized};
 use crate::ray::{ElementId, Hit, Ray};
 use crate::traceable::{Group, Other, Traceable};
-use crate::triangle::{ShearedRay, holds_end};
+use crate::triangle::block::Block;
+use crate::triangle::{ShearedRay, Triangle, holds_end};
 use forms::Forms;
 pub(crate) use list::{Element, List, Shape};
 pub(crate) use stream::{MOST_PACKETS, StreamSize, Together};
@@ -108,7 +109,7 @@ impl Traceable {
                             let leaving = block.bit_of(query.leaving);
                             let (mut rest, surely) = filter.meet(simd, block, hit.t, leaving);
                             // The target of a shadow ray never is wholly before its end.
-                            if ANY && surely != 0 && !self.has_cutouts {
+                            if ANY && self.has_solid(group, block, surely) {
                                 found = true;
                                 return None;
                             }
@@ -128,6 +129,18 @@ impl Traceable {
             );
             found
         })
+    }
+
+    /// Whether one of some triangles of a block, given as bits, has no holes.
+    #[inline(always)]
+    fn has_solid(&self, group: &Group, block: &Block, triangles: u32) -> bool {
+        triangles != 0 && (!self.has_cutouts() || self.finds_solid(group, block, triangles))
+    }
+
+    #[inline(never)]
+    fn finds_solid(&self, group: &Group, block: &Block, triangles: u32) -> bool {
+        let is_solid = |lane: u32| !self.is_cut_out(group.triangle(block.place(lane)).primitive);
+        (0..u32::BITS).any(|lane| triangles >> lane & 1 == 1 && is_solid(lane))
     }
 
     /// Out of line, as few triangles get here; `sheared` is the ray once any has.
@@ -217,6 +230,32 @@ impl Traceable {
         self.accept::<ANY>(query, Hit { t, element, barycentric, place: Hit::NO_PLACE }, hit)
     }
 
+    /// Whether there is something at a point of an element, and no hole.
+    #[inline(always)]
+    fn is_there(&self, element: ElementId, barycentric: [f64; 2], is_shadow: bool) -> bool {
+        let of = |primitive| cutout::is_there(self.level, (primitive, element), barycentric, is_shadow);
+        !self.is_cut_out(element.primitive) || of(self.primitive(element.primitive))
+    }
+
+    /// Those of some rays that meet a triangle, in the world, where it has no hole. `sides`: in proportion to what its corners weigh.
+    #[inline(always)]
+    fn meet_solid<S: Simd>(
+        &self,
+        simd: S,
+        (triangle, sides): (&Triangle, &[f64x8<S>; 3]),
+        met: mask64x8<S>,
+        is_shadow: bool,
+    ) -> mask64x8<S> {
+        if !self.is_cut_out(triangle.primitive) {
+            return met;
+        }
+        let element = triangle.element(ElementId::WORLD);
+        let barycentric =
+            |lane: usize| triangle.barycentric([sides[0][lane], sides[1][lane], sides[2][lane]]);
+        let solid = those(met).filter(|lane| self.is_there(element, barycentric(*lane), is_shadow));
+        bits(simd, solid.fold(0, |solid, lane| solid | 1 << lane))
+    }
+
     /// Puts `found` in the place of `hit`, if it is nearer.
     #[inline(always)]
     fn accept<const ANY: bool>(&self, query: Query, found: Hit, hit: &mut Hit) -> bool {
@@ -226,9 +265,7 @@ impl Traceable {
             false => hit.yields_to(found.t, found.element),
         };
         let Hit { element, barycentric, .. } = found;
-        let is_there =
-            |primitive| cutout::is_there(self.level, (primitive, element), barycentric, query.is_shadow);
-        let accepted = counts && (!self.has_cutouts || is_there(self.primitive(element.primitive)));
+        let accepted = counts && self.is_there(element, barycentric, query.is_shadow);
         if accepted {
             *hit = found;
         }

@@ -38,8 +38,8 @@ pub(crate) struct Traceable {
     pub(crate) instances: Vec<PlacedInstance>,
     pub emitters: Emitters,
     pub labels: Labels,
-    /// Whether any mesh may have holes.
-    pub(crate) has_cutouts: bool,
+    /// Which primitives may have holes; empty if none has.
+    cutouts: Vec<bool>,
     /// The instructions that rays are traced with.
     pub(crate) level: Level,
 }
@@ -80,7 +80,7 @@ impl Traceable {
             Shape::TriangleMesh(mesh) => mesh.triangles(),
             Shape::Quadric(_) | Shape::Curve(_) => 0,
         });
-        let labels = Labels::new(in_mesh.max().unwrap_or(0).max(curves.len()));
+        let labels = Labels::new(curved_of.len(), in_mesh.max().unwrap_or(0).max(curves.len()));
         let mut traceable = Traceable {
             origin,
             source: Arc::default(),
@@ -94,7 +94,7 @@ impl Traceable {
             instances,
             emitters,
             labels,
-            has_cutouts: false,
+            cutouts: Vec::new(),
             level: Level::new(),
         };
         traceable.renew(source);
@@ -108,8 +108,11 @@ impl Traceable {
             (0..object.primitives.len() as u32).map(move |index| (object.clone(), index))
         };
         self.of_objects = source.objects().into_iter().flat_map(of_object).collect();
-        self.has_cutouts = source.shapes().any(|primitive| primitive.cutout.is_some());
         self.source = source.clone();
+        self.cutouts = match source.shapes().any(|primitive| primitive.cutout.is_some()) {
+            true => self.primitives().map(|primitive| primitive.cutout.is_some()).collect(),
+            false => Vec::new(),
+        };
     }
 
     /// The primitive with a number. Numbers start with the primitives of the world; the primitives of objects follow.
@@ -121,6 +124,17 @@ impl Traceable {
             let (object, index) = &self.of_objects[number - world.len()];
             &object.primitives[*index as usize]
         })
+    }
+
+    /// Whether any primitive may have holes.
+    pub fn has_cutouts(&self) -> bool {
+        !self.cutouts.is_empty()
+    }
+
+    /// Whether the primitive with a number may have holes.
+    #[inline(always)]
+    pub fn is_cut_out(&self, number: u32) -> bool {
+        self.cutouts.get(number as usize).is_some_and(|is_cut_out| *is_cut_out)
     }
 
     /// All primitives, in the order of their numbers.

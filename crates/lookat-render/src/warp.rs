@@ -86,3 +86,28 @@ pub(crate) fn linear_pdf(x: f64, ends: [f64; 2]) -> f64 {
     let [a, b] = ends;
     2.0 * (a + (b - a) * x) / (a + b)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::baseline;
+
+    /// Of a million triangles that are alike, each is chosen by the numbers of its share, and what is left of these has 32 bits.
+    #[test]
+    fn each_of_a_million_has_its_share() {
+        const COUNT: usize = 1_000_000;
+        let sums: Vec<f64> = (1..=COUNT).map(|number| number as f64 * 0.3).collect();
+        baseline!(simd => {
+            for first in (0..COUNT).step_by(LANES) {
+                for part in [1e-9, 0.7, 1.0 - 1e-9] {
+                    let u = f64x8::from_fn(simd, |lane| ((first + lane) as f64 + part) / COUNT as f64);
+                    let (found, rest) = sample_discrete(simd, [&sums; LANES], u);
+                    for lane in 0..LANES {
+                        assert_eq!(found[lane], first + lane);
+                        assert!((rest[lane] - part).abs() < 2_f64.powi(-32), "{first} {lane} {}", rest[lane]);
+                    }
+                }
+            }
+        });
+    }
+}

@@ -27,7 +27,7 @@ const MAX_INCLUDES: usize = 10_000;
 /// The greatest depth of nested includes.
 const MAX_DEPTH: usize = 100;
 /// The most bytes of repeated includes, counting every inclusion after the first.
-const MAX_REPEATED: usize = 4 << 30;
+const MAX_REPEATED: u64 = 4 << 30;
 /// The bytes that a directive adds to this count, because a short directive can create a shape.
 const DIRECTIVE_BYTES: usize = 512;
 
@@ -196,7 +196,7 @@ struct Loader<'a> {
     /// The texts of included files. A file that is included often is stored once.
     texts: HashMap<PathBuf, Bytes>,
     /// The bytes of repeated includes so far, including `DIRECTIVE_BYTES`.
-    repeated: usize,
+    repeated: u64,
 }
 
 impl Loader<'_> {
@@ -319,7 +319,7 @@ impl Loader<'_> {
         self.resolver.report.symbols.include(shown, start, name.span);
         let directives = self.file(file, rest);
         if is_repeated {
-            self.repeated += length + directives * DIRECTIVE_BYTES;
+            self.repeated += (length + directives * DIRECTIVE_BYTES) as u64;
         }
     }
 }

@@ -206,11 +206,12 @@ impl<S: Simd> Vertices<'_, S> {
             let mut active = chosen.is_there & sample.is_there & reflected.is_light();
             active &= !world.met(simd, tracer, &sample.shadow, (active, true));
             let is_sky = chosen.light.simd_ge(lighting.table.first_sky as f64);
-            let direct = reflected / to_f32(chosen.probability);
             let other = pdf * self.directions();
-            let weight = weights(is_sky, sample.pdf * chosen.probability, other);
-            let weighed = direct * weight / to_f32(sample.pdf);
-            weighed.or_wide(sample.has_pdf, direct).or_wide(active, Colors::splat(simd, Vec3::ZERO))
+            // Small probabilities and densities are no `f32`.
+            let density = sample.pdf * chosen.probability;
+            let weight = weights(is_sky, density, other);
+            let share = sample.has_pdf.select(weight, 1.0.simd_into(simd)) / density;
+            reflected.scaled(share).or_wide(active, Colors::splat(simd, Vec3::ZERO))
         })
     }
 
@@ -303,7 +304,7 @@ impl<S: Simd> Vertices<'_, S> {
                     }
                 }
                 let other = density * self.samples_of(light, is_lit);
-                let weight = weights(bits(simd, 0), pdf, other);
+                let weight = to_f32(weights(bits(simd, 0), pdf, other));
                 found = (found * weight).or_wide(!directions.is_specular, found);
             }
             let is_free = active & !hits.is_hit();
@@ -318,7 +319,7 @@ impl<S: Simd> Vertices<'_, S> {
                     if weighed.any_true() {
                         let light = (sky as f64).simd_into(simd);
                         let other = density * self.samples_of(light, is_free);
-                        let weight = weights(bits(simd, 0xff), pdf, other);
+                        let weight = to_f32(weights(bits(simd, 0xff), pdf, other));
                         own = (radiance * weight).or_wide(weighed, radiance);
                     }
                     sum = sum + own;

@@ -70,9 +70,7 @@ impl<'s> World<'s> {
             let mut hits = ArrayVec::new();
             while hits.len() < rays.len() {
                 let from = hits.len();
-                if let Form::Tree(tree) = &self.form
-                    && !tree.scene.has_cutouts
-                {
+                if let Form::Tree(tree) = &self.form {
                     let packets = tracer.stream_size.next(rays.len() - from);
                     if packets > 0 {
                         let all = from..from + packets;
@@ -130,7 +128,7 @@ impl<'s> World<'s> {
             let stage = if is_shadow { Stage::ShadowRays } else { Stage::SkyRays };
             tracer.begin_rays(stage, slice::from_ref(rays), &[active]);
             let met = match &self.form {
-                Form::List(list, _) => list.met(simd, rays, active),
+                Form::List(list, _) => list.met(simd, rays, (active, is_shadow)),
                 Form::Tree(tree) => tree.met(simd, rays, (active, is_shadow)),
             };
             tracer.profile(Profiler::end_rays);

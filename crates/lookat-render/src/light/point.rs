@@ -137,7 +137,7 @@ impl PointLight {
             let way = at.surfaces.towards(Vec3x8::splat(simd, self.position));
             let shadow = Rays { target: POINT_LIGHT.simd_into(simd), ..way };
             let is_there = is_there & squared_distance.is_finite();
-            LightSample::of_delta(is_there, intensity / to_f32(squared_distance), shadow)
+            LightSample::of_delta(is_there, intensity.scaled(1.0 / squared_distance), shadow)
         })
     }
 }
@@ -147,7 +147,8 @@ mod tests {
     use lookat_image::Wrap;
 
     use super::*;
-    use crate::testing::baseline;
+    use crate::bsdf::Domain;
+    use crate::testing::{baseline, surfaces_at};
 
     fn light(spread: Spread) -> PointLight {
         let (position, light_from_world) = (DVec3::ZERO, DMat3::IDENTITY);
@@ -156,6 +157,28 @@ mod tests {
 
     fn factor(light: &PointLight, d: DVec3) -> Vec3 {
         baseline!(simd => light.factor(simd, Vec3x8::splat(simd, d)).lane(0))
+    }
+
+    /// Distances whose squares are beyond the range of `f32`.
+    #[test]
+    fn light_comes_from_any_distance() {
+        for (distance, intensity) in [(3e19, 1e18), (1e-21, 1e-18), (1e-24, 1e-18)] {
+            let light = PointLight {
+                position: DVec3::Z * distance,
+                intensity: Vec3::splat(intensity),
+                ..light(Spread::Even)
+            };
+            let li = baseline!(simd => {
+                let surfaces = &surfaces_at(simd, DVec3::ZERO);
+                let none = bits(simd, 0);
+                let domain = Domain { n: surfaces.n, ns: surfaces.n, is_two_sided: none, is_diffuse: none };
+                let sample = light.sample(simd, &Receivers { surfaces, domain, lunes: None });
+                assert!(sample.is_there.all_true());
+                sample.li.lane(0).x
+            });
+            let expected = f64::from(intensity) / (distance * distance);
+            assert!((f64::from(li) / expected - 1.0).abs() < 1e-6, "{distance}: {li} {expected}");
+        }
     }
 
     /// The first row is up, by y, and the columns begin at x and go on to z.

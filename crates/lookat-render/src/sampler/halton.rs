@@ -2,7 +2,7 @@
 
 use fearless_simd::{Simd, f64x8, prelude::*, u32x8};
 
-use super::hash::{high, lowbias, owen_scramble_rev, reversed, to_f64};
+use super::hash::{BELOW_ONE, high, lowbias, owen_scramble_rev, reversed, to_f64, units};
 use crate::number::LANES;
 
 /// The numbers of points of the sequence in a dimension, where `count` points are taken of it. `None` beyond the dimensions, or the
@@ -21,9 +21,6 @@ pub(super) fn numbers<S: Simd>(
     let scrambles = lowbias(low ^ lowbias(upper ^ dimension));
     Some(base.scrambled_radical_inverse(indices.simd_into(simd), count, scrambles))
 }
-
-/// The largest number below one.
-const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
 
 /// The base of a dimension.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +58,7 @@ impl Base {
         let simd = index.token();
         if self.prime == 2 {
             // All digits at once.
-            return to_f64(reversed(owen_scramble_rev(index, scrambles))) * (1.0 / 4_294_967_296.0);
+            return units(reversed(owen_scramble_rev(index, scrambles)), scrambles);
         }
         let prime = u32x8::splat(simd, self.prime);
         // `rest` of the index is above the digits before, and `power` above all numbers with so many digits.
@@ -83,7 +80,7 @@ impl Base {
             number += to_f64(digit) * scale;
             told *= u64::from(self.prime);
         }
-        let beyond = to_f64(lowbias(scrambles ^ (index + power)) >> 1) * (1.0 / f64::from(1_u32 << 31));
+        let beyond = units(lowbias(scrambles ^ (index + power)), scrambles);
         (number + beyond * scale).min(BELOW_ONE)
     }
 

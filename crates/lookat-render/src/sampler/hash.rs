@@ -12,9 +12,22 @@ pub(super) fn random(seed: u64, dimension: u32, index: u32) -> f64 {
     unit(mix(of_dimension(seed, dimension) ^ u64::from(index) << 32))
 }
 
-/// 53 bits as a number from 0 to below 1.
+/// The largest number below one.
+pub(super) const BELOW_ONE: f64 = 1.0 - f64::EPSILON / 2.0;
+
+/// 52 bits as a number: the middle of one of 2^52 equal steps from 0 to 1. It is never 0, which would choose what has next to no
+/// probability.
 pub(super) fn unit(bits: u64) -> f64 {
-    (bits >> 11) as f64 * (0.5 / (1_u64 << 52) as f64)
+    f64::from_bits(bits >> 12 | 1.0_f64.to_bits()) - BELOW_ONE
+}
+
+/// The same of 32 bits side by side. A hash of them and of the scramble gives 20 more: enough to choose one of a million, and to use what
+/// is left of the number.
+#[inline(always)]
+pub(super) fn units<S: Simd>(bits: u32x8<S>, scramble: u32x8<S>) -> f64x8<S> {
+    let all = widened(bits) << 20 | widened(lowbias(bits ^ scramble)) >> 12 | 1.0_f64.to_bits();
+    let above_one: f64x8<S> = all.bitcast();
+    above_one - BELOW_ONE
 }
 
 /// Spreads every bit over all bits (Stafford's variant 13 of the finaliser of MurmurHash3).
@@ -71,10 +84,14 @@ pub(super) fn high<S: Simd>(x: u32x8<S>, n: u32x8<S>) -> u32x8<S> {
 #[inline(always)]
 pub(super) fn to_f64<S: Simd>(x: u32x8<S>) -> f64x8<S> {
     const SHIFT: f64 = 4_503_599_627_370_496.0;
-    let (low, high) = x.widen();
-    let wide: u64x8<S> = x.token().combine_u64x4(low, high);
-    let shifted: f64x8<S> = (wide | SHIFT.to_bits()).bitcast();
+    let shifted: f64x8<S> = (widened(x) | SHIFT.to_bits()).bitcast();
     shifted - SHIFT
+}
+
+#[inline(always)]
+fn widened<S: Simd>(x: u32x8<S>) -> u64x8<S> {
+    let (low, high) = x.widen();
+    x.token().combine_u64x4(low, high)
 }
 
 #[cfg(test)]
@@ -83,6 +100,15 @@ mod tests {
 
     use super::*;
     use crate::testing::baseline;
+
+    /// So what has less than half a step of probability is not chosen, wherever it comes.
+    #[test]
+    fn numbers_are_the_middles_of_steps() {
+        const STEP: f64 = f64::EPSILON;
+        assert_eq!([0, u64::MAX].map(unit), [0.5 * STEP, 1.0 - 0.5 * STEP]);
+        assert_eq!(unit(5 << 12), 5.5 * STEP);
+        assert_eq!(unit(1 << 63), 0.5 + 0.5 * STEP);
+    }
 
     #[test]
     fn side_by_side_is_as_one_by_one() {
@@ -96,6 +122,8 @@ mod tests {
                 assert_eq!(high(x, y)[2], ((u64::from(a) * u64::from(b)) >> 32) as u32);
                 assert_eq!(high(x, y)[7], high(x, y)[2]);
                 assert_eq!(to_f64(x)[7], f64::from(a));
+                let more = u64::from(lowbias(x ^ y)[6]);
+                assert_eq!(units(x, y)[6], unit(u64::from(a) << 32 | more));
             });
         }
     }

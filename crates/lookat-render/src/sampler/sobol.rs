@@ -1,6 +1,6 @@
 //! Owen-scrambled Sobol' points.
 //!
-//! The numbers are those of `sobol_burley` (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; direction
+//! The first 23 bits of the numbers are those of `sobol_burley` (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; direction
 //! numbers of Joe and Kuo).
 
 use std::array::from_fn;
@@ -10,7 +10,7 @@ use fearless_simd::{Simd, f64x8, prelude::*, u32x8};
 use sobol_burley::NUM_DIMENSIONS;
 use sobol_burley::parts::sobol_rev;
 
-use super::hash::{lowbias, mix, owen_scramble_rev, reversed, to_f64};
+use super::hash::{lowbias, mix, owen_scramble_rev, reversed, units};
 use crate::number::LANES;
 
 /// For each dimension, what each bit of the upper half of an index adds to the points.
@@ -62,8 +62,7 @@ pub(super) fn numbers<S: Simd>(
     const SCRAMBLES: [u32; 4] = [0x912f_69ba, 0x174f_18ab, 0x691e_72ca, 0xb40c_c1b8];
     let own = SCRAMBLES[dimension as usize % 4] ^ (dimension / 4);
     let scramble = hash((seeds * 0x9c8f_2d3b) ^ own);
-    // Numbers below one of 23 bits.
-    to_f64(reversed(owen_scramble_rev(point, scramble)) >> 9) * (1.0 / 8_388_608.0)
+    units(reversed(owen_scramble_rev(point, scramble)), scramble)
 }
 
 /// That of `sobol_burley`.
@@ -77,11 +76,14 @@ mod tests {
     use super::*;
     use crate::testing::baseline;
 
+    /// A number, rounded down to the 23 bits of the library.
     fn number(dimension: u32, index: u32, seed: u64) -> f64 {
-        baseline!(simd => {
+        const STEPS: f64 = (1 << 23) as f64;
+        let number = baseline!(simd => {
             let (indices, seeds) = ([index; LANES], [seed; LANES]);
             numbers(simd, dimension, (indices, || seeds), &Shuffled::new(simd, 0, indices, seeds))[0]
-        })
+        });
+        (number * STEPS).floor() / STEPS
     }
 
     #[test]

@@ -43,9 +43,34 @@ fn numbers_lie_in_the_unit_interval_and_repeat() {
             let mut again = stream.clone();
             for _ in 0..300 {
                 let x = stream.next_1d();
-                assert!((0.0..1.0).contains(&x), "{kind:?}");
+                assert!(x > 0.0 && x < 1.0, "{kind:?}");
                 assert_eq!(x, again.next_1d());
             }
+        }
+    }
+}
+
+/// A number chooses one of a million lights, and what is left of it is as even as 32 random bits: the first eight of them, and the last.
+#[test]
+fn numbers_choose_one_of_a_million_and_go_on() {
+    const LIGHTS: f64 = (1 << 20) as f64;
+    for kind in KINDS {
+        let [mut first, mut last] = [[0_u32; 256]; 2];
+        for pixel in 0..8 {
+            for mut stream in streams(kind, 64, [pixel, 5]) {
+                for _ in 0..50 {
+                    let rest = ((stream.next_1d() * LIGHTS).fract() * 2_f64.powi(32)) as u32;
+                    first[(rest >> 24) as usize] += 1;
+                    last[(rest & 255) as usize] += 1;
+                }
+            }
+        }
+        for counts in [first, last] {
+            let expected = f64::from(8 * 64 * 50) / 256.0;
+            let of = |count: &u32| (f64::from(*count) - expected).powi(2) / expected;
+            let chi_square: f64 = counts.iter().map(of).sum();
+            // Of 255 random degrees of freedom: the mean and five standard deviations.
+            assert!(chi_square < 255.0 + 5.0 * (2.0 * 255.0_f64).sqrt(), "{kind:?}: {chi_square}");
         }
     }
 }

@@ -18,6 +18,7 @@ const SPHERE: usize = 2;
 
 /// All elements of a small world, sorted by name.
 pub(crate) struct List<'s> {
+    scene: &'s Traceable,
     pub elements: Vec<Element<'s>>,
     has_emitters: bool,
 }
@@ -29,6 +30,7 @@ pub(crate) struct Element<'s> {
     /// See [`super::rays::Labels`].
     label: f64,
     emits: bool,
+    is_cut_out: bool,
     pub shape: Shape<'s>,
 }
 
@@ -43,7 +45,7 @@ impl<'s> List<'s> {
     pub fn new(scene: &'s Traceable) -> Option<Self> {
         let world = &scene.world;
         let count = world.triangles.len() + SPHERE * world.others.len();
-        if count > MOST || scene.has_cutouts {
+        if count > MOST {
             return None;
         }
         let triangle = |(place, triangle): (u32, &'s Triangle)| {
@@ -59,7 +61,7 @@ impl<'s> List<'s> {
             elements.push(Element::new(scene, id, Hit::NO_PLACE, Shape::Sphere(curved)));
         }
         elements.sort_by_key(|element| element.id);
-        Some(List { has_emitters: elements.iter().any(|element| element.emits), elements })
+        Some(List { scene, has_emitters: elements.iter().any(|element| element.emits), elements })
     }
 
     /// The number of an element, or [`NONE`].
@@ -90,6 +92,7 @@ impl<'s> List<'s> {
             let own: f64x8<S> = (number as f64).simd_into(simd);
             let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, active);
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
+            let nearer = element.meet_solid(self.scene, nearer, sides.as_ref(), false);
             hits.t = nearer.select(t, hits.t);
             hits.element = nearer.select(own, hits.element);
             for (side, known) in sides.into_iter().flatten().zip(&mut hits.sides) {
@@ -105,9 +108,14 @@ impl<'s> List<'s> {
         hits
     }
 
-    /// Which of the rays that are active meet anything but their targets.
+    /// Which of the rays that are active meet anything but their targets. `is_shadow` of shadow rays, which pass other holes.
     #[inline(always)]
-    pub fn met<S: Simd>(&self, simd: S, rays: &Rays<S>, active: mask64x8<S>) -> mask64x8<S> {
+    pub fn met<S: Simd>(
+        &self,
+        simd: S,
+        rays: &Rays<S>,
+        (active, is_shadow): (mask64x8<S>, bool),
+    ) -> mask64x8<S> {
         let sheared = ShearedRays::new(rays.o, rays.d, active);
         let mut free = active;
         for (number, element) in self.elements.iter().enumerate() {
@@ -117,8 +125,9 @@ impl<'s> List<'s> {
             let own: f64x8<S> = (number as f64).simd_into(simd);
             // Only what emits is ever a target.
             let others = if element.emits { free & !rays.target.simd_eq(element.label) } else { free };
-            let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, others);
+            let (met, t, sides) = element.meet(own, rays, &sheared, rays.t_max, others);
             let mut is_blocked = met & t.simd_le(rays.t_max);
+            is_blocked = element.meet_solid(self.scene, is_blocked, sides.as_ref(), is_shadow);
             let may_be_end = is_blocked & rays.target.simd_eq(POINT_LIGHT) & t.simd_gt(rays.t_max * NEAR_END);
             if may_be_end.any_true() {
                 is_blocked &= !element.ends(own, rays, may_be_end);
@@ -132,7 +141,25 @@ impl<'s> List<'s> {
 impl<'s> Element<'s> {
     fn new(scene: &Traceable, id: ElementId, place: u32, shape: Shape<'s>) -> Self {
         let emits = scene.primitive(id.primitive).emission.is_some();
-        Element { id, place, label: scene.labels.of(id), emits, shape }
+        let (label, is_cut_out) = (scene.labels.of(id), scene.is_cut_out(id.primitive));
+        Element { id, place, label, emits, is_cut_out, shape }
+    }
+
+    /// Those of some rays that meet it where it has no hole.
+    #[inline(always)]
+    fn meet_solid<S: Simd>(
+        &self,
+        scene: &Traceable,
+        met: mask64x8<S>,
+        sides: Option<&[f64x8<S>; 3]>,
+        is_shadow: bool,
+    ) -> mask64x8<S> {
+        match (&self.shape, sides) {
+            (Shape::Triangle(boxed), Some(sides)) if self.is_cut_out => {
+                scene.meet_solid(met.token(), (boxed.triangle, sides), met, is_shadow)
+            }
+            _ => met,
+        }
     }
 
     /// Which of some shadow rays to point lights, that meet it, do so nowhere but at their ends. `own` is its number.

@@ -59,6 +59,9 @@ pub(crate) const POINT_LIGHT: f64 = -2.0;
 /// 2^32: more than the place of any triangle.
 pub(super) const PLACES: f64 = 4_294_967_296.0;
 
+/// 2^52.
+const MOST_LABELS: f64 = PLACES * 1_048_576.0;
+
 /// Tells elements of the world, or those of an object, apart, by labels: numbers that are exact; [`NONE`] is no element.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Labels {
@@ -67,9 +70,12 @@ pub(crate) struct Labels {
 }
 
 impl Labels {
-    /// Those of elements with indices below a number.
-    pub fn new(indices: usize) -> Self {
+    /// Those of so many primitives, and of elements with indices below a number. Fails with more than 2^52 labels: such worlds are too
+    /// large for any memory.
+    pub fn new(primitives: usize, indices: usize) -> Self {
         let indices = indices.next_power_of_two() as f64;
+        // With the places below them, all are less than 2^53.
+        assert!(primitives as f64 * indices <= MOST_LABELS, "more elements than f64 can tell apart");
         Labels { indices: [indices, 1.0 / indices] }
     }
 
@@ -120,5 +126,26 @@ impl<S: Simd> Hits<S> {
     #[inline(always)]
     pub fn is_hit(&self) -> mask64x8<S> {
         self.element.simd_ge(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_tell_all_elements_apart() {
+        let labels = Labels::new(1 << 23, (1 << 29) - 1);
+        for (primitive, index) in [(0, 0), (0, 1), (1, 0), ((1 << 23) - 1, (1 << 29) - 2)] {
+            let element = ElementId { instance: ElementId::WORLD, primitive, index };
+            let number = PLACES + labels.of(element);
+            assert_eq!(labels.element(number - PLACES, ElementId::WORLD), element);
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "more elements")]
+    fn labels_that_would_be_rounded_fail() {
+        Labels::new((1 << 23) + 1, 1 << 29);
     }
 }

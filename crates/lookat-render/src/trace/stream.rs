@@ -252,7 +252,10 @@ mod tests {
         let squares = "Translate 0 0 .3 Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0]
             \"integer indices\" [0 1 2 0 2 3] AreaLightSource \"diffuse\" Shape \"trianglemesh\"
             \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"integer indices\" [1 2 0 2 3 0]";
-        for shapes in ["", spheres, squares] {
+        let holes = "Texture \"h\" \"float\" \"checkerboard\" \"float uscale\" 9 \"float vscale\" 9 Translate 0 0 .2
+            Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"integer indices\" [0 1 2 0 2 3] \"texture alpha\" \"h\"
+            \"float uv\" [0 0 1 0 1 1 0 1] Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 1 1 0] \"integer indices\" [0 1 2]";
+        for shapes in ["", spheres, squares, holes] {
             let scene = crate::Prepared::new(&scene(shapes)).traceable;
             let (mut met, mut stayed) = (0, [0; 3]);
             for case in 0..2000 {

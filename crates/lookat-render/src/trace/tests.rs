@@ -70,7 +70,7 @@ fn a_ray_leaves_one_triangle_of_many_with_its_place() {
 }
 
 /// What `f32` alone tells is in the way, is so in `f64`: from surfaces to others, which are left out, to what is just before
-/// them, and to places in space. Among triangles of all sizes, in the world and in an instance, and with duplicates.
+/// them, and to places in space. Among triangles of all sizes, in the world and in an instance, and with duplicates, some with holes.
 #[test]
 fn shadows_are_those_of_f64() {
     let mut mesh = String::from("Shape \"trianglemesh\" \"integer indices\" [");
@@ -88,7 +88,9 @@ fn shadows_are_those_of_f64() {
     mesh += "]";
     let scene = scene(&format!(
         "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
-        ObjectBegin \"a\" {mesh} ObjectEnd {mesh} {mesh} Translate 1 .2 .1 Scale 2 .5 1 Rotate 30 1 2 3 ObjectInstance \"a\" WorldEnd"
+        Texture \"h\" \"float\" \"checkerboard\" \"float uscale\" 4 \"float vscale\" 4
+        ObjectBegin \"a\" {mesh} ObjectEnd {mesh} \"texture alpha\" \"h\" {mesh} \"float shadowalpha\" 0 {mesh}
+        Translate 1 .2 .1 Scale 2 .5 1 Rotate 30 1 2 3 ObjectInstance \"a\" WorldEnd"
     ));
     let at = |level| {
         let mut traceable = Prepared::new(&scene).traceable;

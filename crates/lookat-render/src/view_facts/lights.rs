@@ -12,7 +12,7 @@ use crate::color::luminance;
 use crate::integrator::Tracer;
 use crate::integrator::world::World;
 use crate::light::Receivers;
-use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, those, to_f32};
+use crate::number::{Colors, LANES, Vec3x8, baseline, bits, first_lanes, those};
 use crate::prepare::{Prepared, corners_of_shape};
 use crate::ray::ElementId;
 use crate::surface::Surface;
@@ -192,7 +192,7 @@ fn of_light<S: Simd>(
     let other = if light >= prepared.lights.first_sky { cosine / PI } else { 0.0.simd_into(simd) };
     let share = cosine / (sample.pdf + other);
     let counts = sample.is_there & cosine.simd_gt(0.0);
-    (sample.shadow, sample.li * to_f32(share), counts)
+    (sample.shadow, sample.li.scaled(share), counts)
 }
 
 /// Rays in directions from the surfaces, for light of a sky.
@@ -210,7 +210,7 @@ fn of_sky<S: Simd>(
     let (radiance, density) = prepared.lights.sky(simd, light, None, d);
     let cosine = d.dot(surfaces.n);
     let share = cosine / (cosine / PI + density);
-    (surfaces.leave(d), radiance * to_f32(share), cosine.simd_gt(0.0))
+    (surfaces.leave(d), radiance.scaled(share), cosine.simd_gt(0.0))
 }
 
 /// Surfaces side by side. The first one fills lanes without a surface.

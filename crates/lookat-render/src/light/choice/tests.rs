@@ -112,6 +112,33 @@ fn probabilities_are_those_of_choices() {
     }
 }
 
+/// Of a million lamps that are alike, each is chosen by the numbers of its share, with the probability that is said.
+#[test]
+fn each_of_a_million_lamps_has_its_share() {
+    const LAMPS: usize = 1_000_000;
+    let mut scene =
+        crate::testing::scene("Film \"image\" Camera \"perspective\" WorldBegin Shape \"sphere\" WorldEnd");
+    let lamp = Light::Point { position: DVec3::Y, intensity: Vec3::ONE };
+    Arc::make_mut(&mut scene.world).lights = vec![lamp; LAMPS];
+    let table = &Prepared::new(&scene).lights;
+    baseline!(simd => FLOOR.ask((simd, table, LightChoice::Power), |sampler| {
+        let all = bits(simd, 0xff);
+        for first in (0..LAMPS).step_by(LANES) {
+            let lamps: f64x8<_> = f64x8::from_fn(simd, |lane| (first + lane) as f64);
+            for part in [1e-4, 1.0 - 1e-4] {
+                let chosen = sampler.choose((lamps + part) / LAMPS as f64, all);
+                assert_eq!(chosen.light.to_array(), lamps.to_array());
+                let probability = sampler.probability(lamps, all);
+                assert_eq!(chosen.probability.to_array(), probability.to_array());
+                assert!((probability * LAMPS as f64 - 1.0).abs().simd_lt(1e-9).all_true());
+            }
+        }
+    }));
+    let ends = &table.power_cdf;
+    let shares = ends.windows(2).map(|ends| (ends[1] - ends[0]) / table.power_of_others());
+    assert!(shares.into_iter().all(|share| (share * LAMPS as f64 - 1.0).abs() < 1e-9));
+}
+
 /// A lamp above a floor, and others that do not light it: from below, from behind their backs, or past it.
 const BESIDE: &str = r#"LightSource "point" "rgb I" [1 1 1] "point from" [1 2 0]
     LightSource "point" "rgb I" [9 9 9] "point from" [0 -1 0]

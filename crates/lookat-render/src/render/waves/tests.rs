@@ -192,7 +192,7 @@ const FIELD: &str = "Shape \"heightfield\" \"integer nu\" 6 \"integer nv\" 6 \"f
     [0 .1 0 .2 0 .1  .3 0 .2 .1 0 .1  0 .2 0 .1 .3 0  .1 0 .2 0 .1 0  0 .1 .2 0 .3 .1  0 .2 0 .1 .1 0]";
 
 /// What small worlds may have; what needs a tree; and what has shading normals of its own.
-const SMALL: [&str; 6] = [SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER];
+const SMALL: [&str; 7] = [SPHERE, SPHERE, PARTIAL, SQUARE, TRIANGLE, CORNER, HOLES];
 const LARGE: [&str; 10] = [SPHERE, SQUARE, CORNER, FIELD, TANGENTS, DISK, CURVE, PARTIAL, HOLES, COPY];
 const WITH_NORMALS: [&str; 10] = [SPHERE, SQUARE, SMOOTH, SMOOTH, FIELD, DISK, CURVE, TANGENTS, HOLES, COPY];
 
