@@ -247,8 +247,10 @@ impl SurfaceLight {
         let simd = area.token();
         let way = at.surfaces.towards(on_light.p);
         let squared_distance = (on_light.p - at.surfaces.p).length_squared();
-        let shines =
-            bits(simd, if self.two_sided { 0xff } else { 0 }) | on_light.emitting.dot(-way.d).simd_gt(0.0);
+        let height = on_light.emitting.dot(-way.d) * way.t_max;
+        let height = if self.two_sided { height.abs() } else { height };
+        // What lies in the plane of a light gets none, in spite of rounding.
+        let shines = height.simd_gt(at.surfaces.rounding(on_light.magnitude));
         let pdf = squared_distance / (on_light.n.dot(way.d).abs() * area);
         // The ray ends at the light, which does not block it.
         let t_max = at.surfaces.reach(way.t_max, on_light.magnitude);

@@ -63,7 +63,13 @@ impl<S: Simd> Surfaces<S> {
     /// for rounding, so that what lies in the plane of a light does not hide it, and the light is not before the end.
     #[inline(always)]
     pub fn reach(&self, distance: f64x8<S>, magnitude: f64x8<S>) -> f64x8<S> {
-        distance - self.magnitude.max(magnitude) * 4.0 * OFFSET
+        distance - self.rounding(magnitude)
+    }
+
+    /// The most that rounding and the offsets of rays change distances to points whose coordinates are up to `magnitude`.
+    #[inline(always)]
+    pub fn rounding(&self, magnitude: f64x8<S>) -> f64x8<S> {
+        self.magnitude.max(magnitude) * 4.0 * OFFSET
     }
 
     /// Takes some from the space of their objects to the world.
