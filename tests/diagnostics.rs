@@ -163,7 +163,7 @@ fn scene(middle: &[u8]) -> Vec<u8> {
     let head: &[u8] =
         b"Camera \"perspective\" Film \"image\" Sampler \"sobol\" Integrator \"path\"\nWorldBegin\n\
         LightSource \"infinite\"\n";
-    [head, middle, b"\nWorldEnd\n"].concat()
+    [head, middle, b"\nShape \"sphere\" WorldEnd\n"].concat()
 }
 
 /// Loads `scene.pbrt`, the first of the files.

@@ -36,6 +36,8 @@ pub(crate) struct Evidence<'e> {
     /// The options. `None` without `WorldBegin`.
     pub settled: Option<&'e Settled>,
     pub built: &'e Built,
+    /// The shapes that pictures may show, each of an object once: not those of unused objects, and no mesh without area.
+    pub drawn: Vec<&'e Primitive>,
     pub sources: &'e Sources,
     /// The end of the scene file.
     pub end: Span,
@@ -87,11 +89,14 @@ impl Evidence<'_> {
 
     /// The shapes of the world that are lights, with the places of their types.
     fn shape_lights(&self) -> impl Iterator<Item = (&Primitive, Emission, Span)> {
-        self.built
-            .world
-            .primitives
-            .iter()
-            .filter_map(|primitive| Some((primitive, primitive.light()?, primitive.span?)))
+        let of_world = self.built.world.primitives.iter();
+        let lights = of_world.filter_map(|primitive| Some((primitive, primitive.light()?, primitive.span?)));
+        lights.filter(|(primitive, ..)| !primitive.shape.is_invisible())
+    }
+
+    /// The start of the world block, for what is said about the world as a whole.
+    fn world(&self) -> Span {
+        self.facts.world_begin.unwrap_or(self.end)
     }
 }
 

@@ -176,9 +176,9 @@ pub(crate) struct Built {
 }
 
 impl Built {
-    /// All shapes, also those of objects without an instance.
-    pub fn shapes(&self) -> impl Iterator<Item = &Primitive> {
-        self.world.primitives.iter().chain(self.objects.iter().flat_map(|object| &object.primitives))
+    /// The shapes that pictures may show, each of an object once.
+    pub fn drawn(&self) -> Vec<&Primitive> {
+        self.world.shapes().filter(|primitive| !primitive.shape.is_invisible()).collect()
     }
 
     /// A primitive, unless it had an error.

@@ -39,12 +39,12 @@ pub(crate) struct Facts {
     pub placement: Option<CameraPlacement>,
     /// True if the world uses the coordinate system of the camera.
     pub uses_camera_space: bool,
-    /// A transformation after `Camera` that nothing has used.
+    /// The first transformation of the options that nothing has used: one after `Camera`, or without `Camera`.
     pub idle_transform: Option<Span>,
     /// `Rotate` directives.
     pub rotations: Vec<Rotation>,
-    /// `LookAt` directives in the world.
-    pub look_ats: Vec<Span>,
+    /// The first `LookAt` in the world that is in no block.
+    pub look_at_in_world: Option<Span>,
     /// Directives of motion: keyword and place.
     pub motion: Vec<(&'static str, Span)>,
     /// Names that are defined again while a definition is in scope.

@@ -125,6 +125,7 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
         symbols: &symbols,
         settled: settled.as_ref(),
         built: &built,
+        drawn: built.drawn(),
         sources: &files.sources,
         end: files.sources.end(file),
         accept_part: options.accept_part,

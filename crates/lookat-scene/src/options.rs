@@ -69,10 +69,6 @@ impl Options {
         before.map(|before| before.at)
     }
 
-    pub fn camera_is_set(&self) -> bool {
-        self.camera.is_some()
-    }
-
     /// Resolves the options. Reports an option with an error and replaces it by the default.
     pub fn settle(
         self,

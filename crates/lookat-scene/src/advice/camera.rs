@@ -25,7 +25,7 @@ pub(super) fn advise_scale(evidence: &Evidence, report: &mut Report) {
     if !matches!(evidence.integrator(), Some(Integrator::Path { .. })) {
         return;
     }
-    let is_seen = evidence.built.shapes().any(|primitive| is_glossy(&primitive.material.kind));
+    let is_seen = evidence.drawn.iter().any(|primitive| is_glossy(&primitive.material.kind));
     let camera = evidence.facts.camera.as_ref();
     if let Some((at, _)) = camera.filter(|(_, transform)| is_seen && is_scaled(transform)) {
         let message = "a scale before Camera: pbrt-v3 renders glossy and transparent surfaces too dark or too bright, or crashes";

@@ -12,7 +12,7 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
     let Some(kind) = evidence.settled.and_then(|settled| settled.substituted.as_ref()) else { return };
     let message = format!("lookat renders Integrator \"{}\" with \"path\"", kind.value);
     let casts_caustics = evidence.built.world.lights.iter().any(Light::is_delta)
-        && evidence.built.shapes().any(|primitive| is_specular(&primitive.material.kind));
+        && evidence.drawn.iter().any(|primitive| is_specular(&primitive.material.kind));
     report.push(match casts_caustics {
         true => Diagnostic::warning(kind.span, message).help(
             "\"path\" does not find caustics of point, spot and distant lights; for caustics, use a shape with an AreaLightSource",

@@ -7,7 +7,7 @@ use crate::report::Report;
 use crate::{CurveKind, Shape};
 
 pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
-    for primitive in evidence.built.shapes() {
+    for primitive in &evidence.drawn {
         let (Shape::Curve(curve), Some(at)) = (&primitive.shape, primitive.span) else { continue };
         // A note: every curve has it, and no parameter makes both pictures equal.
         let message = "pbrt-v3 draws curves up to 5 % thinner where they bend, and omits shadows of surfaces closer than 3.5 curve widths";

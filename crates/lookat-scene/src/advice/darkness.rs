@@ -2,7 +2,7 @@
 
 use super::{Evidence, warn};
 use crate::report::Report;
-use crate::{Emission, Integrator, Light, Primitive};
+use crate::{Emission, Integrator, Light};
 
 pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
     let Some(integrator) = evidence.integrator() else { return };
@@ -10,8 +10,7 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
         return;
     }
     let world = &evidence.built.world;
-    let emits = |primitive: &Primitive| primitive.emission.filter(|_| !primitive.shape.is_invisible());
-    let emissions: Vec<Emission> = world.shapes().filter_map(emits).collect();
+    let emissions: Vec<Emission> = evidence.drawn.iter().filter_map(|primitive| primitive.emission).collect();
     let shows_emission_alone = matches!(integrator, Integrator::Path { max_depth: 0, .. });
     let (message, help) = if world.lights.is_empty() && emissions.is_empty() {
         let help = "add a light: LightSource \"infinite\" lights a scene from all sides";
@@ -25,5 +24,5 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
     } else {
         return;
     };
-    warn(report, evidence.facts.world_begin.unwrap_or(evidence.end), message, help);
+    warn(report, evidence.world(), message, help);
 }

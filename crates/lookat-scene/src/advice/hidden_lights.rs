@@ -25,8 +25,8 @@ pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
     if !evidence.settled.is_some_and(|settled| settled.passes_boundaries) {
         return;
     }
-    let is_boundary = |primitive: &&Primitive| matches!(primitive.material.kind, MaterialKind::None);
-    let emissive = evidence.built.shapes().filter(|primitive| primitive.light().is_some());
+    let is_boundary = |primitive: &&&Primitive| matches!(primitive.material.kind, MaterialKind::None);
+    let emissive = evidence.drawn.iter().filter(|primitive| primitive.light().is_some());
     for at in emissive.filter(is_boundary).filter_map(|primitive| primitive.span) {
         let message = "pbrt-v3 lets shadow rays pass this emissive surface without a material, and finds its light by light samples only";
         let help = "write Material \"matte\" \"rgb Kd\" [0 0 0]: lookat and pbrt-v3 then agree";

@@ -9,7 +9,7 @@ use crate::{Material, MaterialKind, Texture, Varying};
 
 pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
     let mut known = HashSet::new();
-    evidence.built.shapes().for_each(|primitive| check(&primitive.material, &mut known, report));
+    evidence.drawn.iter().for_each(|primitive| check(&primitive.material, &mut known, report));
 }
 
 /// Warns of values that are an error as a constant.

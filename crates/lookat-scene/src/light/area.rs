@@ -27,7 +27,7 @@ impl Emission {
     }
 
     /// True if the radiance is zero.
-    pub(crate) fn is_black(&self) -> bool {
+    pub fn is_black(&self) -> bool {
         self.radiance == Vec3::ZERO
     }
 }

@@ -23,10 +23,10 @@ impl Resolver<'_> {
     }
 
     fn set_ctm(&mut self, ctm: Transform, at: Span) -> Result<(), Box<Diagnostic>> {
-        if self.block == Block::Options && self.options.camera_is_set() {
+        let ctm = in_range(ctm, at)?;
+        if self.block == Block::Options && ctm != self.state.ctm {
             self.facts.idle_transform.get_or_insert(at);
         }
-        let ctm = in_range(ctm, at)?;
         // Transformations of the end time only add motion.
         if self.state.at_start {
             self.state.ctm = ctm;
@@ -42,8 +42,8 @@ impl Resolver<'_> {
     }
 
     pub(super) fn look_at(&mut self, points: [f64; 9], span: Span) -> Result<(), Box<Diagnostic>> {
-        if self.block == Block::World {
-            self.facts.look_ats.push(span);
+        if self.block == Block::World && self.blocks.open.is_empty() {
+            self.facts.look_at_in_world.get_or_insert(span);
         }
         match look_at(points) {
             Ok(transform) => {
