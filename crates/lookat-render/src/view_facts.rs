@@ -123,10 +123,10 @@ impl<'s> Numbered<'s> {
         Numbered { traceable, all, numbers }
     }
 
-    /// The number of a shape, which is added if it is new.
+    /// The number of a shape that a ray has hit. It is added if it is new.
     fn number(&mut self, key: (u32, u32)) -> usize {
         *self.numbers.entry(key).or_insert_with(|| {
-            self.all.push(ShapeFacts::new(self.traceable, key));
+            self.all.extend(ShapeFacts::new(self.traceable, key));
             self.all.len() - 1
         })
     }

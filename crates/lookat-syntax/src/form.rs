@@ -25,12 +25,12 @@ impl Directive {
     #[rustfmt::skip]
     pub const FORMS: [Form; 37] = [
         form("Identity", "", "resets the current transformation matrix (CTM)"),
-        form("Translate", "x y z", "moves what follows"),
-        form("Scale", "x y z", "scales what follows"),
-        form("Rotate", "angle x y z", "rotates what follows by an angle in degrees around an axis"),
-        form("LookAt", "ex ey ez lx ly lz ux uy uz", "places the camera at e, which looks at l with u up; write it before Camera"),
-        form("Transform", MATRIX, "replaces the CTM by a matrix, column by column"),
-        form("ConcatTransform", MATRIX, "multiplies the CTM by a matrix, column by column"),
+        form("Translate", "x y z", "moves what follows; before Camera, maps the world to the camera: moves the world, not the camera"),
+        form("Scale", "x y z", "scales what follows; before Camera, scales the world that the camera sees"),
+        form("Rotate", "angle x y z", "rotates what follows by an angle in degrees around an axis; before Camera, rotates the world, not the camera"),
+        form("LookAt", "ex ey ez lx ly lz ux uy uz", "places the camera at e, which looks at l with u up; write it before Camera; in the world block, maps what follows to the space of such a camera"),
+        form("Transform", MATRIX, "replaces the CTM by a matrix, column by column; before Camera, the matrix maps the world to the camera: the inverse of the matrices of Blender and glTF"),
+        form("ConcatTransform", MATRIX, "multiplies the CTM by a matrix, column by column; before Camera, the CTM maps the world to the camera"),
         form("CoordinateSystem", "\"name\"", "names the CTM"),
         form("CoordSysTransform", "\"name\"", "makes a named transformation the CTM"),
         form("ActiveTransform", "All, StartTime or EndTime", "selects the times whose CTM the next transformations change"),

@@ -14,7 +14,7 @@ use crate::command_line::quoted;
 pub struct JsonLight {
     median: f32,
     largest: f32,
-    pub black: f64,
+    black: f64,
     clipped: f64,
     not_finite_pixels: u64,
     exposure: f64,
@@ -71,6 +71,11 @@ fn recorded(metadata: Option<String>, mapping: ToneMapping) -> Option<String> {
 }
 
 impl JsonLight {
+    /// Whether a picture is black, but for rounding: nothing is brighter than `residue`.
+    pub fn is_black(&self, residue: f64) -> bool {
+        self.black == 1.0 || self.not_finite_pixels == 0 && f64::from(self.largest) <= residue
+    }
+
     /// Prints the line about light. With `advise`, also the exposure that shows a picture that is nearly black or mostly
     /// clipped.
     pub fn print(&self, file: &Path, advise: bool) {

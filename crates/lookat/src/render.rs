@@ -324,6 +324,7 @@ fn picture(
     let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
     let Kept { file, destination, kept, light, samples_per_pixel } =
         output.write(&mut rendered, numbered.clone())?;
+    let black = light.is_some_and(|light| light.is_black(summary::residue(&scene)));
     let Statistics { least, most, rays, rejected, clamped, target, .. } = rendered.statistics;
     let picture = JsonPicture {
         file: file.display().to_string(),
@@ -337,7 +338,7 @@ fn picture(
         rejected_samples: rejected,
         clamped_samples: clamped,
         complete: rendered.complete,
-        black: light.is_some_and(|light| light.black == 1.0),
+        black,
         light,
         numbered,
         target: target_error(&settings).zip(target).map(|(target, reached)| JsonTarget::new(target, reached)),
@@ -350,7 +351,7 @@ fn picture(
     }
     if !arguments.quiet && !arguments.report.json {
         summarize(&picture, &rendered);
-        light.inspect(|light| light.print(&file, rendered.complete && least > 0));
+        light.inspect(|light| light.print(&file, rendered.complete && least > 0 && !black));
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }

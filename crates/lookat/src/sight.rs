@@ -1,6 +1,7 @@
 //! Warnings about what a scene shows: where its camera is, what is in view, what is sharp and what is lit.
 
 mod focus;
+mod inverse;
 mod lights;
 mod placement;
 mod size;
@@ -8,8 +9,8 @@ mod window;
 
 use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
 use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::{Diagnostic, FileId, Span};
-use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, View};
+use lookat_scene::syntax::{Diagnostic, FileId, Span, statement_at};
+use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, View};
 
 use crate::args::way_out;
 
@@ -17,6 +18,7 @@ use crate::args::way_out;
 pub struct Sight<'l> {
     pub scene: &'l Scene,
     pub places: &'l Places,
+    pub sources: &'l Sources,
     /// The `LookAt` that alone places the camera, and its place.
     look_at: Option<(Span, CameraPlacement)>,
     pub facts: ViewFacts,
@@ -24,6 +26,8 @@ pub struct Sight<'l> {
     pub focus: Option<Focus>,
     /// What is in view where eye and target of the `LookAt` change places.
     turned: Option<ViewFacts>,
+    /// What is in view from cameras that the inverse of the transformation places.
+    inverses: Vec<(View, ViewFacts)>,
     /// The start of the scene file.
     start: Span,
 }
@@ -42,10 +46,12 @@ pub fn look<'l>(loaded: &'l Loaded, scene: &'l Scene, facts: ViewFacts) -> Sight
     Sight {
         scene,
         places: &loaded.places,
+        sources: &loaded.sources,
         look_at: placement.and_then(|placement| Some((placement.span?, placement))),
         facts,
         focus: Focus::new(&scene.view.camera, &scene.view.film),
         turned: None,
+        inverses: Vec::new(),
         start: Span { file: FileId(0), start: 0, end: 0 },
     }
 }
@@ -62,13 +68,23 @@ pub fn advise_by(
     mut facts: impl FnMut(&View) -> ViewFacts,
 ) -> Vec<Diagnostic> {
     let mut sight = look(loaded, scene, facts(&scene.view));
-    if let Some((_, look_at)) = sight.look_at.filter(|_| sight.is_odd()) {
-        sight.turned = turned(&scene.view, &look_at).map(|view| facts(&view));
+    if sight.is_odd() {
+        // A turntable has cameras of its own.
+        let is_own = loaded.scene.as_ref().is_none_or(|own| own.view.camera == scene.view.camera);
+        match (sight.look_at, loaded.placement) {
+            (Some((_, look_at)), _) => {
+                sight.turned = turned(&scene.view, &look_at).map(|view| facts(&view));
+            }
+            (None, None) if is_own => {
+                let views = inverse::views(&scene.view).into_iter();
+                sight.inverses = views.map(|view| (view.clone(), facts(&view))).collect();
+            }
+            _ => {}
+        }
     }
     let sight = &sight;
-    if let Some(found) =
-        size::giant(sight).or_else(|| window::other_order(sight)).or_else(|| placement::odd(sight))
-    {
+    let first = size::giant(sight).or_else(|| window::other_order(sight)).or_else(|| window::small(sight));
+    if let Some(found) = first.or_else(|| placement::odd(sight)) {
         return vec![found];
     }
     let others = window::stretched(sight).into_iter().chain(focus::blurred(sight));
@@ -98,6 +114,11 @@ impl Sight<'_> {
     /// The shapes that are seen.
     fn shapes_in_view(&self) -> impl Iterator<Item = &ShapeFacts> {
         self.facts.shapes.iter().filter(|shape| shape.share > 0.0)
+    }
+
+    /// Where the eye is, in words.
+    fn eye(&self) -> String {
+        format!("the eye is at {}", point(self.facts.eye))
     }
 
     /// The place of the directive that places the camera.
@@ -140,6 +161,13 @@ impl Sight<'_> {
     /// Its largest side.
     fn world_size(&self) -> f64 {
         self.bounds().map_or(0.0, |[low, high]| (high - low).max_element())
+    }
+
+    /// The start of the directive around a place.
+    fn directive_start(&self, place: Span) -> Option<Span> {
+        let text = &self.sources.files.get(place.file.0 as usize)?.text;
+        let start = statement_at(text, place)?.keyword.start;
+        Some(Span { start, end: start, ..place })
     }
 
     /// The place of the directive of a light.

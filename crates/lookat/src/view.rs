@@ -2,7 +2,7 @@
 
 mod camera;
 mod describe;
-mod directive_text;
+pub mod directive_text;
 mod edit;
 mod editor;
 mod engine;

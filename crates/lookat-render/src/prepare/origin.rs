@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use lookat_scene::{Object, Primitive, Shape, World};
+use rayon::prelude::*;
 
 use crate::curved::Curved;
 use crate::instance::placed_box;
@@ -83,11 +84,15 @@ fn corners_of(primitive: &Primitive, index: usize) -> Corners {
     }
 }
 
-/// The box around a shape.
-pub(crate) fn corners_of_shape(primitive: &Primitive) -> Corners {
+/// The box around what can be seen of a shape: `None` for a mesh without area.
+pub(crate) fn corners_of_shape(primitive: &Primitive) -> Option<Corners> {
     match &primitive.shape {
-        Shape::TriangleMesh(mesh) => around(mesh.positions().iter().map(|p| [DVec3::from(*p); 2])),
-        Shape::Quadric(_) | Shape::Curve(_) => corners_of(primitive, 0),
+        Shape::TriangleMesh(mesh) => {
+            let drawn = (0..mesh.triangles()).into_par_iter().with_min_len(1 << 12);
+            let drawn = drawn.filter(|index| mesh.has_area(*index));
+            drawn.map(|index| corners_of(primitive, index)).reduce_with(|a, b| around([a, b]))
+        }
+        Shape::Quadric(_) | Shape::Curve(_) => Some(corners_of(primitive, 0)),
     }
 }
 

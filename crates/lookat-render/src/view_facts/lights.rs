@@ -25,6 +25,8 @@ const SHADOW_RAYS: usize = 1 << 16;
 const LEAST_OF_A_LIGHT: usize = 64;
 /// The most lights that are measured.
 const MOST_LIGHTS: usize = 256;
+/// The cosine at a surface up to which light counts as none: corners with a few digits tilt triangles of one plane by about so much.
+const GRAZING: f64 = 1e-4;
 
 /// A light, and what it gives to the surfaces in view.
 #[derive(Debug, Clone)]
@@ -93,7 +95,9 @@ pub(super) fn facts(
             irradiance: direct.irradiance / first.len() as f64,
             reaches,
             faces: direct.faced + indirect.faced > 0,
-            inside: inside.filter(|key| ShapeFacts::new(traceable, *key).is_opaque).map(&mut number),
+            inside: inside
+                .filter(|key| ShapeFacts::new(traceable, *key).is_some_and(|shape| shape.is_opaque))
+                .map(&mut number),
         }
     };
     places.into_iter().enumerate().map(light_facts).collect()
@@ -127,7 +131,7 @@ fn position(prepared: &Prepared, place: LightPlace) -> Option<DVec3> {
             Light::Distant { .. } | Light::Infinite { .. } | Light::Environment { .. } => None,
         },
         LightPlace::Primitive(number) => {
-            let [low, high] = corners_of_shape(&source.primitives[number]);
+            let [low, high] = corners_of_shape(&source.primitives[number])?;
             Some((low + high) * 0.5)
         }
     }
@@ -191,7 +195,7 @@ fn of_light<S: Simd>(
     // Directions from the surfaces find the rest of a sky.
     let other = if light >= prepared.lights.first_sky { cosine / PI } else { 0.0.simd_into(simd) };
     let share = cosine / (sample.pdf + other);
-    let counts = sample.is_there & cosine.simd_gt(0.0);
+    let counts = sample.is_there & cosine.simd_gt(GRAZING);
     (sample.shadow, sample.li.scaled(share), counts)
 }
 

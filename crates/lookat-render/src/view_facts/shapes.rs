@@ -1,6 +1,6 @@
 //! Shapes: where they are, and what is seen of them.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use lookat_scene::MaterialKind;
 use lookat_scene::syntax::Span;
 
@@ -25,6 +25,8 @@ pub struct ShapeFacts {
     pub is_opaque: bool,
     /// The share of the picture that shows it.
     pub share: f64,
+    /// Whether light that it emits is seen. It is not where only the back of a light is in view.
+    pub glows: bool,
     /// The least, the median and the largest depth of what is seen of it.
     pub depths: Option<[f64; 3]>,
     /// The plane that holds all that is seen of it.
@@ -53,11 +55,12 @@ pub(super) fn measured(traceable: &Traceable) -> Vec<ShapeFacts> {
     let every = (primitives + instances).div_ceil(MOST).max(1);
     let of_world = (0..primitives as u32).map(|primitive| (ElementId::WORLD, primitive));
     let all = of_world.chain((0..instances as u32).map(|instance| (instance, 0)));
-    all.step_by(every).map(|key| ShapeFacts::new(traceable, key)).collect()
+    all.step_by(every).filter_map(|key| ShapeFacts::new(traceable, key)).collect()
 }
 
 impl ShapeFacts {
-    pub(super) fn new(traceable: &Traceable, key: (u32, u32)) -> ShapeFacts {
+    /// `None` for a mesh without area, which cannot be seen.
+    pub(super) fn new(traceable: &Traceable, key: (u32, u32)) -> Option<ShapeFacts> {
         let (instance, primitive) = key;
         let (number, bounds) = match traceable.instance(instance) {
             Some(placed) => {
@@ -68,19 +71,20 @@ impl ShapeFacts {
                     [low, high].map(|corner| corner + traceable.origin),
                 )
             }
-            None => (primitive, corners_of_shape(traceable.primitive(primitive))),
+            None => (primitive, corners_of_shape(traceable.primitive(primitive))?),
         };
         let own = traceable.primitive(number);
-        ShapeFacts {
+        Some(ShapeFacts {
             span: own.span,
             bounds,
             is_emitter: own.emission.is_some(),
             is_opaque: own.cutout.is_none() && is_opaque(own.material.kind()),
             share: 0.0,
+            glows: false,
             depths: None,
             flat: None,
             key,
-        }
+        })
     }
 
     /// The largest side of its box.
@@ -96,6 +100,7 @@ impl ShapeFacts {
     /// Adds what probe rays have seen of it.
     pub(super) fn see(&mut self, seen: &[&Seen], origin: DVec3) {
         self.share = seen.len() as f64 / f64::from(PROBES);
+        self.glows = seen.iter().any(|seen| seen.surface.le(-seen.ray.d) != Vec3::ZERO);
         self.depths = spread(&sorted(seen.iter().map(|seen| seen.depth).collect()));
         let Some(first) = seen.first() else { return };
         let n = first.surface.n * -first.surface.n.dot(first.ray.d).signum();

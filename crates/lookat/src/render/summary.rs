@@ -172,6 +172,22 @@ pub(super) fn summarize(picture: &JsonPicture, rendered: &Rendered) {
     }
 }
 
+/// A picture with less than this share of the emitted radiance shows rounding: corners with a few digits tilt the triangles of a plane
+/// towards each other.
+const RESIDUE: f64 = 1e-9;
+
+/// The largest luminance of a picture that shows rounding alone. 0 where not all light comes from shapes.
+pub(super) fn residue(scene: &Scene) -> f64 {
+    let is_lit_otherwise = !scene.world.lights.is_empty()
+        || matches!(scene.view.integrator, Integrator::AmbientOcclusion { .. });
+    if is_lit_otherwise {
+        return 0.0;
+    }
+    let radiance =
+        scene.world.shapes().filter_map(|shape| shape.emission).map(|it| it.radiance.max_element());
+    RESIDUE * f64::from(radiance.fold(0.0, f32::max)) * scene.view.film.scale
+}
+
 /// Prints the reason why a picture is all black.
 pub(super) fn explain_black(
     picture: &JsonPicture,

@@ -1,11 +1,12 @@
 //! Lights that light nothing.
 
 use lookat_render::{LightFacts, LightPlace, ShapeFacts};
-use lookat_scene::syntax::Diagnostic;
+use lookat_scene::syntax::{Diagnostic, ParamType};
 use lookat_scene::{Emission, Integrator, Light};
 
 use super::placement::is_in;
 use super::{Sight, short};
+use crate::view::directive_text::DirectiveText;
 
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
 const NO_SHARE: f64 = 1e-5;
@@ -16,12 +17,20 @@ pub(super) fn idle(sight: &Sight) -> Vec<Diagnostic> {
     let uses_lights = !matches!(sight.scene.view.integrator, Integrator::AmbientOcclusion { .. });
     // Light from behind comes through others.
     let is_opaque = sight.shapes_in_view().all(|shape| shape.is_opaque || shape.is_emitter);
-    let is_lit = sight.shapes_in_view().any(|shape| !shape.is_emitter);
+    // The back of a lamp is a surface as any other.
+    let is_lit = sight.shapes_in_view().any(|shape| !shape.glows);
     let all = sight.facts.lights.iter().filter(|_| uses_lights && is_opaque && is_lit);
-    all.filter_map(|light| {
+    let mut found: Vec<Diagnostic> = Vec::new();
+    for warning in all.filter_map(|light| {
         enclosed(sight, light).or_else(|| turned_away(sight, light)).or_else(|| far(sight, light))
-    })
-    .collect()
+    }) {
+        // A lamp may be of many shapes.
+        match found.iter_mut().find(|known| known.message == warning.message && known.help == warning.help) {
+            Some(known) => known.places.push(warning.span()),
+            None => found.push(warning),
+        }
+    }
+    found
 }
 
 /// A light in an opaque shape.
@@ -48,29 +57,7 @@ fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
         return None;
     }
     let (message, help) = match light.place {
-        LightPlace::Primitive(number) => {
-            let emission = sight.scene.world.primitives[number].emission?;
-            // A lamp of several shapes also has some that are turned away.
-            if sight
-                .facts
-                .lights
-                .iter()
-                .any(|other| other.faces && emission_of(sight, other) == Some(emission))
-            {
-                return None;
-            }
-            (
-                "this light shines away from everything in view",
-                match sight.scene.world.primitives[number].reverse_orientation {
-                    true => {
-                        "ReverseOrientation turns it around: remove that, or write \"bool twosided\" \"true\" in AreaLightSource"
-                    }
-                    false => {
-                        "it shines on the side of its normal: write ReverseOrientation before the shape, or \"bool twosided\" \"true\" in AreaLightSource"
-                    }
-                },
-            )
-        }
+        LightPlace::Primitive(number) => return dark_side(sight, number),
         LightPlace::Light(number) => match sight.scene.world.lights[number] {
             Light::Spot { .. } | Light::Projection { .. } => (
                 "nothing in view is in the cone of this light",
@@ -84,6 +71,38 @@ fn turned_away(sight: &Sight, light: &LightFacts) -> Option<Diagnostic> {
         },
     };
     Some(Diagnostic::warning(sight.light_place(light)?, message).help(help))
+}
+
+/// A shape that shines on the other side.
+fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
+    let primitive = &sight.scene.world.primitives[number];
+    let (emission, place) = (primitive.emission.filter(|it| !it.is_black())?, primitive.span?);
+    // A lamp of several shapes also has some that are turned away.
+    let is_same = |other: &LightFacts| emission_of(sight, other) == Some(emission);
+    if sight.facts.lights.iter().any(|other| other.faces && is_same(other)) {
+        return None;
+    }
+    let back = sight.shapes_in_view().any(|shape| shape.span == Some(place) && !shape.glows);
+    let warning = Diagnostic::warning(
+        place,
+        match back {
+            true => "this light faces away: the camera sees its back, and its front lights nothing in view",
+            false => "this light shines away from everything in view",
+        },
+    );
+    Some(match (primitive.reverse_orientation, sight.directive_start(place)) {
+        (false, Some(start)) => warning
+            .help("it shines on the side of its normal: turn it around, or write \"bool twosided\" \"true\" in AreaLightSource")
+            .fix(start, "ReverseOrientation "),
+        (false, None) => warning.help("it shines on the side of its normal: write ReverseOrientation before the shape, or \"bool twosided\" \"true\" in AreaLightSource"),
+        (true, _) => {
+            let warning = warning.help("ReverseOrientation turns it around: remove that, or let both sides shine");
+            let source = emission.span.and_then(|at| DirectiveText::at(sight.sources, at));
+            let edit = source.map(|text| text.set(ParamType::Bool, "twosided", &["\"true\"".into()]));
+            edit.and_then(|edits| edits.into_iter().next())
+                .map_or(warning.clone(), |edit| warning.fix(edit.span, edit.replacement))
+        }
+    })
 }
 
 /// A light so far away that it gives next to nothing.

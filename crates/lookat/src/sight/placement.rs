@@ -5,7 +5,7 @@ use lookat_scene::glam::DVec3;
 use lookat_scene::syntax::{Diagnostic, Span};
 use lookat_scene::{CameraPlacement, Projection};
 
-use super::{Sight, exchanged, point, short};
+use super::{Sight, exchanged, inverse, point, short, window};
 
 /// Shapes that fill less of the shorter side than this are hardly seen.
 const HARDLY_SEEN: f64 = 0.02;
@@ -19,7 +19,8 @@ const HIDING: f64 = 0.3;
 /// What is odd about the place of the camera.
 pub(super) fn odd(sight: &Sight) -> Option<Diagnostic> {
     let found = inside(sight).or_else(|| behind_ground(sight)).or_else(|| far_away(sight));
-    let found = found.or_else(|| nothing_in_view(sight)).map(|found| with_turn(sight, found));
+    let found = found.or_else(|| nothing_in_view(sight));
+    let found = found.map(|found| inverse::propose(sight, with_turn(sight, found)));
     found.or_else(|| other_way(sight))
 }
 
@@ -37,13 +38,12 @@ fn inside(sight: &Sight) -> Option<Diagnostic> {
         true => "the camera is inside this shape, and no light comes in: the picture is black",
         false => "the camera is inside this shape",
     };
-    let eye = format!("the eye is at {}", point(sight.facts.eye));
     let place = shape.span.unwrap_or_else(|| sight.camera_place());
     let help = match shape.is_opaque {
         true => "move the eye out of the shape, or a light into it",
         false => "move the eye, or make the shape smaller",
     };
-    Some(Diagnostic::warning(place, message).related(sight.camera_place(), eye).help(help))
+    Some(Diagnostic::warning(place, message).related(sight.camera_place(), sight.eye()).help(help))
 }
 
 /// Whether a light is within a box.
@@ -79,10 +79,9 @@ fn behind_ground(sight: &Sight) -> Option<Diagnostic> {
     let where_it_is = if flat.n.dot(up) < -0.5 { "below" } else { "behind" };
     let message = format!("the camera is {where_it_is} this shape, which hides all others");
     let place = ground.span.unwrap_or_else(|| sight.camera_place());
-    let eye = format!("the eye is at {}", point(sight.facts.eye));
     Some(
         Diagnostic::warning(place, message)
-            .related(sight.camera_place(), eye)
+            .related(sight.camera_place(), sight.eye())
             .help("move the eye to the other side"),
     )
 }
@@ -105,7 +104,7 @@ fn nothing_in_view(sight: &Sight) -> Option<Diagnostic> {
     };
     let at = (bounds[0] + bounds[1]) * 0.5;
     let help = format!("{help}: the middle of all shapes is at {}", point(at));
-    Some(Diagnostic::warning(sight.camera_place(), message).help(help))
+    Some(Diagnostic::warning(sight.camera_place(), message).note(sight.eye()).help(help))
 }
 
 /// Where a point in camera space is, seen from the axis.
@@ -138,13 +137,15 @@ fn far_away(sight: &Sight) -> Option<Diagnostic> {
         short(sight.distance()?),
         short(sight.world_size())
     );
-    let (place, help) = match sight.scene.view.camera.projection {
-        Projection::Orthographic { .. } => {
-            (sight.places.screen_window.unwrap_or(sight.camera_place()), "make screenwindow smaller")
-        }
-        _ => (sight.camera_place(), "move the camera closer, or make fov smaller"),
-    };
-    Some(Diagnostic::warning(place, message).help(help))
+    if let Some(place) = sight.places.screen_window.filter(|_| window::is_orthographic(sight)) {
+        let warning = Diagnostic::warning(place, message).help("make screenwindow smaller");
+        return Some(match window::of_scene(sight) {
+            Some(edges) => warning.fix(place, format!("[{}]", edges.map(short).join(" "))),
+            None => warning,
+        });
+    }
+    let help = "move the camera closer, or make fov smaller";
+    Some(Diagnostic::warning(sight.camera_place(), message).note(sight.eye()).help(help))
 }
 
 /// Nothing but planes is in view, and other shapes are the other way round.
@@ -160,7 +161,7 @@ fn other_way(sight: &Sight) -> Option<Diagnostic> {
     let (span, look_at) = sight.look_at.filter(|_| is_odd)?;
     let message = "far more is in view the other way round: eye and target may be exchanged";
     let help = "the first three numbers are the eye, the next three the target";
-    Some(exchange(Diagnostic::warning(span, message), help, span, &look_at))
+    Some(exchange(Diagnostic::warning(span, message).note(sight.eye()), help, span, &look_at))
 }
 
 /// Proposes to exchange eye and target if more is in view then.

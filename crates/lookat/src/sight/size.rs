@@ -25,6 +25,11 @@ pub(super) fn giant(sight: &Sight) -> Option<Diagnostic> {
     {
         return None;
     }
+    // A ground is meant to be large: other shapes are in view in front of it.
+    let is_ground = sight.facts.inside != Some(number) && sight.shapes_in_view().count() > 1;
+    if is_ground {
+        return None;
+    }
     let message =
         format!("this shape is {} times as large as all others together", short(largest.size() / rest));
     let help = "check Scale before it, and its own size";

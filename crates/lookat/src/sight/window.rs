@@ -1,12 +1,21 @@
-//! Screen windows that stretch the picture, or are written in another order.
+//! Screen windows that stretch the picture, show next to nothing, or are written in another order.
 
-use lookat_scene::glam::DVec2;
-use lookat_scene::syntax::{Diagnostic, Span};
+use lookat_scene::Projection;
+use lookat_scene::glam::{DVec2, DVec3};
+use lookat_scene::syntax::{Diagnostic, ParamType, Span};
 
 use super::{Sight, short};
+use crate::view::directive_text::DirectiveText;
 
 /// Pixels may differ from squares by so much.
 const TOLERANCE: f64 = 0.01;
+
+/// A window without `screenwindow` is small where the scene is so many times as large.
+const SMALL: f64 = 10.0;
+/// The least share of the picture that the only shape in it fills.
+const FILLED: f64 = 0.95;
+/// The width of the margin around the scene, in sizes of the scene.
+const MARGIN: f64 = 0.05;
 
 /// The edges are left, bottom, right and top.
 pub(super) fn other_order(sight: &Sight) -> Option<Diagnostic> {
@@ -51,6 +60,58 @@ pub(super) fn stretched(sight: &Sight) -> Option<Diagnostic> {
     let help =
         format!("the film is {} x {} pixels: choose a window of the same shape", resolution.x, resolution.y);
     Some(Diagnostic::warning(at, message).help(help).fix(at, format!("[{edges}]")))
+}
+
+/// An orthographic camera without a window shows a small part of one shape.
+pub(super) fn small(sight: &Sight) -> Option<Diagnostic> {
+    let camera = sight.places.camera.filter(|_| is_orthographic(sight) && sight.is_whole())?;
+    let edges = of_scene(sight).filter(|_| sight.places.screen_window.is_none())?;
+    let screen = sight.scene.view.camera.screen;
+    let (size, shown) =
+        (DVec2::new(edges[1] - edges[0], edges[3] - edges[2]), (screen.max - screen.min).abs());
+    let mut seen = sight.shapes_in_view();
+    let is_filled = seen.next().is_some_and(|shape| shape.share >= FILLED) && seen.next().is_none();
+    if !is_filled || size.x < SMALL * shown.x {
+        return None;
+    }
+    let message = format!(
+        "an orthographic camera without screenwindow shows {} x {} units, and one shape fills them: the whole scene needs {} x {}",
+        short(shown.x),
+        short(shown.y),
+        short(size.x),
+        short(size.y)
+    );
+    let words = edges.map(short);
+    let warning = Diagnostic::warning(camera, message)
+        .help(format!("write \"float screenwindow\" [{}] in Camera", words.join(" ")));
+    let text = DirectiveText::at(sight.sources, camera);
+    let edit = text.and_then(|text| text.set(ParamType::Float, "screenwindow", &words).into_iter().next());
+    Some(match edit {
+        Some(edit) => warning.fix(edit.span, edit.replacement),
+        None => warning,
+    })
+}
+
+pub(super) fn is_orthographic(sight: &Sight) -> bool {
+    matches!(sight.scene.view.camera.projection, Projection::Orthographic { .. })
+}
+
+/// The edges of a window of an orthographic camera that shows all shapes, in the shape of the film.
+pub(super) fn of_scene(sight: &Sight) -> Option<[f64; 4]> {
+    let [low, high] = sight.bounds()?;
+    let corners = (0..8).map(|corner| {
+        let of = |axis: usize| if corner >> axis & 1 == 0 { low[axis] } else { high[axis] };
+        sight.in_camera(DVec3::new(of(0), of(1), of(2))).truncate()
+    });
+    let nothing = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+    let [low, high] = corners.fold(nothing, |[low, high], p| [low.min(p), high.max(p)]);
+    let resolution = sight.scene.view.film.resolution.map(f64::from);
+    let half = (high - low) * (0.5 + MARGIN);
+    // As many units along both sides of a pixel.
+    let per_pixel = (half.x / resolution[0]).max(half.y / resolution[1]);
+    let half = DVec2::from(resolution) * per_pixel;
+    let (low, high) = ((low + high) * 0.5 - half, (low + high) * 0.5 + half);
+    Some([low.x, high.x, low.y, high.y])
 }
 
 /// The place of a screen window that has an effect.
