@@ -289,3 +289,24 @@ fn breaking_off_leaves_a_whole_picture() {
     assert!(!rendered.complete && rendered.statistics.samples < 1024 * 32 * 32);
     assert!(rendered.image.rgb().unwrap().iter().all(|pixel| pixel[0] > 0.3));
 }
+
+/// The triangles of a lamp lie in one plane, whatever rounding makes of it: they do not light each other's backs.
+#[test]
+fn the_back_of_a_lamp_is_black() {
+    for (integrator, turn) in [("path", 0), ("directlighting", 0), ("path", 37), ("directlighting", 143)] {
+        let text = format!(
+            r#"LookAt 0 0 -5  0 0 0  0 1 0
+            Camera "perspective" "float fov" 40
+            Film "image" "integer xresolution" 16 "integer yresolution" 16
+            Sampler "sobol" "integer pixelsamples" 16
+            Integrator "{integrator}"
+            WorldBegin
+            AreaLightSource "diffuse" "rgb L" [10 10 10]
+            Rotate {turn} 1 2 100
+            Shape "trianglemesh" "integer indices" [0 2 1 0 3 2] "point P" [-1 1 1  1 1 1  1 -1 1  -1 -1 1]
+            WorldEnd"#
+        );
+        let pixels = rendered(&text).image.rgb().unwrap();
+        assert!(pixels.iter().all(|pixel| *pixel == [0.0; 3]), "{integrator} {turn}");
+    }
+}

@@ -91,6 +91,15 @@ fn lights_without_extent_take_no_numbers() {
     assert_eq!(lit["integrator"]["depth"], 1);
 }
 
+/// The triangles of a lamp that faces away are in one plane.
+#[test]
+fn a_lamp_does_not_light_its_back() {
+    for name in ["back-of-a-lamp", "back-of-a-lamp-with-a-wall"] {
+        let light = needs(&format!("../tests/views/{name}"))["view"]["lights"][0].take();
+        assert_eq!((&light["irradiance"], &light["reaches"]), (&0.0.into(), &false.into()), "{name}");
+    }
+}
+
 #[test]
 fn a_scene_with_errors_is_told_as_by_check() {
     let folder = tempfile::tempdir().unwrap();

@@ -206,3 +206,12 @@ fn advice_is_in_json_too() {
     let value: Value = serde_json::from_str(&explain(&["Shape", "obj", "--json"]).out).unwrap();
     assert!(value[0]["remark"].as_str().unwrap().contains("convert the mesh to PLY"));
 }
+
+#[test]
+fn transformations_say_what_they_do_before_camera() {
+    for word in ["Translate", "Rotate", "Scale", "Transform", "ConcatTransform", "LookAt"] {
+        let Run { out, .. } = explain(&[word]);
+        assert!(out.contains("before Camera"), "{out}");
+    }
+    assert!(explain(&["Translate"]).out.contains("moves the world, not the camera"));
+}

@@ -26,7 +26,7 @@ use crate::trace::rays::Rays;
 use crate::traceable::Traceable;
 pub use profiler::StageProfile;
 pub(crate) use profiler::{Profiler, Stage};
-pub(crate) use replay::stage_profiles;
+pub(crate) use replay::{Segment, segments, stage_profiles};
 pub(crate) use tracer::{MAX_PASSED, Supervisor, Tracer};
 use wave::Wave;
 use world::{Sees, World};

@@ -89,8 +89,8 @@ pub use prepare::{Prepared, preparation_bytes};
 pub use probe::{Point, Probe};
 pub use ray::{ElementId, Hit, Ray};
 pub use render::{
-    DARK, Layer, Layers, Progress, Reached, Rendered, Settings, Statistics, Stop, TargetError, TimeLeft,
-    film_bytes, profile, render,
+    BrightestSample, DARK, Layer, Layers, PathEnd, Progress, Reached, Rendered, Settings, Statistics, Stop,
+    TargetError, TimeLeft, film_bytes, profile, render,
 };
 pub use threads::{start_threads, threads};
 pub use view_facts::{Flat, LightFacts, LightPlace, ShapeFacts, ViewFacts};

@@ -3,6 +3,7 @@
 mod adaptive;
 #[cfg(test)]
 mod bits;
+mod brightest;
 mod control;
 mod exposure;
 mod fixed;
@@ -29,6 +30,7 @@ use crate::integrator::Profiler;
 use crate::prepare::Prepared;
 use crate::threads;
 use adaptive::Adaptive;
+pub use brightest::{BrightestSample, PathEnd};
 use control::{Control, State};
 use fixed::Fixed;
 pub use forecast::TimeLeft;

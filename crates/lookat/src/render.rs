@@ -1,6 +1,7 @@
 //! `lookat render`: renders a scene file to a picture.
 
 mod batch;
+mod fireflies;
 mod focus;
 mod frames;
 mod layers;
@@ -320,6 +321,16 @@ fn picture(
         return Ok(None);
     }
     live.finish(&rendered.image);
+    let is_quiet = arguments.quiet || arguments.report.json;
+    let fireflies = match rendered.complete && !is_quiet {
+        true => fireflies::remark(
+            &rendered.image,
+            (&scene, prepared),
+            (&settings, rendered.statistics.least),
+            &loaded.sources,
+        ),
+        false => None,
+    };
     let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
     let numbered = Numbered::new(&rendered.image, prepared, &loaded.sources);
     let Kept { file, destination, kept, light, samples_per_pixel } =
@@ -352,6 +363,9 @@ fn picture(
     if !arguments.quiet && !arguments.report.json {
         summarize(&picture, &rendered);
         light.inspect(|light| light.print(&file, rendered.complete && least > 0 && !black));
+        if let Some(fireflies) = fireflies {
+            crate::say(&fireflies);
+        }
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }

@@ -4,12 +4,13 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use fearless_simd::Simd;
+use glam::{DVec3, Vec3};
 
 use super::profiler::{Calls, Profiler, STAGES, Stage, StageProfile};
 use super::tracer::Tracer;
 use super::world::World;
 use crate::light::LightTable;
-use crate::number::side_by_side;
+use crate::number::{side_by_side, those};
 use crate::traceable::Traceable;
 
 /// Traces rays as the renderer does, and says how long that takes.
@@ -49,4 +50,37 @@ pub(crate) fn stage_profiles(
         sum
     };
     STAGES.map(of).into()
+}
+
+/// Where a ray of a path starts and ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Segment {
+    pub from: DVec3,
+    /// The number of the primitive that it has hit. `None` for a ray that leaves the world.
+    pub primitive: Option<u32>,
+    /// Whether it sees light of what it has hit.
+    pub finds_light: bool,
+}
+
+/// The rays from the camera and from surfaces that a profiler has kept, in order.
+pub(crate) fn segments(profiler: &Profiler, scene: &Traceable, lights: &LightTable) -> Vec<Segment> {
+    let (world, level, mut tracer) = (World::new(scene), scene.level, Tracer::new(scene, lights));
+    let mut found = Vec::new();
+    for calls in
+        [Stage::CameraRays, Stage::BounceRays].iter().filter_map(|it| profiler.calls[*it as usize].as_ref())
+    {
+        side_by_side!(level, simd => {
+            let packets = calls.downcast_ref::<Calls<_>>().into_iter().flatten();
+            for (rays, active) in packets.flat_map(|(rays, active)| rays.iter().zip(active)) {
+                let hits = world.nearest(simd, &mut tracer, rays, *active);
+                for lane in those(*active) {
+                    let (ray, hit) = world.one(rays, &hits, lane);
+                    let primitive = hit.map(|hit| hit.element.primitive);
+                    let finds_light = hit.is_some_and(|hit| tracer.emitted(&ray, &hit, true) != Vec3::ZERO);
+                    found.push(Segment { from: ray.o, primitive, finds_light });
+                }
+            }
+        });
+    }
+    found
 }

@@ -70,7 +70,7 @@ impl Context<'_> {
     }
 
     /// Takes samples and adds them to their jobs. False, without adding them, if the rendering stops meanwhile.
-    fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) -> bool {
+    pub(super) fn sample_places(&self, worker: &mut Worker, jobs: &mut [Job], places: &[Place]) -> bool {
         worker.tracer.profile(|profiler| profiler.enter(Stage::Camera));
         let sample = |(number, index): &Place| {
             let Job { pattern, place, .. } = &jobs[*number];

@@ -1,0 +1,120 @@
+//! The brightest sample of a pixel, and the path that it has followed.
+
+use std::ops::{ControlFlow, Range};
+
+use arrayvec::ArrayVec;
+use lookat_scene::syntax::Span;
+use lookat_scene::{PixelBounds, View};
+
+use super::control::Control;
+use super::fixed::all;
+use super::sample::{Context, Job, Pattern};
+use super::waves::Worker;
+use super::{Progress, Settings, Stop};
+use crate::color::luminance;
+use crate::film::{Errors, Film};
+use crate::filter::FilterSampler;
+use crate::integrator::wave::WAVE;
+use crate::integrator::{Profiler, Segment, segments};
+use crate::prepare::Prepared;
+
+/// The brightest sample of a pixel.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BrightestSample {
+    /// Its share of the light of all samples of the pixel, 0 to 1.
+    pub share: f64,
+    /// The number of samples of the pixel.
+    pub samples: u32,
+    /// The Shape directives of the surfaces of its path, from the camera on. `None` for shapes made in code.
+    pub surfaces: Vec<Option<Span>>,
+    /// What its path ends at.
+    pub end: PathEnd,
+}
+
+/// How a path finds its light.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathEnd {
+    /// A ray from a surface hits a shape that emits, of this Shape directive.
+    Shape(Option<Span>),
+    /// A ray from a surface leaves the world, where infinite lights are.
+    Sky,
+    /// Samples of lights find all of it.
+    Sampled,
+}
+
+impl Prepared {
+    /// The brightest sample of a pixel of the full picture, as [`Prepared::render`] takes them from a camera that is near. `None` for a
+    /// black pixel, and for settings that do not give every pixel the same samples.
+    pub fn brightest_sample(
+        &self,
+        view: &View,
+        settings: &Settings,
+        pixel: [u32; 2],
+    ) -> Option<BrightestSample> {
+        let Settings { seed, stop, .. } = *settings;
+        let Stop::Samples { error_layers } = stop else { return None };
+        let [x, y] = pixel;
+        let mut view = view.clone();
+        view.film.crop = PixelBounds { x0: x, y0: y, x1: x + 1, y1: y + 1 };
+        let (view, filter) = (&view, FilterSampler::new(&view.filter));
+        let film = Film::new(&view.film, &filter, Errors::None);
+        let progress = &|_: Progress| ControlFlow::Continue(());
+        let control = Control::new(progress, &film);
+        let context = Context::new(self, view, stop.nominal_samples(view), (&filter, &film, &control));
+        let mut worker = Worker::new(&context);
+        let (mut brightest, mut sum, mut samples) = ((0.0, None), 0.0, 0);
+        for pass in all(stop.sampler(view), seed, error_layers) {
+            for first in pass.samples.clone().step_by(WAVE) {
+                let indices = first..pass.samples.end.min(first + WAVE as u32);
+                context.radiance(&mut worker, (pass.pattern, pixel), indices.clone());
+                for (at, index) in indices.enumerate() {
+                    let own = luminance(worker.wave.radiance[at]);
+                    if !own.is_finite() {
+                        continue;
+                    }
+                    (sum, samples) = (sum + own, samples + 1);
+                    if own > brightest.0 {
+                        brightest = (own, Some((pass.pattern, index)));
+                    }
+                }
+            }
+        }
+        let (pattern, index) = brightest.1?;
+        worker.tracer.profiler = Some(Box::new(Profiler::new()));
+        context.radiance(&mut worker, (pattern, pixel), index..index + 1);
+        let profiler = worker.tracer.profiler.take()?;
+        let path = segments(&profiler, &self.traceable, &self.lights);
+        let (surfaces, end) = self.followed(&path);
+        Some(BrightestSample { share: brightest.0 / sum, samples, surfaces, end })
+    }
+
+    /// The surfaces of a path, and its end.
+    fn followed(&self, path: &[Segment]) -> (Vec<Option<Span>>, PathEnd) {
+        let span = |primitive: u32| self.traceable.primitive(primitive).span;
+        let after_first = path.iter().skip(1);
+        let light = after_first.clone().rfind(|segment| segment.finds_light);
+        let end = match light.and_then(|segment| segment.primitive) {
+            Some(primitive) => PathEnd::Shape(span(primitive)),
+            None if self.lights.has_skies() && after_first.clone().any(|it| it.primitive.is_none()) => {
+                PathEnd::Sky
+            }
+            None => PathEnd::Sampled,
+        };
+        let mut surfaces: Vec<Option<Span>> = Vec::new();
+        for (at, segment) in path.iter().enumerate() {
+            // Of two rays from a surface, the second one goes on.
+            let goes_on = path.get(at + 1).is_none_or(|next| next.from != segment.from);
+            let is_surface = goes_on && (at == 0 || !segment.finds_light);
+            surfaces.extend(segment.primitive.filter(|_| is_surface).map(span));
+        }
+        (surfaces, end)
+    }
+}
+
+impl Context<'_> {
+    /// Takes samples of a pattern, at most a wave, and leaves their radiance in the wave.
+    fn radiance(&self, worker: &mut Worker, (pattern, pixel): (Pattern, [u32; 2]), indices: Range<u32>) {
+        let places: ArrayVec<_, WAVE> = indices.clone().map(|index| (0, index)).collect();
+        self.sample_places(worker, &mut [Job::new(pattern, pixel, indices)], &places);
+    }
+}
