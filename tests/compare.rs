@@ -153,7 +153,7 @@ fn what_cannot_be_compared_is_trouble() {
         ("huge.exr", "huge.exr is damaged"),
         (
             "red.exr",
-            "the first picture has neither the channels R, G and B nor Y: choose one of its layers by --layer NAME: R",
+            "the first picture has neither the channels R, G and B nor Y: it has the layers R; choose one with --layer",
         ),
         ("nothing.exr", "cannot read nothing.exr"),
         ("smooth.gif", "cannot read smooth.gif"),
@@ -205,6 +205,31 @@ fn noise_is_told_from_bias() {
         status == 2 && err.contains("there is no noise-p: the actual picture has no error layers"),
         "{err}"
     );
+}
+
+/// Bright pixels of a reference without error layers may be light that the render has missed.
+#[test]
+fn rare_light_is_undecided() {
+    let folder = Folder::new();
+    let window = Window { x: 0, y: 0, width: 64, height: 48 };
+    let mut pixels = vec![[0.5; 3]; 64 * 48];
+    let mut image = Image::from_rgb(window, window, &pixels);
+    image.add_errors(&[PixelError { standard_error: [0.01; 3], samples: 64, replicates: 16 }; 64 * 48]);
+    image.write(&folder.path("flat.exr")).unwrap();
+    pixels[..16].fill([30.0; 3]);
+    Image::from_rgb(window, window, &pixels).write(&folder.path("rare.exr")).unwrap();
+    let noise = |more: &[&str]| folder.compare(&[&["flat.exr", "rare.exr"], more].concat());
+    let (status, out, _) = noise(&["--max", "noise-p=0.01"]);
+    assert!(status == 2 && out.contains("noise           undecided: only few pixels"), "{out}");
+    assert!(out.contains("noise alone, tail index 0.") && !out.contains("worse than --max"), "{out}");
+    assert_eq!(noise(&[]).0, 0);
+    assert_eq!(noise(&["--max", "noise-p=0.01", "--max", "max=1"]).0, 1);
+    let (_, out, _) = noise(&["--json", "--max", "noise-p=0.01"]);
+    let result: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((&result["noise"]["agree"], &result["differs"]), (&Value::Null, &false.into()));
+    assert!(result["noise"]["means"][0]["tail_index"].as_f64().unwrap() < 1.0);
+    assert!(result["noise"]["p"].as_f64().unwrap() < 0.01, "{out}");
+    assert!(result["noise"]["p_without_rare"].as_f64().unwrap() > 0.01, "{out}");
 }
 
 #[test]

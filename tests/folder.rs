@@ -1,7 +1,9 @@
 //! A folder in which the program runs, and what comes of that.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::TempDir;
 
@@ -36,8 +38,50 @@ impl Folder {
     }
 
     pub fn run(&self, arguments: &[&str]) -> Run {
-        Run::of(self.command(arguments).output().unwrap())
+        let run = Run::of(self.command(arguments).output().unwrap());
+        assert_options_exist(arguments, &run.err);
+        run
     }
+}
+
+/// A message names only options that the command has, or the command that has them, as in `lookat render --spp`.
+fn assert_options_exist(arguments: &[&str], message: &str) {
+    // The parser of the command line repeats what was typed.
+    if message.contains("Usage: ") || message.contains("try '--help'") {
+        return;
+    }
+    for line in message.lines().filter(|line| !line.contains(" | ")) {
+        let mut command = arguments.first().copied().unwrap_or_default();
+        let is_part = |c: char| c.is_alphanumeric() || "-./".contains(c);
+        let words: Vec<&str> = line.split(|c| !is_part(c)).map(|word| word.trim_end_matches('.')).collect();
+        for (at, word) in words.iter().enumerate() {
+            let is_option = match word.strip_prefix('-') {
+                Some(rest) if rest.len() == 1 => rest.chars().all(char::is_alphabetic),
+                Some(rest) => rest.starts_with('-') && rest.len() > 2,
+                None => false,
+            };
+            let is_other = at > 0 && words[at - 1] == "lookat" && !help(word).is_empty();
+            if is_other {
+                command = word;
+            }
+            // The option of bash, and a name that the user chose.
+            let is_foreign = at > 0 && words[at - 1] == "ulimit" || arguments.contains(word);
+            let is_known = || help(command).split(|c| !is_part(c)).any(|known| known == *word);
+            assert!(!is_option || is_foreign || is_known(), "{command} has no {word}: {message}");
+        }
+    }
+}
+
+/// The help of a command. Empty if there is no such command.
+fn help(command: &str) -> String {
+    static HELP: Mutex<Option<HashMap<String, String>>> = Mutex::new(None);
+    let mut known = HELP.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = known.get_or_insert_default();
+    let read = || {
+        let run = Command::new(env!("CARGO_BIN_EXE_lookat")).args([command, "--help"]).output().unwrap();
+        if run.status.success() { Run::of(run).out } else { String::new() }
+    };
+    known.entry(command.into()).or_insert_with(read).clone()
 }
 
 impl Run {

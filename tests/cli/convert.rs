@@ -72,6 +72,18 @@ fn layers_are_chosen_by_name() {
     // All channels of a picture go into an EXR file.
     convert(&folder, &["picture.exr", "all.exr"]);
     assert!(Image::read(&folder.path("all.exr")).unwrap() == image);
+    // The names of `render --layers`.
+    let names = "depth,position,normal,shading-normal,uv,albedo,shape,material,samples";
+    folder.picture(&["--layers", names]);
+    let own = "Z P N Ns uv albedo shape material count.samples";
+    for (name, own) in names.split(',').zip(own.split(' ')) {
+        convert(&folder, &["picture.exr", "a.exr", "--layer", name, "--force"]);
+        convert(&folder, &["picture.exr", "own.exr", "--layer", own, "--force"]);
+        let read = |file: &str| std::fs::read(folder.path(file)).unwrap();
+        assert!(read("a.exr") == read("own.exr"), "{name}");
+        let run = folder.run(&["compare", "picture.exr", "picture.exr", "--layer", name, "--max", "max=0"]);
+        assert!(run.status == 0 || name == "uv", "{name}: {}", run.err);
+    }
     let run = folder.run(&["convert", "picture.exr", "b.exr", "--layer", "nothing"]);
     assert!(run.status == 2 && run.err.contains("it has no layer `nothing`"), "{}", run.err);
     let run = folder.run(&["convert", "a.png", "b.exr", "--layer", "nothing"]);

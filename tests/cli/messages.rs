@@ -320,7 +320,7 @@ fn warnings_do_not_hide_errors() {
     folder.write("many.pbrt", &FINE.replace("Shape \"sphere\"", &format!("{warnings}\nShape \"nothing\"")));
     let err = folder.run(&["check", "many.pbrt"]).err;
     assert!(err.contains("error: unknown Shape \"nothing\""), "{err}");
-    assert!(err.contains("... and 21 more messages; --json prints all"), "{err}");
+    assert!(err.contains("... and 21 more messages; lookat check --json prints all"), "{err}");
     assert!(err.ends_with("many.pbrt: 1 error, 120 warnings\n"), "{err}");
 }
 

@@ -9,12 +9,13 @@ use super::*;
 const LONG: &str = "a name that is much longer than the names of the other scenes in this folder";
 
 /// How a scene is spoiled, with the verdict on it and a part of the reason.
-const CASES: [(&str, &str, &str); 17] = [
+const CASES: [(&str, &str, &str); 18] = [
     ("a", "agrees", "identical"),
     (LONG, "agrees", "identical"),
     ("caf\u{fffd}", "agrees", "identical"),
     ("far", "differs", "by more than noise"),
     ("small", "differs", "the sizes differ: 48x48 and 4x4"),
+    ("rare", "undecided", "only few pixels differ, and the reference is brighter there (tail index "),
     ("lonely", "new", "no reference beside it"),
     ("texture", "new", "no reference beside the scene, except a picture that the scene uses"),
     ("reference-link", "trouble", "reference-link.exr is a link to nowhere.exr, where there is no file"),
@@ -48,7 +49,7 @@ fn troubled() -> Folder {
     for name in both.into_iter().chain(["scene-loop", "scene-pipe"]) {
         copy("exr", name);
     }
-    let scenes = ["lonely", "texture", "reference-link", "reference-folder", "reference-loop"];
+    let scenes = ["lonely", "rare", "texture", "reference-link", "reference-folder", "reference-loop"];
     for name in [LONG, "far", "small", "reference-text", "reference-alpha"].into_iter().chain(scenes) {
         copy("pbrt", name);
     }
@@ -64,6 +65,10 @@ fn troubled() -> Folder {
     flat("far.exr", 48, 123_456.0);
     flat("small.exr", 4, 0.5);
     flat("texture.png", 8, 0.5);
+    let mut rare = Image::read(&folder.path("a.exr")).unwrap();
+    rare.channels.retain(|channel| channel.name.len() == 1);
+    rare.channels[0].samples[..14].fill(50.0);
+    rare.write(&folder.path("rare.exr")).unwrap();
     let mut alpha = Image::read(&folder.path("a.exr")).unwrap();
     alpha.channels.truncate(1);
     alpha.channels[0].name = "A".into();
@@ -109,7 +114,7 @@ fn each_trouble_is_told_in_text_json_and_report() {
             "small" => (2, 1, 1),
             // The render alone.
             _ if verdict == "new" || name == "reference-alpha" => (1, 0, 1),
-            _ if ["agrees", "differs"].contains(&verdict) => (1, 0, 0),
+            _ if ["agrees", "differs", "undecided"].contains(&verdict) => (1, 0, 0),
             _ => (0, 0, 0),
         };
         assert_eq!(shown, expected, "{name}");
@@ -117,7 +122,10 @@ fn each_trouble_is_told_in_text_json_and_report() {
         assert_eq!(says_why, name == "scene-error", "{article}");
         assert_eq!(json["diagnostics"].as_array().unwrap().len(), usize::from(name == "scene-error"));
     }
-    assert!(out.ends_with("17 scenes: 3 agree, 2 differ, 2 without a reference, 10 in trouble\n"), "{out}");
+    assert!(
+        out.ends_with("18 scenes: 3 agree, 2 differ, 1 undecided, 2 without a reference, 10 in trouble\n"),
+        "{out}"
+    );
     let quoted = "&quot;";
     let repeated = format!(" &amp;&amp; lookat verify {} --report {quoted}", folder.0.path().display());
     assert!(

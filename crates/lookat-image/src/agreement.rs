@@ -3,10 +3,12 @@
 //! They rest on the standard errors of [`PixelError`](crate::PixelError). Noise is taken to be independent from pixel to pixel.
 
 mod noise;
+mod tail;
 
 use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use self::noise::{Difference, Noise};
+use self::tail::{FINITE_VARIANCE, tail_index};
 use crate::{Aligned, Window};
 
 /// Pixels on a side of a tile.
@@ -31,6 +33,12 @@ pub struct Test {
     pub standard_error: f64,
     /// The probability of such a difference, or a larger one, if there is nothing but noise. 0..1.
     pub p: f64,
+    /// The tail index of the differences of its pixels. At least 0; infinite if they are equal. Below 2, few pixels make up most of
+    /// the difference, as where light is rarely sampled.
+    pub tail_index: f64,
+    /// `p` without light that the samples of the actual picture may have missed because they rarely meet it. At least `p`, and the
+    /// same if the tail index is at least 2 or the expected picture has error layers, which tell of such light.
+    pub p_without_rare: f64,
 }
 
 /// The result of testing the pixels of a channel all together, by the sum of their squared t.
@@ -103,18 +111,31 @@ pub struct Agreement {
     /// half that of the tests of whole pictures, evenly within each (Bonferroni). 0..1. Pictures that differ by nothing but
     /// noise get less than x with a probability of at most x.
     pub p: f64,
+    /// The same of [`Test::p_without_rare`]. At least `p`.
+    pub p_without_rare: f64,
 }
 
 impl Agreement {
-    /// Whether the pictures agree: nothing but noise tells them apart. `significance`, in 0..1, is the probability of a
-    /// false alarm.
-    pub fn holds(&self, significance: f64) -> bool {
-        self.p >= significance
+    /// Whether the pictures agree: nothing but noise tells them apart. `None` if they differ only by what may be light that the
+    /// samples of the actual picture rarely meet: more samples decide. `significance`, in 0..1, is the probability of a false alarm.
+    pub fn holds(&self, significance: f64) -> Option<bool> {
+        match self.p >= significance {
+            false if self.p_without_rare >= significance => None,
+            holds => Some(holds),
+        }
+    }
+
+    /// The smallest tail index of the differences that were found: of whole pictures, or else of tiles. Infinite if there are none.
+    pub fn tail_index(&self, significance: f64) -> f64 {
+        let level = self.level_of_whole(significance);
+        let means = self.means.iter().filter(|test| test.p < level);
+        let tiles = self.differing_tiles(significance);
+        means.chain(&tiles).fold(f64::INFINITY, |least, test| least.min(test.tail_index))
     }
 
     /// Below this p, a test of whole pictures has found a difference.
     pub fn level_of_whole(&self, significance: f64) -> f64 {
-        significance / (2 * self.of_whole().count().max(1)) as f64
+        significance / (2 * self.of_whole().max(1)) as f64
     }
 
     /// The tests of tiles that have found a difference, the worst first: after Holm, "A Simple Sequentially Rejective
@@ -144,17 +165,17 @@ impl Agreement {
         visible(significance / (2 * errors.len()) as f64) * errors[errors.len() / 2]
     }
 
-    fn of_whole(&self) -> impl Iterator<Item = f64> {
-        let means = self.means.iter().chain(&self.paired).map(|test| test.p);
-        means.chain(self.pixels.iter().map(|test| test.p))
+    fn of_whole(&self) -> usize {
+        self.means.len() + self.paired.len() + self.pixels.len()
     }
 
-    /// The smallest p, corrected.
-    fn corrected(&self) -> f64 {
+    /// The smallest p of that kind, corrected.
+    fn corrected(&self, p: fn(&Test) -> f64) -> f64 {
         let smallest = |values: &mut dyn Iterator<Item = f64>| values.fold(1.0, f64::min);
-        let whole = smallest(&mut self.of_whole()) * self.of_whole().count() as f64;
-        let tiles = smallest(&mut self.tiles.iter().map(|test| test.p)) * self.tiles.len() as f64;
-        (2.0 * whole.min(tiles)).min(1.0)
+        let means = self.means.iter().chain(&self.paired).map(p);
+        let whole = smallest(&mut means.chain(self.pixels.iter().map(|test| test.p)));
+        let tiles = smallest(&mut self.tiles.iter().map(p));
+        (2.0 * (whole * self.of_whole() as f64).min(tiles * self.tiles.len() as f64)).min(1.0)
     }
 }
 
@@ -182,19 +203,27 @@ pub fn agreement(pair: &Aligned) -> Result<Agreement, Untestable> {
         paired: Vec::new(),
         pixels: Vec::new(),
         p: 1.0,
+        p_without_rare: 1.0,
     };
     for channel in 0..3 {
         let differences = noise.differences(pair, channel);
-        result.means.push(test_mean(&mut differences.iter(), channel, pair.window));
-        result.tiles.extend(
-            tiles(pair).map(|tile| {
-                test_mean(&mut in_tile(tile, pair).map(|pixel| &differences[pixel]), channel, tile)
-            }),
-        );
+        let without_rare = noise.without_rare(pair, channel);
+        let test = |pixels: &[usize], window: Window| {
+            let of = |differences: &[Difference]| test_mean(pixels, differences, channel, window);
+            let mut test = of(&differences);
+            if let Some(rest) = without_rare.as_deref().filter(|_| test.tail_index < FINITE_VARIANCE) {
+                test.p_without_rare = of(rest).p.max(test.p);
+            }
+            test
+        };
+        let all: Vec<usize> = (0..differences.len()).collect();
+        result.means.push(test(&all, pair.window));
+        result.tiles.extend(tiles(pair).map(|tile| test(&in_tile(tile, pair).collect::<Vec<_>>(), tile)));
         result.paired.extend(test_paired(&differences, channel, pair.window));
         result.pixels.extend(test_pixels(&differences, channel));
     }
-    result.p = result.corrected();
+    result.p = result.corrected(|test| test.p);
+    result.p_without_rare = result.corrected(|test| test.p_without_rare);
     Ok(result)
 }
 
@@ -222,9 +251,9 @@ fn in_tile(tile: Window, pair: &Aligned) -> impl Iterator<Item = usize> {
 }
 
 /// Tests the mean of a part of the pictures.
-fn test_mean(differences: &mut dyn Iterator<Item = &Difference>, channel: usize, window: Window) -> Test {
+fn test_mean(pixels: &[usize], differences: &[Difference], channel: usize, window: Window) -> Test {
     let (mut value, mut variance, mut spread, mut rounding) = (0.0, 0.0, 0.0, 0.0);
-    for difference in differences {
+    for difference in pixels.iter().map(|pixel| &differences[*pixel]) {
         value += difference.value;
         variance += difference.variance;
         spread += difference.spread;
@@ -234,7 +263,8 @@ fn test_mean(differences: &mut dyn Iterator<Item = &Difference>, channel: usize,
     let standard_error = (variance + rounding * rounding).sqrt() / count;
     let difference = value / count;
     let p = two_sided(difference / standard_error, variance * variance / spread);
-    Test { channel, window, difference, standard_error, p }
+    let tail_index = tail_index(pixels.iter().map(|pixel| differences[*pixel].value));
+    Test { channel, window, difference, standard_error, p, tail_index, p_without_rare: p }
 }
 
 /// Tests the mean by how the differences of pixels scatter.
@@ -246,7 +276,9 @@ fn test_paired(differences: &[Difference], channel: usize, window: Window) -> Op
     let squares = pixels.iter().map(|pixel| (pixel.value - difference).powi(2)).sum::<f64>();
     let standard_error = (squares / (count * (count - 1.0)) + rounding.powi(2)).sqrt();
     let p = two_sided(difference / standard_error, count - 1.0);
-    (pixels.len() >= FEWEST_PIXELS).then_some(Test { channel, window, difference, standard_error, p })
+    let tail_index = tail_index(pixels.iter().map(|pixel| pixel.value));
+    let test = Test { channel, window, difference, standard_error, p, tail_index, p_without_rare: p };
+    (pixels.len() >= FEWEST_PIXELS).then_some(test)
 }
 
 /// Tests the pixels of a channel together.
@@ -360,7 +392,7 @@ mod tests {
         }
         close(found.p, 9.083461236149943e-10);
         close(found.visible_in_mean(0.01), 0.014770663316607043);
-        assert!(!found.holds(0.01) && found.holds(1e-10));
+        assert_eq!([0.01, 1e-10].map(|level| found.holds(level)), [Some(false), Some(true)]);
         let tiles = found.differing_tiles(0.01);
         assert_eq!(tiles, [found.tiles[6]]);
         assert_eq!(tiles[0].window, Window { x: 100, y: 50, width: 16, height: 16 });
@@ -388,9 +420,13 @@ mod tests {
             Aligned { actual_errors: Some(vec![still; PIXELS]), expected_errors: None, ..sample() };
         pair.actual = vec![[1.0, 2.0, 3.0]; PIXELS];
         let found = agreement(&pair).unwrap();
-        assert!(!found.expected_is_known && found.pixels.is_empty() && found.holds(0.01), "{}", found.p);
+        assert!(
+            !found.expected_is_known && found.pixels.is_empty() && found.holds(0.01) == Some(true),
+            "{}",
+            found.p
+        );
         pair.actual.iter_mut().for_each(|pixel| pixel[2] += 0.1);
-        assert!(!agreement(&pair).unwrap().holds(1e-6));
+        assert!(agreement(&pair).unwrap().holds(1e-6) == Some(false));
     }
 
     /// A reference that says nothing of its noise may be the noisier one: all differences together tell by how much.
@@ -402,7 +438,7 @@ mod tests {
             pixel[0] += 0.5;
         }
         let before = agreement(&pair).unwrap();
-        assert!(!before.holds(0.01));
+        assert!(before.holds(0.01) == Some(false));
         // Far from there, in other tiles.
         for pixel in pair.expected.iter_mut().skip(PIXELS / 2).step_by(9) {
             pixel[0] += 3.0;
@@ -416,7 +452,7 @@ mod tests {
         pair.actual.clone_from(&pair.expected);
         pair.actual.iter_mut().for_each(|pixel| pixel[2] += 0.05);
         pair.expected[40] = [1e4; 3];
-        assert!(!agreement(&pair).unwrap().holds(1e-6));
+        assert!(agreement(&pair).unwrap().holds(1e-6) == Some(false));
         // Too few tell nothing.
         pair.window = Window { width: 9, height: 9, ..pair.window };
         pair.actual.truncate(81);
@@ -447,9 +483,47 @@ mod tests {
         pair.actual = vec![[0.0; 3]; PIXELS];
         pair.expected.clone_from(&pair.actual);
         pair.expected[7] = [1e-3; 3];
-        assert!(agreement(&pair).unwrap().holds(0.1));
+        assert!(agreement(&pair).unwrap().holds(0.1) == Some(true));
+        // A dozen are suspicious, but may be rare light: an event that a filter spreads, or many samples.
         pair.expected[..12].fill([1e-3; 3]);
-        assert!(!agreement(&pair).unwrap().holds(0.01));
+        let found = agreement(&pair).unwrap();
+        assert!(found.p < 1e-5 && found.holds(0.01) == None && found.tail_index(0.01) < 1.0, "{found:?}");
+        // Not if the expected picture misses them: the other one knows how often it has met them.
+        std::mem::swap(&mut pair.actual, &mut pair.expected);
+        assert_eq!(agreement(&pair).unwrap().holds(0.01), Some(false));
+        // A feature of some size is no rare light.
+        std::mem::swap(&mut pair.actual, &mut pair.expected);
+        pair.expected.chunks_mut(WIDTH as usize).take(8).for_each(|row| row[..8].fill([1e-3; 3]));
+        assert_eq!(agreement(&pair).unwrap().holds(0.01), Some(false));
+    }
+
+    /// Rare light hides no bias of all pixels.
+    #[test]
+    fn a_bias_is_found_among_rare_events() {
+        let mut pair = Aligned { expected_errors: None, ..sample() };
+        pair.actual.clone_from(&pair.expected);
+        pair.expected.iter_mut().step_by(50).for_each(|pixel| *pixel = [3.0; 3]);
+        let found = agreement(&pair).unwrap();
+        assert!(found.means[0].tail_index < 1.0 && found.holds(0.01) != Some(false), "{found:?}");
+        pair.actual.iter_mut().for_each(|pixel| pixel[2] *= 0.95);
+        assert_eq!(agreement(&pair).unwrap().holds(0.01), Some(false));
+    }
+
+    /// The film of another renderer sums XYZ: a dark channel is rounded as the brightest one.
+    #[test]
+    fn rounding_is_that_of_the_brightest_channel() {
+        let still = PixelError { standard_error: [0.0; 3], samples: 64, replicates: 16 };
+        let errors = Some(vec![still; PIXELS]);
+        let mut pair = Aligned { actual_errors: errors.clone(), expected_errors: None, ..sample() };
+        pair.actual.fill([0.0, 0.9, 0.0]);
+        pair.expected.fill([3.5e-7, 0.9, 2.4e-7]);
+        assert_eq!(agreement(&pair).unwrap().holds(0.01), Some(true));
+        pair.expected.fill([3.5e-4, 0.9, 0.0]);
+        assert_eq!(agreement(&pair).unwrap().holds(0.01), Some(false));
+        // This renderer sums red, green and blue.
+        pair.expected.fill([3.5e-7, 0.9, 0.0]);
+        pair.expected_errors = errors;
+        assert_eq!(agreement(&pair).unwrap().holds(0.01), Some(false));
     }
 
     /// Pictures with the same noise tell small errors by it.
@@ -461,7 +535,7 @@ mod tests {
         assert_eq!(agreement(&pair).unwrap().p, 1.0);
         pair.actual.iter_mut().for_each(|pixel| pixel[0] *= 1.002);
         let found = agreement(&pair).unwrap();
-        assert!(found.means[0].p > 0.5 && !found.holds(1e-6), "{found:?}");
+        assert!(found.means[0].p > 0.5 && found.holds(1e-6) == Some(false), "{found:?}");
     }
 
     /// Values without noise may differ by rounding, and by no more.
@@ -480,11 +554,11 @@ mod tests {
             })
         };
         assert_eq!(pair(1.0, &errors).unwrap().p, 1.0);
-        assert!(pair(1.000_001, &errors).unwrap().holds(0.01));
-        assert!(!pair(1.000_01, &errors).unwrap().holds(0.01));
+        assert!(pair(1.000_001, &errors).unwrap().holds(0.01) == Some(true));
+        assert!(pair(1.000_01, &errors).unwrap().holds(0.01) == Some(false));
         // Sums of another renderer may be in single precision.
-        assert!(pair(1.000_1, &None).unwrap().holds(0.01));
-        assert!(!pair(1.001, &None).unwrap().holds(0.01));
+        assert!(pair(1.000_1, &None).unwrap().holds(0.01) == Some(true));
+        assert!(pair(1.001, &None).unwrap().holds(0.01) == Some(false));
     }
 
     /// One pixel that has not met what the other picture has is no difference.

@@ -246,7 +246,7 @@ pub struct Check {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit status: 0 within all limits; 1 a limit is exceeded or a pixel is not finite; 2 the pictures cannot be compared"
+    after_help = "Exit status: 0 within all limits; 1 a limit is exceeded or a pixel is not finite; 2 the pictures cannot be compared, or noise-p is undecided"
 )]
 pub struct Compare {
     /// The picture to test: .exr, .pfm, .png, .tga, .jpg or .hdr
@@ -256,7 +256,7 @@ pub struct Compare {
     /// Limit of a metric, such as rmse=0.01: a maximum, or a minimum for psnr, ssim and noise-p
     #[arg(long, value_name = "METRIC=VALUE", value_parser = limit)]
     pub max: Vec<Limit>,
-    /// Compare this layer, part or channel of the EXR files
+    /// Compare this layer, part or channel of the EXR files, by its name there or in render --layers
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
     /// Compute only these metrics, such as rmse or flip; an unknown name lists all
@@ -291,7 +291,7 @@ pub struct Convert {
     /// The part to write, in fractions of the full picture from 0 to 1
     #[arg(long, num_args = 4, allow_negative_numbers = true, value_names = ["X0", "X1", "Y0", "Y1"], value_parser = share)]
     pub crop: Option<Vec<f64>>,
-    /// Convert this layer, part or channel of an EXR file
+    /// Convert this layer, part or channel of an EXR file, by its name there or in render --layers
     #[arg(long, value_name = "NAME")]
     pub layer: Option<String>,
     /// Replace a picture that is larger, has more samples, or comes from another program
@@ -306,7 +306,7 @@ pub struct Convert {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "A scene agrees if it is within all limits of --max. Without --max, it agrees if noise explains every difference from its reference. The column \"detectable\" shows the smallest bias of the mean that this test detects.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 a scene or reference cannot be read or compared"
+    after_help = "A scene agrees if it is within all limits of --max. Without --max, it agrees if noise explains every difference from its reference. The column \"detectable\" shows the smallest bias of the mean that this test detects.\n\nExit status: 0 all agree; 1 one differs, or a reference was written; 2 a scene or reference cannot be read or compared, or a scene is undecided"
 )]
 pub struct Verify {
     /// The folder with the scenes. The reference of a.pbrt is a.exr, .pfm, .hdr, .png, .tga or .jpg

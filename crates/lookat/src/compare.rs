@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use lookat_image::{
-    Aligned, Format, Image, MemoryBudget, PanelOptions, PictureFile, Precision, Window, align, common_window,
-    write_panel,
+    AlignError, Aligned, Format, Image, MemoryBudget, PanelOptions, PictureFile, Precision, Window, align,
+    common_window, write_panel,
 };
 use serde_json::{Map, Value, json};
 
@@ -14,11 +14,12 @@ use crate::args::{Compare, way_out};
 use crate::metric::{Limit, Measurement, Metric, measure, not_finite, number, why_not};
 use crate::noise;
 use crate::output::{check_folder, check_inputs, write_result};
+use crate::source::open_layer;
 use crate::visible::visible;
 
 /// Runs the command.
 pub fn compare(arguments: &Compare) -> ExitCode {
-    crate::exit_code(run(arguments).map(u8::from))
+    crate::exit_code(run(arguments))
 }
 
 /// What is measured, and what is allowed.
@@ -39,12 +40,12 @@ pub struct Comparison<'a> {
     /// For each picture, the number of non-finite pixels and the first of them.
     faults: [Option<(usize, [i32; 2])>; 2],
     measurement: Measurement,
-    /// True if a limit is exceeded or a pixel is not finite.
-    differs: bool,
+    /// The metrics that exceed a limit.
+    beyond: Vec<Metric>,
 }
 
-/// Compares and prints. True if the pictures differ by more than the limits allow.
-fn run(arguments: &Compare) -> Result<bool, String> {
+/// Compares and prints. Returns the exit status.
+fn run(arguments: &Compare) -> Result<u8, String> {
     if let Some(file) = &arguments.picture {
         check_folder(file)?;
         check_inputs(file, [&arguments.actual, &arguments.expected])?;
@@ -69,7 +70,10 @@ fn run(arguments: &Compare) -> Result<bool, String> {
     } else {
         crate::print(&comparison.as_text())
     };
-    printed.and(drawn).map(|()| comparison.differs)
+    printed.and(drawn).map(|()| match comparison.differs() {
+        false if comparison.measurement.is_undecided(&arguments.max) => crate::TROUBLE,
+        differs => u8::from(differs),
+    })
 }
 
 fn load(arguments: &Compare) -> Result<Aligned, String> {
@@ -87,7 +91,10 @@ fn load(arguments: &Compare) -> Result<Aligned, String> {
     // The pair is a copy: three colors of a gray pixel, too.
     let copy = |image: &Image| image.bytes() + 8 * image.data_window.area();
     check_memory(window, copy(&actual.0) + copy(&expected.0), memory)?;
-    let pair = align(&actual.0, &expected.0).map_err(|error| error.to_string())?;
+    let pair = align(&actual.0, &expected.0).map_err(|error| match error {
+        AlignError::Channels(..) => format!("{error}; choose one with --layer"),
+        _ => error.to_string(),
+    })?;
     drop((actual, expected));
     let drawing = if arguments.picture.is_some() { DRAWING_BYTES } else { 0 };
     check_memory(window, window.area() * (pixel_bytes(&pair) + drawing), memory)?;
@@ -120,9 +127,7 @@ fn open<'a>(path: &Path, arguments: &Compare, memory: &MemoryBudget) -> Result<P
         return Err("compare does not read standard input: give the name of a file".into());
     }
     let file = match &arguments.layer {
-        Some(layer) if Format::from_path(path) == Some(Format::Exr) => {
-            PictureFile::open_layer(path, layer, memory)
-        }
+        Some(layer) if Format::from_path(path) == Some(Format::Exr) => open_layer(path, layer, memory),
         _ => PictureFile::open(path, memory),
     };
     file.map_err(|error| error.to_string())
@@ -168,8 +173,13 @@ impl<'a> Comparison<'a> {
         if let (Some(reason), false) = (measurement.lacks(rules.limits), broken) {
             return Err(reason);
         }
-        let differs = broken || measurement.metrics.iter().any(|line| line.is_beyond(rules.limits));
-        Ok(Comparison { names, rules, pair, faults, measurement, differs })
+        let beyond = measurement.beyond(rules.limits);
+        Ok(Comparison { names, rules, pair, faults, measurement, beyond })
+    }
+
+    /// True if a limit is exceeded or a pixel is not finite.
+    fn differs(&self) -> bool {
+        !self.beyond.is_empty() || self.faults.iter().any(Option::is_some)
     }
 
     fn limits(&self) -> &[Limit] {
@@ -178,8 +188,7 @@ impl<'a> Comparison<'a> {
 
     /// Whether noise explains the differences. `None` if nobody can tell.
     pub fn agrees(&self) -> Option<bool> {
-        let agreement = self.measurement.agreement.as_ref()?.as_ref().ok()?;
-        Some(agreement.holds(self.significance()))
+        self.measurement.agrees(self.significance())
     }
 
     fn significance(&self) -> f64 {
@@ -217,7 +226,7 @@ impl<'a> Comparison<'a> {
         }
         for line in &self.measurement.metrics {
             let (name, meaning) = (line.metric.name(), line.metric.meaning());
-            let mark = if line.is_beyond(self.limits()) { "  <- worse than --max" } else { "" };
+            let mark = if self.beyond.contains(&line.metric) { "  <- worse than --max" } else { "" };
             let remark =
                 if line.remark.is_empty() { meaning.into() } else { format!("{meaning}, {}", line.remark) };
             let _ = writeln!(text, "{name:15} {:<12} {remark}{mark}", number(line.value));
@@ -248,7 +257,6 @@ impl<'a> Comparison<'a> {
                 Some((self.names[i].into(), json!({"pixels": count, "x": x, "y": y})))
             })
             .collect();
-        let beyond = self.measurement.metrics.iter().filter(|line| line.is_beyond(self.limits()));
         let noise = self.measurement.agreement.as_ref();
         let unknown = noise.and_then(|noise| noise.as_ref().err());
         let noise = noise.and_then(|noise| noise.as_ref().ok());
@@ -257,8 +265,8 @@ impl<'a> Comparison<'a> {
             "left_out": self.pair.left_out,
             "not_finite": broken,
             "metrics": metrics,
-            "beyond_max": beyond.map(|line| line.metric.name()).collect::<Vec<_>>(),
-            "differs": self.differs,
+            "beyond_max": self.beyond.iter().map(|metric| metric.name()).collect::<Vec<_>>(),
+            "differs": self.differs(),
             "noise_unknown": unknown.map(|reason| why_not(*reason)),
             "noise": noise.map(|agreement| noise::as_json(agreement, self.significance())),
         })

@@ -11,6 +11,7 @@ use crate::args::{Convert, crop_edges, way_out};
 use crate::finished::{NewPicture, check_unfinished};
 use crate::light::{map_tones, note_linear};
 use crate::output::{check_inputs, check_output, write_result};
+use crate::source::open_layer;
 
 /// Runs the command.
 pub fn convert(arguments: &Convert) -> ExitCode {
@@ -26,7 +27,7 @@ fn run(arguments: &Convert) -> Result<(), String> {
     let told = |error: ImageError| error.to_string();
     let memory = &arguments.memory.budget();
     let file = match &arguments.layer {
-        Some(layer) => PictureFile::open_layer(input, layer, memory),
+        Some(layer) => open_layer(input, layer, memory),
         None => PictureFile::open(input, memory),
     };
     let file = file.map_err(told)?;

@@ -84,16 +84,6 @@ pub struct Measured {
     pub remark: String,
 }
 
-impl Measured {
-    /// True if it exceeds a limit of this metric.
-    pub fn is_beyond(&self, limits: &[Limit]) -> bool {
-        let within = |limit: f64| {
-            if self.metric.is_likeness() { self.value >= limit } else { self.value.abs() <= limit }
-        };
-        limits.iter().any(|limit| limit.metric == self.metric && !within(limit.value))
-    }
-}
-
 /// The measured metrics.
 #[derive(Debug)]
 pub struct Measurement {
@@ -103,6 +93,29 @@ pub struct Measurement {
 }
 
 impl Measurement {
+    /// The measured metrics that exceed a limit.
+    pub fn beyond(&self, limits: &[Limit]) -> Vec<Metric> {
+        let exceeds = |line: &Measured, limit: f64| match line.metric {
+            Metric::NoiseP => self.agrees(limit) == Some(false),
+            metric if metric.is_likeness() => line.value < limit,
+            _ => line.value.abs() > limit,
+        };
+        let is_beyond = |line: &&Measured| {
+            limits.iter().any(|limit| limit.metric == line.metric && exceeds(line, limit.value))
+        };
+        self.metrics.iter().filter(is_beyond).map(|line| line.metric).collect()
+    }
+
+    /// Whether noise explains the differences. `None` if nobody can tell.
+    pub fn agrees(&self, significance: f64) -> Option<bool> {
+        self.agreement.as_ref()?.as_ref().ok()?.holds(significance)
+    }
+
+    /// True if there is a limit of noise-p, and the noise tests do not decide.
+    pub fn is_undecided(&self, limits: &[Limit]) -> bool {
+        limits.iter().any(|limit| limit.metric == Metric::NoiseP && self.agrees(limit.value).is_none())
+    }
+
     /// The error for a limit on a metric that could not be measured.
     pub fn lacks(&self, limits: &[Limit]) -> Option<String> {
         limits.iter().find_map(|limit| self.why_without(limit.metric))
@@ -164,7 +177,11 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
             Metric::Ssim => shown.as_ref().and_then(|[a, b]| ssim(a, b, width, height)),
             Metric::Flip => Some(ldr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
             Metric::HdrFlip => Some(hdr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
-            Metric::NoiseP => agreement.as_ref().and_then(|found| Some(found.as_ref().ok()?.p)),
+            Metric::NoiseP => agreement.as_ref().and_then(|found| found.as_ref().ok()).map(|found| {
+                let index = found.means.iter().map(|test| test.tail_index).fold(f64::INFINITY, f64::min);
+                remark = format!("tail index {index:.2}");
+                found.p
+            }),
         };
         metrics.extend(value.map(|value| Measured { metric, value, remark }));
     }
@@ -175,7 +192,7 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
 pub fn why_not(reason: Untestable) -> String {
     match reason {
         Untestable::NoErrors => format!("{reason}; `lookat render --error-layers` writes them"),
-        Untestable::Actual { .. } => format!("{reason}; add samples with --spp"),
+        Untestable::Actual { .. } => format!("{reason}; `lookat render --spp` adds samples"),
         _ => reason.to_string(),
     }
 }

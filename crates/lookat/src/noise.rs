@@ -22,13 +22,17 @@ pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> Stri
     let mut lines = Vec::new();
     if pair.actual == pair.expected {
         lines.push("agree: the pictures are identical".into());
-    } else if agreement.holds(significance) {
-        lines.push(format!("agree: noise explains the differences (significance {significance})"));
     } else {
-        lines.push(format!("differ: noise does not explain the differences (significance {significance})"));
+        lines.push(match agreement.holds(significance) {
+            Some(true) => format!("agree: noise explains the differences (significance {significance})"),
+            Some(false) => {
+                format!("differ: noise does not explain the differences (significance {significance})")
+            }
+            None => format!("undecided: {}", undecided(agreement, significance)),
+        });
     }
     lines.extend(differences(agreement, significance));
-    if agreement.holds(significance) {
+    if agreement.holds(significance) == Some(true) {
         let [mean, tile] = visible(pair, agreement, significance);
         lines.push(format!("smallest detectable bias: {mean}, {tile} within a 16 x 16 tile"));
     }
@@ -42,6 +46,15 @@ pub fn as_text(pair: &Aligned, agreement: &Agreement, significance: f64) -> Stri
         let _ = writeln!(text, "{subject:15} {line}");
         text
     })
+}
+
+/// Why there is no verdict, and how to get one.
+pub fn undecided(agreement: &Agreement, significance: f64) -> String {
+    let index = agreement.tail_index(significance);
+    format!(
+        "only few pixels differ, and the reference is brighter there (tail index {index:.2}): samples may rarely hit this \
+         light; render more samples per pixel"
+    )
 }
 
 /// The differences found, the worst of each kind.
@@ -89,12 +102,14 @@ pub fn as_json(agreement: &Agreement, significance: f64) -> Value {
             "channel": COLORS[test.channel], "x": test.window.x, "y": test.window.y,
             "width": test.window.width, "height": test.window.height,
             "difference": test.difference, "standard_error": test.standard_error, "p": test.p,
+            "tail_index": test.tail_index,
         })
     };
     json!({
         "agree": agreement.holds(significance),
         "significance": significance,
         "p": agreement.p,
+        "p_without_rare": agreement.p_without_rare,
         "expected_has_error_layers": agreement.expected_is_known,
         "means": agreement.means.iter().map(test).collect::<Vec<_>>(),
         "paired": agreement.paired.iter().map(test).collect::<Vec<_>>(),

@@ -15,10 +15,7 @@ pub fn check_output(file: &Path, size: [u32; 2]) -> Result<(), String> {
             let path = file.join("picture.exr");
             return Err(format!("cannot write {name}: it is a folder; write {}", path.display()));
         }
-        return Err(format!(
-            "{name}: lookat writes {}; choose the format by the extension, with -o",
-            Format::NAMES
-        ));
+        return Err(format!("{name}: lookat writes {}; choose the format by the extension", Format::NAMES));
     };
     let most = format.most_side();
     if size.iter().any(|side| *side > most) {

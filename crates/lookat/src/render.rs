@@ -443,7 +443,7 @@ pub fn charge_memory(scene: &Scene, settings: &Settings, memory: &MemoryBudget) 
     let refused = |shortage| {
         let ([film, rest], shortage) = ([film, rest].map(byte_words), way_out(shortage));
         format!(
-            "rendering takes {film} for the film and {rest} for shapes and lights: {shortage}; --crop makes the film smaller"
+            "rendering takes {film} for the film and {rest} for shapes and lights: {shortage}; a crop window makes the film smaller"
         )
     };
     memory.reserve(film.saturating_add(rest)).map_err(refused)
@@ -460,12 +460,14 @@ fn check_layers(file: &Path, arguments: &Render, scene: &Scene) -> Result<(), St
         return Err(format!("{}: only an .exr file can store {layers}; choose one with -o", file.display()));
     }
     let has_scene_samples = arguments.error_layers && arguments.target_error.is_none();
-    if has_scene_samples { check_error_layers(scene.view.sampler.samples_per_pixel) } else { Ok(()) }
+    let checked =
+        if has_scene_samples { check_error_layers(scene.view.sampler.samples_per_pixel) } else { Ok(()) };
+    checked.map_err(|error| error + "; increase --spp")
 }
 
 /// Fails without enough samples for error layers.
 pub fn check_error_layers(samples_per_pixel: u32) -> Result<(), String> {
-    let message = "--error-layers needs at least 2 samples per pixel, preferably 16 or more; increase --spp";
+    let message = "error layers need at least 2 samples per pixel, preferably 16 or more";
     if samples_per_pixel < 2 { Err(message.into()) } else { Ok(()) }
 }
 

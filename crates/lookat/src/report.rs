@@ -72,7 +72,7 @@ fn write(out: &mut dyn Write, loaded: &Loaded, quiet: bool, renderer: &Renderer)
     }
     if hidden > 0 {
         let noun = if hidden == 1 { "message" } else { "messages" };
-        let _ = writeln!(out, "... and {hidden} more {noun}; --json prints all\n");
+        let _ = writeln!(out, "... and {hidden} more {noun}; lookat check --json prints all\n");
     }
     let summary = summary(&loaded.diagnostics, quiet);
     if !summary.is_empty() {

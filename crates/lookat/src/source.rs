@@ -6,7 +6,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use bytes::Bytes;
-use lookat_image::{Image, MemoryBudget, PictureFile, open_file};
+use lookat_image::{Image, ImageError, MemoryBudget, PictureFile, open_file};
+use lookat_render::Layer;
 use lookat_scene::syntax::Severity;
 use lookat_scene::{LoadCache, LoadOptions, Loaded, Stamped, load_again, load_opened};
 
@@ -66,6 +67,15 @@ pub fn read_image(file: &Path, memory: &MemoryBudget) -> Result<Image, String> {
     let (image, charge) = read.map_err(|error| error.to_string())?;
     charge.keep();
     Ok(image)
+}
+
+/// Opens a layer of an EXR file by its name in the file, or by its name in `render --layers`.
+pub fn open_layer<'a>(file: &Path, name: &str, memory: &MemoryBudget) -> Result<PictureFile<'a>, ImageError> {
+    PictureFile::open_layer(file, name, memory).or_else(|error| {
+        let rendered = Layer::named(name).map(Layer::name_in_file);
+        let opened = rendered.map(|name| PictureFile::open_layer(file, name, memory));
+        opened.and_then(Result::ok).ok_or(error)
+    })
 }
 
 /// Turns warnings into errors with `--strict`.

@@ -28,6 +28,8 @@ pub enum Verdict {
     Agrees,
     /// Has no reference.
     New,
+    /// The differences may be light that samples rarely hit.
+    Undecided,
     /// Could not be compared.
     Trouble,
     /// Differs from its reference.
@@ -36,13 +38,15 @@ pub enum Verdict {
 
 impl Verdict {
     /// In the order of the summary line.
-    pub const ALL: [Verdict; 4] = [Verdict::Agrees, Verdict::Differs, Verdict::New, Verdict::Trouble];
+    pub const ALL: [Verdict; 5] =
+        [Verdict::Agrees, Verdict::Differs, Verdict::Undecided, Verdict::New, Verdict::Trouble];
 
     /// The word for one scene.
     pub fn word(self) -> &'static str {
         match self {
             Verdict::Agrees => "agrees",
             Verdict::New => "new",
+            Verdict::Undecided => "undecided",
             Verdict::Trouble => "trouble",
             Verdict::Differs => "differs",
         }
@@ -140,7 +144,9 @@ fn run(arguments: &Verify) -> Result<u8, String> {
         page.write(file, &title, &command_line::repeated())?;
     }
     Ok(match () {
-        () if verdicts.contains(&Verdict::Trouble) => crate::TROUBLE,
+        () if verdicts.contains(&Verdict::Trouble) || verdicts.contains(&Verdict::Undecided) => {
+            crate::TROUBLE
+        }
         () => u8::from(updated || verdicts.contains(&Verdict::Differs)),
     })
 }

@@ -4,9 +4,10 @@ use super::{FEWEST_PIXELS, Untestable, in_tile, tiles};
 use crate::{Aligned, PixelError, Precision, Window};
 
 /// What rounding may do to a value, by the value: differences of this size are no sign of anything. For pictures by this
-/// renderer, which sums in double precision,
+/// renderer, which sums each channel in double precision,
 const ROUNDING: f64 = 1.0 / (1 << 20) as f64;
-/// for others, which may sum thousands of samples in single precision,
+/// for others, which may sum thousands of samples in single precision, by the brightest channel of the pixel: pbrt-v3 sums XYZ, of
+/// which each channel takes its share,
 const SUM_ROUNDING: f64 = 1.0 / (1 << 13) as f64;
 /// and for a picture that was stored in half precision.
 const HALF_ROUNDING: f64 = 1.0 / (1 << 11) as f64;
@@ -23,7 +24,11 @@ const FILTERED: f32 = 2.0;
 
 /// An event that is not met in n samples has a probability of at most this over n, with a confidence of 95 % (Hanley and
 /// Lippman-Hand, "If Nothing Goes Wrong, Is Everything All Right?", 1983).
-const RULE_OF_THREE: f32 = 3.0;
+const RULE_OF_THREE: f64 = 3.0;
+
+/// How far, in standard errors, a pixel of an expected picture without error layers may be above the actual one, where rare light is
+/// left out.
+const BOUND: f64 = 3.0;
 
 /// How much noisier a tile may be than nine of ten others, to be taken for the noise of the picture.
 const MOST_OF_TILE: f64 = 4.0;
@@ -55,7 +60,10 @@ pub(super) struct Noise {
     expected_is_known: bool,
     actual: Vec<PixelError>,
     expected: Vec<PixelError>,
+    /// By the value of the channel.
     rounding: f64,
+    /// By the brightest channel of the pixel.
+    mixed_rounding: f64,
     step: f64,
 }
 
@@ -80,21 +88,31 @@ impl Noise {
             (pixels, _) => return Err(Untestable::Actual { pixels, needed }),
         }
         let expected = pair.expected_errors.clone().unwrap_or_else(|| guessed(pair, &actual));
-        let (rounding, step) = match (pair.precision, expected_is_known) {
-            (Precision::Single, true) => (ROUNDING, 0.0),
-            (Precision::Single, false) => (SUM_ROUNDING, 0.0),
+        let (rounding, step) = match pair.precision {
+            Precision::Single => (ROUNDING, 0.0),
             _ => (HALF_ROUNDING, HALF_STEP),
         };
-        Ok(Noise { expected_is_known, actual, expected, rounding, step })
+        let mixed_rounding = if expected_is_known { 0.0 } else { SUM_ROUNDING };
+        Ok(Noise { expected_is_known, actual, expected, rounding, mixed_rounding, step })
     }
 
     /// The differences of all pixels.
     pub fn differences(&self, pair: &Aligned, channel: usize) -> Vec<Difference> {
-        (0..pair.actual.len()).map(|pixel| self.difference(pair, pixel, channel)).collect()
+        (0..pair.actual.len()).map(|pixel| self.difference(pair, pixel, channel, f64::INFINITY)).collect()
     }
 
-    fn difference(&self, pair: &Aligned, pixel: usize, channel: usize) -> Difference {
-        let (a, b) = (f64::from(pair.actual[pixel][channel]), f64::from(pair.expected[pixel][channel]));
+    /// The same without light that the actual picture may have missed because its samples rarely meet it: no pixel of the expected
+    /// picture is far above it. The error layers of an expected picture tell of such light themselves: then `None`.
+    pub fn without_rare(&self, pair: &Aligned, channel: usize) -> Option<Vec<Difference>> {
+        let pixels = 0..pair.actual.len();
+        let bounded = || pixels.map(|pixel| self.difference(pair, pixel, channel, BOUND)).collect();
+        (!self.expected_is_known).then(bounded)
+    }
+
+    /// `bound`: how many standard errors the expected value may be above the actual one.
+    fn difference(&self, pair: &Aligned, pixel: usize, channel: usize, bound: f64) -> Difference {
+        let (colors, expected_colors) = (pair.actual[pixel], pair.expected[pixel]);
+        let (a, b) = (f64::from(colors[channel]), f64::from(expected_colors[channel]));
         let (a_error, b_error) = (&self.actual[pixel], &self.expected[pixel]);
         let [a_variance, b_variance] =
             [a_error, b_error].map(|error| f64::from(error.standard_error[channel]).powi(2));
@@ -102,12 +120,21 @@ impl Noise {
         // At the same noise per sample.
         let ratio = f64::from(a_error.samples) / f64::from(b_error.samples);
         let a_variance = a_variance.max(if ratio < 1.0 { b_variance / ratio } else { 0.0 });
-        let b_variance = b_variance.max(if ratio > 1.0 { a_variance * ratio } else { 0.0 });
+        let mut b_variance = b_variance.max(if ratio > 1.0 { a_variance * ratio } else { 0.0 });
+        let mut value = a - b;
+        if !self.expected_is_known {
+            value = value.max(-bound * (a_variance + b_variance).sqrt());
+            // The variance of a mean, of which events of that probability make up all.
+            b_variance = b_variance.max(value * value / RULE_OF_THREE);
+        }
+        let brightest =
+            colors.iter().chain(&expected_colors).fold(0.0_f32, |most, value| most.max(value.abs()));
+        let rounding = self.rounding * a.abs().max(b.abs());
         Difference {
-            value: a - b,
+            value,
             variance: a_variance + b_variance,
             spread: a_variance.powi(2) / freedom(a_error) + b_variance.powi(2) / freedom(b_error),
-            rounding: self.step.max(self.rounding * a.abs().max(b.abs())),
+            rounding: self.step.max(rounding).max(self.mixed_rounding * f64::from(brightest)),
             is_even: self.expected_is_known && (0.5..=2.0).contains(&ratio),
             is_settled: a_error.samples.min(b_error.samples) >= SETTLED,
         }
@@ -116,7 +143,7 @@ impl Noise {
 
 /// The errors of the expected picture where it does not give them: those of the actual one, times what all differences
 /// together ask for, or what the differences of a tile scatter beyond those, as other renderers have noise where this one has
-/// none, or that of a rare event which one of the pictures has met in this pixel and the other has not.
+/// none. [`Noise::difference`] adds that of a rare event which one of the pictures has met in this pixel and the other has not.
 fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     let factor = noisier(pair, actual) as f32;
     let mut errors = actual.to_vec();
@@ -131,8 +158,7 @@ fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
             let others = FILTERED * (all - own).max(0.0).sqrt() as f32;
             for pixel in in_tile(tile, pair) {
                 let error = &mut errors[pixel].standard_error[channel];
-                // The standard error of a mean, of which events of that probability make up all.
-                *error = error.max(others).max(at(pixel).abs() / RULE_OF_THREE.sqrt());
+                *error = error.max(others);
             }
         }
     }

@@ -14,7 +14,7 @@ use serde_json::json;
 use super::page::PACKING_BYTES;
 use super::{Diagnostics, Outcome, Rendered, SceneComparison, Verdict, files};
 use crate::args::{Report, Verify};
-use crate::metric::{Limit, Measurement, Metric, THRESHOLD, measure, not_finite};
+use crate::metric::{Limit, Metric, THRESHOLD, measure, not_finite};
 use crate::output::{check_folder, check_inputs, is_among, write_result};
 use crate::render::{Metadata, charge_memory, note_jitter};
 use crate::source::{load_scene, read_image, replace_samples};
@@ -199,21 +199,19 @@ fn judge(arguments: &Verify, comparison: &SceneComparison) -> Result<Judgment, S
             if arguments.max.is_empty() { "; --max sets other limits, such as rmse=0.01" } else { "" };
         return Err(reason + other);
     }
-    let beyond = measurement.metrics.iter().filter(|line| line.is_beyond(limits));
-    let beyond: Vec<&str> = beyond.map(|line| line.metric.name()).collect();
-    Ok(match beyond.as_slice() {
-        [] if pair.actual == pair.expected => (Verdict::Agrees, "identical".into()),
-        [] if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
-        [] => (Verdict::Agrees, "within the limits".into()),
-        _ if arguments.max.is_empty() => (Verdict::Differs, beyond_noise(measurement)),
-        beyond => (Verdict::Differs, format!("exceeds the limits of {}", beyond.join(", "))),
+    let beyond: Vec<&str> = measurement.beyond(limits).into_iter().map(Metric::name).collect();
+    let found = measurement.agreement.as_ref().and_then(|found| found.as_ref().ok());
+    Ok(match (beyond.as_slice(), found) {
+        ([], _) if pair.actual == pair.expected => (Verdict::Agrees, "identical".into()),
+        ([], Some(found)) if measurement.is_undecided(limits) => {
+            (Verdict::Undecided, noise::undecided(found, noise::significance(limits)))
+        }
+        ([], _) if arguments.max.is_empty() => (Verdict::Agrees, "within noise".into()),
+        ([], _) => (Verdict::Agrees, "within the limits".into()),
+        (_, Some(found)) if arguments.max.is_empty() => {
+            let found = noise::differences(found, noise::SIGNIFICANCE);
+            (Verdict::Differs, format!("by more than noise: {}", found.join("; ")))
+        }
+        (beyond, _) => (Verdict::Differs, format!("exceeds the limits of {}", beyond.join(", "))),
     })
-}
-
-fn beyond_noise(measurement: &Measurement) -> String {
-    let found = match &measurement.agreement {
-        Some(Ok(found)) => noise::differences(found, noise::SIGNIFICANCE),
-        _ => Vec::new(),
-    };
-    format!("by more than noise: {}", found.join("; "))
 }

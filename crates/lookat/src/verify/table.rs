@@ -32,7 +32,7 @@ impl Table {
 
     pub fn header(&self) -> Result<(), String> {
         let names = ["error", "detectable"].into_iter().chain(METRICS.map(Metric::name));
-        let line = format!("{:width$} verdict{}", "scene", columns(names), width = self.width);
+        let line = format!("{:width$} verdict  {}", "scene", columns(names), width = self.width);
         if self.json { Ok(()) } else { print(&line) }
     }
 
@@ -45,7 +45,7 @@ impl Table {
         let (verdict, figures) = (outcome.verdict.word(), columns(figures.iter().map(String::as_str)));
         // Some characters take two columns.
         let blanks = " ".repeat(self.width.saturating_sub(name.width()));
-        print(&format!("{name}{blanks} {verdict:7}{figures}  {reason}"))
+        print(&format!("{name}{blanks} {verdict:9}{figures}  {reason}"))
     }
 
     pub fn footer(&self, verdicts: &[Verdict]) -> Result<(), String> {

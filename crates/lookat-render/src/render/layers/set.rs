@@ -44,9 +44,22 @@ pub(super) const TABLE: [(Layer, &str, &[&str]); 9] = [
 ];
 
 impl Layer {
+    /// The layer of a name in [`Layers::names`]; none for a set.
+    pub fn named(name: &str) -> Option<Layer> {
+        TABLE.iter().find(|(_, known, _)| *known == name).map(|(layer, ..)| *layer)
+    }
+
     /// The channels of an EXR file.
     pub fn channels(self) -> &'static [&'static str] {
         TABLE[self as usize].2
+    }
+
+    /// The name of the layer in an EXR file: that of its only channel, or what the names of its channels begin with.
+    pub fn name_in_file(self) -> &'static str {
+        match self.channels() {
+            [only] => only,
+            several => several[0].split('.').next().unwrap_or_default(),
+        }
     }
 }
 
