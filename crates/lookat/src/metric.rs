@@ -179,7 +179,9 @@ pub fn measure(pair: &Aligned, threshold: f32, is_requested: &dyn Fn(Metric) -> 
             Metric::HdrFlip => Some(hdr_flip(a, b, width, height, PIXELS_PER_DEGREE)),
             Metric::NoiseP => agreement.as_ref().and_then(|found| found.as_ref().ok()).map(|found| {
                 let index = found.means.iter().map(|test| test.tail_index).fold(f64::INFINITY, f64::min);
-                remark = format!("tail index {index:.2}");
+                if index.is_finite() {
+                    remark = format!("tail index {index:.2}");
+                }
                 found.p
             }),
         };
