@@ -79,7 +79,9 @@ fn exposure_is_light() {
     let plain = folder.picture(&[]);
     for file in ["b.exr", "b.pfm"] {
         let run = folder.run(&["render", "fine.pbrt", "-o", file, "--exposure", "2", "--tone", "aces"]);
-        let note = format!("{file}: --exposure and --tone apply to .png and .tga; this file stays linear\n");
+        let note = format!(
+            "{file}: --exposure and --tone change only .png and .tga files; this file stays linear\n"
+        );
         assert!(run.err.starts_with(&note), "{}", run.err);
         assert!(Image::read(&folder.path(file)).unwrap().rgb() == plain.rgb());
     }

@@ -199,11 +199,7 @@ fn a_rendering_that_is_broken_off_leaves_a_partial_picture() {
         };
         // How soon it listens, and has its first samples, depends on the machine.
         let is_left = || folder.path("a.partial.exr").exists();
-        let (status, said) = [0.25, 1.0, 4.0, 16.0]
-            .into_iter()
-            .map(stopped)
-            .find(|(_, said)| is_left() || !said.contains("nothing was written"))
-            .unwrap();
+        let (status, said) = [0.25, 1.0, 4.0, 16.0].into_iter().map(stopped).find(|_| is_left()).unwrap();
         assert!(status == Some(130) && said.contains("interrupted, partial picture"), "{said}");
         let picture = Image::read(&folder.path("a.partial.exr")).unwrap();
         assert_eq!((picture.data_window.width, picture.data_window.height), (32, 24));

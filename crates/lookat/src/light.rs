@@ -30,7 +30,9 @@ fn is_eight_bit(file: &Path) -> bool {
 pub fn note_linear(file: &Path, tone: Tone) {
     if tone.is_given() && !is_eight_bit(file) {
         let file = file.display();
-        crate::say(&format!("{file}: --exposure and --tone apply to .png and .tga; this file stays linear"));
+        crate::say(&format!(
+            "{file}: --exposure and --tone change only .png and .tga files; this file stays linear"
+        ));
     }
 }
 

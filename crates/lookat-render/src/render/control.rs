@@ -154,8 +154,7 @@ impl<'c, 'p> Meter<'c, 'p> {
         self.rays = rays;
         // Slow parts of the picture are remembered for some waves, and fast parts are learned from little by little.
         let before = self.control.rays_per_sample.load(Ordering::Relaxed);
-        let now =
-            of_wave.div_ceil(u64::from(samples.max(1))).max(1).max(before - before.div_ceil(4).min(before));
+        let now = of_wave.div_ceil(u64::from(samples.max(1))).max(1).max(before - before.div_ceil(4));
         if now != before {
             self.control.rays_per_sample.store(now, Ordering::Relaxed);
         }

@@ -64,6 +64,7 @@ fn dithered(pixel: [u8; 3], x: usize, y: usize) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::args::Protocol;
 
     /// Decodes a picture as a terminal does.
     fn decoded(text: &str, [width, height]: [usize; 2]) -> Vec<[u32; 3]> {

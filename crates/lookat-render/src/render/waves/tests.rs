@@ -383,5 +383,5 @@ fn meters_remember_slow_samples() {
     assert_eq!([wave(8, 80), wave(64, 640)], [WAVE; 2]);
     assert_eq!(wave(64, 64 << 16), LANES);
     assert_eq!(wave(8, 8), LANES, "one fast wave is not enough");
-    assert_eq!((0..50).map(|_| wave(8, 8)).last(), Some(WAVE));
+    assert_eq!((0..50).map(|_| wave(8, 8)).max(), Some(WAVE));
 }
