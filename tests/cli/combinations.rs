@@ -106,7 +106,7 @@ fn all_combinations_end() {
             (false, false) => 0,
         };
         assert_eq!(status, Some(expected), "{options:?}: {said}");
-        assert_eq!(said.contains("error"), is_refused || has("--target-error"), "{options:?}: {said}");
+        assert!(!is_refused || said.contains("error"), "{options:?}: {said}");
         let last = if has("--turntable") { format!("{number}.0002.exr") } else { format!("{number}.exr") };
         assert_eq!(folder.path(&last).exists(), !is_refused, "{options:?}");
     };
