@@ -241,3 +241,41 @@ fn one_by_one<S: Simd>(
     }
     (bits(simd, met), t)
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::number::side_by_side;
+    use crate::prepare::Prepared;
+    use crate::testing::{noise, scene};
+
+    /// Where meshes have holes, others of them for shadow rays, rays meet what they meet in a tree.
+    #[test]
+    fn rays_pass_the_holes_of_small_worlds() {
+        let mesh = "Shape \"trianglemesh\" \"point P\" [-2 -2 0 2 -2 0 2 2 0 -2 2 0] \"integer indices\" [0 1 2 0 2 3]
+            \"float uv\" [0 0 1 0 1 1 0 1]";
+        let traceable = Prepared::new(&scene(&format!(
+            "Film \"image\" Camera \"perspective\" WorldBegin
+             Texture \"h\" \"float\" \"checkerboard\" \"float uscale\" 4 \"float vscale\" 4 Translate 0 0 3
+             {mesh} \"texture alpha\" \"h\" Translate 0 0 1 {mesh} \"texture shadowalpha\" \"h\" Translate 1 0 1 {mesh} WorldEnd"
+        )))
+        .traceable;
+        let list = List::new(&traceable).unwrap();
+        let mut passed = 0;
+        side_by_side!(traceable.level, simd => for case in 0..2000 {
+            let ray = Ray::new(DVec3::ZERO, DVec3::new(noise(case, 1.1), noise(case, 2.3), 2.0).normalize());
+            let (rays, all) = (Rays::new(Vec3x8::splat(simd, ray.o), Vec3x8::splat(simd, ray.d)), bits(simd, 0xff));
+            let hits = list.nearest(simd, &rays, all);
+            let name = |hit: Hit| (hit.element, hit.t.to_bits(), hit.barycentric.map(f64::to_bits));
+            let own = hits.is_hit().all_true().then(|| name(list.hit(&hits, 5)));
+            assert_eq!(own, traceable.nearest(&ray).map(name), "{ray:?}");
+            assert_eq!(list.met(simd, &rays, (all, false)).all_true(), own.is_some());
+            let is_blocked = traceable.occluded(&ray);
+            assert_eq!(list.met(simd, &rays, (all, true)).all_true(), is_blocked, "{ray:?}");
+            passed += u32::from(own.is_some() && !is_blocked);
+        });
+        assert!((100..1900).contains(&passed), "{passed} of 2000 pass as shadow rays alone");
+    }
+}

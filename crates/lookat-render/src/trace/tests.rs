@@ -89,7 +89,8 @@ fn shadows_are_those_of_f64() {
     let scene = scene(&format!(
         "Film \"image\" Camera \"perspective\" Sampler \"sobol\" Integrator \"path\" WorldBegin
         Texture \"h\" \"float\" \"checkerboard\" \"float uscale\" 4 \"float vscale\" 4
-        ObjectBegin \"a\" {mesh} ObjectEnd {mesh} \"texture alpha\" \"h\" {mesh} \"float shadowalpha\" 0 {mesh}
+        ObjectBegin \"a\" {mesh} ObjectEnd {mesh} {mesh}
+        Translate -.7 .3 -.2 {mesh} \"texture alpha\" \"h\" Translate .2 .5 -.4 {mesh} \"float shadowalpha\" 0
         Translate 1 .2 .1 Scale 2 .5 1 Rotate 30 1 2 3 ObjectInstance \"a\" WorldEnd"
     ));
     let at = |level| {
