@@ -15,7 +15,6 @@ use lookat_syntax::{LongList, ParamType};
 use crate::picture::key::Key;
 use crate::ply::Oddities;
 use crate::{Mesh, Transform};
-use known_lists::range;
 
 pub(crate) use known_lists::KnownLists;
 
@@ -139,9 +138,7 @@ impl Reuse<'_> {
     pub fn keep_text(&self, path: &Path, known: KnownLists, lists: Vec<LongList>) {
         let mut new = self.new.borrow_mut();
         let KnownLists { text, found, .. } = known;
-        let is_plain = |list: &LongList| !text[range(list)].contains(&b',');
-        let lists = lists.into_iter().filter(|list| found.contains_key(&list.span.start) || is_plain(list));
-        let numbered = lists.map(|list| {
+        let numbered = lists.into_iter().map(|list| {
             let number = found.get(&list.span.start).copied().unwrap_or_else(|| {
                 new.next_list += 1;
                 new.next_list

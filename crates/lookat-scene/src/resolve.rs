@@ -67,8 +67,15 @@ impl<'a> Resolver<'a> {
     }
 
     fn directive(&mut self, statement: Statement) -> Result<(), Box<Diagnostic>> {
-        let Statement { keyword: at, span, directive, .. } = statement;
+        let Statement { keyword: at, span, directive, faulty } = statement;
         match directive {
+            // Some of the numbers are unreadable.
+            Directive::Translate(_)
+            | Directive::Scale(_)
+            | Directive::Rotate(_)
+            | Directive::Transform(_)
+            | Directive::ConcatTransform(_)
+                if faulty => {}
             Directive::Identity => self.replace(Transform::IDENTITY, at)?,
             Directive::Translate(by) => self.concat(Transform::translate(by.into()), at)?,
             Directive::Scale(by) => self.concat(scale(by, &span)?, at)?,

@@ -1,10 +1,15 @@
 //! The arguments of each directive.
 
 use crate::advice::{advice, quoted_after};
+use crate::commas::Commas;
 use crate::grammar::Reader;
+use crate::param::Values;
 use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, shown, word};
 use crate::words::{ends_list, is_declaration, is_keyword, unclosed};
 use crate::{ActiveTransform, Directive, Entity, EntityKind, Spanned, Text};
+
+/// The values of a transformation.
+const NUMBERS: Values = Values::Numbers(Vec::new());
 
 impl<'a> Reader<'a> {
     /// Reads the arguments of a keyword.
@@ -58,6 +63,7 @@ impl<'a> Reader<'a> {
     ) -> Parsing<'a, Directive> {
         let (start, ()) = blank(input)?;
         let open = start.first() == Some(&b'[');
+        self.commas = Commas::default();
         let mut input = &start[usize::from(open)..];
         let mut values = [0.0; N];
         for (index, value) in values.iter_mut().enumerate() {
@@ -68,6 +74,7 @@ impl<'a> Reader<'a> {
                 Err(nom::Err::Error(fault) | nom::Err::Failure(fault))
                     if ends_list(fault.at) || index > 0 && new_line && is_word(fault.at) =>
                 {
+                    self.has_decimal_commas(&NUMBERS);
                     let at = &self.statement[..self.statement.len() - before.len()];
                     return self.miscounted(at, keyword, N, index).fail();
                 }
@@ -76,12 +83,12 @@ impl<'a> Reader<'a> {
         }
         let numbers = &start[usize::from(open)..start.len() - input.len()];
         let (rest, more) = self.more_numbers(input)?;
-        if more > 0 {
+        if !self.has_decimal_commas(&NUMBERS) && more > 0 {
             let (surplus, ()) = blank(input)?;
             let fault = self.miscounted(&surplus[..surplus.len() - rest.len()], keyword, N, N + more);
             self.report(fault);
-            input = rest;
         }
+        input = rest;
         if open {
             (input, _) = self.separator(input)?;
             if input.first() != Some(&b']') {

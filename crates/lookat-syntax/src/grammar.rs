@@ -2,6 +2,7 @@
 //! every mistake.
 
 use crate::advice::{V4_DIRECTIVES, advice, surplus};
+use crate::commas::Commas;
 use crate::synonyms::directive_advice;
 use crate::token::{Fault, Input, Parsing, blank, found, number, shown, word};
 use crate::words::is_keyword;
@@ -24,7 +25,7 @@ pub struct Parsed {
     pub bytes: u64,
     /// The place where `bytes` reached its limit. The rest of the file is not read.
     pub exhausted: Option<Span>,
-    /// The long lists of numbers without mistakes, in the order of the file.
+    /// The long lists of numbers without mistakes and commas, in the order of the file.
     pub lists: Vec<LongList>,
 }
 
@@ -97,6 +98,7 @@ fn read(mut reader: Reader, start: usize) -> Parsed {
             .help("separate numbers by spaces, and use a decimal point; pbrt-v3 ignores the comma and the rest of the word");
         reader.diagnostics.push(warning);
     }
+    reader.diagnostics.extend(reader.decimal_comma.take());
     reader.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
     let Reader { diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted, lists, .. } = reader;
     Parsed { statements, diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted, lists }
@@ -120,8 +122,12 @@ pub(crate) struct Reader<'a> {
     v4_marks: Vec<Span>,
     pub(crate) broken_end: bool,
     pub(crate) lost_include: bool,
-    /// The first comma between numbers.
+    /// The commas of the current list.
+    pub(crate) commas: Commas<'a>,
+    /// The first comma that separates numbers.
     pub(crate) comma: Option<Span>,
+    /// The error of all lists with decimal commas.
+    pub(crate) decimal_comma: Option<Diagnostic>,
     /// The text from the keyword of the current statement on.
     pub(crate) statement: Input<'a>,
     /// Part of the current statement could not be read.
@@ -146,7 +152,9 @@ impl<'a> Reader<'a> {
             v4_marks: Vec::new(),
             broken_end: false,
             lost_include: false,
+            commas: Commas::default(),
             comma: None,
+            decimal_comma: None,
             statement: &[],
             faulty: false,
             fraction: false,

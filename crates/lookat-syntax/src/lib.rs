@@ -16,6 +16,7 @@
 mod advice;
 mod arguments;
 mod brackets;
+mod commas;
 mod decimal;
 mod diagnostic;
 mod directive;

@@ -57,7 +57,7 @@ pub(crate) fn is_blank(byte: u8) -> bool {
 }
 
 /// True for bytes that end a word. A `#` inside a word does not start a comment, as in pbrt-v3.
-fn is_delimiter(byte: u8) -> bool {
+pub(crate) fn is_delimiter(byte: u8) -> bool {
     is_blank(byte) || matches!(byte, b'"' | b'[' | b']')
 }
 
@@ -182,6 +182,15 @@ pub(crate) fn ends_number(rest: Input) -> bool {
     rest.first().is_none_or(|byte| is_delimiter(*byte) || *byte == b',')
 }
 
+/// The number that a word means if its comma is a decimal comma. `None` if the word is no such number.
+pub(crate) fn with_point(word: Input) -> Option<Vec<u8>> {
+    let comma = word.iter().position(|byte| *byte == b',')?;
+    let mut meant = word.to_vec();
+    meant[comma] = b'.';
+    let is_whole = |(value, length)| comma + 1 < word.len() && length == word.len() && f64::is_finite(value);
+    decimal(&meant).is_some_and(is_whole).then_some(meant)
+}
+
 /// The fault of an unreadable number.
 #[cold]
 fn no_number<T>(input: Input) -> Parsing<T> {
@@ -213,6 +222,10 @@ fn not_a_number<T>(input: Input) -> Parsing<T> {
             .fail();
     }
     let fault = Fault::new(at, format!("expected a number, found {found}"));
+    if let Some(meant) = with_point(at) {
+        let help = "write the decimal separator as a point, not as a comma";
+        return fault.help(help).replace_with(shown(&meant)).fail();
+    }
     if let Some(size) = lower.strip_prefix(['\u{2212}', '\u{2013}', '\u{2014}']) {
         return fault.help("write the minus sign as a hyphen").replace_with(format!("-{size}")).fail();
     }

@@ -1,10 +1,11 @@
 //! The grammar of parameters and their values.
 
+use crate::commas::Commas;
 use crate::grammar::Reader;
 use crate::lists;
 use crate::param::{Param, ParamType, Values};
 use crate::quotes::unopened;
-use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, separator, shown, word};
+use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, shown, word};
 use crate::words::{ends_list, is_declaration, unclosed};
 use crate::{Diagnostic, LongList, Spanned, Text, nearest};
 
@@ -71,6 +72,7 @@ impl<'a> Reader<'a> {
         let (start, ()) = blank(input)?;
         let list = start.first() == Some(&b'[');
         self.fraction = false;
+        self.commas = Commas::default();
         let mut values = self.empty(declared.as_ref().map(|(ty, _)| *ty), &start[usize::from(list)..]);
         if !list && self.lacks_value(start, &values) {
             if declared.is_some() {
@@ -96,7 +98,11 @@ impl<'a> Reader<'a> {
         let known = declared.as_ref().filter(|_| list).and_then(|(ty, _)| (self.known)(*ty, at));
         let (rest, count) = match known.and_then(|length| start.get(length..)) {
             Some(rest) => (rest, 0),
-            None if list => self.list(&start[1..], &start[..1], &mut values)?,
+            None if list => {
+                let read = self.list(&start[1..], &start[..1], &mut values)?;
+                self.has_decimal_commas(&values);
+                read
+            }
             None => self.single(start, &mut values)?,
         };
         if let Some((ty, name)) = declared.as_ref().filter(|_| self.faulty) {
@@ -114,7 +120,7 @@ impl<'a> Reader<'a> {
         }
         let are_numbers = !matches!(values, Values::Strings(_) | Values::Bools(_));
         let is_long = (span.end - span.start) as usize >= LongList::BYTES;
-        if list && is_long && are_numbers && !self.faulty && !self.fraction {
+        if list && is_long && are_numbers && !self.faulty && !self.fraction && self.commas.first.is_none() {
             self.lists.push(LongList { ty, span });
         }
         let name = Spanned { value: name, span: declaration.span };
@@ -160,17 +166,11 @@ impl<'a> Reader<'a> {
         if let (rest, true) = self.unopened_list(input, end)? {
             return Ok((rest, 1 + more));
         }
-        if more > 0 {
+        if !self.has_decimal_commas(values) && more > 0 {
             let all = &input[..input.len() - end.len()];
             let fault = Fault::new(all, "several values without brackets");
             let text = String::from_utf8_lossy(all);
-            // The comma may be meant as a decimal point.
-            self.report(match (more, text.split_once(',')) {
-                (1, Some((whole, rest))) if !rest.starts_with(' ') => fault
-                    .help("write the decimal separator as a point, not as a comma")
-                    .replace_with(format!("{whole}.{rest}")),
-                _ => fault.help("put them in brackets").replace_with(format!("[{text}]")),
-            });
+            self.report(fault.help("put them in brackets").replace_with(format!("[{text}]")));
         }
         Ok((end, 1 + more))
     }
@@ -338,15 +338,6 @@ impl<'a> Reader<'a> {
             self.diagnostics.push(warning);
         }
         Ok((rest, value as i32))
-    }
-
-    pub(crate) fn separator(&mut self, input: Input<'a>) -> Parsing<'a, ()> {
-        let (rest, comma) = separator(input)?;
-        if comma && self.comma.is_none() {
-            let at = input.iter().position(|byte| *byte == b',').unwrap_or(0);
-            self.comma = Some(self.span(&input[at..=at]));
-        }
-        Ok((rest, ()))
     }
 }
 

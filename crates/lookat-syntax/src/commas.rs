@@ -1,0 +1,75 @@
+//! Commas between numbers, and decimal commas.
+
+use crate::Diagnostic;
+use crate::grammar::Reader;
+use crate::param::Values;
+use crate::token::{Input, Parsing, is_delimiter, separator, shown, with_point};
+
+/// The commas of one list.
+#[derive(Default)]
+pub(crate) struct Commas<'a> {
+    pub first: Option<Input<'a>>,
+    /// The first word that may be one number with a decimal comma, such as `-1,25`.
+    decimal: Option<Input<'a>>,
+    /// True if a comma can only separate values, as in `1, 2` and `1,2,3`.
+    separates: bool,
+}
+
+impl<'a> Reader<'a> {
+    /// Skips white space and commas between values.
+    pub(crate) fn separator(&mut self, input: Input<'a>) -> Parsing<'a, ()> {
+        let (rest, has_comma) = separator(input)?;
+        // A word with many commas is read once: it separates values.
+        if has_comma && !self.commas.separates {
+            let at = self.offset(input) + input.iter().position(|byte| *byte == b',').unwrap_or(0);
+            self.commas.first.get_or_insert(&self.text[at..=at]);
+            let word = word_around(self.text, at);
+            match with_point(word) {
+                Some(_) => drop(self.commas.decimal.get_or_insert(word)),
+                None => {
+                    self.commas.separates = true;
+                    self.warn_of_commas();
+                }
+            }
+        }
+        Ok((rest, ()))
+    }
+
+    fn warn_of_commas(&mut self) {
+        self.comma = self.comma.or(self.commas.first.map(|comma| self.span(comma)));
+    }
+
+    /// Reports the decimal commas of the current list, after its values are read. True if there are any.
+    pub(crate) fn has_decimal_commas(&mut self, values: &Values) -> bool {
+        let decimal = self.commas.decimal.filter(|_| !self.commas.separates);
+        let Some((word, meant)) = decimal.and_then(|word| Some((word, with_point(word)?))) else {
+            return false;
+        };
+        if matches!(values, Values::Integers(_)) {
+            self.warn_of_commas();
+            return false;
+        }
+        self.faulty = true;
+        let at = self.span(word);
+        if let Some(error) = &mut self.decimal_comma {
+            error.places.push(at);
+            return true;
+        }
+        let (word, one) = (shown(word), shown(&meant));
+        let two = word.replace(',', " ");
+        let error = Diagnostic::error(at, format!("`{word}` may be one number or two"))
+            .help(format!("write one number with a point: {one}; write two with a space: {}", two.trim()));
+        // Points of a plane are pairs in other formats, such as `0,1 1,1` in SVG.
+        let are_pairs = matches!(values, Values::Pairs(_));
+        self.decimal_comma = Some(if are_pairs { error } else { error.fix(at, one) });
+        true
+    }
+}
+
+/// The word around a byte.
+fn word_around(text: Input, at: usize) -> Input {
+    let is_outside = |byte: &u8| is_delimiter(*byte);
+    let start = text[..at].iter().rposition(is_outside).map_or(0, |before| before + 1);
+    let end = text[at..].iter().position(is_outside).map_or(text.len(), |length| at + length);
+    &text[start..end]
+}
