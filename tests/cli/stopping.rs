@@ -261,6 +261,14 @@ impl Endless<'_> {
     }
 }
 
+#[cfg(unix)]
+impl Drop for Endless<'_> {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
 /// SIGUSR1 writes the picture so far, as often as it comes, and rendering goes on.
 #[cfg(unix)]
 #[test]
