@@ -50,14 +50,16 @@ pub fn remark(
         1 => "; 1 other pixel stands out as much".into(),
         count => format!("; {count} other pixels stand out as much"),
     };
-    Some(format!(
-        "pixel {x}, {y} is a firefly: 1 of its {} samples gives {} % of its light, {}{others}\n\
-         to limit fireflies, write \"float maxsampleluminance\" {} in Film, which makes the picture a little darker",
-        sample.samples,
-        (100.0 * sample.share).floor(),
-        path(&sample, sources),
-        limit(f64::from(usual) / film.scale)
-    ))
+    let percent = (100.0 * sample.share).floor();
+    let found = format!(
+        "pixel {x}, {y} is a firefly: 1 of its {} samples gives {percent} % of its light{others}",
+        sample.samples
+    );
+    let limit = limit(f64::from(usual) / film.scale);
+    let advice = format!(
+        "to limit fireflies, write \"float maxsampleluminance\" {limit} in Film; the picture becomes a little darker"
+    );
+    Some(format!("{found}\nits path: {}\n{advice}", path(&sample, sources)))
 }
 
 fn luminance([r, g, b]: [f32; 3]) -> f32 {
@@ -98,7 +100,7 @@ fn path(sample: &BrightestSample, sources: &Sources) -> String {
         PathEnd::Sky => "to an infinite light".into(),
         PathEnd::Sampled => "to a light".into(),
     };
-    format!("by way of {} {end}", surfaces.join(", "))
+    format!("{}, {end}", surfaces.join(", "))
 }
 
 /// A limit with two digits that is not smaller.
