@@ -32,7 +32,7 @@ pub(super) fn refused(case: &str) -> Found {
 /// What is wrong with the answer to a part of a scene, which may name a mesh with this last vertex and face.
 fn problem(severity: Severity, part: &str, says: &str, at: &str, mesh: &str) -> Option<String> {
     let film = if part.contains("Film") { "" } else { r#"Sampler "sobol" Integrator "path" Film "image""# };
-    let text = format!("{film}\n{part}\nLightSource \"infinite\"\nWorldEnd\n");
+    let text = format!("{film}\n{part}\nLightSource \"infinite\"\nShape \"sphere\"\nWorldEnd\n");
     let mesh = format!("{}0 0 0\n0 1 0\n{mesh}\n", ply_header("ascii", 3, 1));
     let read = |path: &Path| Ok(if path.ends_with("mesh.ply") { &mesh } else { &text }.clone().into_bytes());
     let loaded = lookat_scene::load(Path::new("case.pbrt"), &read, &Default::default());
