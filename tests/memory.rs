@@ -52,7 +52,11 @@ fn no_run_takes_more_than_its_limit() {
         Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"";
     let points: String = (0..20_000).map(|at| format!("{} {} {at} ", at % 7, at % 5)).collect();
     std::fs::create_dir(folder.path("scenes")).unwrap();
+    let blocks: String = (0..50_000)
+        .map(|at| format!("AttributeBegin Translate {} 0 {at} ObjectInstance \"o\" AttributeEnd\n", at % 50))
+        .collect();
     for (name, text) in [
+        ("instances", scene(10, &format!("ObjectBegin \"o\" Shape \"sphere\" ObjectEnd {blocks}"))),
         ("plain", scene(1200, "Shape \"sphere\"")),
         ("texture", scene(10, texture)),
         ("curve", scene(10, &format!("Shape \"curve\" \"string basis\" \"bspline\" \"point P\" [{points}]"))),
@@ -79,6 +83,8 @@ fn no_run_takes_more_than_its_limit() {
         "render curve.pbrt --force",
         "render heights.pbrt --force",
         "inspect heights.pbrt",
+        "check instances.pbrt",
+        "render instances.pbrt --force",
         "check texture.pbrt",
         "compare a.exr b.exr",
         "compare a.png b.png",
@@ -99,11 +105,29 @@ fn no_run_takes_more_than_its_limit() {
             // Before a run begins, the memory of this process counts as its own.
             let most = (limit + PROGRAM).max(peak(UsageWho::RUSAGE_SELF));
             assert!(taken <= most, "{command} takes {taken} with a limit of {limit}");
-            let is_short = [&run.err, &run.out].iter().any(|text| text.contains("of memory are needed"));
+            let short = ["of memory are needed", "it needs more memory than the limit"];
+            let is_short = [&run.err, &run.out].iter().any(|text| short.iter().any(|it| text.contains(it)));
             // 1 is a difference.
             assert!(is_short || run.status < 2, "{command}: {}", run.err);
             is_short
         });
         limit += limit / 4;
     }
+}
+
+/// Directives are dropped when they are resolved: blocks without shapes and materials take hardly more than their text.
+#[test]
+fn blocks_take_little_memory() {
+    let folder = Folder::empty();
+    let block = "AttributeBegin Translate 0 0 1 ReverseOrientation ConcatTransform [1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1] AttributeEnd\n";
+    let world = block.repeat(50_000) + "Shape \"sphere\"";
+    folder.write("blocks.pbrt", &scene(10, &world));
+    let run = folder.run(&["check", "blocks.pbrt", "--max-memory", "25M"]);
+    assert_eq!(run.status, 0, "{}", run.err);
+    assert!(!run.err.contains("not closed"), "{}", run.err);
+    let refused = folder.run(&["check", "blocks.pbrt", "--max-memory", "12M"]);
+    assert_eq!(refused.status, 1, "{}", refused.err);
+    assert!(refused.err.contains("the scene is too large"), "{}", refused.err);
+    // The text after the limit may close the block.
+    assert!(!refused.err.contains("not closed"), "{}", refused.err);
 }

@@ -119,7 +119,7 @@ pub fn preparation_bytes(world: &World) -> u64 {
     const GLOWING_TRIANGLE: u64 = 100;
     const QUADRIC: u64 = 500;
     const CURVE_PIECE: u64 = 500;
-    const INSTANCE: u64 = 300;
+    const INSTANCE: u64 = 480;
     /// Of a light with a picture.
     const TABLE: u64 = 80_000_000;
     let of_shape = |primitive: &Primitive| match &primitive.shape {

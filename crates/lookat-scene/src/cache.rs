@@ -129,25 +129,26 @@ impl Reuse<'_> {
         self.kept_text(path).map(|kept| kept.text.len())
     }
 
-    /// Looks for lists of this text in the text that the file had before.
-    pub fn known_lists(&self, path: &Path, text: Bytes) -> KnownLists {
-        KnownLists::new(self.kept_text(path), text)
+    /// Keeps a text. Looks for its lists in the text that the file had before.
+    pub fn keep_text(&self, path: &Path, text: Bytes) -> KnownLists {
+        let known = KnownLists::new(self.kept_text(path), text.clone());
+        let kept = KeptText { text, stamp: (self.stamp)(path), lists: Vec::new() };
+        self.new.borrow_mut().texts.insert(path.to_owned(), Arc::new(kept));
+        known
     }
 
-    /// Keeps a text and its lists.
-    pub fn keep_text(&self, path: &Path, known: KnownLists, lists: Vec<LongList>) {
-        let mut new = self.new.borrow_mut();
-        let KnownLists { text, found, .. } = known;
-        let numbered = lists.into_iter().map(|list| {
-            let number = found.get(&list.span.start).copied().unwrap_or_else(|| {
-                new.next_list += 1;
-                new.next_list
+    /// Keeps the next lists of a text.
+    pub fn keep_lists(&self, path: &Path, known: &KnownLists, lists: Vec<LongList>) {
+        let Kept { texts, next_list, .. } = &mut *self.new.borrow_mut();
+        // Nothing else uses a text before its end.
+        let Some(kept) = texts.get_mut(path).and_then(Arc::get_mut) else { return };
+        kept.lists.extend(lists.into_iter().map(|list| {
+            let number = known.found.get(&list.span.start).copied().unwrap_or_else(|| {
+                *next_list += 1;
+                *next_list
             });
             (list, number)
-        });
-        let lists = numbered.collect();
-        let kept = KeptText { text, stamp: (self.stamp)(path), lists };
-        new.texts.insert(path.to_owned(), Arc::new(kept));
+        }));
     }
 
     /// The number of the long list at a place.

@@ -1,5 +1,6 @@
 //! Loads a scene: reads files, follows `Include`, and passes every directive to the resolver.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use lookat_image::{Charge, MemoryBudget, byte_words, io_reason};
 use lookat_syntax::{
-    Diagnostic, Directive, EntityKind, FileId, Param, Span, Statement, Text, number_bytes, parse_again,
+    Diagnostic, Directive, EntityKind, FileId, Param, Parsed, Parser, Span, Statement, Text, number_bytes,
 };
 
 use crate::advice::{Evidence, advise};
@@ -28,6 +29,8 @@ const MAX_INCLUDES: usize = 10_000;
 const MAX_DEPTH: usize = 100;
 /// The most bytes of repeated includes, counting every inclusion after the first.
 const MAX_REPEATED: u64 = 4 << 30;
+/// The most directives in memory at a time, per file.
+const BLOCK: usize = 16;
 /// The bytes that a directive adds to this count, because a short directive can create a shape.
 const DIRECTIVE_BYTES: usize = 512;
 
@@ -162,14 +165,6 @@ fn conclude(resolver: Resolver, file: FileId, options: &LoadOptions) -> Loaded {
     }
 }
 
-/// The memory left for the statements of a text, besides its numbers.
-fn room(memory: &MemoryBudget, text: &[u8]) -> u64 {
-    // Each `0 ` becomes eight bytes. Counting the numbers takes longer and is rarely needed.
-    let numbers = 4 * text.len() as u64;
-    let numbers = if 2 * numbers > memory.left() { number_bytes(text) } else { numbers };
-    memory.left().saturating_sub(numbers)
-}
-
 /// The result for a file that is not a scene.
 fn nothing(files: Files, diagnostics: Vec<Diagnostic>) -> Loaded {
     let (sources, inputs, memory) = files.into_parts();
@@ -201,70 +196,82 @@ struct Loader<'a> {
 }
 
 impl Loader<'_> {
-    /// Resolves a file and returns the number of its directives. `rest` is appended to its last directive.
-    fn file(&mut self, id: FileId, rest: Vec<Param>) -> usize {
+    /// Resolves a file block by block and returns the number of its directives. `rest` is appended to its last directive.
+    fn file(&mut self, id: FileId, mut rest: Vec<Param>) -> usize {
         let files = &self.resolver.files;
+        let (memory, reuse) = (files.memory.clone(), files.reuse);
         let source = files.sources.file(id);
-        self.open.push(source.path.clone());
-        let memory = &files.memory;
-        let mut known = files.reuse.map(|reuse| reuse.known_lists(&source.path, source.text.clone()));
-        let mut parsed = parse_again(id, &source.text, room(memory, &source.text), &mut |ty, at| {
-            known.as_mut()?.find(ty, at)
-        });
-        if let (Some(reuse), Some(known)) = (files.reuse, known) {
-            reuse.keep_text(&source.path, known, std::mem::take(&mut parsed.lists));
+        let (path, text) = (source.path.clone(), source.text.clone());
+        let mut room = Room::new(&text);
+        self.open.push(path.clone());
+        if let [_] = self.open[..] {
+            match part(id, &text, room.left(&memory)) {
+                Some((Block::World, first)) => self.resolver.begin_part(first),
+                Some((_, first)) => self.resolver.begin_options_part(first),
+                None => {}
+            }
         }
-        // Never more than there is room for.
-        let _ = memory.reserve(parsed.bytes).map(Charge::keep);
+        let known = reuse.map(|reuse| RefCell::new(reuse.keep_text(&path, text.clone())));
+        let mut find = |ty, at| known.as_ref()?.borrow_mut().find(ty, at);
+        let mut parser = Parser::new(id, &text, &mut find);
+        let mut directives = 0;
+        while let Some(mut parsed) = parser.next_block(BLOCK, room.left(&memory)) {
+            // Never more than there is room for.
+            let _ = memory.reserve(parsed.bytes).map(Charge::keep);
+            if let (Some(reuse), Some(known)) = (reuse, &known) {
+                reuse.keep_lists(&path, &known.borrow(), std::mem::take(&mut parsed.lists));
+            }
+            self.report(&mut parsed);
+            if parsed.is_last && !rest.is_empty() {
+                self.append(std::mem::take(&mut rest), parsed.statements.last_mut());
+            }
+            directives += parsed.statements.len();
+            parsed.statements.into_iter().for_each(|statement| self.statement(statement));
+        }
+        self.open.pop();
+        directives
+    }
+
+    /// Reports what was found while a block was parsed.
+    fn report(&mut self, parsed: &mut Parsed) {
+        let Resolver { report, files, .. } = &mut self.resolver;
         if let Some(at) = parsed.exhausted {
-            let most = byte_words(memory.limit());
+            let most = byte_words(files.memory.limit());
             let message = format!(
                 "the scene is too large: from here on, it needs more memory than the limit, which is {most}"
             );
             let help =
                 "raise the limit; to save memory, use plymesh for large meshes and ObjectInstance for copies";
-            self.resolver.report.push(Diagnostic::error(at, message).help(help));
-            self.resolver.report.incomplete = true;
+            report.push(Diagnostic::error(at, message).help(help));
+            report.incomplete = true;
         }
-        self.resolver.report.extend(parsed.diagnostics);
-        self.resolver.report.v4_marks(parsed.v4_marks);
-        self.resolver.report.incomplete_end |= parsed.broken_end;
-        self.resolver.report.incomplete |= parsed.lost_include;
-        if let Some(first) = rest.first() {
-            let at = first.span();
-            match parsed.statements.last_mut().and_then(|last| last.directive.params_mut()) {
-                Some(params) => params.extend(rest),
-                None => {
-                    self.resolver
-                        .report
-                        .push(Diagnostic::error(at, "these parameters belong to no directive").help(
-                        "parameters after an Include belong to the last directive of the included file, which takes no parameters",
-                    ))
-                }
-            }
+        report.extend(std::mem::take(&mut parsed.diagnostics));
+        report.v4_marks(std::mem::take(&mut parsed.v4_marks));
+        report.incomplete_end |= parsed.broken_end;
+        report.incomplete |= parsed.lost_include;
+    }
+
+    /// Appends the parameters after an Include to the last directive of the file.
+    fn append(&mut self, rest: Vec<Param>, last: Option<&mut Statement>) {
+        match last.and_then(|last| last.directive.params_mut()) {
+            Some(params) => params.extend(rest),
+            None => self.resolver.report.extend(rest.first().map(|first| {
+                Diagnostic::error(first.span(), "these parameters belong to no directive").help(
+                    "parameters after an Include belong to the last directive of the included file, which takes no parameters",
+                )
+            })),
         }
-        if let [first, ..] = &parsed.statements[..]
-            && self.open.len() == 1
-        {
-            match part_of(&parsed.statements) {
-                Some(Block::World) => self.resolver.begin_part(first.keyword),
-                Some(_) => self.resolver.begin_options_part(first.keyword),
-                None => {}
-            }
+    }
+
+    fn statement(&mut self, mut statement: Statement) {
+        let is_shape = matches!(statement.directive, Directive::Entity(EntityKind::Shape, _));
+        if let Some(params) = statement.directive.params_mut().filter(|_| !is_shape) {
+            self.resolver.files.read_lists(params);
         }
-        let directives = parsed.statements.len();
-        for mut statement in parsed.statements {
-            let is_shape = matches!(statement.directive, Directive::Entity(EntityKind::Shape, _));
-            if let Some(params) = statement.directive.params_mut().filter(|_| !is_shape) {
-                self.resolver.files.read_lists(params);
-            }
-            match statement.directive {
-                Directive::Include { file, rest } => self.include(file, rest, statement.span),
-                directive => self.resolver.apply(Statement { directive, ..statement }),
-            }
+        match statement.directive {
+            Directive::Include { file, rest } => self.include(file, rest, statement.span),
+            directive => self.resolver.apply(Statement { directive, ..statement }),
         }
-        self.open.pop();
-        directives
     }
 
     fn include(&mut self, name: Text, rest: Vec<Param>, at: Span) {
@@ -325,23 +332,52 @@ impl Loader<'_> {
     }
 }
 
-/// The block in which other files include this file: the world or the options. `None` for a scene.
-fn part_of(statements: &[Statement]) -> Option<Block> {
-    let is_in = |statement: &Statement, block| home_block(&statement.directive) == Some(block);
-    let includes = |statement: &Statement| matches!(statement.directive, Directive::Include { .. });
-    let any = |is: &dyn Fn(&Directive) -> bool| statements.iter().any(|statement| is(&statement.directive));
-    let has_options = statements.iter().any(|statement| is_in(statement, Block::Options));
-    match statements.iter().position(|statement| is_in(statement, Block::World)) {
-        Some(first) => {
-            let is_around = |it: &Directive| matches!(it, Directive::WorldEnd | Directive::LookAt(_));
-            // An earlier Include may contain the missing directives.
-            let is_alone = !has_options && !any(&is_around) && !statements[..first].iter().any(includes);
-            is_alone.then_some(Block::World)
+/// The memory for the statements of a text besides its numbers.
+struct Room<'a> {
+    text: &'a [u8],
+    /// The most bytes of the numbers of one block.
+    numbers: u64,
+    is_counted: bool,
+}
+
+impl<'a> Room<'a> {
+    fn new(text: &'a [u8]) -> Self {
+        // Each `0 ` becomes eight bytes. Counting the numbers takes longer and is rarely needed.
+        Room { text, numbers: 4 * text.len() as u64, is_counted: false }
+    }
+
+    fn left(&mut self, memory: &MemoryBudget) -> u64 {
+        if !self.is_counted && 2 * self.numbers > memory.left() {
+            (self.numbers, self.is_counted) = (number_bytes(self.text), true);
         }
-        None => {
-            let is_world = |it: &Directive| matches!(it, Directive::WorldBegin | Directive::WorldEnd);
-            let is_alone = !any(&is_world) && !statements.iter().any(includes);
-            (has_options && is_alone).then_some(Block::Options)
+        memory.left().saturating_sub(self.numbers)
+    }
+}
+
+/// The block in which other files include this file, the world or the options, and its first directive. `None` for a scene, of
+/// which this reads the start alone.
+fn part(id: FileId, text: &[u8], most_bytes: u64) -> Option<(Block, Span)> {
+    let mut nothing_known = |_, _| None;
+    let mut parser = Parser::new(id, text, &mut nothing_known);
+    let (mut first, mut has_options, mut has_world, mut has_look_at) = (None, false, false, false);
+    while let Some(parsed) = parser.next_block(1, most_bytes) {
+        for Statement { directive, keyword, .. } in parsed.statements {
+            first.get_or_insert(keyword);
+            match directive {
+                Directive::WorldBegin | Directive::WorldEnd => return None,
+                // It may contain the missing directives.
+                Directive::Include { .. } if !has_world => return None,
+                Directive::LookAt(_) => has_look_at = true,
+                _ => {}
+            }
+            let home = home_block(&directive);
+            has_options |= home == Some(Block::Options);
+            has_world |= home == Some(Block::World);
+            if has_world && (has_options || has_look_at) {
+                return None;
+            }
         }
     }
+    let block = if has_world { Block::World } else { Block::Options };
+    first.filter(|_| has_world || has_options).map(|first| (block, first))
 }

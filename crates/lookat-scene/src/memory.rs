@@ -1,4 +1,4 @@
-//! Memory of the arrays of a world.
+//! Memory of a world.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -9,9 +9,13 @@ use crate::{
     AnyTexture, Light, Material, MaterialKind, Object, Primitive, Shape, Texture, Value, Varying, World,
 };
 
-/// The memory of the arrays of a world. Shared arrays count once.
+/// The memory of a world. Shared arrays count once.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Memory {
+    /// Bytes of the shapes without their meshes, also of objects.
+    pub shapes: usize,
+    /// Bytes of the instances.
+    pub instances: usize,
     /// Bytes of the meshes.
     pub meshes: usize,
     /// The number of pictures. A file read with two settings counts twice.
@@ -39,7 +43,7 @@ impl World {
         self.primitives.iter().chain(of_objects)
     }
 
-    /// The memory of the arrays of the world.
+    /// The memory of the world.
     pub fn memory(&self) -> Memory {
         let mut found = Found::default();
         self.shapes().for_each(|primitive| found.primitive(primitive));
@@ -51,11 +55,21 @@ impl World {
             }
         }
         Memory {
+            shapes: self.shapes().map(shape_bytes).sum(),
+            instances: size_of_val(&self.instances[..]),
             meshes: found.meshes.values().sum(),
             pictures: found.pictures.len(),
             picture_bytes: found.pictures.values().sum(),
         }
     }
+}
+
+fn shape_bytes(primitive: &Primitive) -> usize {
+    let array = match &primitive.shape {
+        Shape::Curve(curve) => size_of_val(&curve.segments[..]),
+        _ => 0,
+    };
+    size_of::<Primitive>() + array
 }
 
 /// Bytes by address.
@@ -112,7 +126,7 @@ impl Found {
 mod tests {
     use std::path::Path;
 
-    use crate::{LoadOptions, Memory, load};
+    use crate::{Instance, LoadOptions, Memory, Primitive, load};
 
     fn memory(world: &str) -> Memory {
         let text = format!(
@@ -140,7 +154,8 @@ mod tests {
         assert_eq!(memory(&TRIANGLE.repeat(2)).meshes, 2 * one);
         let object = format!("ObjectBegin \"a\" {TRIANGLE} ObjectEnd");
         let copies = "ObjectInstance \"a\" ".repeat(3);
-        assert_eq!(memory(&format!("{object} {copies}")).meshes, one);
+        let copied = memory(&format!("{object} {copies}"));
+        assert_eq!((copied.meshes, copied.instances), (one, 3 * size_of::<Instance>()));
         assert_eq!(memory(&object).meshes, 0);
     }
 
@@ -152,11 +167,13 @@ mod tests {
         // Four texels and their mean.
         let of_numbers = map("n", "float", "");
         let cut = format!("{of_numbers} {TRIANGLE} \"texture alpha\" \"n\"");
-        assert_eq!(memory(&cut), Memory { meshes: 84, pictures: 1, picture_bytes: 5 * 4 });
+        let one = size_of::<Primitive>();
+        let with_cut = Memory { shapes: one, meshes: 84, pictures: 1, picture_bytes: 5 * 4, instances: 0 };
+        assert_eq!(memory(&cut), with_cut);
         let of_colors = map("c", "spectrum", "");
         let scaled = "Texture \"s\" \"spectrum\" \"scale\" \"texture tex1\" \"c\" \"rgb tex2\" [.1 .2 .3]
             Material \"plastic\" \"texture Ks\" \"s\" \"texture Kd\" \"c\"";
         let found = memory(&format!("{of_colors} {scaled} Shape \"sphere\" {cut}"));
-        assert_eq!(found, Memory { meshes: 84, pictures: 2, picture_bytes: 5 * 4 + 5 * 12 });
+        assert_eq!(found, Memory { shapes: 2 * one, pictures: 2, picture_bytes: 5 * 4 + 5 * 12, ..with_cut });
     }
 }

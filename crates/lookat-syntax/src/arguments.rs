@@ -218,7 +218,7 @@ impl<'a> Reader<'a> {
         Ok((input, Directive::Texture { name, value, entity }))
     }
 
-    fn entity(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Entity> {
+    pub(crate) fn entity(&mut self, input: Input<'a>, keyword: Input<'a>) -> Parsing<'a, Entity> {
         let (input, name) = self.name(input, keyword)?;
         let (input, params) = self.params(input);
         Ok((input, Entity { name, params }))

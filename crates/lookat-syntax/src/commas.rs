@@ -35,6 +35,15 @@ impl<'a> Reader<'a> {
         Ok((rest, ()))
     }
 
+    /// Reports the commas of the file, at its end.
+    pub(crate) fn report_commas(&mut self) {
+        let warning = self.comma.map(|at| {
+            Diagnostic::warning(at, "commas separate these numbers")
+                .help("separate numbers by spaces, and use a decimal point; pbrt-v3 ignores the comma and the rest of the word")
+        });
+        self.diagnostics.extend(warning.into_iter().chain(self.decimal_comma.take()));
+    }
+
     fn warn_of_commas(&mut self) {
         self.comma = self.comma.or(self.commas.first.map(|comma| self.span(comma)));
     }

@@ -3,12 +3,12 @@
 
 use crate::advice::{V4_DIRECTIVES, advice, surplus};
 use crate::commas::Commas;
-use crate::synonyms::directive_advice;
+use crate::synonyms::{is_gone, synonym};
 use crate::token::{Fault, Input, Parsing, blank, found, number, shown, word};
 use crate::words::is_keyword;
 use crate::{Diagnostic, Directive, FileId, ParamType, Span, Statement, Values, nearest};
 
-/// The result of [`parse`].
+/// The result of [`parse`], or one block of a [`Parser`].
 #[derive(Debug, Default)]
 pub struct Parsed {
     /// The directives in the order of the file.
@@ -21,12 +21,14 @@ pub struct Parsed {
     pub broken_end: bool,
     /// True if an Include could not be read, so that its contents are unknown.
     pub lost_include: bool,
-    /// The approximate memory of the statements, without lists of numbers; see [`number_bytes`].
+    /// The approximate memory of what the statements add to the scene, without lists of numbers; see [`number_bytes`].
     pub bytes: u64,
     /// The place where `bytes` reached its limit. The rest of the file is not read.
     pub exhausted: Option<Span>,
     /// The long lists of numbers without mistakes and commas, in the order of the file.
     pub lists: Vec<LongList>,
+    /// True if the file ends after these statements.
+    pub is_last: bool,
 }
 
 /// A list of at least [`LongList::BYTES`] bytes.
@@ -54,54 +56,106 @@ pub fn number_bytes(text: &[u8]) -> u64 {
     8 * (starts as u64 + 1)
 }
 
-/// The memory of a statement and of its data in the scene, without lists, in bytes.
-const STATEMENT_BYTES: u64 = 512;
 /// The memory of a parameter with one value, in bytes.
 const PARAM_BYTES: u64 = 256;
 /// The memory of a string in a list, in bytes.
 const STRING_BYTES: u64 = 64;
 
+/// The memory of what a directive adds to the scene, without parameters, in bytes.
+fn scene_bytes(directive: &Directive) -> u64 {
+    match directive {
+        // A transformation and its inverse.
+        Directive::ObjectInstance(_) => 304,
+        Directive::CoordinateSystem(_)
+        | Directive::ObjectBegin(_)
+        | Directive::Texture { .. }
+        | Directive::Entity(..)
+        | Directive::Include { .. } => 512,
+        Directive::Rotate(_) => 64,
+        // They change the graphics state, which blocks save and restore. Their places may be kept.
+        _ => 16,
+    }
+}
+
 /// Parses one file. `text` may contain any bytes; it need not be UTF-8.
 ///
 /// A text of 4 GiB or more gives one error and no statements.
 pub fn parse(file: FileId, text: &[u8]) -> Parsed {
-    parse_within(file, text, u64::MAX)
-}
-
-/// Like [`parse`], but stops before [`Parsed::bytes`] exceeds `most_bytes`.
-pub fn parse_within(file: FileId, text: &[u8], most_bytes: u64) -> Parsed {
-    parse_again(file, text, most_bytes, &mut |_, _| None)
-}
-
-/// Like [`parse_within`], but leaves out the values of lists that are known: [`Param::is_read`](crate::Param::is_read) is false there.
-pub fn parse_again(file: FileId, text: &[u8], most_bytes: u64, known: &mut KnownList) -> Parsed {
-    read(Reader { most_bytes, ..Reader::new(file, text, known) }, 0)
+    parse_from(file, text, 0)
 }
 
 /// Like [`parse`], from a byte on.
 pub(crate) fn parse_from(file: FileId, text: &[u8], start: usize) -> Parsed {
-    read(Reader::new(file, text, &mut |_, _| None), start)
+    Parser::from(Reader::new(file, text, &mut |_, _| None), start)
+        .next_block(usize::MAX, u64::MAX)
+        .unwrap_or_default()
 }
 
-fn read(mut reader: Reader, start: usize) -> Parsed {
-    let (file, text) = (reader.file, reader.text);
-    let mut statements = Vec::new();
-    if text.len() >= u32::MAX as usize {
-        reader
-            .diagnostics
-            .push(Diagnostic::error(Span { file, start: 0, end: 0 }, "the file is larger than 4 GiB"));
-    } else {
-        reader.statements(start, &mut statements);
+/// Reads a file block by block, so that the statements of one block are in memory at a time.
+pub struct Parser<'a> {
+    reader: Reader<'a>,
+    /// The text from the next statement on.
+    rest: Input<'a>,
+    /// The last statement that was read. The next block begins with it, because the text after it may add to it.
+    last: Option<Statement>,
+    has_ended: bool,
+}
+
+impl<'a> Parser<'a> {
+    /// `known` tells which lists to leave out: [`Param::is_read`](crate::Param::is_read) is false there.
+    pub fn new(file: FileId, text: &'a [u8], known: &'a mut KnownList<'a>) -> Self {
+        Parser::from(Reader::new(file, text, known), 0)
     }
-    if let Some(at) = reader.comma {
-        let warning = Diagnostic::warning(at, "commas separate these numbers")
-            .help("separate numbers by spaces, and use a decimal point; pbrt-v3 ignores the comma and the rest of the word");
-        reader.diagnostics.push(warning);
+
+    fn from(mut reader: Reader<'a>, start: usize) -> Self {
+        let mut rest = &reader.text[start..];
+        if reader.text.len() >= u32::MAX as usize {
+            let start = Span { file: reader.file, start: 0, end: 0 };
+            reader.diagnostics.push(Diagnostic::error(start, "the file is larger than 4 GiB"));
+            rest = &[];
+        }
+        // Skip a byte-order mark.
+        rest = rest.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(rest);
+        Parser { reader, rest, last: None, has_ended: false }
     }
-    reader.diagnostics.extend(reader.decimal_comma.take());
-    reader.diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
-    let Reader { diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted, lists, .. } = reader;
-    Parsed { statements, diagnostics, v4_marks, broken_end, lost_include, bytes, exhausted, lists }
+
+    /// The next statements, `most` or fewer, and what was found with them. `None` after the last block. Stops before [`Parsed::bytes`]
+    /// exceeds `most_bytes`, and then ends.
+    pub fn next_block(&mut self, most: usize, most_bytes: u64) -> Option<Parsed> {
+        if self.has_ended {
+            return None;
+        }
+        let reader = &mut self.reader;
+        (reader.bytes, reader.most_bytes) = (0, most_bytes);
+        let mut statements: Vec<Statement> = self.last.take().into_iter().collect();
+        while statements.len() <= most && !self.has_ended {
+            match reader.next_statement(self.rest, statements.last()) {
+                Some((rest, statement)) => {
+                    statements.extend(statement);
+                    self.rest = rest;
+                }
+                None => self.has_ended = true,
+            }
+        }
+        if self.has_ended {
+            reader.report_commas();
+        } else {
+            self.last = statements.pop();
+        }
+        let mut diagnostics = std::mem::take(&mut reader.diagnostics);
+        diagnostics.sort_by_key(|diagnostic| diagnostic.span().start);
+        Some(Parsed {
+            statements,
+            diagnostics,
+            v4_marks: std::mem::take(&mut reader.v4_marks),
+            broken_end: reader.broken_end,
+            lost_include: reader.lost_include,
+            bytes: reader.bytes,
+            exhausted: reader.exhausted,
+            lists: std::mem::take(&mut reader.lists),
+            is_last: self.has_ended,
+        })
+    }
 }
 
 /// The values of a list of [`Parsed::lists`].
@@ -166,29 +220,25 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn statements(&mut self, start: usize, statements: &mut Vec<Statement>) {
-        let mut input = &self.text[start..];
-        // Skip a byte-order mark.
-        input = input.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(input);
-        while let Ok((start, ())) = blank(input)
-            && !start.is_empty()
-        {
-            (self.statement, self.faulty) = (start, false);
-            if self.exhausts(STATEMENT_BYTES, start) {
-                break;
-            }
-            match self.statement(start, statements.last()) {
-                // The memory limit is reached, so this statement lacks parameters.
-                Ok(_) if self.exhausted.is_some() => break,
-                Ok((rest, statement)) => {
-                    statements.push(statement);
-                    input = rest;
+    /// The statement at the start of the input, and the rest. No statement if it is unreadable. `None` at the end.
+    fn next_statement(
+        &mut self,
+        input: Input<'a>,
+        before: Option<&Statement>,
+    ) -> Option<(Input<'a>, Option<Statement>)> {
+        let (start, ()) = blank(input).ok().filter(|(start, ())| !start.is_empty())?;
+        (self.statement, self.faulty) = (start, false);
+        match self.statement(start, before) {
+            // The memory limit is reached, so this statement lacks parameters.
+            Ok(_) if self.exhausted.is_some() => None,
+            Ok((rest, statement)) => {
+                if self.exhausts(scene_bytes(&statement.directive), start) {
+                    return None;
                 }
-                Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) => {
-                    input = self.recover(fault);
-                }
-                Err(nom::Err::Incomplete(_)) => break,
+                Some((rest, Some(statement)))
             }
+            Err(nom::Err::Error(fault) | nom::Err::Failure(fault)) => Some((self.recover(fault), None)),
+            Err(nom::Err::Incomplete(_)) => None,
         }
     }
 
@@ -291,6 +341,13 @@ impl<'a> Reader<'a> {
                 self.report(fault);
                 Ok(read)
             }
+            None if is_gone(&shown(keyword)) => {
+                let reported = self.diagnostics.len();
+                let (rest, _) = self.entity(input, keyword)?;
+                self.diagnostics.truncate(reported);
+                let all = &self.statement[..self.statement.len() - rest.len()];
+                Fault { at: all.trim_ascii_end(), ..fault }.replace_with("").fail()
+            }
             _ => fault.fail(),
         }
     }
@@ -307,9 +364,13 @@ impl<'a> Reader<'a> {
         if self.unknown > MAX_UNKNOWN {
             return fault.help("further unknown directives are not reported; is this a pbrt-v3 scene?");
         }
-        if directive_advice(&name).is_none()
-            && let Some(known) = nearest(&name, Directive::KEYWORDS)
-        {
+        match synonym(&name) {
+            Some((_, "", advice)) => return fault.help(*advice),
+            // The type and the parameters stay.
+            Some((_, directive, advice)) => return fault.help(*advice).replace_with(*directive),
+            None => {}
+        }
+        if let Some(known) = nearest(&name, Directive::KEYWORDS) {
             return fault.help(format!("did you mean `{known}`?")).replace_with(known);
         }
         match advice(keyword) {

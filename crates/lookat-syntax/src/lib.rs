@@ -39,7 +39,7 @@ pub use decimal::{decimal, digits};
 pub use diagnostic::{Diagnostic, Fix, Label, Severity};
 pub use directive::{ActiveTransform, Directive, Entity, EntityKind, Statement};
 pub use form::Form;
-pub use grammar::{KnownList, LongList, Parsed, number_bytes, parse, parse_again, parse_within, read_list};
+pub use grammar::{KnownList, LongList, Parsed, Parser, number_bytes, parse, read_list};
 pub use nearest::{begun, nearest, same_digits};
 pub use param::{Param, ParamType, Values};
 pub use span::{FileId, Span, Spanned, Text};

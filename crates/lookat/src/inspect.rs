@@ -3,6 +3,7 @@
 mod text;
 mod view;
 
+use std::collections::HashMap;
 use std::process::ExitCode;
 
 use lookat_render::{Choice, Draw, Elements, Inspection};
@@ -84,6 +85,13 @@ impl<'s> Inspected<'s> {
         std::iter::once(&self.inspection.world).chain(&self.inspection.objects)
     }
 
+    /// The bytes of the text of the scene. A file that is included again is in memory once.
+    fn text_bytes(&self) -> u64 {
+        let texts: HashMap<_, _> =
+            self.sources.files.iter().map(|file| (&file.path, file.text.len() as u64)).collect();
+        texts.values().sum()
+    }
+
     /// The most sample dimensions of one camera sample.
     fn most_numbers(&self) -> u64 {
         let all = |draw: &Draw| u64::from(draw.numbers) * draw.surfaces.len() as u64;
@@ -162,8 +170,9 @@ impl<'s> Inspected<'s> {
             })),
             "lights": it.lights, "constant_skies": it.constant_skies, "light_choice": choice_name(it.choice),
             "memory": {
-                "film": it.film_bytes, "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
+                "film": it.film_bytes, "shapes": memory.shapes, "instances": memory.instances, "meshes": memory.meshes, "trees": self.trees().map(|tree| tree.bytes).sum::<usize>(),
                 "pictures": memory.pictures, "picture_bytes": memory.picture_bytes,
+                "text": self.text_bytes(),
             },
             "view": view::json(&self.sight, self.sources),
             "simd": lookat_render::simd(),

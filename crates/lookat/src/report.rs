@@ -180,7 +180,8 @@ fn render(diagnostic: &Diagnostic, sources: &Sources, renderer: &Renderer) -> St
     if let [(fix, _)] = &of_lines[..] {
         // A window shows one line.
         let title = help.unwrap_or_else(|| "write it like this".into());
-        help = Some(format!("{title}: {}", visible(&fix.replacement)));
+        let is_deleted = fix.replacement.is_empty();
+        help = Some(if is_deleted { title } else { format!("{title}: {}", visible(&fix.replacement)) });
     }
     let shown_fix = of_a_line.into_iter().find(|(_, window)| window.text.len() <= LONGEST_MENDED);
     let rendered = match (&shown_fix, help) {
@@ -231,24 +232,24 @@ impl Window {
         let source = sources.file(span.file);
         let text = &source.text;
         let at = (span.start as usize).min(text.len());
-        let line_start = text[..at].iter().rposition(|byte| *byte == b'\n').map_or(0, |newline| newline + 1);
-        let start = line_start.max(at.saturating_sub(BEFORE));
-        let line_end =
-            text[at..].iter().position(|byte| *byte == b'\n').map_or(text.len(), |newline| at + newline);
-        let end = line_end.min(at + AFTER);
+        let is_end = |byte: &u8| *byte == b'\n';
+        let earliest = at.saturating_sub(BEFORE);
+        let newline = text[earliest..at].iter().rposition(is_end);
+        let start = newline.map_or(earliest, |newline| earliest + newline + 1);
+        let latest = text.len().min(at + AFTER);
+        let end = text[at..latest].iter().position(is_end).map_or(latest, |newline| at + newline);
         let path = shown_path(&source.path);
-        let number = text[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
         // The line of a Windows file ends before its carriage return.
         let line = text[start..end].strip_suffix(b"\r").unwrap_or(&text[start..end]);
         let (shown, places) = readable(line);
         Window {
             path,
             start,
-            line: number,
+            line: sources.location(span).line,
             text: shown,
             places,
             is_empty: source.text.is_empty(),
-            is_cut: start > line_start,
+            is_cut: start > 0 && !is_end(&text[start - 1]),
         }
     }
 

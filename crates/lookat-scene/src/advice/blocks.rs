@@ -7,7 +7,9 @@ use crate::facts::{Crossed, Opened};
 use crate::report::Report;
 
 pub(super) fn advise(evidence: &Evidence, report: &mut Report) {
-    for Opened { keywords: (begin, end), at } in &evidence.facts.unclosed {
+    // Unread text may contain the missing ends.
+    let unclosed = if report.incomplete_end { &[] } else { &evidence.facts.unclosed[..] };
+    for Opened { keywords: (begin, end), at } in unclosed {
         let help = format!("add {end} before the end of the world block");
         warn(report, *at, format!("this {begin} is not closed"), help);
     }

@@ -149,13 +149,15 @@ impl Inspected<'_> {
         let trees = self.trees().map(|tree| tree.bytes as u64).sum();
         let film = self.inspection.film_bytes;
         let mut parts = vec![format!("film {}", byte_words(film)), format!("trees {}", byte_words(trees))];
-        if self.memory.meshes > 0 {
-            parts.push(format!("meshes {}", byte_words(self.memory.meshes as u64)));
-        }
+        let memory = &self.memory;
+        let others = [("shapes", memory.shapes), ("instances", memory.instances), ("meshes", memory.meshes)];
+        let others = others.into_iter().filter(|(_, bytes)| *bytes > 0);
+        parts.extend(others.map(|(name, bytes)| format!("{name} {}", byte_words(bytes as u64))));
         if self.memory.pictures > 0 {
             let pictures = count(self.memory.pictures as u64, "picture");
             parts.push(format!("{pictures} {}", byte_words(self.memory.picture_bytes as u64)));
         }
+        parts.push(format!("text {}", byte_words(self.text_bytes())));
         listed(&parts)
     }
 }

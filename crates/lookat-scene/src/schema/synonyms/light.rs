@@ -9,7 +9,7 @@ const POINT_LIGHTS: &[&str] = &["point", "spot", "goniometric", "projection"];
 pub(super) const LIGHT_SOURCE: Table = Table {
     directive: "LightSource",
     types: &[
-        (&["envmap", "environment", "constant", "sky", "skydome", "hdri", "dome", "background", "sunsky"], "infinite", ""),
+        (&["envmap", "environment", "constant", "sky", "skydome", "hdri", "dome", "background", "sunsky", "infinitesample"], "infinite", ""),
         (&["directional", "sun", "parallel"], "distant", ""),
         (&["omni", "pointlight", "bulb"], "point", ""),
         (&["spotlight"], "spot", ""),

@@ -49,6 +49,7 @@ pub(super) const FILM: Table = Table {
         (&[], &["exposure", "iso", "gain", "sensor", "imagingratio"], "", "\"float scale\" multiplies the picture: write 2 to the power of the exposure in stops"),
         (&[], &["gamma", "tonemap", "colorspace"], "", "exr and pfm pictures are linear, png and tga pictures sRGB: leave it out"),
         (&[], &["filter", "rfilter"], "", "PixelFilter sets the filter"),
+        (&[], &["premultiplyalpha", "writefrequency", "display"], "", "an option of an older pbrt: leave it out"),
         (&[], &["samples", "spp", "pixelsamples"], "", SAMPLES),
         (&[], &["maxluminance", "clamp", "maxcomponentvalue"], "maxsampleluminance", "maxsampleluminance is the largest luminance of a sample"),
     ],
@@ -85,6 +86,8 @@ pub(super) const SAMPLER: Table = Table {
     parameters: &[
         (&["stratified"], &["samples", "spp", "pixelsamples", "samplecount", "samplesperpixel", "count", "nsamples"], "", "\"integer xsamples\" times \"integer ysamples\" is the number of samples of each pixel"),
         (&[], &["samples", "spp", "samplecount", "samplesperpixel", "count", "nsamples", "aasamples"], "pixelsamples", ""),
+        (&["random"], &["xsamples", "ysamples"], "", "\"integer pixelsamples\" is the product of xsamples and ysamples"),
+        (&[], &["minsamples", "maxsamples"], "pixelsamples", ""),
         (&[], &["seed"], "", "the option --seed of lookat sets the seed"),
     ],
 };
@@ -93,17 +96,19 @@ pub(super) const SAMPLER: Table = Table {
 pub(super) const INTEGRATOR: Table = Table {
     directive: "Integrator",
     types: &[
-        (&["pathtracer", "pathtracing", "simplepath", "gi"], "path", ""),
+        (&["pathtracer", "pathtracing", "simplepath", "gi", "irradiancecache", "igi", "glossyprt", "diffuseprt", "useprobes", "dipolesubsurface"], "path", ""),
         (&["direct"], "directlighting", ""),
         (&["ao", "ambient", "occlusion"], "ambientocclusion", ""),
         (&["volpathmis", "volpathsimple", "simplevolpath", "volumetricpath"], "volpath", ""),
         (&["bidirectional", "ptracer"], "bdpt", ""),
         (&["pssmlt", "metropolis"], "mlt", ""),
-        (&["photonmap", "photonmapper", "ppm"], "sppm", ""),
+        (&["photonmap", "exphotonmap", "photonmapper", "ppm"], "sppm", ""),
     ],
     parameters: &[
         (&[], &["depth", "bounces", "maxbounces", "raydepth", "recursion", "maxraydepth"], "maxdepth", ""),
         (&[], &["samples", "spp", "pixelsamples", "samplecount"], "", SAMPLES),
+        (&["sppm"], &["maxdist"], "radius", "radius is the first search radius of photons, in the units of the scene"),
+        (&[], &["maxspeculardepth"], "maxdepth", ""),
         (&[], &["rrdepth", "russianroulettedepth"], "", "roulette starts at the fifth surface; \"float rrthreshold\" 0 turns it off"),
         (&[], &["lightsampler"], "lightsamplestrategy", "lightsamplestrategy is \"uniform\", \"power\" or \"spatial\""),
     ],
@@ -113,8 +118,9 @@ pub(super) const INTEGRATOR: Table = Table {
 pub(super) const ACCELERATOR: Table = Table {
     directive: "Accelerator",
     types: &[
-        (&["grid"], "bvh", "\"grid\" is a type of an older pbrt"),
-        (&["octree", "embree", "sah"], "bvh", ""),
+        (&["grid", "octree", "embree", "sah"], "bvh", ""),
     ],
-    parameters: &[],
+    parameters: &[
+        (&[], &["refineimmediately"], "", "an option of an older pbrt: leave it out"),
+    ],
 };
