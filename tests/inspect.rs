@@ -129,3 +129,31 @@ fn a_scene_with_errors_is_told_as_by_check() {
     assert_eq!(run(&["inspect", "nothing.pbrt"]).0, 2);
     assert_eq!(run(&["inspect"]).0, 2);
 }
+
+#[test]
+fn what_another_file_contains_is_listed_with_that_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write(
+        "ball.pbrt",
+        "\nTranslate 0 0 5\nShape \"sphere\"\nLightSource \"point\" \"point from\" [0 0 -5]\n",
+    );
+    write(
+        "scene.pbrt",
+        "Camera \"perspective\" \"float lensradius\" .1 \"float focaldistance\" 4 Film \"image\" Sampler \"sobol\"\n\
+         Integrator \"path\" WorldBegin Include \"ball.pbrt\" LightSource \"infinite\" WorldEnd\n",
+    );
+    let scene = folder.path().join("scene.pbrt").display().to_string();
+    let (status, text, err) = run(&["inspect", &scene]);
+    assert_eq!((status, err.as_str()), (0, ""));
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("ball.pbrt, line 3)") && text.contains("ball.pbrt, line 4)"), "{text}");
+    assert!(text.contains("infinite (line 2)"), "{text}");
+    let (_, out, _) = run(&["inspect", &scene, "--json"]);
+    let view = serde_json::from_str::<Value>(&out).unwrap()["needs"]["view"].take();
+    let is_at = |at: &Value, file: &str, line: u64| {
+        at["file"].as_str().unwrap().ends_with(file) && at["line"] == line
+    };
+    assert!(is_at(&view["shapes"][0], "ball.pbrt", 3) && is_at(&view["lights"][0], "ball.pbrt", 4), "{view}");
+    assert!(is_at(&view["lights"][1], "scene.pbrt", 2), "{view}");
+}

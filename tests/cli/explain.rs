@@ -215,3 +215,26 @@ fn transformations_say_what_they_do_before_camera() {
     }
     assert!(explain(&["Translate"]).out.contains("moves the world, not the camera"));
 }
+
+#[test]
+fn every_usual_word_leads_somewhere() {
+    for (words, line) in [
+        (&["camera"][..], "Camera \"perspective\""),
+        (&["CAMERA", "Perspective", "FOV"], "\"float fov\""),
+        (&["lookat"], "LookAt ex ey ez"),
+        (&["depth", "of", "field"], "Camera perspective lensradius"),
+        (&["bokeh"], "Camera perspective lensradius"),
+        (&["gold"], "gold has \"rgb eta\""),
+        (&["Au"], "gold has \"rgb eta\""),
+        (&["water"], "water has \"float eta\" 1.33"),
+        (&["blackbody"], "temperature in kelvin and a scale"),
+        (&["glass"], "\nMakeNamedMaterial glass"),
+        (&["glass", "eta"], "Material glass eta"),
+        (&["Integrator", "direct"], "\"direct\" is \"directlighting\" in pbrt"),
+    ] {
+        let run = explain(words);
+        assert!(run.status == 0 && run.out.contains(line), "{words:?}: {}{}", run.out, run.err);
+    }
+    let run = explain(&["teapot", "of", "clay"]);
+    assert!(run.status == 2 && run.err.contains("\"teapot of clay\""), "{}", run.err);
+}

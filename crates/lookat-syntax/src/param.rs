@@ -36,6 +36,30 @@ pub enum ParamType {
 }
 
 impl ParamType {
+    /// What the values of this type are, in words.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            ParamType::Integer => "whole numbers",
+            ParamType::Float => "numbers",
+            ParamType::Point2 => "points in the plane, two numbers each",
+            ParamType::Vector2 => "directions in the plane, two numbers each",
+            ParamType::Point3 => "points in space, three numbers each",
+            ParamType::Vector3 => "directions in space, three numbers each",
+            ParamType::Normal => "surface normals, three numbers each",
+            ParamType::Bool => "\"true\" or \"false\"",
+            ParamType::String => "text in quotes",
+            ParamType::Texture => "the name of a texture",
+            ParamType::Rgb => "a color: linear red, green and blue",
+            ParamType::Xyz => "a color: CIE XYZ",
+            ParamType::Blackbody => {
+                "the color of a black body: its temperature in kelvin and a scale, as in [6500 1]"
+            }
+            ParamType::Spectrum => {
+                "a color: pairs of a wavelength in nanometers and a value, or the name of a file with such pairs"
+            }
+        }
+    }
+
     /// Every spelling of a type. The canonical spelling of each type comes first.
     pub const SPELLINGS: [(&'static str, ParamType); 17] = [
         ("integer", ParamType::Integer),

@@ -158,7 +158,7 @@ pub struct Render {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Without arguments, it lists all directives and types. A type or parameter alone, also a word of another program, is looked up in all directives."
+    after_help = "Without arguments, it lists all directives and types. Other words are looked up in all directives: a type, a parameter, a word of another program or of photography, as in `lookat explain depth of field`."
 )]
 pub struct Explain {
     /// A directive, such as Camera, or any other word of the format

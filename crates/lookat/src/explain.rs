@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use lookat_scene::kinds;
 use lookat_scene::schema::{Kind, Parameter, Synonym, parameter_synonyms, type_synonym};
-use lookat_scene::syntax::{Directive, directive_advice, nearest};
+use lookat_scene::syntax::{Directive, ParamType, directive_advice, nearest};
 use serde_json::{Value, json};
 
 use crate::args::Explain;
@@ -38,7 +38,7 @@ fn answer(words: &Explain) -> Result<Answer, String> {
         return Ok(show::directives(&Directive::FORMS, &kinds().collect::<Vec<_>>()));
     };
     let Some(form) = Directive::FORMS.iter().find(|form| form.keyword == word) else {
-        return any(word);
+        return any(&[word, words.kind.as_deref().unwrap_or(""), words.parameter.as_deref().unwrap_or("")]);
     };
     let kinds: Vec<&Kind> = kinds().filter(|kind| kind.directive == word).collect();
     let Some(name) = &words.kind else { return Ok(show::directives(&[*form], &kinds)) };
@@ -58,25 +58,44 @@ fn answer(words: &Explain) -> Result<Answer, String> {
     }
 }
 
-/// A type, a parameter or a word of other programs without its directive.
-fn any(word: &str) -> Result<Answer, String> {
-    // The parameters of MakeNamedMaterial are those of Material.
-    let kinds: Vec<&Kind> = kinds().filter(|kind| kind.directive != "MakeNamedMaterial").collect();
-    let found = uses(word, &kinds);
-    let advice = directive_advice(word).filter(|_| search::named(word, &kinds).is_empty());
-    let advice = advice.unwrap_or_default();
-    if !advice.is_empty() || !found.is_empty() {
-        return Ok(search::answer(advice, &found));
+/// Words without the directive as pbrt writes it: a type, a parameter, a type and its parameter, or words of other programs.
+fn any(words: &[&str; 3]) -> Result<Answer, String> {
+    let [word, second, _] = *words;
+    let phrase = words.join(" ");
+    let phrase = phrase.trim_end();
+    let kinds: Vec<&Kind> = kinds().collect();
+    let mut found = uses(phrase, &kinds);
+    if found.is_empty() && !second.is_empty() {
+        let named: Vec<&Kind> =
+            kinds.iter().copied().filter(|kind| kind.name.eq_ignore_ascii_case(word)).collect();
+        found = uses(second, &named);
+    }
+    // The parameters of MakeNamedMaterial, and the advice about it, are those of Material.
+    found.retain(|it| !it.repeats_material());
+    let advice = directive_advice(phrase).filter(|_| search::named(phrase, &kinds).is_empty());
+    let ty = ParamType::SPELLINGS.iter().find(|(name, _)| name.eq_ignore_ascii_case(phrase));
+    let ty = ty.map(|(name, ty)| format!("\"{name} NAME\" declares a parameter: {}", ty.meaning()));
+    let mut remark = advice.map(str::to_owned).or(ty).unwrap_or_default();
+    if let Some(form) = Directive::FORMS.iter().find(|form| form.keyword.eq_ignore_ascii_case(word)) {
+        if found.is_empty() || !second.is_empty() {
+            let [_, kind, parameter] =
+                words.map(|word| Some(word.to_owned()).filter(|word| !word.is_empty()));
+            return answer(&Explain { directive: Some(form.keyword.into()), kind, parameter, json: false });
+        }
+        remark = format!("{}: {}", show::written(form), form.meaning);
+    }
+    if !remark.is_empty() || !found.is_empty() {
+        return Ok(search::answer(&remark, &found));
     }
     let others = kinds.iter().flat_map(|kind| kind.parameters().map(|it| it.name).chain([kind.name]));
-    let near = nearest(word, Directive::KEYWORDS.into_iter().chain(others));
-    Err(unknown("there is no directive", word, near, &Directive::KEYWORDS))
+    let near = nearest(phrase, Directive::KEYWORDS.into_iter().chain(others));
+    Err(unknown("there is no directive", phrase, near, &Directive::KEYWORDS))
 }
 
 /// A type by its name, or by a word of other programs and then with a line about that word.
 fn find_kind<'k>(kinds: &[&'k Kind], name: &str) -> Result<(&'k Kind, String), String> {
     let lacks = format!("{} has no type", kinds[0].directive);
-    let named = |name: &str| kinds.iter().copied().find(|kind| kind.name == name);
+    let named = |name: &str| kinds.iter().copied().find(|kind| kind.name.eq_ignore_ascii_case(name));
     if let Some(kind) = named(name) {
         return Ok((kind, String::new()));
     }
@@ -91,7 +110,7 @@ fn find_kind<'k>(kinds: &[&'k Kind], name: &str) -> Result<(&'k Kind, String), S
 /// A parameter by its name, or by a word of other programs and then with a line about that word.
 fn find_parameter(kind: &Kind, name: &str, mut remark: String) -> Result<Answer, String> {
     let parameters: Vec<Parameter> = kind.parameters().collect();
-    let named = |name: &str| parameters.iter().find(|parameter| parameter.name == name);
+    let named = |name: &str| parameters.iter().find(|it| it.name.eq_ignore_ascii_case(name));
     let lacks = format!("{} has no parameter", show::title(kind));
     if let Some(parameter) = named(name) {
         return Ok(show::parameter(parameter, remark));

@@ -97,7 +97,7 @@ fn summary(diagnostics: &[Diagnostic], quiet: bool) -> String {
 }
 
 /// A path as printable text.
-fn shown_path(path: &Path) -> String {
+pub fn shown_path(path: &Path) -> String {
     visible(&path.display().to_string())
 }
 

@@ -12,7 +12,7 @@ use std::collections::HashSet;
 /// A word from elsewhere, and what to write instead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Synonym {
-    /// The word as written in its table: lower case, without `_` and `-`, in American spelling.
+    /// The word as written in its table: lower case, without `_`, `-` and spaces, in American spelling.
     pub word: &'static str,
     /// The pbrt-v3 name that replaces it; empty if no name does.
     pub name: &'static str,
@@ -85,7 +85,10 @@ fn table(directive: &str) -> Option<&'static Table> {
 
 /// A word as the tables write it.
 fn plain(word: &str) -> String {
-    word.to_ascii_lowercase().replace(['_', '-'], "").replace("colour", "color").replace("centre", "center")
+    word.to_ascii_lowercase()
+        .replace(['_', '-', ' '], "")
+        .replace("colour", "color")
+        .replace("centre", "center")
 }
 
 fn found(plain: &str, words: &[&'static str], name: &'static str, advice: &'static str) -> Option<Synonym> {

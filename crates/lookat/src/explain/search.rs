@@ -18,6 +18,13 @@ pub(super) struct Use {
     advice: &'static str,
 }
 
+impl Use {
+    /// True for what Material says of MakeNamedMaterial: all but the types.
+    pub fn repeats_material(&self) -> bool {
+        self.directive == "MakeNamedMaterial" && (self.parameter.is_some() || self.meaning.is_empty())
+    }
+}
+
 /// The types and parameters with this name.
 pub(super) fn named(word: &str, kinds: &[&Kind]) -> Vec<Use> {
     found(kinds, |kind| named_of(word, kind))

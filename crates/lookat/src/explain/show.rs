@@ -33,7 +33,7 @@ pub(super) fn directives(forms: &[Form], kinds: &[&Kind]) -> Answer {
 }
 
 /// A directive without types as a scene writes it.
-fn written(form: &Form) -> String {
+pub(super) fn written(form: &Form) -> String {
     format!("{} {}", form.keyword, form.arguments).trim().to_owned()
 }
 

@@ -1,9 +1,9 @@
 //! What the picture shows, in words and as JSON.
 
 use lookat_render::{LightPlace, ShapeFacts};
-use lookat_scene::Sources;
 use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::Span;
+use lookat_scene::syntax::{FileId, Span};
+use lookat_scene::{Location, Sources};
 use serde_json::{Value, json};
 
 use crate::report;
@@ -85,10 +85,15 @@ fn light(sight: &Sight, sources: &Sources) -> Option<String> {
     (!parts.is_empty()).then(|| format!("straight on the surfaces in view: {}", parts.join(", ")))
 }
 
-/// The word of a directive, and its line.
+/// The word of a directive, its line, and its file if that is not the scene file.
 fn name(span: Option<Span>, sources: &Sources) -> String {
     let Some(span) = span else { return "a shape".into() };
-    format!("{} (line {})", report::word(span, sources), sources.location(span).line)
+    let Location { path, line, .. } = sources.location(span);
+    let file = match span.file {
+        FileId(0) => String::new(),
+        _ => format!("{}, ", report::shown_path(path)),
+    };
+    format!("{} ({file}line {line})", report::word(span, sources))
 }
 
 fn percent(share: f64) -> String {
@@ -102,21 +107,27 @@ fn percent(share: f64) -> String {
 
 pub fn json(sight: &Sight, sources: &Sources) -> Value {
     let facts = &sight.facts;
+    let line = |span: Option<Span>| span.map(|span| sources.location(span).line);
+    let file = |span: Option<Span>| span.map(|span| report::shown_path(sources.location(span).path));
     let light = |light: &lookat_render::LightFacts| {
         let kind = if matches!(light.place, LightPlace::Light(_)) { "LightSource" } else { "Shape" };
-        let line = sight.light_place(light).map(|span| sources.location(span).line);
-        json!({ "directive": kind, "line": line, "irradiance": light.irradiance, "reaches": light.reaches })
+        let at = sight.light_place(light);
+        json!({
+            "directive": kind, "file": file(at), "line": line(at),
+            "irradiance": light.irradiance, "reaches": light.reaches,
+        })
     };
     let shape = |shape: &ShapeFacts| {
-        let line = shape.span.map(|span| sources.location(span).line);
+        let at = shape.span;
         let blur = sight.focus.zip(shape.depths).map(|(focus, depths)| depths.map(|depth| focus.blur(depth)));
-        json!({ "line": line, "share": shape.share, "depths": shape.depths, "blur": blur })
+        json!({ "file": file(at), "line": line(at), "share": shape.share, "depths": shape.depths, "blur": blur })
     };
     let seen = facts.shapes.iter().filter(|shape| shape.share > 0.0);
+    let inside = facts.inside.and_then(|it| facts.shapes[it].span);
     json!({
         "eye": facts.eye.to_array(),
         "bounds": facts.bounds.map(|corners| corners.map(|corner| corner.to_array())),
-        "inside_line": facts.inside.and_then(|it| facts.shapes[it].span).map(|span| sources.location(span).line),
+        "inside_file": file(inside), "inside_line": line(inside),
         "shares": { "shapes": facts.shape_share, "lights": facts.emitter_share, "nothing": facts.sky_share },
         "median_depth": facts.median_depth(), "center_depth": facts.center_depth,
         "depths": [facts.depths.first(), facts.depths.last()],

@@ -18,7 +18,7 @@ pub(super) const CAMERA: Table = Table {
     ],
     parameters: &[
         (&["perspective", "orthographic", "environment"], &["aperture", "aperturediameter", "aperturesize", "aperturewidth", "lensdiameter"], "lensradius", APERTURE),
-        (&[], &["aperture", "apertureradius", "radius", "lens", "defocusradius"], "lensradius", ""),
+        (&[], &["aperture", "apertureradius", "radius", "lens", "defocusradius", "dof", "depthoffield", "bokeh", "blur", "defocus"], "lensradius", "focaldistance sets the distance that is sharp"),
         (&[], &["fstop", "fnumber", "aperturefstop"], "", "lensradius is the focal length divided by twice the f-stop, in the units of the scene"),
         (&[], &["focus", "focusdistance", "focaldist", "focallengthdistance", "focalplane", "distance"], "focaldistance", ""),
         (&[], &["focallength", "lenslength"], "", "\"float fov\" is the angle of the shorter side in degrees: 2 atan(s / 2f), with the shorter side s of the film and the focal length f"),
