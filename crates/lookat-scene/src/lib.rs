@@ -59,6 +59,7 @@ mod mesh;
 mod mesh_file;
 mod names;
 mod options;
+mod other_format;
 mod params;
 mod picture;
 mod places;

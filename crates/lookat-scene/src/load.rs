@@ -15,10 +15,11 @@ use lookat_syntax::{
 use crate::advice::{Evidence, advise};
 use crate::cache::{LoadCache, Reuse, Stamped};
 use crate::facts::Block;
-use crate::files::{Access, Files, Open, Read, other_format};
+use crate::files::{Access, Files, Open, Read};
 use crate::film::DEFAULT_OUTPUT;
 use crate::load_options::LoadOptions;
 use crate::loaded::Loaded;
+use crate::other_format::other_format;
 use crate::resolve::{Resolver, home_block};
 use crate::symbols::SymbolKind;
 use crate::{Places, Scene};

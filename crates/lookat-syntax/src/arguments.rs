@@ -1,8 +1,7 @@
 //! The arguments of each directive.
 
 use crate::advice::{advice, quoted_after};
-use crate::commas::Commas;
-use crate::grammar::Reader;
+use crate::grammar::{Commas, Reader};
 use crate::param::Values;
 use crate::token::{Fault, Input, Parsing, blank, found, number, quoted, shown, word};
 use crate::words::{ends_list, is_declaration, is_keyword, unclosed};

@@ -5,16 +5,6 @@ use crate::grammar::Reader;
 use crate::param::Values;
 use crate::token::{Input, Parsing, is_delimiter, separator, shown, with_point};
 
-/// The commas of one list.
-#[derive(Default)]
-pub(crate) struct Commas<'a> {
-    pub first: Option<Input<'a>>,
-    /// The first word that may be one number with a decimal comma, such as `-1,25`.
-    decimal: Option<Input<'a>>,
-    /// True if a comma can only separate values, as in `1, 2` and `1,2,3`.
-    separates: bool,
-}
-
 impl<'a> Reader<'a> {
     /// Skips white space and commas between values.
     pub(crate) fn separator(&mut self, input: Input<'a>) -> Parsing<'a, ()> {

@@ -2,7 +2,6 @@
 //! every mistake.
 
 use crate::advice::{V4_DIRECTIVES, advice, surplus};
-use crate::commas::Commas;
 use crate::synonyms::{is_gone, synonym};
 use crate::token::{Fault, Input, Parsing, blank, found, number, shown, word};
 use crate::words::is_keyword;
@@ -166,6 +165,16 @@ pub fn read_list(ty: ParamType, text: &[u8]) -> Values {
 
 /// After this many unknown directives, the parser looks for known directives only: the file is probably not a scene.
 pub(crate) const MAX_UNKNOWN: usize = 20;
+
+/// The commas of one list.
+#[derive(Default)]
+pub(crate) struct Commas<'a> {
+    pub first: Option<Input<'a>>,
+    /// The first word that may be one number with a decimal comma, such as `-1,25`.
+    pub decimal: Option<Input<'a>>,
+    /// True if a comma can only separate values, as in `1, 2` and `1,2,3`.
+    pub separates: bool,
+}
 
 pub(crate) struct Reader<'a> {
     /// Unknown directives so far.

@@ -1,7 +1,6 @@
 //! The grammar of parameters and their values.
 
-use crate::commas::Commas;
-use crate::grammar::Reader;
+use crate::grammar::{Commas, Reader};
 use crate::lists;
 use crate::param::{Param, ParamType, Values};
 use crate::quotes::unopened;

@@ -7,6 +7,7 @@ mod frames;
 mod layers;
 mod progress;
 mod summary;
+mod written;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,18 +17,17 @@ use std::time::Instant;
 
 use lookat_image::{Charge, Format, MemoryBudget, byte_words};
 use lookat_render::{
-    Layers, Prepared, Progress, Rendered, Settings, Statistics, Stop, TargetError, film_bytes,
-    preparation_bytes,
+    Layers, Prepared, Progress, Settings, Statistics, Stop, TargetError, film_bytes, preparation_bytes,
 };
 use lookat_scene::syntax::Diagnostic;
-use lookat_scene::{Camera, FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
+use lookat_scene::{FilmOverride, LoadOptions, Loaded, MAX_PIXELS, SamplerKind, Scene};
 
 use crate::args::{Render, crop_edges, way_out};
-use crate::finished::{NewPicture, check_unfinished, free_file, marked};
+use crate::finished::{NewPicture, check_unfinished, marked};
 use crate::interrupt;
-use crate::light::{JsonLight, map_tones, note_linear};
+use crate::light::note_linear;
 use crate::live::Live;
-use crate::output::{Destination, check_inputs, check_output};
+use crate::output::{check_inputs, check_output};
 use crate::report;
 use crate::sight;
 use crate::source::{load_scene, load_watched, replace_samples};
@@ -40,12 +40,10 @@ use progress::Shown;
 pub use progress::progress_bar;
 pub use summary::Metadata;
 use summary::{JsonPicture, JsonResult, JsonTarget, explain_black, summarize};
+use written::{Kept, Output, PARTIAL};
 
 /// True once there are samples to write.
 static HAS_SAMPLES: AtomicBool = AtomicBool::new(false);
-
-/// The mark of a picture that is not complete, in its name.
-const PARTIAL: &str = "partial";
 
 /// The default confidence of the target error.
 const CONFIDENCE: f64 = 0.95;
@@ -376,65 +374,6 @@ fn picture(
     }
     live.wait();
     Ok(Some((picture, destination.result())))
-}
-
-/// Where a picture goes, and what its metadata and the rules about finished pictures need.
-struct Output<'a> {
-    arguments: &'a Render,
-    loaded: &'a Loaded,
-    camera: &'a Camera,
-    settings: &'a Settings,
-    new: NewPicture,
-    file: PathBuf,
-}
-
-/// A written picture.
-struct Kept {
-    file: PathBuf,
-    destination: Destination,
-    /// Why the picture is in another file than its own.
-    kept: Option<String>,
-    light: Option<JsonLight>,
-    samples_per_pixel: f64,
-}
-
-impl Output<'_> {
-    /// Writes a picture, a partial one beside the file of the whole.
-    fn write(&self, rendered: &mut Rendered, numbered: Numbered) -> Result<Kept, String> {
-        let Output { arguments, loaded, camera, settings, new, .. } = *self;
-        let samples_per_pixel =
-            rendered.statistics.samples as f64 / (new.size[0] as f64 * new.size[1] as f64);
-        let scene_file = &loaded.sources.files[0].path;
-        let metadata = Metadata::new(scene_file, camera, arguments.seed, samples_per_pixel);
-        let metadata = metadata.with_settings(settings, rendered.complete).with_numbers(numbered);
-        rendered.image.metadata = metadata.as_json();
-        let light = map_tones(&mut rendered.image, &self.file, arguments.tone);
-        let is_partial = !rendered.complete;
-        let file = if is_partial { marked(&self.file, PARTIAL) } else { self.file.clone() };
-        let new = NewPicture { samples_per_pixel: Some(samples_per_pixel), is_partial, ..new };
-        let (file, kept) = match arguments.force {
-            true => (file, None),
-            false => free_file(file, new, &loaded.inputs),
-        };
-        let mut destination = Destination::new(file.parent().unwrap_or(Path::new("")));
-        let name = file.file_name().unwrap_or_default();
-        let file = destination.write(name, |path| rendered.image.write(path))?;
-        Ok(Kept { file, destination, kept, light, samples_per_pixel })
-    }
-
-    /// Writes the picture of a rendering that goes on.
-    fn write_so_far(&self, progress: &Progress) {
-        let mut rendered = progress.rendered(self.settings.stop.has_error_layers());
-        let written = self.write(&mut rendered, Numbered::default());
-        match written.and_then(|kept| kept.destination.result().map(|()| kept)) {
-            Ok(Kept { file, samples_per_pixel, .. }) if !self.arguments.quiet => crate::say(&format!(
-                "{}: the picture so far, {samples_per_pixel:.1} samples per pixel on average",
-                file.display()
-            )),
-            Ok(_) => {}
-            Err(message) => crate::say(&format!("warning: {message}")),
-        }
-    }
 }
 
 /// Charges the memory to render the scene. Fails if there is not enough.
