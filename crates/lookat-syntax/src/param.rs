@@ -146,7 +146,7 @@ pub struct Param {
     pub name: Text,
     /// The values. Their span includes any brackets.
     pub values: Spanned<Values>,
-    /// False for a list that [`parse_again`](crate::parse_again) was told to leave out: it is empty.
+    /// False for a list that [`Parser`](crate::Parser) was told to leave out: it is empty.
     pub is_read: bool,
 }
 
