@@ -92,7 +92,10 @@ impl<'s> List<'s> {
             let own: f64x8<S> = (number as f64).simd_into(simd);
             let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, active);
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
-            let nearer = element.meet_solid(self.scene, nearer, sides.as_ref(), false);
+            let nearer = match element.is_cut_out {
+                true => element.meet_solid(self.scene, rays, nearer, false),
+                false => nearer,
+            };
             hits.t = nearer.select(t, hits.t);
             hits.element = nearer.select(own, hits.element);
             for (side, known) in sides.into_iter().flatten().zip(&mut hits.sides) {
@@ -125,9 +128,11 @@ impl<'s> List<'s> {
             let own: f64x8<S> = (number as f64).simd_into(simd);
             // Only what emits is ever a target.
             let others = if element.emits { free & !rays.target.simd_eq(element.label) } else { free };
-            let (met, t, sides) = element.meet(own, rays, &sheared, rays.t_max, others);
+            let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, others);
             let mut is_blocked = met & t.simd_le(rays.t_max);
-            is_blocked = element.meet_solid(self.scene, is_blocked, sides.as_ref(), is_shadow);
+            if element.is_cut_out {
+                is_blocked = element.meet_solid(self.scene, rays, is_blocked, is_shadow);
+            }
             let may_be_end = is_blocked & rays.target.simd_eq(POINT_LIGHT) & t.simd_gt(rays.t_max * NEAR_END);
             if may_be_end.any_true() {
                 is_blocked &= !element.ends(own, rays, may_be_end);
@@ -145,21 +150,19 @@ impl<'s> Element<'s> {
         Element { id, place, label, emits, is_cut_out, shape }
     }
 
-    /// Those of some rays that meet it where it has no hole.
-    #[inline(always)]
+    /// Those of some rays that meet it where it has no hole. Out of line: other elements are not to pay for it.
+    #[cold]
+    #[inline(never)]
     fn meet_solid<S: Simd>(
         &self,
         scene: &Traceable,
+        rays: &Rays<S>,
         met: mask64x8<S>,
-        sides: Option<&[f64x8<S>; 3]>,
         is_shadow: bool,
     ) -> mask64x8<S> {
-        match (&self.shape, sides) {
-            (Shape::Triangle(boxed), Some(sides)) if self.is_cut_out => {
-                scene.meet_solid(met.token(), (boxed.triangle, sides), met, is_shadow)
-            }
-            _ => met,
-        }
+        let (simd, Shape::Triangle(boxed)) = (met.token(), &self.shape) else { return met };
+        let (_, _, sides) = ShearedRays::new(rays.o, rays.d, met).intersect(simd, boxed, met);
+        scene.meet_solid(simd, (boxed.triangle, &sides), met, is_shadow)
     }
 
     /// Which of some shadow rays to point lights, that meet it, do so nowhere but at their ends. `own` is its number.
