@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f64x8, mask64x8, prelude::*};
 use super::rays::{Hits, NONE, POINT_LIGHT, Rays};
 use crate::curved::Curved;
 use crate::curved::sphere::meetings::Meetings;
-use crate::number::{Vec3x8, bits, those};
+use crate::number::{Vec3x8, bits, those, vectorized};
 use crate::ray::{ElementId, Hit, NEAR_END, Ray};
 use crate::traceable::{Other, Traceable};
 use crate::triangle::sheared::{BoxedTriangle, ShearedRays};
@@ -92,7 +92,7 @@ impl<'s> List<'s> {
             let own: f64x8<S> = (number as f64).simd_into(simd);
             let (met, t, sides) = element.meet(own, rays, &sheared, hits.t, active);
             let nearer = met & (t.simd_lt(hits.t) | (t.simd_eq(hits.t) & hits.element.simd_eq(none)));
-            let nearer = match element.is_cut_out {
+            let nearer = match element.is_cut_out && nearer.any_true() {
                 true => element.meet_solid(self.scene, rays, nearer, false),
                 false => nearer,
             };
@@ -130,7 +130,7 @@ impl<'s> List<'s> {
             let others = if element.emits { free & !rays.target.simd_eq(element.label) } else { free };
             let (met, t, _) = element.meet(own, rays, &sheared, rays.t_max, others);
             let mut is_blocked = met & t.simd_le(rays.t_max);
-            if element.is_cut_out {
+            if element.is_cut_out && is_blocked.any_true() {
                 is_blocked = element.meet_solid(self.scene, rays, is_blocked, is_shadow);
             }
             let may_be_end = is_blocked & rays.target.simd_eq(POINT_LIGHT) & t.simd_gt(rays.t_max * NEAR_END);
@@ -161,8 +161,10 @@ impl<'s> Element<'s> {
         is_shadow: bool,
     ) -> mask64x8<S> {
         let (simd, Shape::Triangle(boxed)) = (met.token(), &self.shape) else { return met };
-        let (_, _, sides) = ShearedRays::new(rays.o, rays.d, met).intersect(simd, boxed, met);
-        scene.meet_solid(simd, (boxed.triangle, &sides), met, is_shadow)
+        vectorized!(simd, {
+            let (_, _, sides) = ShearedRays::new(rays.o, rays.d, met).intersect(simd, boxed, met);
+            scene.meet_solid(simd, (boxed.triangle, &sides), met, is_shadow)
+        })
     }
 
     /// Which of some shadow rays to point lights, that meet it, do so nowhere but at their ends. `own` is its number.
