@@ -121,7 +121,9 @@ fn remove_abandoned(folder: &Path, prefix: &str) {
             continue;
         }
         let path = entry.path();
-        if crate::open_file(&path).is_ok_and(|file| file.try_lock().is_ok()) {
+        let Ok(file) = crate::open_file(&path) else { continue };
+        // The lock is held until the file is gone: a process that is about to use the file sees it.
+        if file.try_lock().is_ok() {
             let _ = std::fs::remove_file(&path);
         }
     }

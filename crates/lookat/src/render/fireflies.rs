@@ -44,6 +44,10 @@ pub fn remark(
     // Far below the sample, and above all that other pixels show.
     let others = luminances.iter().filter(|luminance| luminance.is_finite() && **luminance != spot.luminance);
     let usual = others.copied().fold(10.0 * spot.around, f32::max);
+    // No limit can be told from black pixels.
+    if usual <= 0.0 {
+        return None;
+    }
     let [x, y] = spot.place;
     let others = match spots.len() - 1 {
         0 => String::new(),
