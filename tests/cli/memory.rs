@@ -161,7 +161,7 @@ property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_he
             format!("Shape \"loopsubdiv\" \"integer nlevels\" 12 {triangle}"),
             "12 levels make 16777216 triangles from 1: 1.3 GB",
         ),
-        ("nurbs", format!("Shape \"nurbs\" {square}").repeat(4000), "the nurbs is too large: "),
+        ("nurbs", format!("Shape \"nurbs\" {square}").repeat(4000), "the scene is too large: "),
         (
             "heights",
             format!("Shape \"heightfield\" \"integer nu\" 2000 \"integer nv\" 2000 \"float Pz\" [{heights}]"),
