@@ -362,7 +362,7 @@ fn picture(
         summarize(&picture, &rendered);
         light.inspect(|light| light.print(&file, rendered.complete && least > 0 && !black));
         if let Some(fireflies) = fireflies {
-            crate::say(&fireflies);
+            fireflies.lines().for_each(crate::say);
         }
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);

@@ -61,7 +61,7 @@ pub fn remark(
     );
     let limit = limit(f64::from(usual) / film.scale);
     let advice = format!(
-        "to limit fireflies, write \"float maxsampleluminance\" {limit} in Film; the picture becomes a little darker"
+        "to limit fireflies, write \"float maxsampleluminance\" {limit} in Film; the picture loses the light above it"
     );
     Some(format!("{found}\nits path: {}\n{advice}", path(&sample, sources)))
 }
