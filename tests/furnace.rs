@@ -290,7 +290,7 @@ fn breaking_off_leaves_a_whole_picture() {
     assert!(rendered.image.rgb().unwrap().iter().all(|pixel| pixel[0] > 0.3));
 }
 
-/// The triangles of a lamp lie in one plane, whatever rounding makes of it: they do not light each other's backs.
+/// The triangles of a flat lamp do not light each other's backs, even though rounding tilts them.
 #[test]
 fn the_back_of_a_lamp_is_black() {
     for (integrator, turn) in [("path", 0), ("directlighting", 0), ("path", 37), ("directlighting", 143)] {

@@ -164,7 +164,7 @@ fn a_camera_in_two_places_or_a_protected_file_is_not_changed() {
     assert_eq!((camera_text(&viewer), viewer.text()), (CAMERA.to_owned(), SCENE.to_owned()));
 }
 
-/// A page writes what it was shown, whatever other pages ask for.
+/// A page can write what it was shown, even after the write of another page was refused.
 #[test]
 fn pages_do_not_take_what_others_were_shown() {
     let (viewer, mut page) = start();

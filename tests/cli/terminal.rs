@@ -145,7 +145,7 @@ fn a_picture_is_drawn_in_half_blocks() {
     let drawn = "\u{1b}[38;2;255;0;0;48;2;0;0;255m▀\u{1b}[38;2;0;255;0;48;2;255;255;188m▀\u{1b}[0m\r\n";
     let (_, after) = text.split_once(drawn).unwrap_or_else(|| panic!("{text:?}"));
     assert!(after.contains("colors.exr: 2 x 2 pixels"), "{text:?}");
-    // Exposure and tone curve are those of an 8-bit file.
+    // The drawing has the exposure and the tone curve of an 8-bit file.
     let tone = ["--exposure", "1", "--tone", "aces"];
     let text = on_terminal(
         &folder,

@@ -99,4 +99,4 @@ pub use picture_file::PictureFile;
 #[cfg(feature = "compare")]
 pub use ssim::ssim;
 #[cfg(feature = "write")]
-pub use tone::{ToneCurve, ToneMapping};
+pub use tone::{ToneCurve, ToneMapping, luminance};

@@ -81,7 +81,7 @@ impl ToneMapping {
 }
 
 /// The luminance of linear sRGB, with the weights of pbrt.
-pub(crate) fn luminance([r, g, b]: [f32; 3]) -> f32 {
+pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
     0.212_671 * r + 0.715_16 * g + 0.072_169 * b
 }
 

@@ -115,7 +115,7 @@ fn light_that_samples_rarely_meet_is_no_difference() {
     assert_eq!(agrees(&render(&sun(1024, "[.5 .5 .5]"), 0), &reference), Some(true));
 }
 
-/// The measurement of docs/comparing.md: 200 pairs of seeds for each scene that has a reference.
+/// Measures false alarms with 200 pairs of seeds for each scene that has a reference. docs/comparing.md has the result of fewer pairs.
 #[test]
 #[ignore = "takes half an hour"]
 fn false_alarms_over_the_reference_scenes() {

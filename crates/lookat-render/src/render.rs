@@ -75,7 +75,7 @@ impl Progress<'_> {
         self.film.develop(true)
     }
 
-    /// What [`render`] gives if it is ended now, without layers but those of errors, if `with_errors` asks for them.
+    /// The result of [`render`] if it ended now. `with_errors` adds the error layers; there are no other layers.
     pub fn rendered(&self, with_errors: bool) -> Rendered {
         let (image, statistics) = (self.film.develop(with_errors), self.film.count(self.statistics));
         Rendered { image, statistics, preparation: Duration::ZERO, complete: false }
@@ -373,7 +373,7 @@ mod tests {
         );
     }
 
-    /// The callback is called without a lock of the film, whatever is rendered.
+    /// No lock of the film is held during the callback, for every way to stop and every kind of layer.
     #[test]
     fn snapshots_are_taken_in_each_callback() {
         let target = TargetError { relative: 0.1, confidence: 0.9 };

@@ -36,7 +36,8 @@ pub(crate) struct Evidence<'e> {
     /// The options. `None` without `WorldBegin`.
     pub settled: Option<&'e Settled>,
     pub built: &'e Built,
-    /// The shapes that pictures may show, each of an object once: not those of unused objects, and no mesh without area.
+    /// The shapes that a picture can show: no shapes of unused objects, and no meshes without area. Shapes of an object count once,
+    /// however many instances it has.
     pub drawn: Vec<&'e Primitive>,
     pub sources: &'e Sources,
     /// The end of the scene file.

@@ -176,7 +176,7 @@ pub(crate) struct Built {
 }
 
 impl Built {
-    /// The shapes that pictures may show, each of an object once.
+    /// The shapes that a picture can show. Shapes of an object count once, however many instances it has.
     pub fn drawn(&self) -> Vec<&Primitive> {
         self.world.shapes().filter(|primitive| !primitive.shape.is_invisible()).collect()
     }

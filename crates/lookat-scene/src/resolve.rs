@@ -70,12 +70,7 @@ impl<'a> Resolver<'a> {
         let Statement { keyword: at, span, directive, faulty } = statement;
         match directive {
             // Some of the numbers are unreadable.
-            Directive::Translate(_)
-            | Directive::Scale(_)
-            | Directive::Rotate(_)
-            | Directive::Transform(_)
-            | Directive::ConcatTransform(_)
-                if faulty => {}
+            directive if faulty && directive.is_transformation() => {}
             Directive::Identity => self.replace(Transform::IDENTITY, at)?,
             Directive::Translate(by) => self.concat(Transform::translate(by.into()), at)?,
             Directive::Scale(by) => self.concat(scale(by, &span)?, at)?,

@@ -177,6 +177,18 @@ impl EntityKind {
 }
 
 impl Directive {
+    /// True for the directives that change the CTM by numbers, except LookAt.
+    pub fn is_transformation(&self) -> bool {
+        matches!(
+            self,
+            Directive::Translate(_)
+                | Directive::Scale(_)
+                | Directive::Rotate(_)
+                | Directive::Transform(_)
+                | Directive::ConcatTransform(_)
+        )
+    }
+
     /// The keyword of the directive.
     pub fn keyword(&self) -> &'static str {
         match self {

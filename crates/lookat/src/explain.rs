@@ -70,7 +70,7 @@ fn any(words: &[&str; 3]) -> Result<Answer, String> {
             kinds.iter().copied().filter(|kind| kind.name.eq_ignore_ascii_case(word)).collect();
         found = uses(second, &named);
     }
-    // The parameters of MakeNamedMaterial, and the advice about it, are those of Material.
+    // MakeNamedMaterial has the same parameters and the same advice as Material.
     found.retain(|it| !it.repeats_material());
     let advice = directive_advice(phrase).filter(|_| search::named(phrase, &kinds).is_empty());
     let ty = ParamType::SPELLINGS.iter().find(|(name, _)| name.eq_ignore_ascii_case(phrase));

@@ -80,7 +80,7 @@ pub fn watch() {
         ASKED.store(true, Ordering::Relaxed);
         if !is_worth_while() {
             crate::say("interrupted; nothing was written");
-            crate::flush();
+            crate::standard_error::wait();
             exit(STATUS.into());
         }
         notice.into_iter().for_each(crate::say);

@@ -73,7 +73,7 @@ fn recorded(metadata: Option<String>, mapping: ToneMapping) -> Option<String> {
 }
 
 impl JsonLight {
-    /// Whether a picture is black, but for rounding: nothing is brighter than `residue`.
+    /// True if the picture is black: nothing is brighter than `residue`, which is the largest luminance that rounding makes.
     pub fn is_black(&self, residue: f64) -> bool {
         self.black == 1.0 || self.not_finite_pixels == 0 && f64::from(self.largest) <= residue
     }

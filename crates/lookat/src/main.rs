@@ -7,6 +7,7 @@ mod check;
 mod command_line;
 mod compare;
 mod convert;
+mod directive_text;
 mod explain;
 mod finished;
 mod inspect;
@@ -30,11 +31,13 @@ mod visible;
 mod writer;
 
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::ops::ControlFlow;
 use std::process::ExitCode;
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::mpsc;
 
 use clap::Parser as _;
 use visible::{escaped, visible, visible_lines};
+use writer::{Writer, write_parts};
 
 /// The exit status for wrong usage, and for errors outside scene files.
 const TROUBLE: u8 = 2;
@@ -64,13 +67,8 @@ fn main() -> ExitCode {
         args::Command::Explain(arguments) => explain::explain(&arguments),
         args::Command::Bench(arguments) => bench::bench(&arguments),
     };
-    flush();
-    status
-}
-
-/// Waits for messages that are not yet written, see [`standard_error::wait`].
-fn flush() {
     standard_error::wait();
+    status
 }
 
 /// The bytes of addresses that a limit leaves at least for what a command does. Above 32 MB, because glibc keeps as much memory as the
@@ -109,24 +107,23 @@ fn print_json(value: &impl serde::Serialize) -> Result<(), String> {
 fn print(text: &str) -> Result<(), String> {
     let text = visible_lines(text);
     if !standard_error::is_detached() {
-        return write_out(&text);
+        return write_out(&text, &|| ());
     }
     standard_error::wait();
     let (tell, told) = mpsc::channel();
-    std::thread::spawn(move || tell.send(write_out(&text)));
-    loop {
-        let is_impatient = || std::io::stdout().is_terminal() || interrupt::flow().is_break();
-        match told.recv_timeout(writer::PATIENCE) {
-            Ok(written) => return written,
-            Err(RecvTimeoutError::Timeout) if !is_impatient() => {}
-            Err(_) => return Err(UNWRITTEN.into()),
-        }
-    }
+    let writer = Writer::new(move |text: String, progress| {
+        let _ = tell.send(write_out(&text, progress));
+        ControlFlow::Break(())
+    });
+    let Ok(writer) = writer else { return write_out(&text, &|| ()) };
+    writer.put(|queue| queue.push_back(text));
+    writer.wait(|| std::io::stdout().is_terminal() || interrupt::flow().is_break());
+    told.try_recv().unwrap_or_else(|_| Err(UNWRITTEN.into()))
 }
 
-fn write_out(text: &str) -> Result<(), String> {
+fn write_out(text: &str, progress: &dyn Fn()) -> Result<(), String> {
     let mut out = std::io::stdout();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    match write_parts(&mut out, text.as_bytes(), progress).and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => lookat_image::exit(TROUBLE.into()),
         written => written.map_err(|_| UNWRITTEN.into()),
     }

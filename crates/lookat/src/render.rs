@@ -319,14 +319,9 @@ fn picture(
         return Ok(None);
     }
     live.finish(&rendered.image);
-    let is_quiet = arguments.quiet || arguments.report.json;
-    let fireflies = match rendered.complete && !is_quiet {
-        true => fireflies::remark(
-            &rendered.image,
-            (&scene, prepared),
-            (&settings, rendered.statistics.least),
-            &loaded.sources,
-        ),
+    let is_told = !arguments.quiet && !arguments.report.json;
+    let luminances = match rendered.complete && is_told {
+        true => fireflies::luminances(&rendered.image, &scene.view.film, rendered.statistics.least),
         false => None,
     };
     let seconds = started.elapsed().saturating_sub(rendered.preparation).as_secs_f64();
@@ -358,12 +353,13 @@ fn picture(
     if arguments.quiet && !picture.complete {
         crate::say(&format!("interrupted; the partial picture is in {}", picture.file));
     }
-    if !arguments.quiet && !arguments.report.json {
+    if is_told {
         summarize(&picture, &rendered);
         light.inspect(|light| light.print(&file, rendered.complete && least > 0 && !black));
-        if let Some(fireflies) = fireflies {
-            fireflies.lines().for_each(crate::say);
-        }
+        let found = luminances.and_then(|luminances| {
+            fireflies::remark(&luminances, (&scene, prepared), &settings, &loaded.sources)
+        });
+        found.iter().flat_map(|found| found.lines()).for_each(crate::say);
         if arguments.adaptive && rendered.complete && least == most {
             crate::say(ALIKE);
         }

@@ -9,10 +9,11 @@ mod window;
 
 use lookat_render::{Focus, LightFacts, LightPlace, Prepared, ShapeFacts, ViewFacts, preparation_bytes};
 use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::{Diagnostic, FileId, Span, statement_at};
+use lookat_scene::syntax::{Diagnostic, FileId, ParamType, Span, statement_at};
 use lookat_scene::{CameraPlacement, Loaded, Places, Projection, Scene, Sources, View};
 
 use crate::args::way_out;
+use crate::directive_text::DirectiveText;
 
 /// A scene and what it shows.
 pub struct Sight<'l> {
@@ -168,6 +169,21 @@ impl Sight<'_> {
         let text = &self.sources.files.get(place.file.0 as usize)?.text;
         let start = statement_at(text, place)?.keyword.start;
         Some(Span { start, end: start, ..place })
+    }
+
+    /// Proposes other values for a parameter of the directive at a place, as words of the text.
+    fn propose(
+        &self,
+        warning: Diagnostic,
+        place: Span,
+        (ty, name): (ParamType, &str),
+        words: &[String],
+    ) -> Diagnostic {
+        let edits = DirectiveText::at(self.sources, place).map(|text| text.set(ty, name, words));
+        match edits.and_then(|edits| edits.into_iter().next()) {
+            Some(edit) => warning.fix(edit.span, edit.replacement),
+            None => warning,
+        }
     }
 
     /// The place of the directive of a light.

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::interrupt;
 use crate::live::drawing::Drawing;
-use crate::writer::Writer;
+use crate::writer::{Writer, write_parts};
 
 /// Set by [`detach`].
 static WRITER: OnceLock<Writer<Item>> = OnceLock::new();
@@ -114,17 +114,12 @@ fn write_items() -> impl FnMut(Item, &dyn Fn()) -> ControlFlow<()> + Send {
     let (mut shown, mut drawn) = (None::<ProgressBar>, None::<(u32, u32)>);
     move |item, progress| {
         let above_bar = |out: &mut dyn Write, bytes: &[u8]| {
-            let mut write = || {
-                for part in bytes.chunks(1 << 12) {
-                    // Ignore a closed standard error.
-                    let _ = out.write_all(part);
-                    progress();
-                }
-            };
-            match &shown {
+            let mut write = || write_parts(out, bytes, progress);
+            // Ignore a closed standard error.
+            let _ = match &shown {
                 Some(bar) => bar.suspend(write),
                 None => write(),
-            }
+            };
         };
         match item {
             Item::Text(text) => {

@@ -2,7 +2,6 @@
 
 mod camera;
 mod describe;
-pub mod directive_text;
 mod edit;
 mod editor;
 mod engine;

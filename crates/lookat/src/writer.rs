@@ -1,7 +1,7 @@
 //! Output from a thread of its own: a terminal or a viewer that does not read blocks neither the rendering nor signals.
 
 use std::collections::VecDeque;
-use std::io;
+use std::io::{self, Write};
 use std::ops::ControlFlow;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::Builder;
@@ -10,7 +10,20 @@ use std::time::{Duration, Instant};
 use crate::lock::lock;
 
 /// The longest wait for a reader that takes nothing.
-pub const PATIENCE: Duration = Duration::from_secs(2);
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// Writes bytes in parts, and calls `progress` after each part.
+///
+/// # Errors
+///
+/// As [`Write::write_all`].
+pub fn write_parts(out: &mut dyn Write, bytes: &[u8], progress: &dyn Fn()) -> io::Result<()> {
+    bytes.chunks(1 << 12).try_for_each(|part| {
+        out.write_all(part)?;
+        progress();
+        Ok(())
+    })
+}
 
 /// A queue, and the thread that writes what is in it.
 pub struct Writer<T>(Arc<Shared<T>>);
@@ -25,7 +38,7 @@ struct State<T> {
     is_writing: bool,
     /// True once the reader is gone.
     is_lost: bool,
-    /// When the reader last took something, or the thread began to write.
+    /// When the reader last took something, or was given something while it waited.
     progress: Instant,
 }
 
@@ -55,7 +68,12 @@ impl<T: Send + 'static> Writer<T> {
 
     /// Changes the queue: adds to it, and removes what is out of date.
     pub fn put(&self, change: impl FnOnce(&mut VecDeque<T>)) {
-        self.0.set(|state| change(&mut state.queue));
+        self.0.set(|state| {
+            if state.is_idle() {
+                state.progress = Instant::now();
+            }
+            change(&mut state.queue);
+        });
     }
 
     /// True if everything is written.

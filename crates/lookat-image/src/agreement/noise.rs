@@ -141,9 +141,9 @@ impl Noise {
     }
 }
 
-/// The errors of the expected picture where it does not give them: those of the actual one, times what all differences
-/// together ask for, or what the differences of a tile scatter beyond those, as other renderers have noise where this one has
-/// none. [`Noise::difference`] adds that of a rare event which one of the pictures has met in this pixel and the other has not.
+/// Estimates the standard errors of an expected picture without error layers. They are the actual picture's errors, scaled so that
+/// they explain all differences together. A tile whose differences scatter more gets larger errors, because other renderers have noise
+/// where this one has none. [`Noise::difference`] adds the error of a rare event that only one of the pictures has met in a pixel.
 fn guessed(pair: &Aligned, actual: &[PixelError]) -> Vec<PixelError> {
     let factor = noisier(pair, actual) as f32;
     let mut errors = actual.to_vec();

@@ -109,8 +109,8 @@ fn make(path: &Path, name: TemporaryName) -> io::Result<File> {
     Ok(file)
 }
 
-/// Removes the temporary files whose process is gone: nobody holds their locks. Leaves those of other computers alone, because not
-/// every network drive tells of their locks.
+/// Removes the temporary files that no process holds a lock on: their process is gone. Files of other computers stay, because not every
+/// network drive shows their locks.
 fn remove_abandoned(folder: &Path, prefix: &str) {
     if !cfg!(unix) {
         return;

@@ -44,12 +44,13 @@ pub enum PathEnd {
 
 impl Prepared {
     /// The brightest sample of a pixel of the full picture, as [`Prepared::render`] takes them from a camera that is near. `None` for a
-    /// black pixel, and for settings that do not give every pixel the same samples.
+    /// black pixel, for settings that do not give every pixel the same samples, and if `flow` breaks.
     pub fn brightest_sample(
         &self,
         view: &View,
         settings: &Settings,
         pixel: [u32; 2],
+        flow: fn() -> ControlFlow<()>,
     ) -> Option<BrightestSample> {
         let Settings { seed, stop, .. } = *settings;
         let Stop::Samples { error_layers } = stop else { return None };
@@ -58,7 +59,7 @@ impl Prepared {
         view.film.crop = PixelBounds { x0: x, y0: y, x1: x + 1, y1: y + 1 };
         let (view, filter) = (&view, FilterSampler::new(&view.filter));
         let film = Film::new(&view.film, &filter, Errors::None);
-        let progress = &|_: Progress| ControlFlow::Continue(());
+        let progress = &|_: Progress| flow();
         let control = Control::new(progress, &film);
         let context = Context::new(self, view, stop.nominal_samples(view), (&filter, &film, &control));
         let mut worker = Worker::new(&context);
@@ -66,7 +67,7 @@ impl Prepared {
         for pass in all(stop.sampler(view), seed, error_layers) {
             for first in pass.samples.clone().step_by(WAVE) {
                 let indices = first..pass.samples.end.min(first + WAVE as u32);
-                context.radiance(&mut worker, (pass.pattern, pixel), indices.clone());
+                context.radiance(&mut worker, (pass.pattern, pixel), indices.clone())?;
                 for (at, index) in indices.enumerate() {
                     let own = luminance(worker.wave.radiance[at]);
                     if !own.is_finite() {
@@ -81,7 +82,7 @@ impl Prepared {
         }
         let (pattern, index) = brightest.1?;
         worker.tracer.profiler = Some(Box::new(Profiler::new()));
-        context.radiance(&mut worker, (pattern, pixel), index..index + 1);
+        context.radiance(&mut worker, (pattern, pixel), index..index + 1)?;
         let profiler = worker.tracer.profiler.take()?;
         let path = segments(&profiler, &self.traceable, &self.lights);
         let (surfaces, end) = self.followed(&path);
@@ -112,9 +113,14 @@ impl Prepared {
 }
 
 impl Context<'_> {
-    /// Takes samples of a pattern, at most a wave, and leaves their radiance in the wave.
-    fn radiance(&self, worker: &mut Worker, (pattern, pixel): (Pattern, [u32; 2]), indices: Range<u32>) {
+    /// Takes samples of a pattern, at most a wave, and leaves their radiance in the wave. `None` if the rendering stops meanwhile.
+    fn radiance(
+        &self,
+        worker: &mut Worker,
+        (pattern, pixel): (Pattern, [u32; 2]),
+        indices: Range<u32>,
+    ) -> Option<()> {
         let places: ArrayVec<_, WAVE> = indices.clone().map(|index| (0, index)).collect();
-        self.sample_places(worker, &mut [Job::new(pattern, pixel, indices)], &places);
+        self.sample_places(worker, &mut [Job::new(pattern, pixel, indices)], &places).then_some(())
     }
 }

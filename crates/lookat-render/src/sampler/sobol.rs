@@ -1,7 +1,7 @@
 //! Owen-scrambled Sobol' points.
 //!
-//! The first 23 bits of the numbers are those of `sobol_burley` (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4), 2020; direction
-//! numbers of Joe and Kuo).
+//! The first 23 bits of each number equal the number of `sobol_burley` (Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4),
+//! 2020; direction numbers of Joe and Kuo).
 
 use std::array::from_fn;
 use std::sync::LazyLock;

@@ -108,7 +108,7 @@ fn percent(share: f64) -> String {
 pub fn json(sight: &Sight, sources: &Sources) -> Value {
     let facts = &sight.facts;
     let line = |span: Option<Span>| span.map(|span| sources.location(span).line);
-    let file = |span: Option<Span>| span.map(|span| report::shown_path(sources.location(span).path));
+    let file = |span: Option<Span>| span.map(|span| sources.location(span).path.display().to_string());
     let light = |light: &lookat_render::LightFacts| {
         let kind = if matches!(light.place, LightPlace::Light(_)) { "LightSource" } else { "Shape" };
         let at = sight.light_place(light);

@@ -1,11 +1,11 @@
 //! Fireflies: single pixels far brighter than all around, from one sample among thousands.
 
-use lookat_image::Image;
+use lookat_image::{Image, luminance};
 use lookat_render::{BrightestSample, PathEnd, Prepared, Settings};
 use lookat_scene::syntax::Span;
-use lookat_scene::{Scene, Sources};
+use lookat_scene::{Film, Scene, Sources};
 
-use crate::report;
+use crate::{interrupt, report};
 
 /// With fewer samples, fireflies are usual, and more samples are what helps.
 const LEAST_SAMPLES: u32 = 1024;
@@ -16,29 +16,33 @@ const DOMINANT: f64 = 0.5;
 /// The most pixels whose samples are taken again.
 const MOST_TRACED: usize = 3;
 
-/// A pixel that stands out: its place in the full picture, its luminance and that of the brightest pixel around it.
+/// A pixel that stands out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Spot {
+    /// Column and row in the full picture.
     place: [u32; 2],
     luminance: f32,
+    /// The luminance of the brightest of its neighbors.
     around: f32,
 }
 
-/// What to say about the fireflies of a picture before its tones are mapped. `samples`: the fewest of a pixel.
+/// The luminances of a picture that may have fireflies, before its tones are mapped. `samples`: the fewest of a pixel.
+pub fn luminances(image: &Image, film: &Film, samples: u32) -> Option<Vec<f32>> {
+    let may_have_some = samples >= LEAST_SAMPLES && film.max_sample_luminance.is_infinite();
+    Some(image.rgb().filter(|_| may_have_some)?.into_iter().map(luminance).collect())
+}
+
+/// What to say about the fireflies among these luminances. Takes the samples of some pixels again.
 pub fn remark(
-    image: &Image,
+    luminances: &[f32],
     (scene, prepared): (&Scene, &Prepared),
-    (settings, samples): (&Settings, u32),
+    settings: &Settings,
     sources: &Sources,
 ) -> Option<String> {
     let film = &scene.view.film;
-    if samples < LEAST_SAMPLES || film.max_sample_luminance.is_finite() {
-        return None;
-    }
-    let luminances: Vec<f32> = image.rgb()?.into_iter().map(luminance).collect();
-    let spots = spots(&luminances, film.crop.width() as usize, [film.crop.x0, film.crop.y0]);
+    let spots = spots(luminances, film.crop.width() as usize, [film.crop.x0, film.crop.y0]);
     let (spot, sample) = spots.iter().take(MOST_TRACED).find_map(|spot| {
-        let sample = prepared.brightest_sample(&scene.view, settings, spot.place)?;
+        let sample = prepared.brightest_sample(&scene.view, settings, spot.place, interrupt::flow)?;
         (sample.share >= DOMINANT).then_some((spot, sample))
     })?;
     // Far below the sample, and above all that other pixels show.
@@ -64,10 +68,6 @@ pub fn remark(
         "to limit fireflies, write \"float maxsampleluminance\" {limit} in Film; the picture loses the light above it"
     );
     Some(format!("{found}\nits path: {}\n{advice}", path(&sample, sources)))
-}
-
-fn luminance([r, g, b]: [f32; 3]) -> f32 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
 /// The pixels that stand out, the most striking ones first.
@@ -135,7 +135,8 @@ mod tests {
         let settings = Settings::default();
         let rendered = render(scene, &settings, &|_| ControlFlow::Continue(()));
         let prepared = Prepared::new(scene);
-        remark(&rendered.image, (scene, &prepared), (&settings, samples), &loaded.sources)
+        let luminances = luminances(&rendered.image, &scene.view.film, samples)?;
+        remark(&luminances, (scene, &prepared), &settings, &loaded.sources)
     }
 
     /// A lamp in a glass bulb: paths find it by chance alone.

@@ -53,22 +53,11 @@ fn edit(sight: &Sight, view: &View) -> Option<(Span, String)> {
     let mut places = before.iter().filter(|statement| !matches!(statement.directive, Directive::Entity(..)));
     // In place of the only transformation, or else after all, where Transform replaces them.
     Some(match (places.next(), places.next()) {
-        (Some(only), None) if is_transformation(&only.directive) && at.file == FileId(0) => {
+        (Some(only), None) if only.directive.is_transformation() && at.file == FileId(0) => {
             (only.span, written(&matrix))
         }
         _ => (at, format!("{}\n", as_matrix(&matrix))),
     })
-}
-
-fn is_transformation(directive: &Directive) -> bool {
-    matches!(
-        directive,
-        Directive::Translate(_)
-            | Directive::Scale(_)
-            | Directive::Rotate(_)
-            | Directive::Transform(_)
-            | Directive::ConcatTransform(_)
-    )
 }
 
 /// The directive of a transformation.

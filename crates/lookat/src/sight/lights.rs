@@ -6,7 +6,6 @@ use lookat_scene::{Emission, Integrator, Light};
 
 use super::placement::is_in;
 use super::{Sight, short};
-use crate::view::directive_text::DirectiveText;
 
 /// A light with less than this share of the light is too far away, if it is farther than so many sizes of the world.
 const NO_SHARE: f64 = 1e-5;
@@ -97,10 +96,10 @@ fn dark_side(sight: &Sight, number: usize) -> Option<Diagnostic> {
         (false, None) => warning.help("it shines on the side of its normal: write ReverseOrientation before the shape, or \"bool twosided\" \"true\" in AreaLightSource"),
         (true, _) => {
             let warning = warning.help("ReverseOrientation turns it around: remove that, or let both sides shine");
-            let source = emission.span.and_then(|at| DirectiveText::at(sight.sources, at));
-            let edit = source.map(|text| text.set(ParamType::Bool, "twosided", &["\"true\"".into()]));
-            edit.and_then(|edits| edits.into_iter().next())
-                .map_or(warning.clone(), |edit| warning.fix(edit.span, edit.replacement))
+            match emission.span {
+                Some(at) => sight.propose(warning, at, (ParamType::Bool, "twosided"), &["\"true\"".into()]),
+                None => warning,
+            }
         }
     })
 }

@@ -5,7 +5,6 @@ use lookat_scene::glam::{DVec2, DVec3};
 use lookat_scene::syntax::{Diagnostic, ParamType, Span};
 
 use super::{Sight, short};
-use crate::view::directive_text::DirectiveText;
 
 /// Pixels may differ from squares by so much.
 const TOLERANCE: f64 = 0.01;
@@ -84,12 +83,7 @@ pub(super) fn small(sight: &Sight) -> Option<Diagnostic> {
     let words = edges.map(short);
     let warning = Diagnostic::warning(camera, message)
         .help(format!("write \"float screenwindow\" [{}] in Camera", words.join(" ")));
-    let text = DirectiveText::at(sight.sources, camera);
-    let edit = text.and_then(|text| text.set(ParamType::Float, "screenwindow", &words).into_iter().next());
-    Some(match edit {
-        Some(edit) => warning.fix(edit.span, edit.replacement),
-        None => warning,
-    })
+    Some(sight.propose(warning, camera, (ParamType::Float, "screenwindow"), &words))
 }
 
 pub(super) fn is_orthographic(sight: &Sight) -> bool {

@@ -4,8 +4,8 @@ use lookat_scene::schema::{Count, Effect, Kind};
 use lookat_scene::syntax::{self, EntityKind, Param, Span};
 use lookat_scene::{Sources, kinds};
 
-use super::directive_text::DirectiveText;
 use super::messages::{Described, Given, Parameter, Place, Values};
+use crate::directive_text::DirectiveText;
 use crate::explain::show::as_json;
 
 /// The directive around a place. `None` for one without a type.

@@ -3,8 +3,8 @@
 use lookat_scene::syntax::{Fix, ParamType, Span, value_span};
 use lookat_scene::{Camera, CameraPlacement, Lens, Loaded, Sources};
 
-use super::directive_text::DirectiveText;
 use super::messages::SetCamera;
+use crate::directive_text::DirectiveText;
 
 /// The changes that give the scene the camera that the page sets. Fails with the reason why no change does.
 pub fn camera_fixes(loaded: &Loaded, own: &Camera, set: &SetCamera) -> Result<Vec<Fix>, String> {

@@ -151,10 +151,8 @@ fn put(changes: &[FileChange]) -> Result<(), String> {
     }
     for (number, change) in changes.iter().enumerate() {
         if let Err(reason) = write(change) {
-            for change in &changes[..number] {
-                write(&change.reversed()).map_err(|again| format!("{reason}; {again}"))?;
-            }
-            return Err(reason);
+            let again = changes[..number].iter().filter_map(|change| write(&change.reversed()).err());
+            return Err(again.fold(reason, |reasons, again| format!("{reasons}; {again}")));
         }
     }
     Ok(())

@@ -54,7 +54,7 @@ impl Layer {
         TABLE[self as usize].2
     }
 
-    /// The name of the layer in an EXR file: that of its only channel, or what the names of its channels begin with.
+    /// The name of the layer in an EXR file: the name of its only channel, or the part before the dot that its channels share.
     pub fn name_in_file(self) -> &'static str {
         match self.channels() {
             [only] => only,

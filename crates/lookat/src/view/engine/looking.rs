@@ -2,7 +2,7 @@
 
 use std::sync::MutexGuard;
 
-use lookat_image::{Image, Window};
+use lookat_image::{Image, Window, luminance};
 use lookat_render::{DARK, Settings, Stop};
 use lookat_scene::{Film, PixelBounds};
 
@@ -124,7 +124,6 @@ fn windows(film: &Film) -> [Window; 2] {
 /// Dark pixels are judged relative to the picture, as by `--target-error`. `None` without an error that is known.
 pub fn relative_errors(image: &Image) -> Option<Vec<[f32; 3]>> {
     let (errors, colors) = (image.errors()?, image.rgb()?);
-    let luminance = |[red, green, blue]: [f32; 3]| 0.212_671 * red + 0.715_16 * green + 0.072_169 * blue;
     let roots: f64 = colors.iter().map(|color| f64::from(luminance(*color).max(0.0)).sqrt()).sum();
     let brightness = (roots / colors.len() as f64).powi(2);
     let least = (DARK * brightness) as f32;

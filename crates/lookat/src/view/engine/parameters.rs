@@ -4,8 +4,8 @@ use lookat_scene::Sources;
 use lookat_scene::syntax::{EntityKind, Fix, ParamType};
 
 use super::Engine;
+use crate::directive_text::DirectiveText;
 use crate::view::describe::{describe, kind_of};
-use crate::view::directive_text::DirectiveText;
 use crate::view::messages::{At, Change, Changed, News, Values};
 use crate::view::outbox::Kind;
 use crate::view::write::changes;
