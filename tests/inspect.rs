@@ -157,3 +157,32 @@ fn what_another_file_contains_is_listed_with_that_file() {
     assert!(is_at(&view["shapes"][0], "ball.pbrt", 3) && is_at(&view["lights"][0], "ball.pbrt", 4), "{view}");
     assert!(is_at(&view["lights"][1], "scene.pbrt", 2), "{view}");
 }
+
+#[test]
+fn meshes_and_pictures_in_files_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    let leaf = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n-9 -9 5\n9 -9 5\n0 9 5\n3 0 1 2\n";
+    write("leaf.ply", leaf.as_bytes());
+    let sky = [1.0_f32; 6].map(f32::to_le_bytes);
+    write("sky.pfm", &[b"PF\n2 1\n-1\n", sky.as_flattened()].concat());
+    let scene = "Camera \"perspective\" \"float lensradius\" .1 \"float focaldistance\" 4 Film \"image\" Sampler \"sobol\"\n\
+        Integrator \"path\" WorldBegin LightSource \"infinite\" \"string mapname\" \"sky.pfm\"\n\
+        Shape \"plymesh\" \"string filename\" \"leaf.ply\" WorldEnd\n";
+    write("scene.pbrt", scene.as_bytes());
+    let scene = folder.path().join("scene.pbrt").display().to_string();
+    let (status, text, err) = run(&["inspect", &scene]);
+    assert_eq!(status, 0, "{err}");
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(
+        text.contains("plymesh leaf.ply (line 3)") && text.contains("infinite sky.pfm (line 2)"),
+        "{text}"
+    );
+    let (_, out, _) = run(&["inspect", &scene, "--json"]);
+    let view = serde_json::from_str::<Value>(&out).unwrap()["needs"]["view"].take();
+    assert_eq!(
+        (&view["shapes"][0]["data"], &view["lights"][0]["data"]),
+        (&"leaf.ply".into(), &"sky.pfm".into())
+    );
+}

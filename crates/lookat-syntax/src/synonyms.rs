@@ -7,7 +7,7 @@ pub fn directive_advice(word: &str) -> Option<&'static str> {
 }
 
 pub(crate) fn synonym(word: &str) -> Option<&'static Row> {
-    let plain: String = word.to_ascii_lowercase().replace(['_', '-'], "");
+    let plain: String = word.to_ascii_lowercase().replace(['_', '-', ' '], "");
     DIRECTIVES.iter().find(|(words, ..)| words.contains(&&plain[..]))
 }
 
@@ -16,7 +16,7 @@ pub(crate) fn is_gone(word: &str) -> bool {
     matches!(word, "Renderer" | "VolumeIntegrator" | "SearchPath")
 }
 
-/// Words, in lower case and without `_` and `-`; the directive with the same arguments, or an empty text; the advice.
+/// Words, in lower case and without `_`, `-` and spaces; the directive with the same arguments, or an empty text; the advice.
 pub(crate) type Row = (&'static [&'static str], &'static str, &'static str);
 
 #[rustfmt::skip]
@@ -45,7 +45,8 @@ const DIRECTIVES: &[Row] = &[
     (&["bsdf", "shader", "surface"], "", "write Material, as in Material \"matte\" \"rgb Kd\" [.5 .5 .5]"),
     (&["namedbsdf", "makenamedbsdf"], "", "MakeNamedMaterial defines a material, NamedMaterial uses it"),
     (&["pigment", "color", "colour", "finish"], "", "write a color as a parameter: Material \"matte\" \"rgb Kd\" [.5 .5 .5]"),
-    (&["medium", "media"], "", "write MakeNamedMedium to define a medium, MediumInterface to use it"),
+    (&["medium", "media", "fog", "smoke", "mist", "haze", "cloud", "volumetric"], "", "write MakeNamedMedium to define a medium, MediumInterface to use it"),
+    (&["motionblur", "motion", "animation"], "", "write ActiveTransform StartTime and EndTime for two transformations; lookat renders the start time alone"),
     (&["sensor"], "", "write Camera and Film"),
     (&["output", "resolution", "imagesize"], "", "write Film \"image\" \"integer xresolution\" 640 \"integer yresolution\" 480 \"string filename\" \"a.exr\""),
     (&["samples", "spp", "pixelsamples"], "", "write Sampler \"halton\" \"integer pixelsamples\" 64"),

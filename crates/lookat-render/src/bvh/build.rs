@@ -61,56 +61,39 @@ pub(crate) fn build(references: &mut [Reference]) -> Tree {
         return Tree { bvh, blocks: Vec::new() };
     };
     let bounds = whole.bounds;
-    let mut branches = Vec::new();
+    let (mut nodes, mut lengths) = (Vec::new(), vec![0; references.len()]);
     // Above few elements too, whose boxes keep most rays from them.
-    let root = build_part(references, 0, whole, &mut branches);
-    let children = || branches.iter().flat_map(|branch| &branch.children).chain([&root]);
-    // Blocks are numbered as their triangles are sorted.
-    let mut length_at = vec![0; references.len()];
-    children().for_each(|child| {
-        if let Built::Block(range) = child {
-            length_at[range.start] = range.len() as u8;
-        }
-    });
-    let blocks: Vec<u8> = length_at.iter().copied().filter(|length| *length > 0).collect();
-    let mut number_at = vec![0; references.len()];
-    let starts = length_at.iter().zip(&mut number_at).filter(|(length, _)| **length > 0);
+    let mut root = build_part(Elements { references, lengths: &mut lengths, first: 0 }, whole, &mut nodes);
+    let mut number_at = vec![0; lengths.len()];
+    let starts = lengths.iter().zip(&mut number_at).filter(|(length, _)| **length > 0);
     starts.zip(0..).for_each(|((_, number), block)| *number = block);
-    let numbered = |child: &Built| match child {
-        Built::Empty => Child::EMPTY,
-        Built::Inner(node) => Child::inner(*node),
-        Built::Other(number) => Child::leaf(Leaf::Other(*number)),
-        Built::Block(range) => Child::leaf(Leaf::Block(number_at[range.start])),
-    };
-    let nodes = branches.iter().map(|branch| branch.node(&numbered)).collect();
-    Tree { bvh: Bvh { nodes, root: numbered(&root), bounds }, blocks }
-}
-
-/// A child whose block has no number yet.
-#[derive(Debug, Clone)]
-enum Built {
-    Empty,
-    Inner(usize),
-    Block(Range<usize>),
-    Other(usize),
-}
-
-/// A node while it is built.
-#[derive(Debug, Clone)]
-struct Branch {
-    bounds: [Bounds; WIDTH],
-    children: [Built; WIDTH],
-}
-
-impl Branch {
-    fn node(&self, numbered: &impl Fn(&Built) -> Child) -> Node {
-        let planes = |axis: usize| {
-            [self.bounds.map(|bounds| bounds.min[axis]), self.bounds.map(|bounds| bounds.max[axis])]
-        };
-        Node {
-            planes: [planes(0), planes(1), planes(2)],
-            children: [0, 1, 2, 3, 4, 5, 6, 7].map(|lane| numbered(&self.children[lane])),
+    for child in nodes.iter_mut().flat_map(|node: &mut Node| &mut node.children).chain([&mut root]) {
+        if *child != Child::EMPTY
+            && child.as_inner().is_none()
+            && let Leaf::Block(first) = child.as_leaf()
+        {
+            *child = Child::leaf(Leaf::Block(number_at[first]));
         }
+    }
+    lengths.retain(|length| *length > 0);
+    Tree { bvh: Bvh { nodes, root, bounds }, blocks: lengths }
+}
+
+/// The elements of a part while it is built. Until all blocks are known, the number of a block is that of its first triangle.
+struct Elements<'e> {
+    references: &'e mut [Reference],
+    /// How many triangles the block has that starts at an element. 0 at other elements.
+    lengths: &'e mut [u8],
+    /// The number of the first element among all.
+    first: usize,
+}
+
+impl<'e> Elements<'e> {
+    fn split_at(self, at: usize) -> [Elements<'e>; 2] {
+        let (references, other_references) = self.references.split_at_mut(at);
+        let (lengths, other_lengths) = self.lengths.split_at_mut(at);
+        let other = Elements { references: other_references, lengths: other_lengths, first: self.first + at };
+        [Elements { references, lengths, first: self.first }, other]
     }
 }
 
@@ -135,56 +118,67 @@ impl Part {
 /// Parts of at least so many elements are built side by side.
 const PARALLEL_PART: usize = 1 << 12;
 
-/// Builds a part of `references`, which are numbered from `base` on.
-fn build_part(references: &mut [Reference], base: usize, part: Part, branches: &mut Vec<Branch>) -> Built {
-    let parts = split_into_children(references, part);
+/// Builds a part, and appends its nodes.
+fn build_part(elements: Elements, part: Part, nodes: &mut Vec<Node>) -> Child {
+    let parts = split_into_children(elements.references, part);
     if parts.len() == 1 {
-        return leaf(references, base);
+        return leaf(elements);
     }
-    let at = branches.len();
+    let at = nodes.len();
     let bounds = [0, 1, 2, 3, 4, 5, 6, 7].map(|i| parts.get(i).map_or(Bounds::EMPTY, |part| part.bounds));
-    branches.push(Branch { bounds, children: [const { Built::Empty }; WIDTH] });
+    let planes = |axis: usize| [bounds.map(|bounds| bounds.min[axis]), bounds.map(|bounds| bounds.max[axis])];
+    nodes.push(Node { planes: [planes(0), planes(1), planes(2)], children: [Child::EMPTY; WIDTH] });
+    let count = elements.references.len();
     let mut jobs = ArrayVec::<_, WIDTH>::new();
-    let (mut rest, mut taken) = (references, 0);
+    let mut rest = elements;
     for (lane, part) in parts.into_iter().enumerate() {
-        let (own, after) = rest.split_at_mut(part.range.len());
-        jobs.push((lane, own, base + taken, Part { range: 0..part.range.len(), ..part }));
-        (rest, taken) = (after, part.range.end);
+        let [own, after] = rest.split_at(part.range.len());
+        jobs.push((lane, own, Part { range: 0..part.range.len(), ..part }));
+        rest = after;
     }
-    if taken < PARALLEL_PART {
-        for (lane, own, base, part) in jobs {
-            branches[at].children[lane] = build_child(own, base, part, branches);
+    if count < PARALLEL_PART {
+        for (lane, own, part) in jobs {
+            nodes[at].children[lane] = build_child(own, part, nodes);
         }
-        return Built::Inner(at);
+        return Child::inner(at);
     }
     let subtrees: Vec<_> = jobs
         .into_iter()
         .collect::<Vec<_>>()
         .into_par_iter()
-        .map(|(lane, own, base, part)| {
-            let mut branches = Vec::new();
-            (lane, build_child(own, base, part, &mut branches), branches)
+        .map(|(lane, own, part)| {
+            let mut nodes = Vec::new();
+            (lane, build_child(own, part, &mut nodes), nodes)
         })
         .collect();
     for (lane, root, subtree) in subtrees {
-        branches[at].children[lane] = moved(root, branches.len());
-        append(branches, subtree);
+        let base = nodes.len();
+        nodes[at].children[lane] = moved(root, base);
+        // Its nodes count their children from its start.
+        nodes.extend(
+            subtree
+                .into_iter()
+                .map(|node| Node { children: node.children.map(|child| moved(child, base)), ..node }),
+        );
     }
-    Built::Inner(at)
+    Child::inner(at)
 }
 
-fn build_child(references: &mut [Reference], base: usize, part: Part, branches: &mut Vec<Branch>) -> Built {
+fn build_child(elements: Elements, part: Part, nodes: &mut Vec<Node>) -> Child {
     // A node above what fits into a block would be one thing more to visit.
-    match part.is_final || fits_block(references) {
-        true => leaf(references, base),
-        false => build_part(references, base, part, branches),
+    match part.is_final || fits_block(elements.references) {
+        true => leaf(elements),
+        false => build_part(elements, part, nodes),
     }
 }
 
-fn leaf(references: &[Reference], base: usize) -> Built {
+fn leaf(Elements { references, lengths, first }: Elements) -> Child {
     match references {
-        [other] if !other.is_triangle => Built::Other(other.number as usize),
-        _ => Built::Block(base..base + references.len()),
+        [other] if !other.is_triangle => Child::leaf(Leaf::Other(other.number as usize)),
+        _ => {
+            lengths[0] = references.len() as u8;
+            Child::leaf(Leaf::Block(first))
+        }
     }
 }
 
@@ -210,19 +204,6 @@ fn split_into_children(references: &mut [Reference], whole: Part) -> ArrayVec<Pa
     parts
 }
 
-/// Appends a tree that was built on its own: its nodes count their children from its start.
-fn append(branches: &mut Vec<Branch>, subtree: Vec<Branch>) {
-    let base = branches.len();
-    branches.extend(
-        subtree
-            .into_iter()
-            .map(|branch| Branch { children: branch.children.map(|child| moved(child, base)), ..branch }),
-    );
-}
-
-fn moved(child: Built, base: usize) -> Built {
-    match child {
-        Built::Inner(node) => Built::Inner(node + base),
-        other => other,
-    }
+fn moved(child: Child, base: usize) -> Child {
+    child.as_inner().map_or(child, |node| Child::inner(node + base))
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use lookat_scene::schema::{Kind, Synonym, parameter_synonyms, type_synonym};
+use lookat_scene::schema::{Kind, Parameter, Synonym, parameter_synonyms, type_synonym};
 use serde_json::json;
 
 use super::{Answer, show};
@@ -59,8 +59,16 @@ fn found(kinds: &[&Kind], find: impl Fn(&Kind) -> Vec<Use>) -> Vec<Use> {
 
 fn named_of(word: &str, kind: &Kind) -> Vec<Use> {
     let of_kind = kind.name.eq_ignore_ascii_case(word).then(|| of_kind(kind, ""));
-    let parameters = kind.parameters().filter(|parameter| parameter.name.eq_ignore_ascii_case(word));
-    let parameters = parameters.map(|it| of_parameter(kind, it.name, it.meaning, ""));
+    let parameters = kind.parameters().filter_map(|parameter| {
+        let Parameter { name, meaning, range, .. } = &parameter;
+        let mut values = range.strip_prefix("one of ").into_iter().flat_map(|values| values.split(", "));
+        match name.eq_ignore_ascii_case(word) {
+            true => Some(of_parameter(kind, name, meaning, "")),
+            false => values
+                .any(|value| value.eq_ignore_ascii_case(word))
+                .then(|| of_parameter(kind, name, meaning, "this is one of its values")),
+        }
+    });
     of_kind.into_iter().chain(parameters).collect()
 }
 

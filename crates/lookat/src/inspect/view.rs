@@ -2,12 +2,13 @@
 
 use lookat_render::{LightPlace, ShapeFacts};
 use lookat_scene::glam::DVec3;
-use lookat_scene::syntax::{FileId, Span};
+use lookat_scene::syntax::{Directive, FileId, Span, Values, statement_at};
 use lookat_scene::{Location, Sources};
 use serde_json::{Value, json};
 
 use crate::report;
 use crate::sight::{Sight, short};
+use crate::visible::visible;
 
 /// The most shapes and lights that are listed.
 const MOST_LISTED: usize = 8;
@@ -85,15 +86,31 @@ fn light(sight: &Sight, sources: &Sources) -> Option<String> {
     (!parts.is_empty()).then(|| format!("straight on the surfaces in view: {}", parts.join(", ")))
 }
 
-/// The word of a directive, its line, and its file if that is not the scene file.
+/// What a shape or a light is and its place, such as `plymesh tree.ply (part.pbrt, line 7)`. The scene file is not named.
 fn name(span: Option<Span>, sources: &Sources) -> String {
     let Some(span) = span else { return "a shape".into() };
     let Location { path, line, .. } = sources.location(span);
+    let data = data_file(span, sources).map_or(String::new(), |data| format!(" {}", visible(&data)));
     let file = match span.file {
         FileId(0) => String::new(),
         _ => format!("{}, ", report::shown_path(path)),
     };
-    format!("{} ({file}line {line})", report::word(span, sources))
+    format!("{}{data} ({file}line {line})", report::word(span, sources))
+}
+
+/// The mesh or the picture that a shape or a light names.
+fn data_file(span: Span, sources: &Sources) -> Option<String> {
+    let parameter = match &report::word(span, sources)[..] {
+        "plymesh" => "filename",
+        "infinite" | "exinfinite" | "goniometric" | "projection" => "mapname",
+        _ => return None,
+    };
+    let Directive::Entity(_, entity) = statement_at(&sources.file(span.file).text, span)?.directive else {
+        return None;
+    };
+    let named = entity.params.into_iter().rfind(|param| param.name.value == parameter)?;
+    let Values::Strings(names) = named.values.value else { return None };
+    names.into_iter().next().map(|name| name.value)
 }
 
 fn percent(share: f64) -> String {
@@ -108,19 +125,23 @@ fn percent(share: f64) -> String {
 pub fn json(sight: &Sight, sources: &Sources) -> Value {
     let facts = &sight.facts;
     let line = |span: Option<Span>| span.map(|span| sources.location(span).line);
+    let data = |span: Option<Span>| span.and_then(|span| data_file(span, sources));
     let file = |span: Option<Span>| span.map(|span| sources.location(span).path.display().to_string());
     let light = |light: &lookat_render::LightFacts| {
         let kind = if matches!(light.place, LightPlace::Light(_)) { "LightSource" } else { "Shape" };
         let at = sight.light_place(light);
         json!({
-            "directive": kind, "file": file(at), "line": line(at),
+            "directive": kind, "file": file(at), "line": line(at), "data": data(at),
             "irradiance": light.irradiance, "reaches": light.reaches,
         })
     };
     let shape = |shape: &ShapeFacts| {
         let at = shape.span;
         let blur = sight.focus.zip(shape.depths).map(|(focus, depths)| depths.map(|depth| focus.blur(depth)));
-        json!({ "file": file(at), "line": line(at), "share": shape.share, "depths": shape.depths, "blur": blur })
+        json!({
+            "file": file(at), "line": line(at), "data": data(at),
+            "share": shape.share, "depths": shape.depths, "blur": blur,
+        })
     };
     let seen = facts.shapes.iter().filter(|shape| shape.share > 0.0);
     let inside = facts.inside.and_then(|it| facts.shapes[it].span);

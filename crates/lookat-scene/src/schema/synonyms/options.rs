@@ -22,6 +22,8 @@ pub(super) const CAMERA: Table = Table {
         (&[], &["fstop", "fnumber", "aperturefstop"], "", "lensradius is the focal length divided by twice the f-stop, in the units of the scene"),
         (&[], &["focus", "focusdistance", "focaldist", "focallengthdistance", "focalplane", "distance"], "focaldistance", ""),
         (&[], &["focallength", "lenslength"], "", "\"float fov\" is the angle of the shorter side in degrees: 2 atan(s / 2f), with the shorter side s of the film and the focal length f"),
+        (&["perspective"], &["zoom", "wideangle", "telephoto"], "", "\"float fov\" is the angle of view: a smaller angle shows less of the scene, and larger"),
+        (&[], &["shutter", "shutterspeed", "exposuretime"], "", "\"float shutteropen\" and \"float shutterclose\" are the times of the shutter; \"float scale\" of Film sets the exposure"),
         (&[], &["angle", "fieldofview", "viewangle", "yfov", "xfov"], "fov", "fov is the angle of the shorter side, in degrees"),
         (&[], &["fovaxis"], "", "fov is always the angle of the shorter side: leave fov_axis out"),
         (&[], &["eye", "origin", "position", "from", "location", "pos", "up", "lookat", "look", "target", "to", "direction", "sky"], "", LOOKAT),
